@@ -1,0 +1,2 @@
+//! lafet
+fn main() {}

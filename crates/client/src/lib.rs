@@ -1,0 +1,1 @@
+//! lafet-client

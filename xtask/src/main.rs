@@ -1,2 +1,173 @@
-//! Tasks of the workspace.
-fn main() {}
+//! The workspace's tasks: `cargo xtask <task>`. Each law of ARCHITECTURE.md that a machine can
+//! check is checked from here.
+
+mod ci;
+mod citation;
+mod demo;
+mod docs;
+mod laws;
+mod layers;
+mod licences;
+mod links;
+mod metadata;
+mod no_std;
+mod run;
+mod setup;
+mod source;
+mod spec;
+mod test;
+
+use std::process::ExitCode;
+
+/// What a task ends with: an exit code, or a text for the user that says what to do.
+type TaskResult = Result<ExitCode, String>;
+
+struct Task {
+    name: &'static str,
+    arguments: &'static str,
+    about: &'static str,
+    details: &'static str,
+    run: fn(&[String]) -> TaskResult,
+}
+
+const TASKS: &[Task] = &[
+    Task {
+        name: "demo",
+        arguments: "[arguments of `lafet demo`…]",
+        about: "build lafet and watch a simulated monitor put out a fire",
+        details: "Ctrl-C and the exit code pass through. Arguments: cargo xtask demo --help",
+        run: demo::demo,
+    },
+    Task {
+        name: "test",
+        arguments: "",
+        about: "all tests, the matrix of the protocol, the layers and the documentation",
+        details: "The test command of the README.",
+        run: test::test,
+    },
+    Task {
+        name: "ci",
+        arguments: "",
+        about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
+        details: "What .ci/run calls. Every step runs, even after one that failed.",
+        run: ci::ci,
+    },
+    Task {
+        name: "spec",
+        arguments: "[--check]",
+        about: "the matrix § × code × test",
+        details: "Sections come from conformance/spec.txt. Code is cited in comments of proto and \
+                  device; tests in test code and in conformance/scenarios. With --check, fails on a \
+                  section without code or test and on a citation of a section that does not exist.",
+        run: spec::spec,
+    },
+    Task {
+        name: "layers",
+        arguments: "",
+        about: "the arrows between the crates and the laws that text can show",
+        details: "Who may depend on whom stands in xtask/src/layers.rs, the laws in laws.rs.",
+        run: layers::layers,
+    },
+    Task {
+        name: "docs",
+        arguments: "[--check]",
+        about: "write the generated tables of docs/protocol.md; check links",
+        details: "The tables come from `lafet schema`. With --check, nothing is written: a table \
+                  that is out of date is an error.",
+        run: docs::docs,
+    },
+    Task {
+        name: "licences",
+        arguments: "",
+        about: "the licences and sources of all dependencies against deny.toml",
+        details: "Reads the same deny.toml that cargo-deny reads; needs no cargo-deny.",
+        run: licences::licences,
+    },
+    Task {
+        name: "no-std",
+        arguments: "",
+        about: "build lafet-proto and lafet-device for a Cortex-M3",
+        details: "Uses rustup's target, or Debian's compiler with its library sources.",
+        run: no_std::no_std,
+    },
+];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match dispatch(&arguments) {
+        Ok(code) => code,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dispatch(arguments: &[String]) -> TaskResult {
+    let Some((name, rest)) = arguments.split_first() else {
+        eprint!("{}", overview());
+        return Ok(ExitCode::from(2));
+    };
+    if matches!(name.as_str(), "help" | "-h" | "--help") {
+        print!("{}", overview());
+        return Ok(ExitCode::SUCCESS);
+    }
+    let Some(task) = TASKS.iter().find(|task| task.name == name) else {
+        eprint!("error: no task `{name}`\n\n{}", overview());
+        return Ok(ExitCode::from(2));
+    };
+    // The demo has a help of its own, with all its options.
+    let asks_for_help = rest.iter().any(|a| a == "-h" || a == "--help");
+    if asks_for_help && task.name != "demo" {
+        println!(
+            "cargo xtask {} {}\n\n{}.\n{}",
+            task.name, task.arguments, task.about, task.details
+        );
+        return Ok(ExitCode::SUCCESS);
+    }
+    (task.run)(rest)
+}
+
+fn overview() -> String {
+    let mut text = String::from("Tasks of the lafet workspace\n\nUsage: cargo xtask <task>\n\n");
+    for task in TASKS {
+        text += &format!("  {:<9} {}\n", task.name, task.about);
+    }
+    text += "\ncargo xtask <task> --help says more about one.\n";
+    text
+}
+
+/// Reads the arguments of a task that knows one flag at most.
+fn flag(arguments: &[String], known: Option<&str>) -> Result<bool, String> {
+    let mut given = false;
+    for argument in arguments {
+        if known != Some(argument.as_str()) {
+            let hint = known.map_or("it takes none".into(), |flag| format!("it takes {flag}"));
+            return Err(format!("unexpected argument `{argument}`: {hint}"));
+        }
+        given = true;
+    }
+    Ok(given)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_task_is_in_the_overview() {
+        let text = overview();
+        for task in TASKS {
+            assert!(text.contains(&format!("\n  {}", task.name)), "{} is missing", task.name);
+        }
+    }
+
+    #[test]
+    fn flags_are_read_strictly() {
+        let check = ["--check".to_string()];
+        assert_eq!(flag(&check, Some("--check")), Ok(true));
+        assert_eq!(flag(&[], Some("--check")), Ok(false));
+        assert!(flag(&check, None).is_err());
+        assert!(flag(&["--chekc".to_string()], Some("--check")).is_err());
+    }
+}

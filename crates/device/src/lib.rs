@@ -1,1 +1,39 @@
-//! lafet-device
+//! The software of a robotic fire monitor, for any board that implements [`hal::Hal`].
+//!
+//! Two entries: `Device::handle` answers a frame and changes state, and never touches hardware;
+//! `Device::step` reads the inputs, runs the subsystems and writes the outputs, and never
+//! touches the wire.
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing,
+        clippy::unreachable,
+        clippy::todo
+    )
+)]
+
+#[cfg(test)]
+extern crate std;
+
+mod answers;
+pub mod ballistics;
+mod chain;
+pub mod composition;
+mod device;
+mod execute;
+pub mod guard;
+pub mod hal;
+pub mod image;
+pub mod params;
+pub mod port;
+pub mod subsystem;
+pub mod time;
+
+pub use composition::Composition;
+pub use device::Device;
+pub use subsystem::conn::Source;

@@ -1,1 +1,30 @@
-//! lafet-sim
+//! The world around a simulated fire monitor.
+//!
+//! [`world::World`] implements the HAL of `lafet-device`, so the very program of the monitor runs in it.
+//! [`sim::Sim`] puts the two together on virtual time: a function of seed, configuration and
+//! requests, the same trace byte for byte. It is plain synchronous code; sockets live elsewhere.
+//!
+//! ```text
+//! drive ─┐                          ┌─ detector ── fires in its field of view
+//! valve ─┤→ water → jet → fire      ├─ climate, supply
+//! unit ──┘   (internal bus)         └─ flash, faults
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod airborne;
+pub mod climate;
+pub mod condition;
+pub mod detector;
+pub mod drive;
+pub mod event;
+pub mod fault;
+pub mod fire;
+pub mod flash;
+pub mod jet;
+pub mod rng;
+pub mod scenario;
+pub mod sim;
+pub mod unit;
+pub mod valve;
+pub mod water;
+pub mod world;

@@ -1,0 +1,299 @@
+//! Requests and answers that own their bytes.
+
+use lafet_proto::id::key;
+use lafet_proto::record::{HEADER_SIZE, Records, Writer};
+use lafet_proto::request::Body;
+use lafet_proto::{Answer, DecodeError, ParamId, Record, Request, RequestId, Status, SubsystemId};
+
+use crate::error::Error;
+
+/// Bytes of the greatest record.
+const RECORD_MAX: usize = HEADER_SIZE + lafet_proto::record::DATA_MAX;
+
+/// A request as it goes into a frame, and what a session must know of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RequestBuf {
+    bytes: Vec<u8>,
+    to: SubsystemId,
+    id: RequestId,
+    param: Option<ParamId>,
+    locks: bool,
+}
+
+impl RequestBuf {
+    /// Encodes a request.
+    pub fn new(request: &Request<'_>) -> Result<Self, Error> {
+        let mut buffer = [0; RECORD_MAX];
+        let mut writer = Writer::new(&mut buffer);
+        let (to, id) = (request.to, request.body.id());
+        request.encode(&mut writer).map_err(|_| Error::Unsendable { request: id, to })?;
+        let param = match request.body {
+            Body::GetParam { id } | Body::SetParam { id, .. } => Some(id),
+            Body::GetHotbed => Some(ParamId::HOTBEDS),
+            _ => None,
+        };
+        let locks = request.body == Body::Lockout { key: key::ENABLE };
+        Ok(Self { bytes: writer.written().to_vec(), to, id, param, locks })
+    }
+
+    /// The record.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The addressee.
+    pub const fn to(&self) -> SubsystemId {
+        self.to
+    }
+
+    /// What is asked.
+    pub const fn id(&self) -> RequestId {
+        self.id
+    }
+
+    /// The parameter that is read or set.
+    pub const fn param(&self) -> Option<ParamId> {
+        self.param
+    }
+
+    /// All or Motors: every subsystem that can handle the request answers (§1).
+    pub fn is_group(&self) -> bool {
+        matches!(self.to, SubsystemId::ALL | SubsystemId::MOTORS)
+    }
+
+    /// Changes nothing in the monitor.
+    pub fn is_read(&self) -> bool {
+        matches!(
+            self.id,
+            RequestId::GET_STATUS
+                | RequestId::GET_PARAM
+                | RequestId::RETRIEVE_LIMITS
+                | RequestId::GET_HOTBED
+                | RequestId::GET_CRASH_DATA
+                | RequestId::GET_NETWORK_STATUS
+                | RequestId::GET_LOG
+        )
+    }
+
+    /// Stop, Close, Lockout on: overtake what waits, and may be repeated without harm.
+    pub fn is_urgent(&self) -> bool {
+        matches!(self.id, RequestId::STOP | RequestId::CLOSE) || self.locks
+    }
+
+    /// Twice is the same as once.
+    pub fn is_repeatable(&self) -> bool {
+        self.is_read() || self.is_urgent()
+    }
+
+    /// Sets something in motion, or lets something be set in motion.
+    pub fn sets_in_motion(&self) -> bool {
+        matches!(
+            self.id,
+            RequestId::MOVE
+                | RequestId::OPEN
+                | RequestId::DEPLOY
+                | RequestId::WRAP
+                | RequestId::START_JUSTIFY
+                | RequestId::START_QUENCH
+                | RequestId::START_TRAJECTORY
+                | RequestId::START_SEEK
+        ) || (self.id == RequestId::LOCKOUT && !self.locks)
+    }
+
+    /// Whether `other`, asked for before this urgent request but not yet sent, must not be sent any
+    /// more: it would undo what this one does.
+    pub fn supersedes(&self, other: &Self) -> bool {
+        other.sets_in_motion()
+            && match self.id {
+                RequestId::CLOSE => other.id == RequestId::OPEN && other.to == self.to,
+                RequestId::STOP => match self.to {
+                    SubsystemId::ALL => other.id != RequestId::LOCKOUT,
+                    SubsystemId::MOTORS => other.to.is_drive() || other.to == SubsystemId::MOTORS,
+                    to => other.to == to,
+                },
+                _ => self.locks,
+            }
+    }
+}
+
+/// An answer that owns its bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AnswerBuf {
+    request: RequestId,
+    from: SubsystemId,
+    status: Status,
+    data: Vec<u8>,
+}
+
+impl AnswerBuf {
+    /// Copies a record.
+    pub fn new(record: &Record<'_>) -> Self {
+        let Record { request, device, status, data } = *record;
+        Self { request, from: device, status, data: data.to_vec() }
+    }
+
+    /// The request that is answered.
+    pub const fn request(&self) -> RequestId {
+        self.request
+    }
+
+    /// Who answers: the addressee, or a subsystem that intercepted the request (§1).
+    pub const fn from(&self) -> SubsystemId {
+        self.from
+    }
+
+    /// How it went.
+    pub const fn status(&self) -> Status {
+        self.status
+    }
+
+    /// The data as they came.
+    pub fn data(&self) -> &[u8] {
+        &self.data
+    }
+
+    /// The record.
+    pub fn record(&self) -> Record<'_> {
+        Record {
+            request: self.request,
+            device: self.from,
+            status: self.status,
+            data: &self.data,
+        }
+    }
+
+    /// The answer, typed.
+    pub fn decode(&self) -> Result<Answer<'_>, DecodeError> {
+        Answer::decode(&self.record())
+    }
+}
+
+/// The answers to one request: one, or several when it went to All or Motors.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answers {
+    to: SubsystemId,
+    /// Never empty.
+    all: Vec<AnswerBuf>,
+}
+
+impl Answers {
+    /// The answers to a request to `to`; `None` if there are none.
+    pub fn new(to: SubsystemId, all: Vec<AnswerBuf>) -> Option<Self> {
+        if all.is_empty() { None } else { Some(Self { to, all }) }
+    }
+
+    /// The addressee of the request.
+    pub const fn to(&self) -> SubsystemId {
+        self.to
+    }
+
+    /// The first answer; there always is one.
+    pub fn first(&self) -> &AnswerBuf {
+        &self.all[0]
+    }
+
+    /// The first answer that refuses.
+    pub fn refusal(&self) -> Option<&AnswerBuf> {
+        self.all.iter().find(|answer| !answer.status().is_success())
+    }
+
+    /// The answers, if none of them refuses.
+    pub fn accepted(self) -> Result<Self, Error> {
+        match self.refusal() {
+            None => Ok(self),
+            Some(refusal) => Err(Error::Refused {
+                request: refusal.request(),
+                to: self.to,
+                status: refusal.status(),
+                by: refusal.from(),
+            }),
+        }
+    }
+
+    /// One of the answers did not fit the monitor's output buffer (§2).
+    pub fn lacks_room(&self) -> bool {
+        self.all.iter().any(|answer| answer.status() == Status::NO_ROOM)
+    }
+}
+
+impl std::ops::Deref for Answers {
+    type Target = [AnswerBuf];
+
+    fn deref(&self) -> &[AnswerBuf] {
+        &self.all
+    }
+}
+
+impl IntoIterator for Answers {
+    type Item = AnswerBuf;
+    type IntoIter = std::vec::IntoIter<AnswerBuf>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.all.into_iter()
+    }
+}
+
+/// The records of a payload, if it is made of whole records.
+pub(crate) fn records(payload: &[u8]) -> Option<Vec<Record<'_>>> {
+    Records::new(payload).collect::<Result<_, _>>().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn buf(request: Request<'_>) -> RequestBuf {
+        RequestBuf::new(&request).expect("fits a record")
+    }
+
+    fn to(to: SubsystemId, body: Body<'_>) -> RequestBuf {
+        buf(Request::new(to, body))
+    }
+
+    #[test]
+    fn only_what_may_be_repeated_is() {
+        let repeatable = [
+            to(SubsystemId::ALL, Body::GetStatus),
+            to(SubsystemId::DETECTOR, Body::GetHotbed),
+            to(SubsystemId::ALL, Body::Stop),
+            buf(Request::close(SubsystemId::VALVE1)),
+            buf(Request::lockout(true)),
+        ];
+        assert!(repeatable.iter().all(RequestBuf::is_repeatable));
+        let once = [
+            to(SubsystemId::VERTICAL, Body::Move { destination: 1 }),
+            buf(Request::open(SubsystemId::VALVE1)),
+            buf(Request::lockout(false)),
+            to(SubsystemId::ALL, Body::Restart),
+            to(SubsystemId::GENERAL, Body::Unknown { request: RequestId(1), data: &[] }),
+        ];
+        assert!(!once.iter().any(RequestBuf::is_repeatable));
+    }
+
+    #[test]
+    fn what_a_stop_undoes_is_not_sent_after_it() {
+        let moving = to(SubsystemId::VERTICAL, Body::Move { destination: 1 });
+        let opening = buf(Request::open(SubsystemId::VALVE1));
+        let release = buf(Request::lockout(false));
+        let reading = to(SubsystemId::VERTICAL, Body::GetStatus);
+        let all = [&moving, &opening, &release, &reading];
+        let superseded = |by: RequestBuf| all.map(|other| by.supersedes(other));
+        let stop = |who| to(who, Body::Stop);
+        assert_eq!(superseded(stop(SubsystemId::ALL)), [true, true, false, false]);
+        assert_eq!(superseded(stop(SubsystemId::MOTORS)), [true, false, false, false]);
+        assert_eq!(superseded(stop(SubsystemId::VERTICAL)), [true, false, false, false]);
+        assert_eq!(superseded(stop(SubsystemId::NOZZLE)), [false; 4]);
+        let close = buf(Request::close(SubsystemId::VALVE1));
+        assert_eq!(superseded(close), [false, true, false, false]);
+        assert_eq!(superseded(buf(Request::lockout(true))), [true, true, true, false]);
+    }
+
+    #[test]
+    fn a_request_that_fits_no_record_is_refused() {
+        let values = [0; 64];
+        let body =
+            Body::SetParam { id: ParamId(1), values: lafet_proto::Ints::Values(&values) };
+        let result = RequestBuf::new(&Request::new(SubsystemId::GENERAL, body));
+        assert!(matches!(result, Err(Error::Unsendable { request: RequestId::SET_PARAM, .. })));
+    }
+}

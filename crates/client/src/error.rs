@@ -1,0 +1,350 @@
+//! What can go wrong: each error says what, where, and what to do, in English and Russian.
+
+use std::fmt;
+use std::io;
+use std::sync::Arc;
+
+use lafet_proto::{DecodeError, RequestId, Status, SubsystemId, dictionary};
+
+use crate::url::UrlError;
+
+/// A language of the messages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Lang {
+    /// English.
+    #[default]
+    En,
+    /// Russian.
+    Ru,
+}
+
+/// Why a request has no result, or a bad one.
+#[derive(Clone, Debug)]
+pub enum Error {
+    /// The monitor refused the request.
+    Refused {
+        /// What was asked.
+        request: RequestId,
+        /// Of whom.
+        to: SubsystemId,
+        /// The refusal.
+        status: Status,
+        /// Who refused: the addressee, or a subsystem that intercepted the request (§1).
+        by: SubsystemId,
+    },
+    /// No answer to a request that changes nothing.
+    NoAnswer {
+        /// What was asked.
+        request: RequestId,
+        /// Of whom.
+        to: SubsystemId,
+        /// Where.
+        endpoint: Arc<str>,
+        /// How often it was sent.
+        tries: u32,
+    },
+    /// Nobody answers presence probes.
+    Absent {
+        /// Where.
+        endpoint: Arc<str>,
+        /// How often the probe was sent.
+        tries: u32,
+    },
+    /// The request was sent; whether it was executed is not known.
+    OutcomeUnknown {
+        /// What was asked.
+        request: RequestId,
+        /// Of whom.
+        to: SubsystemId,
+        /// Where.
+        endpoint: Arc<str>,
+        /// Why it is not known.
+        cause: Cause,
+    },
+    /// The request was not sent, so it is certainly not executed.
+    NotSent {
+        /// What was asked.
+        request: RequestId,
+        /// Of whom.
+        to: SubsystemId,
+        /// Why not.
+        cause: Cause,
+    },
+    /// There is no connection.
+    Link {
+        /// Where to.
+        endpoint: Arc<str>,
+        /// What the system says.
+        source: Arc<io::Error>,
+    },
+    /// The answer is to this request, but its data have the wrong shape.
+    Protocol {
+        /// What was asked.
+        request: RequestId,
+        /// Who answered.
+        from: SubsystemId,
+        /// What is wrong with the data.
+        source: DecodeError,
+    },
+    /// The request is longer than a record can be (§2: 255 bytes of data).
+    Unsendable {
+        /// What was to be asked.
+        request: RequestId,
+        /// Of whom.
+        to: SubsystemId,
+    },
+    /// The URL names no monitor.
+    Url(UrlError),
+    /// `sim:` without a simulator.
+    NeedsStream,
+    /// The client's task has ended.
+    Closed,
+}
+
+/// Why a request was not sent, or its outcome is not known.
+#[derive(Clone, Debug)]
+pub enum Cause {
+    /// No answer came.
+    Silence,
+    /// The connection was lost, or there was none.
+    Link(Arc<io::Error>),
+    /// A Stop, Close or Lockout came before it.
+    Superseded {
+        /// Which.
+        by: RequestId,
+    },
+    /// Too many requests wait already.
+    QueueFull,
+    /// An earlier frame of the same batch failed.
+    EarlierFailed,
+}
+
+impl Error {
+    /// The message in a language.
+    pub fn localized(&self, lang: Lang) -> String {
+        match lang {
+            Lang::En => self.english(),
+            Lang::Ru => self.russian(),
+        }
+    }
+
+    /// The monitor answered, and the answer is a refusal.
+    pub const fn is_refused(&self) -> bool {
+        matches!(self, Self::Refused { .. })
+    }
+
+    /// The caller asked for something that cannot be asked.
+    pub const fn is_usage(&self) -> bool {
+        matches!(self, Self::Unsendable { .. } | Self::Url(_) | Self::NeedsStream)
+    }
+
+    /// There is no believable answer.
+    pub const fn is_no_answer(&self) -> bool {
+        !self.is_refused() && !self.is_usage()
+    }
+
+    fn english(&self) -> String {
+        match self {
+            Self::Refused { request, to, status, by } => {
+                let (meaning, remedy) = status_texts(*status, Lang::En);
+                format!("{request} {to}: {by} answers {status}. {meaning} {remedy}")
+            }
+            Self::NoAnswer { request, to, endpoint, tries } => format!(
+                "{request} {to}: no answer from {endpoint} after {tries} tries. Check the power, \
+                 the cable, the address (addr=) and, on a serial line, the speed (baud=)."
+            ),
+            Self::Absent { endpoint, tries } => format!(
+                "Nobody answers at {endpoint} ({tries} probes). Check the power, the cable, the \
+                 address (addr=) and, on a serial line, the speed (baud=)."
+            ),
+            Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
+                "{request} {to}: sent to {endpoint}, but {}. It may have been executed: read the \
+                 status before you repeat it.",
+                cause.english()
+            ),
+            Self::NotSent { request, to, cause } => format!(
+                "{request} {to}: not sent, because {}. Nothing was executed: repeat it if it is \
+                 still wanted.",
+                cause.english()
+            ),
+            Self::Link { endpoint, source } => format!(
+                "No connection to {endpoint}: {source}. Check that the monitor is on and that \
+                 host, port or device are right."
+            ),
+            Self::Protocol { request, from, source } => format!(
+                "{request}: the answer of {from} has data of the wrong shape ({source}). The \
+                 monitor's program does not follow the protocol: note it and report it."
+            ),
+            Self::Unsendable { request, to } => format!(
+                "{request} {to}: more than a request can carry (255 bytes of data, 63 values). \
+                 Send fewer values."
+            ),
+            Self::Url(error) => error.to_string(),
+            Self::NeedsStream => {
+                "sim: needs a simulator in this process. Give the client its stream, or start \
+                 `lafet sim` and connect to the address it prints."
+                    .into()
+            }
+            Self::Closed => "The client has been shut down. Make a new one.".into(),
+        }
+    }
+
+    fn russian(&self) -> String {
+        match self {
+            Self::Refused { request, to, status, by } => {
+                let (meaning, remedy) = status_texts(*status, Lang::Ru);
+                format!("{request} {to}: {by} отвечает {status}. {meaning} {remedy}")
+            }
+            Self::NoAnswer { request, to, endpoint, tries } => format!(
+                "{request} {to}: нет ответа от {endpoint}, попыток: {tries}. Проверьте питание, \
+                 кабель, адрес (addr=), а на последовательной линии и скорость (baud=)."
+            ),
+            Self::Absent { endpoint, tries } => format!(
+                "На {endpoint} никто не отвечает, проб: {tries}. Проверьте питание, кабель, адрес \
+                 (addr=), а на последовательной линии и скорость (baud=)."
+            ),
+            Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
+                "{request} {to}: отправлено на {endpoint}, но {}. Запрос мог быть исполнен: \
+                 прочитайте состояние, прежде чем повторять.",
+                cause.russian()
+            ),
+            Self::NotSent { request, to, cause } => format!(
+                "{request} {to}: не отправлено, так как {}. Ничего не исполнено: повторите, если \
+                 это всё ещё нужно.",
+                cause.russian()
+            ),
+            Self::Link { endpoint, source } => format!(
+                "Нет соединения с {endpoint}: {source}. Проверьте, что ствол включён и что узел, \
+                 порт или устройство указаны верно."
+            ),
+            Self::Protocol { request, from, source } => format!(
+                "{request}: данные ответа {from} имеют неверный вид ({source}). Программа ствола \
+                 отступает от протокола: запишите и сообщите."
+            ),
+            Self::Unsendable { request, to } => format!(
+                "{request} {to}: больше, чем вмещает запрос (255 байт данных, 63 значения). \
+                 Отправьте меньше значений."
+            ),
+            Self::Url(error) => error.localized(Lang::Ru),
+            Self::NeedsStream => {
+                "Для sim: нужен имитатор в этом же процессе. Передайте клиенту его поток или \
+                 запустите `lafet sim` и подключитесь к напечатанному адресу."
+                    .into()
+            }
+            Self::Closed => "Клиент завершил работу. Создайте новый.".into(),
+        }
+    }
+}
+
+impl Cause {
+    fn english(&self) -> String {
+        match self {
+            Self::Silence => "no answer came".into(),
+            Self::Link(source) => format!("there is no connection ({source})"),
+            Self::Superseded { by } => format!("{by} overtook it"),
+            Self::QueueFull => "too many requests are waiting".into(),
+            Self::EarlierFailed => "an earlier request of the batch got no answer".into(),
+        }
+    }
+
+    fn russian(&self) -> String {
+        match self {
+            Self::Silence => "ответ не пришёл".into(),
+            Self::Link(source) => format!("нет соединения ({source})"),
+            Self::Superseded { by } => format!("его опередил запрос {by}"),
+            Self::QueueFull => "слишком много запросов в очереди".into(),
+            Self::EarlierFailed => "предыдущий запрос пакета остался без ответа".into(),
+        }
+    }
+}
+
+fn status_texts(status: Status, lang: Lang) -> (&'static str, &'static str) {
+    match (dictionary::status(status), lang) {
+        (Some(info), Lang::En) => (info.meaning.en, info.remedy.en),
+        (Some(info), Lang::Ru) => (info.meaning.ru, info.remedy.ru),
+        (None, Lang::En) => ("The protocol knows no such status.", "Report it."),
+        (None, Lang::Ru) => ("Протокол не знает такого статуса.", "Сообщите о нём."),
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.english())
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Link { source, .. }
+            | Self::OutcomeUnknown { cause: Cause::Link(source), .. }
+            | Self::NotSent { cause: Cause::Link(source), .. } => Some(source.as_ref()),
+            Self::Protocol { source, .. } => Some(source),
+            Self::Url(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+impl From<UrlError> for Error {
+    fn from(error: UrlError) -> Self {
+        Self::Url(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all() -> Vec<Error> {
+        let (request, to) = (RequestId::MOVE, SubsystemId::VERTICAL);
+        let endpoint: Arc<str> = "tcp://h:1?addr=1".into();
+        let source = Arc::new(io::Error::from(io::ErrorKind::ConnectionRefused));
+        let unknown = |cause| Error::OutcomeUnknown { request, to, endpoint: "x".into(), cause };
+        let by = SubsystemId::DEPLOYER;
+        let decode = DecodeError { offset: 0, expected: lafet_proto::Expected::Size, got: 3 };
+        vec![
+            Error::Refused { request, to, status: Status::DENIED, by },
+            Error::Refused { request, to, status: Status(77), by },
+            Error::NoAnswer { request, to, endpoint: endpoint.clone(), tries: 3 },
+            Error::Absent { endpoint: endpoint.clone(), tries: 3 },
+            unknown(Cause::Silence),
+            unknown(Cause::Link(source.clone())),
+            unknown(Cause::Superseded { by: RequestId::STOP }),
+            Error::NotSent { request, to, cause: Cause::QueueFull },
+            Error::NotSent { request, to, cause: Cause::EarlierFailed },
+            Error::Link { endpoint, source },
+            Error::Protocol { request, from: by, source: decode },
+            Error::Unsendable { request, to },
+            Error::Url("x:".parse::<crate::Endpoint>().unwrap_err()),
+            Error::NeedsStream,
+            Error::Closed,
+        ]
+    }
+
+    #[test]
+    fn every_error_speaks_both_languages_and_ends_its_sentences() {
+        for error in all() {
+            let (english, russian) = (error.to_string(), error.localized(Lang::Ru));
+            let cyrillic = |text: &str| text.chars().any(|c| ('а'..='я').contains(&c));
+            assert!(!cyrillic(&english) && cyrillic(&russian), "{english} / {russian}");
+            assert!(english.ends_with('.') && russian.ends_with('.'), "{english} / {russian}");
+        }
+    }
+
+    #[test]
+    fn a_refusal_names_request_addressee_status_and_who_refused() {
+        let text = all()[0].to_string();
+        for word in ["Move", "Vertical", "Denied", "Deployer"] {
+            assert!(text.contains(word), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_error_has_one_kind() {
+        for error in all() {
+            let kinds = [error.is_refused(), error.is_usage(), error.is_no_answer()];
+            assert_eq!(kinds.iter().filter(|is| **is).count(), 1, "{error}");
+        }
+    }
+}

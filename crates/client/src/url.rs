@@ -1,0 +1,555 @@
+//! Where a monitor is: `tcp://host:port?addr=1`, `udp://…`, `serial:///dev/ttyUSB0?baud=19200`, `sim:`.
+//!
+//! The schemes and their options are ours; the addresses and the speed of the line are the bus's
+//! (observed).
+
+use std::collections::HashSet;
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use lafet_proto::bus;
+use percent_encoding::{AsciiSet, CONTROLS, percent_decode_str, utf8_percent_encode};
+use url::{Host, Url};
+
+use crate::error::Lang;
+
+/// Where a monitor is and how it is reached.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Endpoint {
+    /// A monitor's own port, or a transparent serial server.
+    Tcp {
+        /// Name or address; IPv6 without its brackets.
+        host: String,
+        /// Port.
+        port: u16,
+        /// What the bytes are.
+        framing: Framing,
+        /// Who talks to whom.
+        addresses: Addresses,
+    },
+    /// One datagram = one link frame.
+    Udp {
+        /// Name or address; IPv6 without its brackets.
+        host: String,
+        /// Port.
+        port: u16,
+        /// Who talks to whom.
+        addresses: Addresses,
+    },
+    /// RS-485 or RS-232, 8N1.
+    Serial {
+        /// The device.
+        path: PathBuf,
+        /// Speed of the line.
+        baud: u32,
+        /// Who talks to whom.
+        addresses: Addresses,
+    },
+    /// A simulated monitor in the same process. The caller brings it: see `Client::over`.
+    Sim {
+        /// Options for the simulator, in order.
+        query: Vec<(String, String)>,
+        /// Who talks to whom.
+        addresses: Addresses,
+    },
+}
+
+/// Bus addresses (observed): monitors 1…127, the controller 128, consoles 129…254.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Addresses {
+    /// The monitor, `addr=`.
+    pub monitor: u8,
+    /// This side, `src=`.
+    pub source: u8,
+}
+
+impl Default for Addresses {
+    fn default() -> Self {
+        Self { monitor: *bus::MONITORS.start(), source: *bus::CONSOLES.start() }
+    }
+}
+
+/// What travels over a TCP connection.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Framing {
+    /// Link frames, as on every other medium.
+    #[default]
+    Link,
+    /// Bare records, one monitor a connection.
+    Records,
+}
+
+impl Endpoint {
+    /// Who talks to whom.
+    pub const fn addresses(&self) -> Addresses {
+        match self {
+            Self::Tcp { addresses, .. }
+            | Self::Udp { addresses, .. }
+            | Self::Serial { addresses, .. }
+            | Self::Sim { addresses, .. } => *addresses,
+        }
+    }
+
+    /// What travels: link frames everywhere but over `tcp://…?framing=records`.
+    pub const fn framing(&self) -> Framing {
+        match self {
+            Self::Tcp { framing, .. } => *framing,
+            _ => Framing::Link,
+        }
+    }
+}
+
+/// A URL that names no monitor: what is wrong, where, and what would be right.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum UrlError {
+    /// It cannot be read as a URL at all.
+    Syntax {
+        /// As given.
+        url: String,
+        /// What the parser says.
+        reason: String,
+    },
+    /// Not tcp, udp, serial or sim.
+    Scheme {
+        /// As given.
+        url: String,
+        /// Its scheme.
+        scheme: String,
+    },
+    /// No host, or no device, to connect to.
+    Nowhere {
+        /// As given.
+        url: String,
+        /// Its scheme.
+        scheme: &'static str,
+    },
+    /// A part that this scheme does not have: user, path, fragment…
+    Part {
+        /// As given.
+        url: String,
+        /// The part.
+        part: String,
+    },
+    /// An option that this scheme does not have.
+    Option {
+        /// The option.
+        key: String,
+        /// Those it has.
+        known: &'static [&'static str],
+    },
+    /// An option given twice.
+    Twice {
+        /// The option.
+        key: String,
+    },
+    /// A value that an option or the port cannot have.
+    Value {
+        /// The option.
+        key: String,
+        /// Its value.
+        value: String,
+        /// The values it can have.
+        allowed: &'static str,
+    },
+}
+
+impl UrlError {
+    /// The message in a language.
+    pub fn localized(&self, lang: Lang) -> String {
+        match lang {
+            Lang::En => self.english(),
+            Lang::Ru => self.russian(),
+        }
+    }
+
+    fn english(&self) -> String {
+        match self {
+            Self::Syntax { url, reason } => {
+                format!("`{url}` is not a URL: {reason}. Write it like {EXAMPLE}.")
+            }
+            Self::Scheme { url, scheme } => format!(
+                "`{url}`: `{scheme}:` is no way to reach a monitor. Use tcp://, udp://, serial:// \
+                 or sim:, like {EXAMPLE}."
+            ),
+            Self::Nowhere { url, scheme } => {
+                format!("`{url}` does not say where to connect. Write it like {}.", example(scheme))
+            }
+            Self::Part { url, part } => {
+                format!("`{url}`: `{part}` has no meaning here. Leave it out.")
+            }
+            Self::Option { key, known } => {
+                format!("There is no option `{key}` here. Those there are: {}.", known.join(", "))
+            }
+            Self::Twice { key } => format!("The option `{key}` is given twice. Leave one."),
+            Self::Value { key, value, allowed } => {
+                format!("`{key}={value}`: {key} must be {allowed}.")
+            }
+        }
+    }
+
+    fn russian(&self) -> String {
+        match self {
+            Self::Syntax { url, reason } => {
+                format!("`{url}` — не адрес URL ({reason}). Напишите, например, {EXAMPLE}.")
+            }
+            Self::Scheme { url, scheme } => format!(
+                "`{url}`: по `{scheme}:` ствол недоступен. Используйте tcp://, udp://, serial:// \
+                 или sim:, например {EXAMPLE}."
+            ),
+            Self::Nowhere { url, scheme } => {
+                format!("`{url}`: не указано, куда подключаться. Пример: {}.", example(scheme))
+            }
+            Self::Part { url, part } => {
+                format!("`{url}`: часть `{part}` здесь не имеет смысла. Уберите её.")
+            }
+            Self::Option { key, known } => {
+                format!("Параметра `{key}` здесь нет. Возможные: {}.", known.join(", "))
+            }
+            Self::Twice { key } => format!("Параметр `{key}` указан дважды. Оставьте один."),
+            Self::Value { key, value, allowed } => {
+                format!("`{key}={value}`: допустимо {}.", allowed_ru(allowed))
+            }
+        }
+    }
+}
+
+impl fmt::Display for UrlError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.english())
+    }
+}
+
+impl std::error::Error for UrlError {}
+
+const EXAMPLE: &str = "tcp://192.168.1.50:10485?addr=1";
+const MONITOR_ADDRESSES: &str = "an address of a monitor, 1…127";
+const SOURCE_ADDRESSES: &str = "the controller's address 128 or a console's, 129…254";
+const BAUDS: &str = "a speed of the line, 300…4000000 (19200 is usual)";
+const FRAMINGS: &str = "link or records";
+const PORTS: &str = "a number, 1…65535";
+
+fn allowed_ru(allowed: &'static str) -> &'static str {
+    match allowed {
+        MONITOR_ADDRESSES => "адрес ствола, 1…127",
+        SOURCE_ADDRESSES => "адрес контроллера 128 или пульта, 129…254",
+        BAUDS => "скорость линии, 300…4000000 (обычно 19200)",
+        FRAMINGS => "link или records",
+        PORTS => "число, 1…65535",
+        other => other,
+    }
+}
+
+fn example(scheme: &str) -> &'static str {
+    match scheme {
+        "udp" => "udp://192.168.1.50:10485?addr=1",
+        "serial" => "serial:///dev/ttyUSB0?baud=19200&addr=1",
+        _ => EXAMPLE,
+    }
+}
+
+impl FromStr for Endpoint {
+    type Err = UrlError;
+
+    fn from_str(text: &str) -> Result<Self, UrlError> {
+        let url = Url::parse(text).map_err(|error| syntax(text, error))?;
+        if let Some(fragment) = url.fragment() {
+            return Err(UrlError::Part { url: text.into(), part: format!("#{fragment}") });
+        }
+        let mut options = Options::read(&url)?;
+        match url.scheme() {
+            "tcp" => {
+                let (host, port) = host_and_port(text, &url, "tcp")?;
+                let framing = options.framing()?;
+                let addresses = options.addresses()?;
+                options.finish(&["addr", "src", "framing"])?;
+                Ok(Self::Tcp { host, port, framing, addresses })
+            }
+            "udp" => {
+                let (host, port) = host_and_port(text, &url, "udp")?;
+                let addresses = options.addresses()?;
+                options.finish(&["addr", "src"])?;
+                Ok(Self::Udp { host, port, addresses })
+            }
+            "serial" => {
+                let path = device(text, &url)?;
+                let baud = options.number("baud", bus::BAUD_DEFAULT, 300..=4_000_000, BAUDS)?;
+                let addresses = options.addresses()?;
+                options.finish(&["addr", "src", "baud"])?;
+                Ok(Self::Serial { path, baud, addresses })
+            }
+            "sim" => {
+                let rest = format!("{}{}", url.host_str().unwrap_or(""), url.path());
+                if !rest.is_empty() {
+                    return Err(UrlError::Part { url: text.into(), part: rest });
+                }
+                let addresses = options.addresses()?;
+                Ok(Self::Sim { query: options.rest, addresses })
+            }
+            scheme => Err(UrlError::Scheme { url: text.into(), scheme: scheme.into() }),
+        }
+    }
+}
+
+fn syntax(text: &str, error: url::ParseError) -> UrlError {
+    match error {
+        url::ParseError::InvalidPort => {
+            let value = text.rsplit(':').next().unwrap_or_default();
+            let value = value.split(['?', '/']).next().unwrap_or_default();
+            UrlError::Value { key: "port".into(), value: value.into(), allowed: PORTS }
+        }
+        error => UrlError::Syntax { url: text.into(), reason: error.to_string() },
+    }
+}
+
+fn host_and_port(
+    text: &str,
+    url: &Url,
+    scheme: &'static str,
+) -> Result<(String, u16), UrlError> {
+    let part = |part: String| UrlError::Part { url: text.into(), part };
+    if !url.username().is_empty() || url.password().is_some() {
+        return Err(part(format!("{}@", url.username())));
+    }
+    if !matches!(url.path(), "" | "/") {
+        return Err(part(url.path().into()));
+    }
+    let nowhere = || UrlError::Nowhere { url: text.into(), scheme };
+    let host = match url.host().ok_or_else(nowhere)? {
+        Host::Domain("") => return Err(nowhere()),
+        Host::Domain(name) => percent_decode_str(name).decode_utf8_lossy().into_owned(),
+        Host::Ipv4(address) => address.to_string(),
+        Host::Ipv6(address) => address.to_string(),
+    };
+    match url.port() {
+        Some(0) => Err(UrlError::Value { key: "port".into(), value: "0".into(), allowed: PORTS }),
+        port => Ok((host, port.unwrap_or(bus::PORT_EXTERNAL_CONN))),
+    }
+}
+
+/// `serial:///dev/ttyUSB0`, or `serial://COM3` and `serial:COM3` where devices are no paths.
+fn device(text: &str, url: &Url) -> Result<PathBuf, UrlError> {
+    let path = format!("{}{}", url.host_str().unwrap_or(""), url.path());
+    let path = percent_decode_str(&path).decode_utf8_lossy().into_owned();
+    if matches!(path.as_str(), "" | "/") {
+        return Err(UrlError::Nowhere { url: text.into(), scheme: "serial" });
+    }
+    Ok(PathBuf::from(path))
+}
+
+/// The options of a URL that nobody has taken yet.
+struct Options {
+    rest: Vec<(String, String)>,
+}
+
+impl Options {
+    fn read(url: &Url) -> Result<Self, UrlError> {
+        let rest: Vec<(String, String)> = url.query_pairs().into_owned().collect();
+        // A simulator may be given several fires; nothing else makes sense twice.
+        let mut seen = HashSet::new();
+        let single = |key: &str| url.scheme() != "sim" || matches!(key, "addr" | "src");
+        match rest.iter().find(|(key, _)| single(key) && !seen.insert(key.clone())) {
+            Some((key, _)) => Err(UrlError::Twice { key: key.clone() }),
+            None => Ok(Self { rest }),
+        }
+    }
+
+    fn take(&mut self, key: &str) -> Option<String> {
+        let index = self.rest.iter().position(|(known, _)| known == key)?;
+        Some(self.rest.remove(index).1)
+    }
+
+    fn number<T: FromStr + PartialOrd>(
+        &mut self,
+        key: &str,
+        default: T,
+        range: std::ops::RangeInclusive<T>,
+        allowed: &'static str,
+    ) -> Result<T, UrlError> {
+        let Some(value) = self.take(key) else { return Ok(default) };
+        match value.parse() {
+            Ok(number) if range.contains(&number) => Ok(number),
+            _ => Err(UrlError::Value { key: key.into(), value, allowed }),
+        }
+    }
+
+    fn addresses(&mut self) -> Result<Addresses, UrlError> {
+        let Addresses { monitor, source } = Addresses::default();
+        let sources = bus::CONTROLLER..=*bus::CONSOLES.end();
+        Ok(Addresses {
+            monitor: self.number("addr", monitor, bus::MONITORS, MONITOR_ADDRESSES)?,
+            source: self.number("src", source, sources, SOURCE_ADDRESSES)?,
+        })
+    }
+
+    fn framing(&mut self) -> Result<Framing, UrlError> {
+        match self.take("framing") {
+            None => Ok(Framing::Link),
+            Some(value) if value == "link" => Ok(Framing::Link),
+            Some(value) if value == "records" => Ok(Framing::Records),
+            Some(value) => {
+                Err(UrlError::Value { key: "framing".into(), value, allowed: FRAMINGS })
+            }
+        }
+    }
+
+    fn finish(self, known: &'static [&'static str]) -> Result<(), UrlError> {
+        match self.rest.into_iter().next() {
+            Some((key, _)) => Err(UrlError::Option { key, known }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What a path of a device may not contain inside a URL.
+const PATH: &AsciiSet = &CONTROLS.add(b' ').add(b'?').add(b'#').add(b'%').add(b'"');
+
+impl fmt::Display for Endpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tcp { host, port, framing, addresses } => {
+                write!(f, "tcp://{}:{port}?addr={}", Bracketed(host), addresses.monitor)?;
+                write_source(f, *addresses)?;
+                if *framing == Framing::Records { f.write_str("&framing=records") } else { Ok(()) }
+            }
+            Self::Udp { host, port, addresses } => {
+                write!(f, "udp://{}:{port}?addr={}", Bracketed(host), addresses.monitor)?;
+                write_source(f, *addresses)
+            }
+            Self::Serial { path, baud, addresses } => {
+                let path = path.to_string_lossy();
+                let slashes = if path.starts_with('/') { "//" } else { "" };
+                let path = utf8_percent_encode(&path, PATH);
+                write!(f, "serial:{slashes}{path}?baud={baud}&addr={}", addresses.monitor)?;
+                write_source(f, *addresses)
+            }
+            Self::Sim { query, addresses } => {
+                write!(f, "sim:?addr={}", addresses.monitor)?;
+                write_source(f, *addresses)?;
+                for (key, value) in query {
+                    let pair = url::form_urlencoded::Serializer::new(String::new())
+                        .append_pair(key, value)
+                        .finish();
+                    write!(f, "&{pair}")?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+fn write_source(f: &mut fmt::Formatter<'_>, addresses: Addresses) -> fmt::Result {
+    if addresses.source == Addresses::default().source {
+        return Ok(());
+    }
+    write!(f, "&src={}", addresses.source)
+}
+
+/// An IPv6 address needs brackets before a port.
+struct Bracketed<'a>(&'a str);
+
+impl fmt::Display for Bracketed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.contains(':') { write!(f, "[{}]", self.0) } else { f.write_str(self.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Endpoint {
+        text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
+    }
+
+    #[test]
+    fn what_is_left_out_has_its_default() {
+        let addresses = Addresses { monitor: 1, source: 129 };
+        let tcp = |host: &str, port| Endpoint::Tcp {
+            host: host.into(),
+            port,
+            framing: Framing::Link,
+            addresses,
+        };
+        assert_eq!(parse("tcp://monitor.local"), tcp("monitor.local", 10_485));
+        assert_eq!(parse("tcp://10.0.0.7:4001/"), tcp("10.0.0.7", 4001));
+        assert_eq!(parse("tcp://[fe80::1]"), tcp("fe80::1", 10_485));
+        assert_eq!(parse("tcp://[::1]:9"), tcp("::1", 9));
+        let path = PathBuf::from("/dev/ttyUSB0");
+        assert_eq!(
+            parse("serial:///dev/ttyUSB0"),
+            Endpoint::Serial { path, baud: 19_200, addresses }
+        );
+        assert_eq!(parse("sim:"), Endpoint::Sim { query: vec![], addresses });
+    }
+
+    #[test]
+    fn options_are_read() {
+        let endpoint = parse("tcp://h?addr=127&src=200&framing=records");
+        assert_eq!(endpoint.addresses(), Addresses { monitor: 127, source: 200 });
+        assert_eq!(endpoint.framing(), Framing::Records);
+        let Endpoint::Sim { query, addresses } =
+            parse("sim:?profile=full&fire=az%3D30,range%3D25&addr=3&fire=az=1")
+        else {
+            panic!("a sim")
+        };
+        assert_eq!(addresses.monitor, 3);
+        let query: Vec<_> = query.iter().map(|(key, value)| (&key[..], &value[..])).collect();
+        let fires = [("fire", "az=30,range=25"), ("fire", "az=1")];
+        assert_eq!(query, [("profile", "full"), fires[0], fires[1]]);
+    }
+
+    #[test]
+    fn displayed_and_read_again_it_is_the_same() {
+        for text in [
+            "tcp://monitor.local",
+            "tcp://[::1]:10486?addr=5&src=254&framing=records",
+            "udp://10.0.0.7:5?addr=2",
+            "udp://[fe80::1]",
+            "serial:///dev/ttyUSB0?baud=57600&addr=127",
+            "serial:///dev/serial/by-id/a%20b%25?src=130",
+            "serial:COM3",
+            "sim:",
+            "sim:?seed=7&fire=az%3D30%26,range=25&fire=x&src=128",
+        ] {
+            let endpoint = parse(text);
+            let shown = endpoint.to_string();
+            assert_eq!(parse(&shown), endpoint, "{text} is shown as {shown}");
+            assert_eq!(parse(&shown).to_string(), shown);
+        }
+    }
+
+    #[test]
+    fn every_mistake_is_named_in_both_languages() {
+        for (text, word) in [
+            ("", "URL"),
+            ("192.168.1.50", "URL"),
+            ("localhost:10485", "localhost"),
+            ("http://h", "http"),
+            ("tcp://", "tcp://"),
+            ("tcp:", "tcp:"),
+            ("tcp://h:0", "port=0"),
+            ("tcp://h:65536?addr=1", "port=65536"),
+            ("tcp://h/path", "/path"),
+            ("tcp://user@h", "user@"),
+            ("tcp://h#x", "#x"),
+            ("tcp://h?addr=0", "addr=0"),
+            ("tcp://h?addr=128", "addr=128"),
+            ("tcp://h?src=127", "src=127"),
+            ("tcp://h?src=255", "src=255"),
+            ("tcp://h?addr=1&addr=2", "`addr`"),
+            ("tcp://h?baud=9600", "`baud`"),
+            ("tcp://h?framing=slip", "framing=slip"),
+            ("udp://h?framing=records", "`framing`"),
+            ("serial://", "serial://"),
+            ("serial:///dev/x?baud=fast", "baud=fast"),
+            ("sim:x", "`x`"),
+        ] {
+            let error = text.parse::<Endpoint>().expect_err(text);
+            let (english, russian) = (error.to_string(), error.localized(Lang::Ru));
+            assert!(english.contains(word), "{text}: {english}");
+            assert!(russian.contains(word), "{text}: {russian}");
+            assert!(russian.chars().any(|c| ('а'..='я').contains(&c)), "{text}: {russian}");
+        }
+    }
+}

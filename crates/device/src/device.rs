@@ -1,0 +1,375 @@
+//! The monitor: what it consists of, how it powers up, and what happens in a step.
+
+use crate::composition::{ChainSet, Composition};
+use crate::guard::{self, Rules};
+use crate::hal::{FaultInfo, Hal, Storage, StorageError};
+use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
+use crate::params::Params;
+use crate::subsystem::buttons::{ButtonPost, Demand};
+use crate::subsystem::climatics::Climatics;
+use crate::subsystem::conn::Conn;
+use crate::subsystem::control::Control;
+use crate::subsystem::deployer::Deployer;
+use crate::subsystem::detector::Detector;
+use crate::subsystem::drive::{Cause, Drive};
+use crate::subsystem::general::{General, Reset};
+use crate::subsystem::valve::Valve;
+use crate::subsystem::{Env, by_axis, of_axis};
+use crate::time::{Millis, Timer};
+use lafet_proto::SubsystemId;
+use lafet_proto::param::{DriveParam, Param};
+use lafet_proto::status::Limits;
+
+/// Allowance of the guard beyond a limit: what a drive needs to arrive there, ' or mm.
+const LIMIT_ALLOWANCE: i32 = 2;
+/// The guard cuts a drive off at this many times MaxCurrent, before overload is judged.
+const CUT_OFF_FACTOR: i32 = 2;
+
+/// A fire monitor.
+///
+/// `handle` answers frames, `step` runs it; the caller passes the same clock to both, and makes
+/// a new `Device` when the HAL has been told to reset.
+#[derive(Clone, Debug)]
+pub struct Device {
+    pub(crate) chain: ChainSet,
+    pub(crate) address: u8,
+    pub(crate) inputs: Inputs,
+    pub(crate) outputs: Outputs,
+    pub(crate) params: Params,
+    pub(crate) general: General,
+    pub(crate) climatics: Climatics,
+    pub(crate) drives: [Drive; AXES],
+    pub(crate) valves: [Valve; VALVES],
+    pub(crate) control: Control,
+    pub(crate) detector: Detector,
+    pub(crate) deployer: Deployer,
+    pub(crate) external_conn: Conn,
+    pub(crate) radio: Conn,
+    pub(crate) buttons: ButtonPost,
+    pub(crate) ext_buttons: ButtonPost,
+    settling: Timer,
+    last_step: Millis,
+}
+
+impl Device {
+    /// Starts the monitor: inert, the valves commanded closed, position told by the sensors.
+    ///
+    /// `composition` and `address` are what the hardware says; stored parameters precede them.
+    /// `crash` is what a fault before this start has left (§3.20).
+    pub fn power_up(
+        now_ms: u32,
+        composition: &Composition,
+        address: u8,
+        crash: Option<FaultInfo>,
+        hal: &mut impl Hal,
+    ) -> Self {
+        let now = Millis(now_ms);
+        let params = Params::load(hal);
+        let mut inputs = Inputs::default();
+        hal.read(&mut inputs);
+        let configured = !params.is_incomplete(SubsystemId::GENERAL);
+        let chain = if configured {
+            ChainSet::from_bits(params.get(Param::GeneralChain) as u16)
+        } else {
+            composition.chain
+        };
+        let address = if configured { params.get(Param::GeneralAddress) as u8 } else { address };
+        let locked = params.lockout();
+        let keep_valves = params.get(Param::GeneralResetValves) != 0 && !locked;
+        let drive = |axis| Drive::new(axis, &params, *of_axis(&inputs.drives, axis));
+        let valve = |no| Valve::new(now, no, &params, keep_valves);
+        let invalid = |id| params.is_incomplete(id);
+        let [_, _, _, deployer] = &inputs.drives;
+        let mut settling = Timer::default();
+        settling.start(now, guard::SETTLE_MS);
+        Self {
+            chain,
+            address,
+            outputs: Outputs::default(),
+            general: General::new(locked, crash),
+            climatics: Climatics::default(),
+            drives: Axis::ALL.map(drive),
+            valves: ValveNo::ALL.map(valve),
+            control: Control::default(),
+            detector: Detector::default(),
+            deployer: Deployer::new(deployer),
+            external_conn: Conn::new(invalid(SubsystemId::EXTERNAL_CONN)),
+            radio: Conn::new(invalid(SubsystemId::RADIO)),
+            buttons: ButtonPost::new(invalid(SubsystemId::BUTTONS)),
+            ext_buttons: ButtonPost::new(invalid(SubsystemId::EXT_BUTTONS)),
+            settling,
+            last_step: now,
+            params,
+            inputs,
+        }
+    }
+
+    /// Stores the parameters with which a monitor of this composition leaves the factory.
+    pub fn provision(
+        storage: &mut impl Storage,
+        composition: &Composition,
+        address: u8,
+    ) -> Result<(), StorageError> {
+        Params::provision(storage, composition, address)
+    }
+
+    /// The address it answers to.
+    pub const fn address(&self) -> u8 {
+        self.address
+    }
+
+    /// The parameters' values.
+    pub const fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// What was driven in the last step.
+    pub const fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    /// What was sensed in the last step.
+    pub const fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    /// Whether a subsystem is part of this monitor.
+    pub const fn has(&self, id: SubsystemId) -> bool {
+        self.chain.contains(id)
+    }
+
+    /// One cycle: inputs, subsystems, guard, outputs; then what has to be stored or reset.
+    pub fn step(&mut self, now_ms: u32, hal: &mut impl Hal) {
+        let now = Millis(now_ms);
+        let dt_ms = now.since(self.last_step);
+        self.last_step = now;
+        hal.read(&mut self.inputs);
+        self.settling.poll(now);
+        self.run(now, dt_ms);
+        self.outputs = guard::filter(&self.rules(), &self.inputs, &self.wanted());
+        hal.write(&self.outputs);
+        self.params.flush(hal);
+        if let Some(reset) = self.general.poll_reset(now) {
+            self.reset(reset, hal);
+        }
+    }
+
+    /// In working position, or without a Deployer.
+    pub(crate) fn is_deployed(&self) -> bool {
+        !self.has(SubsystemId::DEPLOYER) || self.deployer.is_deployed()
+    }
+
+    /// Control, Detector and what they work with.
+    pub(crate) fn programs(&mut self) -> (&mut Control, &mut Detector, Env<'_>) {
+        let deployed = self.is_deployed();
+        let env = Env {
+            inputs: &self.inputs,
+            params: &mut self.params,
+            drives: &mut self.drives,
+            deployed,
+            deploy_failed: !deployed && self.deployer.has_failed(),
+            pressure_datm: self.general.pressure_datm(),
+        };
+        (&mut self.control, &mut self.detector, env)
+    }
+
+    /// Ends every operation of the drives; valves are stopped too when `valves` says so.
+    pub(crate) fn stop_motion(&mut self, valves: bool) {
+        self.control.stop();
+        self.detector.stop();
+        let [_, _, _, deployer] = self.inputs.drives;
+        self.deployer.stop(&mut self.drives, &deployer);
+        for drive in &mut self.drives {
+            drive.stop();
+        }
+        if valves {
+            for valve in &mut self.valves {
+                valve.stop();
+            }
+        }
+    }
+
+    /// §3.18/1, §3.12/1 Ends everything and closes the valves.
+    pub(crate) fn close_everything(&mut self, now: Millis) {
+        self.stop_motion(false);
+        for valve in &mut self.valves {
+            valve.close(now, &self.params);
+        }
+    }
+
+    fn run(&mut self, now: Millis, dt_ms: u32) {
+        let Self { inputs, params, .. } = self;
+        self.general.step(inputs, params);
+        self.climatics.step(inputs, params);
+        for (drive, axis) in self.drives.iter_mut().zip(Axis::ALL) {
+            let unit = unit_of(&inputs.units, axis.unit());
+            drive.step(now, dt_ms, of_axis(&inputs.drives, axis), unit, params);
+        }
+        for ((valve, no), input) in self.valves.iter_mut().zip(ValveNo::ALL).zip(&inputs.valves) {
+            valve.step(now, dt_ms, input, unit_of(&inputs.units, no.unit()), params);
+        }
+        let invalid = |id| params.is_incomplete(id);
+        self.external_conn.step(now, invalid(SubsystemId::EXTERNAL_CONN));
+        self.radio.step(now, invalid(SubsystemId::RADIO));
+        if self.chain.contains(SubsystemId::DEPLOYER) {
+            let [_, _, _, deployer] = &inputs.drives;
+            self.deployer.step(now, deployer, &mut self.drives, params);
+        }
+        self.run_buttons(now);
+        let (control, detector, mut env) = self.programs();
+        detector.step(now, &mut env);
+        control.step(now, &mut env);
+    }
+
+    /// §3.3.10/1 Buttons act as requests would, and are refused where those would be.
+    fn run_buttons(&mut self, now: Millis) {
+        let locked = self.general.is_locked() || self.general.is_restarting();
+        let [first, second] = self.inputs.buttons;
+        let posts = [
+            (SubsystemId::BUTTONS, &mut self.buttons, first),
+            (SubsystemId::EXT_BUTTONS, &mut self.ext_buttons, second),
+        ];
+        let mut directions = [None; 3];
+        let (mut open, mut close) = (false, false);
+        for (id, post, states) in posts {
+            if self.chain.contains(id) {
+                let invalid = self.params.is_incomplete(id);
+                let demand: Demand = post.step(&states, locked, invalid);
+                for (direction, more) in directions.iter_mut().zip(demand.directions) {
+                    *direction = (*direction).or(more);
+                }
+                open |= demand.open;
+                close |= demand.close;
+            }
+        }
+        for (axis, direction) in
+            [Axis::Vertical, Axis::Horizontal, Axis::Nozzle].into_iter().zip(directions)
+        {
+            self.run_direction_button(now, axis, direction);
+        }
+        self.run_valve_buttons(now, open, close);
+    }
+
+    fn run_direction_button(&mut self, now: Millis, axis: Axis, direction: Option<bool>) {
+        let allowed = self.chain.contains(axis.id())
+            && self.refusal_of_move(axis.id()).is_none()
+            && !of_axis(&self.drives, axis).is_faulty();
+        let drive = by_axis(&mut self.drives, axis);
+        match direction {
+            Some(up) if allowed => {
+                if drive.cause() != Some(Cause::Button) || !drive.runs(up) {
+                    drive.run(up, Cause::Button);
+                }
+                self.control.note_manual(now);
+            }
+            _ if drive.cause() == Some(Cause::Button) => drive.stop(),
+            _ => {}
+        }
+    }
+
+    /// Valve1, or Valve2 where there is no Valve1.
+    fn run_valve_buttons(&mut self, now: Millis, open: bool, close: bool) {
+        let [valve1, valve2] = &mut self.valves;
+        let (id, valve) = if self.chain.contains(SubsystemId::VALVE1) {
+            (SubsystemId::VALVE1, valve1)
+        } else {
+            (SubsystemId::VALVE2, valve2)
+        };
+        if !self.chain.contains(id) {
+            return;
+        }
+        if close {
+            valve.close(now, &self.params);
+        } else if open && self.refusal_of_open().is_none() {
+            let [valve1, valve2] = &mut self.valves;
+            let valve = if id == SubsystemId::VALVE1 { valve1 } else { valve2 };
+            valve.open(now, &self.params);
+        }
+    }
+
+    fn rules(&self) -> Rules {
+        let limits = Axis::ALL.map(|axis| {
+            let zero = self.params.drive(axis, DriveParam::ZeroPoint);
+            // Deployment ends at switches, which stand a little beyond the limits.
+            of_axis(&self.drives, axis).limits().filter(|_| axis != Axis::Deployer).map(
+                |Limits { min, max }| {
+                    let raw = |limit: i32| limit.saturating_add(zero);
+                    (
+                        raw(min).saturating_sub(LIMIT_ALLOWANCE),
+                        raw(max).saturating_add(LIMIT_ALLOWANCE),
+                    )
+                },
+            )
+        });
+        let current_da = Axis::ALL.map(|axis| {
+            self.params.drive(axis, DriveParam::MaxCurrent).saturating_mul(CUT_OFF_FACTOR)
+        });
+        Rules {
+            settled: !self.settling.is_running(),
+            locked: self.general.is_locked(),
+            deployer: self.has(SubsystemId::DEPLOYER),
+            limits,
+            current_da,
+        }
+    }
+
+    /// What the subsystems of the chain want; the others want nothing.
+    fn wanted(&self) -> Outputs {
+        let mut wanted = Outputs::default();
+        for (axis, output) in Axis::ALL.into_iter().zip(&mut wanted.drives) {
+            if self.has(axis.id()) {
+                *output = of_axis(&self.drives, axis).output();
+            }
+        }
+        let valves = ValveNo::ALL.into_iter().zip(&self.valves).zip(&mut wanted.valves);
+        for ((no, valve), output) in valves {
+            if self.has(no.id()) {
+                *output = valve.output();
+            }
+        }
+        if self.has(SubsystemId::CLIMATICS) {
+            wanted.heaters = self.climatics.heaters();
+        }
+        let [vertical, horizontal, nozzle, deployer] = &self.drives;
+        let [valve1, valve2] = &self.valves;
+        wanted.units = [
+            vertical.unit_op(),
+            horizontal.unit_op(),
+            nozzle.unit_op(),
+            deployer.unit_op(),
+            valve1.unit_op(),
+            valve2.unit_op(),
+        ];
+        wanted
+    }
+
+    /// §3.12/2, §3.19/1
+    fn reset(&mut self, reset: Reset, hal: &mut impl Hal) {
+        while !self.params.is_stored() && reset == Reset::Restart {
+            self.params.flush(hal);
+        }
+        if reset == Reset::CleanFlash && hal.erase().is_err() {
+            self.general.erase_failed();
+            return;
+        }
+        self.outputs = Outputs::default();
+        hal.write(&self.outputs);
+        hal.reset();
+    }
+}
+
+fn unit_of(
+    units: &[crate::image::UnitInput; UNITS],
+    unit: crate::image::Unit,
+) -> &crate::image::UnitInput {
+    use crate::image::Unit;
+    let [vertical, horizontal, nozzle, deployer, valve1, valve2] = units;
+    match unit {
+        Unit::Vertical => vertical,
+        Unit::Horizontal => horizontal,
+        Unit::Nozzle => nozzle,
+        Unit::Deployer => deployer,
+        Unit::Valve1 => valve1,
+        Unit::Valve2 => valve2,
+    }
+}

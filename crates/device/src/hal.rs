@@ -1,0 +1,53 @@
+//! What a board or a simulator has to provide: a process image, a store, a reset.
+
+use crate::image::{Inputs, Outputs};
+
+/// The hardware under the monitor. `step` alone uses it; `handle` never does.
+pub trait Hal: Storage {
+    /// Samples everything the monitor senses.
+    fn read(&mut self, inputs: &mut Inputs);
+
+    /// Drives everything the monitor drives. Called once in each step, after the guard.
+    fn write(&mut self, outputs: &Outputs);
+
+    /// Resets the program (§3.12, §3.19): the caller of `step` builds a new `Device` before the
+    /// next step. Outputs have been made inert before.
+    fn reset(&mut self);
+}
+
+/// Non-volatile memory (ЭНОЗУ) as a small map from keys to values.
+///
+/// A value is replaced as a whole or not at all, also when power fails in between.
+pub trait Storage {
+    /// Reads a value into `buffer`; `Ok(None)` when the key is unset.
+    fn load<'b>(
+        &mut self,
+        key: Key,
+        buffer: &'b mut [u8],
+    ) -> Result<Option<&'b [u8]>, StorageError>;
+
+    /// Writes a value. When it returns `Ok`, the value survives power loss.
+    fn store(&mut self, key: Key, value: &[u8]) -> Result<(), StorageError>;
+
+    /// Erases everything (§3.19).
+    fn erase(&mut self) -> Result<(), StorageError>;
+}
+
+/// Names a stored value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Key(pub u16);
+
+/// Largest value the monitor stores, bytes.
+pub const VALUE_MAX: usize = 264;
+
+/// The memory failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StorageError {
+    /// Reading failed or what was read is damaged (ConfigFault).
+    Read,
+    /// Writing or erasing failed (ConfigWriteFault).
+    Write,
+}
+
+/// Crash data left by a fault before this start (§3.20), as the board's fault handler kept them.
+pub use lafet_proto::status::FaultInfo;

@@ -1,0 +1,524 @@
+//! §3.4 «GetParam», §3.5 «SetParam»: the parameters' values, and what of them must be stored.
+//!
+//! Values stand in RAM; `handle` changes them there and marks their group, `step` writes one
+//! marked group at a time. A group is stored as one value, so it is replaced as a whole.
+
+use crate::composition::{Composition, table_index};
+use crate::hal::{Key, Storage, StorageError, VALUE_MAX};
+use crate::image::Axis;
+use lafet_proto::link::crc16;
+use lafet_proto::param::{self, DriveParam, Param};
+use lafet_proto::request::TrajectoryPoint;
+use lafet_proto::{Bytes, Ints, Status, SubsystemId};
+
+/// Numbers that a parameter can hold at most.
+pub const VALUES_MAX: usize = 63;
+const PROGRAMS: usize = 8;
+const TRAJECTORIES: usize = 8;
+const POINTS: usize = 15;
+const WORDS: usize = Param::COUNT.div_ceil(32);
+const SUBSYSTEMS: u8 = SubsystemId::TABLE.len() as u8;
+
+/// What is stored as one value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Group {
+    /// The single numbers of a subsystem, by its place in the table of §1.
+    Subsystem(u8),
+    /// A program of Control.
+    Program(u8),
+    /// A trajectory of Control.
+    Trajectory(u8),
+    /// The correction table (§3.6).
+    Correction,
+    /// Whether the monitor is locked out (§3.18).
+    Lockout,
+}
+
+impl Group {
+    const COUNT: u8 = SUBSYSTEMS + PROGRAMS as u8 + TRAJECTORIES as u8 + 2;
+
+    const fn index(self) -> u8 {
+        match self {
+            Self::Subsystem(index) => index,
+            Self::Program(index) => SUBSYSTEMS + index,
+            Self::Trajectory(index) => SUBSYSTEMS + PROGRAMS as u8 + index,
+            Self::Correction => Self::COUNT - 2,
+            Self::Lockout => Self::COUNT - 1,
+        }
+    }
+
+    const fn from_index(index: u8) -> Self {
+        const TRAJECTORY: u8 = SUBSYSTEMS + PROGRAMS as u8;
+        const CORRECTION: u8 = Group::COUNT - 2;
+        match index {
+            0..SUBSYSTEMS => Self::Subsystem(index),
+            SUBSYSTEMS..TRAJECTORY => Self::Program(index - SUBSYSTEMS),
+            TRAJECTORY..CORRECTION => Self::Trajectory(index - TRAJECTORY),
+            CORRECTION => Self::Correction,
+            _ => Self::Lockout,
+        }
+    }
+
+    const fn key(self) -> Key {
+        Key(1 + self.index() as u16)
+    }
+
+    /// The subsystem whose flags tell when this group cannot be read or written.
+    pub(crate) fn owner(self) -> SubsystemId {
+        match self {
+            Self::Subsystem(index) => {
+                SubsystemId::TABLE.get(usize::from(index)).copied().unwrap_or(SubsystemId::GENERAL)
+            }
+            Self::Program(_) | Self::Trajectory(_) | Self::Correction => SubsystemId::CONTROL,
+            Self::Lockout => SubsystemId::GENERAL,
+        }
+    }
+
+    fn of(param: Param) -> Self {
+        let offset = |first: Param| (param as u8).wrapping_sub(first as u8);
+        if offset(Param::ControlProgram0) < PROGRAMS as u8 {
+            Self::Program(offset(Param::ControlProgram0))
+        } else if offset(Param::ControlTrajectory0) < TRAJECTORIES as u8 {
+            Self::Trajectory(offset(Param::ControlTrajectory0))
+        } else {
+            Self::Subsystem(table_index(param.spec().subsystem).unwrap_or(0))
+        }
+    }
+}
+
+/// A stored trajectory.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stored {
+    points: [TrajectoryPoint; POINTS],
+    len: u8,
+}
+
+/// Every parameter's value.
+#[derive(Clone, Debug)]
+pub struct Params {
+    values: [i32; Param::COUNT],
+    set: [u32; WORDS],
+    programs: [[i16; 7]; PROGRAMS],
+    trajectories: [Stored; TRAJECTORIES],
+    correction: [i8; 256],
+    correction_valid: bool,
+    lockout: bool,
+    dirty: u64,
+    read_faults: u16,
+    write_faults: u16,
+    incomplete: u16,
+}
+
+impl Params {
+    /// Reads everything that is stored.
+    pub(crate) fn load(storage: &mut impl Storage) -> Self {
+        let mut params = Self::unset();
+        for index in 0..Group::COUNT {
+            let group = Group::from_index(index);
+            let mut buffer = [0; VALUE_MAX];
+            let read = match storage.load(group.key(), &mut buffer) {
+                Ok(None) => continue,
+                Ok(Some(value)) => params.decode(group, value),
+                Err(_) => None,
+            };
+            if read.is_none() {
+                params.read_faults |= owner_bit(group.owner());
+                if group == Group::Correction {
+                    params.correction_valid = false;
+                }
+                // A monitor that cannot tell whether it was locked out stays locked out.
+                if group == Group::Lockout {
+                    params.lockout = true;
+                }
+            }
+        }
+        params.update_incomplete();
+        params
+    }
+
+    /// Stores the factory's values of a composition: what a new monitor leaves the factory with.
+    pub fn provision(
+        storage: &mut impl Storage,
+        composition: &Composition,
+        address: u8,
+    ) -> Result<(), StorageError> {
+        let mut params = Self::unset();
+        for param in Param::ALL {
+            if is_number(param) {
+                let value = match param {
+                    Param::GeneralAddress => i32::from(address),
+                    param => composition.factory_value(param),
+                };
+                params.put(param, value);
+            }
+        }
+        for index in 0..SUBSYSTEMS {
+            params.store(Group::Subsystem(index), storage)?;
+        }
+        Ok(())
+    }
+
+    fn unset() -> Self {
+        let mut values = [0; Param::COUNT];
+        for (value, param) in values.iter_mut().zip(Param::ALL) {
+            *value = param.spec().default;
+        }
+        Self {
+            values,
+            set: [0; WORDS],
+            programs: [[0; 7]; PROGRAMS],
+            trajectories: [Stored::default(); TRAJECTORIES],
+            correction: [0; 256],
+            correction_valid: true,
+            lockout: false,
+            dirty: 0,
+            read_faults: 0,
+            write_faults: 0,
+            incomplete: 0,
+        }
+    }
+
+    /// A parameter that holds one number; its default while it is unset.
+    pub fn get(&self, param: Param) -> i32 {
+        self.values.get(param as usize).copied().unwrap_or_default()
+    }
+
+    /// A parameter of a drive.
+    pub fn drive(&self, axis: Axis, param: DriveParam) -> i32 {
+        Param::of_drive(axis.id(), param).map_or(0, |param| self.get(param))
+    }
+
+    /// A stored program; all zero when it was never set (§3.14).
+    pub fn program(&self, number: usize) -> Option<[i16; 7]> {
+        self.programs.get(number).copied()
+    }
+
+    /// The points of a stored trajectory; none when it was never set (§3.15).
+    pub fn trajectory(&self, number: usize) -> &[TrajectoryPoint] {
+        let Some(stored) = self.trajectories.get(number) else { return &[] };
+        stored.points.get(..usize::from(stored.len)).unwrap_or_default()
+    }
+
+    /// §3.6 Degrees to add to the elevation at a pressure; `None` when the table is damaged.
+    pub fn correction(&self, pressure_datm: u16) -> Option<i8> {
+        let last = self.correction.len() - 1;
+        let index = usize::from(pressure_datm).min(last);
+        self.correction.get(index).copied().filter(|_| self.correction_valid)
+    }
+
+    /// §3.6 The correction table is whole.
+    pub const fn correction_valid(&self) -> bool {
+        self.correction_valid
+    }
+
+    /// §3.6 Changes entries of the correction table.
+    pub(crate) fn set_corrections(&mut self, first: u8, corrections: Bytes<'_>) -> Status {
+        let first = usize::from(first);
+        let Some(entries) = self.correction.get_mut(first..first + corrections.0.len()) else {
+            return Status::INVALID_VALUE;
+        };
+        for (entry, correction) in entries.iter_mut().zip(corrections.iter()) {
+            *entry = correction;
+        }
+        self.correction_valid = true;
+        self.mark(Group::Correction);
+        Status::ACCEPTED
+    }
+
+    /// §3.13 Stores what the alignment of detector and barrel has found.
+    pub(crate) fn set_justify(&mut self, horizontal_arcmin: i32, vertical_arcmin: i32) {
+        self.put(Param::DetectorJustifyHorizontal, horizontal_arcmin);
+        self.put(Param::DetectorJustifyVertical, vertical_arcmin);
+        self.mark(Group::of(Param::DetectorJustifyHorizontal));
+    }
+
+    /// §3.18 Whether the monitor was locked out when this was stored.
+    pub(crate) const fn lockout(&self) -> bool {
+        self.lockout
+    }
+
+    /// §3.18 Keeps the lockout over Restart and power loss.
+    pub(crate) fn set_lockout(&mut self, on: bool) {
+        self.lockout = on;
+        self.mark(Group::Lockout);
+    }
+
+    /// §3.4 The values of a parameter that is stored; IncompleteConfig while it is unset.
+    pub(crate) fn read<'b>(
+        &self,
+        param: Param,
+        buffer: &'b mut [i32; VALUES_MAX],
+    ) -> Result<&'b [i32], Status> {
+        let spec = param.spec();
+        let len = match Group::of(param) {
+            Group::Program(number) => {
+                let program = self.programs.get(usize::from(number)).ok_or(Status::INVALID_ID)?;
+                for (value, stored) in buffer.iter_mut().zip(program) {
+                    *value = i32::from(*stored);
+                }
+                program.len()
+            }
+            Group::Trajectory(number) => {
+                let points = self.trajectory(usize::from(number));
+                let (chunks, _) = buffer.as_chunks_mut::<4>();
+                for (values, point) in chunks.iter_mut().zip(points) {
+                    let TrajectoryPoint { horizontal, vertical, distance, dwell } = *point;
+                    *values = [horizontal.into(), vertical.into(), distance.into(), dwell.into()];
+                }
+                points.len() * 4
+            }
+            _ if spec.required && !self.is_set(param) => return Err(Status::INCOMPLETE_CONFIG),
+            _ => {
+                if let Some(value) = buffer.first_mut() {
+                    *value = self.get(param);
+                }
+                1
+            }
+        };
+        Ok(buffer.get(..len).unwrap_or_default())
+    }
+
+    /// §3.5 Takes the values of a parameter whose access and range have been checked.
+    ///
+    /// Accepted when they will be stored; IncompleteConfig when the subsystem's set still misses
+    /// others: then nothing of it is stored yet.
+    pub(crate) fn write(&mut self, param: Param, values: Ints<'_>) -> Status {
+        let group = Group::of(param);
+        match group {
+            Group::Program(number) => {
+                if let Some(program) = self.programs.get_mut(usize::from(number)) {
+                    for (stored, value) in program.iter_mut().zip(values.iter()) {
+                        *stored = saturate(value);
+                    }
+                }
+            }
+            Group::Trajectory(number) => {
+                if let Some(stored) = self.trajectories.get_mut(usize::from(number)) {
+                    *stored = stored_points(values);
+                }
+            }
+            _ => {
+                if let Some(value) = values.iter().next() {
+                    self.put(param, value);
+                }
+            }
+        }
+        let owner = param.spec().subsystem;
+        self.update_incomplete();
+        if self.is_incomplete(owner) {
+            return Status::INCOMPLETE_CONFIG;
+        }
+        self.mark(group);
+        Status::ACCEPTED
+    }
+
+    /// §3.3.1 ConfigInvalid: parameters of this subsystem are still unset.
+    pub fn is_incomplete(&self, id: SubsystemId) -> bool {
+        self.incomplete & owner_bit(id) != 0
+    }
+
+    /// §3.3.1 ConfigFault: stored parameters of this subsystem could not be read.
+    pub fn has_read_fault(&self, id: SubsystemId) -> bool {
+        self.read_faults & owner_bit(id) != 0
+    }
+
+    /// §3.3.1 ConfigWriteFault: parameters of this subsystem could not be stored.
+    pub fn has_write_fault(&self, id: SubsystemId) -> bool {
+        self.write_faults & owner_bit(id) != 0
+    }
+
+    /// Whether everything accepted has been stored.
+    pub const fn is_stored(&self) -> bool {
+        self.dirty == 0
+    }
+
+    /// Stores one changed group. A failure is told by ConfigWriteFault and not tried again until
+    /// the next change of that group.
+    pub(crate) fn flush(&mut self, storage: &mut impl Storage) {
+        if self.dirty == 0 {
+            return;
+        }
+        let group = Group::from_index(self.dirty.trailing_zeros() as u8);
+        self.dirty &= self.dirty - 1;
+        match self.store(group, storage) {
+            Ok(()) => {
+                self.write_faults &= !owner_bit(group.owner());
+                self.read_faults &= !owner_bit(group.owner());
+            }
+            Err(_) => self.write_faults |= owner_bit(group.owner()),
+        }
+    }
+
+    fn store(&self, group: Group, storage: &mut impl Storage) -> Result<(), StorageError> {
+        let mut buffer = [0; VALUE_MAX];
+        let len = self.encode(group, &mut buffer).ok_or(StorageError::Write)?;
+        storage.store(group.key(), buffer.get(..len).unwrap_or_default())
+    }
+
+    /// Bytes of a group, CRC-16 at the end.
+    fn encode(&self, group: Group, buffer: &mut [u8; VALUE_MAX]) -> Option<usize> {
+        let mut out = Sink { buffer, len: 0 };
+        match group {
+            Group::Subsystem(_) => {
+                for param in Param::of(group.owner()).filter(|param| is_number(*param)) {
+                    if self.is_set(param) {
+                        out.put(&param.spec().id.0.to_le_bytes())?;
+                        out.put(&self.get(param).to_le_bytes())?;
+                    }
+                }
+            }
+            Group::Program(number) => {
+                for value in self.programs.get(usize::from(number))? {
+                    out.put(&value.to_le_bytes())?;
+                }
+            }
+            Group::Trajectory(number) => {
+                for point in self.trajectory(usize::from(number)) {
+                    out.put(&point.to_bytes())?;
+                }
+            }
+            Group::Correction => {
+                for correction in self.correction {
+                    out.put(&correction.to_le_bytes())?;
+                }
+            }
+            Group::Lockout => out.put(&[u8::from(self.lockout)])?,
+        }
+        let crc = crc16(out.written());
+        out.put(&crc.to_le_bytes())?;
+        Some(out.len)
+    }
+
+    fn decode(&mut self, group: Group, value: &[u8]) -> Option<()> {
+        let (bytes, crc) = value.split_last_chunk()?;
+        if crc16(bytes) != u16::from_le_bytes(*crc) {
+            return None;
+        }
+        match group {
+            Group::Subsystem(_) => {
+                for [i0, i1, v0, v1, v2, v3] in bytes.as_chunks().0 {
+                    let id = lafet_proto::ParamId(u16::from_le_bytes([*i0, *i1]));
+                    let value = i32::from_le_bytes([*v0, *v1, *v2, *v3]);
+                    if let Some(param) = Param::find(group.owner(), id)
+                        && param.spec().check(core::iter::once(value)).is_ok()
+                    {
+                        self.put(param, value);
+                    }
+                }
+            }
+            Group::Program(number) => {
+                let program = self.programs.get_mut(usize::from(number))?;
+                for (stored, bytes) in program.iter_mut().zip(bytes.as_chunks().0) {
+                    *stored = i16::from_le_bytes(*bytes);
+                }
+            }
+            Group::Trajectory(number) => {
+                let stored = self.trajectories.get_mut(usize::from(number))?;
+                let (points, _) = bytes.as_chunks();
+                for (point, bytes) in stored.points.iter_mut().zip(points) {
+                    *point = TrajectoryPoint::from_bytes(*bytes);
+                }
+                stored.len = points.len().min(POINTS) as u8;
+            }
+            Group::Correction => {
+                for (correction, byte) in self.correction.iter_mut().zip(bytes) {
+                    *correction = i8::from_le_bytes([*byte]);
+                }
+            }
+            Group::Lockout => self.lockout = bytes != [0],
+        }
+        Some(())
+    }
+
+    fn put(&mut self, param: Param, value: i32) {
+        if let Some(place) = self.values.get_mut(param as usize) {
+            *place = value;
+        }
+        if let Some(word) = self.set.get_mut(param as usize / 32) {
+            *word |= 1 << (param as usize % 32);
+        }
+    }
+
+    fn is_set(&self, param: Param) -> bool {
+        let word = self.set.get(param as usize / 32).copied().unwrap_or_default();
+        word >> (param as usize % 32) & 1 != 0
+    }
+
+    fn mark(&mut self, group: Group) {
+        self.dirty |= 1 << group.index();
+    }
+
+    /// Finds the subsystems whose set is not complete; those that become so are marked with all
+    /// they own.
+    fn update_incomplete(&mut self) {
+        let before = self.incomplete;
+        self.incomplete = 0;
+        for param in Param::ALL {
+            let spec = param.spec();
+            if spec.required && !self.is_set(param) {
+                self.incomplete |= owner_bit(spec.subsystem);
+            }
+        }
+        let completed = before & !self.incomplete;
+        for index in 0..Group::COUNT {
+            let group = Group::from_index(index);
+            let holds = matches!(group, Group::Subsystem(_) | Group::Program(_))
+                || matches!(group, Group::Trajectory(_));
+            if holds && completed & owner_bit(group.owner()) != 0 {
+                self.mark(group);
+            }
+        }
+    }
+}
+
+/// A parameter that is stored as one number.
+fn is_number(param: Param) -> bool {
+    let spec = param.spec();
+    spec.storage == param::Storage::Stored && spec.max_len == 1
+}
+
+fn owner_bit(id: SubsystemId) -> u16 {
+    table_index(id).map_or(0, |index| 1 << index)
+}
+
+fn saturate(value: i32) -> i16 {
+    i16::try_from(value).unwrap_or(if value < 0 { i16::MIN } else { i16::MAX })
+}
+
+fn stored_points(values: Ints<'_>) -> Stored {
+    let mut stored = Stored::default();
+    let mut values = values.iter();
+    for point in &mut stored.points {
+        let (Some(horizontal), Some(vertical), Some(distance), Some(dwell)) =
+            (values.next(), values.next(), values.next(), values.next())
+        else {
+            break;
+        };
+        *point = TrajectoryPoint {
+            horizontal: saturate(horizontal),
+            vertical: saturate(vertical),
+            distance: u8::try_from(distance).unwrap_or(u8::MAX),
+            dwell: u8::try_from(dwell).unwrap_or(u8::MAX),
+        };
+        stored.len += 1;
+    }
+    stored
+}
+
+struct Sink<'a> {
+    buffer: &'a mut [u8; VALUE_MAX],
+    len: usize,
+}
+
+impl Sink<'_> {
+    fn put(&mut self, bytes: &[u8]) -> Option<()> {
+        let end = self.len + bytes.len();
+        self.buffer.get_mut(self.len..end)?.copy_from_slice(bytes);
+        self.len = end;
+        Some(())
+    }
+
+    fn written(&self) -> &[u8] {
+        self.buffer.get(..self.len).unwrap_or_default()
+    }
+}

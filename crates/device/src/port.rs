@@ -1,0 +1,79 @@
+//! Link frames on one medium of the monitor: bytes in, the bytes of the answer out.
+
+use crate::device::Device;
+use crate::subsystem::conn::Source;
+use lafet_proto::link::{self, BODY_MAX, Counters, Decoder, Frame, PAYLOAD_MAX};
+
+/// One medium: an RS-485 line, a TCP connection, a radio modem.
+#[derive(Clone, Debug)]
+pub struct Port {
+    source: Source,
+    decoder: Decoder,
+}
+
+impl Port {
+    /// A medium that belongs to this interface.
+    pub const fn new(source: Source) -> Self {
+        Self { source, decoder: Decoder::new() }
+    }
+
+    /// What has been received so far.
+    pub const fn counters(&self) -> &Counters {
+        self.decoder.counters()
+    }
+
+    /// Takes bytes until a frame for this monitor is complete: returns how many were taken, and
+    /// how many bytes of answer stand in `out` ([`link::WIRE_MAX`] bytes suffice).
+    ///
+    /// Call it again with the rest until all bytes are taken.
+    pub fn receive(
+        &mut self,
+        now_ms: u32,
+        device: &mut Device,
+        bytes: &[u8],
+        out: &mut [u8],
+    ) -> (usize, usize) {
+        let mut taken = 0;
+        while let Some(rest) = bytes.get(taken..).filter(|rest| !rest.is_empty()) {
+            let (used, frame) = self.decoder.push_slice(rest);
+            taken += used;
+            if let Some(len) =
+                frame.and_then(|frame| respond(now_ms, self.source, device, &frame, out))
+            {
+                return (taken, len);
+            }
+        }
+        (taken, 0)
+    }
+}
+
+/// One datagram, one frame (ours): the length of the answer in `out`, if there is one.
+pub fn datagram(
+    now_ms: u32,
+    source: Source,
+    device: &mut Device,
+    datagram: &[u8],
+    out: &mut [u8],
+) -> Option<usize> {
+    let mut body = [0; BODY_MAX];
+    let frame = link::decode_datagram(datagram, &mut body).ok()?;
+    respond(now_ms, source, device, &frame, out)
+}
+
+/// §L/5, §L/6, §1/10: every frame for this monitor gets one answer, others none.
+fn respond(
+    now_ms: u32,
+    source: Source,
+    device: &mut Device,
+    frame: &Frame<'_>,
+    out: &mut [u8],
+) -> Option<usize> {
+    let address = device.address();
+    if frame.dst != address || frame.src == address {
+        return None;
+    }
+    let mut answer = [0; PAYLOAD_MAX];
+    let len = device.handle(now_ms, source, frame.payload, &mut answer);
+    let payload = answer.get(..len)?;
+    link::encode(&Frame { dst: frame.src, src: address, payload }, out)
+}

@@ -1,0 +1,112 @@
+//! §3.3.10 «Флаги состояния Buttons, ExtButtons»: a post of eight buttons.
+//!
+//! A held direction button moves its drive until it is released; a held button takes precedence
+//! over requests for the same drive (ours). A button that was held at power-up, or while the
+//! posts were locked, acts only after it has been released.
+
+use crate::image::Axis;
+use lafet_proto::flags::{Button, ButtonState, ButtonsFlags};
+use lafet_proto::status::ButtonsStatus;
+
+/// A button post.
+#[derive(Clone, Debug)]
+pub struct ButtonPost {
+    states: [ButtonState; 8],
+    /// Released since power-up or lockout: allowed to act.
+    armed: [bool; 8],
+    faulty_config: bool,
+}
+
+/// What a post asks of the monitor in this step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Demand {
+    /// Vertical, Horizontal, Nozzle: up/left/narrower (true) or down/right/wider, while held.
+    pub directions: [Option<bool>; 3],
+    /// Pressed in this step.
+    pub open: bool,
+    /// Pressed in this step.
+    pub close: bool,
+}
+
+impl ButtonPost {
+    pub(crate) fn new(faulty_config: bool) -> Self {
+        Self { states: [ButtonState::Released; 8], armed: [false; 8], faulty_config }
+    }
+
+    /// Takes the states; a locked post asks for nothing (§3.18/7).
+    pub(crate) fn step(
+        &mut self,
+        states: &[ButtonState; 8],
+        locked: bool,
+        faulty_config: bool,
+    ) -> Demand {
+        let before = self.pressed();
+        self.faulty_config = faulty_config;
+        self.states = *states;
+        for (armed, state) in self.armed.iter_mut().zip(states) {
+            *armed = match state {
+                ButtonState::Released => true,
+                ButtonState::Pressed => *armed && !locked,
+                ButtonState::Short | ButtonState::Open => false,
+            };
+        }
+        if locked {
+            return Demand::default();
+        }
+        let [left, right, up, down, wide, narrow, open, close] = self.pressed();
+        let [.., open_before, close_before] = before;
+        Demand {
+            directions: [direction(up, down), direction(left, right), direction(narrow, wide)],
+            open: open && !open_before && !close,
+            close: close && !close_before,
+        }
+    }
+
+    /// A button of this drive is held: requests for it are answered Denied by the post.
+    pub(crate) fn holds(&self, axis: Axis) -> bool {
+        let [left, right, up, down, wide, narrow, ..] = self.pressed();
+        match axis {
+            Axis::Vertical => up || down,
+            Axis::Horizontal => left || right,
+            Axis::Nozzle => wide || narrow,
+            Axis::Deployer => false,
+        }
+    }
+
+    /// §3.3 status of the post.
+    pub(crate) fn status(&self) -> ButtonsStatus {
+        const BUTTONS: [Button; 8] = [
+            Button::Left,
+            Button::Right,
+            Button::Up,
+            Button::Down,
+            Button::Wide,
+            Button::Narrow,
+            Button::Open,
+            Button::Close,
+        ];
+        let mut flags = ButtonsFlags::empty();
+        flags.set(ButtonsFlags::CONFIG_INVALID, self.faulty_config);
+        for (button, state) in BUTTONS.into_iter().zip(self.states) {
+            flags = flags.with_button(button, state);
+        }
+        ButtonsStatus { flags }
+    }
+
+    fn pressed(&self) -> [bool; 8] {
+        let mut pressed = self.armed;
+        for (pressed, state) in pressed.iter_mut().zip(self.states) {
+            *pressed &= state == ButtonState::Pressed;
+        }
+        pressed
+    }
+}
+
+/// Opposite buttons at a time ask for nothing.
+const fn direction(up: bool, down: bool) -> Option<bool> {
+    match (up, down) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    }
+}

@@ -1,0 +1,73 @@
+//! §3.3.3 «Флаги состояния Climatics»: temperatures, humidity, heating.
+
+use crate::image::{Inputs, PLACES, PlaceInput};
+use crate::params::Params;
+use lafet_proto::flags::ClimaticsFlags;
+use lafet_proto::param::Param;
+use lafet_proto::status::ThermoStatus;
+
+/// Heating by thresholds: on below HeatOn, off above HeatOff, between them as it was.
+#[derive(Clone, Debug, Default)]
+pub struct Climatics {
+    places: [PlaceInput; PLACES],
+    humidity_percent: Option<u8>,
+    heating: [bool; PLACES],
+}
+
+impl Climatics {
+    pub(crate) fn step(&mut self, inputs: &Inputs, params: &Params) {
+        self.places = inputs.places;
+        self.humidity_percent = inputs.humidity_percent;
+        let on_below = params.get(Param::ClimaticsHeatOn);
+        let off_above = params.get(Param::ClimaticsHeatOff).max(on_below);
+        for (heating, place) in self.heating.iter_mut().zip(&self.places) {
+            *heating = match place.temperature_dc.map(i32::from) {
+                // §3.3.3/1: without a temperature, or with a faulty heater, nothing is heated.
+                None => false,
+                Some(_) if place.heater_fault => false,
+                Some(value) if value < on_below => true,
+                Some(value) if value > off_above => false,
+                Some(_) => *heating,
+            };
+        }
+    }
+
+    pub(crate) const fn heaters(&self) -> [bool; PLACES] {
+        self.heating
+    }
+
+    /// §3.3 ThermoStatus; a faulty sensor reads 0.
+    pub(crate) fn status(&self, common: u32) -> ThermoStatus {
+        use ClimaticsFlags as F;
+        const HEAT: [F; PLACES] =
+            [F::HORIZONTAL_HEAT, F::VERTICAL_HEAT, F::NOZZLE_HEAT, F::DEPLOYER_HEAT, F::BOX_HEAT];
+        const FAULT: [F; PLACES] = [
+            F::HORIZONTAL_FAULT,
+            F::VERTICAL_FAULT,
+            F::NOZZLE_FAULT,
+            F::DEPLOYER_FAULT,
+            F::BOX_FAULT,
+        ];
+        const SENSOR: [F; PLACES] = [
+            F::HORIZONTAL_SENSOR_FAULT,
+            F::VERTICAL_SENSOR_FAULT,
+            F::NOZZLE_SENSOR_FAULT,
+            F::DEPLOYER_SENSOR_FAULT,
+            F::BOX_SENSOR_FAULT,
+        ];
+        let mut flags = F::from_bits_retain(common);
+        let bits = HEAT.iter().zip(FAULT).zip(SENSOR);
+        for (((heat, fault), sensor), (place, heating)) in
+            bits.zip(self.places.iter().zip(self.heating))
+        {
+            flags.set(*heat, heating);
+            flags.set(fault, place.heater_fault);
+            flags.set(sensor, place.temperature_dc.is_none());
+        }
+        flags.set(F::HUMIDITY_SENSOR_FAULT, self.humidity_percent.is_none());
+        let [horizontal, vertical, nozzle, deployer, housing] =
+            self.places.map(|place| place.temperature_dc.unwrap_or(0));
+        let humidity = self.humidity_percent.unwrap_or(0).into();
+        ThermoStatus { flags, horizontal, vertical, nozzle, deployer, housing, humidity }
+    }
+}

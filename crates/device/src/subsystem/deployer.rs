@@ -1,0 +1,256 @@
+//! §3.3.8 «Флаги состояния Deployer»: between the standby (wrapped) and the working position.
+//!
+//! ```text
+//!   Wrapped ──Deploy──▶ Deploying ──deployed switch──▶ Deployed
+//!      ▲                 │    ▲                           │
+//!      │               Wrap  Deploy                  Wrap │
+//!      │                 ▼    │                           ▼
+//!      └─wrapped switch─ Wrapping: barrel to its rest, then folding
+//!
+//!   Stop, Move, a fault or the time over: Between, or where the switches say it is.
+//! ```
+
+use crate::image::{AXES, Axis, DriveInput};
+use crate::params::Params;
+use crate::subsystem::by_axis;
+use crate::subsystem::drive::{Cause, Drive};
+use crate::time::{Millis, Timer};
+use lafet_proto::Status;
+use lafet_proto::flags::{DeployerFlags, DriveFlags};
+use lafet_proto::param::{DriveParam, Param};
+use lafet_proto::status::DeployerStatus;
+
+/// Direction of the barrel in which it can be folded (ours): straight ahead, level.
+const REST_ARCMIN: i32 = 0;
+
+/// Where the monitor is between its two positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Position {
+    /// Standby.
+    Wrapped,
+    /// On the way to work.
+    Deploying,
+    /// In working position.
+    Deployed,
+    /// The barrel goes to its rest before it is folded.
+    Resting,
+    /// On the way to standby.
+    Folding,
+    /// Neither, and standing still.
+    Between,
+}
+
+/// Deployment.
+#[derive(Clone, Debug)]
+pub struct Deployer {
+    position: Position,
+    travel: Timer,
+    failed: bool,
+    internal_fault: bool,
+}
+
+impl Deployer {
+    /// §D/1 The sensors tell where the monitor is.
+    pub(crate) fn new(input: &DriveInput) -> Self {
+        Self {
+            position: at_rest(input),
+            travel: Timer::default(),
+            failed: false,
+            internal_fault: false,
+        }
+    }
+
+    /// In working position.
+    pub fn is_deployed(&self) -> bool {
+        self.position == Position::Deployed
+    }
+
+    /// Between the two, or about to be.
+    pub fn is_moving(&self) -> bool {
+        matches!(self.position, Position::Deploying | Position::Resting | Position::Folding)
+    }
+
+    /// Standing between the two positions.
+    pub fn is_between(&self) -> bool {
+        self.position == Position::Between
+    }
+
+    /// Deployment was asked for and did not succeed.
+    pub(crate) fn has_failed(&self) -> bool {
+        self.failed
+    }
+
+    /// §3.10/3, §3.11/3 ModuleFault is the answer.
+    pub(crate) fn is_faulty(&self, drive: &Drive) -> bool {
+        self.internal_fault || drive.is_faulty()
+    }
+
+    /// §3.10 Deploy.
+    pub(crate) fn deploy(
+        &mut self,
+        now: Millis,
+        drives: &mut [Drive; AXES],
+        params: &Params,
+    ) -> Status {
+        let drive = by_axis(drives, Axis::Deployer);
+        if self.is_faulty(drive) {
+            return Status::MODULE_FAULT;
+        }
+        if self.is_deployed() {
+            return Status::OK;
+        }
+        drive.stop();
+        self.failed = false;
+        match self.position {
+            Position::Deploying => {}
+            Position::Resting => {
+                by_axis(drives, Axis::Horizontal).stop();
+                by_axis(drives, Axis::Vertical).stop();
+                self.begin(now, Position::Deploying, params);
+            }
+            _ => self.begin(now, Position::Deploying, params),
+        }
+        Status::ACCEPTED
+    }
+
+    /// §3.11 Wrap; that the valves are closed has been checked.
+    pub(crate) fn wrap(
+        &mut self,
+        now: Millis,
+        drives: &mut [Drive; AXES],
+        params: &Params,
+    ) -> Status {
+        let drive = by_axis(drives, Axis::Deployer);
+        if self.is_faulty(drive) {
+            return Status::MODULE_FAULT;
+        }
+        match self.position {
+            Position::Wrapped => return Status::OK,
+            Position::Resting | Position::Folding => return Status::ACCEPTED,
+            Position::Deployed => self.begin(now, Position::Resting, params),
+            Position::Deploying | Position::Between => self.begin(now, Position::Folding, params),
+        }
+        for drive in drives {
+            drive.stop();
+        }
+        Status::ACCEPTED
+    }
+
+    /// §3.2/2 Stays in between.
+    pub(crate) fn stop(&mut self, drives: &mut [Drive; AXES], input: &DriveInput) {
+        if self.is_moving() {
+            self.end(drives, input);
+            self.failed = true;
+        }
+        by_axis(drives, Axis::Deployer).stop();
+    }
+
+    /// §3.1/9 Move Deployer: it stands between its positions from now on.
+    pub(crate) fn note_move(&mut self) {
+        self.position = Position::Between;
+        self.travel.stop();
+    }
+
+    pub(crate) fn step(
+        &mut self,
+        now: Millis,
+        input: &DriveInput,
+        drives: &mut [Drive; AXES],
+        params: &Params,
+    ) {
+        match self.position {
+            Position::Deploying if input.max_switch => self.arrive(Position::Deployed, drives),
+            Position::Folding if input.min_switch => self.arrive(Position::Wrapped, drives),
+            Position::Deploying => self.drive_to(DriveParam::MaxLimit, drives, params),
+            Position::Folding => self.drive_to(DriveParam::MinLimit, drives, params),
+            Position::Resting => self.rest(now, drives, params),
+            Position::Wrapped | Position::Deployed | Position::Between => {
+                if by_axis(drives, Axis::Deployer).is_idle() {
+                    self.position = at_rest(input);
+                }
+            }
+        }
+        let faulty = by_axis(drives, Axis::Deployer).is_faulty();
+        let late = self.travel.poll(now);
+        if self.is_moving() && (faulty || late) {
+            self.internal_fault |= late;
+            self.failed = true;
+            self.end(drives, input);
+        }
+    }
+
+    /// §3.3 DeployerStatus: that of its drive, with the flags of deployment.
+    pub(crate) fn status(&self, drive: &Drive, common: u32) -> DeployerStatus {
+        use DeployerFlags as F;
+        let status = drive.status();
+        // Bits 16–27 are those of drives; TRVEngage and SpeedSlowAmp have no place here.
+        let of_drive = status.flags - DriveFlags::SPEED_SLOW_AMP - DriveFlags::TRV_ENGAGE;
+        let mut flags = F::from_bits_retain(of_drive.bits() | common);
+        flags.set(F::DEPLOYED, self.position == Position::Deployed);
+        flags.set(F::DEPLOYING, self.position == Position::Deploying);
+        flags.set(F::WRAPPED, self.position == Position::Wrapped);
+        flags.set(F::WRAPPING, matches!(self.position, Position::Resting | Position::Folding));
+        if self.internal_fault {
+            flags |= F::INTERNAL_FAULT;
+        }
+        let lafet_proto::status::DriveStatus { position, current, speed, .. } = status;
+        DeployerStatus { flags, position, current, speed }
+    }
+
+    fn begin(&mut self, now: Millis, position: Position, params: &Params) {
+        self.position = position;
+        self.travel.start(now, params.get(Param::DeployerTravelTime).unsigned_abs());
+    }
+
+    fn arrive(&mut self, position: Position, drives: &mut [Drive; AXES]) {
+        self.position = position;
+        self.travel.stop();
+        by_axis(drives, Axis::Deployer).stop();
+    }
+
+    fn end(&mut self, drives: &mut [Drive; AXES], input: &DriveInput) {
+        if self.position == Position::Resting {
+            by_axis(drives, Axis::Horizontal).stop();
+            by_axis(drives, Axis::Vertical).stop();
+        }
+        by_axis(drives, Axis::Deployer).stop();
+        self.position = at_rest(input);
+        self.travel.stop();
+    }
+
+    /// The barrel goes to its rest; then folding begins, with the time it is given.
+    fn rest(&mut self, now: Millis, drives: &mut [Drive; AXES], params: &Params) {
+        let mut there = true;
+        for axis in [Axis::Horizontal, Axis::Vertical] {
+            let drive = by_axis(drives, axis);
+            let rest = drive.clamp(REST_ARCMIN);
+            let off = drive.position().saturating_sub(rest).abs() > 1;
+            if off && drive.is_idle() {
+                drive.go(rest, None, Cause::Deploy);
+            }
+            there &= !off && drive.is_idle();
+        }
+        if there {
+            self.begin(now, Position::Folding, params);
+        }
+    }
+
+    fn drive_to(&self, end: DriveParam, drives: &mut [Drive; AXES], params: &Params) {
+        let drive = by_axis(drives, Axis::Deployer);
+        // A little beyond the limit, so that the switch there is reached for certain.
+        let beyond = if end == DriveParam::MaxLimit { 60 } else { -60 };
+        let target = params.drive(Axis::Deployer, end).saturating_add(beyond);
+        if drive.is_idle() {
+            drive.seat(target, Cause::Deploy);
+        }
+    }
+}
+
+fn at_rest(input: &DriveInput) -> Position {
+    match (input.min_switch, input.max_switch) {
+        (true, false) => Position::Wrapped,
+        (false, true) => Position::Deployed,
+        // Both switches on contradict each other: neither is believed.
+        (false, false) | (true, true) => Position::Between,
+    }
+}

@@ -1,0 +1,589 @@
+//! §3.3.4 «Флаги состояния Vertical, Horizontal, Nozzle»: a drive; Deployer has one too (§3.3.8).
+//!
+//! ```text
+//!           go / run                    arrived, stop, fault, overload, timeout
+//!  Hold ─────────────▶ Position | Run ────────────────────────────────────────▶ Hold
+//! ```
+
+use crate::composition::DriveKind;
+use crate::image::{Axis, DriveInput, DriveOutput, UnitInput};
+use crate::params::Params;
+use crate::subsystem::remote;
+use crate::time::{Millis, Timer};
+use lafet_proto::Status;
+use lafet_proto::flags::DriveFlags;
+use lafet_proto::param::{DriveParam, Param};
+use lafet_proto::request::LimitsState;
+use lafet_proto::status::{DriveStatus, Limits};
+
+/// §3.3.4: AmperageOverload clears this long after the drive has stopped.
+const OVERLOAD_CLEAR_MS: u32 = 3000;
+/// A motor draws more than its rated current while it starts: only a longer excess is overload.
+const OVERLOAD_DELAY_MS: u32 = 200;
+/// How long a drive is watched before its motion is judged.
+const WATCH_MS: u32 = 1000;
+/// Speed below which motion is not judged, 0.1 °/s or 0.1 mm/s.
+const WATCH_SPEED_TENTHS: i16 = 5;
+/// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
+const CREEP_TENTHS: i64 = 2;
+
+/// Why a drive moves. Kept for the record, and because MoveTimeout concerns Move alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// §3.1 Move.
+    Move,
+    /// A held button (§3.3.10).
+    Button,
+    /// A program of extinguishing (§3.14, §3.15).
+    Program,
+    /// The search for fire (§3.16).
+    Seek,
+    /// Alignment of detector and barrel (§3.13).
+    Justify,
+    /// Deployment or wrapping (§3.10, §3.11).
+    Deploy,
+}
+
+/// Where a drive wants to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Goal {
+    Hold,
+    Position(i32),
+    /// §3.17 Without limits: up/left (true) or down/right until stopped.
+    Run(bool),
+}
+
+/// Limits taken while limits are off; in force after SwitchLimits On (§3.17).
+#[derive(Clone, Copy, Debug, Default)]
+struct Staged {
+    min: Option<i32>,
+    max: Option<i32>,
+}
+
+/// What has been seen of a motion since the watch began.
+#[derive(Clone, Copy, Debug, Default)]
+struct Watch {
+    elapsed_ms: u32,
+    start: i32,
+    /// Commanded way, milli-units of position.
+    expected: i64,
+    /// Way by the speed sensor, milli-units of position.
+    measured: i64,
+}
+
+/// A drive.
+#[derive(Clone, Debug)]
+pub struct Drive {
+    axis: Axis,
+    kind: DriveKind,
+    goal: Goal,
+    cause: Cause,
+    speed_cap_tenths: Option<i32>,
+    /// Speed now commanded, 1/1000 of 0.1 °/s: slow ramps need the fraction.
+    speed_milli: i32,
+    input: DriveInput,
+    position: i32,
+    latched: DriveFlags,
+    limitless: bool,
+    staged: Staged,
+    overload_ms: u32,
+    overload: Timer,
+    overload_up: bool,
+    timeout: Timer,
+    slowed: bool,
+    watch: Watch,
+    unit: remote::Link,
+    online: bool,
+    unit_flags: DriveFlags,
+    faulty_config: bool,
+    trv: bool,
+    limits: Limits,
+}
+
+impl Drive {
+    pub(crate) fn new(axis: Axis, params: &Params, input: DriveInput) -> Self {
+        let kind = DriveKind::from_param(params.drive(axis, DriveParam::DriveType));
+        let mut drive = Self {
+            axis,
+            kind,
+            goal: Goal::Hold,
+            cause: Cause::Move,
+            speed_cap_tenths: None,
+            speed_milli: 0,
+            input,
+            position: 0,
+            latched: DriveFlags::empty(),
+            limitless: false,
+            staged: Staged::default(),
+            overload_ms: 0,
+            overload: Timer::default(),
+            overload_up: false,
+            timeout: Timer::default(),
+            slowed: false,
+            watch: Watch::default(),
+            unit: remote::Link::default(),
+            online: true,
+            unit_flags: DriveFlags::empty(),
+            faulty_config: config_invalid(axis, params),
+            trv: false,
+            limits: stored_limits(axis, params),
+        };
+        drive.position = drive.sensed(params);
+        drive
+    }
+
+    /// Position, arc-minutes or mm from the zero point.
+    pub fn position(&self) -> i32 {
+        self.position
+    }
+
+    /// Neither moving nor about to move.
+    pub fn is_idle(&self) -> bool {
+        self.goal == Goal::Hold
+    }
+
+    /// Why it moves, if it moves.
+    pub fn cause(&self) -> Option<Cause> {
+        (self.goal != Goal::Hold).then_some(self.cause)
+    }
+
+    /// Whether it is on its way up/left (true) or down/right.
+    pub(crate) fn runs(&self, up: bool) -> bool {
+        match self.goal {
+            Goal::Hold => false,
+            Goal::Run(way) => way == up,
+            Goal::Position(target) => (target > self.position) == up,
+        }
+    }
+
+    /// Connected as a remote unit.
+    pub fn is_remote(&self) -> bool {
+        self.kind == DriveKind::Remote
+    }
+
+    /// ModuleFault is the answer to Move (§3.1/4).
+    pub fn is_faulty(&self) -> bool {
+        const FAULTS: DriveFlags = DriveFlags::POSITION_WAY_FAULT
+            .union(DriveFlags::POS_ENCODER_FAULT)
+            .union(DriveFlags::SPEED_ENCODER_FAULT)
+            .union(DriveFlags::MOTOR_BROKEN)
+            .union(DriveFlags::SPEED_WAY_FAULT)
+            .union(DriveFlags::INTERNAL_FAULT)
+            .union(DriveFlags::CONFIG_INVALID)
+            .union(DriveFlags::CONN_LOST);
+        self.flags().intersects(FAULTS)
+    }
+
+    /// Limits in force; `None` while they are off (§3.17).
+    pub fn limits(&self) -> Option<Limits> {
+        (!self.limitless).then_some(self.limits)
+    }
+
+    /// §3.7 The limits that are set, in force or not.
+    pub(crate) const fn retrieve_limits(&self) -> Limits {
+        self.limits
+    }
+
+    /// A target brought inside the limits, if there are any.
+    pub fn clamp(&self, target: i32) -> i32 {
+        match self.limits() {
+            Some(Limits { min, max }) => target.min(max).max(min),
+            None => target,
+        }
+    }
+
+    /// Goes to a target within its limits, not faster than told.
+    pub(crate) fn go(&mut self, target: i32, speed_tenths: Option<i32>, cause: Cause) {
+        self.begin(Goal::Position(self.clamp(target)), speed_tenths, cause);
+    }
+
+    /// Goes to a target that may lie beyond the limits, where an end switch stops it (§3.10).
+    pub(crate) fn seat(&mut self, target: i32, cause: Cause) {
+        self.begin(Goal::Position(target), None, cause);
+    }
+
+    /// §3.17 Runs up/left or down/right until stopped.
+    pub(crate) fn run(&mut self, up: bool, cause: Cause) {
+        match self.limits() {
+            Some(Limits { min, max }) => self.go(if up { max } else { min }, None, cause),
+            None => self.begin(Goal::Run(up), None, cause),
+        }
+    }
+
+    /// §3.2/5 Stops at once.
+    pub(crate) fn stop(&mut self) {
+        self.goal = Goal::Hold;
+        self.speed_milli = 0;
+        self.timeout.stop();
+        self.watch = Watch::default();
+    }
+
+    /// §3.1/4, §3.1/7, §3.1/8 Move.
+    pub(crate) fn move_to(&mut self, now: Millis, destination: i32, timeout_ms: u32) -> Status {
+        if self.is_faulty() {
+            return Status::MODULE_FAULT;
+        }
+        let up = destination > self.position;
+        // §3.3.4/1: after an overload the same direction is refused until the flag clears.
+        if self.overload.is_running() && up == self.overload_up {
+            return Status::MODULE_FAULT;
+        }
+        if self.limitless && self.kind != DriveKind::Remote {
+            self.run(up, Cause::Move);
+        } else {
+            self.go(destination, None, Cause::Move);
+        }
+        if timeout_ms > 0 {
+            self.timeout.start(now, timeout_ms);
+        }
+        Status::ACCEPTED
+    }
+
+    /// §3.17 SwitchLimits.
+    pub(crate) fn switch_limits(&mut self, state: LimitsState, params: &mut Params) -> Status {
+        if self.kind == DriveKind::LimitSwitches {
+            return Status::NOT_SUPPORTED;
+        }
+        match state {
+            LimitsState::Off => self.limitless = true,
+            LimitsState::Reject => self.staged = Staged::default(),
+            LimitsState::On => {
+                let min = self.staged.min.unwrap_or(self.limits.min);
+                let max = self.staged.max.unwrap_or(self.limits.max);
+                if min >= max {
+                    return Status::INVALID_VALUE;
+                }
+                self.store_limits(Limits { min, max }, params);
+                self.staged = Staged::default();
+            }
+        }
+        if state != LimitsState::Off && self.limitless {
+            self.limitless = false;
+            // What runs without limits must not go on into a limit that has just come back.
+            self.stop();
+        }
+        Status::OK
+    }
+
+    /// §3.5, §3.17 SetParam of this drive; range and access have been checked.
+    pub(crate) fn set_param(
+        &mut self,
+        param: DriveParam,
+        value: i32,
+        params: &mut Params,
+    ) -> Status {
+        let staged = match param {
+            DriveParam::MinLimit => &mut self.staged.min,
+            DriveParam::MaxLimit => &mut self.staged.max,
+            DriveParam::ZeroPoint => return self.set_zero_point(value, params),
+            other => return self.write(other, value, params),
+        };
+        if self.limitless {
+            if value != self.position {
+                return Status::INVALID_VALUE;
+            }
+            *staged = Some(value);
+            return Status::ACCEPTED;
+        }
+        let status = self.write(param, value, params);
+        self.limits = stored_limits(self.axis, params);
+        if status.is_success() {
+            self.stop_outside_limits();
+        }
+        status
+    }
+
+    /// §3.4 A limit taken while limits are off is read back before it is in force.
+    pub(crate) fn staged_param(&self, param: DriveParam) -> Option<i32> {
+        match param {
+            DriveParam::MinLimit => self.staged.min,
+            DriveParam::MaxLimit => self.staged.max,
+            _ => None,
+        }
+    }
+
+    /// The internal bus to this drive's remote unit.
+    pub(crate) fn unit(&mut self) -> &mut remote::Link {
+        &mut self.unit
+    }
+
+    pub(crate) const fn unit_op(&self) -> Option<crate::image::UnitOp> {
+        self.unit.op()
+    }
+
+    /// Senses and decides; the result is what the drive wants, the guard has the last word.
+    pub(crate) fn step(
+        &mut self,
+        now: Millis,
+        dt_ms: u32,
+        input: &DriveInput,
+        unit: &UnitInput,
+        params: &mut Params,
+    ) {
+        self.sense(input, unit, params);
+        self.limits = stored_limits(self.axis, params);
+        self.watch_current(now, dt_ms, params);
+        if self.timeout.poll(now) && self.cause == Cause::Move {
+            self.stop();
+        }
+        if self.goal != Goal::Hold {
+            self.watch_motion(dt_ms);
+        }
+        if self.is_faulty() {
+            self.stop();
+        }
+        self.advance(dt_ms, params);
+    }
+
+    /// What the drive wants of its motor.
+    pub(crate) fn output(&self) -> DriveOutput {
+        DriveOutput { speed_tenths: (self.speed_milli / 1000) as i16 }
+    }
+
+    /// Flags but BadPower, which General adds.
+    pub fn flags(&self) -> DriveFlags {
+        let Limits { min, max } = self.limits;
+        let moving = self.goal != Goal::Hold || self.input.speed_tenths.unsigned_abs() > 1;
+        let mut flags = self.latched | self.unit_flags;
+        flags.set(DriveFlags::MOVE, moving && self.online);
+        flags.set(DriveFlags::AMPERAGE_OVERLOAD, self.overload.is_running());
+        flags.set(DriveFlags::MOTOR_BROKEN, self.input.motor_open);
+        if self.input.position_sensor_fault {
+            flags |= DriveFlags::POS_ENCODER_FAULT;
+        }
+        if self.input.speed_sensor_fault {
+            flags |= DriveFlags::SPEED_ENCODER_FAULT;
+        }
+        flags.set(DriveFlags::LIMITLESS, self.limitless);
+        flags.set(DriveFlags::MIN_LIMIT_REACHED, !self.limitless && self.position <= min);
+        flags.set(DriveFlags::MAX_LIMIT_REACHED, !self.limitless && self.position >= max);
+        flags.set(DriveFlags::ABSOLUTE_MIN_LIMIT_REACHED, self.input.min_switch);
+        flags.set(DriveFlags::ABSOLUTE_MAX_LIMIT_REACHED, self.input.max_switch);
+        flags.set(DriveFlags::SPEED_SLOW_AMP, self.slowed);
+        flags.set(DriveFlags::TRV_ENGAGE, self.trv);
+        flags.set(DriveFlags::CONFIG_INVALID, self.faulty_config);
+        flags.set(DriveFlags::CONN_LOST, !self.online);
+        flags
+    }
+
+    /// §3.3 DriveStatus.
+    pub(crate) fn status(&self) -> DriveStatus {
+        DriveStatus {
+            flags: self.flags(),
+            position: self.position.clamp(i16::MIN.into(), i16::MAX.into()) as i16,
+            current: self.input.current_da.min(u8::MAX.into()) as u8,
+            speed: (self.speed_milli.unsigned_abs().div_ceil(10_000)).min(u8::MAX.into()) as u8,
+        }
+    }
+
+    fn begin(&mut self, goal: Goal, speed_tenths: Option<i32>, cause: Cause) {
+        if self.goal == Goal::Hold {
+            self.watch = Watch { start: self.input.position, ..Watch::default() };
+        }
+        self.timeout.stop();
+        self.goal = goal;
+        self.speed_cap_tenths = speed_tenths;
+        self.cause = cause;
+    }
+
+    fn write(&mut self, param: DriveParam, value: i32, params: &mut Params) -> Status {
+        let Some(param) = Param::of_drive(self.axis.id(), param) else {
+            return Status::INVALID_ID;
+        };
+        if self.kind == DriveKind::Remote
+            && param.spec().placement == lafet_proto::param::Placement::Unit
+            && !self.unit.write(param.spec().id, value)
+        {
+            return Status::CACHED;
+        }
+        let status = params.write(param, lafet_proto::Ints::Values(&[value]));
+        self.faulty_config = config_invalid(self.axis, params);
+        status
+    }
+
+    /// §3.17 Without limits the present position becomes zero; with limits a plain value is taken.
+    fn set_zero_point(&mut self, value: i32, params: &mut Params) -> Status {
+        if self.goal != Goal::Hold {
+            return Status::BUSY;
+        }
+        if !self.limitless {
+            let status = self.write(DriveParam::ZeroPoint, value, params);
+            self.position = self.sensed(params);
+            return status;
+        }
+        if value != self.position {
+            return Status::INVALID_VALUE;
+        }
+        let shift = self.position;
+        let zero = params.drive(self.axis, DriveParam::ZeroPoint).saturating_add(shift);
+        let status = self.write(DriveParam::ZeroPoint, zero, params);
+        if status.is_success() {
+            self.position = self.sensed(params);
+            self.staged.min = self.staged.min.map(|min| min.saturating_sub(shift));
+            self.staged.max = self.staged.max.map(|max| max.saturating_sub(shift));
+        }
+        status
+    }
+
+    fn store_limits(&mut self, limits: Limits, params: &mut Params) {
+        if limits != self.limits {
+            self.write(DriveParam::MinLimit, limits.min, params);
+            self.write(DriveParam::MaxLimit, limits.max, params);
+            self.limits = limits;
+        }
+    }
+
+    fn stop_outside_limits(&mut self) {
+        if let (Goal::Position(target), Some(Limits { min, max })) = (self.goal, self.limits())
+            && !(min..=max).contains(&target)
+        {
+            self.stop();
+        }
+    }
+
+    fn sensed(&self, params: &Params) -> i32 {
+        self.input.position.saturating_sub(params.drive(self.axis, DriveParam::ZeroPoint))
+    }
+
+    fn sense(&mut self, input: &DriveInput, unit: &UnitInput, params: &mut Params) {
+        self.faulty_config = config_invalid(self.axis, params);
+        self.online = self.kind != DriveKind::Remote || unit.online;
+        if self.kind == DriveKind::Remote {
+            self.unit_flags = DriveFlags::from_bits_retain(self.unit.step(unit));
+        }
+        // The last picture of a lost unit stays, but nothing in it moves.
+        self.input = if self.online {
+            *input
+        } else {
+            DriveInput { speed_tenths: 0, current_da: 0, ..self.input }
+        };
+        // §3.17: a direct drive without limits does not count while it moves.
+        let counting = !(self.limitless
+            && self.kind == DriveKind::Encoder
+            && (self.goal != Goal::Hold || self.input.speed_tenths != 0));
+        if counting {
+            self.position = self.sensed(params);
+        }
+        self.trv =
+            self.axis == Axis::Nozzle && self.position <= params.get(Param::NozzleTrvPosition);
+    }
+
+    /// §3.3.4 AmperageOverload and SpeedSlowAmp.
+    fn watch_current(&mut self, now: Millis, dt_ms: u32, params: &Params) {
+        self.overload.poll(now);
+        let max = params.drive(self.axis, DriveParam::MaxCurrent);
+        let slow = params.drive(self.axis, DriveParam::SlowCurrent);
+        let current = i32::from(self.input.current_da);
+        self.overload_ms = if current > max { self.overload_ms.saturating_add(dt_ms) } else { 0 };
+        if self.overload_ms > OVERLOAD_DELAY_MS && self.goal != Goal::Hold {
+            self.overload_up = self.speed_milli > 0;
+            self.stop();
+            self.overload.start(now, OVERLOAD_CLEAR_MS);
+        }
+        // Hysteresis of an eighth: a speed that falls with the current must not rise at once.
+        let threshold = if self.slowed { slow - slow / 8 } else { slow };
+        self.slowed = slow > 0 && self.goal != Goal::Hold && current > threshold;
+    }
+
+    /// Judges after a while whether the drive did what it was told (§3.3.4 faults).
+    fn watch_motion(&mut self, dt_ms: u32) {
+        let speed = self.output().speed_tenths;
+        if speed.abs() < WATCH_SPEED_TENTHS {
+            return;
+        }
+        let per_tenth = self.milli_per_tenth();
+        let dt = i64::from(dt_ms);
+        self.watch.elapsed_ms += dt_ms;
+        self.watch.expected += i64::from(speed) * per_tenth * dt / 1000;
+        self.watch.measured += i64::from(self.input.speed_tenths) * per_tenth * dt / 1000;
+        if self.watch.elapsed_ms < WATCH_MS {
+            return;
+        }
+        let Watch { expected, measured, start, .. } = self.watch;
+        self.watch = Watch { start: self.input.position, ..Watch::default() };
+        let moved = i64::from(self.input.position.saturating_sub(start)) * 1000;
+        let at_end = self.input.min_switch || self.input.max_switch;
+        if expected.abs() < WATCH_SPEED_TENTHS as i64 * per_tenth / 2 || at_end {
+            return;
+        }
+        let sign = expected.signum();
+        let (went, sensed, part) = (moved * sign, measured * sign, expected.abs() / 4);
+        self.latched |= match () {
+            () if went < -part => DriveFlags::POSITION_WAY_FAULT,
+            () if went < part && sensed > part => DriveFlags::POS_ENCODER_FAULT,
+            () if went < part => DriveFlags::INTERNAL_FAULT,
+            () if sensed < -part => DriveFlags::SPEED_WAY_FAULT,
+            () if sensed < part => DriveFlags::SPEED_ENCODER_FAULT,
+            () => DriveFlags::empty(),
+        };
+    }
+
+    /// Milli-units of position that a speed of one tenth makes in a second.
+    const fn milli_per_tenth(&self) -> i64 {
+        match self.axis {
+            Axis::Nozzle => 100,
+            Axis::Vertical | Axis::Horizontal | Axis::Deployer => 6000,
+        }
+    }
+
+    /// The speed of this step: a ramp up, and a ramp down that ends at the target.
+    fn advance(&mut self, dt_ms: u32, params: &Params) {
+        let Some(wanted) = self.wanted_speed_milli(params) else {
+            self.stop();
+            return;
+        };
+        let accel_tenths = i64::from(params.drive(self.axis, DriveParam::Acceleration)) * 10;
+        let change = (accel_tenths * i64::from(dt_ms)).clamp(1, 1_000_000_000) as i32;
+        let speed = self.speed_milli;
+        // Braking is not limited: the approach is already slow enough, and a stop is a stop.
+        self.speed_milli = if wanted.signum() == speed.signum() && wanted.abs() < speed.abs() {
+            wanted
+        } else {
+            wanted.clamp(speed.saturating_sub(change), speed.saturating_add(change))
+        };
+    }
+
+    /// `None` when the goal is reached or lies behind an end switch.
+    fn wanted_speed_milli(&self, params: &Params) -> Option<i32> {
+        let (error, up) = match self.goal {
+            Goal::Hold => return None,
+            Goal::Run(up) => (i64::MAX / 1_000_000_000, up),
+            Goal::Position(target) => {
+                let error = i64::from(target) - i64::from(self.position);
+                let tolerance = i64::from(self.axis != Axis::Nozzle);
+                if error.abs() <= tolerance {
+                    return None;
+                }
+                (error.abs(), error > 0)
+            }
+        };
+        if if up { self.input.max_switch } else { self.input.min_switch } {
+            return None;
+        }
+        let set = i64::from(params.drive(self.axis, DriveParam::Speed)) * 10;
+        let cap = self.speed_cap_tenths.map_or(set, |cap| set.min(i64::from(cap)));
+        let cap = if self.slowed { cap / 2 } else { cap };
+        let accel = i64::from(params.drive(self.axis, DriveParam::Acceleration)) * 10;
+        // Distance in units of 0.1 ° or 0.1 mm, so that v² = 2·a·s holds with the tenths of speed.
+        let way = error * 1000 / self.milli_per_tenth().max(1);
+        let brake = (2 * accel * way * 3 / 4).unsigned_abs().isqrt() as i64;
+        // The last stretch is approached in proportion: a quarter of a second to go.
+        let near = error * 4000 / self.milli_per_tenth().max(1);
+        let speed =
+            cap.min(brake).min(near.max(CREEP_TENTHS)).max(CREEP_TENTHS).min(i16::MAX.into());
+        Some((if up { speed } else { -speed } * 1000) as i32)
+    }
+}
+
+/// §3.3.1/2 Values are checked one by one; limits that contradict each other show here.
+fn config_invalid(axis: Axis, params: &Params) -> bool {
+    let Limits { min, max } = stored_limits(axis, params);
+    params.is_incomplete(axis.id()) || min >= max
+}
+
+fn stored_limits(axis: Axis, params: &Params) -> Limits {
+    Limits {
+        min: params.drive(axis, DriveParam::MinLimit),
+        max: params.drive(axis, DriveParam::MaxLimit),
+    }
+}

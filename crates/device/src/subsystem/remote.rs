@@ -1,0 +1,80 @@
+//! Remote units of the explosion-proof execution: access to their parameters over the internal bus.
+//!
+//! One operation is under way at a time. NotCached and Cached (§2) ask the client to come again.
+
+use crate::image::{UnitError, UnitInput, UnitOp};
+use lafet_proto::ParamId;
+use lafet_proto::flags::DriveFlags;
+
+/// This side of the internal bus to one unit.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Link {
+    op: Option<UnitOp>,
+    seq: u8,
+    /// The last answer that nobody has fetched yet.
+    done: Option<(UnitOp, i32)>,
+    error: Option<UnitError>,
+}
+
+impl Link {
+    /// §3.4/2 The value of a parameter, once the unit has sent it; asks for it otherwise.
+    pub(crate) fn read(&mut self, id: ParamId) -> Option<i32> {
+        match self.done {
+            Some((UnitOp { param, write: None, .. }, value)) if param == id.0 => {
+                self.done = None;
+                Some(value)
+            }
+            _ => {
+                self.start(id, None);
+                None
+            }
+        }
+    }
+
+    /// §3.5/7 Whether the unit has taken this value; sends it otherwise.
+    pub(crate) fn write(&mut self, id: ParamId, value: i32) -> bool {
+        match self.done {
+            Some((UnitOp { param, write: Some(written), .. }, _))
+                if param == id.0 && written == value =>
+            {
+                self.done = None;
+                true
+            }
+            _ => {
+                self.start(id, Some(value));
+                false
+            }
+        }
+    }
+
+    /// The operation under way, for the outputs.
+    pub(crate) const fn op(&self) -> Option<UnitOp> {
+        self.op
+    }
+
+    /// Takes the unit's side; returns the common flags (§3.3.1) that it leads to.
+    pub(crate) fn step(&mut self, unit: &UnitInput) -> u32 {
+        if let (Some(op), Some(reply)) = (self.op, unit.reply)
+            && reply.seq == op.seq
+        {
+            self.op = None;
+            self.error = reply.result.err();
+            self.done = reply.result.ok().map(|value| (op, value));
+        }
+        let mut flags = DriveFlags::empty();
+        flags.set(DriveFlags::PROTOCOL_FAULT, unit.protocol_fault);
+        flags.set(DriveFlags::WDT_FAULT, unit.watchdog_reset);
+        flags.set(DriveFlags::REMOTE_PA_INCOMPLETE, self.error == Some(UnitError::Incomplete));
+        flags.set(DriveFlags::REMOTE_PA_BAD_ID, self.error == Some(UnitError::BadId));
+        flags.set(DriveFlags::REMOTE_PA_BAD_VAL, self.error == Some(UnitError::BadValue));
+        flags.set(DriveFlags::REMOTE_PA_ERROR, self.error == Some(UnitError::Internal));
+        flags.bits()
+    }
+
+    fn start(&mut self, id: ParamId, write: Option<i32>) {
+        if self.op.is_none() {
+            self.seq = self.seq.wrapping_add(1);
+            self.op = Some(UnitOp { seq: self.seq, param: id.0, write });
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! §3.3.5 «Флаги состояния Valve1, Valve2»: a valve.
+//!
+//! ```text
+//!  Still ──Open──▶ Opening ──open switch, Stop, fault, time over──▶ Still
+//!  Still ──Close─▶ Closing ──closed switch, Stop, fault, time over─▶ Still
+//! ```
+//! Water hammer is the business of the drive's travel time: the motor only knows three commands.
+
+use crate::image::{UnitInput, UnitOp, ValveInput, ValveNo, ValveOutput};
+use crate::params::Params;
+use crate::subsystem::remote;
+use crate::time::{Millis, Timer};
+use lafet_proto::flags::ValveFlags;
+use lafet_proto::param::{Param, Placement, ValveParam};
+use lafet_proto::status::ValveStatus;
+use lafet_proto::{Ints, Status, SubsystemId};
+
+/// AmperageOverload clears this long after the stop, as that of drives does (§3.3.4).
+const OVERLOAD_CLEAR_MS: u32 = 3000;
+/// Starting current is no overload.
+const OVERLOAD_DELAY_MS: u32 = 300;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Motion {
+    Still,
+    Opening,
+    Closing,
+}
+
+/// A valve.
+#[derive(Clone, Debug)]
+pub struct Valve {
+    no: ValveNo,
+    remote: bool,
+    motion: Motion,
+    travel: Timer,
+    input: ValveInput,
+    latched: ValveFlags,
+    overload_ms: u32,
+    overload: Timer,
+    unit: remote::Link,
+    unit_flags: ValveFlags,
+    online: bool,
+    faulty_config: bool,
+}
+
+impl Valve {
+    /// §D/1, §D/2 A valve starts by closing unless it is told to stay.
+    pub(crate) fn new(now: Millis, no: ValveNo, params: &Params, keep: bool) -> Self {
+        let mut valve = Self {
+            no,
+            remote: param(no, ValveParam::ValveType, params) == 1,
+            motion: Motion::Still,
+            travel: Timer::default(),
+            input: ValveInput::default(),
+            latched: ValveFlags::empty(),
+            overload_ms: 0,
+            overload: Timer::default(),
+            unit: remote::Link::default(),
+            unit_flags: ValveFlags::empty(),
+            online: true,
+            faulty_config: params.is_incomplete(no.id()),
+        };
+        if !keep {
+            valve.start(now, Motion::Closing, params);
+        }
+        valve
+    }
+
+    /// A remote unit.
+    pub fn is_remote(&self) -> bool {
+        self.remote
+    }
+
+    /// Closed by its switch and not leaving.
+    pub fn is_closed(&self) -> bool {
+        self.input.close_switch && self.motion != Motion::Opening
+    }
+
+    /// §3.8/3 Open; its key has been checked.
+    pub(crate) fn open(&mut self, now: Millis, params: &Params) -> Status {
+        if self.is_faulty() {
+            return Status::MODULE_FAULT;
+        }
+        // §3.3.5 Blocked is a state of the valve, not a fault of it.
+        if self.input.blocked {
+            return Status::DENIED;
+        }
+        self.start(now, Motion::Opening, params);
+        Status::ACCEPTED
+    }
+
+    /// §3.9/2 Close; its key has been checked. A faulty valve is told to close all the same.
+    pub(crate) fn close(&mut self, now: Millis, params: &Params) -> Status {
+        self.start(now, Motion::Closing, params);
+        if self.is_faulty() { Status::MODULE_FAULT } else { Status::ACCEPTED }
+    }
+
+    /// §3.2/5 Stays where it is.
+    pub(crate) fn stop(&mut self) {
+        self.motion = Motion::Still;
+        self.travel.stop();
+    }
+
+    /// §3.5 SetParam of this valve; range and access have been checked.
+    pub(crate) fn set_param(&mut self, param: Param, value: i32, params: &mut Params) -> Status {
+        let spec = param.spec();
+        if self.remote && spec.placement == Placement::Unit && !self.unit.write(spec.id, value) {
+            return Status::CACHED;
+        }
+        params.write(param, Ints::Values(&[value]))
+    }
+
+    pub(crate) fn unit(&mut self) -> &mut remote::Link {
+        &mut self.unit
+    }
+
+    pub(crate) const fn unit_op(&self) -> Option<UnitOp> {
+        self.unit.op()
+    }
+
+    pub(crate) fn step(
+        &mut self,
+        now: Millis,
+        dt_ms: u32,
+        input: &ValveInput,
+        unit: &UnitInput,
+        params: &Params,
+    ) {
+        self.faulty_config = params.is_incomplete(self.no.id());
+        self.online = !self.remote || unit.online;
+        if self.remote {
+            self.unit_flags = ValveFlags::from_bits_retain(self.unit.step(unit));
+        }
+        if self.online {
+            self.input = *input;
+        }
+        self.watch_current(now, dt_ms, params);
+        self.watch_travel(now);
+    }
+
+    pub(crate) fn output(&self) -> ValveOutput {
+        match self.motion {
+            Motion::Still => ValveOutput::Off,
+            Motion::Opening => ValveOutput::Opening,
+            Motion::Closing => ValveOutput::Closing,
+        }
+    }
+
+    /// Flags but BadPower, which General adds.
+    pub fn flags(&self) -> ValveFlags {
+        let input = &self.input;
+        let both = input.open_switch && input.close_switch;
+        let mut flags = self.latched | self.unit_flags;
+        flags.set(ValveFlags::OPENING, self.motion == Motion::Opening);
+        flags.set(ValveFlags::CLOSING, self.motion == Motion::Closing);
+        flags.set(ValveFlags::AMPERAGE_OVERLOAD, self.overload.is_running());
+        flags.set(ValveFlags::BLOCKED, input.blocked);
+        if input.open_sensor_fault || both {
+            flags |= ValveFlags::OPEN_SENSOR_FAULT;
+        }
+        if input.close_sensor_fault || both {
+            flags |= ValveFlags::CLOSE_SENSOR_FAULT;
+        }
+        flags.set(ValveFlags::OPEN, input.open_switch && !both);
+        flags.set(ValveFlags::CLOSED, input.close_switch && !both);
+        flags.set(ValveFlags::CONFIG_INVALID, self.faulty_config);
+        flags.set(ValveFlags::CONN_LOST, !self.online);
+        flags
+    }
+
+    /// §3.3 ValveStatus.
+    pub(crate) fn status(&self) -> ValveStatus {
+        ValveStatus { flags: self.flags() }
+    }
+
+    /// ModuleFault is the answer to Open (§3.8/3).
+    pub fn is_faulty(&self) -> bool {
+        const FAULTS: ValveFlags = ValveFlags::OPEN_SENSOR_FAULT
+            .union(ValveFlags::CLOSE_SENSOR_FAULT)
+            .union(ValveFlags::INTERNAL_FAULT)
+            .union(ValveFlags::CONFIG_INVALID)
+            .union(ValveFlags::CONN_LOST);
+        self.flags().intersects(FAULTS)
+    }
+
+    fn start(&mut self, now: Millis, motion: Motion, params: &Params) {
+        self.motion = motion;
+        self.latched = ValveFlags::empty();
+        let travel_ms = param(self.no, ValveParam::TravelTime, params).unsigned_abs();
+        // A valve in the cold is slower than its nameplate: half as much again is allowed.
+        self.travel.start(now, travel_ms.saturating_add(travel_ms / 2));
+    }
+
+    fn watch_current(&mut self, now: Millis, dt_ms: u32, params: &Params) {
+        self.overload.poll(now);
+        let over = i32::from(self.input.current_da)
+            > param(self.no, ValveParam::MaxCurrent, params)
+            && self.motion != Motion::Still;
+        self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
+        if self.overload_ms > OVERLOAD_DELAY_MS {
+            self.stop();
+            self.overload.start(now, OVERLOAD_CLEAR_MS);
+        }
+    }
+
+    /// Ends the motion at its switch, or tells what is wrong when the time is over.
+    fn watch_travel(&mut self, now: Millis) {
+        let ValveInput { open_switch, close_switch, .. } = self.input;
+        let (arrived, left, fault) = match self.motion {
+            Motion::Still => return,
+            Motion::Opening => (open_switch, !close_switch, ValveFlags::OPEN_SENSOR_FAULT),
+            Motion::Closing => (close_switch, !open_switch, ValveFlags::CLOSE_SENSOR_FAULT),
+        };
+        if arrived {
+            self.stop();
+        } else if self.travel.poll(now) {
+            self.stop();
+            // It has left the one end and not shown at the other: the sensor there; otherwise
+            // the valve itself has not moved.
+            self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
+        }
+    }
+}
+
+fn param(no: ValveNo, which: ValveParam, params: &Params) -> i32 {
+    Param::of_valve(no.id(), which).map_or(0, |param| params.get(param))
+}
+
+/// Whether Wrap and Move Deployer must be refused by this valve (§3.11/6).
+pub(crate) fn forbids_folding(valve: &Valve, present: bool) -> Option<SubsystemId> {
+    (present && !valve.is_closed()).then_some(valve.no.id())
+}

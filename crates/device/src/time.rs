@@ -1,0 +1,61 @@
+//! Milliseconds that wrap (ours): every comparison survives the wrap after 49.7 days.
+
+/// A moment, milliseconds since some start; wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Millis(pub u32);
+
+impl Millis {
+    /// Milliseconds since an earlier moment, at most 49.7 days ago.
+    pub const fn since(self, earlier: Self) -> u32 {
+        self.0.wrapping_sub(earlier.0)
+    }
+}
+
+/// Fires once after a time. Poll it at each step: then the wrap of the clock never matters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Timer {
+    deadline: Option<Millis>,
+}
+
+impl Timer {
+    /// Starts, or starts anew.
+    pub fn start(&mut self, now: Millis, after_ms: u32) {
+        self.deadline = Some(Millis(now.0.wrapping_add(after_ms)));
+    }
+
+    /// Will not fire.
+    pub fn stop(&mut self) {
+        self.deadline = None;
+    }
+
+    /// Started and not yet fired.
+    pub const fn is_running(&self) -> bool {
+        self.deadline.is_some()
+    }
+
+    /// True once when the time is over.
+    pub fn poll(&mut self, now: Millis) -> bool {
+        let fired = self.deadline.is_some_and(|deadline| now.since(deadline) < 1 << 31);
+        if fired {
+            self.deadline = None;
+        }
+        fired
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// §D/3
+    #[test]
+    fn survives_the_wrap() {
+        let mut timer = Timer::default();
+        timer.start(Millis(u32::MAX - 10), 30);
+        assert!(!timer.poll(Millis(u32::MAX)));
+        assert!(!timer.poll(Millis(18)));
+        assert!(timer.poll(Millis(19)));
+        assert!(!timer.poll(Millis(20)));
+        assert!(!timer.is_running());
+    }
+}

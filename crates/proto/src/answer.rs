@@ -1,0 +1,195 @@
+//! §3 «Перечень поддерживаемых запросов»: answers, typed, and their bytes.
+
+use crate::bus::{Log, NetworkStatus};
+use crate::record::{NoRoom, Record, Writer};
+use crate::status::{
+    ButtonsStatus, ConnStatus, ControlStatus, DeployerStatus, DetectorStatus, DriveStatus,
+    FaultInfo, GeneralStatus, Hotbed, Limits, ThermoStatus, ValveStatus,
+};
+use crate::{DecodeError, Expected, Ints, ParamId, RequestId, Status, SubsystemId};
+
+/// An answer: who answers what, how it went, and the data that come with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Answer<'a> {
+    /// The subsystem that answers: the addressee, or one that intercepted the request.
+    pub from: SubsystemId,
+    /// The request that is answered.
+    pub request: RequestId,
+    /// How it went.
+    pub status: Status,
+    /// What comes with it.
+    pub data: Reply<'a>,
+}
+
+/// Data of an answer. An answer that refuses a request mostly has none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reply<'a> {
+    /// No data.
+    None,
+    /// §3.3 General.
+    General(GeneralStatus),
+    /// §3.3 Climatics.
+    Thermo(ThermoStatus),
+    /// §3.3 Vertical, Horizontal, Nozzle.
+    Drive(DriveStatus),
+    /// §3.3 Valve1, Valve2.
+    Valve(ValveStatus),
+    /// §3.3 Control.
+    Control(ControlStatus),
+    /// §3.3 Detector.
+    Detector(DetectorStatus),
+    /// §3.3 Deployer.
+    Deployer(DeployerStatus),
+    /// §3.3 ExternalConn, Radio.
+    Conn(ConnStatus),
+    /// §3.3 Buttons, ExtButtons.
+    Buttons(ButtonsStatus),
+    /// §3.4, §3.21 A parameter's value.
+    Param {
+        /// Which.
+        id: ParamId,
+        /// Its values; none in the answer to SetParam and in a refusal.
+        values: Ints<'a>,
+    },
+    /// §3.7 Limits of motion.
+    Limits(Limits),
+    /// §3.20 Crash data.
+    Fault(FaultInfo),
+    /// Bus (observed): the addresses present.
+    Network(NetworkStatus),
+    /// Bus (observed): lines of the log.
+    Log(Log<'a>),
+    /// Data of a request or subsystem that the document does not know.
+    Raw(&'a [u8]),
+}
+
+impl<'a> Answer<'a> {
+    /// An answer without data.
+    pub const fn bare(from: SubsystemId, request: RequestId, status: Status) -> Self {
+        Self { from, request, status, data: Reply::None }
+    }
+
+    /// Reads the answer of a record.
+    #[inline]
+    pub fn decode(record: &Record<'a>) -> Result<Self, DecodeError> {
+        let Record { request, device, status, data } = *record;
+        Ok(Self { from: device, request, status, data: Reply::decode(request, device, data)? })
+    }
+
+    /// Appends the answer to a frame's payload.
+    #[inline]
+    pub fn encode(&self, out: &mut Writer<'_>) -> Result<(), NoRoom> {
+        out.push_with(self.request, self.from, self.status, |data| match self.data {
+            Reply::None => Ok(()),
+            Reply::General(status) => data.put(&status.to_bytes()),
+            Reply::Thermo(status) => data.put(&status.to_bytes()),
+            Reply::Drive(status) => data.put(&status.to_bytes()),
+            Reply::Valve(status) => data.put(&status.to_bytes()),
+            Reply::Control(status) => data.put(&status.to_bytes()),
+            Reply::Detector(status) => data.put(&status.to_bytes()),
+            Reply::Deployer(status) => data.put(&status.to_bytes()),
+            Reply::Conn(status) => data.put(&status.to_bytes()),
+            Reply::Buttons(status) => data.put(&status.to_bytes()),
+            Reply::Param { id, values } => {
+                data.put_u16(id.0)?;
+                data.put_ints(values.iter())
+            }
+            Reply::Limits(limits) => data.put(&limits.to_bytes()),
+            Reply::Fault(info) => {
+                let words = info.to_words();
+                let count = match info.arch {
+                    crate::status::FaultArch::CortexM3(_) => 20,
+                    crate::status::FaultArch::Arm7Tdmi(_) => 12,
+                };
+                words.iter().take(count).try_for_each(|word| data.put(&word.to_le_bytes()))
+            }
+            Reply::Network(status) => data.put(&status.0),
+            Reply::Log(log) => {
+                data.put_u16(log.first)?;
+                data.put_u16(log.count)?;
+                data.put(log.lines)
+            }
+            Reply::Raw(bytes) => data.put(bytes),
+        })
+    }
+
+    /// The hotbeds of an answer to GetHotbed or GetParam Hotbeds (§3.21).
+    pub fn hotbeds(&self) -> Option<impl Iterator<Item = Hotbed> + use<'a>> {
+        let Reply::Param { id: ParamId::HOTBEDS, values } = self.data else { return None };
+        let mut values = values.iter();
+        Some(core::iter::from_fn(move || {
+            Some(Hotbed::from_values([
+                values.next()?,
+                values.next()?,
+                values.next()?,
+                values.next()?,
+                values.next()?,
+            ]))
+        }))
+    }
+}
+
+impl<'a> Reply<'a> {
+    fn decode(
+        request: RequestId,
+        device: SubsystemId,
+        data: &'a [u8],
+    ) -> Result<Self, DecodeError> {
+        if data.is_empty() {
+            return Ok(Self::None);
+        }
+        match request {
+            RequestId::GET_STATUS => Self::decode_status(device, data),
+            RequestId::GET_PARAM | RequestId::SET_PARAM => Self::decode_param(data),
+            RequestId::GET_HOTBED => Self::decode_param(data),
+            RequestId::RETRIEVE_LIMITS => Ok(Self::Limits(Limits::from_bytes(exact(data)?))),
+            RequestId::GET_CRASH_DATA => {
+                FaultInfo::decode(data).map(Self::Fault).ok_or(wrong_size(data))
+            }
+            RequestId::GET_NETWORK_STATUS => Ok(Self::Network(NetworkStatus(exact(data)?))),
+            RequestId::GET_LOG => Ok(Self::Log(Log::decode(data)?)),
+            _ => Ok(Self::Raw(data)),
+        }
+    }
+
+    #[inline]
+    fn decode_status(device: SubsystemId, data: &'a [u8]) -> Result<Self, DecodeError> {
+        Ok(match device {
+            SubsystemId::VERTICAL | SubsystemId::HORIZONTAL | SubsystemId::NOZZLE => {
+                Self::Drive(DriveStatus::from_bytes(exact(data)?))
+            }
+            SubsystemId::GENERAL => Self::General(GeneralStatus::from_bytes(exact(data)?)),
+            SubsystemId::CLIMATICS => Self::Thermo(ThermoStatus::from_bytes(exact(data)?)),
+            SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
+                Self::Valve(ValveStatus::from_bytes(exact(data)?))
+            }
+            SubsystemId::CONTROL => Self::Control(ControlStatus::from_bytes(exact(data)?)),
+            SubsystemId::DETECTOR => Self::Detector(DetectorStatus::from_bytes(exact(data)?)),
+            SubsystemId::DEPLOYER => Self::Deployer(DeployerStatus::from_bytes(exact(data)?)),
+            SubsystemId::EXTERNAL_CONN | SubsystemId::RADIO => {
+                Self::Conn(ConnStatus::from_bytes(exact(data)?))
+            }
+            SubsystemId::BUTTONS | SubsystemId::EXT_BUTTONS => {
+                Self::Buttons(ButtonsStatus::from_bytes(exact(data)?))
+            }
+            _ => Self::Raw(data),
+        })
+    }
+
+    fn decode_param(data: &'a [u8]) -> Result<Self, DecodeError> {
+        let (id, values) = data.split_first_chunk().ok_or(wrong_size(data))?;
+        if values.len() % 4 != 0 {
+            return Err(wrong_size(data));
+        }
+        Ok(Self::Param { id: ParamId(u16::from_le_bytes(*id)), values: Ints::Wire(values) })
+    }
+}
+
+#[inline]
+fn exact<const N: usize>(data: &[u8]) -> Result<[u8; N], DecodeError> {
+    data.try_into().map_err(|_| wrong_size(data))
+}
+
+const fn wrong_size(data: &[u8]) -> DecodeError {
+    DecodeError { offset: 0, expected: Expected::Size, got: data.len() }
+}

@@ -1,0 +1,22 @@
+//! §3.3.9 «Флаги состояния ExternalConn, Radio»: ConnLost has a meaning of its own.
+
+use super::{Words, words};
+
+pub const CONN_LOST: Words = words(
+    [
+        "Nobody has controlled the monitor through this interface lately (3 s by default).",
+        "По этому интерфейсу никто не управлял стволом (по умолчанию 3 секунды).",
+    ],
+    [
+        "Ordinary while nobody commands; status polls do not count. Else a broken line, wrong \
+        address or speed, a silent modem.",
+        "Обычно, пока команд нет; опрос состояния не считается. Иначе обрыв линии, неверный адрес \
+        или скорость, молчит модем.",
+    ],
+    [
+        "If commands are being sent and the flag stays, check line, address and baud rate, or the \
+        modem's antenna and channel.",
+        "Если команды подаются, а флаг стоит, проверьте линию, адрес и скорость либо антенну и \
+        канал модема.",
+    ],
+);

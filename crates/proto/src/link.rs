@@ -1,0 +1,316 @@
+//! Link frames (observed): `FF C0 | dst src records… crcLo crcHi | C0`, on every medium (ours).
+//!
+//! Between the two C0 the bytes are escaped: C0 → DB DC, DB → DB DD. The CRC is
+//! CRC-16/MODBUS over the unescaped dst, src and records. A frame of dst, src and CRC alone is a
+//! presence probe.
+
+use crate::{DecodeError, Expected};
+use crc::{CRC_16_MODBUS, Crc};
+
+/// Payload that every monitor and client can take (ours).
+pub const PAYLOAD_MAX: usize = 512;
+/// Unescaped bytes of a frame with the greatest payload: dst, src, payload, CRC.
+pub const BODY_MAX: usize = OVERHEAD + PAYLOAD_MAX;
+/// Bytes of the greatest frame on the wire, each body byte escaped.
+pub const WIRE_MAX: usize = wire_max(PAYLOAD_MAX);
+
+const SYNC: u8 = 0xFF;
+const END: u8 = 0xC0;
+const ESCAPE: u8 = 0xDB;
+const ESCAPED_END: u8 = 0xDC;
+const ESCAPED_ESCAPE: u8 = 0xDD;
+/// dst, src and the two bytes of the CRC: also the shortest frame.
+const OVERHEAD: usize = 4;
+
+static CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_MODBUS);
+
+/// CRC-16/MODBUS: reflected 0x8005, start 0xFFFF.
+pub fn crc16(bytes: &[u8]) -> u16 {
+    CRC.checksum(bytes)
+}
+
+/// Bytes on the wire that a frame of this payload can need at most.
+pub const fn wire_max(payload: usize) -> usize {
+    3 + 2 * (OVERHEAD + payload)
+}
+
+/// A frame received without errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// Receiver.
+    pub dst: u8,
+    /// Sender.
+    pub src: u8,
+    /// Records; empty in a presence probe and its answer.
+    pub payload: &'a [u8],
+}
+
+impl Frame<'_> {
+    /// Whether the frame only asks, or says, that somebody is there.
+    pub const fn is_probe(&self) -> bool {
+        self.payload.is_empty()
+    }
+}
+
+/// Writes a frame as it goes on the wire and returns its length; `None` if `out` is too short
+/// ([`wire_max`] always suffices).
+pub fn encode(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
+    let mut digest = CRC.digest();
+    let addresses = [frame.dst, frame.src];
+    digest.update(&addresses);
+    digest.update(frame.payload);
+    let crc = digest.finalize().to_le_bytes();
+
+    let mut wire = Wire { out, len: 0 };
+    wire.put(SYNC)?;
+    wire.put(END)?;
+    for byte in addresses.iter().chain(frame.payload).chain(&crc) {
+        match *byte {
+            END => wire.put(ESCAPE).and_then(|()| wire.put(ESCAPED_END))?,
+            ESCAPE => wire.put(ESCAPE).and_then(|()| wire.put(ESCAPED_ESCAPE))?,
+            plain => wire.put(plain)?,
+        }
+    }
+    wire.put(END)?;
+    Some(wire.len)
+}
+
+struct Wire<'a> {
+    out: &'a mut [u8],
+    len: usize,
+}
+
+impl Wire<'_> {
+    #[inline]
+    fn put(&mut self, byte: u8) -> Option<()> {
+        *self.out.get_mut(self.len)? = byte;
+        self.len += 1;
+        Some(())
+    }
+}
+
+/// What a decoder has seen on its medium since it was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Frames received without errors.
+    pub frames: u64,
+    /// Frames dropped because of their CRC.
+    pub crc_errors: u64,
+    /// Frames dropped because something else than DC or DD followed DB.
+    pub escape_errors: u64,
+    /// Frames dropped because they were longer than the buffer.
+    pub overruns: u64,
+    /// Frames given up before their end: less than 4 bytes between two C0, or a break on the line.
+    pub resyncs: u64,
+    /// Bytes that belonged to no good frame, without sync bytes.
+    pub bytes_skipped: u64,
+}
+
+/// Finds the frames in a stream of bytes, however it is cut into pieces.
+///
+/// `N` bounds a frame: [`BODY_MAX`] takes every frame that this protocol allows.
+#[derive(Clone, Debug)]
+pub struct Decoder<const N: usize = BODY_MAX> {
+    body: [u8; N],
+    len: usize,
+    state: State,
+    counters: Counters,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// Before the C0 that starts a frame.
+    Idle,
+    /// Between the two C0.
+    Inside,
+    /// After DB.
+    Escaped,
+}
+
+impl<const N: usize> Default for Decoder<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize> Decoder<N> {
+    /// A decoder that waits for a frame.
+    pub const fn new() -> Self {
+        Self {
+            body: [0; N],
+            len: 0,
+            state: State::Idle,
+            counters: Counters {
+                frames: 0,
+                crc_errors: 0,
+                escape_errors: 0,
+                overruns: 0,
+                resyncs: 0,
+                bytes_skipped: 0,
+            },
+        }
+    }
+
+    /// What has been seen so far.
+    pub const fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// Takes a byte; returns the frame that it completes.
+    #[inline]
+    pub fn push(&mut self, byte: u8) -> Option<Frame<'_>> {
+        match (self.state, byte) {
+            (State::Idle, END) => self.start(),
+            (State::Idle, SYNC) => {}
+            (State::Idle, _) => self.counters.bytes_skipped += 1,
+            (_, END) => return self.end(),
+            (State::Inside, ESCAPE) => self.state = State::Escaped,
+            (State::Inside, plain) => self.store(plain),
+            (State::Escaped, ESCAPED_END) => self.unescaped(END),
+            (State::Escaped, ESCAPED_ESCAPE) => self.unescaped(ESCAPE),
+            (State::Escaped, _) => {
+                self.counters.escape_errors += 1;
+                self.drop_frame(2);
+            }
+        }
+        None
+    }
+
+    /// Takes bytes until one completes a frame; returns that frame and how many were taken.
+    ///
+    /// Call it again with the rest until it returns no frame: then all were taken.
+    pub fn push_slice(&mut self, bytes: &[u8]) -> (usize, Option<Frame<'_>>) {
+        for (index, byte) in bytes.iter().enumerate() {
+            if self.push(*byte).is_some() {
+                return (index + 1, self.complete());
+            }
+        }
+        (bytes.len(), None)
+    }
+
+    /// Forgets a frame that has begun: the medium was silent or broken for too long.
+    pub fn reset(&mut self) {
+        if self.state != State::Idle && self.len > 0 {
+            self.counters.resyncs += 1;
+            self.drop_frame(1);
+        }
+        self.state = State::Idle;
+        self.len = 0;
+    }
+
+    fn start(&mut self) {
+        self.state = State::Inside;
+        self.len = 0;
+    }
+
+    #[inline]
+    fn store(&mut self, byte: u8) {
+        if let Some(place) = self.body.get_mut(self.len) {
+            *place = byte;
+            self.len += 1;
+        } else {
+            self.counters.overruns += 1;
+            self.drop_frame(2);
+        }
+    }
+
+    fn unescaped(&mut self, byte: u8) {
+        self.state = State::Inside;
+        self.store(byte);
+    }
+
+    /// Gives up the frame; `more` counts its start byte and the byte that spoilt it.
+    fn drop_frame(&mut self, more: u64) {
+        self.counters.bytes_skipped += self.len as u64 + more;
+        self.state = State::Idle;
+        self.len = 0;
+    }
+
+    /// C0 inside a frame ends it. When what was collected is no frame, the C0 may be the start of
+    /// the next, whose predecessor lost its end: collecting begins anew.
+    fn end(&mut self) -> Option<Frame<'_>> {
+        if self.state == State::Escaped {
+            self.counters.escape_errors += 1;
+            self.drop_frame(2);
+        } else if self.len == 0 {
+            self.counters.bytes_skipped += 1;
+        } else if self.len < OVERHEAD {
+            self.counters.resyncs += 1;
+            self.drop_frame(1);
+        } else if check(self.body.get(..self.len)?).is_err() {
+            self.counters.crc_errors += 1;
+            self.drop_frame(1);
+        } else {
+            self.counters.frames += 1;
+            self.state = State::Idle;
+            return self.complete();
+        }
+        self.start();
+        None
+    }
+
+    /// The frame whose CRC has just been found right.
+    fn complete(&self) -> Option<Frame<'_>> {
+        split(self.body.get(..self.len)?).map(|(frame, _)| frame)
+    }
+}
+
+/// Splits an unescaped body into a frame and its CRC.
+fn split(body: &[u8]) -> Option<(Frame<'_>, u16)> {
+    let (covered, crc) = body.split_last_chunk()?;
+    let [dst, src, payload @ ..] = covered else { return None };
+    Some((Frame { dst: *dst, src: *src, payload }, u16::from_le_bytes(*crc)))
+}
+
+/// The frame of an unescaped body whose CRC is right.
+fn check(body: &[u8]) -> Result<Frame<'_>, DecodeError> {
+    let short = DecodeError { offset: 0, expected: Expected::FrameEnd, got: body.len() };
+    let (frame, got) = split(body).ok_or(short)?;
+    let covered = body.split_last_chunk::<2>().map_or(body, |(covered, _)| covered);
+    let crc = crc16(covered);
+    if got == crc {
+        Ok(frame)
+    } else {
+        let (expected, got) = (Expected::Crc(crc), usize::from(got));
+        Err(DecodeError { offset: covered.len(), expected, got })
+    }
+}
+
+/// Reads a datagram that is one frame (ours: one UDP datagram = one frame); `body` takes the
+/// unescaped bytes.
+pub fn decode_datagram<'b>(datagram: &[u8], body: &'b mut [u8]) -> Result<Frame<'b>, DecodeError> {
+    let error = |offset, expected, got: u8| DecodeError { offset, expected, got: got.into() };
+    let mut bytes = datagram.iter().copied().enumerate().peekable();
+    while bytes.next_if(|(_, byte)| *byte == SYNC).is_some() {}
+    match bytes.next() {
+        Some((_, END)) => {}
+        other => {
+            let (offset, byte) = other.unwrap_or((datagram.len(), 0));
+            return Err(error(offset, Expected::FrameStart, byte));
+        }
+    }
+    let mut len = 0;
+    loop {
+        let (offset, mut byte) =
+            bytes.next().ok_or(error(datagram.len(), Expected::FrameEnd, 0))?;
+        match byte {
+            END if bytes.peek().is_none() => break,
+            END => return Err(error(offset, Expected::FrameEnd, byte)),
+            ESCAPE => {
+                byte = match bytes.next() {
+                    Some((_, ESCAPED_END)) => END,
+                    Some((_, ESCAPED_ESCAPE)) => ESCAPE,
+                    Some((offset, byte)) => return Err(error(offset, Expected::Escape, byte)),
+                    None => return Err(error(datagram.len(), Expected::FrameEnd, 0)),
+                };
+            }
+            _ => {}
+        }
+        let room = body.len();
+        let place =
+            body.get_mut(len).ok_or(DecodeError { offset, expected: Expected::Room, got: room })?;
+        *place = byte;
+        len += 1;
+    }
+    check(body.get(..len).unwrap_or_default())
+}

@@ -1,0 +1,381 @@
+//! The table of the parameters — ours (§3.4, §3.5): the vendor's list is not public.
+
+use super::{Access, Effect, Element, ParamSpec, Placement, Storage, Unit};
+use crate::dictionary::Text;
+use crate::id::{ParamId, SubsystemId};
+
+/// Rows of `Variant: SUBSYSTEM "Name", spec, text;` become the enum and its three tables.
+macro_rules! params {
+    ($($variant:ident: $subsystem:ident $name:literal, $spec:expr, $text:expr;)+) => {
+        /// A parameter of a subsystem.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u8)]
+        pub enum Param {
+            $(
+                #[doc = concat!("`", stringify!($subsystem), "` `", $name, "`")]
+                $variant,
+            )+
+        }
+
+        impl Param {
+            /// Every parameter in the order of the table.
+            pub const ALL: [Param; Param::COUNT] = [$(Param::$variant),+];
+            /// How many parameters there are.
+            pub const COUNT: usize = [$($name),+].len();
+
+            /// Length, range, unit and handling.
+            pub const fn spec(self) -> &'static ParamSpec {
+                match self {
+                    $(Param::$variant => &const {
+                        ParamSpec {
+                            subsystem: SubsystemId::$subsystem,
+                            id: ParamId::of($name),
+                            ..$spec
+                        }
+                    },)+
+                }
+            }
+
+            /// The name whose hash is the id.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Param::$variant => $name,)+
+                }
+            }
+
+            /// What the parameter is and does.
+            pub const fn text(self) -> &'static Text {
+                match self {
+                    $(Param::$variant => &const { $text },)+
+                }
+            }
+        }
+    };
+}
+
+/// One stored value that SetParam may change at once; the methods below change what differs.
+const fn one(unit: Unit, min: i32, max: i32, default: i32) -> ParamSpec {
+    ParamSpec {
+        subsystem: SubsystemId::GENERAL,
+        id: ParamId(0),
+        min_len: 1,
+        max_len: 1,
+        step_len: 1,
+        unit,
+        min,
+        max,
+        default,
+        elements: &[],
+        access: Access::ReadWrite,
+        effect: Effect::AtOnce,
+        storage: Storage::Stored,
+        placement: Placement::Local,
+        required: true,
+    }
+}
+
+impl ParamSpec {
+    const fn len(self, min_len: u8, max_len: u8, step_len: u8) -> Self {
+        Self { min_len, max_len, step_len, ..self }
+    }
+
+    const fn after_restart(self) -> Self {
+        Self { effect: Effect::Restart, ..self }
+    }
+
+    const fn optional(self) -> Self {
+        Self { required: false, ..self }
+    }
+
+    const fn on_unit(self) -> Self {
+        Self { placement: Placement::Unit, ..self }
+    }
+
+    const fn measured(self) -> Self {
+        Self { access: Access::ReadOnly, storage: Storage::Volatile, required: false, ..self }
+    }
+}
+
+/// A position of a drive: what the int16 of Move and DriveStatus can say (§3.1, §3.3).
+const fn position(unit: Unit, default: i32) -> ParamSpec {
+    one(unit, -32_767, 32_767, default).on_unit()
+}
+
+/// A speed or a current: one byte in DriveStatus (§3.3).
+const fn byte(unit: Unit, min: i32, default: i32) -> ParamSpec {
+    one(unit, min, 255, default).on_unit()
+}
+
+const fn acceleration(unit: Unit, default: i32) -> ParamSpec {
+    one(unit, 1, 1000, default).on_unit()
+}
+
+const fn choice(max: i32, default: i32) -> ParamSpec {
+    one(Unit::Choice, 0, max, default)
+}
+
+const fn element(unit: Unit, min: i32, max: i32) -> Element {
+    Element { unit, min, max }
+}
+
+/// §3.14: the seven numbers of StartQuench full, in its order.
+const PROGRAM: ParamSpec = ParamSpec {
+    elements: &[
+        element(Unit::Arcmin, -32_767, 32_767),
+        element(Unit::Arcmin, -32_767, 32_767),
+        element(Unit::Millimetre, -32_767, 32_767),
+        element(Unit::Arcmin, 0, 32_767),
+        element(Unit::Arcmin, 0, 32_767),
+        element(Unit::Degree, 0, 127),
+        element(Unit::Metre, 0, 127),
+    ],
+    ..one(Unit::None, -32_767, 32_767, 0).len(7, 7, 1).optional()
+};
+
+/// §3.15: up to fifteen points of four numbers.
+const TRAJECTORY: ParamSpec = ParamSpec {
+    elements: &[
+        element(Unit::Arcmin, -32_767, 32_767),
+        element(Unit::Arcmin, -32_767, 32_767),
+        element(Unit::Metre, 0, 255),
+        element(Unit::DeciSecond, 0, 255),
+    ],
+    ..one(Unit::None, -32_767, 32_767, 0).len(0, 60, 4).optional()
+};
+
+const DRIVE_TYPE: ParamSpec = choice(2, 0).after_restart();
+const VALVE_TYPE: ParamSpec = choice(1, 0).after_restart();
+const VALVE_TRAVEL: ParamSpec = one(Unit::Millisecond, 500, 120_000, 12_000).on_unit();
+const TIMEOUT: ParamSpec = one(Unit::Millisecond, 500, 60_000, 3000);
+const JUSTIFY: ParamSpec = one(Unit::Arcmin, -600, 600, 0);
+
+const fn heat(default: i32) -> ParamSpec {
+    one(Unit::DeciCelsius, -400, 600, default)
+}
+
+const fn text(en: &'static str, ru: &'static str) -> Text {
+    Text::new(en, ru)
+}
+
+const MIN_LIMIT_TEXT: Text = text(
+    "Lower or right limit of travel (wider for the nozzle); Move stops here while limits are on.",
+    "Нижний или правый предел хода (шире для насадка); при включённых пределах Move \
+    останавливается здесь.",
+);
+const MAX_LIMIT_TEXT: Text = text(
+    "Upper or left limit of travel (narrower for the nozzle); Move stops here while limits are on.",
+    "Верхний или левый предел хода (уже для насадка); при включённых пределах Move останавливается \
+    здесь.",
+);
+const ZERO_POINT_TEXT: Text = text(
+    "Reading of the position sensor that counts as zero; can be set only while limits are off.",
+    "Показание датчика положения, принятое за ноль; устанавливается только при выключенных \
+    пределах.",
+);
+const SPEED_TEXT: Text = text(
+    "Speed of the drive in a move; a lower one aims finer and spares the gear.",
+    "Скорость привода при движении; меньшая даёт более точную наводку и бережёт редуктор.",
+);
+const ACCELERATION_TEXT: Text = text(
+    "How fast the drive gains and loses speed; lower it if the barrel swings when it stops.",
+    "Темп разгона и торможения привода; уменьшите, если ствол раскачивается при остановке.",
+);
+const MAX_CURRENT_TEXT: Text = text(
+    "Current at which the drive stops and reports AmperageOverload.",
+    "Ток, при котором привод останавливается и сообщает AmperageOverload.",
+);
+const SLOW_CURRENT_TEXT: Text = text(
+    "Current above which the drive slows down and reports SpeedSlowAmp; 0 switches this off.",
+    "Ток, выше которого привод снижает скорость и сообщает SpeedSlowAmp; 0 — функция выключена.",
+);
+const DRIVE_TYPE_TEXT: Text = text(
+    "How the drive is controlled: 0 with an encoder, 1 by a remote unit, 2 with limit switches.",
+    "Способ управления приводом: 0 — с энкодером, 1 — удалённым блоком, 2 — с датчиками конечных \
+    положений.",
+);
+const VALVE_TRAVEL_TEXT: Text = text(
+    "Longest time of a full opening or closing; a valve that takes longer is reported as faulty.",
+    "Наибольшее время полного открытия или закрытия; затвор, не уложившийся в него, считается \
+    неисправным.",
+);
+const VALVE_TYPE_TEXT: Text = text(
+    "How the valve is controlled: 0 locally, 1 by a remote unit.",
+    "Способ управления затвором: 0 — непосредственно, 1 — удалённым блоком.",
+);
+const VALVE_CURRENT_TEXT: Text = text(
+    "Current at which the valve's motor stops and AmperageOverload is reported.",
+    "Ток, при котором двигатель затвора останавливается и выставляется AmperageOverload.",
+);
+const PROGRAM_TEXT: Text = text(
+    "Stored extinguishing program: centre h, centre v, nozzle, width, height, scan step, distance.",
+    "Записанная программа тушения: центр по горизонтали и вертикали, насадок, ширина, высота, шаг, \
+    дальность.",
+);
+const TRAJECTORY_TEXT: Text = text(
+    "Stored trajectory: up to 15 points of horizontal, vertical, distance and dwell; may be empty.",
+    "Записанная траектория: до 15 точек (горизонталь, вертикаль, дальность, выдержка); может быть \
+    пустой.",
+);
+const TIMEOUT_TEXT: Text = text(
+    "Time without control requests on this interface after which ConnLost is set.",
+    "Время без запросов управления по этому интерфейсу, после которого выставляется ConnLost.",
+);
+
+use Unit::{
+    Arcmin, Bits, Centimetre, DeciAmpere, DeciAtmosphere, DeciMillimetre, DegreePerSecond,
+    DegreePerSecond2, Millimetre, MillimetrePerSecond, MillimetrePerSecond2, Millisecond, Volt,
+};
+
+params! {
+    GeneralAddress: GENERAL "Address", one(Unit::None, 1, 127, 1).after_restart(), text(
+        "Address of the monitor on the control bus.",
+        "Адрес ствола на магистрали управления.");
+    GeneralChain: GENERAL "Chain", one(Bits, 0, 0x3FFF, 0x3FFF).after_restart(), text(
+        "Subsystems that the monitor has: a bit each in the order of the table in §1, from General \
+        = bit 0 to ExtButtons = bit 13.",
+        "Подсистемы в составе ствола: по биту на каждую в порядке таблицы §1, от General = бит 0 \
+        до ExtButtons = бит 13.");
+    GeneralFaultInfo: GENERAL "FaultInfo",
+        one(Bits, i32::MIN, i32::MAX, 0).len(20, 20, 1).measured(), text(
+        "Registers saved at the last hardware fault, the same as GetCrashData gives.",
+        "Регистры, сохранённые при последнем аппаратном отказе; то же, что выдаёт GetCrashData.");
+    GeneralMainVoltageMin: GENERAL "MainVoltageMin", one(Volt, 0, 1000, 18), text(
+        "Supply voltage below which BadPower is set.",
+        "Напряжение питания, ниже которого выставляется BadPower.");
+    GeneralMainVoltageMax: GENERAL "MainVoltageMax", one(Volt, 0, 1000, 32), text(
+        "Supply voltage above which BadPower is set.",
+        "Напряжение питания, выше которого выставляется BadPower.");
+    GeneralPressureRange: GENERAL "PressureRange", one(DeciAtmosphere, 1, 1000, 160), text(
+        "Pressure that the 4–20 mA sensor shows at 20 mA: the upper end of its scale.",
+        "Давление, соответствующее 20 мА датчика 4–20 мА: верхняя граница его шкалы.");
+    GeneralResetValves: GENERAL "ResetValves", choice(1, 0), text(
+        "What a reset during extinguishing does to the valves: 0 closes them, 1 leaves them as \
+        they are.",
+        "Что происходит с затворами при сбросе во время тушения: 0 — закрываются, 1 — остаются как \
+        были.");
+    GeneralMoveTimeout: GENERAL "MoveTimeout", one(Millisecond, 0, 60_000, 0), text(
+        "A drive stops when Move is not repeated within this time; 0 switches this off.",
+        "Привод останавливается, если Move не повторён за это время; 0 — функция выключена.");
+
+    ClimaticsHeatOn: CLIMATICS "HeatOn", heat(50), text(
+        "Temperature below which a node is heated.",
+        "Температура, ниже которой включается подогрев узла.");
+    ClimaticsHeatOff: CLIMATICS "HeatOff", heat(80), text(
+        "Temperature above which the heating of a node is switched off; keep it above HeatOn.",
+        "Температура, выше которой подогрев узла выключается; держите её выше HeatOn.");
+
+    VerticalMinLimit: VERTICAL "MinLimit", position(Arcmin, -900), MIN_LIMIT_TEXT;
+    VerticalMaxLimit: VERTICAL "MaxLimit", position(Arcmin, 4500), MAX_LIMIT_TEXT;
+    VerticalZeroPoint: VERTICAL "ZeroPoint", position(Arcmin, 0), ZERO_POINT_TEXT;
+    VerticalSpeed: VERTICAL "Speed", byte(DegreePerSecond, 1, 12), SPEED_TEXT;
+    VerticalAcceleration: VERTICAL "Acceleration", acceleration(DegreePerSecond2, 24),
+        ACCELERATION_TEXT;
+    VerticalMaxCurrent: VERTICAL "MaxCurrent", byte(DeciAmpere, 1, 80), MAX_CURRENT_TEXT;
+    VerticalSlowCurrent: VERTICAL "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
+    VerticalDriveType: VERTICAL "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
+
+    HorizontalMinLimit: HORIZONTAL "MinLimit", position(Arcmin, -10_800), MIN_LIMIT_TEXT;
+    HorizontalMaxLimit: HORIZONTAL "MaxLimit", position(Arcmin, 10_800), MAX_LIMIT_TEXT;
+    HorizontalZeroPoint: HORIZONTAL "ZeroPoint", position(Arcmin, 0), ZERO_POINT_TEXT;
+    HorizontalSpeed: HORIZONTAL "Speed", byte(DegreePerSecond, 1, 20), SPEED_TEXT;
+    HorizontalAcceleration: HORIZONTAL "Acceleration", acceleration(DegreePerSecond2, 30),
+        ACCELERATION_TEXT;
+    HorizontalMaxCurrent: HORIZONTAL "MaxCurrent", byte(DeciAmpere, 1, 80), MAX_CURRENT_TEXT;
+    HorizontalSlowCurrent: HORIZONTAL "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
+    HorizontalDriveType: HORIZONTAL "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
+
+    NozzleMinLimit: NOZZLE "MinLimit", position(Millimetre, 0), MIN_LIMIT_TEXT;
+    NozzleMaxLimit: NOZZLE "MaxLimit", position(Millimetre, 60), MAX_LIMIT_TEXT;
+    NozzleZeroPoint: NOZZLE "ZeroPoint", position(Millimetre, 0), ZERO_POINT_TEXT;
+    NozzleSpeed: NOZZLE "Speed", byte(MillimetrePerSecond, 1, 10), SPEED_TEXT;
+    NozzleAcceleration: NOZZLE "Acceleration", acceleration(MillimetrePerSecond2, 40),
+        ACCELERATION_TEXT;
+    NozzleMaxCurrent: NOZZLE "MaxCurrent", byte(DeciAmpere, 1, 80), MAX_CURRENT_TEXT;
+    NozzleSlowCurrent: NOZZLE "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
+    NozzleDriveType: NOZZLE "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
+    NozzleTrvPosition: NOZZLE "TrvPosition", one(Millimetre, -1, 100, -1).on_unit(), text(
+        "Position at and below which the nozzle of a mini-robot works as a TRV and TRVEngage is \
+        set; -1 when it has none.",
+        "Положение, начиная с которого вниз насадок мини-робота работает в режиме ТРВ (флаг \
+        TRVEngage); -1 — режима нет.");
+
+    DeployerMinLimit: DEPLOYER "MinLimit", position(Arcmin, 0), MIN_LIMIT_TEXT;
+    DeployerMaxLimit: DEPLOYER "MaxLimit", position(Arcmin, 5400), MAX_LIMIT_TEXT;
+    DeployerZeroPoint: DEPLOYER "ZeroPoint", position(Arcmin, 0), ZERO_POINT_TEXT;
+    DeployerSpeed: DEPLOYER "Speed", byte(DegreePerSecond, 1, 15), SPEED_TEXT;
+    DeployerAcceleration: DEPLOYER "Acceleration", acceleration(DegreePerSecond2, 30),
+        ACCELERATION_TEXT;
+    DeployerMaxCurrent: DEPLOYER "MaxCurrent", byte(DeciAmpere, 1, 80), MAX_CURRENT_TEXT;
+    DeployerSlowCurrent: DEPLOYER "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
+    DeployerDriveType: DEPLOYER "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
+    DeployerTravelTime: DEPLOYER "TravelTime",
+        one(Millisecond, 1000, 120_000, 20_000).on_unit(), text(
+        "Longest time of a full deployment or wrapping; one that takes longer is reported as a \
+        fault.",
+        "Наибольшее время полного развёртывания или свёртывания; превышение считается \
+        неисправностью.");
+
+    Valve1TravelTime: VALVE1 "TravelTime", VALVE_TRAVEL, VALVE_TRAVEL_TEXT;
+    Valve1ValveType: VALVE1 "ValveType", VALVE_TYPE, VALVE_TYPE_TEXT;
+    Valve1MaxCurrent: VALVE1 "MaxCurrent", byte(DeciAmpere, 1, 60), VALVE_CURRENT_TEXT;
+    Valve2TravelTime: VALVE2 "TravelTime", VALVE_TRAVEL, VALVE_TRAVEL_TEXT;
+    Valve2ValveType: VALVE2 "ValveType", VALVE_TYPE, VALVE_TYPE_TEXT;
+    Valve2MaxCurrent: VALVE2 "MaxCurrent", byte(DeciAmpere, 1, 60), VALVE_CURRENT_TEXT;
+
+    ControlProgram0: CONTROL "Program0", PROGRAM, PROGRAM_TEXT;
+    ControlProgram1: CONTROL "Program1", PROGRAM, PROGRAM_TEXT;
+    ControlProgram2: CONTROL "Program2", PROGRAM, PROGRAM_TEXT;
+    ControlProgram3: CONTROL "Program3", PROGRAM, PROGRAM_TEXT;
+    ControlProgram4: CONTROL "Program4", PROGRAM, PROGRAM_TEXT;
+    ControlProgram5: CONTROL "Program5", PROGRAM, PROGRAM_TEXT;
+    ControlProgram6: CONTROL "Program6", PROGRAM, PROGRAM_TEXT;
+    ControlProgram7: CONTROL "Program7", PROGRAM, PROGRAM_TEXT;
+    ControlTrajectory0: CONTROL "Trajectory0", TRAJECTORY, TRAJECTORY_TEXT;
+    ControlTrajectory1: CONTROL "Trajectory1", TRAJECTORY, TRAJECTORY_TEXT;
+    ControlTrajectory2: CONTROL "Trajectory2", TRAJECTORY, TRAJECTORY_TEXT;
+    ControlTrajectory3: CONTROL "Trajectory3", TRAJECTORY, TRAJECTORY_TEXT;
+    ControlTrajectory4: CONTROL "Trajectory4", TRAJECTORY, TRAJECTORY_TEXT;
+    ControlTrajectory5: CONTROL "Trajectory5", TRAJECTORY, TRAJECTORY_TEXT;
+    ControlTrajectory6: CONTROL "Trajectory6", TRAJECTORY, TRAJECTORY_TEXT;
+    ControlTrajectory7: CONTROL "Trajectory7", TRAJECTORY, TRAJECTORY_TEXT;
+    ControlBallistics: CONTROL "Ballistics", choice(1, 1), text(
+        "Whether the elevation is corrected for the fall of the jet: 0 aims straight, 1 corrects.",
+        "Поправка угла возвышения на падение струи: 0 — прямая наводка, 1 — с поправкой.");
+    ControlNozzleDiameter: CONTROL "NozzleDiameter", one(DeciMillimetre, 10, 2000, 280), text(
+        "Diameter of the nozzle's outlet, from which the ballistics take the speed of the jet.",
+        "Диаметр выходного отверстия насадка, по которому баллистика считает скорость струи.");
+    ControlHeight: CONTROL "Height", one(Centimetre, -10_000, 10_000, 150), text(
+        "Height of the nozzle above the ground that is extinguished; negative when it stands \
+        below.",
+        "Высота насадка над уровнем тушения; отрицательная, если ствол стоит ниже.");
+
+    DetectorHotbeds: DETECTOR "Hotbeds",
+        one(Unit::None, i32::MIN, i32::MAX, 0).len(0, 20, 5).measured(), text(
+        "Hotbeds found by the last search, brightest first: left, right, low, high (') and \
+        brightness of up to four.",
+        "Очаги, найденные последним поиском, ярчайший первым: лево, право, низ, верх (') и \
+        яркость, не более четырёх.");
+    DetectorJustifyHorizontal: DETECTOR "JustifyHorizontal", JUSTIFY, text(
+        "Angle between the axis of the detector and the barrel, horizontally; StartJustify \
+        measures it.",
+        "Угол между осью датчика и ствола по горизонтали; измеряется юстировкой StartJustify.");
+    DetectorJustifyVertical: DETECTOR "JustifyVertical", JUSTIFY, text(
+        "Angle between the axis of the detector and the barrel, vertically; StartJustify measures \
+        it.",
+        "Угол между осью датчика и ствола по вертикали; измеряется юстировкой StartJustify.");
+    DetectorScanStep: DETECTOR "ScanStep", one(Arcmin, 30, 3600, 600), text(
+        "Vertical step between the lines of a search; keep it below FieldOfView, or strips stay \
+        unseen.",
+        "Шаг по вертикали между строками поиска; держите его меньше FieldOfView, иначе останутся \
+        пропуски.");
+    DetectorFieldOfView: DETECTOR "FieldOfView", one(Arcmin, 60, 5400, 900), text(
+        "Angle that the detector sees at once.",
+        "Угол, который датчик видит одновременно.");
+    DetectorThreshold: DETECTOR "Threshold", one(Unit::None, 1, 100_000, 50), text(
+        "Brightness from which a spot counts as a hotbed; raise it against sun and hot machinery.",
+        "Яркость, начиная с которой пятно считается очагом; повысьте при засветке солнцем или \
+        горячим оборудованием.");
+
+    ExternalConnTimeout: EXTERNAL_CONN "Timeout", TIMEOUT, TIMEOUT_TEXT;
+    RadioTimeout: RADIO "Timeout", TIMEOUT, TIMEOUT_TEXT;
+}

@@ -1,0 +1,180 @@
+//! Words of a text, the numbers in them, and the buffer that data are put into.
+
+use super::error::{ParseError, Wanted};
+
+/// A word and where it stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Token<'t> {
+    pub(super) text: &'t str,
+    pub(super) column: usize,
+}
+
+/// The words of a text up to its comment.
+pub(super) struct Tokens<'t> {
+    text: &'t str,
+    at: usize,
+}
+
+impl<'t> Tokens<'t> {
+    pub(super) fn new(text: &'t str) -> Self {
+        let text = text.split('#').next().unwrap_or_default();
+        Self { text: text.trim_end(), at: 0 }
+    }
+
+    pub(super) fn peek(&self) -> Option<Token<'t>> {
+        let rest = self.text.get(self.at..)?;
+        let word = rest.split_whitespace().next()?;
+        let space = rest.len() - rest.trim_start().len();
+        Some(Token { text: word, column: self.at.saturating_add(space) })
+    }
+
+    pub(super) fn next(&mut self) -> Option<Token<'t>> {
+        let token = self.peek()?;
+        self.at = token.column.saturating_add(token.text.len());
+        Some(token)
+    }
+
+    /// The next word, which has to be there.
+    pub(super) fn need(&mut self, expected: Wanted) -> Result<Token<'t>, ParseError> {
+        self.next().ok_or(self.at_end(expected))
+    }
+
+    pub(super) fn missing(&self, what: &'static str) -> ParseError {
+        self.at_end(Wanted::Missing(what))
+    }
+
+    fn at_end(&self, expected: Wanted) -> ParseError {
+        ParseError { column: self.text.len(), len: 0, expected, suggestion: None }
+    }
+}
+
+impl<'t> Token<'t> {
+    pub(super) const fn error(self, expected: Wanted) -> ParseError {
+        ParseError { column: self.column, len: self.text.len(), expected, suggestion: None }
+    }
+
+    /// `key=value` apart.
+    pub(super) fn pair(self) -> Option<(&'t str, Token<'t>)> {
+        let (key, value) = self.text.split_once('=')?;
+        let column = self.column.saturating_add(key.len() + 1);
+        Some((key, Token { text: value, column }))
+    }
+
+    /// What stands between commas.
+    pub(super) fn items(self) -> impl Iterator<Item = Token<'t>> {
+        let mut column = self.column;
+        self.text.split(',').map(move |text| {
+            let token = Token { text, column };
+            column = column.saturating_add(text.len() + 1);
+            token
+        })
+    }
+
+    /// A number in a range, decimal or hexadecimal.
+    pub(super) fn number<T: TryFrom<i64>>(
+        self,
+        what: &'static str,
+        (min, max): (i64, i64),
+    ) -> Result<T, ParseError> {
+        integer(self.text)
+            .filter(|value| (min..=max).contains(value))
+            .and_then(|value| T::try_from(value).ok())
+            .ok_or(self.error(Wanted::Number { what, min, max }))
+    }
+
+    /// A parameter's value; hexadecimal also as a pattern of 32 bits.
+    pub(super) fn int32(self, what: &'static str) -> Result<i32, ParseError> {
+        match hex(self.text) {
+            Some(bits) => Ok(bits.cast_signed()),
+            None => self.number(what, (i64::from(i32::MIN), i64::from(i32::MAX))),
+        }
+    }
+
+    /// Exactly N words between commas.
+    pub(super) fn split<const N: usize>(
+        self,
+        what: &'static str,
+    ) -> Result<[Token<'t>; N], ParseError> {
+        let mut items = self.items();
+        let mut split = [self; N];
+        for place in &mut split {
+            *place = items.next().ok_or(self.error(Wanted::Numbers { what, count: N }))?;
+        }
+        match items.next() {
+            Some(_) => Err(self.error(Wanted::Numbers { what, count: N })),
+            None => Ok(split),
+        }
+    }
+
+    /// Exactly N numbers between commas.
+    pub(super) fn numbers<const N: usize>(
+        self,
+        what: &'static str,
+        range: (i64, i64),
+    ) -> Result<[i16; N], ParseError> {
+        let mut numbers = [0; N];
+        for (number, token) in numbers.iter_mut().zip(self.split::<N>(what)?) {
+            *number = token.number(what, range)?;
+        }
+        Ok(numbers)
+    }
+
+    /// Keeps a value, and where it was given; the same one twice is an error.
+    pub(super) fn set<T>(
+        self,
+        slot: &mut Option<(T, Token<'t>)>,
+        value: T,
+    ) -> Result<(), ParseError> {
+        match slot.replace((value, self)) {
+            Some(_) => Err(self.error(Wanted::Once)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl ParseError {
+    pub(super) const fn or_suggest(self, suggestion: Option<&'static str>) -> Self {
+        Self { suggestion, ..self }
+    }
+}
+
+fn integer(word: &str) -> Option<i64> {
+    hex(word).map(i64::from).or_else(|| word.parse().ok())
+}
+
+/// `0x` and up to eight digits.
+pub(super) fn hex(word: &str) -> Option<u32> {
+    let digits = word.strip_prefix("0x").or(word.strip_prefix("0X"))?;
+    // The library would also take a sign.
+    let all = digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    u32::from_str_radix(digits, 16).ok().filter(|_| all)
+}
+
+/// The data of a request while they are read.
+pub(super) struct Buffer<'b> {
+    bytes: &'b mut [u8],
+    len: usize,
+    limit: usize,
+}
+
+impl<'b> Buffer<'b> {
+    pub(super) const fn new(bytes: &'b mut [u8], limit: usize) -> Self {
+        Self { bytes, len: 0, limit }
+    }
+
+    /// Appends bytes that a word stands for.
+    pub(super) fn push(&mut self, bytes: &[u8], token: Token<'_>) -> Result<(), ParseError> {
+        let end = self.len.saturating_add(bytes.len());
+        match self.bytes.get_mut(self.len..end) {
+            Some(place) if end <= self.limit => place.copy_from_slice(bytes),
+            _ => return Err(token.error(Wanted::FewerData)),
+        }
+        self.len = end;
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> &'b [u8] {
+        let bytes: &'b [u8] = self.bytes;
+        bytes.get(..self.len).unwrap_or_default()
+    }
+}

@@ -1,0 +1,385 @@
+//! Scenarios: readable text that drives a simulated monitor and says what must come.
+//!
+//! `conformance/scenarios/README.md` describes the format. A file has a heading and cases; each case
+//! runs on a fresh simulator, on virtual time. The tests run every file; so can the command line.
+
+mod run;
+
+use lafet_device::Source;
+use lafet_proto::flags::Button;
+use lafet_proto::record::Writer;
+use lafet_proto::text;
+
+use crate::condition::Condition;
+use crate::fault::{Fault, Post, button_name};
+use crate::fire::FireSpec;
+use crate::sim::Config;
+use run::Run;
+
+/// Longest time that a line may take, ms.
+const WAIT_MAX_MS: u64 = 3_600_000;
+
+/// A scenario file, understood.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Name of the file, as failures show it.
+    pub file: String,
+    /// Its cases.
+    pub cases: Vec<Case>,
+}
+
+/// A case: what is set up, and what happens.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What follows `case`.
+    pub title: String,
+    /// Line of the file on which it starts.
+    pub line: usize,
+    setup: Config,
+    steps: Vec<(usize, Step)>,
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    State(State),
+    Ask { text: String, payload: Vec<u8>, expected: Vec<(usize, String)> },
+    Prepare { text: String, payload: Vec<u8> },
+    Source(Source),
+    After(u64),
+    Until(Condition, u64),
+    Expect(Condition),
+    Watch { condition: Condition, forbidden: bool },
+    EndWatch,
+    Press(Post, Button, bool),
+    Inject(Fault),
+    Clear(Option<Fault>),
+    PowerCycle,
+    Crash,
+    Fire(FireSpec),
+}
+
+/// A state that `state NAME` brings about by real requests.
+type State = &'static [Reach];
+
+#[derive(Clone, Copy, Debug)]
+enum Reach {
+    Ask(&'static str),
+    After(u64),
+    Until(&'static str),
+    /// Only where the monitor has this subsystem.
+    With(&'static str, State),
+}
+
+const DEPLOYED: State = &[Reach::With(
+    "Deployer",
+    &[
+        Reach::Until("Deployer flags lacks Move"),
+        Reach::Ask("Deploy Deployer"),
+        Reach::Until("Deployer flags has Deployed"),
+    ],
+)];
+const UP: Reach = Reach::With("Deployer", DEPLOYED);
+
+/// Names of the states, and how each is reached from the state after power-up.
+const STATES: &[(&str, State)] = &[
+    ("wrapped", &[Reach::Until("Deployer flags has Wrapped")]),
+    ("deployed", DEPLOYED),
+    ("deploying", &[Reach::Ask("Deploy Deployer"), Reach::After(1_000)]),
+    ("wrapping", &[UP, Reach::Ask("Wrap Deployer"), Reach::After(1_000)]),
+    (
+        "seeking",
+        &[
+            UP,
+            Reach::Ask("StartSeek Detector -5400 5400 -600 600"),
+            Reach::Until("Detector flags has Searching"),
+            Reach::After(500),
+        ],
+    ),
+    ("justifying", &[UP, Reach::Ask("StartJustify Detector"), Reach::After(100)]),
+    (
+        "quenching",
+        &[
+            UP,
+            Reach::Ask(
+                "StartQuench Control centre=0,300 nozzle=60 sector=600,300 step=2 distance=0",
+            ),
+            Reach::Until("Control flags has Quench"),
+            Reach::After(500),
+        ],
+    ),
+    ("moving", &[UP, Reach::Ask("Move Horizontal 9000"), Reach::After(500)]),
+    ("open", &[UP, Reach::Ask("Open Valve1"), Reach::Until("Valve1 flags has Open")]),
+    ("limits-off", &[UP, Reach::Ask("SwitchLimits Horizontal off")]),
+    ("locked-out", &[Reach::Ask("Lockout All on"), Reach::After(100)]),
+    ("erased", &[Reach::Ask("CleanFlash General"), Reach::Until("world resets = 1")]),
+];
+
+/// What a scenario that held has checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    /// Cases run.
+    pub cases: usize,
+    /// Answers and conditions checked; a watch counts once.
+    pub checks: usize,
+    /// Virtual time that passed, ms.
+    pub virtual_ms: u64,
+}
+
+/// A scenario that does not hold, or cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// File.
+    pub file: String,
+    /// Line in it.
+    pub line: usize,
+    /// What was expected there.
+    pub expected: String,
+    /// What came.
+    pub came: String,
+    /// The last lines of the transcript, and the monitor's state.
+    pub tail: Vec<String>,
+}
+
+impl core::fmt::Display for Failure {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { file, line, expected, came, .. } = self;
+        write!(f, "{file}:{line}: expected {expected}\n    came {came}")?;
+        self.tail.iter().try_for_each(|line| write!(f, "\n    | {line}"))
+    }
+}
+
+impl core::error::Error for Failure {}
+
+impl Scenario {
+    /// Reads a scenario.
+    pub fn parse(file: &str, text: &str) -> Result<Self, Failure> {
+        let mut heading = Config::default();
+        let mut cases: Vec<Case> = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            let (number, line) = (index + 1, line.trim());
+            let failed = |expected: String| Failure {
+                file: file.to_owned(),
+                line: number,
+                expected,
+                came: format!("`{line}`"),
+                tail: Vec::new(),
+            };
+            if line.is_empty() || line.starts_with('#') {
+                continue;
+            }
+            let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+            let rest = rest.trim();
+            let Some(case) = cases.last_mut() else {
+                match word {
+                    "case" => cases.push(Case::new(rest, number, heading.clone())),
+                    _ => match configure(&mut heading, word, rest) {
+                        Some(done) => done.map_err(failed)?,
+                        None => {
+                            return Err(failed("a setting or `case` before the first case".into()));
+                        }
+                    },
+                }
+                continue;
+            };
+            if word == "case" {
+                let next = Case::new(rest, number, heading.clone());
+                cases.push(next);
+            } else {
+                case.read(number, word, rest).map_err(failed)?;
+            }
+        }
+        for case in &cases {
+            case.complete(file)?;
+        }
+        Ok(Self { file: file.to_owned(), cases })
+    }
+
+    /// Runs every case; `log` gets the transcript line by line.
+    pub fn run(&self, log: &mut dyn FnMut(&str)) -> Result<Report, Failure> {
+        let mut report = Report::default();
+        for case in &self.cases {
+            log(&format!("case {}", case.title));
+            let mut run = Run::new(self, case, log);
+            for (line, step) in &case.steps {
+                run.line = *line;
+                run.step(step)?;
+            }
+            report.cases += 1;
+            report.checks += run.checks;
+            report.virtual_ms += run.sim.now_ms();
+        }
+        Ok(report)
+    }
+}
+
+impl Case {
+    fn new(title: &str, line: usize, setup: Config) -> Self {
+        Self { title: title.to_owned(), line, setup, steps: Vec::new() }
+    }
+
+    /// One line of the case. `Err` tells what was expected.
+    fn read(&mut self, number: usize, word: &str, rest: &str) -> Result<(), String> {
+        if word == "<" {
+            return match self.steps.last_mut() {
+                Some((_, Step::Ask { expected, .. })) => {
+                    expected.push((number, rest.to_owned()));
+                    Ok(())
+                }
+                _ => Err("`<` right after `>`".to_owned()),
+            };
+        }
+        // `fire` is a setting before anything has happened, and an action later.
+        if self.steps.is_empty()
+            && let Some(done) = configure(&mut self.setup, word, rest)
+        {
+            return done;
+        }
+        self.steps.push((number, step(word, rest)?));
+        Ok(())
+    }
+
+    /// A case that checks nothing proves nothing.
+    fn complete(&self, file: &str) -> Result<(), Failure> {
+        let failed = |line, expected: &str, came: &str| Failure {
+            file: file.to_owned(),
+            line,
+            expected: expected.to_owned(),
+            came: came.to_owned(),
+            tail: Vec::new(),
+        };
+        for (line, step) in &self.steps {
+            if let Step::Ask { text, expected, .. } = step
+                && expected.is_empty()
+            {
+                return Err(failed(*line, "`<` with the answer (or `!` to prepare)", text));
+            }
+        }
+        let checks = |step: &Step| {
+            matches!(
+                step,
+                Step::Ask { .. } | Step::Expect(_) | Step::Until(..) | Step::Watch { .. }
+            )
+        };
+        if self.steps.iter().any(|(_, step)| checks(step)) {
+            Ok(())
+        } else {
+            Err(failed(self.line, "a case that checks something", "nothing"))
+        }
+    }
+}
+
+/// A setting; `None` when the word is none.
+fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), String>> {
+    let number = || rest.parse::<f64>().map_err(|_| "a number".to_owned());
+    let pair = || {
+        let (a, b) = rest.split_once(' ').ok_or("two numbers")?;
+        let value = |text: &str| text.trim().parse::<f64>().map_err(|_| "two numbers".to_owned());
+        Ok::<_, String>((value(a)?, value(b)?))
+    };
+    let mut set = || match word {
+        "profile" => config.profile(rest).ok_or_else(|| "a profile's name".to_owned()),
+        "seed" => rest.parse().map(|seed| config.seed = seed).map_err(|_| "a number".to_owned()),
+        "address" => rest.parse().map(|a| config.address = a).map_err(|_| "an address".to_owned()),
+        "clock" => {
+            rest.parse().map(|ms| config.clock_ms = ms).map_err(|_| "milliseconds".to_owned())
+        }
+        "fire" => rest.parse().map(|fire| config.fires.push(fire)),
+        "ambient" => number().map(|celsius| config.ambient_c = celsius),
+        "nozzle" => number().map(|mm| config.nozzle_mm = mm),
+        "wind" => pair().map(|wind| config.wind = wind),
+        "misalignment" => pair().map(|angles| config.misalignment = angles),
+        _ => Err(String::new()),
+    };
+    match set() {
+        Err(none) if none.is_empty() => None,
+        done => Some(done),
+    }
+}
+
+fn step(word: &str, rest: &str) -> Result<Step, String> {
+    let condition = || Condition::parse(rest);
+    Ok(match word {
+        ">" => Step::Ask { text: rest.to_owned(), payload: payload(rest)?, expected: Vec::new() },
+        "!" => Step::Prepare { text: rest.to_owned(), payload: payload(rest)? },
+        "state" => {
+            let state = STATES.iter().find(|(name, _)| *name == rest);
+            let names: Vec<&str> = STATES.iter().map(|(name, _)| *name).collect();
+            Step::State(state.ok_or_else(|| format!("one of: {}", names.join(", ")))?.1)
+        }
+        "source" => Step::Source(match rest {
+            "external" => Source::ExternalConn,
+            "radio" => Source::Radio,
+            _ => return Err("external or radio".to_owned()),
+        }),
+        "after" => Step::After(duration(rest)?),
+        "until" => {
+            let (condition, time) =
+                rest.rsplit_once(" within ").ok_or("`until CONDITION within TIME`")?;
+            Step::Until(Condition::parse(condition)?, duration(time)?)
+        }
+        "expect" => Step::Expect(condition()?),
+        "never" => Step::Watch { condition: condition()?, forbidden: true },
+        "always" => Step::Watch { condition: condition()?, forbidden: false },
+        "end" if matches!(rest, "never" | "always" | "") => Step::EndWatch,
+        "press" | "release" => {
+            let (post, button) = button(rest).ok_or("a post and a button: `press buttons left`")?;
+            Step::Press(post, button, word == "press")
+        }
+        "inject" | "clear" => {
+            let name = rest.strip_prefix("fault ").unwrap_or(rest);
+            match (word, name) {
+                ("clear", "all") => Step::Clear(None),
+                (_, name) => {
+                    let fault = Fault::from_name(name).ok_or("the name of a fault")?;
+                    if word == "inject" { Step::Inject(fault) } else { Step::Clear(Some(fault)) }
+                }
+            }
+        }
+        "power" if rest == "cycle" => Step::PowerCycle,
+        "crash" => Step::Crash,
+        "fire" => Step::Fire(rest.parse()?),
+        _ => {
+            return Err(
+                "a line of a case (> ! < state source after until expect never always end \
+                        press release inject clear power crash fire)"
+                    .to_owned(),
+            );
+        }
+    })
+}
+
+/// Records of `A ; B`, or the bytes of `hex 4d 0d …` as they are.
+fn payload(text: &str) -> Result<Vec<u8>, String> {
+    if let Some(bytes) = text.strip_prefix("hex") {
+        let byte =
+            |word: &str| u8::from_str_radix(word, 16).map_err(|_| format!("hex, not `{word}`"));
+        return bytes.split_whitespace().map(byte).collect();
+    }
+    let mut bytes = Vec::new();
+    for part in text.split(';') {
+        let (mut buffer, mut record) = ([0; text::BUFFER_SIZE], [0; 260]);
+        let request = text::parse(part.trim(), &mut buffer).map_err(|error| format!("{error}"))?;
+        let mut writer = Writer::new(&mut record);
+        request.encode(&mut writer).map_err(|error| format!("{error}"))?;
+        bytes.extend_from_slice(writer.written());
+    }
+    Ok(bytes)
+}
+
+fn duration(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let (number, factor) = match text.strip_suffix("ms") {
+        Some(number) => (number, 1.0),
+        None => (text.strip_suffix('s').ok_or("a time: 500ms or 2.5s")?, 1000.0),
+    };
+    let value: f64 = number.trim().parse().map_err(|_| "a time: 500ms or 2.5s".to_owned())?;
+    let ms = (value * factor) as u64;
+    if ms <= WAIT_MAX_MS { Ok(ms) } else { Err("at most an hour".to_owned()) }
+}
+
+fn button(text: &str) -> Option<(Post, Button)> {
+    let (post, button) = text.split_once(' ')?;
+    let post = Post::ALL.iter().find(|known| known.name() == post)?;
+    let button = Button::ALL.into_iter().find(|known| button_name(*known) == button.trim())?;
+    Some((*post, button))
+}

@@ -1,0 +1,139 @@
+//! `cargo xtask ci`: what a change must pass.
+
+use std::io::Read;
+use std::process::{Command, Stdio};
+use std::sync::mpsc;
+use std::time::Duration;
+
+use crate::run::{StepResult, Steps, cargo, output, read, root, show};
+use crate::{TaskResult, demo, flag, licences, links, no_std, setup};
+
+/// How the README's test command begins.
+const TEST_COMMAND: &str = "cargo xtask test";
+const READMES: [&str; 2] = ["README.md", "README.ru.md"];
+/// The demo without a terminal, much faster than life.
+const SMOKE: [&str; 5] = ["--seed", "7", "--speed", "50", "--plain"];
+/// Building the release included; the demo itself takes seconds.
+const SMOKE_TIMEOUT: Duration = Duration::from_secs(900);
+
+pub fn ci(arguments: &[String]) -> TaskResult {
+    flag(arguments, None)?;
+    setup::rust()?;
+    let mut steps = Steps::default();
+    steps.step("lock file is up to date", lock_file);
+    steps.step("licences and sources of the dependencies", licences::check);
+    steps.step("format", format);
+    steps.step("lints", lints);
+    steps.step("reference documentation", reference);
+    steps.step("no_std build for Cortex-M3", no_std::check);
+    steps.step("the README's test command", readme_tests);
+    steps.step("the demo", smoke);
+    Ok(steps.finish("cargo xtask ci"))
+}
+
+fn lock_file() -> StepResult {
+    output(&mut cargo(&["metadata", "--locked", "--format-version=1"]))
+        .map(|_| ())
+        .map_err(|e| format!("{e}\nCommit Cargo.lock as `cargo check` leaves it."))
+}
+
+fn format() -> StepResult {
+    setup::component("rustfmt", "fmt")?;
+    show(&mut cargo(&["fmt", "--all", "--check"]))
+}
+
+fn lints() -> StepResult {
+    setup::component("clippy", "clippy")?;
+    let lints = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
+    show(&mut cargo(&lints))
+}
+
+fn reference() -> StepResult {
+    let mut doc = cargo(&["doc", "--workspace", "--no-deps"]);
+    show(doc.env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+/// Runs the command as a reader would copy it.
+fn readme_tests() -> StepResult {
+    let mut commands = Vec::new();
+    for path in READMES {
+        let command = command_in(&read(path)?, TEST_COMMAND)
+            .ok_or_else(|| format!("{path}: no block of code has the line `{TEST_COMMAND}`"))?;
+        commands.push(command);
+    }
+    commands.dedup();
+    let [command] = &commands[..] else {
+        return Err(format!("the READMEs disagree: `{}`", commands.join("`, `")));
+    };
+    show(Command::new("sh").args(["-c", command]).current_dir(root()))
+}
+
+/// The line of a block of code that begins so, without prompt and comment.
+fn command_in(text: &str, beginning: &str) -> Option<String> {
+    let prose: Vec<usize> = links::prose(text).map(|(number, _)| number).collect();
+    let blocks = text.lines().enumerate().filter(|(i, _)| prose.binary_search(&(i + 1)).is_err());
+    let mut lines = blocks.map(|(_, line)| {
+        let line = line.trim().trim_start_matches("$ ");
+        line.split(" #").next().unwrap_or(line).trim()
+    });
+    lines.find(|line| line.starts_with(beginning)).map(String::from)
+}
+
+/// The demo must end by itself, with success.
+fn smoke() -> StepResult {
+    let arguments: Vec<String> = SMOKE.iter().map(|argument| (*argument).into()).collect();
+    let printed = bounded(&mut demo::command(&arguments), SMOKE_TIMEOUT)?;
+    print!("{printed}");
+    if printed.trim().is_empty() { Err("the demo printed nothing".into()) } else { Ok(()) }
+}
+
+/// Runs a command for its output, and ends it when it takes too long.
+fn bounded(command: &mut Command, timeout: Duration) -> Result<String, String> {
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|e| format!("cannot run the demo: {e}"))?;
+    let mut stdout = child.stdout.take().ok_or("the demo has no output")?;
+    let (done, wait) = mpsc::channel();
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        let read = stdout.read_to_end(&mut bytes).map(|_| bytes);
+        // Nobody listens any more when the time is over.
+        let _ = done.send(read);
+    });
+    let Ok(read) = wait.recv_timeout(timeout) else {
+        // It may have ended just now; the verdict is the same.
+        let _ = child.kill();
+        let _ = child.wait();
+        return Err(format!("the demo did not end within {} s", timeout.as_secs()));
+    };
+    let text = String::from_utf8_lossy(&read.map_err(|e| e.to_string())?).into_owned();
+    let status = child.wait().map_err(|e| e.to_string())?;
+    if status.success() { Ok(text) } else { Err(format!("the demo failed: {status}\n{text}")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_is_taken_from_a_block_of_code() {
+        let text = "Run `cargo xtask test`:\ncargo xtask test --no\n\n```sh\n$ cargo xtask demo\n\
+                    cargo xtask test   # all of it\n```\n";
+        assert_eq!(command_in(text, TEST_COMMAND).as_deref(), Some("cargo xtask test"));
+        assert_eq!(command_in("cargo xtask test\n", TEST_COMMAND), None);
+    }
+
+    #[test]
+    fn a_command_that_hangs_is_ended() {
+        let mut hangs = Command::new("sh");
+        hangs.args(["-c", "exec tail -f /dev/null"]);
+        let error = bounded(&mut hangs, Duration::from_millis(50)).unwrap_err();
+        assert!(error.contains("did not end"), "{error}");
+        let mut fails = Command::new("sh");
+        fails.args(["-c", "echo out; exit 3"]);
+        let error = bounded(&mut fails, Duration::from_secs(60)).unwrap_err();
+        assert!(error.contains("exit status: 3") && error.contains("out"), "{error}");
+    }
+}

@@ -1,0 +1,233 @@
+//! `cargo xtask docs`: the tables of docs/protocol.md that come from the code, and all links.
+
+use std::process::ExitCode;
+
+use serde_json::Value;
+
+use crate::citation::citations;
+use crate::run::{self, StepResult};
+use crate::{TaskResult, flag, links};
+
+const PAGE: &str = "docs/protocol.md";
+/// The sections that list flags, and the classes of the dictionary that have them.
+const CLASSES: [(&str, &str); 9] = [
+    (COMMON, "Common"),
+    ("§3.3.2", "General"),
+    ("§3.3.3", "Climatics"),
+    ("§3.3.4", "Drive"),
+    ("§3.3.5", "Valve"),
+    ("§3.3.6", "Control"),
+    ("§3.3.7", "Detector"),
+    ("§3.3.8", "Deployer"),
+    ("§3.3.10", "Buttons"),
+];
+const COMMON: &str = "§3.3.1";
+const COMMON_BITS: u64 = 16;
+
+pub fn docs(arguments: &[String]) -> TaskResult {
+    if !flag(arguments, Some("--check"))? {
+        let old = run::read(PAGE)?;
+        let new = regenerate(&old, &schema()?)?;
+        std::fs::write(run::root().join(PAGE), &new).map_err(|e| format!("{PAGE}: {e}"))?;
+        println!("   {PAGE}: {}", if old == new { "was up to date" } else { "written" });
+    }
+    check().map(|()| ExitCode::SUCCESS)
+}
+
+/// Fails on a table that is out of date and on a link that leads nowhere.
+pub fn check() -> StepResult {
+    run::verdict("links that lead nowhere", &links::broken()?)?;
+    let page = run::read(PAGE)?;
+    let fresh = regenerate(&page, &schema()?)?;
+    if page == fresh {
+        println!("   links resolve; the tables of {PAGE} are up to date");
+        return Ok(());
+    }
+    let place = page.lines().zip(fresh.lines()).position(|(old, new)| old != new);
+    let line = place.unwrap_or_else(|| page.lines().count().min(fresh.lines().count())) + 1;
+    let want = fresh.lines().nth(line - 1).unwrap_or("(the end)");
+    Err(format!("{PAGE}:{line} is out of date: run `cargo xtask docs`. It should read\n  {want}"))
+}
+
+/// The dictionary of the protocol as `lafet schema` prints it.
+fn schema() -> Result<Value, String> {
+    let arguments = ["run", "--quiet", "--package", "lafet", "--", "schema"];
+    let text = run::output(&mut run::cargo(&arguments))?;
+    serde_json::from_str(&text).map_err(|e| format!("`lafet schema` printed no JSON: {e}"))
+}
+
+/// The page with fresh text between `<!-- params:begin -->` and its end, and between
+/// `<!-- flags:begin -->` and its end under each heading of §3.3.1–§3.3.10.
+fn regenerate(page: &str, schema: &Value) -> Result<String, String> {
+    let mut fresh = String::new();
+    let mut section = String::new();
+    let mut done = Vec::new();
+    let mut lines = page.lines();
+    while let Some(line) = lines.next() {
+        fresh += line;
+        fresh.push('\n');
+        if line.starts_with('#') {
+            section = citations(line).into_iter().next().unwrap_or_default();
+        }
+        let mark = line.strip_prefix("<!-- ").and_then(|line| line.strip_suffix(":begin -->"));
+        let Some(name) = mark else { continue };
+        let text = match name {
+            "params" => params(schema)?,
+            "flags" => flags(schema, &section)?,
+            other => return Err(format!("{PAGE}: no table is called `{other}`")),
+        };
+        let end = format!("<!-- {name}:end -->");
+        if !lines.any(|line| line == end) {
+            return Err(format!("{PAGE}: `{end}` is missing ({section})"));
+        }
+        fresh.extend([&text, &end, "\n"]);
+        done.push(if name == "flags" { section.clone() } else { name.into() });
+    }
+    let wanted = CLASSES.iter().map(|(section, _)| *section).chain(["params"]);
+    let missing: Vec<&str> = wanted.filter(|name| !done.iter().any(|d| d == name)).collect();
+    match missing[..] {
+        [] => Ok(fresh),
+        _ => Err(format!("{PAGE}: no marks for a generated table of {}", missing.join(", "))),
+    }
+}
+
+fn params(schema: &Value) -> Result<String, String> {
+    let columns = [
+        ("subsystem", "subsystem"),
+        ("parameter", "name"),
+        ("id", "id"),
+        ("values", "length"),
+        ("unit", "unit"),
+        ("min", "min"),
+        ("max", "max"),
+        ("default", "default"),
+        ("access", "access"),
+        ("acts", "effect"),
+        ("kept", "placement"),
+        ("meaning", "meaning"),
+    ];
+    table(rows(&schema["params"], "params")?.iter(), &columns)
+}
+
+fn flags(schema: &Value, section: &str) -> Result<String, String> {
+    let columns = [
+        ("bit", "shift"),
+        ("flag", "name"),
+        ("severity", "severity"),
+        ("meaning", "meaning"),
+        ("likely cause", "cause"),
+        ("what to do", "remedy"),
+    ];
+    let Some((_, class)) = CLASSES.iter().find(|(known, _)| *known == section) else {
+        return Err(format!("{PAGE}: `{section}` has no flags of its own"));
+    };
+    let rows = rows(&schema["flags"][class], class)?;
+    // Every class begins with the common flags; they stand in their own section alone.
+    let common = section == COMMON;
+    let own = rows.iter().filter(|row| common == (row["shift"].as_u64() < Some(COMMON_BITS)));
+    table(own, &columns)
+}
+
+fn rows<'a>(list: &'a Value, name: &str) -> Result<&'a Vec<Value>, String> {
+    let rows = list.as_array().filter(|rows| !rows.is_empty());
+    rows.ok_or_else(|| format!("`lafet schema`: `{name}` is no list, or an empty one"))
+}
+
+fn table<'a>(
+    rows: impl Iterator<Item = &'a Value>,
+    columns: &[(&str, &str)],
+) -> Result<String, String> {
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let mut text = line(columns.iter().map(|(title, _)| (*title).into()).collect());
+    text += &line(columns.iter().map(|_| "---".into()).collect());
+    for row in rows {
+        let cells: Result<Vec<String>, String> =
+            columns.iter().map(|(_, key)| cell(row, key)).collect();
+        text += &line(cells?);
+    }
+    Ok(text)
+}
+
+fn cell(row: &Value, key: &str) -> Result<String, String> {
+    let value = row.get(key).ok_or_else(|| format!("`lafet schema`: no `{key}` in {row}"))?;
+    // A flag of two bits.
+    if key == "shift" && row["width"].as_u64().is_some_and(|width| width > 1) {
+        let (shift, width) = (value.as_u64().unwrap_or(0), row["width"].as_u64().unwrap_or(1));
+        return Ok(format!("{shift}…{}", shift + width - 1));
+    }
+    let text = words(value);
+    Ok(if key == "name" { format!("`{text}`") } else { text })
+}
+
+/// A value as a cell: of a text in two languages the English one.
+fn words(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::Array(list) => list.iter().map(words).collect::<Vec<_>>().join(", "),
+        Value::Object(texts) => texts.get("en").map(words).unwrap_or_default(),
+        Value::String(text) => text.replace('|', "\\|").replace('\n', " "),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn flag(name: &str, shift: u32, width: u32) -> Value {
+        json!({"name": name, "shift": shift, "width": width, "severity": "info",
+               "meaning": {"en": "a | b", "ru": "в"}, "cause": null, "remedy": {"en": "look"}})
+    }
+
+    fn schema() -> Value {
+        let both = [flag("ConfigFault", 0, 1), flag("Move", 16, 1)];
+        let mut flags = json!({"Buttons": [flag("Left", 16, 2)]});
+        for (_, class) in CLASSES.iter().filter(|(_, class)| *class != "Buttons") {
+            flags[class] = json!(both);
+        }
+        let param = json!({"subsystem": "General", "name": "Address", "id": "0x10F6", "length": 1,
+            "unit": "", "min": 1, "max": 127, "default": 1, "access": "rw", "effect": "restart",
+            "placement": "local", "meaning": {"en": "Address", "ru": "Адрес"}});
+        json!({"flags": flags, "params": [param]})
+    }
+
+    fn page() -> String {
+        let mut page = String::new();
+        for (section, class) in CLASSES {
+            page +=
+                &format!("#### {section} {class}\n<!-- flags:begin -->\nold\n<!-- flags:end -->\n");
+        }
+        page + "## Parameters\n<!-- params:begin -->\n<!-- params:end -->\nthe end\n"
+    }
+
+    #[test]
+    fn each_section_gets_its_own_flags() {
+        let new = regenerate(&page(), &schema()).unwrap();
+        assert!(!new.contains("old") && new.ends_with("the end\n"), "{new}");
+        assert_eq!(new.matches("| 0 | `ConfigFault` |").count(), 1);
+        assert_eq!(new.matches("| 16 | `Move` | info | a \\| b |  | look |\n").count(), 7);
+        assert_eq!(new.matches("| 16…17 | `Left` |").count(), 1);
+        assert_eq!(new.matches("| General | `Address` | 0x10F6 | 1 |").count(), 1);
+        assert_eq!(regenerate(&new, &schema()).unwrap(), new);
+    }
+
+    #[test]
+    fn marks_that_are_missing_or_wrong_are_errors() {
+        let error = |page: String| regenerate(&page, &schema()).unwrap_err();
+        assert!(error(page().replace("params:end", "params")).contains("is missing"));
+        assert!(error(page().replace("§3.3.4", "§3.3.9")).contains("no flags of its own"));
+        assert!(
+            error(page().replace("params:begin", "param:begin")).contains("no table is called")
+        );
+        assert!(error("# nothing\n".into()).contains("§3.3.1, §3.3.2"));
+    }
+
+    #[test]
+    fn a_schema_of_another_shape_is_an_error() {
+        assert!(flags(&json!({}), COMMON).is_err());
+        assert!(params(&json!({"params": []})).is_err());
+        let error = params(&json!({"params": [{"subsystem": "General"}]})).unwrap_err();
+        assert!(error.contains("no `name`"), "{error}");
+    }
+}

@@ -1,0 +1,232 @@
+//! The laws that a file's text can show.
+
+use std::collections::BTreeSet;
+
+use crate::run;
+use crate::source::{self, File};
+
+/// Crates that run inside the monitor: no_std, no unsafe, no panicking path.
+const CORE: [&str; 2] = ["proto", "device"];
+/// The files that hold the protocol's numbers.
+const IDS: [&str; 2] = ["crates/proto/src/id.rs", "crates/proto/src/bus.rs"];
+const LONGEST_FILE: usize = 800;
+
+/// Lints that both core crates deny outside their tests.
+const NO_PANIC: [&str; 6] = [
+    "clippy::unwrap_used",
+    "clippy::expect_used",
+    "clippy::panic",
+    "clippy::indexing_slicing",
+    "clippy::unreachable",
+    "clippy::todo",
+];
+
+/// What no lint above catches, or what would leave no_std.
+const NOT_IN_CORE: [&str; 7] =
+    ["unimplemented!", "assert!", "assert_eq!", "assert_ne!", "std::", "extern crate", "alloc::"];
+
+/// Every broken law, with its place.
+pub fn broken() -> Result<Vec<String>, String> {
+    let files = source::workspace()?;
+    let mut problems = Vec::new();
+    for name in CORE {
+        let manifest = run::read(&format!("crates/{name}/Cargo.toml"))?;
+        let path = format!("crates/{name}/src/lib.rs");
+        match files.iter().find(|file| file.path == path) {
+            Some(file) => problems.extend(head(file, &manifest)),
+            None => problems.push(format!("{path} is missing")),
+        }
+    }
+    let ids = wire_ids(&files)?;
+    for file in &files {
+        if is_core(file) {
+            problems.extend(core_text(file));
+        }
+        if file.crate_name().is_some_and(|name| name != "proto") {
+            problems.extend(wire_constants(file, &ids));
+        }
+        if file.lines.len() > LONGEST_FILE {
+            let length = file.lines.len();
+            problems.push(format!("{}: {length} lines, {LONGEST_FILE} at most", file.path));
+        }
+    }
+    problems.extend(hardware_writes(&files));
+    Ok(problems)
+}
+
+fn is_core(file: &File) -> bool {
+    file.crate_name().is_some_and(|name| CORE.contains(&name)) && file.path.contains("/src/")
+}
+
+/// The attributes at the top of a core crate.
+fn head(file: &File, manifest: &str) -> Vec<String> {
+    let code: String = file.lines.iter().map(|line| line.code.trim()).collect();
+    let mut problems = Vec::new();
+    if !code.contains("#![no_std]") && !code.contains("#![cfg_attr(not(test),no_std)]") {
+        problems.push(format!("{}: #![no_std] is missing", file.path));
+    }
+    let lints: String = manifest.split("[lints]").skip(1).flat_map(str::split_whitespace).collect();
+    if !code.contains("#![forbid(unsafe_code)]") && !lints.starts_with("workspace=true") {
+        problems.push(format!("{}: #![forbid(unsafe_code)] is missing", file.path));
+    }
+    let plain: String = code.split_whitespace().collect();
+    let denied =
+        plain.split("#![cfg_attr(not(test),deny(").nth(1).and_then(|c| c.split(')').next());
+    let denied: Vec<&str> = denied.unwrap_or_default().split(',').collect();
+    for lint in NO_PANIC.iter().filter(|lint| !denied.contains(lint)) {
+        problems.push(format!("{}: #![cfg_attr(not(test), deny({lint}))] is missing", file.path));
+    }
+    problems
+}
+
+/// Ways around the lints in the product code of a core crate.
+fn core_text(file: &File) -> Vec<String> {
+    let mut problems = Vec::new();
+    let mut constant_end = 0;
+    for (number, line) in file.product() {
+        let code = line.code.trim();
+        // An assertion in a constant is checked by the compiler and never runs.
+        if let Some(column) = line.code.find("const _: () =") {
+            constant_end = source::item_end(&file.lines, number - 1, column) + 1;
+        }
+        for word in NOT_IN_CORE.iter().filter(|word| has_word(code, word)) {
+            if number > constant_end || !word.starts_with("assert") {
+                problems.push(format!("{}:{number}: `{word}` has no place here", file.path));
+            }
+        }
+        // Only the head of lib.rs speaks of these lints.
+        if !file.path.ends_with("/src/lib.rs") {
+            for lint in NO_PANIC.iter().filter(|lint| code.contains(*lint)) {
+                problems.push(format!("{}:{number}: {lint} holds for the whole crate", file.path));
+            }
+        }
+    }
+    problems
+}
+
+/// Whether a word stands in the code, and not as the end of a longer one.
+fn has_word(code: &str, word: &str) -> bool {
+    code.match_indices(word).any(|(at, _)| {
+        let before = code[..at].chars().next_back();
+        !before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':')
+    })
+}
+
+/// The values of the ids in the protocol crate.
+fn wire_ids(files: &[File]) -> Result<BTreeSet<u64>, String> {
+    let mut ids = BTreeSet::new();
+    for path in IDS {
+        let file = files.iter().find(|file| file.path == path);
+        let lines = file.into_iter().flat_map(File::product);
+        let before = ids.len();
+        ids.extend(lines.flat_map(|(_, line)| hex_literals(&line.code)));
+        if ids.len() == before {
+            return Err(format!("{path} holds no ids: name the file that does in IDS of laws.rs"));
+        }
+    }
+    Ok(ids)
+}
+
+/// Ids of the protocol written as numbers outside the protocol crate.
+fn wire_constants(file: &File, ids: &BTreeSet<u64>) -> Vec<String> {
+    let mut problems = Vec::new();
+    for (number, line) in file.product() {
+        for value in hex_literals(&line.code).iter().filter(|value| ids.contains(value)) {
+            let place = format!("{}:{number}", file.path);
+            problems.push(format!("{place}: {value:#04x} is a wire constant: name it from proto"));
+        }
+    }
+    problems
+}
+
+/// Hexadecimal literals of two and of four digits.
+fn hex_literals(code: &str) -> Vec<u64> {
+    let literals = code.match_indices("0x").filter_map(|(at, _)| {
+        let rest = &code[at + 2..];
+        let end = rest.find(|c: char| !c.is_ascii_hexdigit() && c != '_').unwrap_or(rest.len());
+        let digits = rest[..end].replace('_', "");
+        matches!(digits.len(), 2 | 4).then(|| u64::from_str_radix(&digits, 16).ok())?
+    });
+    literals.collect()
+}
+
+/// Outputs reach the hardware behind the guard: what is written was filtered, or made inert, in
+/// the statement before.
+fn hardware_writes(files: &[File]) -> Vec<String> {
+    let mut problems = Vec::new();
+    let mut guarded = false;
+    for file in files.iter().filter(|file| file.crate_name() == Some("device")) {
+        let mut before = "";
+        for (number, line) in file.product().filter(|(_, line)| !line.code.trim().is_empty()) {
+            if line.code.contains("hal.write(") {
+                guarded |= before.contains("guard::filter(");
+                if !before.contains("guard::filter(") && !before.contains("Outputs::default()") {
+                    let place = format!("{}:{number}", file.path);
+                    problems.push(format!("{place}: written without guard::filter just before"));
+                }
+            }
+            before = &line.code;
+        }
+    }
+    if !guarded {
+        problems.push("crates/device: nothing is written behind guard::filter".into());
+    }
+    problems
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(path: &str, text: &str) -> File {
+        File { path: path.into(), lines: source::lines(text) }
+    }
+
+    const HEAD: &str = "#![no_std]\n#![forbid(unsafe_code)]\n#![cfg_attr(\n    not(test),\n    \
+        deny(\n        clippy::unwrap_used,\n        clippy::expect_used,\n        clippy::panic,\n\
+        clippy::indexing_slicing,\n        clippy::unreachable,\n        clippy::todo\n    )\n)]\n";
+
+    #[test]
+    fn the_head_of_a_core_crate_is_complete() {
+        let path = "crates/proto/src/lib.rs";
+        assert_eq!(head(&file(path, HEAD), ""), [""; 0]);
+        let without = HEAD.replace("clippy::panic,", "").replace("#![no_std]", "// #![no_std]");
+        assert_eq!(head(&file(path, &without), "").len(), 2);
+        let by_workspace = HEAD.replace("#![forbid(unsafe_code)]", "");
+        assert_eq!(head(&file(path, &by_workspace), "[lints]\nworkspace = true\n"), [""; 0]);
+        assert_eq!(head(&file(path, &by_workspace), "").len(), 1);
+    }
+
+    #[test]
+    fn ways_around_the_lints_are_found() {
+        let problems = |text| core_text(&file("crates/proto/src/a.rs", text)).len();
+        assert_eq!(problems("fn a() { assert!(b); }"), 1);
+        assert_eq!(problems("fn a() { debug_assert!(b); }"), 0);
+        assert_eq!(problems("const _: () = assert!(A);\n"), 0);
+        assert_eq!(problems("const _: () = {\n    assert!(A);\n};\nfn a() { assert!(b); }"), 1);
+        assert_eq!(problems("#[allow(clippy::panic)]\nfn a() {}"), 1);
+        assert_eq!(problems("use std::vec::Vec; // std::"), 1);
+        assert_eq!(problems("#[cfg(test)]\nextern crate std;\n"), 0);
+    }
+
+    #[test]
+    fn wire_constants_belong_to_the_protocol() {
+        let ids = BTreeSet::from([0x5D, 0x4C70]);
+        let text =
+            "a(0x5d, 0x4C_70, 0x0000_005D, 0x5E);\n#[cfg(test)]\nmod t { const A: u8 = 0x5D; }\n";
+        let problems = wire_constants(&file("crates/device/src/a.rs", text), &ids);
+        assert_eq!(problems.len(), 2);
+        assert!(problems[0].starts_with("crates/device/src/a.rs:1: 0x5d is a wire constant"));
+    }
+
+    #[test]
+    fn outputs_are_written_behind_the_guard() {
+        let device = |text| file("crates/device/src/a.rs", text);
+        let step = "let o = guard::filter(a);\n// why\nhal.write(&o);\n";
+        let reset = "self.outputs = Outputs::default();\nhal.write(&self.outputs);\n";
+        assert_eq!(hardware_writes(&[device(step), device(reset)]), [""; 0]);
+        assert!(hardware_writes(&[device(reset)])[0].contains("nothing is written"));
+        let both = [device(step), device("f();\nhal.write(&o);\n")];
+        assert!(hardware_writes(&both)[0].starts_with("crates/device/src/a.rs:2: written"));
+    }
+}

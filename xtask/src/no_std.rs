@@ -1,0 +1,65 @@
+//! `cargo xtask no-std`: the core crates for the Cortex-M3 they are meant for.
+
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+use crate::run::{StepResult, cargo, output, root, show};
+use crate::{TaskResult, flag, setup};
+
+const TARGET: &str = "thumbv7m-none-eabi";
+const CRATES: [&str; 4] = ["--package", "lafet-proto", "--package", "lafet-device"];
+
+/// Debian's Rust, which brings the sources of `core`.
+const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
+const DEBIAN_CARGO: &str = "/usr/bin/cargo";
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
+
+pub fn no_std(arguments: &[String]) -> TaskResult {
+    flag(arguments, None)?;
+    check().map(|()| ExitCode::SUCCESS)
+}
+
+/// Builds with rustup's target, else with Debian's compiler; without both it fails.
+pub fn check() -> StepResult {
+    match rustup_target() {
+        Ok(()) => show(cargo(&["build", "--lib", "--target", TARGET]).args(CRATES)),
+        Err(why) => {
+            println!("   rustup has no {TARGET} ({}): taking Debian's Rust", first_line(&why));
+            debian_build().map_err(|e| {
+                format!("{e}\nEither is enough: rustup target add {TARGET}, or Debian's packages")
+            })
+        }
+    }
+}
+
+fn rustup_target() -> Result<(), String> {
+    let rustup =
+        |arguments: &[&str]| output(Command::new("rustup").args(arguments).current_dir(root()));
+    let installed = rustup(&["target", "list", "--installed"])?;
+    if installed.lines().any(|line| line.trim() == TARGET) {
+        return Ok(());
+    }
+    rustup(&["target", "add", TARGET]).map(|_| ())
+}
+
+/// Builds `core` from its sources along with the crates.
+fn debian_build() -> StepResult {
+    let sources = Path::new("/usr/src").read_dir().into_iter().flatten().flatten();
+    let have_sources =
+        sources.into_iter().any(|e| e.file_name().to_string_lossy().starts_with("rustc-"));
+    if !have_sources || !Path::new(DEBIAN_CARGO).exists() || !Path::new(DEBIAN_RUSTC).exists() {
+        setup::debian(&DEBIAN_PACKAGES)?;
+    }
+    let mut build = Command::new(DEBIAN_CARGO);
+    build.args(["build", "-Zbuild-std=core", "--ignore-rust-version", "--lib"]);
+    build.args(["--target", TARGET]).args(CRATES).current_dir(root());
+    // Its own folder: two compilers must not share one.
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    build.env("CARGO_TARGET_DIR", Path::new(&target).join("debian"));
+    build.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", DEBIAN_RUSTC);
+    show(build.env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO"))
+}
+
+fn first_line(text: &str) -> &str {
+    text.lines().next().unwrap_or_default()
+}

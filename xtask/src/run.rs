@@ -1,0 +1,115 @@
+//! Runs commands and steps, and sums up what came of them.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::time::{Duration, Instant};
+
+/// Outcome of one step; the error is what the user should read.
+pub type StepResult = Result<(), String>;
+
+/// The root of the workspace. Cargo tells where it is now: a copy of the workspace may run a program
+/// that was built in another one.
+pub fn root() -> PathBuf {
+    let now = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
+    let mut manifest = now.unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
+    manifest.pop();
+    manifest
+}
+
+/// The cargo that started us, to run in the workspace's root.
+pub fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root()).args(arguments);
+    command
+}
+
+/// Runs a command whose output the user sees.
+pub fn show(command: &mut Command) -> StepResult {
+    let text = line(command);
+    println!("   {text}");
+    flush();
+    let status = command.status().map_err(|e| format!("cannot run `{text}`: {e}"))?;
+    if status.success() { Ok(()) } else { Err(format!("`{text}` failed: {status}")) }
+}
+
+/// Runs a command for its output.
+pub fn output(command: &mut Command) -> Result<String, String> {
+    let text = line(command);
+    let output = command.output().map_err(|e| format!("cannot run `{text}`: {e}"))?;
+    if !output.status.success() {
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        return Err(format!("`{text}` failed: {}\n{}", output.status, stderr.trim_end()));
+    }
+    String::from_utf8(output.stdout).map_err(|e| format!("`{text}` printed no UTF-8: {e}"))
+}
+
+/// Reads a file of the workspace.
+pub fn read(path: &str) -> Result<String, String> {
+    std::fs::read_to_string(root().join(path)).map_err(|e| format!("cannot read {path}: {e}"))
+}
+
+/// Joins problems into one error, or none.
+pub fn verdict(headline: &str, problems: &[String]) -> StepResult {
+    if problems.is_empty() {
+        return Ok(());
+    }
+    Err(format!("{headline} ({}):\n  {}", problems.len(), problems.join("\n  ")))
+}
+
+fn line(command: &Command) -> String {
+    let program = Path::new(command.get_program());
+    let name = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy();
+    let mut text = name.into_owned();
+    for argument in command.get_args() {
+        text.push(' ');
+        text += &argument.to_string_lossy();
+    }
+    text
+}
+
+fn flush() {
+    // A closed stdout is no reason to stop a check.
+    let _ = std::io::stdout().flush();
+}
+
+/// Steps that run one after another, each whatever became of the others.
+#[derive(Default)]
+pub struct Steps {
+    done: Vec<Step>,
+}
+
+struct Step {
+    name: &'static str,
+    time: Duration,
+    result: StepResult,
+}
+
+impl Steps {
+    /// Runs one step with its headline.
+    pub fn step(&mut self, name: &'static str, run: impl FnOnce() -> StepResult) {
+        println!("\n== {name}");
+        flush();
+        let start = Instant::now();
+        let result = run();
+        let time = start.elapsed();
+        match &result {
+            Ok(()) => println!("   ok, {:.1} s", time.as_secs_f32()),
+            Err(message) => println!("   FAILED, {:.1} s: {message}", time.as_secs_f32()),
+        }
+        flush();
+        self.done.push(Step { name, time, result });
+    }
+
+    /// Prints the table and the closing line.
+    pub fn finish(self, title: &str) -> ExitCode {
+        let failed = self.done.iter().filter(|step| step.result.is_err()).count();
+        println!("\n== {title}: summary");
+        for Step { name, time, result } in &self.done {
+            let word = if result.is_ok() { "ok" } else { "FAILED" };
+            println!("   {word:<6} {:>7.1} s  {name}", time.as_secs_f32());
+        }
+        println!("{} passed, {failed} failed", self.done.len() - failed);
+        if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    }
+}

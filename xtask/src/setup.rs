@@ -1,0 +1,69 @@
+//! What the machine must have; a thing that is missing is installed, or named with its command.
+
+use std::process::Command;
+
+use crate::{metadata, run};
+
+/// Fails unless the compiler is new enough for the workspace.
+pub fn rust() -> Result<(), String> {
+    let have = run::output(Command::new("rustc").arg("--version").current_dir(run::root()))?;
+    let packages = metadata::workspace()?;
+    let Some(need) = packages.iter().filter_map(|p| p.rust_version.as_deref()).max() else {
+        return Ok(());
+    };
+    let word = have.split_whitespace().nth(1).unwrap_or_default();
+    if version(word) >= version(need) {
+        return Ok(());
+    }
+    Err(format!(
+        "Rust {need} or newer is needed, this is {word}.\n\
+         With rustup:   rustup toolchain install   (reads rust-toolchain.toml)\n\
+         Without it:    install it from https://rustup.rs, or on Debian: \
+         apt-get install rustc-web cargo-web"
+    ))
+}
+
+/// Makes sure of a component of the toolchain, such as rustfmt.
+pub fn component(name: &str, subcommand: &str) -> Result<(), String> {
+    if run::output(&mut run::cargo(&[subcommand, "--version"])).is_ok() {
+        return Ok(());
+    }
+    println!("   {name} is missing: adding it");
+    run::show(Command::new("rustup").args(["component", "add", name]).current_dir(run::root()))
+        .map_err(|e| format!("{e}\n{name} is needed: rustup component add {name}"))
+}
+
+/// Installs Debian packages when we may, else says how.
+pub fn debian(packages: &[&str]) -> Result<(), String> {
+    let advice = format!("apt-get install -y --no-install-recommends {}", packages.join(" "));
+    let id = run::output(Command::new("id").arg("-u")).unwrap_or_default();
+    if id.trim() != "0" {
+        return Err(format!("missing; as root: {advice}"));
+    }
+    let mut install = Command::new("apt-get");
+    install.args(["install", "-y", "--no-install-recommends"]).args(packages);
+    install.env("DEBIAN_FRONTEND", "noninteractive");
+    run::show(Command::new("apt-get").args(["update", "-q"]))
+        .and_then(|()| run::show(&mut install))
+        .map_err(|e| format!("{e}\nneeded: {advice}"))
+}
+
+/// `1.95.0-nightly` as numbers that compare.
+fn version(text: &str) -> Vec<u32> {
+    let plain = text.split('-').next().unwrap_or_default();
+    let mut parts: Vec<u32> = plain.split('.').map(|part| part.parse().unwrap_or(0)).collect();
+    parts.resize(3, 0);
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_compare_by_number() {
+        assert!(version("1.95.0") >= version("1.95"));
+        assert!(version("1.100.0") > version("1.95.3"));
+        assert!(version("1.94.1-nightly") < version("1.95"));
+    }
+}

@@ -1,0 +1,15 @@
+//! `cargo xtask test`: the README's test command.
+
+use crate::run::{Steps, cargo, show};
+use crate::{TaskResult, docs, flag, layers, setup, spec};
+
+pub fn test(arguments: &[String]) -> TaskResult {
+    flag(arguments, None)?;
+    setup::rust()?;
+    let mut steps = Steps::default();
+    steps.step("tests of all crates", || show(&mut cargo(&["test", "--workspace"])));
+    steps.step("the protocol: every section has code and tests", spec::check);
+    steps.step("layers and laws", layers::check);
+    steps.step("documentation: generated tables and links", docs::check);
+    Ok(steps.finish("cargo xtask test"))
+}

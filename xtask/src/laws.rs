@@ -156,7 +156,7 @@ fn hardware_writes(files: &[File]) -> Vec<String> {
     let mut problems = Vec::new();
     let mut guarded = false;
     for file in files.iter().filter(|file| file.crate_name() == Some("device")) {
-        let mut before = "";
+        let (mut before, mut statement) = (String::new(), String::new());
         for (number, line) in file.product().filter(|(_, line)| !line.code.trim().is_empty()) {
             if line.code.contains("hal.write(") {
                 guarded |= before.contains("guard::filter(");
@@ -165,7 +165,10 @@ fn hardware_writes(files: &[File]) -> Vec<String> {
                     problems.push(format!("{place}: written without guard::filter just before"));
                 }
             }
-            before = &line.code;
+            statement += &line.code;
+            if line.code.trim_end().ends_with([';', '{', '}']) {
+                before = std::mem::take(&mut statement);
+            }
         }
     }
     if !guarded {
@@ -222,7 +225,7 @@ mod tests {
     #[test]
     fn outputs_are_written_behind_the_guard() {
         let device = |text| file("crates/device/src/a.rs", text);
-        let step = "let o = guard::filter(a);\n// why\nhal.write(&o);\n";
+        let step = "let o = guard::filter(\n    a,\n);\n// why\nhal.write(&o);\n";
         let reset = "self.outputs = Outputs::default();\nhal.write(&self.outputs);\n";
         assert_eq!(hardware_writes(&[device(step), device(reset)]), [""; 0]);
         assert!(hardware_writes(&[device(reset)])[0].contains("nothing is written"));

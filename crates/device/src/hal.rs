@@ -7,7 +7,8 @@ pub trait Hal: Storage {
     /// Samples everything the monitor senses.
     fn read(&mut self, inputs: &mut Inputs);
 
-    /// Drives everything the monitor drives. Called once in each step, after the guard.
+    /// Drives everything the monitor drives. Called in each step, after the guard; and once more,
+    /// with everything inert, before a reset.
     fn write(&mut self, outputs: &Outputs);
 
     /// Resets the program (§3.12, §3.19): the caller of `step` builds a new `Device` before the

@@ -35,6 +35,17 @@ impl Flash {
         self.0.iter().map(|(key, value)| (Key(*key), value.as_slice()))
     }
 
+    /// Flips a bit of a stored value, as a worn cell would; false when nothing is stored there.
+    pub fn damage(&mut self, key: Key) -> bool {
+        match self.0.get_mut(&key.0).and_then(|value| value.first_mut()) {
+            Some(byte) => {
+                *byte ^= 1;
+                true
+            }
+            None => false,
+        }
+    }
+
     pub(crate) fn load<'b>(
         &self,
         key: Key,
@@ -114,6 +125,8 @@ mod tests {
         assert_eq!(Flash::from_bytes(&flash.to_bytes()), Ok(flash.clone()));
         assert_eq!(Flash::from_bytes(&flash.to_bytes()[..17]), Err(Damaged));
         assert_eq!(Flash::from_bytes(b"something else"), Err(Damaged));
+        assert!(flash.damage(Key(7)) && !flash.damage(Key(8)));
+        assert_eq!(flash.load(Key(7), &mut buffer, &faults), Ok(Some(&[5, 5][..])));
         flash.erase(&faults).unwrap();
         assert!(flash.is_empty());
     }

@@ -4,8 +4,9 @@
 
 use lafet_device::composition::Composition;
 use lafet_device::image::{Axis, ValveOutput};
+use lafet_device::port::{self, Port};
 use lafet_device::{Device, Source};
-use lafet_proto::link::{self, Frame};
+use lafet_proto::link::{PAYLOAD_MAX, WIRE_MAX};
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::status::FaultInfo;
@@ -16,9 +17,6 @@ use crate::fault::axis_name;
 use crate::fire::FireSpec;
 use crate::flash::Flash;
 use crate::world::{STEP_MS, World, WorldConfig};
-
-/// Bytes that an answer frame may carry: the device's answer buffer.
-pub const ANSWER_MAX: usize = 512;
 
 /// Time without power in a power cycle, ms.
 const POWER_OFF_MS: u64 = 500;
@@ -109,7 +107,7 @@ impl Sim {
         world.flash = config.flash;
         if world.flash.is_empty() {
             // A RAM-backed memory without injected faults takes everything.
-            let provisioned = Device::provision(&config.composition, config.address, &mut world);
+            let provisioned = Device::provision(&mut world, &config.composition, config.address);
             debug_assert_eq!(provisioned, Ok(()));
         }
         let Config { composition, address, clock_ms, .. } = config;
@@ -184,24 +182,30 @@ impl Sim {
 
     /// Gives the monitor the records of a frame; returns the records that it answers.
     pub fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
-        let mut out = [0; ANSWER_MAX];
+        let mut out = [0; PAYLOAD_MAX];
         let len = self.device.handle(self.device_ms(), source, payload, &mut out);
         out[..len].to_vec()
     }
 
-    /// Gives the monitor a frame that was received without errors; returns its answer frame as it
-    /// goes on the wire. `None` when the frame is for somebody else.
-    pub fn frame(&mut self, source: Source, frame: &Frame<'_>) -> Option<Vec<u8>> {
-        if frame.dst != self.address() {
-            return None;
+    /// Gives the monitor bytes of a stream of link frames (serial line, TCP connection), however
+    /// they are cut; returns the bytes of its answer frames. Each medium has a `Port` of its own.
+    pub fn receive(&mut self, port: &mut Port, mut bytes: &[u8]) -> Vec<u8> {
+        let (mut answers, mut out) = (Vec::new(), [0; WIRE_MAX]);
+        while !bytes.is_empty() {
+            let now_ms = self.device_ms();
+            let (taken, len) = port.receive(now_ms, &mut self.device, bytes, &mut out);
+            answers.extend_from_slice(&out[..len]);
+            bytes = &bytes[taken..];
         }
-        let answer =
-            if frame.is_probe() { Vec::new() } else { self.request(source, frame.payload) };
-        let answer = Frame { dst: frame.src, src: frame.dst, payload: &answer };
-        let mut wire = vec![0; link::wire_max(answer.payload.len())];
-        let len = link::encode(&answer, &mut wire)?;
-        wire.truncate(len);
-        Some(wire)
+        answers
+    }
+
+    /// Gives the monitor a datagram, which is one link frame; returns that of its answer.
+    pub fn datagram(&mut self, source: Source, bytes: &[u8]) -> Option<Vec<u8>> {
+        let mut out = [0; WIRE_MAX];
+        let now_ms = self.device_ms();
+        let len = port::datagram(now_ms, source, &mut self.device, bytes, &mut out)?;
+        Some(out[..len].to_vec())
     }
 
     /// Asks a subsystem over the wired interface and shows its first answer to `see`.
@@ -298,6 +302,7 @@ impl Sim {
 mod tests {
     use super::*;
     use lafet_proto::Status;
+    use lafet_proto::link::{self, Frame};
 
     fn ask(sim: &mut Sim, request: Request<'_>) -> Vec<(SubsystemId, Status)> {
         let mut buffer = [0; 260];
@@ -307,24 +312,30 @@ mod tests {
         Records::new(&bytes).flatten().map(|record| (record.device, record.status)).collect()
     }
 
-    fn send(sim: &mut Sim, dst: u8, payload: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
-        let wire = sim.frame(Source::Radio, &Frame { dst, src: 200, payload })?;
-        let mut decoder: link::Decoder = link::Decoder::new();
-        let (taken, frame) = decoder.push_slice(&wire);
-        let frame = frame.unwrap();
-        assert_eq!(taken, wire.len());
-        Some((frame.dst, frame.src, frame.payload.to_vec()))
+    fn wire(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+        let mut out = [0; WIRE_MAX];
+        let len = link::encode(&Frame { dst, src, payload }, &mut out).unwrap();
+        out[..len].to_vec()
     }
 
-    /// A probe is answered with the addresses swapped; a frame for another address by nobody.
+    /// §L/5, §L/6: a probe is answered with the addresses swapped; a frame for another address by
+    /// nobody; a stream in single bytes gives the same as a datagram.
     #[test]
     fn frames() {
         let mut sim = Sim::new(Config { address: 5, ..Config::default() });
         assert_eq!(sim.address(), 5);
-        assert_eq!(send(&mut sim, 5, &[]), Some((200, 5, vec![])));
-        assert_eq!(send(&mut sim, 6, &[]), None);
-        let answer = send(&mut sim, 5, &[0x4D, 0x0D, 0, 2, 0, 0]);
-        assert_eq!(answer, Some((200, 5, vec![0x4D, 0xA2, 3, 0])));
+        let probe = sim.datagram(Source::Radio, &wire(5, 200, &[]));
+        assert_eq!(probe, Some(wire(200, 5, &[])));
+        assert_eq!(sim.datagram(Source::Radio, &wire(6, 200, &[])), None);
+        let move_vertical = wire(5, 200, &[0x4D, 0x0D, 0, 2, 0, 0]);
+        let denied = wire(200, 5, &[0x4D, 0xA2, 3, 0]);
+        assert_eq!(sim.datagram(Source::Radio, &move_vertical), Some(denied.clone()));
+        let mut port = Port::new(Source::ExternalConn);
+        let mut answers = Vec::new();
+        for byte in [move_vertical.clone(), wire(6, 200, &[]), move_vertical].concat() {
+            answers.extend(sim.receive(&mut port, &[byte]));
+        }
+        assert_eq!(answers, [denied.clone(), denied].concat());
     }
 
     /// §3.12: the program resets, what is stored survives, the drives stand still.

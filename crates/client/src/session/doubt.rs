@@ -74,15 +74,19 @@ impl Tags {
         Self { next: 0, last_use: [None; 2] }
     }
 
+    /// When the next tag will be free, if it is not.
+    pub fn resting_until(&self, now: Now, late_bound: Duration) -> Option<Now> {
+        let entered = !self.next.is_multiple_of(half_size());
+        let until = self.last_use[half_of(self.next)]? + late_bound;
+        (!entered && now < until).then_some(until)
+    }
+
     /// The next tag, or the time when there will be one.
     pub fn issue(&mut self, now: Now, late_bound: Duration) -> Result<Tag, Now> {
-        let half = half_of(self.next);
-        if self.next.is_multiple_of(half_size())
-            && let Some(last_use) = self.last_use[half]
-            && now < last_use + late_bound
-        {
-            return Err(last_use + late_bound);
+        if let Some(until) = self.resting_until(now, late_bound) {
+            return Err(until);
         }
+        let half = half_of(self.next);
         let ids = &*UNUSED;
         let tag = Tag([ids[self.next / ids.len()], ids[self.next % ids.len()]]);
         self.next = (self.next + 1) % (ids.len() * ids.len());

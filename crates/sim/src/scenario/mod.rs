@@ -6,6 +6,7 @@
 mod run;
 
 use lafet_device::Source;
+use lafet_device::hal::Key;
 use lafet_proto::flags::Button;
 use lafet_proto::record::Writer;
 use lafet_proto::text;
@@ -55,6 +56,7 @@ enum Step {
     Clear(Option<Fault>),
     PowerCycle,
     Crash,
+    Damage(Key),
     Fire(FireSpec),
 }
 
@@ -337,11 +339,12 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
         }
         "power" if rest == "cycle" => Step::PowerCycle,
         "crash" => Step::Crash,
+        "damage" => Step::Damage(Key(rest.parse().map_err(|_| "the number of a stored value")?)),
         "fire" => Step::Fire(rest.parse()?),
         _ => {
             return Err(
                 "a line of a case (> ! < state source after until expect never always end \
-                        press release inject clear power crash fire)"
+                        press release inject clear power crash damage fire)"
                     .to_owned(),
             );
         }

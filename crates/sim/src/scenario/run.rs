@@ -97,6 +97,12 @@ impl<'a> Run<'a> {
             Step::Inject(fault) => self.sim.world_mut().inject(*fault),
             Step::Clear(Some(fault)) => self.sim.world_mut().clear(*fault),
             Step::Clear(None) => self.sim.world_mut().clear_all(),
+            Step::Damage(key) => {
+                if !self.sim.world_mut().flash.damage(*key) {
+                    let expected = format!("a stored value {}", key.0);
+                    return Err(self.failure(expected, "nothing is stored there".to_owned()));
+                }
+            }
             Step::Crash => self.sim.crash(CRASH),
             Step::PowerCycle => self.sim.power_cycle(),
             Step::Fire(spec) => {

@@ -1,0 +1,703 @@
+//! The controlling side of one monitor without any I/O or clock: bytes and times in, bytes out.
+//!
+//! One frame of requests is outstanding at a time. Stop, Close and Lockout on overtake what waits,
+//! take the place of what is outstanding without answer for too long, and remove what would undo
+//! them. A request without answer is repeated only where twice is the same as once. How late,
+//! foreign and doubled answers are kept from being believed is told in [`doubt`].
+//!
+//! ```text
+//! submit ─▶ queue ─▶ poll_transmit ─▶ outstanding ─▶ handle_bytes ───▶ poll_outcome
+//!              ▲                          │  ▲          (an answer)
+//!              └── overtaken, link lost ──┤  └─ again ─┐
+//!                                         └─ handle_timeout ─▶ tries used up ─▶ poll_outcome
+//! ```
+
+pub mod doubt;
+mod input;
+pub mod matching;
+mod stats;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use lafet_proto::link::{self, Frame};
+use lafet_proto::{Record, RequestId, SubsystemId};
+
+use crate::answers::{RequestBuf, records};
+use crate::url::{Addresses, Framing};
+use doubt::{Suspicion, Tag, Tags, looks_like_tag};
+use input::Input;
+use matching::{Slot, deal};
+pub use stats::{Direction, Stats, Traced, Verdict};
+
+/// A moment: time since any fixed one.
+pub type Now = Duration;
+
+/// Operations that wait at most; more are refused.
+pub const QUEUE_MAX: usize = 256;
+/// Urgent ones that wait at most.
+pub const URGENT_MAX: usize = 64;
+/// Frames remembered to tell late answers from doubled and foreign ones.
+const RECENT_MAX: usize = 32;
+/// Frames kept for a listener that does not fetch them.
+const TRACED_MAX: usize = 1024;
+/// Untagged answers to tagged frames that prove that the monitor does not answer tags.
+const UNTAGGED_PROOF: u32 = 2;
+
+/// How a session behaves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// Who talks to whom.
+    pub addresses: Addresses,
+    /// What the bytes are.
+    pub framing: Framing,
+    /// How long an answer is waited for.
+    pub timeout: Duration,
+    /// How often a request that may be repeated is sent.
+    pub tries: u32,
+    /// How long an urgent request lets an outstanding frame wait for its answer.
+    pub patience: Duration,
+    /// No answer comes later than this after its request: the bound up to which nothing wrong is
+    /// believed of a monitor that answers tags.
+    pub late_bound: Duration,
+    /// The same for a monitor that does not: what a suspicious request has to wait.
+    pub drain_bound: Duration,
+    /// The medium may copy frames (UDP).
+    pub duplicates: bool,
+    /// Number frames in doubt; without it they wait for `drain_bound`.
+    pub tags: bool,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            addresses: Addresses::default(),
+            framing: Framing::Link,
+            timeout: Duration::from_secs(1),
+            tries: 3,
+            patience: Duration::from_millis(lafet_proto::bus::REPLY_TIMEOUT_MS as u64),
+            late_bound: Duration::from_secs(30),
+            drain_bound: Duration::from_secs(3),
+            duplicates: false,
+            tags: true,
+        }
+    }
+}
+
+/// Names an operation that was submitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Ticket(u64);
+
+/// Too many operations wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct QueueFull;
+
+/// How an operation ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// With answers: one slot for each request.
+    Answered(Vec<Slot>),
+    /// Without answer.
+    Silence {
+        /// How often the frame was sent.
+        tries: u32,
+    },
+    /// It was sent, and the connection was lost before the answer.
+    LinkLost,
+    /// An urgent request overtook it. `sent` tells whether it may have been executed.
+    Superseded {
+        /// The urgent request.
+        by: RequestId,
+        /// Whether it had been sent before.
+        sent: bool,
+    },
+    /// There is no connection; it was not sent.
+    NotConnected,
+}
+
+/// The core: see the module's documentation.
+#[derive(Debug)]
+pub struct Session {
+    config: Config,
+    input: Input,
+    urgent: VecDeque<Operation>,
+    queue: VecDeque<Operation>,
+    outstanding: Option<Outstanding>,
+    connected: bool,
+    suspicion: Suspicion,
+    tags: Tags,
+    echo: Echo,
+    recent: VecDeque<Recent>,
+    outcomes: VecDeque<(Ticket, Outcome)>,
+    traced: Option<VecDeque<Traced>>,
+    stats: Stats,
+    /// Tries in a row that nobody answered.
+    silent_tries: u32,
+    next_ticket: u64,
+}
+
+/// Requests that go out in one frame. None at all: a presence probe.
+#[derive(Debug)]
+struct Operation {
+    ticket: Ticket,
+    requests: Vec<RequestBuf>,
+    submitted: Now,
+    /// How often it has been sent.
+    tries: u32,
+    /// Nobody waits for the outcome any more.
+    cancelled: bool,
+}
+
+/// The operation whose frame is out.
+#[derive(Debug)]
+struct Outstanding {
+    operation: Operation,
+    tag: Option<Tag>,
+    /// Tries of this stay on the line; answers to any of them are answers to the operation.
+    tries: u32,
+    sent: Now,
+    deadline: Now,
+    /// To be sent (again) by the next poll_transmit.
+    due: bool,
+    /// Before this moment a matching answer may still be another frame's (urgent, without tag).
+    believe_from: Now,
+    /// An answer without the tag has come.
+    untagged: bool,
+}
+
+/// Whether the monitor answers tags.
+#[derive(Debug, PartialEq, Eq)]
+enum Echo {
+    Unknown { untagged: u32 },
+    Yes,
+    No,
+}
+
+/// A frame that is no longer outstanding.
+#[derive(Debug)]
+struct Recent {
+    tag: Option<Tag>,
+    first: Option<RequestId>,
+    answered: bool,
+}
+
+impl Operation {
+    fn first(&self) -> Option<RequestId> {
+        self.requests.first().map(RequestBuf::id)
+    }
+
+    fn is_urgent(&self) -> bool {
+        !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_urgent)
+    }
+
+    fn is_repeatable(&self) -> bool {
+        self.requests.iter().all(RequestBuf::is_repeatable)
+    }
+}
+
+impl Session {
+    /// A session without connection.
+    pub fn new(config: Config) -> Self {
+        Self {
+            input: Input::new(config.framing),
+            config,
+            urgent: VecDeque::new(),
+            queue: VecDeque::new(),
+            outstanding: None,
+            connected: false,
+            suspicion: Suspicion::new(),
+            tags: Tags::new(),
+            echo: Echo::Unknown { untagged: 0 },
+            recent: VecDeque::new(),
+            outcomes: VecDeque::new(),
+            traced: None,
+            stats: Stats::default(),
+            silent_tries: 0,
+            next_ticket: 0,
+        }
+    }
+
+    /// How it behaves.
+    pub const fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// What it has seen.
+    pub fn stats(&self) -> Stats {
+        self.input.counted(self.stats)
+    }
+
+    /// Tries in a row without answer: the connection may be half open.
+    pub const fn silent_tries(&self) -> u32 {
+        self.silent_tries
+    }
+
+    /// Nothing waits and nothing is outstanding.
+    pub fn is_idle(&self) -> bool {
+        self.outstanding.is_none() && self.urgent.is_empty() && self.queue.is_empty()
+    }
+
+    /// Keep, or do not keep, every frame for [`Session::poll_traced`].
+    pub fn set_tracing(&mut self, on: bool) {
+        match on {
+            true => _ = self.traced.get_or_insert_default(),
+            false => self.traced = None,
+        }
+    }
+
+    /// Queues requests that go out in one frame; none: a presence probe (observed).
+    pub fn submit(&mut self, now: Now, requests: Vec<RequestBuf>) -> Result<Ticket, QueueFull> {
+        let ticket = Ticket(self.next_ticket);
+        let operation =
+            Operation { ticket, requests, submitted: now, tries: 0, cancelled: false };
+        let urgent = operation.is_urgent();
+        let (queue, limit) = match urgent {
+            true => (&mut self.urgent, URGENT_MAX),
+            false => (&mut self.queue, QUEUE_MAX),
+        };
+        if queue.len() >= limit {
+            return Err(QueueFull);
+        }
+        self.next_ticket += 1;
+        queue.push_back(operation);
+        if urgent {
+            self.supersede();
+        }
+        Ok(ticket)
+    }
+
+    /// Nobody waits for the outcome any more. What has not been sent is not sent, but for urgent
+    /// requests: they are sent even if nobody waits.
+    pub fn cancel(&mut self, ticket: Ticket) {
+        self.queue.retain(|operation| operation.ticket != ticket);
+        let outstanding = self.outstanding.iter_mut().map(|outstanding| &mut outstanding.operation);
+        for operation in self.urgent.iter_mut().chain(outstanding) {
+            operation.cancelled |= operation.ticket == ticket;
+        }
+    }
+
+    /// There is a connection.
+    pub fn handle_connected(&mut self) {
+        self.connected = true;
+        self.silent_tries = 0;
+        self.input.reset();
+    }
+
+    /// The connection is lost. What is outstanding waits for the next one if it may be repeated.
+    pub fn handle_disconnected(&mut self, now: Now) {
+        self.connected = false;
+        self.input.reset();
+        if let Some(outstanding) = self.outstanding.take() {
+            let Outstanding { mut operation, .. } = self.give_up(outstanding);
+            if operation.cancelled && !operation.is_urgent() {
+                return;
+            }
+            if operation.is_repeatable() && operation.tries < self.config.tries {
+                operation.submitted = now;
+                self.requeue(operation);
+            } else if operation.tries == 0 {
+                self.requeue(operation);
+            } else {
+                self.outcomes.push_back((operation.ticket, Outcome::LinkLost));
+            }
+        }
+    }
+
+    /// Bytes of a stream have come.
+    pub fn handle_bytes(&mut self, now: Now, bytes: &[u8]) {
+        self.input.push(bytes);
+        self.handle_input(now);
+    }
+
+    /// A datagram has come: one link frame (ours).
+    pub fn handle_datagram(&mut self, now: Now, datagram: &[u8]) {
+        self.input.push_datagram(datagram);
+        self.handle_input(now);
+    }
+
+    /// Time has passed: see [`Session::poll_timeout`].
+    pub fn handle_timeout(&mut self, now: Now) {
+        if !self.connected {
+            self.expire(now);
+            return;
+        }
+        if let Some(outstanding) = self.outstanding.take_if(|o| !o.due && now >= o.deadline) {
+            self.try_failed(now, outstanding);
+        }
+        self.overtake(now);
+    }
+
+    /// When [`Session::handle_timeout`] or [`Session::poll_transmit`] is to be called at the latest.
+    pub fn poll_timeout(&self, now: Now) -> Option<Now> {
+        let waiting = self.urgent.iter().chain(&self.queue);
+        if !self.connected {
+            return waiting.map(|operation| operation.submitted + self.config.timeout).min();
+        }
+        match &self.outstanding {
+            Some(outstanding) if outstanding.due => Some(now),
+            Some(outstanding) => {
+                let patience = self
+                    .can_be_overtaken(outstanding)
+                    .then(|| outstanding.sent + self.config.patience);
+                Some(patience.map_or(outstanding.deadline, |time| time.min(outstanding.deadline)))
+            }
+            None if !self.urgent.is_empty() => Some(now),
+            None => self.queue.front().map(|operation| self.drained(now, operation).unwrap_or(now)),
+        }
+    }
+
+    /// Bytes to send, if any.
+    pub fn poll_transmit(&mut self, now: Now) -> Option<Vec<u8>> {
+        if !self.connected {
+            return None;
+        }
+        if self.outstanding.is_none() {
+            self.outstanding = self.next(now);
+        }
+        let timeout = self.config.timeout;
+        let outstanding = self.outstanding.as_mut().filter(|outstanding| outstanding.due)?;
+        outstanding.due = false;
+        outstanding.sent = now;
+        // A frame sent too early to be believed is sent again as soon as it can be.
+        let believable = now >= outstanding.believe_from;
+        outstanding.deadline = if believable { now + timeout } else { outstanding.believe_from };
+        outstanding.operation.tries += u32::from(believable);
+        outstanding.tries += 1;
+        if let Some(tag) = outstanding.tag {
+            self.tags.sent(now, tag);
+        }
+        self.stats.frames_sent += 1;
+        self.stats.retries += u64::from(outstanding.tries > 1);
+        Some(self.frame())
+    }
+
+    /// An operation that has ended.
+    pub fn poll_outcome(&mut self) -> Option<(Ticket, Outcome)> {
+        self.outcomes.pop_front()
+    }
+
+    /// A frame that was sent or received.
+    pub fn poll_traced(&mut self) -> Option<Traced> {
+        self.traced.as_mut()?.pop_front()
+    }
+
+    /// The bytes of the outstanding frame.
+    fn frame(&mut self) -> Vec<u8> {
+        let Some(Outstanding { operation, tag, .. }) = &self.outstanding else { return vec![] };
+        let requests: Vec<u8> =
+            operation.requests.iter().flat_map(RequestBuf::bytes).copied().collect();
+        let tag = tag.map(Tag::to_bytes);
+        let tagged = tag.is_some();
+        let tag = tag.as_ref().map_or(&[][..], |bytes| bytes);
+        let Addresses { monitor: dst, source: src } = self.config.addresses;
+        let bytes = match self.config.framing {
+            // Bare records have no frame around them: the tag behind them marks the end (ours).
+            Framing::Records => [&requests, tag].concat(),
+            Framing::Link => {
+                let payload = [tag, &requests].concat();
+                let mut wire = vec![0; link::wire_max(payload.len())];
+                let frame = Frame { dst, src, payload: &payload };
+                let len = link::encode(&frame, &mut wire).unwrap_or(0);
+                wire.truncate(len);
+                wire
+            }
+        };
+        self.trace(Verdict::Sent, dst, src, tagged, &requests);
+        bytes
+    }
+
+    /// The operation whose turn it is, if it may be sent now.
+    fn next(&mut self, now: Now) -> Option<Outstanding> {
+        let urgent = !self.urgent.is_empty();
+        let operation = self.urgent.front().or(self.queue.front())?;
+        if !urgent && self.drained(now, operation).is_some() {
+            return None;
+        }
+        let (tag, believe_from) = if !self.is_doubtful(now, operation) {
+            (None, Now::ZERO)
+        } else if self.tags_work() {
+            match self.tags.issue(now, self.config.late_bound) {
+                Ok(tag) => (Some(tag), Now::ZERO),
+                // Too many tags in too short a time.
+                Err(_) if !urgent => return None,
+                Err(until) => (None, until),
+            }
+        } else {
+            let until = self.suspicion.until(operation.first(), now, self.config.drain_bound);
+            (None, until.unwrap_or(Now::ZERO))
+        };
+        let operation = self.urgent.pop_front().or_else(|| self.queue.pop_front())?;
+        Some(Outstanding {
+            operation,
+            tag,
+            tries: 0,
+            sent: now,
+            deadline: now,
+            due: true,
+            believe_from,
+            untagged: false,
+        })
+    }
+
+    /// Whether an answer to another frame could be taken for one to this operation.
+    fn is_doubtful(&self, now: Now, operation: &Operation) -> bool {
+        if self.config.framing == Framing::Records {
+            return true;
+        }
+        let bound = if self.tags_work() { self.config.late_bound } else { self.config.drain_bound };
+        let own_tag = operation
+            .requests
+            .first()
+            .is_some_and(|request| looks_like_tag(request.id(), request.to()));
+        self.suspicion.until(operation.first(), now, bound).is_some()
+            || (own_tag && self.tags_work())
+    }
+
+    fn tags_work(&self) -> bool {
+        self.config.framing == Framing::Records || (self.config.tags && self.echo != Echo::No)
+    }
+
+    /// Until when an operation has to wait because it cannot be told from another.
+    fn drained(&self, now: Now, operation: &Operation) -> Option<Now> {
+        if !self.is_doubtful(now, operation) {
+            return None;
+        }
+        if self.tags_work() {
+            return self.tags.resting_until(now, self.config.late_bound);
+        }
+        self.suspicion.until(operation.first(), now, self.config.drain_bound)
+    }
+
+    /// Removes what the newest urgent operation would undo.
+    fn supersede(&mut self) {
+        let Some(urgent) = self.urgent.back() else { return };
+        let outcomes = &mut self.outcomes;
+        self.queue.retain(|operation| {
+            let by = urgent.requests.iter().find(|request| {
+                operation.requests.iter().any(|other| request.supersedes(other))
+            });
+            let Some(by) = by else { return true };
+            let outcome = Outcome::Superseded { by: by.id(), sent: operation.tries > 0 };
+            outcomes.push_back((operation.ticket, outcome));
+            false
+        });
+    }
+
+    fn can_be_overtaken(&self, outstanding: &Outstanding) -> bool {
+        let blind = outstanding.sent < outstanding.believe_from;
+        !self.urgent.is_empty() && (blind || !outstanding.operation.is_urgent())
+    }
+
+    /// An urgent operation takes the place of one that is out without answer for too long.
+    fn overtake(&mut self, now: Now) {
+        let Some(outstanding) = self.outstanding.take() else { return };
+        let patience = outstanding.due || now >= outstanding.sent + self.config.patience;
+        if !patience || !self.can_be_overtaken(&outstanding) {
+            self.outstanding = Some(outstanding);
+            return;
+        }
+        let Outstanding { operation, .. } = self.give_up(outstanding);
+        if operation.is_urgent() {
+            self.urgent.push_back(operation);
+        } else if operation.is_repeatable() || operation.tries == 0 {
+            self.queue.push_front(operation);
+        } else if let Some(by) = self.urgent.front().and_then(Operation::first) {
+            self.outcomes.push_back((operation.ticket, Outcome::Superseded { by, sent: true }));
+        }
+    }
+
+    fn requeue(&mut self, operation: Operation) {
+        let queue = if operation.is_urgent() { &mut self.urgent } else { &mut self.queue };
+        queue.push_front(operation);
+    }
+
+    /// Without connection nothing waits longer than an answer would be waited for.
+    fn expire(&mut self, now: Now) {
+        let (timeout, outcomes) = (self.config.timeout, &mut self.outcomes);
+        for queue in [&mut self.urgent, &mut self.queue] {
+            queue.retain(|operation| {
+                let alive = now < operation.submitted + timeout;
+                if !alive {
+                    let sent = operation.tries > 0;
+                    let outcome = if sent { Outcome::LinkLost } else { Outcome::NotConnected };
+                    outcomes.push_back((operation.ticket, outcome));
+                }
+                alive
+            });
+        }
+    }
+
+    /// A frame has not been answered in time.
+    fn try_failed(&mut self, now: Now, mut outstanding: Outstanding) {
+        let blind = outstanding.sent < outstanding.believe_from;
+        if blind {
+            outstanding.due = true;
+            self.outstanding = Some(outstanding);
+            return;
+        }
+        self.stats.timeouts += 1;
+        self.silent_tries += 1;
+        self.note_untagged(&mut outstanding);
+        let operation = &outstanding.operation;
+        let wanted = !operation.cancelled || operation.is_urgent();
+        let again = operation.is_repeatable() && operation.tries < self.config.tries && wanted;
+        let hopeless = outstanding.tag.is_some() && !self.tags_work();
+        if again && !hopeless {
+            outstanding.due = true;
+            self.outstanding = Some(outstanding);
+            return;
+        }
+        let Outstanding { operation, .. } = self.give_up(outstanding);
+        if again {
+            self.requeue(operation);
+        } else {
+            let tries = operation.tries;
+            self.outcomes.push_back((operation.ticket, Outcome::Silence { tries }));
+        }
+        self.overtake(now);
+    }
+
+    /// An answer came without the tag it should have: the monitor may not know how to answer one.
+    fn note_untagged(&mut self, outstanding: &mut Outstanding) {
+        if let Echo::Unknown { untagged } = &mut self.echo
+            && std::mem::take(&mut outstanding.untagged)
+        {
+            *untagged += 1;
+            if *untagged >= UNTAGGED_PROOF {
+                self.echo = Echo::No;
+            }
+        }
+    }
+
+    /// A frame is no longer outstanding, and its answer may still come.
+    fn give_up(&mut self, outstanding: Outstanding) -> Outstanding {
+        if outstanding.tries > 0 {
+            self.settle(&outstanding, false);
+        }
+        outstanding
+    }
+
+    /// Remembers what may still come of a frame.
+    fn settle(&mut self, outstanding: &Outstanding, answered: bool) {
+        let first = outstanding.operation.first();
+        let accounted = answered && outstanding.tries == 1 && !self.config.duplicates;
+        if !accounted && (outstanding.tag.is_none() || self.echo != Echo::Yes) {
+            self.suspicion.raise(first, outstanding.sent);
+        }
+        if self.recent.len() >= RECENT_MAX {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(Recent { tag: outstanding.tag, first, answered });
+    }
+
+    fn handle_input(&mut self, now: Now) {
+        let end = self.outstanding.as_ref().and_then(|outstanding| outstanding.tag);
+        while let Some(frame) = self.input.poll_frame(end) {
+            let Addresses { monitor, source } = self.config.addresses;
+            let ours = frame.addresses.is_none_or(|(dst, src)| (dst, src) == (source, monitor));
+            let (dst, src) = frame.addresses.unwrap_or((source, monitor));
+            if !ours {
+                self.stats.foreign += 1;
+                self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
+                continue;
+            }
+            let (verdict, tagged, payload) = self.handle_payload(now, &frame.payload);
+            *self.stats.count(verdict) += 1;
+            self.trace(verdict, dst, src, tagged, payload);
+        }
+    }
+
+    /// A frame from the monitor to us: what it is, whether it has a tag, and what else is in it.
+    fn handle_payload<'p>(&mut self, now: Now, payload: &'p [u8]) -> (Verdict, bool, &'p [u8]) {
+        let Some(all) = records(payload) else { return (Verdict::Unmatched, false, payload) };
+        let at_end = self.config.framing == Framing::Records;
+        let Some(outstanding) = self.outstanding.as_mut().filter(|o| o.tries > 0) else {
+            return (self.classify(&all), false, payload);
+        };
+        let (rest, bytes) = match outstanding.tag {
+            None => (&all[..], payload),
+            Some(tag) => match split_tag(tag, &all, payload, at_end) {
+                Some(split) => split,
+                None => {
+                    outstanding.untagged |= is_untagged(&outstanding.operation, &all);
+                    return (self.classify(&all), false, payload);
+                }
+            },
+        };
+        let tagged = outstanding.tag.is_some();
+        let Some(slots) = deal(&outstanding.operation.requests, rest) else {
+            return (self.classify(&all), tagged, bytes);
+        };
+        if now < outstanding.believe_from {
+            return (Verdict::Late, tagged, bytes);
+        }
+        if tagged {
+            self.echo = Echo::Yes;
+        }
+        if let Some(outstanding) = self.outstanding.take() {
+            self.settle(&outstanding, true);
+            if outstanding.tries == 1 {
+                self.stats.note_rtt(now.saturating_sub(outstanding.sent));
+            }
+            self.outcomes.push_back((outstanding.operation.ticket, Outcome::Answered(slots)));
+        }
+        self.silent_tries = 0;
+        (Verdict::Believed, tagged, bytes)
+    }
+
+    /// What a frame is that answers nothing outstanding.
+    fn classify(&self, all: &[Record<'_>]) -> Verdict {
+        let first = all.first().map(|record| record.request);
+        let of = |recent: &&Recent| match (recent.tag, all.first_chunk()) {
+            (Some(tag), Some(chunk)) => tag.matches(chunk),
+            (Some(_), None) => false,
+            (None, _) => recent.first == first,
+        };
+        match self.recent.iter().rev().find(of) {
+            Some(recent) if recent.answered => Verdict::Duplicate,
+            Some(_) => Verdict::Late,
+            None => Verdict::Unmatched,
+        }
+    }
+
+    fn trace(&mut self, verdict: Verdict, dst: u8, src: u8, tagged: bool, payload: &[u8]) {
+        let Some(traced) = &mut self.traced else { return };
+        if traced.len() < TRACED_MAX {
+            traced.push_back(Traced { verdict, dst, src, tagged, payload: Arc::from(payload) });
+        }
+    }
+}
+
+/// Takes the tag off a frame that has it.
+fn split_tag<'r, 'a, 'p>(
+    tag: Tag,
+    all: &'r [Record<'a>],
+    payload: &'p [u8],
+    at_end: bool,
+) -> Option<(&'r [Record<'a>], &'p [u8])> {
+    let size = |pair: &[Record<'_>; 2]| pair.iter().map(Record::size).sum::<usize>();
+    if at_end {
+        let (rest, pair) = all.split_last_chunk::<2>()?;
+        let bytes = payload.get(..payload.len() - size(pair))?;
+        tag.matches(pair).then_some((rest, bytes))
+    } else {
+        let (pair, rest) = all.split_first_chunk::<2>()?;
+        let bytes = payload.get(size(pair)..)?;
+        tag.matches(pair).then_some((rest, bytes))
+    }
+}
+
+/// Whether a monitor that cannot answer tags would answer like this: it leaves them out, or has
+/// General refuse them in its own name.
+fn is_untagged(operation: &Operation, all: &[Record<'_>]) -> bool {
+    let refused = all.first().is_some_and(|record| {
+        record.request == RequestId::GET_STATUS
+            && record.device == SubsystemId::GENERAL
+            && !record.status.is_success()
+    });
+    refused || deal(&operation.requests, all).is_some()
+}
+
+#[cfg(test)]
+mod tests;

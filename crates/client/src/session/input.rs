@@ -1,0 +1,151 @@
+//! From bytes to the payloads of frames.
+
+use std::collections::VecDeque;
+
+use lafet_proto::link::{self, BODY_MAX, Decoder};
+use lafet_proto::record::Records;
+
+use super::Stats;
+use super::doubt::{Tag, looks_like_tag};
+use crate::url::Framing;
+
+/// Bare records that are kept while the end of the answer has not come.
+const RECORDS_MAX: usize = 4096;
+
+/// What came in, until it is a frame.
+#[derive(Debug)]
+pub struct Input {
+    framing: Framing,
+    decoder: Box<Decoder>,
+    frames: VecDeque<Incoming>,
+    /// Bare records.
+    stream: Vec<u8>,
+    datagram_errors: Stats,
+    dropped: u64,
+    records_frames: u64,
+}
+
+/// A frame received without errors.
+#[derive(Debug)]
+pub struct Incoming {
+    /// Receiver and sender, where the framing has them.
+    pub addresses: Option<(u8, u8)>,
+    /// Its records.
+    pub payload: Vec<u8>,
+}
+
+impl Input {
+    pub fn new(framing: Framing) -> Self {
+        Self {
+            framing,
+            decoder: Box::default(),
+            frames: VecDeque::new(),
+            stream: Vec::new(),
+            datagram_errors: Stats::default(),
+            dropped: 0,
+            records_frames: 0,
+        }
+    }
+
+    /// Forgets what is not yet a frame.
+    pub fn reset(&mut self) {
+        self.decoder.reset();
+        self.frames.clear();
+        self.stream.clear();
+    }
+
+    /// Takes bytes of a stream.
+    pub fn push(&mut self, bytes: &[u8]) {
+        if self.framing == Framing::Records {
+            self.stream.extend_from_slice(bytes);
+            return;
+        }
+        let mut rest = bytes;
+        loop {
+            let (taken, frame) = self.decoder.push_slice(rest);
+            rest = &rest[taken..];
+            let Some(frame) = frame else { return };
+            let addresses = Some((frame.dst, frame.src));
+            self.frames.push_back(Incoming { addresses, payload: frame.payload.to_vec() });
+        }
+    }
+
+    /// Takes a datagram, which is one frame.
+    pub fn push_datagram(&mut self, datagram: &[u8]) {
+        let mut body = [0; BODY_MAX];
+        match link::decode_datagram(datagram, &mut body) {
+            Ok(frame) => {
+                self.datagram_errors.frames_received += 1;
+                let addresses = Some((frame.dst, frame.src));
+                self.frames.push_back(Incoming { addresses, payload: frame.payload.to_vec() });
+            }
+            Err(error) if matches!(error.expected, lafet_proto::Expected::Crc(_)) => {
+                self.datagram_errors.crc_errors += 1;
+            }
+            Err(_) => self.datagram_errors.framing_errors += 1,
+        }
+    }
+
+    /// The next frame. Of bare records only `end`, the tag of what is outstanding, tells where an
+    /// answer ends.
+    pub fn poll_frame(&mut self, end: Option<Tag>) -> Option<Incoming> {
+        if self.framing == Framing::Link {
+            return self.frames.pop_front();
+        }
+        let found = answer_range(&self.stream, end);
+        let payload = match found {
+            Some((start, end)) => {
+                let payload = self.stream.get(start..end)?.to_vec();
+                self.stream.drain(..end);
+                payload
+            }
+            None if self.stream.len() > RECORDS_MAX => {
+                self.dropped += 1;
+                self.stream.clear();
+                return None;
+            }
+            None => return None,
+        };
+        self.records_frames += 1;
+        Some(Incoming { addresses: None, payload })
+    }
+
+    /// Adds what was counted here.
+    pub fn counted(&self, stats: Stats) -> Stats {
+        let counters = self.decoder.counters();
+        Stats {
+            frames_received: counters.frames
+                + self.datagram_errors.frames_received
+                + self.records_frames,
+            crc_errors: counters.crc_errors + self.datagram_errors.crc_errors,
+            framing_errors: counters.escape_errors
+                + counters.overruns
+                + counters.resyncs
+                + self.datagram_errors.framing_errors
+                + self.dropped,
+            ..stats
+        }
+    }
+}
+
+/// Where in a stream of bare records the answer stands that the tag ends: behind the last pair of
+/// tag answers before it, which ended an earlier one.
+fn answer_range(stream: &[u8], end: Option<Tag>) -> Option<(usize, usize)> {
+    let tag = end?;
+    let mut records = Records::new(stream);
+    let (mut start, mut before) = (0, None);
+    while let Some(Ok(record)) = records.next() {
+        let offset = records.offset();
+        let half = looks_like_tag(record.request, record.device).then_some(record);
+        if let (Some(first), Some(second)) = (before, half) {
+            if tag.matches(&[first, second]) {
+                return Some((start, offset));
+            }
+            start = offset;
+            before = None;
+        } else {
+            before = half;
+        }
+    }
+    None
+}

@@ -43,7 +43,7 @@ const RECENT_MAX: usize = 32;
 /// Frames kept for a listener that does not fetch them.
 const TRACED_MAX: usize = 1024;
 /// Untagged answers to tagged frames that prove that the monitor does not answer tags.
-const UNTAGGED_PROOF: u32 = 2;
+const UNTAGGED_PROOF: u32 = 3;
 
 /// How a session behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -143,8 +143,10 @@ struct Operation {
     ticket: Ticket,
     requests: Vec<RequestBuf>,
     submitted: Now,
-    /// How often it has been sent.
+    /// How often it has been sent such that an answer can be believed.
     tries: u32,
+    /// It has been on the line, so it may have been executed.
+    sent: bool,
     /// Nobody waits for the outcome any more.
     cancelled: bool,
 }
@@ -183,6 +185,10 @@ struct Recent {
 }
 
 impl Operation {
+    const fn new(ticket: Ticket, requests: Vec<RequestBuf>, submitted: Now) -> Self {
+        Self { ticket, requests, submitted, tries: 0, sent: false, cancelled: false }
+    }
+
     fn first(&self) -> Option<RequestId> {
         self.requests.first().map(RequestBuf::id)
     }
@@ -249,8 +255,7 @@ impl Session {
     /// Queues requests that go out in one frame; none: a presence probe (observed).
     pub fn submit(&mut self, now: Now, requests: Vec<RequestBuf>) -> Result<Ticket, QueueFull> {
         let ticket = Ticket(self.next_ticket);
-        let operation =
-            Operation { ticket, requests, submitted: now, tries: 0, cancelled: false };
+        let operation = Operation::new(ticket, requests, now);
         let urgent = operation.is_urgent();
         let (queue, limit) = match urgent {
             true => (&mut self.urgent, URGENT_MAX),
@@ -282,6 +287,9 @@ impl Session {
         self.connected = true;
         self.silent_tries = 0;
         self.input.reset();
+        if self.echo == Echo::No {
+            self.echo = Echo::Unknown { untagged: 0 };
+        }
     }
 
     /// The connection is lost. What is outstanding waits for the next one if it may be repeated.
@@ -293,10 +301,9 @@ impl Session {
             if operation.cancelled && !operation.is_urgent() {
                 return;
             }
-            if operation.is_repeatable() && operation.tries < self.config.tries {
+            let again = operation.is_repeatable() && operation.tries < self.config.tries;
+            if again || !operation.sent {
                 operation.submitted = now;
-                self.requeue(operation);
-            } else if operation.tries == 0 {
                 self.requeue(operation);
             } else {
                 self.outcomes.push_back((operation.ticket, Outcome::LinkLost));
@@ -363,6 +370,7 @@ impl Session {
         let believable = now >= outstanding.believe_from;
         outstanding.deadline = if believable { now + timeout } else { outstanding.believe_from };
         outstanding.operation.tries += u32::from(believable);
+        outstanding.operation.sent = true;
         outstanding.tries += 1;
         if let Some(tag) = outstanding.tag {
             self.tags.sent(now, tag);
@@ -478,15 +486,16 @@ impl Session {
                 operation.requests.iter().any(|other| request.supersedes(other))
             });
             let Some(by) = by else { return true };
-            let outcome = Outcome::Superseded { by: by.id(), sent: operation.tries > 0 };
+            let outcome = Outcome::Superseded { by: by.id(), sent: operation.sent };
             outcomes.push_back((operation.ticket, outcome));
             false
         });
     }
 
     fn can_be_overtaken(&self, outstanding: &Outstanding) -> bool {
+        let Some(urgent) = self.urgent.front() else { return false };
         let blind = outstanding.sent < outstanding.believe_from;
-        !self.urgent.is_empty() && (blind || !outstanding.operation.is_urgent())
+        !outstanding.operation.is_urgent() || (blind && !urgent.sent)
     }
 
     /// An urgent operation takes the place of one that is out without answer for too long.
@@ -500,7 +509,7 @@ impl Session {
         let Outstanding { operation, .. } = self.give_up(outstanding);
         if operation.is_urgent() {
             self.urgent.push_back(operation);
-        } else if operation.is_repeatable() || operation.tries == 0 {
+        } else if operation.is_repeatable() || !operation.sent {
             self.queue.push_front(operation);
         } else if let Some(by) = self.urgent.front().and_then(Operation::first) {
             self.outcomes.push_back((operation.ticket, Outcome::Superseded { by, sent: true }));
@@ -519,8 +528,7 @@ impl Session {
             queue.retain(|operation| {
                 let alive = now < operation.submitted + timeout;
                 if !alive {
-                    let sent = operation.tries > 0;
-                    let outcome = if sent { Outcome::LinkLost } else { Outcome::NotConnected };
+                    let outcome = if operation.sent { Outcome::LinkLost } else { Outcome::NotConnected };
                     outcomes.push_back((operation.ticket, outcome));
                 }
                 alive
@@ -582,8 +590,15 @@ impl Session {
     fn settle(&mut self, outstanding: &Outstanding, answered: bool) {
         let first = outstanding.operation.first();
         let accounted = answered && outstanding.tries == 1 && !self.config.duplicates;
-        if !accounted && (outstanding.tag.is_none() || self.echo != Echo::Yes) {
-            self.suspicion.raise(first, outstanding.sent);
+        if !accounted {
+            // What comes first in the answer decides what it can be confused with: of a tagged
+            // frame that is the tag, a GetStatus.
+            if outstanding.tag.is_some() {
+                self.suspicion.raise(Some(RequestId::GET_STATUS), outstanding.sent);
+            }
+            if outstanding.tag.is_none() || self.echo != Echo::Yes {
+                self.suspicion.raise(first, outstanding.sent);
+            }
         }
         if self.recent.len() >= RECENT_MAX {
             self.recent.pop_front();
@@ -598,7 +613,7 @@ impl Session {
             let ours = frame.addresses.is_none_or(|(dst, src)| (dst, src) == (source, monitor));
             let (dst, src) = frame.addresses.unwrap_or((source, monitor));
             if !ours {
-                self.stats.foreign += 1;
+                *self.stats.count(Verdict::Foreign) += 1;
                 self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
                 continue;
             }

@@ -233,7 +233,11 @@ impl Device {
                 Some(status) => in_chain.for_each(|id| {
                     answers.bare(id, request, self.part_of_whole(id, status));
                 }),
-                None => in_chain.for_each(|id| self.execute(now, id, &body, answers)),
+                None => in_chain.for_each(|id| {
+                    if is_read(request) || answers.has_room(id, request, 0) {
+                        self.execute(now, id, &body, answers);
+                    }
+                }),
             },
         }
     }

@@ -308,6 +308,7 @@ impl Device {
             settled: !self.settling.is_running(),
             locked: self.general.is_locked(),
             deployer: self.has(SubsystemId::DEPLOYER),
+            valves: ValveNo::ALL.map(|no| self.has(no.id())),
             limits,
             current_da,
         }

@@ -3,7 +3,9 @@
 //! It knows nothing of requests and trusts no subsystem: it judges by the inputs of this very
 //! step. It only ever takes away, except that lockout makes valves close.
 
-use crate::image::{AXES, Axis, DriveInput, DriveOutput, Inputs, Outputs, ValveInput, ValveOutput};
+use crate::image::{
+    AXES, Axis, DriveInput, DriveOutput, Inputs, Outputs, VALVES, ValveInput, ValveOutput,
+};
 
 /// How long after power-up everything stays inert, ms: sensors settle, supplies rise.
 pub const SETTLE_MS: u32 = 100;
@@ -17,6 +19,8 @@ pub struct Rules {
     pub locked: bool,
     /// There is a Deployer: aiming and water need the working position.
     pub deployer: bool,
+    /// Which valves there are.
+    pub valves: [bool; VALVES],
     /// Limits of each drive in its encoder's own coordinates, with the allowance for arriving;
     /// `None` while they are off.
     pub limits: [Option<(i32, i32)>; AXES],
@@ -34,7 +38,8 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs) -> Outputs {
     for (valve, input) in allowed.valves.iter_mut().zip(&inputs.valves) {
         *valve = valve_output(rules, working, input, *valve);
     }
-    let water = inputs.valves.iter().any(|valve| !valve.close_switch);
+    let mut valves = rules.valves.iter().zip(&inputs.valves);
+    let water = valves.any(|(present, valve)| *present && !valve.close_switch);
     let drives = allowed.drives.iter_mut().zip(&inputs.drives).zip(Axis::ALL);
     let bounds = rules.limits.iter().zip(&rules.current_da);
     for (((output, input), axis), (limits, current_da)) in drives.zip(bounds) {

@@ -44,8 +44,8 @@ pub struct Config {
     pub misalignment: (f64, f64),
     /// The monitor's clock at power-up, ms: near 2³² it soon wraps.
     pub clock_ms: u32,
-    /// Memory to start with; an empty one makes a new monitor, with the factory's parameters.
-    pub flash: Flash,
+    /// Memory to start with; without one it is a new monitor with the factory's parameters.
+    pub flash: Option<Flash>,
     /// Keep a line of trace for each 100 ms.
     pub trace: bool,
 }
@@ -63,7 +63,7 @@ impl Default for Config {
             nozzle_mm: world.nozzle_mm,
             misalignment: world.detector.misalignment,
             clock_ms: 0,
-            flash: Flash::default(),
+            flash: None,
             trace: false,
         }
     }
@@ -104,8 +104,9 @@ impl Sim {
     /// Builds the world and powers the monitor up.
     pub fn new(config: Config) -> Self {
         let mut world = World::new(config.world());
-        world.flash = config.flash;
-        if world.flash.is_empty() {
+        if let Some(flash) = config.flash {
+            world.flash = flash;
+        } else {
             // A RAM-backed memory without injected faults takes everything.
             let provisioned = Device::provision(&mut world, &config.composition, config.address);
             debug_assert_eq!(provisioned, Ok(()));
@@ -375,7 +376,7 @@ mod tests {
         let mut first = Sim::new(Config { address: 9, ..Config::default() });
         first.advance_ms(200);
         let flash = Flash::from_bytes(&first.world().flash.to_bytes()).unwrap();
-        let second = Sim::new(Config { flash, ..Config::default() });
+        let second = Sim::new(Config { flash: Some(flash), ..Config::default() });
         assert_eq!(second.address(), 9);
     }
 

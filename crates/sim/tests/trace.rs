@@ -1,10 +1,14 @@
 //! The same seed and the same requests give the same trace, byte for byte.
 
 use lafet_device::Source;
+use lafet_device::hal::Hal;
+use lafet_device::image::{DriveOutput, Outputs, PLACES, ValveOutput};
+use lafet_proto::hash::fnv1a32;
 use lafet_proto::record::Writer;
 use lafet_proto::text;
 use lafet_sim::event::What;
 use lafet_sim::sim::{Config, Sim};
+use lafet_sim::world::{World, WorldConfig};
 
 fn send(sim: &mut Sim, request: &str) {
     let (mut buffer, mut record) = ([0; text::BUFFER_SIZE], [0; 260]);
@@ -61,4 +65,38 @@ fn a_fire_is_put_out() {
     assert!(on.is_some() && on < hit && hit < out && out < off, "{events:?}");
     assert_eq!(at(What::FoldedBarrelFlooded), None);
     assert!(!sim.world().deployed());
+}
+
+/// The world alone, under fixed outputs: the same numbers on every machine, so that a trace from
+/// one can be replayed on another. Changes with the physical models, and with nothing else.
+#[test]
+fn the_world_is_the_same_everywhere() {
+    let fires = vec!["az=5,range=30,size=1.2,growth=0.005,reignites=1".parse().expect("a fire")];
+    let start = [600.0, 0.0, 60.0, 5_400.0];
+    let wind = (-2.0, 1.0);
+    let mut world =
+        World::new(WorldConfig { seed: 42, fires, start, wind, ..WorldConfig::default() });
+    let mut outputs = Outputs::default();
+    outputs.valves[0] = ValveOutput::Opening;
+    outputs.drives[1] = DriveOutput { speed_tenths: 7 };
+    outputs.heaters = [true; PLACES];
+    world.write(&outputs);
+    let mut hash = 0;
+    for _ in 0..300 {
+        world.advance(100);
+        let (inputs, fire, jet) = (world.inputs(), &world.fires[0], world.landing());
+        let place = jet.map(|jet| (jet.at.0.to_bits(), jet.at.1.to_bits()));
+        let text = format!(
+            "{hash:08x} {} {} {:?} {:?} {:x} {:x} {:?}",
+            inputs.pressure_ua,
+            inputs.drives[1].position,
+            inputs.detector.spots[0].map(|spot| (spot.left, spot.top, spot.brightness)),
+            place,
+            fire.heat.to_bits(),
+            fire.density.to_bits(),
+            inputs.places[0].temperature_dc,
+        );
+        hash = fnv1a32(&text);
+    }
+    assert_eq!(hash, 0x8D92_93C5, "{hash:#010x}");
 }

@@ -133,18 +133,21 @@ impl Input {
 fn answer_range(stream: &[u8], end: Option<Tag>) -> Option<(usize, usize)> {
     let tag = end?;
     let mut records = Records::new(stream);
-    let (mut start, mut before) = (0, None);
+    // Starts of the answer if the last pair found, or the one before, ended an earlier answer.
+    let (mut start, mut start_before) = (0, 0);
+    let mut half = None;
     while let Some(Ok(record)) = records.next() {
         let offset = records.offset();
-        let half = looks_like_tag(record.request, record.device).then_some(record);
-        if let (Some(first), Some(second)) = (before, half) {
-            if tag.matches(&[first, second]) {
-                return Some((start, offset));
+        let pair = half.take().map(|(at, first)| (at, [first, record]));
+        if looks_like_tag(record.request, record.device) {
+            match pair {
+                Some((at, pair)) if tag.matches(&pair) => {
+                    return Some((if start > at { start_before } else { start }, offset));
+                }
+                Some(_) => (start_before, start) = (start, offset),
+                None => {}
             }
-            start = offset;
-            before = None;
-        } else {
-            before = half;
+            half = Some((offset - record.size(), record));
         }
     }
     None

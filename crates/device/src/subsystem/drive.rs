@@ -27,6 +27,9 @@ const WATCH_SPEED_TENTHS: i16 = 5;
 /// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
 const CREEP_TENTHS: i64 = 2;
 
+/// How far beyond its target a drive may come to rest, ' or mm.
+const PASSED_COUNTS: i64 = 2;
+
 /// Why a drive moves. Kept for the record, and because MoveTimeout concerns Move alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
@@ -550,8 +553,9 @@ impl Drive {
             Goal::Run(up) => (i64::MAX / 1_000_000_000, up),
             Goal::Position(target) => {
                 let error = i64::from(target) - i64::from(self.position);
-                let tolerance = i64::from(self.axis != Axis::Nozzle);
-                if error.abs() <= tolerance {
+                // Passing the target by a count or two is arriving: turning back would hunt.
+                let passed = error.signum() * i64::from(self.speed_milli.signum()) < 0;
+                if error == 0 || passed && error.abs() <= PASSED_COUNTS {
                     return None;
                 }
                 (error.abs(), error > 0)

@@ -327,9 +327,14 @@ impl Device {
         }
     }
 
-    /// §3.1/1, §3.1/2: who forbids aiming.
-    pub(crate) fn refusal_of_move(&self, to: SubsystemId) -> Option<SubsystemId> {
-        self.held_by_button(to).or(self.not_deployed()).or(self.busy_detector())
+    /// §3.1/1, §3.1/2: who forbids to move a drive by a request.
+    fn refusal_of_move(&self, to: SubsystemId) -> Option<SubsystemId> {
+        self.held_by_button(to).or(self.refusal_of_aiming())
+    }
+
+    /// Who forbids aiming, be it by a request or by a button.
+    pub(crate) fn refusal_of_aiming(&self) -> Option<SubsystemId> {
+        self.not_deployed().or(self.busy_detector())
     }
 
     /// §3.8/1, §3.8/2: who forbids opening.

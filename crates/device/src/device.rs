@@ -252,7 +252,7 @@ impl Device {
 
     fn run_direction_button(&mut self, now: Millis, axis: Axis, direction: Option<bool>) {
         let allowed = self.chain.contains(axis.id())
-            && self.refusal_of_move(axis.id()).is_none()
+            && self.refusal_of_aiming().is_none()
             && !of_axis(&self.drives, axis).is_faulty();
         let drive = by_axis(&mut self.drives, axis);
         match direction {

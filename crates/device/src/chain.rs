@@ -303,7 +303,7 @@ impl Device {
             }
             RequestId::MOVE => denied(self.refusal_of_move(to)),
             RequestId::STOP => denied(self.refusal_of_stop(to)),
-            RequestId::OPEN => denied(self.refusal_of_open()),
+            RequestId::OPEN => denied(self.refusal_of_work()),
             // §3.9/1
             RequestId::CLOSE => denied(self.seeking()),
             // §3.11/6, §3.11/7
@@ -327,18 +327,13 @@ impl Device {
         }
     }
 
-    /// §3.1/1, §3.1/2: who forbids to move a drive by a request.
+    /// Who forbids to move a drive by a request.
     fn refusal_of_move(&self, to: SubsystemId) -> Option<SubsystemId> {
-        self.held_by_button(to).or(self.refusal_of_aiming())
+        self.held_by_button(to).or(self.refusal_of_work())
     }
 
-    /// Who forbids aiming, be it by a request or by a button.
-    pub(crate) fn refusal_of_aiming(&self) -> Option<SubsystemId> {
-        self.not_deployed().or(self.busy_detector())
-    }
-
-    /// §3.8/1, §3.8/2: who forbids opening.
-    pub(crate) fn refusal_of_open(&self) -> Option<SubsystemId> {
+    /// §3.1/1, §3.1/2, §3.8/1, §3.8/2: who forbids aiming and opening, to requests and buttons.
+    pub(crate) fn refusal_of_work(&self) -> Option<SubsystemId> {
         self.not_deployed().or(self.busy_detector())
     }
 

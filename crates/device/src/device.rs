@@ -252,7 +252,7 @@ impl Device {
 
     fn run_direction_button(&mut self, now: Millis, axis: Axis, direction: Option<bool>) {
         let allowed = self.chain.contains(axis.id())
-            && self.refusal_of_aiming().is_none()
+            && self.refusal_of_work().is_none()
             && !of_axis(&self.drives, axis).is_faulty();
         let drive = by_axis(&mut self.drives, axis);
         match direction {
@@ -280,7 +280,7 @@ impl Device {
         }
         if close {
             valve.close(now, &self.params);
-        } else if open && self.refusal_of_open().is_none() {
+        } else if open && self.refusal_of_work().is_none() {
             let [valve1, valve2] = &mut self.valves;
             let valve = if id == SubsystemId::VALVE1 { valve1 } else { valve2 };
             valve.open(now, &self.params);

@@ -89,6 +89,7 @@ impl Config {
 }
 
 /// A simulated monitor.
+#[derive(Clone, Debug)]
 pub struct Sim {
     device: Device,
     world: World,

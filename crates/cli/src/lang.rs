@@ -1,0 +1,89 @@
+//! The language of everything a user sees, chosen once at the start.
+
+use std::sync::OnceLock;
+
+pub use lafet_client::Lang;
+use lafet_proto::dictionary::Text;
+
+static CURRENT: OnceLock<Lang> = OnceLock::new();
+
+/// Chooses the language from `--lang`, else from LC_ALL, LC_MESSAGES or LANG.
+///
+/// It looks at the raw arguments, because help and errors of the arguments need it too.
+pub fn choose(arguments: &[String]) -> Lang {
+    let asked = asked(arguments).and_then(|value| parse(&value));
+    let environment = || {
+        ["LC_ALL", "LC_MESSAGES", "LANG"]
+            .iter()
+            .find_map(|name| std::env::var(name).ok().filter(|value| !value.is_empty()))
+            .map_or(Lang::En, |locale| of_locale(&locale))
+    };
+    *CURRENT.get_or_init(|| asked.unwrap_or_else(environment))
+}
+
+/// The language that was chosen.
+pub fn current() -> Lang {
+    CURRENT.get().copied().unwrap_or_default()
+}
+
+/// One of two texts, or of anything else that differs with the language.
+pub fn pick<T>(en: T, ru: T) -> T {
+    match current() {
+        Lang::En => en,
+        Lang::Ru => ru,
+    }
+}
+
+/// A text of the dictionary.
+pub fn of(text: &Text) -> &'static str {
+    pick(text.en, text.ru)
+}
+
+/// Reads the value of `--lang`.
+pub fn parse(value: &str) -> Option<Lang> {
+    match value.to_ascii_lowercase().as_str() {
+        "en" => Some(Lang::En),
+        "ru" => Some(Lang::Ru),
+        _ => None,
+    }
+}
+
+fn asked(arguments: &[String]) -> Option<String> {
+    let before_dashes = arguments.iter().take_while(|argument| *argument != "--");
+    let arguments: Vec<&String> = before_dashes.collect();
+    arguments.iter().enumerate().find_map(|(index, argument)| {
+        if *argument == "--lang" {
+            return arguments.get(index + 1).map(|value| (*value).clone());
+        }
+        argument.strip_prefix("--lang=").map(str::to_owned)
+    })
+}
+
+fn of_locale(locale: &str) -> Lang {
+    if locale.starts_with("ru") { Lang::Ru } else { Lang::En }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_option_is_found_before_the_arguments_are_read() {
+        let find = |text: &str| {
+            let arguments: Vec<String> = text.split(' ').map(str::to_owned).collect();
+            asked(&arguments)
+        };
+        assert_eq!(find("lafet --lang ru status").as_deref(), Some("ru"));
+        assert_eq!(find("lafet status --lang=en").as_deref(), Some("en"));
+        assert_eq!(find("lafet send -- --lang ru"), None);
+        assert_eq!(find("lafet --lang"), None);
+    }
+
+    #[test]
+    fn locales() {
+        assert_eq!(of_locale("ru_RU.UTF-8"), Lang::Ru);
+        assert_eq!(of_locale("C"), Lang::En);
+        assert_eq!(parse("RU"), Some(Lang::Ru));
+        assert_eq!(parse("de"), None);
+    }
+}

@@ -1,0 +1,87 @@
+//! How bytes get to the monitor and back: nothing here knows what they mean.
+
+pub mod memory;
+pub mod serial;
+pub mod tcp;
+pub mod udp;
+
+use std::io;
+use std::time::Duration;
+
+use crate::url::Endpoint;
+
+/// How long making a connection may take.
+pub const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// An open way to a monitor.
+#[derive(Debug)]
+pub enum Link {
+    /// A TCP connection.
+    Tcp(tcp::Tcp),
+    /// A UDP socket with a peer.
+    Udp(udp::Udp),
+    /// A serial port.
+    Serial(serial::Serial),
+    /// A stream of the caller's.
+    Memory(memory::Memory),
+}
+
+impl Link {
+    /// Opens the way that an endpoint names.
+    pub async fn open(endpoint: &Endpoint) -> io::Result<Self> {
+        let opening = async {
+            match endpoint {
+                Endpoint::Tcp { host, port, .. } => {
+                    tcp::Tcp::connect(host, *port).await.map(Self::Tcp)
+                }
+                Endpoint::Udp { host, port, .. } => {
+                    udp::Udp::connect(host, *port).await.map(Self::Udp)
+                }
+                Endpoint::Serial { path, baud, .. } => {
+                    serial::Serial::open(path, *baud).map(Self::Serial)
+                }
+                Endpoint::Sim { .. } => Err(io::ErrorKind::Unsupported.into()),
+            }
+        };
+        tokio::time::timeout(CONNECT_TIMEOUT, opening)
+            .await
+            .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+    }
+
+    /// Sends a whole frame.
+    pub async fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        match self {
+            Self::Tcp(link) => link.send(frame).await,
+            Self::Udp(link) => link.send(frame).await,
+            Self::Serial(link) => link.send(frame).await,
+            Self::Memory(link) => link.send(frame).await,
+        }
+    }
+
+    /// Waits for bytes, or for a datagram. At the end of a stream: UnexpectedEof.
+    ///
+    /// When the future is dropped, nothing is lost.
+    pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::Tcp(link) => link.recv(buffer).await,
+            Self::Udp(link) => link.recv(buffer).await,
+            Self::Serial(link) => link.recv(buffer).await,
+            Self::Memory(link) => link.recv(buffer).await,
+        }
+    }
+
+    /// What comes are datagrams.
+    pub const fn is_datagram(&self) -> bool {
+        matches!(self, Self::Udp(_))
+    }
+
+    /// A silent peer may mean a half-open connection, which only a new one can tell.
+    pub const fn can_be_half_open(&self) -> bool {
+        matches!(self, Self::Tcp(_))
+    }
+}
+
+/// A stream that ends has lost its other side.
+fn not_ended(read: usize) -> io::Result<usize> {
+    if read == 0 { Err(io::ErrorKind::UnexpectedEof.into()) } else { Ok(read) }
+}

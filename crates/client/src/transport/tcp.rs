@@ -1,0 +1,30 @@
+//! A TCP connection: a monitor's own port or a transparent serial server.
+
+use std::io;
+
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+
+/// A connection.
+#[derive(Debug)]
+pub struct Tcp(TcpStream);
+
+impl Tcp {
+    /// Connects.
+    pub async fn connect(host: &str, port: u16) -> io::Result<Self> {
+        let stream = TcpStream::connect((host, port)).await?;
+        // A frame is a whole thought: waiting for more of it only adds latency.
+        stream.set_nodelay(true)?;
+        Ok(Self(stream))
+    }
+
+    /// Sends all bytes.
+    pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.0.write_all(bytes).await
+    }
+
+    /// Waits for bytes.
+    pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        super::not_ended(self.0.read(buffer).await?)
+    }
+}

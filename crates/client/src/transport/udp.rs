@@ -1,0 +1,53 @@
+//! UDP: one datagram = one link frame (ours).
+
+use std::io;
+
+use tokio::net::{UdpSocket, lookup_host};
+
+/// A socket that hears one peer only.
+#[derive(Debug)]
+pub struct Udp(UdpSocket);
+
+impl Udp {
+    /// Takes a free port and the first address of the host that can be reached.
+    pub async fn connect(host: &str, port: u16) -> io::Result<Self> {
+        let mut last = io::Error::from(io::ErrorKind::NotFound);
+        for peer in lookup_host((host, port)).await? {
+            let any = if peer.is_ipv6() { "[::]:0" } else { "0.0.0.0:0" };
+            let opened = async {
+                let socket = UdpSocket::bind(any).await?;
+                socket.connect(peer).await?;
+                Ok(Self(socket))
+            };
+            match opened.await {
+                Ok(udp) => return Ok(udp),
+                Err(error) => last = error,
+            }
+        }
+        Err(last)
+    }
+
+    /// Sends a datagram.
+    pub async fn send(&mut self, datagram: &[u8]) -> io::Result<()> {
+        match self.0.send(datagram).await {
+            Err(error) if nobody_listens(&error) => Ok(()),
+            other => other.map(|_| ()),
+        }
+    }
+
+    /// Waits for a datagram.
+    pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            match self.0.recv(buffer).await {
+                Err(error) if nobody_listens(&error) => {}
+                other => return other,
+            }
+        }
+    }
+}
+
+/// The peer's host answered an earlier datagram by ICMP: the monitor may be starting. Silence
+/// says the same, and a lost datagram is no lost connection.
+fn nobody_listens(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::ConnectionRefused | io::ErrorKind::ConnectionReset)
+}

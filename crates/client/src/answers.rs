@@ -154,12 +154,7 @@ impl AnswerBuf {
 
     /// The record.
     pub fn record(&self) -> Record<'_> {
-        Record {
-            request: self.request,
-            device: self.from,
-            status: self.status,
-            data: &self.data,
-        }
+        Record { request: self.request, device: self.from, status: self.status, data: &self.data }
     }
 
     /// The answer, typed.
@@ -291,8 +286,7 @@ mod tests {
     #[test]
     fn a_request_that_fits_no_record_is_refused() {
         let values = [0; 64];
-        let body =
-            Body::SetParam { id: ParamId(1), values: lafet_proto::Ints::Values(&values) };
+        let body = Body::SetParam { id: ParamId(1), values: lafet_proto::Ints::Values(&values) };
         let result = RequestBuf::new(&Request::new(SubsystemId::GENERAL, body));
         assert!(matches!(result, Err(Error::Unsendable { request: RequestId::SET_PARAM, .. })));
     }

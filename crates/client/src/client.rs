@@ -3,23 +3,28 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lafet_proto::Request;
+use lafet_proto::link::PAYLOAD_MAX;
+use lafet_proto::record::HEADER_SIZE;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{broadcast, mpsc, oneshot};
 
 use crate::answers::{Answers, RequestBuf};
 use crate::error::{Cause, Error};
 use crate::plan::frame_len;
-use crate::session::matching::Slot;
-use crate::session::{Config, Outcome, Stats, Traced};
-use crate::task::{Job, Task};
+use crate::session::{
+    Config, Outcome, QUEUE_MAX, QueueFull, Slot, Stats, Ticket, Traced, URGENT_MAX,
+};
+use crate::task::{Ended, Job, Reply, Task};
 use crate::transport::Link;
 use crate::transport::memory::Memory;
 use crate::url::{Endpoint, Framing};
 
 /// Jobs that may wait between handles and task.
-const JOBS_MAX: usize = 64;
+const JOBS_MAX: usize = QUEUE_MAX + URGENT_MAX;
 /// Frames that a slow listener of [`Client::trace`] may lag behind.
 const TRACE_MAX: usize = 1024;
+/// Requests that a frame can hold at most.
+const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;
 
 /// The controlling side of one monitor. Clones share one connection.
 ///
@@ -31,7 +36,6 @@ pub struct Client {
     endpoint: Arc<str>,
     framing: Framing,
     jobs: mpsc::Sender<Job>,
-    urgent: mpsc::Sender<Job>,
     shared: Arc<Shared>,
 }
 
@@ -54,10 +58,9 @@ impl Client {
             return Err(Error::NeedsStream);
         }
         let name: Arc<str> = endpoint.to_string().into();
-        let link = Link::open(endpoint).await.map_err(|source| Error::Link {
-            endpoint: name.clone(),
-            source: Arc::new(source),
-        })?;
+        let link = Link::open(endpoint)
+            .await
+            .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
         let config = Config {
             addresses: endpoint.addresses(),
             framing: endpoint.framing(),
@@ -77,14 +80,14 @@ impl Client {
     }
 
     fn start(endpoint: Arc<str>, link: Link, redial: Option<Endpoint>, config: Config) -> Self {
+        // One queue for all: a Stop must find what was asked before it, to keep it from being sent.
         let (jobs, jobs_end) = mpsc::channel(JOBS_MAX);
-        let (urgent, urgent_end) = mpsc::channel(JOBS_MAX);
         let trace = broadcast::Sender::new(TRACE_MAX);
         let shared = Arc::new(Shared { stats: Mutex::default(), trace });
         let framing = config.framing;
         let task = Task::new(config, link, redial, shared.clone());
-        tokio::spawn(task.run(jobs_end, urgent_end));
-        Self { endpoint, framing, jobs, urgent, shared }
+        tokio::spawn(task.run(jobs_end));
+        Self { endpoint, framing, jobs, shared }
     }
 
     /// Where the monitor is, as given.
@@ -105,40 +108,128 @@ impl Client {
     /// Sends a request and waits for its answers. A refusal is an answer: [`Answers::accepted`]
     /// makes an error of it.
     pub async fn request(&self, request: &Request<'_>) -> Result<Answers, Error> {
-        let [result] = self.batch_of([RequestBuf::new(request)?]).await;
-        result
+        let results = self.run(vec![RequestBuf::new(request)?]).await;
+        results.into_iter().next().unwrap_or(Err(Error::Closed))
     }
 
     /// Sends requests in order, several in a frame, and waits for all their answers: a result for
-    /// each. When a frame gets no answer, those behind it are not sent.
+    /// each. When a frame gets no answer, those behind it are not sent; when a request fits no
+    /// record, none is sent.
     pub async fn batch(&self, requests: &[Request<'_>]) -> Vec<Result<Answers, Error>> {
-        let encoded: Result<Vec<_>, _> = requests.iter().map(RequestBuf::new).collect();
-        match encoded {
-            Ok(encoded) => self.run(encoded).await,
-            // Half a batch is worse than none.
-            Err(_) => requests
-                .iter()
-                .map(|request| match RequestBuf::new(request) {
-                    Err(error) => Err(error),
-                    Ok(fine) => Err(not_sent(&fine, Cause::EarlierFailed)),
-                })
-                .collect(),
+        let encoded: Vec<_> = requests.iter().map(RequestBuf::new).collect();
+        if encoded.iter().all(Result::is_ok) {
+            return self.run(encoded.into_iter().flatten().collect()).await;
+        }
+        let refuse = |one: Result<RequestBuf, Error>| {
+            Err(one.map_or_else(|error| error, |fine| not_sent(&fine, Cause::EarlierFailed)))
+        };
+        encoded.into_iter().map(refuse).collect()
+    }
+
+    /// Asks whether somebody is there (observed: an empty frame is answered by an empty frame).
+    pub async fn probe(&self) -> Result<(), Error> {
+        let endpoint = self.endpoint.clone();
+        match self.exchange(vec![], None).await {
+            None => Err(Error::Closed),
+            Some(Ok(Ended { outcome: Outcome::Answered(_), .. })) => Ok(()),
+            Some(Ok(Ended { outcome: Outcome::Silence { tries }, .. })) => {
+                Err(Error::Absent { endpoint, tries })
+            }
+            Some(Ok(ended)) => Err(Error::Link { endpoint, source: ended.source() }),
+            Some(Err(QueueFull)) => Err(Error::Absent { endpoint, tries: 0 }),
         }
     }
 
-    /// Asks whether somebody is there: an empty frame, or bare records' end mark (observed, ours).
-    pub async fn probe(&self) -> Result<(), Error> {
-        match self.exchange(vec![]).await? {
-            Outcome::Answered(_) => Ok(()),
-            Outcome::Silence { tries } => {
-                Err(Error::Absent { endpoint: self.endpoint.clone(), tries })
+    async fn run(&self, requests: Vec<RequestBuf>) -> Vec<Result<Answers, Error>> {
+        let mut results: Vec<_> =
+            requests.iter().map(|request| Err(not_sent(request, Cause::EarlierFailed))).collect();
+        let mut waiting: Vec<usize> = (0..requests.len()).collect();
+        let mut first = None;
+        while !waiting.is_empty() {
+            let upcoming: Vec<RequestBuf> =
+                waiting.iter().take(FRAME_MAX).map(|index| requests[*index].clone()).collect();
+            let len = frame_len(&upcoming, self.framing);
+            let frame: Vec<usize> = waiting.drain(..len).collect();
+            let ended = self.exchange(upcoming.into_iter().take(len).collect(), first).await;
+            let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
+                for index in frame {
+                    results[index] = Err(self.failure(&requests[index], &ended));
+                }
+                break;
+            };
+            first = first.or(ticket);
+            let mut again = Vec::new();
+            for (place, (index, slot)) in frame.into_iter().zip(slots).enumerate() {
+                match slot {
+                    Slot::Answered(answers) if fits(&answers, &requests[index], place) => {
+                        results[index] = well_formed(answers);
+                    }
+                    _ => again.push(index),
+                }
             }
-            Outcome::LinkLost(source) | Outcome::NotConnected(source) => {
-                Err(Error::Link { endpoint: self.endpoint.clone(), source })
-            }
-            Outcome::Superseded { .. } | Outcome::QueueFull => {
-                Err(Error::Absent { endpoint: self.endpoint.clone(), tries: 0 })
+            waiting.splice(..0, again);
+        }
+        results
+    }
+
+    /// `None`: the task has ended.
+    async fn exchange(&self, requests: Vec<RequestBuf>, first: Option<Ticket>) -> Option<Reply> {
+        let (reply, answer) = oneshot::channel();
+        let urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
+        let job = Job { requests, first, reply };
+        if urgent {
+            self.jobs.send(job).await.ok()?;
+        } else {
+            match self.jobs.try_send(job) {
+                Ok(()) => {}
+                Err(mpsc::error::TrySendError::Full(_)) => return Some(Err(QueueFull)),
+                Err(mpsc::error::TrySendError::Closed(_)) => return None,
             }
         }
+        answer.await.ok()
+    }
+
+    fn failure(&self, request: &RequestBuf, ended: &Option<Reply>) -> Error {
+        let (to, endpoint) = (request.to(), self.endpoint.clone());
+        let unknown = |cause| Error::OutcomeUnknown { request: request.id(), to, endpoint, cause };
+        match ended {
+            None => Error::Closed,
+            Some(Err(QueueFull)) => not_sent(request, Cause::QueueFull),
+            Some(Ok(ended)) => match ended.outcome {
+                Outcome::Silence { tries } if request.is_read() => {
+                    let endpoint = self.endpoint.clone();
+                    Error::NoAnswer { request: request.id(), to, endpoint, tries }
+                }
+                Outcome::LinkLost | Outcome::NotConnected if request.is_read() => {
+                    Error::Link { endpoint: self.endpoint.clone(), source: ended.source() }
+                }
+                Outcome::Silence { .. } | Outcome::Answered(_) => unknown(Cause::Silence),
+                Outcome::LinkLost => unknown(Cause::Link(ended.source())),
+                Outcome::NotConnected => not_sent(request, Cause::Link(ended.source())),
+                Outcome::Superseded { by, sent: true } => unknown(Cause::Superseded { by }),
+                Outcome::Superseded { by, sent: false } => {
+                    not_sent(request, Cause::Superseded { by })
+                }
+            },
+        }
+    }
+}
+
+fn not_sent(request: &RequestBuf, cause: Cause) -> Error {
+    Error::NotSent { request: request.id(), to: request.to(), cause }
+}
+
+/// Whether an answer is final. What found no room behind others is asked again by itself (§1, §2:
+/// the client repeats what was not processed); what found none alone never will.
+fn fits(answers: &Answers, request: &RequestBuf, place: usize) -> bool {
+    place == 0 || !answers.lacks_room() || !request.is_read()
+}
+
+/// Answers whose data have the shape that their request and sender give them.
+fn well_formed(answers: Answers) -> Result<Answers, Error> {
+    let wrong = answers.iter().find_map(|answer| answer.decode().err().map(|e| (answer, e)));
+    match wrong.map(|(answer, source)| (answer.request(), answer.from(), source)) {
+        Some((request, from, source)) => Err(Error::Protocol { request, from, source }),
+        None => Ok(answers),
     }
 }

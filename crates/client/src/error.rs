@@ -115,7 +115,7 @@ pub enum Cause {
     },
     /// Too many requests wait already.
     QueueFull,
-    /// An earlier frame of the same batch failed.
+    /// Another request of the same batch failed.
     EarlierFailed,
 }
 
@@ -150,11 +150,11 @@ impl Error {
                 format!("{request} {to}: {by} answers {status}. {meaning} {remedy}")
             }
             Self::NoAnswer { request, to, endpoint, tries } => format!(
-                "{request} {to}: no answer from {endpoint} after {tries} tries. Check the power, \
+                "{request} {to}: no answer from {endpoint} (tries: {tries}). Check the power, \
                  the cable, the address (addr=) and, on a serial line, the speed (baud=)."
             ),
             Self::Absent { endpoint, tries } => format!(
-                "Nobody answers at {endpoint} ({tries} probes). Check the power, the cable, the \
+                "Nobody answers at {endpoint} (probes: {tries}). Check the power, the cable, the \
                  address (addr=) and, on a serial line, the speed (baud=)."
             ),
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
@@ -243,7 +243,7 @@ impl Cause {
             Self::Link(source) => format!("there is no connection ({source})"),
             Self::Superseded { by } => format!("{by} overtook it"),
             Self::QueueFull => "too many requests are waiting".into(),
-            Self::EarlierFailed => "an earlier request of the batch got no answer".into(),
+            Self::EarlierFailed => "another request of the batch failed".into(),
         }
     }
 
@@ -253,7 +253,7 @@ impl Cause {
             Self::Link(source) => format!("нет соединения ({source})"),
             Self::Superseded { by } => format!("его опередил запрос {by}"),
             Self::QueueFull => "слишком много запросов в очереди".into(),
-            Self::EarlierFailed => "предыдущий запрос пакета остался без ответа".into(),
+            Self::EarlierFailed => "не удался другой запрос пакета".into(),
         }
     }
 }

@@ -3,7 +3,7 @@
 //! One frame of requests is outstanding at a time. Stop, Close and Lockout on overtake what waits,
 //! take the place of what is outstanding without answer for too long, and remove what would undo
 //! them. A request without answer is repeated only where twice is the same as once. How late,
-//! foreign and doubled answers are kept from being believed is told in [`doubt`].
+//! foreign and doubled answers are kept from being believed is told in `session/doubt.rs`.
 //!
 //! ```text
 //! submit ─▶ queue ─▶ poll_transmit ─▶ outstanding ─▶ handle_bytes ───▶ poll_outcome
@@ -12,23 +12,26 @@
 //!                                         └─ handle_timeout ─▶ tries used up ─▶ poll_outcome
 //! ```
 
-pub mod doubt;
+pub(crate) mod doubt;
 mod input;
-pub mod matching;
+mod matching;
+mod operation;
+mod receive;
 mod stats;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+use lafet_proto::RequestId;
 use lafet_proto::link::{self, Frame};
-use lafet_proto::{Record, RequestId, SubsystemId};
 
-use crate::answers::{RequestBuf, records};
+use crate::answers::RequestBuf;
 use crate::url::{Addresses, Framing};
 use doubt::{Suspicion, Tag, Tags, looks_like_tag};
 use input::Input;
-use matching::{Slot, deal};
+pub use matching::Slot;
+use operation::{Echo, Operation, Outstanding, Recent};
 pub use stats::{Direction, Stats, Traced, Verdict};
 
 /// A moment: time since any fixed one.
@@ -39,7 +42,7 @@ pub const QUEUE_MAX: usize = 256;
 /// Urgent ones that wait at most.
 pub const URGENT_MAX: usize = 64;
 /// Frames remembered to tell late answers from doubled and foreign ones.
-const RECENT_MAX: usize = 32;
+const RECENT_MAX: usize = 128;
 /// Frames kept for a listener that does not fetch them.
 const TRACED_MAX: usize = 1024;
 /// Untagged answers to tagged frames that prove that the monitor does not answer tags.
@@ -125,81 +128,19 @@ pub struct Session {
     queue: VecDeque<Operation>,
     outstanding: Option<Outstanding>,
     connected: bool,
+    was_connected: bool,
     suspicion: Suspicion,
     tags: Tags,
     echo: Echo,
     recent: VecDeque<Recent>,
+    /// The last urgent requests.
+    stops: VecDeque<(Ticket, Vec<RequestBuf>)>,
     outcomes: VecDeque<(Ticket, Outcome)>,
     traced: Option<VecDeque<Traced>>,
     stats: Stats,
     /// Tries in a row that nobody answered.
     silent_tries: u32,
     next_ticket: u64,
-}
-
-/// Requests that go out in one frame. None at all: a presence probe.
-#[derive(Debug)]
-struct Operation {
-    ticket: Ticket,
-    requests: Vec<RequestBuf>,
-    submitted: Now,
-    /// How often it has been sent such that an answer can be believed.
-    tries: u32,
-    /// It has been on the line, so it may have been executed.
-    sent: bool,
-    /// Nobody waits for the outcome any more.
-    cancelled: bool,
-}
-
-/// The operation whose frame is out.
-#[derive(Debug)]
-struct Outstanding {
-    operation: Operation,
-    tag: Option<Tag>,
-    /// Tries of this stay on the line; answers to any of them are answers to the operation.
-    tries: u32,
-    sent: Now,
-    deadline: Now,
-    /// To be sent (again) by the next poll_transmit.
-    due: bool,
-    /// Before this moment a matching answer may still be another frame's (urgent, without tag).
-    believe_from: Now,
-    /// An answer without the tag has come.
-    untagged: bool,
-}
-
-/// Whether the monitor answers tags.
-#[derive(Debug, PartialEq, Eq)]
-enum Echo {
-    Unknown { untagged: u32 },
-    Yes,
-    No,
-}
-
-/// A frame that is no longer outstanding.
-#[derive(Debug)]
-struct Recent {
-    tag: Option<Tag>,
-    first: Option<RequestId>,
-    answered: bool,
-}
-
-impl Operation {
-    const fn new(ticket: Ticket, requests: Vec<RequestBuf>, submitted: Now) -> Self {
-        Self { ticket, requests, submitted, tries: 0, sent: false, cancelled: false }
-    }
-
-    fn first(&self) -> Option<RequestId> {
-        self.requests.first().map(RequestBuf::id)
-    }
-
-    fn is_urgent(&self) -> bool {
-        !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_urgent)
-    }
-
-    fn is_repeatable(&self) -> bool {
-        self.requests.iter().all(RequestBuf::is_repeatable)
-    }
 }
 
 impl Session {
@@ -212,10 +153,12 @@ impl Session {
             queue: VecDeque::new(),
             outstanding: None,
             connected: false,
-            suspicion: Suspicion::new(),
-            tags: Tags::new(),
+            was_connected: false,
+            suspicion: Suspicion::default(),
+            tags: Tags::default(),
             echo: Echo::Unknown { untagged: 0 },
             recent: VecDeque::new(),
+            stops: VecDeque::new(),
             outcomes: VecDeque::new(),
             traced: None,
             stats: Stats::default(),
@@ -244,6 +187,12 @@ impl Session {
         self.outstanding.is_none() && self.urgent.is_empty() && self.queue.is_empty()
     }
 
+    /// A Stop, Close or Lockout is still to be sent or answered.
+    pub fn is_urgent(&self) -> bool {
+        let outstanding = self.outstanding.as_ref();
+        !self.urgent.is_empty() || outstanding.is_some_and(|o| o.operation.is_urgent())
+    }
+
     /// Keep, or do not keep, every frame for [`Session::poll_traced`].
     pub fn set_tracing(&mut self, on: bool) {
         match on {
@@ -254,6 +203,17 @@ impl Session {
 
     /// Queues requests that go out in one frame; none: a presence probe (observed).
     pub fn submit(&mut self, now: Now, requests: Vec<RequestBuf>) -> Result<Ticket, QueueFull> {
+        self.submit_after(now, None, requests)
+    }
+
+    /// Queues the next frame of a batch whose first one was `first`: a Stop that came since is
+    /// later than the batch, so it overtakes this frame too.
+    pub fn submit_after(
+        &mut self,
+        now: Now,
+        first: Option<Ticket>,
+        requests: Vec<RequestBuf>,
+    ) -> Result<Ticket, QueueFull> {
         let ticket = Ticket(self.next_ticket);
         let operation = Operation::new(ticket, requests, now);
         let urgent = operation.is_urgent();
@@ -265,10 +225,14 @@ impl Session {
             return Err(QueueFull);
         }
         self.next_ticket += 1;
-        queue.push_back(operation);
         if urgent {
-            self.supersede();
+            if self.stops.len() >= URGENT_MAX {
+                self.stops.pop_front();
+            }
+            self.stops.push_back((ticket, operation.requests.clone()));
         }
+        queue.push_back(operation);
+        self.supersede(ticket, if urgent { Some(ticket) } else { first });
         Ok(ticket)
     }
 
@@ -284,7 +248,8 @@ impl Session {
 
     /// There is a connection.
     pub fn handle_connected(&mut self) {
-        self.connected = true;
+        self.stats.reconnects += u64::from(self.was_connected);
+        (self.connected, self.was_connected) = (true, true);
         self.silent_tries = 0;
         self.input.reset();
         if self.echo == Echo::No {
@@ -477,13 +442,18 @@ impl Session {
         self.suspicion.until(operation.first(), now, self.config.drain_bound)
     }
 
-    /// Removes what the newest urgent operation would undo.
-    fn supersede(&mut self) {
-        let Some(urgent) = self.urgent.back() else { return };
+    /// Takes what would undo an urgent operation out of the queue: anything that waits when
+    /// `newest` is that urgent operation itself, or only `newest`, which continues a batch that
+    /// was begun at `since`.
+    fn supersede(&mut self, newest: Ticket, since: Option<Ticket>) {
+        let Some(since) = since else { return };
+        let stops = self.stops.iter().filter(|(ticket, _)| *ticket >= since);
+        let stops: Vec<&RequestBuf> = stops.flat_map(|(_, requests)| requests).collect();
         let outcomes = &mut self.outcomes;
         self.queue.retain(|operation| {
-            let by = urgent.requests.iter().find(|request| {
-                operation.requests.iter().any(|other| request.supersedes(other))
+            let concerned = newest == since || operation.ticket == newest;
+            let by = stops.iter().find(|stop| {
+                concerned && operation.requests.iter().any(|other| stop.supersedes(other))
             });
             let Some(by) = by else { return true };
             let outcome = Outcome::Superseded { by: by.id(), sent: operation.sent };
@@ -528,7 +498,8 @@ impl Session {
             queue.retain(|operation| {
                 let alive = now < operation.submitted + timeout;
                 if !alive {
-                    let outcome = if operation.sent { Outcome::LinkLost } else { Outcome::NotConnected };
+                    let outcome =
+                        if operation.sent { Outcome::LinkLost } else { Outcome::NotConnected };
                     outcomes.push_back((operation.ticket, outcome));
                 }
                 alive
@@ -606,112 +577,12 @@ impl Session {
         self.recent.push_back(Recent { tag: outstanding.tag, first, answered });
     }
 
-    fn handle_input(&mut self, now: Now) {
-        let end = self.outstanding.as_ref().and_then(|outstanding| outstanding.tag);
-        while let Some(frame) = self.input.poll_frame(end) {
-            let Addresses { monitor, source } = self.config.addresses;
-            let ours = frame.addresses.is_none_or(|(dst, src)| (dst, src) == (source, monitor));
-            let (dst, src) = frame.addresses.unwrap_or((source, monitor));
-            if !ours {
-                *self.stats.count(Verdict::Foreign) += 1;
-                self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
-                continue;
-            }
-            let (verdict, tagged, payload) = self.handle_payload(now, &frame.payload);
-            *self.stats.count(verdict) += 1;
-            self.trace(verdict, dst, src, tagged, payload);
-        }
-    }
-
-    /// A frame from the monitor to us: what it is, whether it has a tag, and what else is in it.
-    fn handle_payload<'p>(&mut self, now: Now, payload: &'p [u8]) -> (Verdict, bool, &'p [u8]) {
-        let Some(all) = records(payload) else { return (Verdict::Unmatched, false, payload) };
-        let at_end = self.config.framing == Framing::Records;
-        let Some(outstanding) = self.outstanding.as_mut().filter(|o| o.tries > 0) else {
-            return (self.classify(&all), false, payload);
-        };
-        let (rest, bytes) = match outstanding.tag {
-            None => (&all[..], payload),
-            Some(tag) => match split_tag(tag, &all, payload, at_end) {
-                Some(split) => split,
-                None => {
-                    outstanding.untagged |= is_untagged(&outstanding.operation, &all);
-                    return (self.classify(&all), false, payload);
-                }
-            },
-        };
-        let tagged = outstanding.tag.is_some();
-        let Some(slots) = deal(&outstanding.operation.requests, rest) else {
-            return (self.classify(&all), tagged, bytes);
-        };
-        if now < outstanding.believe_from {
-            return (Verdict::Late, tagged, bytes);
-        }
-        if tagged {
-            self.echo = Echo::Yes;
-        }
-        if let Some(outstanding) = self.outstanding.take() {
-            self.settle(&outstanding, true);
-            if outstanding.tries == 1 {
-                self.stats.note_rtt(now.saturating_sub(outstanding.sent));
-            }
-            self.outcomes.push_back((outstanding.operation.ticket, Outcome::Answered(slots)));
-        }
-        self.silent_tries = 0;
-        (Verdict::Believed, tagged, bytes)
-    }
-
-    /// What a frame is that answers nothing outstanding.
-    fn classify(&self, all: &[Record<'_>]) -> Verdict {
-        let first = all.first().map(|record| record.request);
-        let of = |recent: &&Recent| match (recent.tag, all.first_chunk()) {
-            (Some(tag), Some(chunk)) => tag.matches(chunk),
-            (Some(_), None) => false,
-            (None, _) => recent.first == first,
-        };
-        match self.recent.iter().rev().find(of) {
-            Some(recent) if recent.answered => Verdict::Duplicate,
-            Some(_) => Verdict::Late,
-            None => Verdict::Unmatched,
-        }
-    }
-
     fn trace(&mut self, verdict: Verdict, dst: u8, src: u8, tagged: bool, payload: &[u8]) {
         let Some(traced) = &mut self.traced else { return };
         if traced.len() < TRACED_MAX {
             traced.push_back(Traced { verdict, dst, src, tagged, payload: Arc::from(payload) });
         }
     }
-}
-
-/// Takes the tag off a frame that has it.
-fn split_tag<'r, 'a, 'p>(
-    tag: Tag,
-    all: &'r [Record<'a>],
-    payload: &'p [u8],
-    at_end: bool,
-) -> Option<(&'r [Record<'a>], &'p [u8])> {
-    let size = |pair: &[Record<'_>; 2]| pair.iter().map(Record::size).sum::<usize>();
-    if at_end {
-        let (rest, pair) = all.split_last_chunk::<2>()?;
-        let bytes = payload.get(..payload.len() - size(pair))?;
-        tag.matches(pair).then_some((rest, bytes))
-    } else {
-        let (pair, rest) = all.split_first_chunk::<2>()?;
-        let bytes = payload.get(size(pair)..)?;
-        tag.matches(pair).then_some((rest, bytes))
-    }
-}
-
-/// Whether a monitor that cannot answer tags would answer like this: it leaves them out, or has
-/// General refuse them in its own name.
-fn is_untagged(operation: &Operation, all: &[Record<'_>]) -> bool {
-    let refused = all.first().is_some_and(|record| {
-        record.request == RequestId::GET_STATUS
-            && record.device == SubsystemId::GENERAL
-            && !record.status.is_success()
-    });
-    refused || deal(&operation.requests, all).is_some()
 }
 
 #[cfg(test)]

@@ -302,11 +302,7 @@ fn syntax(text: &str, error: url::ParseError) -> UrlError {
     }
 }
 
-fn host_and_port(
-    text: &str,
-    url: &Url,
-    scheme: &'static str,
-) -> Result<(String, u16), UrlError> {
+fn host_and_port(text: &str, url: &Url, scheme: &'static str) -> Result<(String, u16), UrlError> {
     let part = |part: String| UrlError::Part { url: text.into(), part };
     if !url.username().is_empty() || url.password().is_some() {
         return Err(part(format!("{}@", url.username())));
@@ -387,9 +383,7 @@ impl Options {
             None => Ok(Framing::Link),
             Some(value) if value == "link" => Ok(Framing::Link),
             Some(value) if value == "records" => Ok(Framing::Records),
-            Some(value) => {
-                Err(UrlError::Value { key: "framing".into(), value, allowed: FRAMINGS })
-            }
+            Some(value) => Err(UrlError::Value { key: "framing".into(), value, allowed: FRAMINGS }),
         }
     }
 

@@ -61,7 +61,7 @@ static UNUSED: LazyLock<Vec<SubsystemId>> =
     LazyLock::new(|| (0..=u8::MAX).map(SubsystemId).filter(|id| id.name().is_none()).collect());
 
 /// Gives out tags; half of them rests while the other half is in use.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Tags {
     next: usize,
     /// When a tag of each half was last sent.
@@ -69,11 +69,6 @@ pub struct Tags {
 }
 
 impl Tags {
-    /// All tags are free.
-    pub const fn new() -> Self {
-        Self { next: 0, last_use: [None; 2] }
-    }
-
     /// When the next tag will be free, if it is not.
     pub fn resting_until(&self, now: Now, late_bound: Duration) -> Option<Now> {
         let entered = !self.next.is_multiple_of(half_size());
@@ -112,15 +107,17 @@ fn half_of(number: usize) -> usize {
 /// When frames whose answers are unaccounted for were last sent, by the id of their first request.
 #[derive(Debug)]
 pub struct Suspicion {
+    /// One place for each request id, and one for probes.
     since: [Option<Now>; 257],
 }
 
-impl Suspicion {
-    /// Nothing is suspicious.
-    pub const fn new() -> Self {
+impl Default for Suspicion {
+    fn default() -> Self {
         Self { since: [None; 257] }
     }
+}
 
+impl Suspicion {
     /// An answer to such a frame, sent at `sent`, may still come. A probe has no first request.
     pub fn raise(&mut self, first: Option<RequestId>, sent: Now) {
         let since = &mut self.since[index(first)];
@@ -147,7 +144,7 @@ mod tests {
     #[test]
     fn tags_are_all_different_and_name_no_subsystem() {
         assert_eq!(UNUSED.len(), 240);
-        let mut tags = Tags::new();
+        let mut tags = Tags::default();
         let mut seen = std::collections::HashSet::new();
         for _ in 0..57_600 {
             let tag = tags.issue(Now::ZERO, BOUND).expect("a fresh one");
@@ -158,7 +155,7 @@ mod tests {
 
     #[test]
     fn no_tag_comes_again_before_the_bound() {
-        let mut tags = Tags::new();
+        let mut tags = Tags::default();
         let mut last_use = std::collections::HashMap::new();
         let mut now = Now::ZERO;
         for n in 0..300_000u32 {
@@ -185,7 +182,7 @@ mod tests {
 
     #[test]
     fn suspicion_passes() {
-        let mut suspicion = Suspicion::new();
+        let mut suspicion = Suspicion::default();
         let (stop, at) = (Some(RequestId::STOP), Duration::from_secs(5));
         suspicion.raise(stop, at);
         suspicion.raise(stop, Duration::from_secs(1));

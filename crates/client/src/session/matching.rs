@@ -212,8 +212,7 @@ mod tests {
         ];
         let stop = |who| record(RequestId::STOP, who, Status::OK);
         let status = record(RequestId::GET_STATUS, SubsystemId::VERTICAL, Status::OK);
-        let answers =
-            [stop(SubsystemId::CONTROL), stop(SubsystemId::NOZZLE), status, status];
+        let answers = [stop(SubsystemId::CONTROL), stop(SubsystemId::NOZZLE), status, status];
         let slots = deal(&requests, &answers).expect("they match");
         let counts: Vec<_> = slots
             .iter()

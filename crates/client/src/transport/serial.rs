@@ -4,7 +4,6 @@ use std::io;
 use std::path::Path;
 
 use serial2_tokio::{CharSize, FlowControl, Parity, SerialPort, Settings, StopBits};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
 /// A port.
 #[derive(Debug)]

@@ -1,0 +1,380 @@
+//! A monitor with a method for each request of §3, typed.
+
+use lafet_proto::answer::Reply;
+use lafet_proto::id::key;
+use lafet_proto::param::Param;
+use lafet_proto::request::{Body, LimitsState, Quench, Seek, Trajectory};
+use lafet_proto::status::{
+    ButtonsStatus, ConnStatus, ControlStatus, DeployerStatus, DetectorStatus, DriveStatus,
+    FaultInfo, GeneralStatus, Hotbed, Limits, ThermoStatus, ValveStatus,
+};
+use lafet_proto::{Bytes, DecodeError, Expected, Ints, ParamId, Request, Status, SubsystemId};
+
+use crate::answers::{AnswerBuf, Answers};
+use crate::client::Client;
+use crate::error::Error;
+use crate::url::Endpoint;
+
+/// A monitor. Clones share one connection.
+///
+/// Every method turns a refusal into [`Error::Refused`]; [`Client::request`] does not.
+#[derive(Clone, Debug)]
+pub struct Monitor {
+    client: Client,
+}
+
+impl Monitor {
+    /// The monitor that a client talks to.
+    pub const fn new(client: Client) -> Self {
+        Self { client }
+    }
+
+    /// Connects: see [`Client::connect`].
+    pub async fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
+        Client::connect(endpoint).await.map(Self::new)
+    }
+
+    /// The client underneath.
+    pub const fn client(&self) -> &Client {
+        &self.client
+    }
+
+    /// §3.1 Moves a drive to a position, arc-minutes (nozzle: mm); beyond the limits means as far
+    /// as it goes. Positive is up and left.
+    pub async fn move_to(&self, drive: SubsystemId, position: i16) -> Result<Status, Error> {
+        self.command(drive, Body::Move { destination: position }).await
+    }
+
+    /// §3.2 Stops what a subsystem does; All: everything that moves.
+    pub async fn stop(&self, who: SubsystemId) -> Result<Answers, Error> {
+        self.ask(who, Body::Stop).await
+    }
+
+    /// §3.3 The state of every subsystem of the monitor.
+    pub async fn status_all(&self) -> Result<MonitorStatus, Error> {
+        let request = Request::new(SubsystemId::ALL, Body::GetStatus);
+        let answers = self.client.request(&request).await?;
+        // General refusing in the name of all is a refusal; one subsystem among others is not.
+        let answers = if answers.len() > 1 { answers } else { answers.accepted()? };
+        MonitorStatus::new(answers)
+    }
+
+    /// §3.3 The state of one subsystem; its answer is decoded by [`AnswerBuf::decode`].
+    pub async fn status(&self, who: SubsystemId) -> Result<AnswerBuf, Error> {
+        Ok(self.ask(who, Body::GetStatus).await?.first().clone())
+    }
+
+    /// §3.4 The values of a parameter by its name, or by its id written as `0x23FE`.
+    pub async fn param(&self, who: SubsystemId, name: &str) -> Result<Vec<i32>, Error> {
+        self.param_id(who, param_id(name)).await
+    }
+
+    /// §3.4 The values of a parameter.
+    pub async fn param_id(&self, who: SubsystemId, id: ParamId) -> Result<Vec<i32>, Error> {
+        values(self.ask(who, Body::GetParam { id }).await?.first())
+    }
+
+    /// §3.4 The values of many parameters of the dictionary, several in a frame.
+    pub async fn params(&self, which: &[Param]) -> Vec<Result<Vec<i32>, Error>> {
+        let requests: Vec<Request<'_>> = which
+            .iter()
+            .map(|param| {
+                let spec = param.spec();
+                Request::new(spec.subsystem, Body::GetParam { id: spec.id })
+            })
+            .collect();
+        let results = self.client.batch(&requests).await;
+        let one = |result: Result<Answers, Error>| values(result?.accepted()?.first());
+        results.into_iter().map(one).collect()
+    }
+
+    /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`.
+    pub async fn set_param(
+        &self,
+        who: SubsystemId,
+        name: &str,
+        values: &[i32],
+    ) -> Result<Status, Error> {
+        let values = Ints::Values(values);
+        self.command(who, Body::SetParam { id: param_id(name), values }).await
+    }
+
+    /// §3.6 Stores corrections of elevation, degrees, one for each 0.1 atm from index `first` on
+    /// (format: ours). Long tables are sent in pieces; the first refusal ends it.
+    pub async fn correction_table(&self, first: u8, corrections: &[i8]) -> Result<Status, Error> {
+        let bytes: Vec<u8> = corrections.iter().map(|value| value.to_le_bytes()[0]).collect();
+        let (mut first, mut rest) = (first, &bytes[..]);
+        loop {
+            let (piece, others) = rest.split_at(rest.len().min(TABLE_PIECE));
+            let body = Body::SetupCorrectionTable { first, corrections: Bytes(piece) };
+            let status = self.command(SubsystemId::CONTROL, body).await?;
+            if others.is_empty() {
+                return Ok(status);
+            }
+            (first, rest) = (first.saturating_add(TABLE_PIECE as u8), others);
+        }
+    }
+
+    /// §3.7 The limits of a drive.
+    pub async fn limits(&self, drive: SubsystemId) -> Result<Limits, Error> {
+        limits(self.ask(drive, Body::RetrieveLimits).await?.first())
+    }
+
+    /// §3.7 The limits of every drive that has them.
+    pub async fn limits_all(&self) -> Result<Vec<(SubsystemId, Limits)>, Error> {
+        let request = Request::new(SubsystemId::ALL, Body::RetrieveLimits);
+        let answers = self.client.request(&request).await?;
+        let answers = if answers.len() > 1 { answers } else { answers.accepted()? };
+        let fine = answers.iter().filter(|answer| answer.status().is_success());
+        fine.map(|answer| Ok((answer.from(), limits(answer)?))).collect()
+    }
+
+    /// §3.8 Opens a valve.
+    pub async fn open(&self, valve: SubsystemId) -> Result<Status, Error> {
+        self.command(valve, Body::Open { key: key::OPEN }).await
+    }
+
+    /// §3.9 Closes a valve.
+    pub async fn close(&self, valve: SubsystemId) -> Result<Status, Error> {
+        self.command(valve, Body::Close { key: key::CLOSE }).await
+    }
+
+    /// §3.10 Deploys to the working position. Ok: it is there already.
+    pub async fn deploy(&self) -> Result<Status, Error> {
+        self.command(SubsystemId::DEPLOYER, Body::Deploy).await
+    }
+
+    /// §3.11 Wraps to the standby position. Ok: it is there already.
+    pub async fn wrap(&self) -> Result<Status, Error> {
+        self.command(SubsystemId::DEPLOYER, Body::Wrap).await
+    }
+
+    /// §3.12 Restarts the program: parameters that wait for it take effect.
+    pub async fn restart(&self) -> Result<Answers, Error> {
+        self.ask(SubsystemId::ALL, Body::Restart).await
+    }
+
+    /// §3.13 Starts the alignment of detector and barrel.
+    pub async fn justify(&self) -> Result<Status, Error> {
+        self.command(SubsystemId::DETECTOR, Body::StartJustify).await
+    }
+
+    /// §3.14 Starts extinguishing. The valves stay as they are.
+    pub async fn quench(&self, quench: Quench<'_>) -> Result<Status, Error> {
+        self.command(SubsystemId::CONTROL, Body::StartQuench(quench)).await
+    }
+
+    /// §3.15 Starts extinguishing along trajectories (format: ours).
+    pub async fn trajectory(&self, trajectory: Trajectory<'_>) -> Result<Status, Error> {
+        self.command(SubsystemId::CONTROL, Body::StartTrajectory(trajectory)).await
+    }
+
+    /// §3.16 Starts the search for fire in a sector.
+    pub async fn seek(&self, seek: Seek) -> Result<Status, Error> {
+        self.command(SubsystemId::DETECTOR, Body::StartSeek(seek)).await
+    }
+
+    /// §3.17 Switches the control of limits off, on, or rejects their change.
+    pub async fn switch_limits(
+        &self,
+        who: SubsystemId,
+        state: LimitsState,
+    ) -> Result<Answers, Error> {
+        let new_state = match state {
+            LimitsState::Off => 0,
+            LimitsState::On => 1,
+            LimitsState::Reject => 2,
+        };
+        self.ask(who, Body::SwitchLimits { new_state }).await
+    }
+
+    /// §3.18 Locks the monitor out (everything stops, valves close), or releases it.
+    pub async fn lockout(&self, on: bool) -> Result<Answers, Error> {
+        self.client.request(&Request::lockout(on)).await?.accepted()
+    }
+
+    /// §3.19 Erases the non-volatile memory and restarts.
+    pub async fn clean_flash(&self) -> Result<Status, Error> {
+        self.command(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH }).await
+    }
+
+    /// §3.20 What the last hardware fault left.
+    pub async fn crash_data(&self) -> Result<FaultInfo, Error> {
+        let answers = self.ask(SubsystemId::GENERAL, Body::GetCrashData).await?;
+        match typed(answers.first())? {
+            Reply::Fault(info) => Ok(info),
+            _ => Err(wrong_shape(answers.first())),
+        }
+    }
+
+    /// §3.21 The hotbeds found, the brightest first.
+    pub async fn hotbeds(&self) -> Result<Vec<Hotbed>, Error> {
+        let body = Body::GetParam { id: ParamId::HOTBEDS };
+        let answers = self.ask(SubsystemId::DETECTOR, body).await?;
+        let answer = answers.first();
+        let values = values(answer)?;
+        let (hotbeds, rest) = values.as_chunks::<5>();
+        if !rest.is_empty() || hotbeds.len() > Hotbed::MAX {
+            return Err(wrong_shape(answer));
+        }
+        Ok(hotbeds.iter().map(|values| Hotbed::from_values(*values)).collect())
+    }
+
+    /// The answers to a request, if none refuses.
+    async fn ask(&self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Error> {
+        self.client.request(&Request::new(to, body)).await?.accepted()
+    }
+
+    /// Ok or Accepted.
+    async fn command(&self, to: SubsystemId, body: Body<'_>) -> Result<Status, Error> {
+        Ok(self.ask(to, body).await?.first().status())
+    }
+}
+
+/// Corrections in one SetupCorrectionTable: a multiple that leaves 256 in two pieces.
+const TABLE_PIECE: usize = 128;
+
+/// The state of a monitor: what it does not consist of is `None` (§3.3).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MonitorStatus {
+    /// The monitor as a whole.
+    pub general: Option<GeneralStatus>,
+    /// Climate.
+    pub climatics: Option<ThermoStatus>,
+    /// Drive of elevation.
+    pub vertical: Option<DriveStatus>,
+    /// Drive of traverse.
+    pub horizontal: Option<DriveStatus>,
+    /// Drive of the nozzle.
+    pub nozzle: Option<DriveStatus>,
+    /// Valve 1, water.
+    pub valve1: Option<ValveStatus>,
+    /// Valve 2, foam.
+    pub valve2: Option<ValveStatus>,
+    /// Programs of extinguishing.
+    pub control: Option<ControlStatus>,
+    /// Fire detector.
+    pub detector: Option<DetectorStatus>,
+    /// Deployment.
+    pub deployer: Option<DeployerStatus>,
+    /// Wired interface.
+    pub external_conn: Option<ConnStatus>,
+    /// Radio interface.
+    pub radio: Option<ConnStatus>,
+    /// Button post.
+    pub buttons: Option<ButtonsStatus>,
+    /// Remote button post.
+    pub ext_buttons: Option<ButtonsStatus>,
+    /// Answers that tell no state: refusals, and subsystems the document does not know.
+    pub others: Vec<AnswerBuf>,
+}
+
+impl MonitorStatus {
+    fn new(answers: Answers) -> Result<Self, Error> {
+        let mut status = Self::default();
+        for answer in answers {
+            let known = match typed(&answer)? {
+                data if answer.status().is_success() => status.put(answer.from(), data),
+                _ => false,
+            };
+            if !known {
+                status.others.push(answer);
+            }
+        }
+        Ok(status)
+    }
+
+    fn put(&mut self, from: SubsystemId, data: Reply<'_>) -> bool {
+        match (from, data) {
+            (_, Reply::General(status)) => self.general = Some(status),
+            (_, Reply::Thermo(status)) => self.climatics = Some(status),
+            (SubsystemId::VERTICAL, Reply::Drive(status)) => self.vertical = Some(status),
+            (SubsystemId::HORIZONTAL, Reply::Drive(status)) => self.horizontal = Some(status),
+            (SubsystemId::NOZZLE, Reply::Drive(status)) => self.nozzle = Some(status),
+            (SubsystemId::VALVE1, Reply::Valve(status)) => self.valve1 = Some(status),
+            (SubsystemId::VALVE2, Reply::Valve(status)) => self.valve2 = Some(status),
+            (_, Reply::Control(status)) => self.control = Some(status),
+            (_, Reply::Detector(status)) => self.detector = Some(status),
+            (_, Reply::Deployer(status)) => self.deployer = Some(status),
+            (SubsystemId::EXTERNAL_CONN, Reply::Conn(status)) => self.external_conn = Some(status),
+            (SubsystemId::RADIO, Reply::Conn(status)) => self.radio = Some(status),
+            (SubsystemId::BUTTONS, Reply::Buttons(status)) => self.buttons = Some(status),
+            (SubsystemId::EXT_BUTTONS, Reply::Buttons(status)) => self.ext_buttons = Some(status),
+            _ => return false,
+        }
+        true
+    }
+
+    /// The state of Vertical, Horizontal or Nozzle.
+    pub fn drive(&self, id: SubsystemId) -> Option<DriveStatus> {
+        match id {
+            SubsystemId::VERTICAL => self.vertical,
+            SubsystemId::HORIZONTAL => self.horizontal,
+            SubsystemId::NOZZLE => self.nozzle,
+            _ => None,
+        }
+    }
+
+    /// The state of Valve1 or Valve2.
+    pub fn valve(&self, id: SubsystemId) -> Option<ValveStatus> {
+        match id {
+            SubsystemId::VALVE1 => self.valve1,
+            SubsystemId::VALVE2 => self.valve2,
+            _ => None,
+        }
+    }
+
+    /// The status word of a subsystem.
+    pub fn flags(&self, id: SubsystemId) -> Option<u32> {
+        match id {
+            SubsystemId::GENERAL => self.general.map(|status| status.flags.bits()),
+            SubsystemId::CLIMATICS => self.climatics.map(|status| status.flags.bits()),
+            SubsystemId::CONTROL => self.control.map(|status| status.flags.bits()),
+            SubsystemId::DETECTOR => self.detector.map(|status| status.flags.bits()),
+            SubsystemId::DEPLOYER => self.deployer.map(|status| status.flags.bits()),
+            SubsystemId::EXTERNAL_CONN => self.external_conn.map(|status| status.flags.bits()),
+            SubsystemId::RADIO => self.radio.map(|status| status.flags.bits()),
+            SubsystemId::BUTTONS => self.buttons.map(|status| status.flags.bits()),
+            SubsystemId::EXT_BUTTONS => self.ext_buttons.map(|status| status.flags.bits()),
+            id if id.is_valve() => self.valve(id).map(|status| status.flags.bits()),
+            id => self.drive(id).map(|status| status.flags.bits()),
+        }
+    }
+
+    /// The subsystems that told their state, in the document's order.
+    pub fn present(&self) -> impl Iterator<Item = SubsystemId> + '_ {
+        SubsystemId::TABLE.into_iter().filter(|id| self.flags(*id).is_some())
+    }
+}
+
+/// `0x23FE` is an id; anything else a name that is hashed (§1, §3.4).
+fn param_id(name: &str) -> ParamId {
+    let number = name.strip_prefix("0x").and_then(|digits| u16::from_str_radix(digits, 16).ok());
+    number.map_or_else(|| ParamId::of(name), ParamId)
+}
+
+fn typed(answer: &AnswerBuf) -> Result<Reply<'_>, Error> {
+    let (request, from) = (answer.request(), answer.from());
+    let decoded = answer.decode().map_err(|source| Error::Protocol { request, from, source })?;
+    Ok(decoded.data)
+}
+
+fn values(answer: &AnswerBuf) -> Result<Vec<i32>, Error> {
+    match typed(answer)? {
+        Reply::Param { values, .. } => Ok(values.iter().collect()),
+        _ => Err(wrong_shape(answer)),
+    }
+}
+
+fn limits(answer: &AnswerBuf) -> Result<Limits, Error> {
+    match typed(answer)? {
+        Reply::Limits(limits) => Ok(limits),
+        _ => Err(wrong_shape(answer)),
+    }
+}
+
+/// A success without the data that belong to it.
+fn wrong_shape(answer: &AnswerBuf) -> Error {
+    let source = DecodeError { offset: 0, expected: Expected::Size, got: answer.data().len() };
+    Error::Protocol { request: answer.request(), from: answer.from(), source }
+}

@@ -1,0 +1,111 @@
+//! What comes in: which frames are believed, and what the others are.
+
+use lafet_proto::{Record, RequestId, SubsystemId};
+
+use super::matching::deal;
+use super::operation::{Echo, Operation, Recent};
+use super::{Now, Outcome, Session, Tag, Verdict};
+use crate::answers::records;
+use crate::url::{Addresses, Framing};
+
+impl Session {
+    pub(super) fn handle_input(&mut self, now: Now) {
+        let end = self.outstanding.as_ref().and_then(|outstanding| outstanding.tag);
+        while let Some(frame) = self.input.poll_frame(end) {
+            let Addresses { monitor, source } = self.config.addresses;
+            let ours = frame.addresses.is_none_or(|(dst, src)| (dst, src) == (source, monitor));
+            let (dst, src) = frame.addresses.unwrap_or((source, monitor));
+            if !ours {
+                *self.stats.count(Verdict::Foreign) += 1;
+                self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
+                continue;
+            }
+            let (verdict, tagged, payload) = self.handle_payload(now, &frame.payload);
+            *self.stats.count(verdict) += 1;
+            self.trace(verdict, dst, src, tagged, payload);
+        }
+    }
+
+    /// A frame from the monitor to us: what it is, whether it has a tag, and what else is in it.
+    fn handle_payload<'p>(&mut self, now: Now, payload: &'p [u8]) -> (Verdict, bool, &'p [u8]) {
+        let Some(all) = records(payload) else { return (Verdict::Unmatched, false, payload) };
+        let at_end = self.config.framing == Framing::Records;
+        let Some(outstanding) = self.outstanding.as_mut().filter(|o| o.tries > 0) else {
+            return (self.classify(&all), false, payload);
+        };
+        let (rest, bytes) = match outstanding.tag {
+            None => (&all[..], payload),
+            Some(tag) => match split_tag(tag, &all, payload, at_end) {
+                Some(split) => split,
+                None => {
+                    outstanding.untagged |= is_untagged(&outstanding.operation, &all);
+                    return (self.classify(&all), false, payload);
+                }
+            },
+        };
+        let tagged = outstanding.tag.is_some();
+        let Some(slots) = deal(&outstanding.operation.requests, rest) else {
+            return (self.classify(&all), tagged, bytes);
+        };
+        if now < outstanding.believe_from {
+            return (Verdict::Late, tagged, bytes);
+        }
+        if tagged {
+            self.echo = Echo::Yes;
+        }
+        if let Some(outstanding) = self.outstanding.take() {
+            self.settle(&outstanding, true);
+            if outstanding.tries == 1 {
+                self.stats.note_rtt(now.saturating_sub(outstanding.sent));
+            }
+            self.outcomes.push_back((outstanding.operation.ticket, Outcome::Answered(slots)));
+        }
+        self.silent_tries = 0;
+        (Verdict::Believed, tagged, bytes)
+    }
+
+    /// What a frame is that answers nothing outstanding.
+    fn classify(&self, all: &[Record<'_>]) -> Verdict {
+        let first = all.first().map(|record| record.request);
+        let of = |recent: &&Recent| match (recent.tag, all.first_chunk()) {
+            (Some(tag), Some(chunk)) => tag.matches(chunk),
+            (Some(_), None) => false,
+            (None, _) => recent.first == first,
+        };
+        match self.recent.iter().rev().find(of) {
+            Some(recent) if recent.answered => Verdict::Duplicate,
+            Some(_) => Verdict::Late,
+            None => Verdict::Unmatched,
+        }
+    }
+}
+
+/// Takes the tag off a frame that has it.
+fn split_tag<'r, 'a, 'p>(
+    tag: Tag,
+    all: &'r [Record<'a>],
+    payload: &'p [u8],
+    at_end: bool,
+) -> Option<(&'r [Record<'a>], &'p [u8])> {
+    let size = |pair: &[Record<'_>; 2]| pair.iter().map(Record::size).sum::<usize>();
+    if at_end {
+        let (rest, pair) = all.split_last_chunk::<2>()?;
+        let bytes = payload.get(..payload.len() - size(pair))?;
+        tag.matches(pair).then_some((rest, bytes))
+    } else {
+        let (pair, rest) = all.split_first_chunk::<2>()?;
+        let bytes = payload.get(size(pair)..)?;
+        tag.matches(pair).then_some((rest, bytes))
+    }
+}
+
+/// Whether a monitor that cannot answer tags would answer like this: it leaves them out, or has
+/// General refuse them in its own name.
+fn is_untagged(operation: &Operation, all: &[Record<'_>]) -> bool {
+    let refused = all.first().is_some_and(|record| {
+        record.request == RequestId::GET_STATUS
+            && record.device == SubsystemId::GENERAL
+            && !record.status.is_success()
+    });
+    refused || deal(&operation.requests, all).is_some()
+}

@@ -1,0 +1,650 @@
+//! The session on virtual time, against a monitor and a network that misbehave.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use lafet_proto::link::{Decoder, wire_max};
+use lafet_proto::record::{Records, Writer};
+use lafet_proto::request::Body;
+use lafet_proto::{Ints, ParamId, Record, Request, Status, SubsystemId};
+
+use super::*;
+
+const MS: Duration = Duration::from_millis(1);
+
+fn buf(request: Request<'_>) -> RequestBuf {
+    RequestBuf::new(&request).expect("fits a record")
+}
+
+fn to(to: SubsystemId, body: Body<'_>) -> RequestBuf {
+    buf(Request::new(to, body))
+}
+
+fn status_all() -> RequestBuf {
+    to(SubsystemId::ALL, Body::GetStatus)
+}
+
+fn param(id: u16) -> RequestBuf {
+    to(SubsystemId::CONTROL, Body::GetParam { id: ParamId(id) })
+}
+
+fn moving() -> RequestBuf {
+    to(SubsystemId::VERTICAL, Body::Move { destination: 1200 })
+}
+
+fn stop() -> RequestBuf {
+    to(SubsystemId::ALL, Body::Stop)
+}
+
+/// How the monitor answers a tag.
+#[derive(Clone, Copy, PartialEq)]
+enum Echoes {
+    /// ModuleNotExist on behalf of the addressee (§1).
+    Yes,
+    /// Not at all.
+    LeftOut,
+    /// WrongRequest from General in its own name.
+    FromGeneral,
+}
+
+/// What a monitor answers to the records of a frame; `serial` is in every value.
+fn answer(payload: &[u8], serial: u32, echoes: Echoes) -> Vec<u8> {
+    let mut buffer = [0; 512];
+    let mut out = Writer::new(&mut buffer);
+    for record in Records::new(payload) {
+        let Record { request, device, data, .. } = record.expect("a whole record");
+        let mut push = |device, status, data: &[u8]| {
+            out.push(&Record { request, device, status, data }).expect("room");
+        };
+        let word = serial.to_le_bytes();
+        match request {
+            RequestId::GET_STATUS if device == SubsystemId::ALL => {
+                push(SubsystemId::VALVE1, Status::OK, &word);
+                push(SubsystemId::VERTICAL, Status::OK, &[&word[..], &[0; 4]].concat());
+            }
+            RequestId::GET_STATUS => match echoes {
+                Echoes::Yes => push(device, Status::MODULE_NOT_EXIST, &[]),
+                Echoes::LeftOut => {}
+                Echoes::FromGeneral => push(SubsystemId::GENERAL, Status::WRONG_REQUEST, &[]),
+            },
+            RequestId::GET_PARAM => push(device, Status::OK, &[data, &word].concat()),
+            RequestId::MOVE => {
+                let (device, status) = move_answer(serial);
+                push(device, status, &[]);
+            }
+            _ => {
+                push(SubsystemId::CONTROL, Status::OK, &[]);
+                push(SubsystemId::VERTICAL, Status::ACCEPTED, &[]);
+            }
+        }
+    }
+    out.written().to_vec()
+}
+
+/// Not always the same, so that an answer to another Move is found out.
+fn move_answer(serial: u32) -> (SubsystemId, Status) {
+    match serial % 4 {
+        0 => (SubsystemId::VERTICAL, Status::OK),
+        1 => (SubsystemId::VERTICAL, Status::ACCEPTED),
+        2 => (SubsystemId::DEPLOYER, Status::DENIED),
+        _ => (SubsystemId::VERTICAL, Status::MODULE_FAULT),
+    }
+}
+
+/// The serial number that an answer carries.
+fn serial_of(answer: &crate::AnswerBuf) -> Option<u32> {
+    let data = match answer.request() {
+        RequestId::GET_STATUS => answer.data().first_chunk()?,
+        RequestId::GET_PARAM => answer.data().last_chunk()?,
+        _ => return None,
+    };
+    Some(u32::from_le_bytes(*data))
+}
+
+fn frame(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+    let mut wire = vec![0; wire_max(payload.len())];
+    let len = link::encode(&Frame { dst, src, payload }, &mut wire).expect("room");
+    wire.truncate(len);
+    wire
+}
+
+fn payload_of(bytes: &[u8]) -> Vec<u8> {
+    let mut decoder: Decoder = Decoder::new();
+    let (_, frame) = decoder.push_slice(bytes);
+    frame.expect("a frame").payload.to_vec()
+}
+
+/// splitmix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, bound: u64) -> u64 {
+        self.next() % bound
+    }
+
+    fn one_in(&mut self, n: u64) -> bool {
+        self.below(n) == 0
+    }
+}
+
+/// A session, a monitor, and a network that loses, delays and copies, but never beyond `bound`.
+struct World {
+    now: Now,
+    session: Session,
+    random: Random,
+    echoes: Echoes,
+    bound: Duration,
+    copies: bool,
+    /// Answers under way, by arrival.
+    air: BTreeMap<(Now, u64), Vec<u8>>,
+    /// Which operation each frame belonged to.
+    owner: Vec<Ticket>,
+    /// Frames of an operation whose answers are not lost.
+    answered_by: HashMap<Ticket, Vec<u32>>,
+    cancelled: HashSet<Ticket>,
+    seen: Seen,
+}
+
+#[derive(Debug, Default)]
+struct Seen {
+    submitted: u32,
+    answered: u32,
+    ended: u32,
+    wrong: u32,
+}
+
+impl World {
+    fn new(config: Config, echoes: Echoes, bound: Duration, seed: u64) -> Self {
+        let copies = config.duplicates;
+        let mut session = Session::new(config);
+        session.handle_connected();
+        Self {
+            now: Now::ZERO,
+            session,
+            random: Random(seed),
+            echoes,
+            bound,
+            copies,
+            air: BTreeMap::new(),
+            owner: Vec::new(),
+            answered_by: HashMap::new(),
+            cancelled: HashSet::new(),
+            seen: Seen::default(),
+        }
+    }
+
+    fn run(&mut self, operations: u32) {
+        while self.seen.ended < operations {
+            if self.session.is_idle() || self.random.one_in(8) {
+                self.submit();
+            }
+            self.step();
+        }
+    }
+
+    fn submit(&mut self) {
+        let requests = match self.random.below(12) {
+            0..4 => vec![param(1)],
+            4 => vec![param(2)],
+            5 => vec![status_all()],
+            6 | 7 => vec![moving()],
+            8 => vec![stop()],
+            9 => vec![param(1), param(2), moving()],
+            10 => vec![stop(), status_all()],
+            _ => vec![],
+        };
+        let Ok(ticket) = self.session.submit(self.now, requests) else { return };
+        self.seen.submitted += 1;
+        if self.random.one_in(50) {
+            self.session.cancel(ticket);
+            self.cancelled.insert(ticket);
+            self.seen.ended += 1;
+        }
+    }
+
+    /// Goes to the next thing that happens.
+    fn step(&mut self) {
+        while let Some(bytes) = self.session.poll_transmit(self.now) {
+            self.send(&bytes);
+        }
+        self.check_outcomes();
+        let arrival = self.air.first_key_value().map(|((time, _), _)| *time);
+        let timeout = self.session.poll_timeout(self.now);
+        let Some(next) = arrival.into_iter().chain(timeout).min() else { return };
+        self.now = self.now.max(next);
+        if arrival == Some(next)
+            && let Some((_, bytes)) = self.air.pop_first()
+        {
+            self.session.handle_bytes(self.now, &bytes);
+        }
+        if self.random.one_in(5000) {
+            self.session.handle_disconnected(self.now);
+            self.now += MS;
+            self.session.handle_connected();
+        }
+        self.session.handle_timeout(self.now);
+        self.check_outcomes();
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        let ticket = self.session.outstanding.as_ref().map(|o| o.operation.ticket);
+        let serial = self.owner.len() as u32;
+        self.owner.push(ticket.expect("something is outstanding"));
+        let reply = answer(&payload_of(bytes), serial, self.echoes);
+        let copies = if self.random.one_in(12) { 0 } else { 1 };
+        let more = if self.copies && self.random.one_in(6) { 1 + self.random.below(2) } else { 0 };
+        for _ in 0..copies + more {
+            let longest = match self.random.below(40) {
+                0 => self.bound,
+                1..4 => Duration::from_secs(2).min(self.bound),
+                _ => 30 * MS,
+            };
+            let delay = Duration::from_micros(self.random.below(longest.as_micros() as u64));
+            let key = (self.now + delay, self.random.next());
+            self.air.insert(key, frame(129, 1, &reply));
+            self.answered_by.entry(self.owner[serial as usize]).or_default().push(serial);
+        }
+    }
+
+    fn check_outcomes(&mut self) {
+        while let Some((ticket, outcome)) = self.session.poll_outcome() {
+            let frames = self.answered_by.remove(&ticket).unwrap_or_default();
+            if self.cancelled.remove(&ticket) {
+                continue;
+            }
+            self.seen.ended += 1;
+            let Outcome::Answered(slots) = outcome else { continue };
+            self.seen.answered += 1;
+            // Nothing is believed that no frame of this operation was answered with.
+            let mut right = !frames.is_empty();
+            for slot in slots {
+                let Slot::Answered(answers) = slot else { panic!("there is room") };
+                for answer in answers {
+                    right &= match serial_of(&answer) {
+                        Some(serial) => self.owner[serial as usize] == ticket,
+                        None if answer.request() == RequestId::MOVE => frames
+                            .iter()
+                            .any(|serial| move_answer(*serial) == (answer.from(), answer.status())),
+                        None => true,
+                    };
+                }
+            }
+            self.seen.wrong += u32::from(!right);
+        }
+    }
+}
+
+/// The claim of `doubt.rs`, on a medium that copies frames (UDP) and on one that does not.
+#[test]
+fn no_late_answer_is_believed() {
+    for (duplicates, seed) in [(true, 1), (false, 2)] {
+        let config = Config { duplicates, ..Config::default() };
+        let bound = config.late_bound;
+        let mut world = World::new(config, Echoes::Yes, bound, seed);
+        world.run(260_000);
+        let (seen, stats) = (&world.seen, world.session.stats());
+        assert_eq!(seen.wrong, 0, "{seen:?} {stats:?}");
+        assert!(seen.answered > seen.submitted * 7 / 10, "{seen:?}");
+        assert!(stats.late > 2_000 && stats.retries > 10_000, "{stats:?}");
+        assert!(stats.duplicates > 2_000, "{stats:?}");
+    }
+}
+
+/// The same of a monitor that does not know §1's answer to a subsystem that does not exist, and
+/// with tags switched off: what is in doubt waits.
+#[test]
+fn without_tags_what_is_in_doubt_waits() {
+    let config = Config { duplicates: true, ..Config::default() };
+    let off = Config { tags: false, ..config.clone() };
+    let runs =
+        [(config.clone(), Echoes::LeftOut), (config, Echoes::FromGeneral), (off, Echoes::Yes)];
+    for (seed, (config, echoes)) in runs.into_iter().enumerate() {
+        let bound = config.drain_bound;
+        let mut world = World::new(config, echoes, bound, 10 + seed as u64);
+        world.run(20_000);
+        let (seen, stats) = (&world.seen, world.session.stats());
+        assert_eq!(seen.wrong, 0, "{seen:?} {stats:?}");
+        assert!(seen.answered > seen.submitted / 2, "{seen:?}");
+        assert!(stats.late > 0 && stats.duplicates > 0, "{stats:?}");
+    }
+}
+
+/// The two tests above can fail: without tags and without waiting, wrong values are believed.
+#[test]
+fn the_check_finds_wrong_values() {
+    let config = Config { tags: false, drain_bound: Duration::ZERO, ..Config::default() };
+    let mut world = World::new(config, Echoes::Yes, Duration::from_secs(3), 3);
+    world.run(5_000);
+    assert!(world.seen.wrong > 10, "{:?}", world.seen);
+}
+
+fn connected(config: Config) -> Session {
+    let mut session = Session::new(config);
+    session.handle_connected();
+    session
+}
+
+/// Sends what is due and returns the payload of the frame.
+fn sent(session: &mut Session, now: Now) -> Vec<u8> {
+    payload_of(&session.poll_transmit(now).expect("a frame is due"))
+}
+
+/// The monitor answers the frame.
+fn reply(session: &mut Session, now: Now, payload: &[u8], serial: u32) {
+    session.handle_bytes(now, &frame(129, 1, &answer(payload, serial, Echoes::Yes)));
+}
+
+#[test]
+fn a_frame_goes_out_plain_while_nothing_is_in_doubt() {
+    let mut session = connected(Config::default());
+    for serial in 0..3 {
+        let now = serial * MS;
+        let ticket = session.submit(now, vec![param(1)]).unwrap();
+        let payload = sent(&mut session, now);
+        assert_eq!(payload, [0x9D, 0x45, 0, 2, 1, 0]);
+        assert_eq!(session.poll_transmit(now), None, "one frame at a time");
+        reply(&mut session, now + MS, &payload, serial);
+        let (ended, outcome) = session.poll_outcome().expect("answered");
+        assert!(ended == ticket && matches!(outcome, Outcome::Answered(_)));
+    }
+    assert_eq!(session.stats().rtt_average, Some(MS));
+    assert!(session.is_idle() && session.poll_timeout(3 * MS).is_none());
+}
+
+#[test]
+fn reads_are_repeated_commands_are_not() {
+    let second = Duration::from_secs(1);
+    for (request, tries) in [(param(1), 3), (stop(), 3), (moving(), 1)] {
+        let mut session = connected(Config::default());
+        session.submit(Now::ZERO, vec![request]).unwrap();
+        let first = sent(&mut session, Now::ZERO);
+        for n in 1..tries {
+            assert_eq!(session.poll_timeout(Now::ZERO), Some(n * second));
+            session.handle_timeout(n * second - MS);
+            assert_eq!(session.poll_transmit(n * second - MS), None);
+            session.handle_timeout(n * second);
+            assert_eq!(sent(&mut session, n * second), first);
+        }
+        session.handle_timeout(tries * second);
+        assert_eq!(session.poll_outcome().map(|(_, end)| end), Some(Outcome::Silence { tries }));
+        assert_eq!(session.stats().timeouts, u64::from(tries));
+    }
+}
+
+#[test]
+fn after_a_timeout_frames_are_numbered_until_the_bound() {
+    let mut session = connected(Config { tries: 1, ..Config::default() });
+    let second = Duration::from_secs(1);
+    session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    let lost = sent(&mut session, Now::ZERO);
+    session.handle_timeout(second);
+    session.poll_outcome().expect("silence");
+
+    session.submit(second, vec![param(1)]).unwrap();
+    let tagged = sent(&mut session, second);
+    assert_eq!(tagged.len(), lost.len() + Tag::SIZE);
+    assert_eq!(tagged[Tag::SIZE..], lost);
+    reply(&mut session, second, &lost, 7);
+    assert_eq!(session.poll_outcome(), None, "the late answer is not believed");
+    assert_eq!(session.stats().late, 1);
+    reply(&mut session, second, &tagged, 8);
+    let Some((_, Outcome::Answered(slots))) = session.poll_outcome() else { panic!("answered") };
+    let Slot::Answered(answers) = &slots[0] else { panic!("answered") };
+    assert_eq!(serial_of(answers.first()), Some(8));
+    reply(&mut session, second, &tagged, 8);
+    assert_eq!(session.stats().duplicates, 1);
+
+    // Another request cannot be confused, and after the bound nothing can.
+    session.submit(second, vec![moving()]).unwrap();
+    let payload = sent(&mut session, second);
+    assert_eq!(payload.len(), 6);
+    reply(&mut session, second, &payload, 9);
+    session.submit(30 * second, vec![param(1)]).unwrap();
+    assert_eq!(sent(&mut session, 30 * second), lost);
+}
+
+#[test]
+fn urgent_requests_overtake_and_remove_what_they_undo() {
+    let mut session = connected(Config::default());
+    let reading = session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    let payload = sent(&mut session, Now::ZERO);
+    let moved = session.submit(Now::ZERO, vec![moving()]).unwrap();
+    let asked = session.submit(Now::ZERO, vec![status_all()]).unwrap();
+    let stopped = session.submit(Now::ZERO, vec![stop()]).unwrap();
+    let by = RequestId::STOP;
+    let superseded = Outcome::Superseded { by, sent: false };
+    assert_eq!(session.poll_outcome(), Some((moved, superseded)));
+
+    // The outstanding frame has a moment left, then the Stop goes out.
+    assert_eq!(session.poll_timeout(Now::ZERO), Some(150 * MS));
+    session.handle_timeout(149 * MS);
+    assert_eq!(session.poll_transmit(149 * MS), None);
+    session.handle_timeout(150 * MS);
+    let stop_payload = sent(&mut session, 150 * MS);
+    assert_eq!(stop_payload, [0x46, 0x5D, 0, 0]);
+    reply(&mut session, 151 * MS, &payload, 1);
+    assert_eq!(session.stats().late, 1);
+    reply(&mut session, 152 * MS, &stop_payload, 2);
+    for ticket in [stopped, reading, asked] {
+        if ticket != stopped {
+            let payload = sent(&mut session, 160 * MS);
+            reply(&mut session, 160 * MS, &payload, 3);
+        }
+        let (ended, outcome) = session.poll_outcome().expect("answered");
+        assert!(ended == ticket && matches!(outcome, Outcome::Answered(_)), "{outcome:?}");
+    }
+}
+
+#[test]
+fn a_stop_overtakes_the_rest_of_a_batch() {
+    let mut session = connected(Config::default());
+    let first = session.submit(Now::ZERO, vec![moving()]).unwrap();
+    let payload = sent(&mut session, Now::ZERO);
+    reply(&mut session, MS, &payload, 0);
+    session.poll_outcome().expect("answered");
+    session.submit(MS, vec![stop()]).unwrap();
+    let rest = session.submit_after(MS, Some(first), vec![moving()]).unwrap();
+    let outcome = Outcome::Superseded { by: RequestId::STOP, sent: false };
+    assert_eq!(session.poll_outcome(), Some((rest, outcome)));
+    // Reads of that batch, and what is asked after the Stop, are sent.
+    session.submit_after(MS, Some(first), vec![param(1)]).unwrap();
+    let later = session.submit(MS, vec![moving()]).unwrap();
+    session.submit_after(MS, Some(later), vec![moving()]).unwrap();
+    assert_eq!(session.poll_outcome(), None);
+}
+
+#[test]
+fn a_command_overtaken_on_the_line_has_an_unknown_outcome() {
+    let mut session = connected(Config::default());
+    let moved = session.submit(Now::ZERO, vec![moving()]).unwrap();
+    let payload = sent(&mut session, Now::ZERO);
+    session.submit(10 * MS, vec![stop()]).unwrap();
+    session.handle_timeout(150 * MS);
+    let outcome = Outcome::Superseded { by: RequestId::STOP, sent: true };
+    assert_eq!(session.poll_outcome(), Some((moved, outcome)));
+    assert_eq!(sent(&mut session, 150 * MS), [0x46, 0x5D, 0, 0]);
+    reply(&mut session, 160 * MS, &payload, 0);
+    assert_eq!(session.poll_outcome(), None);
+}
+
+#[test]
+fn what_is_cancelled_is_not_sent_but_a_stop_is() {
+    let mut session = connected(Config::default());
+    let moved = session.submit(Now::ZERO, vec![moving()]).unwrap();
+    session.cancel(moved);
+    assert!(session.is_idle());
+    let stopped = session.submit(Now::ZERO, vec![stop()]).unwrap();
+    session.cancel(stopped);
+    assert!(session.is_urgent());
+    sent(&mut session, Now::ZERO);
+    session.handle_timeout(Duration::from_secs(1));
+    sent(&mut session, Duration::from_secs(1));
+
+    // On the line: no retry for nobody, and the answer is still known for what it is.
+    let mut session = connected(Config::default());
+    let asked = session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    let payload = sent(&mut session, Now::ZERO);
+    session.cancel(asked);
+    session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    session.handle_timeout(Duration::from_secs(1));
+    assert_ne!(sent(&mut session, Duration::from_secs(1)), payload);
+}
+
+#[test]
+fn foreign_garbled_and_unasked_frames_are_counted() {
+    let mut session = connected(Config::default());
+    session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    let payload = sent(&mut session, Now::ZERO);
+    let good = answer(&payload, 5, Echoes::Yes);
+    session.handle_bytes(MS, &frame(129, 2, &good));
+    session.handle_bytes(MS, &frame(130, 1, &good));
+    session.handle_bytes(MS, &frame(129, 1, &answer(param(2).bytes(), 5, Echoes::Yes)));
+    let mut broken = frame(129, 1, &good);
+    broken[6] ^= 1;
+    session.handle_bytes(MS, &broken);
+    session.handle_bytes(MS, b"\xC0garbage\xDB\x00");
+    assert_eq!(session.poll_outcome(), None);
+    let Stats { foreign, unmatched, crc_errors, framing_errors, .. } = session.stats();
+    assert_eq!((foreign, unmatched, crc_errors, framing_errors), (2, 1, 1, 1));
+    // Byte by byte, after all that, the answer is found.
+    for byte in frame(129, 1, &good) {
+        session.handle_bytes(2 * MS, &[byte]);
+    }
+    assert!(matches!(session.poll_outcome(), Some((_, Outcome::Answered(_)))));
+}
+
+#[test]
+fn a_lost_link_tells_what_may_have_been_executed() {
+    let mut session = connected(Config::default());
+    let moved = session.submit(Now::ZERO, vec![moving()]).unwrap();
+    sent(&mut session, Now::ZERO);
+    let waiting = session.submit(Now::ZERO, vec![moving()]).unwrap();
+    session.handle_disconnected(100 * MS);
+    assert_eq!(session.poll_outcome(), Some((moved, Outcome::LinkLost)));
+    assert_eq!(session.poll_transmit(100 * MS), None);
+    assert_eq!(session.poll_timeout(100 * MS), Some(Duration::from_secs(1)));
+    session.handle_timeout(Duration::from_secs(1));
+    assert_eq!(session.poll_outcome(), Some((waiting, Outcome::NotConnected)));
+
+    // A read is asked again over the next connection.
+    let mut session = connected(Config::default());
+    session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    sent(&mut session, Now::ZERO);
+    session.handle_disconnected(MS);
+    session.handle_connected();
+    let payload = sent(&mut session, 2 * MS);
+    reply(&mut session, 3 * MS, &payload, 1);
+    assert!(matches!(session.poll_outcome(), Some((_, Outcome::Answered(_)))));
+    assert_eq!(session.stats().reconnects, 1);
+}
+
+#[test]
+fn queues_have_limits() {
+    let mut session = Session::new(Config::default());
+    for _ in 0..QUEUE_MAX {
+        session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    }
+    assert_eq!(session.submit(Now::ZERO, vec![param(1)]), Err(QueueFull));
+    for _ in 0..URGENT_MAX {
+        session.submit(Now::ZERO, vec![stop()]).unwrap();
+    }
+    assert_eq!(session.submit(Now::ZERO, vec![stop()]), Err(QueueFull));
+}
+
+#[test]
+fn a_probe_is_an_empty_frame_and_numbered_in_doubt() {
+    let mut session = connected(Config { tries: 1, ..Config::default() });
+    session.submit(Now::ZERO, vec![]).unwrap();
+    assert!(sent(&mut session, Now::ZERO).is_empty());
+    session.handle_timeout(Duration::from_secs(1));
+    session.poll_outcome().expect("silence");
+    session.submit(Duration::from_secs(1), vec![]).unwrap();
+    let tag = sent(&mut session, Duration::from_secs(1));
+    assert_eq!(tag.len(), Tag::SIZE);
+    reply(&mut session, Duration::from_secs(1), &[], 0);
+    assert_eq!(session.poll_outcome(), None);
+    reply(&mut session, Duration::from_secs(1), &tag, 0);
+    assert!(matches!(session.poll_outcome(), Some((_, Outcome::Answered(_)))));
+}
+
+/// Bare records: the tag behind the requests tells where the answers end.
+#[test]
+fn bare_records_end_with_their_tag() {
+    let mut session = connected(Config { framing: Framing::Records, ..Config::default() });
+    session.set_tracing(true);
+    session.submit(Now::ZERO, vec![status_all()]).unwrap();
+    let late = session.poll_transmit(Now::ZERO).expect("due");
+    assert_eq!(late[..4], [0xD4, 0x5D, 0, 0]);
+    assert_eq!(late.len(), 4 + Tag::SIZE);
+    session.handle_timeout(Duration::from_secs(1));
+    // The same operation: the first answer, in pieces, answers it.
+    session.poll_transmit(Duration::from_secs(1)).expect("again");
+    for byte in answer(&late, 3, Echoes::Yes) {
+        assert_eq!(session.poll_outcome(), None);
+        session.handle_bytes(Duration::from_secs(1), &[byte]);
+    }
+    assert!(matches!(session.poll_outcome(), Some((_, Outcome::Answered(_)))));
+    // The answer to the second try comes before that to the next request.
+    session.submit(Duration::from_secs(2), vec![status_all()]).unwrap();
+    let next = session.poll_transmit(Duration::from_secs(2)).expect("due");
+    session.handle_bytes(Duration::from_secs(2), &answer(&late, 4, Echoes::Yes));
+    assert_eq!(session.poll_outcome(), None);
+    session.handle_bytes(Duration::from_secs(2), &answer(&next, 5, Echoes::Yes));
+    let Some((_, Outcome::Answered(slots))) = session.poll_outcome() else { panic!("answered") };
+    let Slot::Answered(answers) = &slots[0] else { panic!("answered") };
+    assert!(answers.iter().all(|answer| serial_of(answer) == Some(5)));
+    let traced: Vec<_> = std::iter::from_fn(|| session.poll_traced()).collect();
+    assert_eq!(traced.len(), 5);
+    assert!(traced[0].tagged && traced[0].payload[..] == [0xD4, 0x5D, 0, 0]);
+}
+
+#[test]
+fn datagrams_are_frames() {
+    let mut session = connected(Config { duplicates: true, ..Config::default() });
+    session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    let payload = sent(&mut session, Now::ZERO);
+    let mut good = frame(129, 1, &answer(&payload, 1, Echoes::Yes));
+    session.handle_datagram(MS, &good[..good.len() - 1]);
+    good[5] ^= 4;
+    session.handle_datagram(MS, &good);
+    good[5] ^= 4;
+    session.handle_datagram(MS, &good);
+    assert!(matches!(session.poll_outcome(), Some((_, Outcome::Answered(_)))));
+    let Stats { frames_received, crc_errors, framing_errors, .. } = session.stats();
+    assert_eq!((frames_received, crc_errors, framing_errors), (1, 1, 1));
+    // UDP may copy: the next one is numbered.
+    session.submit(MS, vec![param(1)]).unwrap();
+    assert_eq!(sent(&mut session, MS).len(), payload.len() + Tag::SIZE);
+}
+
+/// A monitor that refuses whatever does not fit: General has the last word (§1, §2).
+#[test]
+fn a_full_buffer_leaves_requests_unexecuted() {
+    let mut session = connected(Config::default());
+    session.submit(Now::ZERO, vec![param(1), param(2), moving()]).unwrap();
+    sent(&mut session, Now::ZERO);
+    let values = [7];
+    let fits = lafet_proto::Answer {
+        from: SubsystemId::CONTROL,
+        request: RequestId::GET_PARAM,
+        status: Status::OK,
+        data: lafet_proto::answer::Reply::Param { id: ParamId(1), values: Ints::Values(&values) },
+    };
+    let bare = |from| lafet_proto::Answer::bare(from, RequestId::GET_PARAM, Status::NO_ROOM);
+    let mut buffer = [0; 64];
+    let mut out = Writer::new(&mut buffer);
+    for answer in [fits, bare(SubsystemId::CONTROL), bare(SubsystemId::GENERAL)] {
+        answer.encode(&mut out).unwrap();
+    }
+    session.handle_bytes(MS, &frame(129, 1, out.written()));
+    let Some((_, Outcome::Answered(slots))) = session.poll_outcome() else { panic!("answered") };
+    assert!(matches!(&slots[1], Slot::Answered(answers) if answers.lacks_room()));
+    assert_eq!(slots[2], Slot::NotExecuted);
+}

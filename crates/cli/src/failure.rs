@@ -130,7 +130,9 @@ mod tests {
 
     #[test]
     fn exit_codes() {
-        let denied = || refusal(RequestId::MOVE, SubsystemId::VERTICAL, Status::DENIED, SubsystemId::DEPLOYER);
+        let denied = || {
+            refusal(RequestId::MOVE, SubsystemId::VERTICAL, Status::DENIED, SubsystemId::DEPLOYER)
+        };
         assert_eq!(Failure::Client(denied()).exit_code(), 1);
         assert_eq!(Failure::Refused { first: denied(), count: 2 }.exit_code(), 1);
         assert_eq!(Failure::Client(Error::NeedsStream).exit_code(), 2);
@@ -143,7 +145,8 @@ mod tests {
 
     #[test]
     fn a_program_reads_who_refused() {
-        let denied = refusal(RequestId::MOVE, SubsystemId::VERTICAL, Status::DENIED, SubsystemId::DEPLOYER);
+        let denied =
+            refusal(RequestId::MOVE, SubsystemId::VERTICAL, Status::DENIED, SubsystemId::DEPLOYER);
         let json = Failure::Client(denied).json();
         assert_eq!(json["error"]["kind"], "refused");
         assert_eq!(json["error"]["status"], "Denied");

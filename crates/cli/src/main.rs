@@ -1,2 +1,104 @@
-//! lafet
-fn main() {}
+//! `lafet`: control, simulate and inspect robotic fire monitors from the terminal.
+//!
+//! ```text
+//! main ─▶ cli (clap) ─▶ cmd::* ─▶ connect ─▶ lafet-client ─▶ the wire
+//!                          └────▶ serve ──▶ lafet-sim (the real lafet-device inside)
+//! ```
+//!
+//! The language is chosen first ([`lang`]), because help and errors need it; every command then
+//! returns an [`failure::Outcome`], and `main` makes the exit code of it.
+
+mod angle;
+mod cli;
+mod cmd;
+mod connect;
+mod decode;
+mod demo;
+mod describe;
+mod exchange;
+mod failure;
+mod follow;
+mod help;
+mod interrupt;
+mod lang;
+mod out;
+mod serve;
+mod simulator;
+mod texts;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::FromArgMatches;
+use cli::{Cli, Command, Global};
+use failure::{Failure, Outcome};
+use out::Out;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> =
+        std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect();
+    lang::choose(&arguments);
+    let parsed = help::command().try_get_matches_from(std::env::args_os());
+    let cli = match parsed.and_then(|mut matches| Cli::from_arg_matches_mut(&mut matches)) {
+        Ok(cli) => cli,
+        Err(error) => return help::show(&error),
+    };
+    let mut out = Out::new(cli.global.json);
+    match run(cli.command, &cli.global, &mut out) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => report(&failure, &mut out),
+    }
+}
+
+/// Tells why a command is not done: to people on standard error, to programs on standard output.
+fn report(failure: &Failure, out: &mut Out) -> ExitCode {
+    out.end_progress();
+    let message = failure.message();
+    if !message.is_empty() {
+        // When nobody reads it, the exit code still tells.
+        let _ = writeln!(io::stderr(), "{message}");
+        if out.json() {
+            let _ = out.value(&failure.json());
+        }
+    }
+    ExitCode::from(failure.exit_code())
+}
+
+fn run(command: Command, global: &Global, out: &mut Out) -> Outcome {
+    match command {
+        Command::Decode(args) => cmd::decode::run(&args, out),
+        Command::Schema(args) => cmd::schema::run(&args, out),
+        command => {
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+            runtime.block_on(run_async(command, global, out))
+        }
+    }
+}
+
+async fn run_async(command: Command, global: &Global, out: &mut Out) -> Outcome {
+    match command {
+        Command::Decode(args) => cmd::decode::run(&args, out),
+        Command::Schema(args) => cmd::schema::run(&args, out),
+        Command::Sim(args) => cmd::sim::run(args, out).await,
+        Command::Demo(args) => cmd::demo::run(args, out).await,
+        Command::Status(args) => cmd::status::run(args, global, out).await,
+        Command::Watch(args) => cmd::watch::run(args, global, out).await,
+        Command::Move(args) => cmd::motion::run_move(args, global, out).await,
+        Command::Stop(args) => cmd::motion::run_stop(args, global, out).await,
+        Command::Open(args) => cmd::motion::run_open(args, global, out).await,
+        Command::Close(args) => cmd::motion::run_close(args, global, out).await,
+        Command::Deploy(args) => cmd::motion::run_deploy(args, global, out).await,
+        Command::Wrap(args) => cmd::motion::run_wrap(args, global, out).await,
+        Command::Seek(args) => cmd::seek::run_seek(args, global, out).await,
+        Command::Hotbeds(_) => cmd::seek::run_hotbeds(global, out).await,
+        Command::Justify(args) => cmd::seek::run_justify(args, global, out).await,
+        Command::Quench(args) => cmd::quench::run_quench(args, global, out).await,
+        Command::Trajectory(args) => cmd::quench::run_trajectory(args, global, out).await,
+        Command::Limits(args) => cmd::limits::run(args, global, out).await,
+        Command::Param(command) => cmd::param::run(command, global, out).await,
+        Command::Lockout(args) => cmd::service::run_lockout(args, global, out).await,
+        Command::Restart(_) => cmd::service::run_restart(global, out).await,
+        Command::Crash(_) => cmd::service::run_crash(global, out).await,
+        Command::Send(args) => cmd::send::run(args, global, out).await,
+    }
+}

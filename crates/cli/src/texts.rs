@@ -41,7 +41,9 @@ fn expected_ru(error: &DecodeError) -> String {
         Expected::Value => format!("значение {got} вне допустимых пределов"),
         Expected::RequestId => format!("неизвестный запрос {got:#04x}"),
         Expected::FrameStart => format!("кадр начинается с FF C0, а здесь {got:#04x}"),
-        Expected::Escape => format!("после DB может следовать только DC или DD, а здесь {got:#04x}"),
+        Expected::Escape => {
+            format!("после DB может следовать только DC или DD, а здесь {got:#04x}")
+        }
         Expected::Crc(crc) => format!("CRC должна быть {crc:#06x}, в кадре {got:#06x}"),
         Expected::FrameEnd => "кадр не завершён байтом C0".into(),
         Expected::Room => format!("кадр длиннее {got} байт, которые хранит приёмник"),
@@ -65,7 +67,8 @@ fn wanted_ru(wanted: &Wanted) -> String {
         }
         Wanted::Param(subsystem) => {
             let names = list(Param::of(subsystem).map(Param::name));
-            let names = if names.is_empty() { names } else { format!(" либо один из: {names}") };
+            let names =
+                if names.is_empty() { names } else { format!(" либо один из: {names}") };
             format!("ожидается параметр {subsystem} (0x и четыре цифры, @ЛюбоеИмя{names})")
         }
         Wanted::Word(words) => format!("ожидается {}", words.join(" или ")),

@@ -304,10 +304,16 @@ impl Device {
             RequestId::MOVE => denied(self.refusal_of_move(to)),
             RequestId::STOP => denied(self.refusal_of_stop(to)),
             RequestId::OPEN => denied(self.refusal_of_work()),
-            // §3.9/1
+            // §3.9/1; Deployer has no say: closing is the safe direction (§3.9/6).
             RequestId::CLOSE => denied(self.seeking()),
-            // §3.11/6, §3.11/7
-            RequestId::WRAP => denied(self.busy_detector().or(self.open_valve())),
+            // §3.11/6, §3.11/7; the barrel is brought to its rest first, which a held button forbids.
+            RequestId::WRAP => denied(
+                AIMING
+                    .into_iter()
+                    .find_map(|drive| self.held_by_button(drive))
+                    .or(self.busy_detector())
+                    .or(self.open_valve()),
+            ),
             // §3.13/2
             RequestId::START_JUSTIFY => {
                 denied(self.not_deployed().or(self.seeking()).or(self.quenching()))
@@ -396,7 +402,7 @@ impl Device {
     /// A program that would have to deploy first cannot when Deployer is faulty.
     fn broken_deployer(&self) -> Option<(SubsystemId, Status)> {
         let [.., drive] = &self.drives;
-        (!self.is_deployed() && self.deployer.is_faulty(drive))
+        (!self.is_deployed() && self.deployer.refuses(drive, true))
             .then_some((SubsystemId::DEPLOYER, Status::MODULE_FAULT))
     }
 }

@@ -5,7 +5,7 @@ use crate::guard::{self, Rules};
 use crate::hal::{FaultInfo, Hal, Storage, StorageError};
 use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
 use crate::params::Params;
-use crate::subsystem::buttons::{ButtonPost, Demand};
+use crate::subsystem::buttons::{ButtonPost, Demand, direction};
 use crate::subsystem::climatics::Climatics;
 use crate::subsystem::conn::Conn;
 use crate::subsystem::control::Control;
@@ -16,7 +16,7 @@ use crate::subsystem::general::{General, Reset};
 use crate::subsystem::valve::Valve;
 use crate::subsystem::{Env, by_axis, of_axis};
 use crate::time::{Millis, Timer};
-use lafet_proto::SubsystemId;
+use lafet_proto::{RequestId, SubsystemId};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::status::Limits;
 
@@ -68,6 +68,7 @@ impl Device {
         let mut inputs = Inputs::default();
         hal.read(&mut inputs);
         let configured = !params.is_incomplete(SubsystemId::GENERAL);
+        // §3.19/3 What is not stored is as compiled in, the address as the hardware has it.
         let chain = if configured {
             ChainSet::from_bits(params.get(Param::GeneralChain) as u16)
         } else {
@@ -77,7 +78,8 @@ impl Device {
         let locked = params.lockout();
         let keep_valves = params.get(Param::GeneralResetValves) != 0 && !locked;
         let drive = |axis| Drive::new(axis, &params, *of_axis(&inputs.drives, axis));
-        let valve = |no| Valve::new(now, no, &params, keep_valves);
+        let [valve1, valve2] = inputs.valves;
+        let valve = |(no, input)| Valve::new(now, no, &params, input, keep_valves);
         let invalid = |id| params.is_incomplete(id);
         let [_, _, _, deployer] = &inputs.drives;
         let mut settling = Timer::default();
@@ -89,7 +91,7 @@ impl Device {
             general: General::new(locked, crash),
             climatics: Climatics::default(),
             drives: Axis::ALL.map(drive),
-            valves: ValveNo::ALL.map(valve),
+            valves: [(ValveNo::Valve1, valve1), (ValveNo::Valve2, valve2)].map(valve),
             control: Control::default(),
             detector: Detector::default(),
             deployer: Deployer::new(deployer),
@@ -179,8 +181,10 @@ impl Device {
         self.detector.stop();
         let [_, _, _, deployer] = self.inputs.drives;
         self.deployer.stop(&mut self.drives, &deployer);
-        for drive in &mut self.drives {
+        for (drive, axis) in self.drives.iter_mut().zip(Axis::ALL) {
             drive.stop();
+            self.buttons.disarm(axis);
+            self.ext_buttons.disarm(axis);
         }
         if valves {
             for valve in &mut self.valves {
@@ -229,23 +233,23 @@ impl Device {
             (SubsystemId::BUTTONS, &mut self.buttons, first),
             (SubsystemId::EXT_BUTTONS, &mut self.ext_buttons, second),
         ];
-        let mut directions = [None; 3];
+        let mut held = [(false, false); 3];
         let (mut open, mut close) = (false, false);
         for (id, post, states) in posts {
             if self.chain.contains(id) {
                 let invalid = self.params.is_incomplete(id);
                 let demand: Demand = post.step(&states, locked, invalid);
-                for (direction, more) in directions.iter_mut().zip(demand.directions) {
-                    *direction = (*direction).or(more);
+                // The posts have the same rights: opposite buttons of the two ask for nothing too.
+                for ((up, down), (more_up, more_down)) in held.iter_mut().zip(demand.held) {
+                    *up |= more_up;
+                    *down |= more_down;
                 }
                 open |= demand.open;
                 close |= demand.close;
             }
         }
-        for (axis, direction) in
-            [Axis::Vertical, Axis::Horizontal, Axis::Nozzle].into_iter().zip(directions)
-        {
-            self.run_direction_button(now, axis, direction);
+        for (axis, held) in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle].into_iter().zip(held) {
+            self.run_direction_button(now, axis, direction(held));
         }
         self.run_valve_buttons(now, open, close);
     }
@@ -269,20 +273,20 @@ impl Device {
 
     /// Valve1, or Valve2 where there is no Valve1.
     fn run_valve_buttons(&mut self, now: Millis, open: bool, close: bool) {
-        let [valve1, valve2] = &mut self.valves;
-        let (id, valve) = if self.chain.contains(SubsystemId::VALVE1) {
-            (SubsystemId::VALVE1, valve1)
-        } else {
-            (SubsystemId::VALVE2, valve2)
-        };
+        let has_first = self.chain.contains(SubsystemId::VALVE1);
+        let id = if has_first { SubsystemId::VALVE1 } else { SubsystemId::VALVE2 };
         if !self.chain.contains(id) {
             return;
         }
+        let (close, open) = (
+            close && self.intercept(RequestId::CLOSE, id).is_none(),
+            open && self.intercept(RequestId::OPEN, id).is_none(),
+        );
+        let [valve1, valve2] = &mut self.valves;
+        let valve = if id == SubsystemId::VALVE1 { valve1 } else { valve2 };
         if close {
             valve.close(now, &self.params);
-        } else if open && self.refusal_of_work().is_none() {
-            let [valve1, valve2] = &mut self.valves;
-            let valve = if id == SubsystemId::VALVE1 { valve1 } else { valve2 };
+        } else if open {
             valve.open(now, &self.params);
         }
     }

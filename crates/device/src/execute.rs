@@ -4,7 +4,7 @@ use crate::answers::Answers;
 use crate::device::Device;
 use crate::image::Axis;
 use crate::params::VALUES_MAX;
-use crate::subsystem::drive::Drive;
+use crate::subsystem::drive::{Cause, Drive};
 use crate::subsystem::general::Reset;
 use crate::subsystem::valve::Valve;
 use crate::subsystem::{by_axis, of_axis, remote};
@@ -153,7 +153,12 @@ impl Device {
             }
             // §3.12/1
             Body::Restart => {
-                self.close_everything(now);
+                // §D/2
+                if self.params.get(Param::GeneralResetValves) == 0 {
+                    self.close_everything(now);
+                } else {
+                    self.stop_motion(true);
+                }
                 self.general.schedule(now, Reset::Restart);
                 Status::OK
             }
@@ -205,19 +210,25 @@ impl Device {
     /// §3.2/2–§3.2/5
     fn stop(&mut self, id: SubsystemId) -> Status {
         match id {
-            SubsystemId::CONTROL => self.control.stop(),
-            SubsystemId::DETECTOR => self.detector.stop(),
+            SubsystemId::CONTROL => {
+                self.control.stop();
+                self.stop_drives_of(&[Cause::Program]);
+                return Status::OK;
+            }
+            SubsystemId::DETECTOR => {
+                self.detector.stop();
+                self.stop_drives_of(&[Cause::Seek, Cause::Justify]);
+                return Status::OK;
+            }
             SubsystemId::DEPLOYER => {
                 let [_, _, _, input] = self.inputs.drives;
                 self.deployer.stop(&mut self.drives, &input);
             }
             _ => {}
         }
-        if matches!(id, SubsystemId::CONTROL | SubsystemId::DETECTOR) {
-            for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
-                by_axis(&mut self.drives, axis).stop();
-            }
-            return Status::OK;
+        if let Some(axis) = axis_of(id) {
+            self.buttons.disarm(axis);
+            self.ext_buttons.disarm(axis);
         }
         if let Some(drive) = self.drive_mut(id) {
             drive.stop();
@@ -229,6 +240,15 @@ impl Device {
                 if valve.is_faulty() { Status::MODULE_FAULT } else { Status::OK }
             }
             None => Status::SYSTEM_FAULT,
+        }
+    }
+
+    /// What an operation moved stops with it; what an operator moves goes on.
+    fn stop_drives_of(&mut self, causes: &[Cause]) {
+        for drive in &mut self.drives {
+            if drive.cause().is_some_and(|cause| causes.contains(&cause)) {
+                drive.stop();
+            }
         }
     }
 
@@ -274,6 +294,7 @@ impl Device {
                 }
                 return Ok(buffer.get(..20).unwrap_or_default());
             }
+            // §3.21/1
             Param::DetectorHotbeds => return Ok(hotbed_values(self.detector.hotbeds(), buffer)),
             _ => {}
         }
@@ -300,6 +321,7 @@ impl Device {
     fn write_param(&mut self, id: SubsystemId, param: ParamId, values: Ints<'_>) -> Status {
         let Some(param) = Param::find(id, param) else { return Status::INVALID_ID };
         let spec = param.spec();
+        // §3.5/5, §3.21/3
         if spec.access == Access::ReadOnly {
             return Status::ACCESS_DENIED;
         }
@@ -314,7 +336,13 @@ impl Device {
         match id {
             SubsystemId::VALVE1 => valve1.set_param(param, first, &mut self.params),
             SubsystemId::VALVE2 => valve2.set_param(param, first, &mut self.params),
-            _ => self.params.write(param, values),
+            _ => {
+                let unit = (spec.placement == Placement::Unit).then(|| self.remote_link(id));
+                if unit.flatten().is_some_and(|unit| !unit.write(spec.id, first)) {
+                    return Status::CACHED;
+                }
+                self.params.write(param, values)
+            }
         }
     }
 
@@ -387,7 +415,8 @@ impl Device {
         let bad_power = id == SubsystemId::GENERAL && self.general.has_bad_power();
         let mut flags = CommonFlags::empty();
         flags.set(CommonFlags::CONFIG_FAULT, self.params.has_read_fault(id));
-        flags.set(CommonFlags::CONFIG_INVALID, self.params.is_incomplete(id));
+        let invalid = self.params.is_incomplete(id) || self.params.is_contradictory(id);
+        flags.set(CommonFlags::CONFIG_INVALID, invalid);
         flags.set(CommonFlags::CONFIG_WRITE_FAULT, self.params.has_write_fault(id));
         flags.set(CommonFlags::BAD_POWER, bad_power);
         flags.set(CommonFlags::RESTARTING, restarting);

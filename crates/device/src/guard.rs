@@ -35,10 +35,13 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs) -> Outputs {
     let [_, _, _, folding] = &wanted.drives;
     let working =
         !rules.deployer || deployer.max_switch && !deployer.min_switch && folding.speed_tenths == 0;
-    for (valve, input) in allowed.valves.iter_mut().zip(&inputs.valves) {
-        *valve = valve_output(rules, working, input, *valve);
-    }
     let mut valves = rules.valves.iter().zip(&inputs.valves);
+    for (output, (present, input)) in allowed.valves.iter_mut().zip(valves.clone()) {
+        *output = match present {
+            true => valve_output(rules, working, input, *output),
+            false => ValveOutput::Off,
+        };
+    }
     let water = valves.any(|(present, valve)| *present && !valve.close_switch);
     let drives = allowed.drives.iter_mut().zip(&inputs.drives).zip(Axis::ALL);
     let bounds = rules.limits.iter().zip(&rules.current_da);

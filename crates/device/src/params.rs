@@ -123,10 +123,11 @@ impl Params {
             };
             if read.is_none() {
                 params.read_faults |= owner_bit(group.owner());
+                // §3.6/3
                 if group == Group::Correction {
                     params.correction_valid = false;
                 }
-                // A monitor that cannot tell whether it was locked out stays locked out.
+                // §3.18/6 A monitor that cannot tell whether it was locked out stays locked out.
                 if group == Group::Lockout {
                     params.lockout = true;
                 }
@@ -211,10 +212,11 @@ impl Params {
         self.correction_valid
     }
 
-    /// §3.6 Changes entries of the correction table.
+    /// §3.6/1 Changes entries of the correction table, which is stored as a whole.
     pub(crate) fn set_corrections(&mut self, first: u8, corrections: Bytes<'_>) -> Status {
         let first = usize::from(first);
         let Some(entries) = self.correction.get_mut(first..first + corrections.0.len()) else {
+            // §3.6/2
             return Status::INVALID_VALUE;
         };
         for (entry, correction) in entries.iter_mut().zip(corrections.iter()) {
@@ -237,7 +239,7 @@ impl Params {
         self.lockout
     }
 
-    /// §3.18 Keeps the lockout over Restart and power loss.
+    /// §3.18/6 Keeps the lockout over Restart and power loss.
     pub(crate) fn set_lockout(&mut self, on: bool) {
         self.lockout = on;
         self.mark(Group::Lockout);
@@ -315,6 +317,18 @@ impl Params {
     /// §3.3.1 ConfigInvalid: parameters of this subsystem are still unset.
     pub fn is_incomplete(&self, id: SubsystemId) -> bool {
         self.incomplete & owner_bit(id) != 0
+    }
+
+    /// §3.3.1/2 Values are checked one by one; those that contradict each other show here.
+    pub fn is_contradictory(&self, id: SubsystemId) -> bool {
+        let exceeds = |low, high| self.get(low) > self.get(high);
+        match id {
+            SubsystemId::GENERAL => {
+                exceeds(Param::GeneralMainVoltageMin, Param::GeneralMainVoltageMax)
+            }
+            SubsystemId::CLIMATICS => exceeds(Param::ClimaticsHeatOn, Param::ClimaticsHeatOff),
+            _ => false,
+        }
     }
 
     /// §3.3.1 ConfigFault: stored parameters of this subsystem could not be read.

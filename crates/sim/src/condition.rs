@@ -1,14 +1,14 @@
 //! Conditions on a running simulation: what scenarios expect, wait for, and forbid.
 //!
 //! ```text
-//! [not] PATH OP VALUE            OP: = != < <= > >= has lacks; without one, the last word is the value
+//! [not] PATH OP VALUE            OP: = != < <= > >= has lacks; without: the last word is the value
 //!
-//! Vertical flags has Move        flags of any subsystem: has, lacks (several names), = (exactly; `none`)
-//! Vertical position >= 1190      fields of GetStatus: position current speed, voltage pressure flow,
-//!                                horizontal vertical nozzle deployer housing humidity
+//! Vertical flags has Move        flags of a subsystem: has, lacks (several), = (exactly; `none`)
+//! Vertical position >= 1190      fields of GetStatus: position current speed, voltage pressure
+//!                                flow, horizontal vertical nozzle deployer housing humidity
 //! Detector hotbeds = 1           number of hotbeds that GetHotbed returns
-//! param Vertical MaxLimit = 4500 a parameter's first value, or `param Control Program0 6 = 25`
-//! output vertical > 0            commanded speed, 0.1 °/s; `output motion` = sum of all four, unsigned
+//! param Vertical MaxLimit = 4500 the first value; `param Control Program0 6 = 25`: one by index
+//! output vertical > 0            commanded speed, 0.1 °/s; `output motion`: all four, unsigned
 //! output valve1 opening          opening closing off
 //! output heater box on           on off
 //! input vertical position < 9    position speed current; min-switch max-switch (on off)
@@ -137,7 +137,10 @@ impl Condition {
                 _ => Err(format!("`{word}` is a word: only = and != fit")),
             },
             Value::Flags(flags) => {
-                let has = |name: &str| flags.iter().any(|flag| flag == name);
+                // A button's flag has a state: its bare name stands for any but released.
+                let has = |name: &str| {
+                    flags.iter().any(|flag| flag == name || flag.split('=').next() == Some(name))
+                };
                 let mut names = text.split_whitespace();
                 match self.op {
                     Op::Has => Ok(names.all(has)),
@@ -360,6 +363,7 @@ fn valve(name: &str) -> Option<ValveNo> {
 mod tests {
     use super::*;
     use crate::sim::Config;
+    use lafet_proto::flags::Button;
 
     fn holds(text: &str, sim: &mut Sim) -> bool {
         Condition::parse(text).unwrap().holds(sim).unwrap().0
@@ -371,7 +375,12 @@ mod tests {
         let fires = vec!["az=30,range=25,size=1.5".parse().unwrap()];
         let mut sim = Sim::new(Config { fires, ..Config::default() });
         sim.advance_ms(500);
+        sim.world_mut().press(crate::fault::Post::Buttons, Button::Left, true);
+        sim.advance_ms(20);
         for text in [
+            "Buttons flags has LeftButtonState",
+            "Buttons flags has LeftButtonState=Pressed",
+            "Buttons flags lacks RightButtonState LeftButtonState=Short",
             "Deployer flags has Wrapped",
             "Deployer flags lacks Deployed Move",
             "Deployer position = 0",

@@ -2,13 +2,15 @@
 //!
 //! It looks along the barrel, off by a mounting misalignment (h, v) that justification has to find:
 //! optical axis = barrel axis + misalignment. A fire is a box of its diameter, standing on the
-//! ground, its middle at elevation −atan((h_m − D/2)/r). A spot is reported when the middle lies in the
-//! square field of view (900' across by default), its box cut at the edges.
+//! ground, its middle at elevation −atan((h_m − D/2)/r). A spot is reported when the middle lies in
+//! the square field of view (900' across by default); its box is cut at the edges, and what is cut
+//! off gives no light.
 //!
 //! Brightness = 1000 · power_kW / r², times 0.1 behind a dirty glass: about 1400 for a fire of
-//! 1.5 m at 25 m, 157 for one of 1 m at 50 m. Noise from the world's seed: ±3' (standard deviation 1') on the
-//! box, 2 % on the brightness. It makes a picture every 20 ms and keeps the four brightest spots. It sees
-//! nothing while the barrel is folded; walls, smoke and the jet do not hide anything.
+//! 1.5 m at 25 m, 157 for one of 1 m at 50 m. Noise from the world's seed: ±3' (standard deviation
+//! 1') on the box, 2 % on the brightness. It makes a picture every 20 ms and keeps the four
+//! brightest spots. It sees nothing while the barrel is folded; walls, smoke and the jet do not
+//! hide anything.
 
 use lafet_device::image::{DetectorInput, SPOTS, Spot};
 
@@ -85,6 +87,9 @@ impl Detector {
         if left.abs() > edge || high.abs() > edge {
             return None;
         }
+        let shown =
+            |middle: f64| ((middle + half).min(edge) - (middle - half).max(-edge)) / (2.0 * half);
+        let brightness = brightness * shown(left) * shown(high);
         let cut = |value: f64| libm::round(value.clamp(-edge, edge)) as i16;
         Some(Spot {
             left: cut(left + half),
@@ -137,6 +142,16 @@ mod tests {
         assert!(
             look(&Detector::default(), aim(1000.0, 0.0), &fires, &Faults::default()).is_empty()
         );
+    }
+
+    /// Its middle on the edge of the field of view: half of the box, half of the light.
+    #[test]
+    fn cut_at_the_edge() {
+        let fires = [fire(0.0, 25.0, 1.5)];
+        let spots = look(&Detector::default(), aim(-445.0, -103.0), &fires, &Faults::default());
+        assert_eq!(spots[0].left, 450);
+        assert!((335..350).contains(&spots[0].right), "{spots:?}");
+        assert!((650..820).contains(&spots[0].brightness), "{spots:?}");
     }
 
     #[test]

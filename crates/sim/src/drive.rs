@@ -8,7 +8,7 @@
 //!   weight = 1.0·cos(elevation) A when lifting and thrust = 0.5·Q/20 l/s A; at a stop or jammed
 //!   the stall current of 15 A; I follows with a time constant of 40 ms.
 //!
-//! The figures are ours, of the size that drives of 20 l/s monitors have (24 V, 100–200 W). Valid
+//! The figures are ours, plausible for a monitor of 20 l/s on 24 V, not measured on one. Valid
 //! for worm-geared drives; backlash and elasticity are left out.
 
 use lafet_device::image::{Axis, DriveInput};

@@ -4,15 +4,15 @@
 //! i (0 out … 1 full) follows the density of water d that reaches the disc, l/(s·m²):
 //! - d is the water landed on the disc, smoothed with τ = 3 s (it keeps wetting while the jet
 //!   is elsewhere), and at most 1.0: more runs off unused. Foam counts 1.5 times;
-//! - below the critical density d_c = 0.06 l/(s·m²) the fire recovers: di/dt = (1 − i)/30 s, and its
-//!   disc grows by `growth_mps`, up to twice the first diameter;
+//! - below the critical density d_c = 0.06 l/(s·m²) the fire recovers: di/dt = (1 − i)/30 s, and
+//!   its disc grows by `growth_mps`, up to twice the first diameter;
 //! - above it di/dt = −(d − d_c)/10 l/m²: a solid jet on the spot needs about 11 s, a sector swept
 //!   with 0.25 l/(s·m²) about 50 s;
 //! - at i = 0 it is out. A fire that re-ignites leaves embers: when they have got less than 30 l/m²
 //!   in all, it flares up again 20 s after they dried, with i = 0.1.
 //!
-//! Heat release: 500 kW/m² · area · i. The densities are of the size that extinguishing tests of
-//! solid stores report (0.03–0.1 critical, 0.1–0.3 applied); the model is ours.
+//! Heat release: 500 kW/m² · area · i. Model and figures are ours: plausible orders of magnitude,
+//! not fitted to measured fires. Good for training and tests, not for design.
 
 use core::f64::consts::FRAC_PI_4;
 

@@ -4,13 +4,15 @@
 //! - exit speed v₀ = 0.97·√(2P/ρ): 38.80 m/s at 0.8 MPa;
 //! - effective drag length L = 0.0404·d² / (1 + 9·w²) m, d = outlet diameter in mm, w = 1 − n/60
 //!   for the nozzle at n mm: 31.7 m for 28 mm, a tenth of it with the widest spray;
-//! - it leaves at height h (1.5 m) and lands at z = 0; midpoint rule, 10 ms, last step cut linearly.
+//! - it leaves at height h (1.5 m) and lands at z = 0; midpoint rule, 10 ms, last step cut
+//!   linearly.
 //!
 //! L stands for drag, break-up and entrained air together; it is calibrated (ours), so that
 //! 20 l/s at 0.8 MPa and 30° throw 42 m and 40 l/s throw 62 m. Valid for 0.2–1.2 MPa, 20–50 mm.
 //!
 //! Footprint: half-angle of the cone δ = 1° + 34°·w; across b = 0.3 m + s·tan δ, s = straight
-//! distance; along a = b / sin(angle of fall), at most half the range (at least b). Uniform density.
+//! distance; along a = b / sin(angle of fall), at most half the range (at least b). Uniform
+//! density.
 
 use crate::water::DENSITY;
 

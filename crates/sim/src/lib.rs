@@ -1,7 +1,7 @@
 //! The world around a simulated fire monitor.
 //!
-//! [`world::World`] implements the HAL of `lafet-device`, so the very program of the monitor runs in it.
-//! [`sim::Sim`] puts the two together on virtual time: a function of seed, configuration and
+//! [`world::World`] implements the HAL of `lafet-device`, so the very program of the monitor runs
+//! in it. [`sim::Sim`] puts the two together on virtual time: a function of seed, configuration and
 //! requests, the same trace byte for byte. It is plain synchronous code; sockets live elsewhere.
 //!
 //! ```text

@@ -254,7 +254,7 @@ impl Sim {
     }
 
     /// The state in one line: true positions (° or mm), commanded speeds (°/s or mm/s), valves,
-    /// water, jet, fires.
+    /// water, jet, the brightest spot in the detector's view (° from its axis), fires.
     pub fn trace_line(&self) -> String {
         use core::fmt::Write;
         let world = &self.world;
@@ -281,6 +281,14 @@ impl Sim {
                 let _ = write!(line, " jet={:.2},{:.2}m", jet.at.0, jet.at.1);
             }
             None => line.push_str(" jet=-"),
+        }
+        match world.inputs().detector.spots[0] {
+            Some(spot) => {
+                let middle = |a: i16, b: i16| (f64::from(a) + f64::from(b)) / 120.0;
+                let (left, up) = (middle(spot.left, spot.right), middle(spot.top, spot.bottom));
+                let _ = write!(line, " spot={left:.2},{up:.2}#{}", spot.brightness);
+            }
+            None => line.push_str(" spot=-"),
         }
         for (index, fire) in world.fires.iter().enumerate() {
             let _ = write!(line, " fire{index}={:.3}@{:.3}", fire.heat, fire.density);

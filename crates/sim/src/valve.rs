@@ -1,9 +1,10 @@
 //! The valves: water and foam.
 //!
 //! State: opening s, 0 closed … 1 open. The motor moves it by dt/travel_time per step, and it stays
-//! where it is when the motor is off. Free area as a part of the full one: f(s) = sin²(π·s/2), a ball
-//! valve. Motor current: 1.5 A running, 3 A while leaving the seat (s < 0.05), 8 A against the end
-//! or jammed, with a lag of 50 ms. The switches close in the last 0.5 % of the travel. Figures ours.
+//! where it is when the motor is off. Free area as a part of the full one: f(s) = sin²(π·s/2), a
+//! ball valve. Motor current: 1.5 A running, 3 A while leaving the seat (s < 0.05), 8 A against the
+//! end or jammed, with a lag of 50 ms. The switches close in the last 0.5 % of the travel. Figures
+//! ours.
 
 use lafet_device::image::{ValveInput, ValveNo, ValveOutput};
 

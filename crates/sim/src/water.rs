@@ -8,12 +8,14 @@
 //! - hence Q = √(P₀ / (a + b + c/f² + 1/K²)), P_nozzle = (Q/K)².
 //!
 //! Every plant is sized for its nozzle: the nominal flow is K·√0.8. The flow follows with a time
-//! constant of 0.3 s (inertia of the water). The barrel behind the valves is dry: V = 60 l at 20 l/s
-//! (in proportion for others) fill before the nozzle has pressure, and run out again with a
-//! time constant of 10 s. While filling, Q = √(P₀ / (a + b + c/f²)), at most twice the nominal flow.
+//! constant of 0.3 s (inertia of the water). The barrel behind the valves is dry: V = 60 l at 20
+//! l/s (in proportion for others) fill before the nozzle has pressure, and run out again with a
+//! time constant of 10 s. While filling, Q = √(P₀ / (a + b + c/f²)), at most twice the nominal
+//! flow.
 //!
-//! Pressure sensor: at the nozzle, I = 4 mA + 16 mA·p/range, range 16.0 atm, noise ±3 µA. Flow meter:
-//! in front of the barrel, so it shows the filling. Figures ours; water at 10 °C, no elevation head.
+//! Pressure sensor: at the nozzle, I = 4 mA + 16 mA·p/range, range 16.0 atm, noise ±3 µA. Flow
+//! meter: in front of the barrel, so it shows the filling. Figures ours; water at 10 °C, no
+//! elevation head.
 
 use crate::fault::{Faults, SingleFault};
 use crate::rng::Rng;

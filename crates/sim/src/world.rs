@@ -363,7 +363,10 @@ impl World {
     }
 
     fn throw(&mut self, dt_s: f64) {
-        let flooded = self.water.filled > 0.01 && self.water.flow_lps > 0.1 && !self.deployed();
+        // Behind closed valves the flow only dies away.
+        let fed = self.valves.iter().any(|valve| valve.free_area() > 1e-3);
+        let flows = fed && self.water.filled > 0.01 && self.water.flow_lps > 0.1;
+        let flooded = flows && !self.deployed();
         if flooded && !self.flooded {
             self.note(What::FoldedBarrelFlooded);
         }

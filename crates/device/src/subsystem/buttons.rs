@@ -1,8 +1,8 @@
 //! §3.3.10 «Флаги состояния Buttons, ExtButtons»: a post of eight buttons.
 //!
 //! A held direction button moves its drive until it is released; a held button takes precedence
-//! over requests for the same drive (ours). A button that was held at power-up, or while the
-//! posts were locked, acts only after it has been released.
+//! over Move for the same drive (ours). A button that was held at power-up, while the posts were
+//! locked, or when its drive was stopped by a request, acts only after it has been released.
 
 use crate::image::Axis;
 use lafet_proto::flags::{Button, ButtonState, ButtonsFlags};
@@ -20,8 +20,8 @@ pub struct ButtonPost {
 /// What a post asks of the monitor in this step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Demand {
-    /// Vertical, Horizontal, Nozzle: up/left/narrower (true) or down/right/wider, while held.
-    pub directions: [Option<bool>; 3],
+    /// Vertical, Horizontal, Nozzle: whether up/left/narrower and down/right/wider are held.
+    pub held: [(bool, bool); 3],
     /// Pressed in this step.
     pub open: bool,
     /// Pressed in this step.
@@ -56,10 +56,22 @@ impl ButtonPost {
         let [left, right, up, down, wide, narrow, open, close] = self.pressed();
         let [.., open_before, close_before] = before;
         Demand {
-            directions: [direction(up, down), direction(left, right), direction(narrow, wide)],
+            held: [(up, down), (left, right), (narrow, wide)],
             open: open && !open_before && !close,
             close: close && !close_before,
         }
+    }
+
+    /// §3.2/1, §3.2/5 A stop holds although a button of this drive is held.
+    pub(crate) fn disarm(&mut self, axis: Axis) {
+        let [left, right, up, down, wide, narrow, ..] = &mut self.armed;
+        let (one, other) = match axis {
+            Axis::Vertical => (up, down),
+            Axis::Horizontal => (left, right),
+            Axis::Nozzle => (wide, narrow),
+            Axis::Deployer => return,
+        };
+        (*one, *other) = (false, false);
     }
 
     /// A button of this drive is held: requests for it are answered Denied by the post.
@@ -102,8 +114,8 @@ impl ButtonPost {
     }
 }
 
-/// Opposite buttons at a time ask for nothing.
-const fn direction(up: bool, down: bool) -> Option<bool> {
+/// Up/left/narrower (true) or the other way; opposite buttons at a time ask for nothing.
+pub(crate) const fn direction((up, down): (bool, bool)) -> Option<bool> {
     match (up, down) {
         (true, false) => Some(true),
         (false, true) => Some(false),

@@ -11,6 +11,10 @@ use lafet_proto::status::ThermoStatus;
 pub struct Climatics {
     places: [PlaceInput; PLACES],
     humidity_percent: Option<u8>,
+    /// Too cold, faults aside.
+    demand: [bool; PLACES],
+    /// A broken heater shows only while it is on, so its fault stays until no heat is asked for.
+    faulty: [bool; PLACES],
     heating: [bool; PLACES],
 }
 
@@ -20,15 +24,17 @@ impl Climatics {
         self.humidity_percent = inputs.humidity_percent;
         let on_below = params.get(Param::ClimaticsHeatOn);
         let off_above = params.get(Param::ClimaticsHeatOff).max(on_below);
-        for (heating, place) in self.heating.iter_mut().zip(&self.places) {
-            *heating = match place.temperature_dc.map(i32::from) {
-                // §3.3.3/1: without a temperature, or with a faulty heater, nothing is heated.
+        let nodes = self.demand.iter_mut().zip(&mut self.faulty).zip(&mut self.heating);
+        for (((demand, faulty), heating), place) in nodes.zip(&self.places) {
+            *demand = match place.temperature_dc.map(i32::from) {
+                // §3.3.3/1: without a temperature nothing is heated.
                 None => false,
-                Some(_) if place.heater_fault => false,
                 Some(value) if value < on_below => true,
                 Some(value) if value > off_above => false,
-                Some(_) => *heating,
+                Some(_) => *demand,
             };
+            *faulty = place.heater_fault || *faulty && *demand;
+            *heating = *demand && !*faulty;
         }
     }
 
@@ -57,11 +63,10 @@ impl Climatics {
         ];
         let mut flags = F::from_bits_retain(common);
         let bits = HEAT.iter().zip(FAULT).zip(SENSOR);
-        for (((heat, fault), sensor), (place, heating)) in
-            bits.zip(self.places.iter().zip(self.heating))
-        {
+        let nodes = self.places.iter().zip(self.heating).zip(self.faulty);
+        for (((heat, fault), sensor), ((place, heating), faulty)) in bits.zip(nodes) {
             flags.set(*heat, heating);
-            flags.set(fault, place.heater_fault);
+            flags.set(fault, faulty);
             flags.set(sensor, place.temperature_dc.is_none());
         }
         flags.set(F::HUMIDITY_SENSOR_FAULT, self.humidity_percent.is_none());

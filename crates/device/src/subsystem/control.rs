@@ -1,28 +1,554 @@
-//! Placeholder.
-use super::Env;
-use crate::time::Millis;
-use lafet_proto::{
-    Status,
-    flags::ControlFlags,
-    request::{Quench, Trajectory},
-};
-/// Control
-#[derive(Clone, Debug, Default)]
-pub struct Control;
+//! §3.14 «StartQuench. Старт тушения», §3.15 «StartTrajectory. Программа тушения по траекториям».
+//!
+//! ```text
+//!  Idle ──start, deployed──▶ Running ──Move, button──▶ Paused ──3 s after the last──▶ Running
+//!    └────start, wrapped───▶ Deploying ──deployed──▶ Running
+//!
+//!  Stop, the last point, a fault: Idle. A start during a program replaces it.
+//! ```
+//! A direction in a request is the line of sight to the place. The barrel is raised above it by
+//! what brings the jet down there (`elevation`): by the same angle all over a sector, because a
+//! flat trajectory turns with the barrel as if it were rigid. The valves are nobody's business
+//! here (§3.14/7).
+
+pub(crate) mod approach;
+#[cfg(test)]
+pub(crate) mod bench;
+mod elevation;
+mod path;
+pub(crate) mod raster;
+#[cfg(test)]
+mod tests;
+
+use super::{Env, by_axis, of_axis};
+use crate::ballistics::NARROWEST_MM;
+use crate::image::{AXES, Axis};
+use crate::time::{Millis, Timer};
+use approach::{AIMING, Approach, Direction, Progress};
+use elevation::{Aim, Elevation, Law, ballistics_on};
+use lafet_proto::Status;
+use lafet_proto::flags::ControlFlags;
+use lafet_proto::request::{self, Quench, Trajectory};
+use path::{Path, TRAJECTORIES};
+use raster::{Area, Raster};
+
+use super::drive::{Cause, Drive};
+
+/// §3.1/3 The program goes on this long after the last command to a drive.
+const RESUME_MS: u32 = 3000;
+/// Speed of the jet over the fire, 0.1 °/s. At 25 m it passes 2 m in a second, so that every place
+/// stays under water for about as long as the footprint is deep in metres; a faster jet frays.
+const SCAN_TENTHS: i32 = 50;
+/// Longest data of a program: what a record holds after mode, flags and count of §3.15.
+const DATA_MAX: usize = 252;
+
+/// What runs, or waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Idle,
+    /// §3.14/5, §3.15/4: the monitor deploys first.
+    Deploying,
+    Running,
+    /// §3.1/3: the operator corrects the aim; which drives, as [`AIMING`].
+    Paused {
+        resume: Timer,
+        moved: [bool; 3],
+    },
+}
+
+/// What is to be done.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    Sector(Scan),
+    Trajectory(Walk),
+}
+
+/// §3.14 A sector.
+#[derive(Clone, Copy, Debug)]
+struct Scan {
+    /// Line of sight to the centre; moved by the operator's corrections.
+    centre: Direction,
+    /// Vertical line of sight for ballistics, as requested.
+    sight: i32,
+    width: i32,
+    height: i32,
+    step: i32,
+    law: Law,
+    /// Not yet laid at the start and after a correction.
+    raster: Option<Raster>,
+}
+
+/// §3.15 A trajectory.
+#[derive(Clone, Copy, Debug)]
+struct Walk {
+    path: Path,
+    /// The request asks for ballistics.
+    ballistics: bool,
+    /// The operator's corrections.
+    shift: Direction,
+    /// Line of sight to the point where the trajectory was paused or is.
+    point: Direction,
+    /// The first point has been reached: from here on the jet draws the trajectory.
+    drawing: bool,
+    dwell: Timer,
+}
+
+/// Bytes of the request that the program keeps: points, numbers of stored trajectories, or
+/// corrections.
+#[derive(Clone, Debug)]
+pub(crate) struct Data {
+    bytes: [u8; DATA_MAX],
+    len: usize,
+}
+
+/// Extinguishing.
+#[derive(Clone, Debug)]
+pub struct Control {
+    state: State,
+    task: Task,
+    data: Data,
+    /// Position of the nozzle as asked for, or as the operator has left it.
+    nozzle: i32,
+    /// The operator has set the nozzle: it stays (§3.1/3).
+    nozzle_kept: bool,
+    nozzle_goal: Option<i32>,
+    elevation: Elevation,
+    approach: Approach,
+    /// What only the next start clears (§3.3.6/4).
+    latched: ControlFlags,
+}
+
+impl Default for Control {
+    fn default() -> Self {
+        Self {
+            state: State::Idle,
+            task: Task::Sector(Scan::aim(Direction::default())),
+            data: Data::of(core::iter::empty()),
+            nozzle: 0,
+            nozzle_kept: false,
+            nozzle_goal: None,
+            elevation: Elevation::default(),
+            approach: Approach::default(),
+            latched: ControlFlags::empty(),
+        }
+    }
+}
+
 impl Control {
-    pub(crate) fn start_quench(&mut self, _q: &Quench<'_>, _e: &Env<'_>) -> Status {
-        Status::UNIMPLEMENTED
+    /// A program runs, is paused, or waits for the deployment.
+    pub fn is_active(&self) -> bool {
+        self.state != State::Idle
     }
-    pub(crate) fn start_trajectory(&mut self, _q: &Trajectory<'_>, _e: &Env<'_>) -> Status {
-        Status::UNIMPLEMENTED
+
+    /// §3.14 StartQuench.
+    pub(crate) fn start_quench(&mut self, quench: &Quench<'_>, env: &Env<'_>) -> Status {
+        let on = ballistics_on(env.params);
+        let (sector, law) = match quench {
+            // §3.14/2
+            Quench::Program { program, centre_h, centre_v, nozzle } => {
+                let stored = usize::try_from(*program).ok().and_then(|n| env.params.program(n));
+                let Some([_, _, _, width, height, step, distance]) = stored else {
+                    return Status::INVALID_VALUE;
+                };
+                let step = i8::try_from(step).unwrap_or(i8::MAX);
+                let (centre_h, centre_v, nozzle) = (*centre_h, *centre_v, *nozzle);
+                let sector = request::Sector { centre_h, centre_v, nozzle, width, height, step };
+                (sector, law_of_distance(on, u8::try_from(distance).ok()))
+            }
+            Quench::Full { sector, distance } => {
+                (*sector, law_of_distance(on, u8::try_from(*distance).ok()))
+            }
+            Quench::Corrected { sector, .. } => {
+                (*sector, Some(if on { Law::Given } else { Law::Off }))
+            }
+        };
+        // §3.14/4
+        let (Some(law), Some(scan)) = (law, Scan::of(&sector)) else {
+            return Status::INVALID_VALUE;
+        };
+        let limits =
+            [Axis::Horizontal, Axis::Vertical].map(|axis| of_axis(env.drives, axis).limits());
+        let [horizontal, vertical] = limits;
+        let area = Area::around(scan.centre, scan.width, scan.height);
+        let inside = area.clip(horizontal, vertical);
+        // §3.14/8
+        if inside.is_none() {
+            let flags = ControlFlags::OUTSIDE_LIMITS | ControlFlags::MODE_FAULT;
+            return self.refuse(Status::INVALID_VALUE, flags);
+        }
+        if let Err(status) = self.check_drives(env) {
+            return status;
+        }
+        let data = match quench {
+            Quench::Corrected { corrections, .. } => corrections.0,
+            Quench::Program { .. } | Quench::Full { .. } => &[],
+        };
+        self.begin(Task::Sector(scan.with(law)), Data::of(data.iter().copied()), env);
+        self.nozzle = i32::from(sector.nozzle);
+        self.latched.set(ControlFlags::OUTSIDE_LIMITS, inside != Some(area));
+        Status::ACCEPTED
     }
-    pub(crate) fn stop(&mut self) {}
-    pub(crate) fn is_active(&self) -> bool {
-        false
+
+    /// §3.15 StartTrajectory.
+    pub(crate) fn start_trajectory(
+        &mut self,
+        trajectory: &Trajectory<'_>,
+        env: &Env<'_>,
+    ) -> Status {
+        let (data, stored) = match trajectory.path {
+            request::Path::Points(points) => {
+                (Data::of(points.iter().flat_map(|point| point.to_bytes())), false)
+            }
+            request::Path::Stored(numbers) => {
+                // §3.15/3, §3.15/2
+                if numbers.iter().any(|number| *number >= TRAJECTORIES) {
+                    return Status::INVALID_VALUE;
+                }
+                let empty = |number: &u8| env.params.trajectory(usize::from(*number)).is_empty();
+                if numbers.iter().any(empty) {
+                    return Status::INVALID_ID;
+                }
+                (Data::of(numbers.iter().copied()), true)
+            }
+        };
+        if let Err(status) = self.check_drives(env) {
+            return status;
+        }
+        let walk = Walk {
+            path: Path::new(stored, trajectory.repeat),
+            ballistics: trajectory.ballistics,
+            shift: Direction::default(),
+            point: Direction::default(),
+            drawing: false,
+            dwell: Timer::default(),
+        };
+        self.begin(Task::Trajectory(walk), data, env);
+        self.nozzle = NARROWEST_MM;
+        Status::ACCEPTED
     }
-    pub(crate) fn note_manual(&mut self, _n: Millis) {}
-    pub(crate) fn step(&mut self, _n: Millis, _e: &mut Env<'_>) {}
+
+    /// §3.2/4 Ends the program; the caller stops the drives.
+    pub(crate) fn stop(&mut self) {
+        self.state = State::Idle;
+    }
+
+    /// §3.1/3 A request or a button has moved a drive that aims.
+    pub(crate) fn note_manual(&mut self, now: Millis) {
+        let moved = match self.state {
+            State::Idle | State::Deploying => return,
+            State::Running => [false; 3],
+            State::Paused { moved, .. } => moved,
+        };
+        let mut resume = Timer::default();
+        resume.start(now, RESUME_MS);
+        self.state = State::Paused { resume, moved };
+    }
+
+    /// Runs the program.
+    pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
+        match self.state {
+            State::Idle => {}
+            // §3.14/10
+            State::Deploying if env.deploy_failed => self.end(ControlFlags::MODE_FAULT, env),
+            State::Deploying if !env.deployed => {}
+            State::Deploying => self.state = State::Running,
+            State::Running | State::Paused { .. } if !env.deployed => {
+                self.end(ControlFlags::MODE_FAULT, env);
+            }
+            // §3.3.6/1
+            State::Running | State::Paused { .. } if approach::is_faulty(env.drives, &AIMING) => {
+                self.end(ControlFlags::INTERNAL_FAULT, env);
+            }
+            State::Running | State::Paused { .. } if !approach::can_aim(env.drives, &AIMING) => {
+                self.end(ControlFlags::MODE_FAULT, env);
+            }
+            State::Running => self.run(now, env),
+            State::Paused { resume, moved } => self.wait(now, resume, moved, env),
+        }
+    }
+
+    /// Flags but the common ones of the configuration.
     pub(crate) fn flags(&self) -> ControlFlags {
-        ControlFlags::empty()
+        let mut flags = self.latched | self.elevation.flags();
+        let active = self.is_active();
+        flags.set(ControlFlags::QUENCH, active);
+        let trajectory = matches!(self.task, Task::Trajectory(_));
+        flags.set(ControlFlags::TRAJECTORY, active && trajectory);
+        flags.set(ControlFlags::PAUSED, matches!(self.state, State::Paused { .. }));
+        if !active {
+            flags -= ControlFlags::TRAJECTORY_PRESSURE_FAULT;
+        }
+        flags
+    }
+
+    /// A refused start leaves a program that runs as it is, and its flags with it.
+    fn refuse(&mut self, status: Status, flags: ControlFlags) -> Status {
+        if !self.is_active() {
+            self.latched |= flags;
+        }
+        status
+    }
+
+    fn check_drives(&mut self, env: &Env<'_>) -> Result<(), Status> {
+        if approach::is_faulty(env.drives, &AIMING) {
+            return Err(Status::MODULE_FAULT);
+        }
+        if !approach::can_aim(env.drives, &AIMING) {
+            return Err(self.refuse(Status::DENIED, ControlFlags::MODE_FAULT));
+        }
+        Ok(())
+    }
+
+    /// §3.14/1, §3.14/5, §3.14/9
+    fn begin(&mut self, task: Task, data: Data, env: &Env<'_>) {
+        self.state = if env.deployed { State::Running } else { State::Deploying };
+        self.task = task;
+        self.data = data;
+        self.nozzle_kept = false;
+        self.nozzle_goal = None;
+        self.elevation = Elevation::default();
+        self.approach = Approach::default();
+        // §3.3.6/2, §3.6/3
+        let damaged = ballistics_on(env.params) && !env.params.correction_valid();
+        self.latched = ControlFlags::empty();
+        self.latched.set(ControlFlags::TRAJECTORY_CRC_FAULT, damaged);
+    }
+
+    fn end(&mut self, flags: ControlFlags, env: &mut Env<'_>) {
+        self.state = State::Idle;
+        self.latched |= flags;
+        approach::stop(env.drives, Cause::Program);
+    }
+
+    fn run(&mut self, now: Millis, env: &mut Env<'_>) {
+        match self.task {
+            Task::Sector(mut scan) => {
+                let aim = self.aim(now, scan.law, scan.sight, env);
+                self.scan(now, &mut scan, aim, env);
+                self.task = Task::Sector(scan);
+            }
+            Task::Trajectory(mut walk) => {
+                self.walk(now, &mut walk, env);
+                self.task = Task::Trajectory(walk);
+            }
+        }
+    }
+
+    /// Brings elevation and nozzle up to date.
+    fn aim(&mut self, now: Millis, law: Law, sight: i32, env: &mut Env<'_>) -> Option<Aim> {
+        let asked = of_axis(env.drives, Axis::Nozzle).clamp(self.nozzle);
+        let aim = self.elevation.step(now, law, sight, asked, &self.data, env);
+        let wanted = if self.nozzle_kept { self.nozzle } else { elevation::nozzle_for(aim, asked) };
+        let nozzle = env.drive(Axis::Nozzle);
+        let goal = nozzle.clamp(wanted);
+        let anew = self.nozzle_goal != Some(goal);
+        let way = goal.saturating_sub(nozzle.position());
+        if way != 0 && (anew || nozzle.is_idle()) && !nozzle.refuses(way > 0) {
+            nozzle.go(goal, None, Cause::Program);
+        }
+        self.nozzle_goal = Some(goal);
+        aim
+    }
+
+    /// §3.14/1 Line by line over the sector, or at its centre.
+    fn scan(&mut self, now: Millis, scan: &mut Scan, aim: Option<Aim>, env: &mut Env<'_>) {
+        if aim.is_none() {
+            return;
+        }
+        let raised = self.elevation.raised();
+        let mut raster = scan.raster.unwrap_or_else(|| scan.lay(raised, env.drives));
+        let (point, speed) = if scan.step > 0 {
+            (raster.point(), raster.on_line().then_some(SCAN_TENTHS))
+        } else {
+            (scan.centre, None)
+        };
+        if self.approach(now, point, raised, speed, env) == Some(Progress::There) {
+            raster.advance();
+        }
+        scan.raster = Some(raster);
+    }
+
+    /// §3.15/1 Point by point, each for its dwell.
+    fn walk(&mut self, now: Millis, walk: &mut Walk, env: &mut Env<'_>) {
+        let Some(point) = walk.path.point(&self.data, env.params) else {
+            return self.end(ControlFlags::empty(), env);
+        };
+        let on = ballistics_on(env.params);
+        let law = match point.distance {
+            // §3.3.6/5
+            _ if !walk.ballistics || !on => Law::Off,
+            0 => Law::Stored,
+            distance => Law::Distance(distance),
+        };
+        walk.point =
+            Direction { horizontal: point.horizontal.into(), vertical: point.vertical.into() };
+        if self.aim(now, law, walk.point.vertical, env).is_none() {
+            return;
+        }
+        let sight = walk.point.plus(walk.shift);
+        let speed = walk.drawing.then_some(SCAN_TENTHS);
+        if self.approach(now, sight, self.elevation.raised(), speed, env) != Some(Progress::There) {
+            return;
+        }
+        walk.drawing = true;
+        if !walk.dwell.is_running() && point.dwell > 0 {
+            walk.dwell.start(now, u32::from(point.dwell) * 100);
+        } else if walk.dwell.poll(now) || point.dwell == 0 {
+            walk.path.advance();
+            self.elevation.renew();
+        }
+    }
+
+    /// Takes the barrel towards a line of sight; `None` when the program has ended over it.
+    fn approach(
+        &mut self,
+        now: Millis,
+        sight: Direction,
+        raised: i32,
+        speed: Option<i32>,
+        env: &mut Env<'_>,
+    ) -> Option<Progress> {
+        let barrel = sight.plus(Direction { horizontal: 0, vertical: raised });
+        // §3.3.6/3
+        if approach::clamp(env.drives, barrel) != barrel {
+            self.latched |= ControlFlags::OUTSIDE_LIMITS;
+        }
+        let progress = self.approach.step(now, env.drives, barrel, speed, Cause::Program);
+        if progress == Progress::Stuck {
+            self.end(ControlFlags::INTERNAL_FAULT, env);
+            return None;
+        }
+        Some(progress)
+    }
+
+    /// §3.1/3 Paused: nothing moves but what the operator moves.
+    fn wait(&mut self, now: Millis, mut resume: Timer, mut moved: [bool; 3], env: &mut Env<'_>) {
+        approach::stop(env.drives, Cause::Program);
+        for (moved, axis) in moved.iter_mut().zip(AIMING) {
+            let cause = of_axis(env.drives, axis).cause();
+            *moved |= matches!(cause, Some(Cause::Move | Cause::Button));
+        }
+        if resume.poll(now) {
+            self.resume(moved, env);
+        } else {
+            self.state = State::Paused { resume, moved };
+        }
+    }
+
+    /// §3.1/3 Goes on around the point that the operator has reached, from where the drives are.
+    fn resume(&mut self, [vertical, horizontal, nozzle]: [bool; 3], env: &mut Env<'_>) {
+        let mut reached = approach::direction(env.drives);
+        reached.vertical = reached.vertical.saturating_sub(self.elevation.raised());
+        if nozzle {
+            self.nozzle = of_axis(env.drives, Axis::Nozzle).position();
+            self.nozzle_kept = true;
+        }
+        match &mut self.task {
+            Task::Sector(scan) => {
+                if vertical {
+                    scan.centre.vertical = reached.vertical;
+                }
+                if horizontal {
+                    scan.centre.horizontal = reached.horizontal;
+                }
+                if vertical || horizontal {
+                    scan.raster = None;
+                }
+            }
+            Task::Trajectory(walk) => {
+                if vertical {
+                    walk.shift.vertical = reached.vertical.saturating_sub(walk.point.vertical);
+                }
+                if horizontal {
+                    walk.shift.horizontal =
+                        reached.horizontal.saturating_sub(walk.point.horizontal);
+                }
+                walk.dwell.stop();
+            }
+        }
+        for axis in AIMING {
+            by_axis(env.drives, axis).stop();
+        }
+        self.nozzle_goal = None;
+        self.approach = Approach::default();
+        self.state = State::Running;
+    }
+}
+
+impl Scan {
+    const fn aim(centre: Direction) -> Self {
+        Self {
+            centre,
+            sight: centre.vertical,
+            width: 0,
+            height: 0,
+            step: 0,
+            law: Law::Straight,
+            raster: None,
+        }
+    }
+
+    /// `None` when a value is negative that must not be (§3.14/4).
+    fn of(sector: &request::Sector) -> Option<Self> {
+        let request::Sector { centre_h, centre_v, width, height, step, .. } = *sector;
+        if width < 0 || height < 0 || step < 0 {
+            return None;
+        }
+        let centre = Direction { horizontal: centre_h.into(), vertical: centre_v.into() };
+        Some(Self {
+            width: width.into(),
+            height: height.into(),
+            step: i32::from(step) * 60,
+            ..Self::aim(centre)
+        })
+    }
+
+    const fn with(self, law: Law) -> Self {
+        Self { law, ..self }
+    }
+
+    /// Lays the lines over what of the sector is inside the limits; beyond them, where only a
+    /// correction can lead, over the nearest point inside.
+    fn lay(&self, raised: i32, drives: &[Drive; AXES]) -> Raster {
+        let limits = [Axis::Horizontal, Axis::Vertical].map(|axis| of_axis(drives, axis).limits());
+        let [horizontal, vertical] = limits;
+        let area = Area::around(self.centre, self.width, self.height)
+            .clip(horizontal, vertical)
+            .unwrap_or_else(|| Area::around(approach::clamp(drives, self.centre), 0, 0));
+        let from = approach::direction(drives);
+        let from = Direction { vertical: from.vertical.saturating_sub(raised), ..from };
+        Raster::stepping(area, self.step, from)
+    }
+}
+
+/// §3.14/3; `None` for a negative distance. The distance 0 asks for no ballistics.
+fn law_of_distance(on: bool, distance_m: Option<u8>) -> Option<Law> {
+    Some(match (distance_m?, on) {
+        (0, false) => Law::Straight,
+        (0, true) => Law::Stored,
+        (_, false) => Law::Off,
+        (distance, true) => Law::Distance(distance),
+    })
+}
+
+impl Data {
+    pub(crate) fn of(bytes: impl Iterator<Item = u8>) -> Self {
+        let mut data = Self { bytes: [0; DATA_MAX], len: 0 };
+        for (place, byte) in data.bytes.iter_mut().zip(bytes) {
+            *place = byte;
+            data.len += 1;
+        }
+        data
+    }
+
+    pub(crate) fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.len).unwrap_or_default()
+    }
+
+    /// §3.14/3 The entry at a pressure; beyond the last, the last.
+    pub(crate) fn correction(&self, pressure_datm: u16) -> Option<i8> {
+        let entries = self.bytes();
+        let entry = entries.get(usize::from(pressure_datm)).or(entries.last())?;
+        Some(i8::from_le_bytes([*entry]))
     }
 }

@@ -80,9 +80,9 @@ impl Deployer {
         self.failed
     }
 
-    /// §3.10/3, §3.11/3 ModuleFault is the answer.
-    pub(crate) fn is_faulty(&self, drive: &Drive) -> bool {
-        self.internal_fault || drive.is_faulty()
+    /// §3.10/3, §3.11/3 ModuleFault is the answer to Deploy (up) or Wrap.
+    pub(crate) fn refuses(&self, drive: &Drive, up: bool) -> bool {
+        self.internal_fault || drive.refuses(up)
     }
 
     /// §3.10 Deploy.
@@ -93,23 +93,24 @@ impl Deployer {
         params: &Params,
     ) -> Status {
         let drive = by_axis(drives, Axis::Deployer);
-        if self.is_faulty(drive) {
+        if self.refuses(drive, true) {
             return Status::MODULE_FAULT;
         }
+        // §3.10/2
         if self.is_deployed() {
             return Status::OK;
         }
+        // §3.10/1
+        if self.position == Position::Deploying {
+            return Status::ACCEPTED;
+        }
         drive.stop();
         self.failed = false;
-        match self.position {
-            Position::Deploying => {}
-            Position::Resting => {
-                by_axis(drives, Axis::Horizontal).stop();
-                by_axis(drives, Axis::Vertical).stop();
-                self.begin(now, Position::Deploying, params);
-            }
-            _ => self.begin(now, Position::Deploying, params),
+        if self.position == Position::Resting {
+            by_axis(drives, Axis::Horizontal).stop();
+            by_axis(drives, Axis::Vertical).stop();
         }
+        self.begin(now, Position::Deploying, params);
         Status::ACCEPTED
     }
 
@@ -120,12 +121,13 @@ impl Deployer {
         drives: &mut [Drive; AXES],
         params: &Params,
     ) -> Status {
-        let drive = by_axis(drives, Axis::Deployer);
-        if self.is_faulty(drive) {
+        if self.refuses(by_axis(drives, Axis::Deployer), false) {
             return Status::MODULE_FAULT;
         }
         match self.position {
+            // §3.11/2
             Position::Wrapped => return Status::OK,
+            // §3.11/1
             Position::Resting | Position::Folding => return Status::ACCEPTED,
             Position::Deployed => self.begin(now, Position::Resting, params),
             Position::Deploying | Position::Between => self.begin(now, Position::Folding, params),
@@ -159,8 +161,12 @@ impl Deployer {
         params: &Params,
     ) {
         match self.position {
-            Position::Deploying if input.max_switch => self.arrive(Position::Deployed, drives),
-            Position::Folding if input.min_switch => self.arrive(Position::Wrapped, drives),
+            Position::Deploying if at_rest(input) == Position::Deployed => {
+                self.arrive(Position::Deployed, drives);
+            }
+            Position::Folding if at_rest(input) == Position::Wrapped => {
+                self.arrive(Position::Wrapped, drives);
+            }
             Position::Deploying => self.drive_to(DriveParam::MaxLimit, drives, params),
             Position::Folding => self.drive_to(DriveParam::MinLimit, drives, params),
             Position::Resting => self.rest(now, drives, params),
@@ -170,9 +176,8 @@ impl Deployer {
                 }
             }
         }
-        let faulty = by_axis(drives, Axis::Deployer).is_faulty();
         let late = self.travel.poll(now);
-        if self.is_moving() && (faulty || late) {
+        if late || self.is_hindered(drives) {
             self.internal_fault |= late;
             self.failed = true;
             self.end(drives, input);
@@ -195,6 +200,20 @@ impl Deployer {
         }
         let lafet_proto::status::DriveStatus { position, current, speed, .. } = status;
         DeployerStatus { flags, position, current, speed }
+    }
+
+    /// A drive that is needed now cannot go: hammering on would only heat its motor.
+    fn is_hindered(&self, drives: &mut [Drive; AXES]) -> bool {
+        match self.position {
+            Position::Deploying => by_axis(drives, Axis::Deployer).refuses(true),
+            Position::Folding => by_axis(drives, Axis::Deployer).refuses(false),
+            Position::Resting => [Axis::Horizontal, Axis::Vertical].into_iter().any(|axis| {
+                let drive = by_axis(drives, axis);
+                let back = drive.position() < drive.clamp(REST_ARCMIN);
+                drive.refuses(back)
+            }),
+            Position::Wrapped | Position::Deployed | Position::Between => false,
+        }
     }
 
     fn begin(&mut self, now: Millis, position: Position, params: &Params) {

@@ -1,29 +1,433 @@
-//! Placeholder.
-use super::Env;
-use crate::time::Millis;
-use lafet_proto::{Status, flags::DetectorFlags, request::Seek, status::Hotbed};
-/// Detector
-#[derive(Clone, Debug, Default)]
-pub struct Detector;
+//! §3.16 «StartSeek. Старт поиска очага загорания», §3.13 «StartJustify», §3.21 «Hotbeds».
+//!
+//! ```text
+//!  Idle ──StartSeek, wrapped──▶ Deploying ──deployed──▶ Scanning ──analyse──▶ Measuring ──▶ Idle
+//!    ├────StartSeek, deployed───────────────────────────▶   └──────no analyse──────────────▶ Idle
+//!    └────StartJustify──▶ Aligning ──measured, or nothing to measure──▶ Idle
+//!
+//!  Stop, a fault: Idle, a search with Canceled. A StartSeek during a search begins anew.
+//! ```
+
+mod hotbeds;
+mod samples;
+#[cfg(test)]
+mod tests;
+
+use super::control::approach::{self, Approach, Direction, POINTING, Progress};
+use super::control::raster::{Area, Raster};
+use super::drive::Cause;
+use super::{Env, of_axis};
+use crate::image::{Axis, Inputs};
+use crate::params::Params;
+use crate::time::{Millis, Timer};
+use hotbeds::{Hotbeds, centre, joined, near};
+use lafet_proto::Status;
+use lafet_proto::flags::DetectorFlags;
+use lafet_proto::param::Param;
+use lafet_proto::request::Seek;
+use lafet_proto::status::{Hotbed, Limits};
+use samples::Samples;
+
+/// §3.13 Where the reference source stands (ours): straight ahead, level with the barrel.
+const REFERENCE: Direction = Direction { horizontal: 0, vertical: 0 };
+/// The barrel swings a little when it stops, and the picture is from before.
+const SETTLE_MS: u32 = 300;
+/// Stay at each end of a line: what is seen only there is seen several times.
+const DWELL_MS: u32 = 200;
+/// Fastest search, 0.1 °/s: a picture is up to 20 ms old, which makes 12' at this speed.
+const SCAN_TENTHS_MAX: i32 = 100;
+/// A detector that is not ready for this long ends what it does.
+const SILENCE_MS: u32 = 1000;
+/// Largest scatter of the reference source, arc-minutes: more is not one source, or it moves.
+const SCATTER_ARCMIN: i32 = 15;
+/// Largest angle between detector and barrel: what JustifyHorizontal and JustifyVertical take.
+const JUSTIFY_ARCMIN: i32 = 600;
+
+/// What it does.
+#[derive(Clone, Copy, Debug)]
+enum State {
+    Idle,
+    /// §3.16/3: the monitor deploys first.
+    Deploying(Search),
+    Scanning {
+        search: Search,
+        /// Not yet laid at the start.
+        raster: Option<Raster>,
+        dwell: Timer,
+    },
+    /// §3.16/6: the second pass, one hotbed after another.
+    Measuring {
+        index: usize,
+        samples: Option<Samples>,
+    },
+    /// §3.13/1
+    Aligning {
+        samples: Option<Samples>,
+    },
+}
+
+/// What is to be searched.
+#[derive(Clone, Copy, Debug)]
+struct Search {
+    sector: Area,
+    analyse: bool,
+}
+
+/// The fire detector.
+#[derive(Clone, Debug)]
+pub struct Detector {
+    state: State,
+    hotbeds: Hotbeds,
+    approach: Approach,
+    silence: Timer,
+    ready: bool,
+    dirty_lens: bool,
+    /// What only a next start clears.
+    latched: DetectorFlags,
+}
+
+impl Default for Detector {
+    fn default() -> Self {
+        Self {
+            state: State::Idle,
+            hotbeds: Hotbeds::default(),
+            approach: Approach::default(),
+            silence: Timer::default(),
+            ready: true,
+            dirty_lens: false,
+            latched: DetectorFlags::empty(),
+        }
+    }
+}
+
 impl Detector {
-    pub(crate) fn start_seek(&mut self, _q: &Seek, _e: &Env<'_>) -> Status {
-        Status::UNIMPLEMENTED
+    /// A search runs, or waits for the deployment.
+    pub fn is_searching(&self) -> bool {
+        matches!(self.state, State::Deploying(_) | State::Scanning { .. } | State::Measuring { .. })
     }
-    pub(crate) fn start_justify(&mut self, _e: &Env<'_>) -> Status {
-        Status::UNIMPLEMENTED
+
+    /// Detector and barrel are being aligned.
+    pub fn is_justifying(&self) -> bool {
+        matches!(self.state, State::Aligning { .. })
     }
-    pub(crate) fn stop(&mut self) {}
-    pub(crate) fn is_searching(&self) -> bool {
-        false
+
+    /// §3.21 What the last search has found, brightest first.
+    pub fn hotbeds(&self) -> &[Hotbed] {
+        self.hotbeds.as_slice()
     }
-    pub(crate) fn is_justifying(&self) -> bool {
-        false
+
+    /// §3.16 StartSeek.
+    pub(crate) fn start_seek(&mut self, seek: &Seek, env: &Env<'_>) -> Status {
+        let Seek { start_h, end_h, start_v, end_v, analyse } = *seek;
+        // §3.16/6
+        let analyse = match analyse {
+            0 => false,
+            1 => true,
+            _ => return Status::INVALID_VALUE,
+        };
+        // §3.16/2
+        let sector = Area {
+            right: start_h.min(end_h).into(),
+            left: start_h.max(end_h).into(),
+            bottom: start_v.min(end_v).into(),
+            top: start_v.max(end_v).into(),
+        };
+        let limits = |axis| of_axis(env.drives, axis).limits();
+        if sector.clip(limits(Axis::Horizontal), limits(Axis::Vertical)) != Some(sector) {
+            // A search that runs goes on, and its flags are its own.
+            if !self.is_searching() {
+                self.latched |= DetectorFlags::BAD_SECTOR;
+            }
+            return Status::INVALID_VALUE;
+        }
+        if let Err(status) = check(env) {
+            return status;
+        }
+        let search = Search { sector, analyse };
+        self.state = if env.deployed { State::scanning(search) } else { State::Deploying(search) };
+        self.hotbeds = Hotbeds::default();
+        self.approach = Approach::default();
+        self.silence.stop();
+        // §3.13: Justified tells of the last alignment, whatever is searched.
+        self.latched &= DetectorFlags::JUSTIFIED;
+        Status::ACCEPTED
     }
-    pub(crate) fn step(&mut self, _n: Millis, _e: &mut Env<'_>) {}
+
+    /// §3.13 StartJustify.
+    pub(crate) fn start_justify(&mut self, env: &Env<'_>) -> Status {
+        // §3.13/2
+        if self.is_justifying() {
+            return Status::ACCEPTED;
+        }
+        if let Err(status) = check(env) {
+            return status;
+        }
+        self.state = State::Aligning { samples: None };
+        self.approach = Approach::default();
+        self.silence.stop();
+        self.latched -=
+            DetectorFlags::JUSTIFIED | DetectorFlags::DEVICE_FAULT | DetectorFlags::INTERNAL_FAULT;
+        Status::ACCEPTED
+    }
+
+    /// §3.16/7, §3.13/3 Ends the search or the alignment; the caller stops the drives.
+    pub(crate) fn stop(&mut self) {
+        if self.is_searching() {
+            self.latched |= DetectorFlags::CANCELED;
+        }
+        self.state = State::Idle;
+    }
+
+    /// Runs the search or the alignment.
+    pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
+        self.ready = env.inputs.detector.ready;
+        self.dirty_lens = env.inputs.detector.dirty_lens;
+        match self.state {
+            State::Idle => return,
+            // §3.16/7
+            State::Deploying(_) if env.deploy_failed => {
+                return self.fail(DetectorFlags::empty(), env);
+            }
+            State::Deploying(_) if !env.deployed => return,
+            State::Deploying(search) => self.state = State::scanning(search),
+            State::Scanning { .. } | State::Measuring { .. } | State::Aligning { .. } => {}
+        }
+        if approach::is_faulty(env.drives, &POINTING) {
+            self.fail(DetectorFlags::INTERNAL_FAULT, env);
+        } else if !env.deployed || !approach::can_aim(env.drives, &POINTING) || self.is_silent(now)
+        {
+            self.fail(DetectorFlags::empty(), env);
+        } else {
+            self.run(now, env);
+        }
+    }
+
+    /// Flags but the common ones of the configuration.
     pub(crate) fn flags(&self) -> DetectorFlags {
-        DetectorFlags::empty()
+        let mut flags = self.latched;
+        flags.set(DetectorFlags::SEARCHING, self.is_searching());
+        flags.set(DetectorFlags::JUSTIFYING, self.is_justifying());
+        flags.set(DetectorFlags::FOUND, !self.hotbeds().is_empty());
+        flags.set(DetectorFlags::DIRTY_LENS, self.dirty_lens);
+        if !self.ready {
+            flags |= DetectorFlags::DEVICE_FAULT;
+        }
+        flags
     }
-    pub(crate) fn hotbeds(&self) -> &[Hotbed] {
-        &[]
+
+    fn run(&mut self, now: Millis, env: &mut Env<'_>) {
+        match self.state {
+            State::Idle | State::Deploying(_) => {}
+            State::Scanning { search, raster, dwell } => {
+                let raster = raster.unwrap_or_else(|| search.lay(env));
+                self.scan(now, search, raster, dwell, env);
+            }
+            State::Measuring { index, samples } => self.measure(now, index, samples, env),
+            State::Aligning { samples } => self.align(now, samples, env),
+        }
     }
+
+    /// §3.16/1 One pass over the sector.
+    fn scan(
+        &mut self,
+        now: Millis,
+        search: Search,
+        mut raster: Raster,
+        mut dwell: Timer,
+        env: &mut Env<'_>,
+    ) {
+        let speed = raster.on_line().then(|| scan_tenths(env.params));
+        let Some(there) = self.approach(now, raster.point(), speed, Cause::Seek, env) else {
+            return;
+        };
+        if there || raster.on_line() {
+            for seen in sightings(env) {
+                if search.covers(&seen) {
+                    self.hotbeds.see(seen);
+                }
+            }
+        }
+        if there && dwell.poll(now) {
+            if !raster.advance() {
+                match search.analyse {
+                    true => self.state = State::Measuring { index: 0, samples: None },
+                    false => self.end(env),
+                }
+                return;
+            }
+        } else if there && !dwell.is_running() {
+            dwell.start(now, DWELL_MS);
+        }
+        self.state = State::Scanning { search, raster: Some(raster), dwell };
+    }
+
+    /// §3.16/6 Looks straight at a hotbed and measures it at rest.
+    fn measure(&mut self, now: Millis, index: usize, samples: Option<Samples>, env: &mut Env<'_>) {
+        let Some(expected) = self.hotbeds().get(index).copied() else {
+            self.hotbeds.sort();
+            return self.end(env);
+        };
+        let to = centre(&expected).minus(justification(env.params));
+        let Some(there) = self.approach(now, to, None, Cause::Seek, env) else { return };
+        let Some(mut samples) = samples.or_else(|| there.then(|| Samples::after(now, SETTLE_MS)))
+        else {
+            return;
+        };
+        // A hotbed may be several flames; what it was made of, it is measured by.
+        let flames = || sightings(env).filter(|seen| near(seen, &expected));
+        let done = samples.step(now, || flames().reduce(|a, b| joined(&a, &b)));
+        self.state = State::Measuring { index, samples: Some(samples) };
+        let next = match done {
+            None => return,
+            Some(Some(measured)) => {
+                self.hotbeds.replace(index, measured.mean);
+                index + 1
+            }
+            // It is not there any more: a spark, a reflection, or it has gone out.
+            Some(None) => {
+                self.hotbeds.remove(index);
+                index
+            }
+        };
+        self.state = State::Measuring { index: next, samples: None };
+    }
+
+    /// §3.13/1 Looks where the reference source is and measures where it seems to be.
+    fn align(&mut self, now: Millis, samples: Option<Samples>, env: &mut Env<'_>) {
+        let Some(there) = self.approach(now, REFERENCE, None, Cause::Justify, env) else { return };
+        let Some(mut samples) = samples.or_else(|| there.then(|| Samples::after(now, SETTLE_MS)))
+        else {
+            return;
+        };
+        let done = samples.step(now, || only(sightings(env)));
+        self.state = State::Aligning { samples: Some(samples) };
+        let Some(done) = done else { return };
+        let found = done.filter(|measured| measured.scatter <= SCATTER_ARCMIN).map(|measured| {
+            // As seen with the old values; the new ones make it seem where it is.
+            REFERENCE.minus(centre(&measured.mean)).plus(justification(env.params))
+        });
+        match found {
+            Some(Direction { horizontal, vertical })
+                if horizontal.abs().max(vertical.abs()) <= JUSTIFY_ARCMIN =>
+            {
+                env.params.set_justify(horizontal, vertical);
+                self.latched |= DetectorFlags::JUSTIFIED;
+                self.end(env);
+            }
+            _ => self.fail(DetectorFlags::empty(), env),
+        }
+    }
+
+    /// Takes the barrel to a direction; whether it is there, `None` when all has ended over it.
+    fn approach(
+        &mut self,
+        now: Millis,
+        to: Direction,
+        speed: Option<i32>,
+        cause: Cause,
+        env: &mut Env<'_>,
+    ) -> Option<bool> {
+        match self.approach.step(now, env.drives, to, speed, cause) {
+            Progress::Going => Some(false),
+            Progress::There => Some(true),
+            Progress::Stuck => {
+                self.fail(DetectorFlags::INTERNAL_FAULT, env);
+                None
+            }
+        }
+    }
+
+    /// §3.16/7: a search is canceled; §3.13/1: an alignment ends in DeviceFault.
+    fn fail(&mut self, flags: DetectorFlags, env: &mut Env<'_>) {
+        self.latched |= flags;
+        self.latched |= match self.is_justifying() {
+            true => DetectorFlags::DEVICE_FAULT,
+            false => DetectorFlags::CANCELED,
+        };
+        self.end(env);
+    }
+
+    /// The barrel stays where it is.
+    fn end(&mut self, env: &mut Env<'_>) {
+        self.state = State::Idle;
+        approach::stop(env.drives, Cause::Seek);
+        approach::stop(env.drives, Cause::Justify);
+    }
+
+    fn is_silent(&mut self, now: Millis) -> bool {
+        if self.ready {
+            self.silence.stop();
+        } else if !self.silence.is_running() {
+            self.silence.start(now, SILENCE_MS);
+        }
+        self.silence.poll(now)
+    }
+}
+
+impl State {
+    fn scanning(search: Search) -> Self {
+        Self::Scanning { search, raster: None, dwell: Timer::default() }
+    }
+}
+
+impl Search {
+    /// Lines close enough to see the whole sector; their ends need not be looked straight at.
+    fn lay(&self, env: &Env<'_>) -> Raster {
+        let field = env.params.get(Param::DetectorFieldOfView);
+        let step = env.params.get(Param::DetectorScanStep).min(field);
+        // A quarter of the field, not half: at the very edge of it nothing is seen for certain.
+        let lines = self.sector.without_sides(field / 4);
+        Raster::covering(lines, step, approach::direction(env.drives))
+    }
+
+    /// Whether some of it is in the sector.
+    fn covers(&self, seen: &Hotbed) -> bool {
+        let sector = Limits { min: self.sector.right, max: self.sector.left };
+        let heights = Limits { min: self.sector.bottom, max: self.sector.top };
+        Area { right: seen.x2, left: seen.x1, bottom: seen.y1, top: seen.y2 }
+            .clip(Some(sector), Some(heights))
+            .is_some()
+    }
+}
+
+/// §3.3.7/1; a drive that cannot be taken to a position cannot search.
+fn check(env: &Env<'_>) -> Result<(), Status> {
+    if !env.inputs.detector.ready || approach::is_faulty(env.drives, &POINTING) {
+        return Err(Status::MODULE_FAULT);
+    }
+    if approach::can_aim(env.drives, &POINTING) { Ok(()) } else { Err(Status::DENIED) }
+}
+
+/// Each place stays in the field of view for a second.
+fn scan_tenths(params: &Params) -> i32 {
+    (params.get(Param::DetectorFieldOfView) / 6).clamp(1, SCAN_TENTHS_MAX)
+}
+
+/// The angle of the detector's axis to the barrel.
+fn justification(params: &Params) -> Direction {
+    Direction {
+        horizontal: params.get(Param::DetectorJustifyHorizontal),
+        vertical: params.get(Param::DetectorJustifyVertical),
+    }
+}
+
+/// The spots that count, where they are in the monitor's own angles.
+fn sightings<'a>(env: &Env<'a>) -> impl Iterator<Item = Hotbed> + use<'a> {
+    let inputs: &'a Inputs = env.inputs;
+    let threshold = env.params.get(Param::DetectorThreshold);
+    let axis = approach::direction(env.drives).plus(justification(env.params));
+    let bright = move |spot: &crate::image::Spot| spot.brightness >= threshold;
+    inputs.detector.spots.iter().copied().flatten().filter(bright).map(move |spot| Hotbed {
+        x1: axis.horizontal.saturating_add(spot.left.into()),
+        x2: axis.horizontal.saturating_add(spot.right.into()),
+        y1: axis.vertical.saturating_add(spot.bottom.into()),
+        y2: axis.vertical.saturating_add(spot.top.into()),
+        brightness: spot.brightness,
+    })
+}
+
+/// The one there is; `None` when there are none or several.
+fn only(mut all: impl Iterator<Item = Hotbed>) -> Option<Hotbed> {
+    let first = all.next();
+    first.filter(|_| all.next().is_none())
 }

@@ -22,6 +22,8 @@ const OVERLOAD_CLEAR_MS: u32 = 3000;
 const OVERLOAD_DELAY_MS: u32 = 200;
 /// How long a drive is watched before its motion is judged.
 const WATCH_MS: u32 = 1000;
+/// A longer step says too little of what happened in it.
+const WATCH_STEP_MS: u32 = 250;
 /// Speed below which motion is not judged, 0.1 °/s or 0.1 mm/s.
 const WATCH_SPEED_TENTHS: i16 = 5;
 /// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
@@ -177,6 +179,17 @@ impl Drive {
         self.flags().intersects(FAULTS)
     }
 
+    /// §3.3.4/1 It cannot go up/left (true) or down/right: after an overload the same direction is
+    /// refused until the flag clears.
+    pub(crate) fn refuses(&self, up: bool) -> bool {
+        self.is_faulty() || self.overload.is_running() && up == self.overload_up
+    }
+
+    /// The end switch up/left (true) or down/right is closed.
+    const fn is_at_end(&self, up: bool) -> bool {
+        if up { self.input.max_switch } else { self.input.min_switch }
+    }
+
     /// Limits in force; `None` while they are off (§3.17).
     pub fn limits(&self) -> Option<Limits> {
         (!self.limitless).then_some(self.limits)
@@ -223,12 +236,8 @@ impl Drive {
 
     /// §3.1/4, §3.1/7, §3.1/8 Move.
     pub(crate) fn move_to(&mut self, now: Millis, destination: i32, timeout_ms: u32) -> Status {
-        if self.is_faulty() {
-            return Status::MODULE_FAULT;
-        }
         let up = destination > self.position;
-        // §3.3.4/1: after an overload the same direction is refused until the flag clears.
-        if self.overload.is_running() && up == self.overload_up {
+        if self.refuses(up) {
             return Status::MODULE_FAULT;
         }
         if self.limitless && self.kind != DriveKind::Remote {
@@ -244,20 +253,25 @@ impl Drive {
 
     /// §3.17 SwitchLimits.
     pub(crate) fn switch_limits(&mut self, state: LimitsState, params: &mut Params) -> Status {
+        // §3.17/4
         if self.kind == DriveKind::LimitSwitches {
             return Status::NOT_SUPPORTED;
         }
         match state {
+            // §3.17/1
             LimitsState::Off => self.limitless = true,
+            // §3.17/3
             LimitsState::Reject => self.staged = Staged::default(),
+            // §3.17/2
             LimitsState::On => {
                 let min = self.staged.min.unwrap_or(self.limits.min);
                 let max = self.staged.max.unwrap_or(self.limits.max);
                 if min >= max {
                     return Status::INVALID_VALUE;
                 }
-                self.store_limits(Limits { min, max }, params);
-                self.staged = Staged::default();
+                if !self.store_staged(params) {
+                    return Status::BUSY;
+                }
             }
         }
         if state != LimitsState::Off && self.limitless {
@@ -268,7 +282,7 @@ impl Drive {
         Status::OK
     }
 
-    /// §3.5, §3.17 SetParam of this drive; range and access have been checked.
+    /// §3.5, §3.17/5 SetParam of this drive; range and access have been checked.
     pub(crate) fn set_param(
         &mut self,
         param: DriveParam,
@@ -282,6 +296,9 @@ impl Drive {
             other => return self.write(other, value, params),
         };
         if self.limitless {
+            if self.goal != Goal::Hold {
+                return Status::BUSY;
+            }
             if value != self.position {
                 return Status::INVALID_VALUE;
             }
@@ -321,9 +338,9 @@ impl Drive {
         dt_ms: u32,
         input: &DriveInput,
         unit: &UnitInput,
-        params: &mut Params,
+        params: &Params,
     ) {
-        self.sense(input, unit, params);
+        self.sense(dt_ms, input, unit, params);
         self.limits = stored_limits(self.axis, params);
         self.watch_current(now, dt_ms, params);
         if self.timeout.poll(now) && self.cause == Cause::Move {
@@ -373,13 +390,23 @@ impl Drive {
     pub(crate) fn status(&self) -> DriveStatus {
         DriveStatus {
             flags: self.flags(),
-            position: self.position.clamp(i16::MIN.into(), i16::MAX.into()) as i16,
+            position: self.position.clamp(-i32::from(i16::MAX), i16::MAX.into()) as i16,
             current: self.input.current_da.min(u8::MAX.into()) as u8,
             speed: (self.speed_milli.unsigned_abs().div_ceil(10_000)).min(u8::MAX.into()) as u8,
         }
     }
 
+    /// Where there is nowhere to go, nothing begins: Move would be set without any motion.
     fn begin(&mut self, goal: Goal, speed_tenths: Option<i32>, cause: Cause) {
+        let up = match goal {
+            Goal::Hold => return self.stop(),
+            Goal::Run(up) => up,
+            Goal::Position(target) if target == self.position => return self.stop(),
+            Goal::Position(target) => target > self.position,
+        };
+        if self.refuses(up) || self.is_at_end(up) {
+            return self.stop();
+        }
         if self.goal == Goal::Hold {
             self.watch = Watch { start: self.input.position, ..Watch::default() };
         }
@@ -419,6 +446,10 @@ impl Drive {
         }
         let shift = self.position;
         let zero = params.drive(self.axis, DriveParam::ZeroPoint).saturating_add(shift);
+        // The encoder's own zero is too far away to be told in the parameter.
+        if zero.unsigned_abs() > i16::MAX.unsigned_abs().into() {
+            return Status::INVALID_VALUE;
+        }
         let status = self.write(DriveParam::ZeroPoint, zero, params);
         if status.is_success() {
             self.position = self.sensed(params);
@@ -428,12 +459,22 @@ impl Drive {
         status
     }
 
-    fn store_limits(&mut self, limits: Limits, params: &mut Params) {
-        if limits != self.limits {
-            self.write(DriveParam::MinLimit, limits.min, params);
-            self.write(DriveParam::MaxLimit, limits.max, params);
-            self.limits = limits;
+    /// Puts the limits taken into force; false while a remote unit has not got them yet.
+    fn store_staged(&mut self, params: &mut Params) -> bool {
+        if let Some(min) = self.staged.min {
+            if self.write(DriveParam::MinLimit, min, params) == Status::CACHED {
+                return false;
+            }
+            self.staged.min = None;
         }
+        if let Some(max) = self.staged.max {
+            if self.write(DriveParam::MaxLimit, max, params) == Status::CACHED {
+                return false;
+            }
+            self.staged.max = None;
+        }
+        self.limits = stored_limits(self.axis, params);
+        true
     }
 
     fn stop_outside_limits(&mut self) {
@@ -448,11 +489,11 @@ impl Drive {
         self.input.position.saturating_sub(params.drive(self.axis, DriveParam::ZeroPoint))
     }
 
-    fn sense(&mut self, input: &DriveInput, unit: &UnitInput, params: &mut Params) {
+    fn sense(&mut self, dt_ms: u32, input: &DriveInput, unit: &UnitInput, params: &Params) {
         self.faulty_config = config_invalid(self.axis, params);
         self.online = self.kind != DriveKind::Remote || unit.online;
         if self.kind == DriveKind::Remote {
-            self.unit_flags = DriveFlags::from_bits_retain(self.unit.step(unit));
+            self.unit_flags = DriveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
         }
         // The last picture of a lost unit stays, but nothing in it moves.
         self.input = if self.online {
@@ -460,15 +501,17 @@ impl Drive {
         } else {
             DriveInput { speed_tenths: 0, current_da: 0, ..self.input }
         };
-        // §3.17: a direct drive without limits does not count while it moves.
+        // §3.17: a direct drive that runs without limits does not count. Programs, which go to a
+        // position, could not arrive without counting.
         let counting = !(self.limitless
             && self.kind == DriveKind::Encoder
-            && (self.goal != Goal::Hold || self.input.speed_tenths != 0));
+            && (matches!(self.goal, Goal::Run(_)) || self.input.speed_tenths != 0)
+            && !matches!(self.goal, Goal::Position(_)));
         if counting {
             self.position = self.sensed(params);
         }
-        self.trv =
-            self.axis == Axis::Nozzle && self.position <= params.get(Param::NozzleTrvPosition);
+        let trv = params.get(Param::NozzleTrvPosition);
+        self.trv = self.axis == Axis::Nozzle && trv >= 0 && self.position <= trv;
     }
 
     /// §3.3.4 AmperageOverload and SpeedSlowAmp.
@@ -477,9 +520,12 @@ impl Drive {
         let max = params.drive(self.axis, DriveParam::MaxCurrent);
         let slow = params.drive(self.axis, DriveParam::SlowCurrent);
         let current = i32::from(self.input.current_da);
-        self.overload_ms = if current > max { self.overload_ms.saturating_add(dt_ms) } else { 0 };
-        if self.overload_ms > OVERLOAD_DELAY_MS && self.goal != Goal::Hold {
+        let over = current > max && self.goal != Goal::Hold;
+        self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
+        if self.overload_ms > OVERLOAD_DELAY_MS {
             self.overload_up = self.speed_milli > 0;
+            // The other direction is free at once: its current is judged anew.
+            self.overload_ms = 0;
             self.stop();
             self.overload.start(now, OVERLOAD_CLEAR_MS);
         }
@@ -491,6 +537,10 @@ impl Drive {
     /// Judges after a while whether the drive did what it was told (§3.3.4 faults).
     fn watch_motion(&mut self, dt_ms: u32) {
         let speed = self.output().speed_tenths;
+        if dt_ms > WATCH_STEP_MS {
+            self.watch = Watch { start: self.input.position, ..Watch::default() };
+            return;
+        }
         if speed.abs() < WATCH_SPEED_TENTHS {
             return;
         }
@@ -561,7 +611,7 @@ impl Drive {
                 (error.abs(), error > 0)
             }
         };
-        if if up { self.input.max_switch } else { self.input.min_switch } {
+        if self.is_at_end(up) {
             return None;
         }
         let set = i64::from(params.drive(self.axis, DriveParam::Speed)) * 10;

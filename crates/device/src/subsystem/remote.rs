@@ -6,13 +6,17 @@ use crate::image::{UnitError, UnitInput, UnitOp};
 use lafet_proto::ParamId;
 use lafet_proto::flags::DriveFlags;
 
+/// How long what a unit has said counts as its value (ours).
+const FRESH_MS: u32 = 5000;
+
 /// This side of the internal bus to one unit.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Link {
     op: Option<UnitOp>,
     seq: u8,
-    /// The last answer that nobody has fetched yet.
+    /// The last answer, until it is stale; that to a write, until it has been told.
     done: Option<(UnitOp, i32)>,
+    age_ms: u32,
     error: Option<UnitError>,
 }
 
@@ -20,10 +24,7 @@ impl Link {
     /// §3.4/2 The value of a parameter, once the unit has sent it; asks for it otherwise.
     pub(crate) fn read(&mut self, id: ParamId) -> Option<i32> {
         match self.done {
-            Some((UnitOp { param, write: None, .. }, value)) if param == id.0 => {
-                self.done = None;
-                Some(value)
-            }
+            Some((UnitOp { param, .. }, value)) if param == id.0 => Some(value),
             _ => {
                 self.start(id, None);
                 None
@@ -53,13 +54,22 @@ impl Link {
     }
 
     /// Takes the unit's side; returns the common flags (§3.3.1) that it leads to.
-    pub(crate) fn step(&mut self, unit: &UnitInput) -> u32 {
+    pub(crate) fn step(&mut self, dt_ms: u32, unit: &UnitInput) -> u32 {
+        self.age_ms = self.age_ms.saturating_add(dt_ms);
+        if self.age_ms > FRESH_MS {
+            self.done = None;
+        }
+        if !unit.online {
+            // Whoever comes again must not be told old values, nor may a write happen much later.
+            (self.op, self.done) = (None, None);
+        }
         if let (Some(op), Some(reply)) = (self.op, unit.reply)
             && reply.seq == op.seq
         {
             self.op = None;
             self.error = reply.result.err();
             self.done = reply.result.ok().map(|value| (op, value));
+            self.age_ms = 0;
         }
         let mut flags = DriveFlags::empty();
         flags.set(DriveFlags::PROTOCOL_FAULT, unit.protocol_fault);

@@ -46,13 +46,19 @@ pub struct Valve {
 
 impl Valve {
     /// §D/1, §D/2 A valve starts by closing unless it is told to stay.
-    pub(crate) fn new(now: Millis, no: ValveNo, params: &Params, keep: bool) -> Self {
+    pub(crate) fn new(
+        now: Millis,
+        no: ValveNo,
+        params: &Params,
+        input: ValveInput,
+        keep: bool,
+    ) -> Self {
         let mut valve = Self {
             no,
             remote: param(no, ValveParam::ValveType, params) == 1,
             motion: Motion::Still,
             travel: Timer::default(),
-            input: ValveInput::default(),
+            input,
             latched: ValveFlags::empty(),
             overload_ms: 0,
             overload: Timer::default(),
@@ -74,7 +80,7 @@ impl Valve {
 
     /// Closed by its switch and not leaving.
     pub fn is_closed(&self) -> bool {
-        self.input.close_switch && self.motion != Motion::Opening
+        self.flags().contains(ValveFlags::CLOSED) && self.motion != Motion::Opening
     }
 
     /// §3.8/3 Open; its key has been checked.
@@ -90,10 +96,12 @@ impl Valve {
         Status::ACCEPTED
     }
 
-    /// §3.9/2 Close; its key has been checked. A faulty valve is told to close all the same.
+    /// §3.9/2 Close; its key has been checked. Every valve is told to close; ModuleFault is the
+    /// answer of one that cannot be driven (§3.3.5/1: a faulty sensor does not hinder).
     pub(crate) fn close(&mut self, now: Millis, params: &Params) -> Status {
+        let driven = self.online && !self.overload.is_running();
         self.start(now, Motion::Closing, params);
-        if self.is_faulty() { Status::MODULE_FAULT } else { Status::ACCEPTED }
+        if driven { Status::ACCEPTED } else { Status::MODULE_FAULT }
     }
 
     /// §3.2/5 Stays where it is.
@@ -130,7 +138,7 @@ impl Valve {
         self.faulty_config = params.is_incomplete(self.no.id());
         self.online = !self.remote || unit.online;
         if self.remote {
-            self.unit_flags = ValveFlags::from_bits_retain(self.unit.step(unit));
+            self.unit_flags = ValveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
         }
         if self.online {
             self.input = *input;
@@ -162,8 +170,8 @@ impl Valve {
         if input.close_sensor_fault || both {
             flags |= ValveFlags::CLOSE_SENSOR_FAULT;
         }
-        flags.set(ValveFlags::OPEN, input.open_switch && !both);
-        flags.set(ValveFlags::CLOSED, input.close_switch && !both);
+        flags.set(ValveFlags::OPEN, self.is_at(Motion::Opening));
+        flags.set(ValveFlags::CLOSED, self.is_at(Motion::Closing));
         flags.set(ValveFlags::CONFIG_INVALID, self.faulty_config);
         flags.set(ValveFlags::CONN_LOST, !self.online);
         flags
@@ -185,6 +193,11 @@ impl Valve {
     }
 
     fn start(&mut self, now: Millis, motion: Motion, params: &Params) {
+        // What it drew on the way back says nothing about the way ahead; but a repeated request
+        // must not put off the judgement.
+        if self.motion != motion {
+            self.overload_ms = 0;
+        }
         self.motion = motion;
         self.latched = ValveFlags::empty();
         let travel_ms = param(self.no, ValveParam::TravelTime, params).unsigned_abs();
@@ -204,15 +217,26 @@ impl Valve {
         }
     }
 
+    /// Whether it is where this motion leads, by a switch that can be believed: one whose circuit
+    /// is sound, and not both at a time.
+    fn is_at(&self, motion: Motion) -> bool {
+        let ValveInput { open_switch, close_switch, .. } = self.input;
+        match motion {
+            Motion::Still => false,
+            Motion::Opening => open_switch && !close_switch && !self.input.open_sensor_fault,
+            Motion::Closing => close_switch && !open_switch && !self.input.close_sensor_fault,
+        }
+    }
+
     /// Ends the motion at its switch, or tells what is wrong when the time is over.
     fn watch_travel(&mut self, now: Millis) {
         let ValveInput { open_switch, close_switch, .. } = self.input;
-        let (arrived, left, fault) = match self.motion {
+        let (left, fault) = match self.motion {
             Motion::Still => return,
-            Motion::Opening => (open_switch, !close_switch, ValveFlags::OPEN_SENSOR_FAULT),
-            Motion::Closing => (close_switch, !open_switch, ValveFlags::CLOSE_SENSOR_FAULT),
+            Motion::Opening => (!close_switch, ValveFlags::OPEN_SENSOR_FAULT),
+            Motion::Closing => (!open_switch, ValveFlags::CLOSE_SENSOR_FAULT),
         };
-        if arrived {
+        if self.is_at(self.motion) {
             self.stop();
         } else if self.travel.poll(now) {
             self.stop();

@@ -1,7 +1,8 @@
 //! Scenarios: readable text that drives a simulated monitor and says what must come.
 //!
-//! `conformance/scenarios/README.md` describes the format. A file has a heading and cases; each case
-//! runs on a fresh simulator, on virtual time. The tests run every file; so can the command line.
+//! `conformance/scenarios/README.md` describes the format. A file has a heading and cases; each
+//! case runs on a fresh simulator, on virtual time. The tests run every file; so can the command
+//! line.
 
 mod run;
 

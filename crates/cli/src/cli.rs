@@ -1,0 +1,151 @@
+//! The command line: what clap reads. Help is English here, Russian in `help/ru.rs`.
+
+use clap::{Args, Parser, Subcommand};
+use lafet_proto::SubsystemId;
+use lafet_proto::dictionary::SUBSYSTEMS;
+
+use crate::cmd;
+use crate::lang::pick;
+
+/// Control, simulate and inspect robotic fire monitors.
+///
+/// Exit codes: 0 done; 1 refused by the monitor, or not carried through; 2 wrong usage; 3 no answer;
+/// 130 interrupted.
+#[derive(Debug, Parser)]
+#[command(
+    name = "lafet",
+    version,
+    disable_help_subcommand = true,
+    after_help = "Examples:\n  lafet demo\n  lafet sim --fire az=30,range=25\n  \
+                  lafet -c tcp://127.0.0.1:10485 status"
+)]
+pub struct Cli {
+    /// What holds for every command.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options of every command.
+#[derive(Clone, Debug, Args)]
+pub struct Global {
+    /// The monitor: tcp://HOST:PORT?addr=1, udp://…, serial:///dev/ttyUSB0?baud=19200, or sim: for a
+    /// simulated one (sim:?profile=full&seed=7&fire=az=30,range=25). Also in LAFET_CONNECT
+    #[arg(short, long, global = true, value_name = "URL", env = "LAFET_CONNECT")]
+    pub connect: Option<String>,
+    /// Print JSON, one object in a line
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Language: en or ru; otherwise LC_ALL, LC_MESSAGES or LANG decides
+    #[arg(long, global = true, value_name = "LANG", value_parser = ["en", "ru"])]
+    pub lang: Option<String>,
+    /// How long to wait for each answer, seconds (default 1); reads are tried three times
+    #[arg(
+        long,
+        global = true,
+        value_name = "SECONDS",
+        default_value_t = 1.0,
+        value_parser = timeout
+    )]
+    pub timeout: f64,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulate a monitor that others can connect to
+    Sim(cmd::sim::SimArgs),
+    /// Watch a simulated monitor find a fire and put it out
+    Demo(cmd::demo::DemoArgs),
+    /// Show the state of the monitor and what its flags mean
+    Status(cmd::status::StatusArgs),
+    /// Show the state again and again
+    Watch(cmd::watch::WatchArgs),
+    /// Move a drive, and follow it until it stands
+    Move(cmd::motion::MoveArgs),
+    /// Stop everything, or one subsystem
+    Stop(cmd::motion::StopArgs),
+    /// Open a valve
+    Open(cmd::motion::OpenArgs),
+    /// Close a valve
+    Close(cmd::motion::CloseArgs),
+    /// Deploy the barrel into its working position
+    Deploy(cmd::motion::DeployArgs),
+    /// Wrap the barrel into its standby position
+    Wrap(cmd::motion::WrapArgs),
+    /// Search a sector for fire
+    Seek(cmd::seek::SeekArgs),
+    /// Show the hotbeds of fire that the last search has found
+    Hotbeds(cmd::seek::HotbedsArgs),
+    /// Align the fire detector with the barrel
+    Justify(cmd::seek::JustifyArgs),
+    /// Extinguish a sector, or run a stored program
+    Quench(cmd::quench::QuenchArgs),
+    /// Extinguish along a path
+    Trajectory(cmd::quench::TrajectoryArgs),
+    /// Show the limits of motion, or switch them
+    Limits(cmd::limits::LimitsArgs),
+    /// Read and set parameters
+    #[command(subcommand)]
+    Param(cmd::param::ParamCommand),
+    /// Lock the monitor out, or release it
+    Lockout(cmd::service::LockoutArgs),
+    /// Restart the monitor's program
+    Restart(cmd::service::RestartArgs),
+    /// Show what the last hardware fault has left
+    Crash(cmd::service::CrashArgs),
+    /// Send any requests, written as text or in hexadecimal
+    Send(cmd::send::SendArgs),
+    /// Make text of captured bytes
+    Decode(cmd::decode::DecodeArgs),
+    /// Print the dictionary of the protocol as JSON
+    Schema(cmd::schema::SchemaArgs),
+}
+
+/// Reads the name of a subsystem, in any case, or its number.
+pub fn subsystem(text: &str) -> Result<SubsystemId, String> {
+    let named = SUBSYSTEMS.iter().find(|info| info.name.eq_ignore_ascii_case(text));
+    let number = || u8::from_str_radix(text.strip_prefix("0x")?, 16).ok().map(SubsystemId);
+    named
+        .map(|info| info.id)
+        .or_else(number)
+        .ok_or_else(|| one_of(SUBSYSTEMS.iter().map(|info| info.name)))
+}
+
+/// Reads the name of a drive.
+pub fn drive(text: &str) -> Result<SubsystemId, String> {
+    among(text, SubsystemId::is_drive)
+}
+
+/// Reads the name of a valve.
+pub fn valve(text: &str) -> Result<SubsystemId, String> {
+    among(text, SubsystemId::is_valve)
+}
+
+fn among(text: &str, allowed: impl Fn(SubsystemId) -> bool) -> Result<SubsystemId, String> {
+    let all = SUBSYSTEMS.iter().filter(|info| allowed(info.id));
+    let found = all.clone().find(|info| info.name.eq_ignore_ascii_case(text));
+    found.map(|info| info.id).ok_or_else(|| one_of(all.map(|info| info.name)))
+}
+
+fn one_of(names: impl Iterator<Item = &'static str>) -> String {
+    let names = names.collect::<Vec<_>>().join(", ");
+    pick(format!("expected one of {names}"), format!("ожидается одно из: {names}"))
+}
+
+fn timeout(text: &str) -> Result<f64, String> {
+    seconds(text, 0.001)
+}
+
+/// Reads a time of at least `least` seconds, and at most an hour.
+pub fn seconds(text: &str, least: f64) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (least..=3600.0).contains(&seconds) => Ok(seconds),
+        _ => Err(pick(
+            format!("expected seconds, {least}…3600"),
+            format!("ожидаются секунды, {least}…3600"),
+        )),
+    }
+}

@@ -1,0 +1,152 @@
+//! `lafet decode`: text of captured bytes.
+
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Read, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::decode::{Form, Unhex, Writer};
+use crate::failure::{Failure, Outcome};
+use crate::lang::pick;
+use crate::out::Out;
+
+/// Bytes read at a time.
+const CHUNK: usize = 64 * 1024;
+
+/// `lafet decode`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet decode \"ff c0 01 81 9d c8 00 02 fe 23 a3 b5 c0\"\n  \
+                        lafet decode 9dc80002fe23\n  \
+                        lafet decode capture.bin --json\n  \
+                        nc 127.0.0.1 10485 | lafet decode")]
+pub struct DecodeArgs {
+    /// Bytes in hexadecimal (link frames, or bare records), or a file; standard input without it
+    #[arg(value_name = "HEX|FILE")]
+    input: Vec<String>,
+    /// A file of captured bytes, raw or in hexadecimal
+    #[arg(short, long, value_name = "FILE", conflicts_with = "input")]
+    file: Option<PathBuf>,
+    /// Take the input as it is, even if it looks like hexadecimal
+    #[arg(long)]
+    raw: bool,
+    /// Show only the counters at the end
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Decodes everything.
+pub fn run(args: &DecodeArgs, out: &mut Out) -> Outcome {
+    let stdout = io::stdout().lock();
+    let form = match () {
+        () if args.quiet => Form::Nothing,
+        () if out.json() => Form::Json,
+        () => Form::Text,
+    };
+    let mut writer = Writer::new(BufWriter::with_capacity(CHUNK, stdout), form);
+    if let Some(bytes) = bytes_given(&args.input)? {
+        writer.feed(&bytes)?;
+        if writer.frames() == 0 && !writer.bare_records(&bytes)? {
+            return Err(no_frame());
+        }
+    } else {
+        let path = args.file.clone().or_else(|| args.input.first().map(PathBuf::from));
+        let live = path.is_none() && !io::stdin().is_terminal();
+        let mut input: Box<dyn Read> = match &path {
+            Some(path) => Box::new(File::open(path).map_err(|error| cannot_read(path, error))?),
+            None => Box::new(io::stdin().lock()),
+        };
+        stream(&mut input, &mut writer, args.raw, live)?;
+        if writer.bytes() > 0 && writer.frames() == 0 {
+            writer.flush()?;
+            return Err(no_frame());
+        }
+    }
+    let summary = writer.finish()?;
+    if out.json() { out.value(&summary.json()) } else { tell(&summary.text()) }
+}
+
+/// The counters are about the output, not part of it.
+fn tell(summary: &str) -> Outcome {
+    writeln!(io::stderr(), "{summary}")?;
+    Ok(())
+}
+
+/// The bytes that the arguments spell; `None` when they name a file, or there are none.
+fn bytes_given(input: &[String]) -> Result<Option<Vec<u8>>, Failure> {
+    if input.is_empty() || input == ["-"] {
+        return Ok(None);
+    }
+    let text = input.join(" ");
+    let mut bytes = Vec::new();
+    let mut unhex = Unhex::default();
+    match unhex.feed(text.as_bytes(), &mut bytes).and_then(|()| unhex.finish()) {
+        Ok(()) => Ok(Some(bytes)),
+        Err(_) if input.len() == 1 && PathBuf::from(&text).exists() => Ok(None),
+        Err(_) => Err(Failure::Usage(pick(
+            format!("`{text}` is neither bytes in hexadecimal (like `ff c0 01 81`) nor a file"),
+            format!("`{text}` — не шестнадцатеричные байты (как `ff c0 01 81`) и не файл"),
+        ))),
+    }
+}
+
+fn stream(input: &mut dyn Read, writer: &mut Writer<impl Write>, raw: bool, live: bool) -> Outcome {
+    let mut chunk = vec![0; CHUNK];
+    let mut bytes = Vec::new();
+    let mut unhex = None;
+    let mut first = true;
+    loop {
+        let count = input.read(&mut chunk)?;
+        let part = &chunk[..count];
+        if count == 0 {
+            break;
+        }
+        if std::mem::take(&mut first) && !raw && Unhex::looks_like(part) {
+            unhex = Some(Unhex::default());
+        }
+        match &mut unhex {
+            None => writer.feed(part)?,
+            Some(unhex) => {
+                bytes.clear();
+                unhex.feed(part, &mut bytes).map_err(not_hex)?;
+                writer.feed(&bytes)?;
+            }
+        }
+        if live {
+            // Somebody may be watching a line that is in use.
+            writer.flush()?;
+        }
+    }
+    match unhex {
+        Some(unhex) => unhex.finish().map_err(not_hex),
+        None => Ok(()),
+    }
+}
+
+fn not_hex(offset: u64) -> Failure {
+    Failure::Usage(pick(
+        format!(
+            "The input is hexadecimal up to character {offset}, but not there. Give --raw if it is \
+             not meant to be text."
+        ),
+        format!(
+            "Вход шестнадцатеричный до символа {offset}, но не дальше. Укажите --raw, если это не \
+             текст."
+        ),
+    ))
+}
+
+fn cannot_read(path: &std::path::Path, error: io::Error) -> Failure {
+    let path = path.display();
+    Failure::io(pick(format!("cannot read {path}"), format!("не удаётся прочитать {path}")), error)
+}
+
+fn no_frame() -> Failure {
+    Failure::Usage(
+        pick(
+            "No frame in it: a frame is FF C0 … C0 with a right CRC (docs/protocol.md, link frame).",
+            "Кадров нет: кадр — это FF C0 … C0 с верной CRC (docs/protocol.md, link frame).",
+        )
+        .into(),
+    )
+}

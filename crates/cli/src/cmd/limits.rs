@@ -1,0 +1,81 @@
+//! `lafet limits`: the limits of motion.
+
+use clap::Args;
+use lafet_proto::answer::Reply;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
+use serde_json::{Map, Value, json};
+
+use super::motion::simple;
+use crate::angle;
+use crate::cli::{Global, drive};
+use crate::connect::Connection;
+use crate::failure::{Failure, Outcome};
+use crate::lang::pick;
+use crate::out::{Out, columns};
+
+/// `lafet limits`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 limits\n  \
+                        lafet -c tcp://127.0.0.1:10485 limits vertical\n  \
+                        lafet -c tcp://127.0.0.1:10485 limits off vertical\n  \
+                        lafet -c tcp://127.0.0.1:10485 limits reject")]
+pub struct LimitsArgs {
+    /// A drive to show its limits; or off, on, reject to switch them off, on, or to drop new ones
+    #[arg(value_name = "DRIVE|off|on|reject")]
+    what: Option<String>,
+    /// The drive whose limits are switched; all without it
+    #[arg(value_name = "DRIVE", value_parser = drive)]
+    drive: Option<SubsystemId>,
+}
+
+/// Shows or switches the limits.
+pub async fn run(args: LimitsArgs, global: &Global, out: &mut Out) -> Outcome {
+    let state = match args.what.as_deref() {
+        Some(word) if word.eq_ignore_ascii_case("off") => Some(0),
+        Some(word) if word.eq_ignore_ascii_case("on") => Some(1),
+        Some(word) if word.eq_ignore_ascii_case("reject") => Some(2),
+        _ => None,
+    };
+    if let Some(new_state) = state {
+        let to = args.drive.unwrap_or(SubsystemId::MOTORS);
+        return simple(Request::new(to, Body::SwitchLimits { new_state }), global, out).await;
+    }
+    if args.drive.is_some() {
+        return Err(Failure::Usage(
+            pick(
+                "Write `limits DRIVE` to see limits, `limits off|on|reject [DRIVE]` to switch them.",
+                "Пишите `limits ПРИВОД`, чтобы увидеть пределы, `limits off|on|reject [ПРИВОД]`, \
+                 чтобы переключить их.",
+            )
+            .into(),
+        ));
+    }
+    let who = match args.what.as_deref() {
+        Some(name) => drive(name)
+            .map_err(|error| Failure::Usage(format!("`{name}`: {error}, off, on, reject")))?,
+        None => SubsystemId::ALL,
+    };
+    show(who, global, out).await
+}
+
+async fn show(who: SubsystemId, global: &Global, out: &mut Out) -> Outcome {
+    let connection = Connection::open(global).await?;
+    let answers = connection.ask(who, Body::RetrieveLimits).await?;
+    let mut rows = Vec::new();
+    let mut object = Map::new();
+    for answer in &*answers {
+        let from = answer.from();
+        let Ok(Reply::Limits(limits)) = answer.decode().map(|answer| answer.data) else { continue };
+        rows.push(vec![
+            from.to_string(),
+            angle::show(from, limits.min),
+            "…".into(),
+            angle::show(from, limits.max),
+        ]);
+        let unit = if from == SubsystemId::NOZZLE { "mm" } else { "arcmin" };
+        let json = json!({ "min": limits.min, "max": limits.max, "unit": unit });
+        object.insert(from.to_string(), json);
+    }
+    out.show(columns(&rows), || Value::Object(object))
+}

@@ -1,0 +1,15 @@
+//! One file per subcommand, or per family of them.
+
+pub mod decode;
+pub mod demo;
+pub mod limits;
+pub mod motion;
+pub mod param;
+pub mod quench;
+pub mod schema;
+pub mod seek;
+pub mod send;
+pub mod service;
+pub mod sim;
+pub mod status;
+pub mod watch;

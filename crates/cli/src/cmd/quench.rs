@@ -1,0 +1,242 @@
+//! `lafet quench`, `trajectory`: extinguishing.
+
+use clap::{ArgGroup, Args};
+use lafet_client::AnswerBuf;
+use lafet_proto::answer::Reply;
+use lafet_proto::flags::{ControlFlags, DeployerFlags};
+use lafet_proto::request::{Body, Path, Points, Quench, Sector, Trajectory, TrajectoryPoint};
+use lafet_proto::{Bytes, Request, SubsystemId};
+use serde_json::json;
+
+use super::motion::{simple, stopped};
+use crate::angle::{Angle, Pair};
+use crate::cli::Global;
+use crate::connect::Connection;
+use crate::describe::{flag_names, values};
+use crate::failure::{Failure, Outcome};
+use crate::follow::{Follow, States, Step};
+use crate::lang::pick;
+use crate::out::Out;
+
+/// The narrowest jet, mm.
+const NARROW: i16 = 60;
+
+/// `lafet quench`
+#[derive(Debug, Args)]
+#[command(
+    group = ArgGroup::new("what").required(true).args(["program", "distance", "corrections"]),
+    after_help = "Examples:\n  \
+        lafet -c tcp://127.0.0.1:10485 quench --centre 30deg,-2deg --distance 25 \
+        --sector 6deg,2deg --step 1\n  \
+        lafet -c tcp://127.0.0.1:10485 quench --program 3\n  \
+        lafet -c tcp://127.0.0.1:10485 quench --program 3 --centre 10deg,0 --nozzle 40 --follow"
+)]
+pub struct QuenchArgs {
+    /// A stored program, 0 to 7; its own centre and nozzle are used unless they are given
+    #[arg(long, value_name = "N", conflicts_with_all = ["sector", "step"])]
+    program: Option<i16>,
+    /// Centre of the sector: horizontal,vertical (1800,-120 or 30deg,-2deg)
+    #[arg(
+        long,
+        value_name = "H,V",
+        allow_hyphen_values = true,
+        required_unless_present = "program"
+    )]
+    centre: Option<Pair>,
+    /// Width,height of the sector (default 0,0)
+    #[arg(long, value_name = "W,H", requires = "step")]
+    sector: Option<Pair>,
+    /// Degrees between the lines of the scan; 0 aims at the centre (default 0)
+    #[arg(long, value_name = "DEGREES")]
+    step: Option<i8>,
+    /// Position of the nozzle, mm; 60 is the narrowest (default 60)
+    #[arg(long, value_name = "MM")]
+    nozzle: Option<i16>,
+    /// Distance to the fire, m; the elevation is corrected for it, 0 aims straight
+    #[arg(long, value_name = "METRES")]
+    distance: Option<i8>,
+    /// Degrees to add to the elevation at 0, 0.1, 0.2 … atm, with commas
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true)]
+    corrections: Option<Vec<i8>>,
+    /// Follow it until it ends; Ctrl-C stops it (the valves stay as they are)
+    #[arg(long)]
+    follow: bool,
+}
+
+/// `lafet trajectory`
+#[derive(Debug, Args)]
+#[command(
+    group = ArgGroup::new("path").required(true).args(["point", "stored"]),
+    after_help = "Examples:\n  \
+        lafet -c tcp://127.0.0.1:10485 trajectory --ballistics --point 20deg,-2deg,25,10 \
+        --point 24deg,-2deg,25,10\n  \
+        lafet -c tcp://127.0.0.1:10485 trajectory --stored 0,3 --repeat"
+)]
+pub struct TrajectoryArgs {
+    /// A point of the path: horizontal,vertical,metres,tenths of a second to stay; repeat it
+    #[arg(long, value_name = "H,V,M,DS", allow_hyphen_values = true, value_parser = point)]
+    point: Vec<TrajectoryPoint>,
+    /// Stored trajectories, 0 to 7, with commas
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    stored: Vec<u8>,
+    /// Correct the elevation for the fall of the jet
+    #[arg(long)]
+    ballistics: bool,
+    /// Begin again after the last point
+    #[arg(long)]
+    repeat: bool,
+    /// Follow it until it ends; Ctrl-C stops it (the valves stay as they are)
+    #[arg(long)]
+    follow: bool,
+}
+
+/// Starts extinguishing a sector.
+pub async fn run_quench(args: QuenchArgs, global: &Global, out: &mut Out) -> Outcome {
+    let bytes: Vec<u8> =
+        args.corrections.iter().flatten().map(|degrees| degrees.to_le_bytes()[0]).collect();
+    if bytes.len() == 1 {
+        return Err(Failure::Usage(
+            pick(
+                "--corrections needs at least two values: with one it would be a distance (§3.14)",
+                "--corrections требует не менее двух значений: одно означало бы расстояние (§3.14)",
+            )
+            .into(),
+        ));
+    }
+    let Some(Pair(centre_h, centre_v)) = args.centre else {
+        return run_program(&args, global, out).await;
+    };
+    let nozzle = args.nozzle.unwrap_or(NARROW);
+    let quench = match (args.program, args.distance) {
+        (Some(program), _) => Quench::Program { program, centre_h, centre_v, nozzle },
+        (None, distance) => {
+            let Pair(width, height) = args.sector.unwrap_or(Pair(0, 0));
+            let step = args.step.unwrap_or(0);
+            let sector = Sector { centre_h, centre_v, nozzle, width, height, step };
+            match distance {
+                Some(distance) => Quench::Full { sector, distance },
+                None => Quench::Corrected { sector, corrections: Bytes(&bytes) },
+            }
+        }
+    };
+    start(Body::StartQuench(quench), args.follow, global, out).await
+}
+
+/// A program around its own centre, which the request has to repeat (§3.14).
+async fn run_program(args: &QuenchArgs, global: &Global, out: &mut Out) -> Outcome {
+    let program = args.program.unwrap_or_default();
+    let connection = Connection::open(global).await?;
+    let name = format!("Program{program}");
+    if !(0..=7).contains(&program) {
+        return Err(Failure::Usage(pick(
+            format!("--program {program}: programs are numbered 0 to 7"),
+            format!("--program {program}: программы имеют номера от 0 до 7"),
+        )));
+    }
+    let stored = connection.monitor.param(SubsystemId::CONTROL, &name).await?;
+    let value = |index: usize| {
+        stored.get(index).and_then(|value| i16::try_from(*value).ok()).unwrap_or_default()
+    };
+    let nozzle = args.nozzle.unwrap_or(value(2));
+    let quench = Quench::Program { program, centre_h: value(0), centre_v: value(1), nozzle };
+    start(Body::StartQuench(quench), args.follow, global, out).await
+}
+
+/// Starts extinguishing along a path.
+pub async fn run_trajectory(args: TrajectoryArgs, global: &Global, out: &mut Out) -> Outcome {
+    let path = match args.stored.as_slice() {
+        [] => Path::Points(Points::Values(&args.point)),
+        stored => Path::Stored(stored),
+    };
+    let trajectory = Trajectory { ballistics: args.ballistics, repeat: args.repeat, path };
+    start(Body::StartTrajectory(trajectory), args.follow, global, out).await
+}
+
+async fn start(body: Body<'_>, wait: bool, global: &Global, out: &mut Out) -> Outcome {
+    let request = Request::new(SubsystemId::CONTROL, body);
+    if !wait {
+        return simple(request, global, out).await;
+    }
+    let connection = Connection::open(global).await?;
+    let watch = [
+        SubsystemId::CONTROL,
+        SubsystemId::DEPLOYER,
+        SubsystemId::GENERAL,
+        SubsystemId::HORIZONTAL,
+        SubsystemId::VERTICAL,
+    ];
+    let stop = SubsystemId::CONTROL;
+    let follow = Follow { connection: &connection, watch: &watch, stop };
+    let begin = async { Ok(connection.client.request(&request).await?.accepted()?) };
+    let mut ran = false;
+    follow.run(out, begin, |states| judge(states, &mut ran)).await?;
+    out.show(
+        pick(format!("{request}: done"), format!("{request}: исполнено")),
+        || json!({ "request": request.to_string(), "done": true }),
+    )
+}
+
+fn judge(states: &States, ran: &mut bool) -> Step {
+    let who = SubsystemId::CONTROL;
+    let bits = states.flags(who);
+    let flags = ControlFlags::from_bits_retain(bits);
+    let deployer = DeployerFlags::from_bits_retain(states.flags(SubsystemId::DEPLOYER));
+    let running = flags.intersects(ControlFlags::QUENCH | ControlFlags::TRAJECTORY);
+    if running || deployer.contains(DeployerFlags::DEPLOYING) {
+        *ran |= running;
+        return Step::Running(progress(states, bits));
+    }
+    if flags.intersects(ControlFlags::MODE_FAULT | ControlFlags::INTERNAL_FAULT) {
+        Step::Ended(stopped(who, bits))
+    } else if *ran {
+        Step::Done
+    } else {
+        Step::Idle(stopped(who, bits))
+    }
+}
+
+fn progress(states: &States, bits: u32) -> String {
+    let decoded = |who| states.of(who).and_then(|answer: &AnswerBuf| answer.decode().ok());
+    let aim = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL].map(|who| {
+        match decoded(who).map(|answer| answer.data) {
+            Some(Reply::Drive(status)) => crate::angle::degrees(i32::from(status.position)),
+            _ => String::new(),
+        }
+    });
+    let water = decoded(SubsystemId::GENERAL).map_or_else(String::new, |answer| values(&answer));
+    let flags = flag_names(SubsystemId::CONTROL, bits).join(" ");
+    format!("{} {}  {water}  {flags}", aim[0], aim[1])
+}
+
+fn point(text: &str) -> Result<TrajectoryPoint, String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let wrong = || {
+        pick(
+            "expected horizontal,vertical,metres,tenths of a second, like 20deg,-2deg,25,10",
+            "ожидается горизонталь,вертикаль,метры,десятые доли секунды, например 20deg,-2deg,25,10",
+        )
+        .to_owned()
+    };
+    let [horizontal, vertical, distance, dwell] = parts.as_slice() else { return Err(wrong()) };
+    Ok(TrajectoryPoint {
+        horizontal: horizontal.parse::<Angle>()?.0,
+        vertical: vertical.parse::<Angle>()?.0,
+        distance: distance.trim().parse().map_err(|_| wrong())?,
+        dwell: dwell.trim().parse().map_err(|_| wrong())?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points() {
+        let expected =
+            TrajectoryPoint { horizontal: 1200, vertical: -120, distance: 25, dwell: 10 };
+        assert_eq!(point("20deg,-120,25,10"), Ok(expected));
+        for wrong in ["", "1,2,3", "1,2,3,4,5", "1,2,300,4", "1,2,-3,4"] {
+            assert!(point(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! `lafet seek`, `hotbeds`, `justify`: the fire detector.
+
+use clap::Args;
+use lafet_proto::answer::Reply;
+use lafet_proto::flags::{DeployerFlags, DetectorFlags};
+use lafet_proto::request::{Body, Seek};
+use lafet_proto::status::Hotbed;
+use lafet_proto::{Request, SubsystemId};
+use serde_json::json;
+
+use super::motion::{simple, stopped};
+use crate::angle::{self, Angle};
+use crate::cli::Global;
+use crate::connect::Connection;
+use crate::describe::{hotbed_rows, hotbeds_json};
+use crate::failure::Outcome;
+use crate::follow::{Follow, States, Step};
+use crate::lang::pick;
+use crate::out::{Out, columns};
+
+/// `lafet seek`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+                        lafet -c tcp://127.0.0.1:10485 seek --from-az -60deg --to-az 60deg\n  \
+                        lafet -c sim:?fire=az=30,range=25 seek --analyse")]
+pub struct SeekArgs {
+    /// Where the sector begins, horizontally: arc-minutes, or degrees like 60deg (default -90deg)
+    #[arg(long, value_name = "ANGLE", default_value = "-90deg", allow_hyphen_values = true)]
+    from_az: Angle,
+    /// Where the sector ends, horizontally (default 90deg)
+    #[arg(long, value_name = "ANGLE", default_value = "90deg", allow_hyphen_values = true)]
+    to_az: Angle,
+    /// Where the sector begins, vertically (default -10deg)
+    #[arg(long, value_name = "ANGLE", default_value = "-10deg", allow_hyphen_values = true)]
+    from_el: Angle,
+    /// Where the sector ends, vertically (default 10deg)
+    #[arg(long, value_name = "ANGLE", default_value = "10deg", allow_hyphen_values = true)]
+    to_el: Angle,
+    /// Measure each hotbed precisely in a second pass
+    #[arg(long)]
+    analyse: bool,
+    /// Return as soon as the request is accepted
+    #[arg(long)]
+    no_wait: bool,
+}
+
+/// `lafet hotbeds`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 hotbeds\n  \
+                        lafet -c tcp://127.0.0.1:10485 hotbeds --json")]
+pub struct HotbedsArgs {}
+
+/// `lafet justify`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 justify")]
+pub struct JustifyArgs {
+    /// Return as soon as the request is accepted
+    #[arg(long)]
+    no_wait: bool,
+}
+
+/// Searches a sector.
+pub async fn run_seek(args: SeekArgs, global: &Global, out: &mut Out) -> Outcome {
+    let seek = Seek {
+        start_h: args.from_az.0,
+        end_h: args.to_az.0,
+        start_v: args.from_el.0,
+        end_v: args.to_el.0,
+        analyse: i16::from(args.analyse),
+    };
+    let request = Request::new(SubsystemId::DETECTOR, Body::StartSeek(seek));
+    if args.no_wait {
+        return simple(request, global, out).await;
+    }
+    let connection = Connection::open(global).await?;
+    let watch = [
+        SubsystemId::DETECTOR,
+        SubsystemId::DEPLOYER,
+        SubsystemId::HORIZONTAL,
+        SubsystemId::VERTICAL,
+    ];
+    let stop = SubsystemId::DETECTOR;
+    let follow = Follow { connection: &connection, watch: &watch, stop };
+    let begin = async { Ok(connection.client.request(&request).await?.accepted()?) };
+    let mut searched = false;
+    follow.run(out, begin, |states| judge_seek(states, &mut searched)).await?;
+    let hotbeds = connection.monitor.hotbeds().await?;
+    show(&hotbeds, out)
+}
+
+/// Shows what the last search has found.
+pub async fn run_hotbeds(global: &Global, out: &mut Out) -> Outcome {
+    let connection = Connection::open(global).await?;
+    let hotbeds = connection.monitor.hotbeds().await?;
+    show(&hotbeds, out)
+}
+
+/// Aligns the detector.
+pub async fn run_justify(args: JustifyArgs, global: &Global, out: &mut Out) -> Outcome {
+    let request = Request::new(SubsystemId::DETECTOR, Body::StartJustify);
+    if args.no_wait {
+        return simple(request, global, out).await;
+    }
+    let connection = Connection::open(global).await?;
+    let watch = [SubsystemId::DETECTOR, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
+    let stop = SubsystemId::DETECTOR;
+    let follow = Follow { connection: &connection, watch: &watch, stop };
+    let begin = async { Ok(connection.client.request(&request).await?.accepted()?) };
+    follow.run(out, begin, judge_justify).await?;
+    let mut angles = Vec::new();
+    for name in ["JustifyHorizontal", "JustifyVertical"] {
+        let values = connection.monitor.param(SubsystemId::DETECTOR, name).await?;
+        angles.push(values.first().copied().unwrap_or(0));
+    }
+    let [horizontal, vertical] = [0, 1].map(|index| angles.get(index).copied().unwrap_or(0));
+    out.show(
+        pick(
+            format!("Justified: the detector looks {horizontal}' left and {vertical}' up."),
+            format!("Отъюстировано: датчик смотрит на {horizontal}' левее и {vertical}' выше."),
+        ),
+        || {
+            json!({
+                "justified": true,
+                "horizontal_arcmin": horizontal,
+                "vertical_arcmin": vertical,
+            })
+        },
+    )
+}
+
+fn show(hotbeds: &[Hotbed], out: &mut Out) -> Outcome {
+    let text = if hotbeds.is_empty() {
+        pick("No hotbeds.", "Очагов нет.").to_owned()
+    } else {
+        columns(&hotbed_rows(hotbeds))
+    };
+    out.show(text, || hotbeds_json(hotbeds))
+}
+
+fn judge_seek(states: &States, searched: &mut bool) -> Step {
+    let who = SubsystemId::DETECTOR;
+    let bits = states.flags(who);
+    let flags = DetectorFlags::from_bits_retain(bits);
+    let deployer = DeployerFlags::from_bits_retain(states.flags(SubsystemId::DEPLOYER));
+    if deployer.contains(DeployerFlags::DEPLOYING) {
+        return Step::Running(pick("deploying", "развёртывание").into());
+    }
+    if flags.contains(DetectorFlags::SEARCHING) {
+        *searched = true;
+        return Step::Running(aim(states));
+    }
+    let broken = DetectorFlags::CANCELED | DetectorFlags::DEVICE_FAULT | DetectorFlags::BAD_SECTOR;
+    if flags.intersects(broken) {
+        Step::Ended(stopped(who, (flags & broken).bits()))
+    } else if *searched || flags.contains(DetectorFlags::FOUND) {
+        Step::Done
+    } else {
+        Step::Idle(stopped(who, bits))
+    }
+}
+
+fn judge_justify(states: &States) -> Step {
+    let who = SubsystemId::DETECTOR;
+    let bits = states.flags(who);
+    let flags = DetectorFlags::from_bits_retain(bits);
+    if flags.contains(DetectorFlags::JUSTIFYING) {
+        Step::Running(aim(states))
+    } else if flags.contains(DetectorFlags::JUSTIFIED) {
+        Step::Done
+    } else {
+        Step::Idle(stopped(who, bits))
+    }
+}
+
+/// Where the barrel looks.
+fn aim(states: &States) -> String {
+    let position = |who| match states.of(who)?.decode().ok()?.data {
+        Reply::Drive(status) => Some(angle::degrees(i32::from(status.position))),
+        _ => None,
+    };
+    let [horizontal, vertical] = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL].map(position);
+    let (horizontal, vertical) = (horizontal.unwrap_or_default(), vertical.unwrap_or_default());
+    pick(
+        format!("looking at azimuth {horizontal}, elevation {vertical}"),
+        format!("осмотр: азимут {horizontal}, возвышение {vertical}"),
+    )
+}

@@ -1,0 +1,171 @@
+//! `lafet sim`: a simulated monitor that others can connect to.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+use lafet_device::Composition;
+use lafet_sim::fire::FireSpec;
+use lafet_sim::flash::Flash;
+use lafet_sim::sim::{Config, Sim};
+use tokio::task::JoinSet;
+use tokio::time::sleep;
+
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lang::pick;
+use crate::out::Out;
+use crate::serve::{Listen, Shared, pace};
+use crate::simulator;
+
+/// How often the memory is looked at, whether it has to be written to its file.
+const KEEP: Duration = Duration::from_millis(500);
+
+/// `lafet sim`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet sim\n  \
+                        lafet sim --listen tcp://127.0.0.1:0 --listen pty --fire az=30,range=25\n  \
+                        lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486")]
+pub struct SimArgs {
+    /// Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; radio+ before it makes it the radio
+    /// interface; port 0 takes a free one. May be repeated (default tcp://127.0.0.1:10485)
+    #[arg(long, value_name = "WHERE")]
+    listen: Vec<Listen>,
+    /// What the monitor is built of: full, remote, mini, ex or limit-switch (default full)
+    #[arg(long, value_name = "NAME", default_value = "full", value_parser = simulator::profile)]
+    profile: Composition,
+    /// Address of the monitor, 1 to 127 (default 1)
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u8).range(1..=127)
+    )]
+    addr: u8,
+    /// Everything random follows from this number (default 7)
+    #[arg(long, value_name = "N", default_value_t = 7)]
+    seed: u64,
+    /// Simulated time runs this many times as fast (default 1)
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = simulator::speed)]
+    speed: f64,
+    /// A fire: az=DEGREES,range=METRES[,size=METRES]; left is positive. May be repeated
+    #[arg(long, value_name = "FIRE", value_parser = simulator::fire)]
+    fire: Vec<FireSpec>,
+    /// Keep the monitor's memory (parameters, lockout) in this file
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+}
+
+/// Serves until SIGINT or SIGTERM.
+pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
+    let mut interrupt = Interrupt::catch()?;
+    let flash = match &args.flash {
+        Some(path) => load(path)?,
+        None => None,
+    };
+    let sim = Shared::new(Sim::new(Config {
+        seed: args.seed,
+        composition: args.profile,
+        address: args.addr,
+        fires: args.fire,
+        flash,
+        ..Config::default()
+    }));
+    let mut listen = args.listen;
+    if listen.is_empty() {
+        listen.push(Listen::tcp(format!("127.0.0.1:{}", lafet_proto::bus::PORT_EXTERNAL_CONN)));
+    }
+    let mut tasks = JoinSet::new();
+    for place in &listen {
+        let listening = place.open().await.map_err(|error| cannot_listen(place, error))?;
+        out.show(
+            format!("listening {}", listening.url()),
+            || serde_json::json!({ "listening": listening.url() }),
+        )?;
+        tasks.spawn(listening.serve(sim.clone()));
+    }
+    tasks.spawn(run_time(sim.clone(), args.speed));
+    if let Some(path) = args.flash.clone() {
+        tasks.spawn(keep(sim.clone(), path));
+    }
+    let ended = tokio::select! {
+        () = interrupt.wait() => Ok(()),
+        Some(ended) = tasks.join_next() => Err(ended),
+    };
+    if let Some(path) = &args.flash {
+        store(path, &sim.lock().world().flash).map_err(|error| cannot_keep(path, error))?;
+    }
+    match ended {
+        Ok(()) => Ok(()),
+        Err(Ok(Err(error))) => Err(Failure::io(pick("simulator", "имитатор"), error)),
+        Err(_) => Err(Failure::Ended(pick("The simulator has failed.", "Отказ имитатора.").into())),
+    }
+}
+
+async fn run_time(sim: Shared, speed: f64) -> io::Result<()> {
+    pace(sim, speed).await;
+    Ok(())
+}
+
+fn cannot_listen(place: &Listen, error: io::Error) -> Failure {
+    let what = pick(
+        format!("cannot listen at {place} (is another simulator running? port 0 takes a free one)"),
+        format!("нельзя открыть {place} (не запущен ли другой имитатор? порт 0 — любой свободный)"),
+    );
+    Failure::io(what, error)
+}
+
+fn cannot_keep(path: &Path, error: io::Error) -> Failure {
+    let path = path.display();
+    let what = pick(
+        format!("cannot keep the memory in {path}"),
+        format!("не удаётся сохранить память в {path}"),
+    );
+    Failure::io(what, error)
+}
+
+/// Reads the memory; a file that does not exist yet is a new monitor.
+fn load(path: &Path) -> Result<Option<Flash>, Failure> {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(cannot_keep(path, error)),
+    };
+    Flash::from_bytes(&bytes).map(Some).map_err(|_| {
+        let path = path.display();
+        Failure::Usage(pick(
+            format!(
+                "{path} is not the memory of a simulated monitor. Remove it to start with a new \
+                 one."
+            ),
+            format!(
+                "{path} — не память имитатора ствола. Удалите файл, чтобы начать с новой памяти."
+            ),
+        ))
+    })
+}
+
+/// Writes the memory whenever it has changed.
+async fn keep(sim: Shared, path: PathBuf) -> io::Result<()> {
+    let mut kept = None;
+    loop {
+        let now = sim.lock().world().flash.clone();
+        if kept.as_ref() != Some(&now) {
+            store(&path, &now)?;
+            kept = Some(now);
+        }
+        sleep(KEEP).await;
+    }
+}
+
+/// Replaces the file as a whole: it is never half written.
+fn store(path: &Path, flash: &Flash) -> io::Result<()> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".new");
+    let beside = PathBuf::from(name);
+    let mut file = std::fs::File::create(&beside)?;
+    file.write_all(&flash.to_bytes())?;
+    file.sync_all()?;
+    std::fs::rename(&beside, path)
+}

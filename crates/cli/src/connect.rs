@@ -1,0 +1,100 @@
+//! The monitor that a command talks to.
+
+use std::str::FromStr;
+use std::time::Duration;
+
+use lafet_client::{Answers, Client, Config, Endpoint, Error, Monitor};
+use lafet_device::Source;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
+use lafet_sim::sim;
+
+use crate::cli::Global;
+use crate::failure::Failure;
+use crate::lang::{current, pick};
+use crate::serve::{Habits, Shared, pace, serve_stream};
+use crate::simulator;
+
+/// Bytes that a pipe to the simulator in this process holds.
+const PIPE: usize = 4096;
+
+/// A connection to a monitor.
+pub struct Connection {
+    /// Requests of any kind.
+    pub client: Client,
+    /// A method for each request.
+    pub monitor: Monitor,
+}
+
+impl Connection {
+    /// Connects as `--connect` says. `sim:` starts a simulator inside this process.
+    pub async fn open(global: &Global) -> Result<Self, Failure> {
+        let Some(url) = &global.connect else {
+            return Err(Failure::Usage(
+                pick(
+                    "Which monitor? Give its URL with -c (or in LAFET_CONNECT), for example \
+                     `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200`, \
+                     or `-c sim:` for a simulated one.",
+                    "Какой ствол? Укажите его URL через -c (или в LAFET_CONNECT), например \
+                     `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200` \
+                     или `-c sim:` для имитатора.",
+                )
+                .into(),
+            ));
+        };
+        let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+        let timeout = Duration::from_secs_f64(global.timeout);
+        let config = Config { timeout, addresses: endpoint.addresses(), ..Config::default() };
+        let client = match &endpoint {
+            Endpoint::Sim { query, .. } => simulated(url, query, config)?,
+            _ => Client::connect_with(&endpoint, config).await?,
+        };
+        Ok(Self { monitor: Monitor::new(client.clone()), client })
+    }
+
+    /// Sends a request; a refusal is a failure.
+    pub async fn ask(&self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Failure> {
+        Ok(self.client.request(&Request::new(to, body)).await?.accepted()?)
+    }
+}
+
+/// A simulator that lives as long as this command.
+fn simulated(url: &str, query: &[(String, String)], config: Config) -> Result<Client, Failure> {
+    let mut options = sim::Config { address: config.addresses.monitor, ..sim::Config::default() };
+    let mut speed = 1.0;
+    for (key, value) in query {
+        let set = match key.as_str() {
+            "profile" => options.profile(value),
+            "seed" => value.parse().ok().map(|seed| options.seed = seed),
+            "fire" => value.parse().ok().map(|fire| options.fires.push(fire)),
+            "speed" => simulator::speed(value).ok().map(|value| speed = value),
+            _ => None,
+        };
+        if set.is_none() {
+            return Err(Failure::Usage(wrong_option(key, value)));
+        }
+    }
+    let shared = Shared::new(sim::Sim::new(options));
+    let (ours, theirs) = tokio::io::duplex(PIPE);
+    tokio::spawn(pace(shared.clone(), speed));
+    tokio::spawn(async move {
+        let habits = Habits::default();
+        // The pipe ends with the command, and nobody else is concerned.
+        let _ = serve_stream(theirs, Source::ExternalConn, &shared, habits, || {}).await;
+    });
+    Ok(Client::over(url, ours, config))
+}
+
+fn wrong_option(key: &str, value: &str) -> String {
+    let profiles = simulator::profiles();
+    match current() {
+        lafet_client::Lang::En => format!(
+            "sim: does not understand `{key}={value}`. It knows profile={profiles}, seed=7, \
+             speed=20, fire=az=30,range=25,size=1.5 and addr=1."
+        ),
+        lafet_client::Lang::Ru => format!(
+            "sim: не понимает `{key}={value}`. Известны profile={profiles}, seed=7, speed=20, \
+             fire=az=30,range=25,size=1.5 и addr=1."
+        ),
+    }
+}

@@ -1,0 +1,192 @@
+//! The script: what the operator does, from standby to standby.
+
+use lafet_proto::flags::{DeployerFlags, DetectorFlags, ValveFlags};
+use lafet_proto::answer::Reply;
+use lafet_proto::id::key;
+use lafet_proto::request::{Body, Quench, Sector, Seek};
+use lafet_proto::status::Hotbed;
+use lafet_proto::{ParamId, SubsystemId};
+use lafet_sim::fire::FireSpec;
+
+use super::stage::Stage;
+use crate::angle::degrees;
+use crate::failure::Failure;
+use crate::lang::pick;
+
+/// A search of the space in front, down to the foot of the monitor, arc-minutes.
+const SEARCH: Seek = Seek { start_h: -3600, end_h: 3600, start_v: -600, end_v: 300, analyse: 1 };
+/// The narrowest jet, mm.
+const NARROW: i16 = 60;
+/// Degrees between the lines of the scan.
+const SCAN_STEP: i8 = 1;
+/// What is added to the hotbed on each side, arc-minutes.
+const MARGIN: i32 = 30;
+/// Distances that an estimate from the elevation may have, m: farther off the angle says little.
+const PLAUSIBLE_M: std::ops::RangeInclusive<f64> = 3.0..=60.0;
+/// Searches at most: as many as there can be fires, and some that see smoke.
+const ROUNDS: usize = 8;
+
+const SEARCH_MS: u64 = 180_000;
+const MOVE_MS: u64 = 20_000;
+const QUENCH_MS: u64 = 180_000;
+
+/// Plays it.
+pub async fn play(stage: &mut Stage, fires: &[FireSpec]) -> Result<(), Failure> {
+    stage.phase(pick("standby", "дежурное положение"));
+    stage.look().await?;
+    stage.say(pick(
+        "Standby: the barrel is wrapped, the valves are closed.",
+        "Дежурное положение: ствол свёрнут, затворы закрыты.",
+    ))?;
+    stage.pass(2000).await?;
+    for fire in fires {
+        stage.light(*fire)?;
+    }
+    stage.pass(2000).await?;
+    for _ in 0..ROUNDS {
+        if stage.burning().is_empty() {
+            break;
+        }
+        let Some(target) = search(stage).await? else {
+            return Err(ended(
+                "The search has found nothing: is the fire within ±60° and in sight?",
+                "Поиск ничего не нашёл: находится ли очаг в пределах ±60° и на виду?",
+            ));
+        };
+        extinguish(stage, &target).await?;
+    }
+    wrap(stage).await?;
+    if stage.summary().is_success() {
+        Ok(())
+    } else {
+        Err(ended("A fire still burns.", "Очаг ещё горит."))
+    }
+}
+
+/// Searches, and returns the brightest hotbed.
+async fn search(stage: &mut Stage) -> Result<Option<Hotbed>, Failure> {
+    stage.phase(pick("search", "поиск"));
+    let detector = SubsystemId::DETECTOR;
+    stage.ask(detector, Body::StartSeek(SEARCH)).await?;
+    let searching = |stage: &Stage| {
+        let flags = DetectorFlags::from_bits_retain(stage.scene().flags(detector));
+        !flags.contains(DetectorFlags::SEARCHING)
+    };
+    if !stage.until(SEARCH_MS, searching).await? {
+        return Err(ended("The search does not end.", "Поиск не заканчивается."));
+    }
+    let flags = DetectorFlags::from_bits_retain(stage.scene().flags(detector));
+    if flags.contains(DetectorFlags::FOUND) {
+        let now_ms = stage.scene().now_ms;
+        stage.summary().detected_ms.get_or_insert(now_ms);
+    }
+    let answers = stage.ask(detector, Body::GetParam { id: ParamId::HOTBEDS }).await?;
+    let hotbeds: Vec<Hotbed> = answers
+        .first()
+        .decode()
+        .ok()
+        .and_then(|answer| answer.hotbeds().map(Iterator::collect))
+        .unwrap_or_default();
+    let brightest = hotbeds.iter().copied().max_by_key(|hotbed| hotbed.brightness);
+    stage.set_hotbeds(hotbeds);
+    Ok(brightest)
+}
+
+/// Extinguishes one hotbed.
+async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
+    stage.phase(pick("quench", "тушение"));
+    let distance = distance(stage, hotbed).await?;
+    let Hotbed { x1, x2, y1, y2, .. } = *hotbed;
+    let clamp = |value: i32| value.clamp(-32_767, 32_767) as i16;
+    let sector = Sector {
+        centre_h: clamp(i32::midpoint(x1, x2)),
+        centre_v: clamp(i32::midpoint(y1, y2)),
+        nozzle: NARROW,
+        width: clamp((x1 - x2).abs() + 2 * MARGIN),
+        height: clamp((y2 - y1).abs()),
+        step: SCAN_STEP,
+    };
+    let quench = Quench::Full { sector, distance };
+    stage.ask(SubsystemId::CONTROL, Body::StartQuench(quench)).await?;
+    let aimed = move |stage: &Stage| {
+        let position = stage.scene().position(SubsystemId::HORIZONTAL).unwrap_or(0);
+        position.abs_diff(sector.centre_h) < sector.width.unsigned_abs()
+    };
+    stage.until(MOVE_MS, aimed).await?;
+    stage.ask(SubsystemId::VALVE1, Body::Open { key: key::OPEN }).await?;
+    let target = f64::from(sector.centre_h);
+    let out = move |stage: &Stage| {
+        // The one that is nearest to where the barrel aims.
+        let near = |azimuth: f64| (azimuth - target).abs() < 180.0;
+        !stage.burning().into_iter().any(near)
+    };
+    let is_out = stage.until(QUENCH_MS, out).await?;
+    stage.say(match is_out {
+        true => pick("No more flames there.", "Пламени там больше не видно."),
+        false => pick("It does not go out: closing.", "Очаг не гаснет: закрываю."),
+    })?;
+    stage.pass(1000).await?;
+    stage.ask(SubsystemId::VALVE1, Body::Close { key: key::CLOSE }).await?;
+    let closed = |stage: &Stage| {
+        let flags = ValveFlags::from_bits_retain(stage.scene().flags(SubsystemId::VALVE1));
+        flags.contains(ValveFlags::CLOSED)
+    };
+    if !stage.until(MOVE_MS, closed).await? {
+        return Err(ended("Valve1 does not close.", "Valve1 не закрывается."));
+    }
+    stage.ask(SubsystemId::CONTROL, Body::Stop).await?;
+    match is_out {
+        true => Ok(()),
+        false => Err(ended("The fire was not put out.", "Очаг не потушен.")),
+    }
+}
+
+/// How far away a hotbed is. Its lower edge is where flame and ground meet, and the barrel's
+/// height above ground is known: distance = height / tan(angle below the horizon).
+async fn distance(stage: &mut Stage, hotbed: &Hotbed) -> Result<i8, Failure> {
+    let id = ParamId::of("Height");
+    let answers = stage.ask(SubsystemId::CONTROL, Body::GetParam { id }).await?;
+    let height_cm = match answers.first().decode().map(|answer| answer.data) {
+        Ok(Reply::Param { values, .. }) => values.iter().next().unwrap_or(0),
+        _ => 0,
+    };
+    let height_m = f64::from(height_cm) / 100.0;
+    let below = -f64::from(hotbed.y1) / 60.0;
+    let estimate_m = height_m / below.to_radians().tan();
+    let angle = degrees(hotbed.y1);
+    if below > 0.0 && PLAUSIBLE_M.contains(&estimate_m) {
+        stage.say(pick(
+            format!(
+                "The foot of the flame is seen at {angle} from {height_m:.1} m above ground: \
+                 {height_m:.1} / tan = {estimate_m:.0} m away."
+            ),
+            format!(
+                "Основание пламени видно под углом {angle} с высоты {height_m:.1} м: расстояние \
+                 {height_m:.1} / tg = {estimate_m:.0} м."
+            ),
+        ))?;
+        return Ok(estimate_m.round() as i8);
+    }
+    let told_m = stage.range_of_nearest(f64::from(i32::midpoint(hotbed.x1, hotbed.x2)));
+    stage.say(pick(
+        format!("An edge at {angle} tells no distance; the operator's map says {told_m:.0} m."),
+        format!("Край под углом {angle} не даёт расстояния; по карте оператора {told_m:.0} м."),
+    ))?;
+    Ok(told_m.round().clamp(0.0, 127.0) as i8)
+}
+
+async fn wrap(stage: &mut Stage) -> Result<(), Failure> {
+    stage.phase(pick("wrapping", "свёртывание"));
+    stage.ask(SubsystemId::DEPLOYER, Body::Wrap).await?;
+    let wrapped = |stage: &Stage| stage.scene().deployer_is(DeployerFlags::WRAPPED);
+    if !stage.until(3 * MOVE_MS, wrapped).await? {
+        return Err(ended("The barrel does not wrap.", "Ствол не сворачивается."));
+    }
+    stage.phase(pick("standby", "дежурное положение"));
+    stage.say(pick("Standby again.", "Снова дежурное положение."))?;
+    stage.pass(1000).await
+}
+
+fn ended(en: &str, ru: &str) -> Failure {
+    Failure::Ended(pick(en, ru).into())
+}

@@ -1,0 +1,337 @@
+//! The stage: the simulated monitor, the client, simulated time, and those who watch.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use lafet_client::{AnswerBuf, Answers, Client, Config as ClientConfig, Endpoint, Error};
+use lafet_proto::request::Body;
+use lafet_proto::text::{AnswerText, Exchange};
+use lafet_proto::{Request, RequestId, SubsystemId};
+use lafet_sim::event::What;
+use lafet_sim::fire::FireSpec;
+use lafet_sim::sim::{Config, Sim};
+use lafet_sim::world::STEP_MS;
+use tokio::time::{Instant, sleep_until};
+
+use super::Options;
+use super::scene::{Kind, Line, Plan, Scene, View};
+use super::summary::Summary;
+use super::trace::Trace;
+use crate::describe::{flags_bits, hex};
+use crate::exchange;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::lang::pick;
+use crate::serve::{Listen, Shared};
+
+/// Simulated time between two pictures.
+const PICTURE_MS: u64 = 50;
+/// Simulated time between two looks at the monitor's state.
+const LOOK_MS: u64 = 250;
+/// Nothing is lost on the loopback, so a slow computer must not make the client ask twice: the
+/// trace would show it.
+const ANSWER: Duration = Duration::from_secs(60);
+
+/// The stage.
+pub struct Stage {
+    sim: Shared,
+    client: Client,
+    view: Box<dyn View>,
+    trace: Trace,
+    scene: Scene,
+    summary: Summary,
+    interrupt: Interrupt,
+    speed: f64,
+    began: Instant,
+    shown: BTreeMap<SubsystemId, u32>,
+}
+
+impl Stage {
+    /// Starts a monitor that listens on the loopback, and connects to it.
+    pub async fn open(
+        options: &Options,
+        fires: &[FireSpec],
+        view: Box<dyn View>,
+    ) -> Result<Self, Failure> {
+        let interrupt = Interrupt::catch()?;
+        let config = Config { seed: options.seed, trace: true, ..Config::default() };
+        let sim = Shared::new(Sim::new(config));
+        let what = || pick("no port of the loopback is free", "на 127.0.0.1 нет свободного порта");
+        let listening = Listen::tcp("127.0.0.1:0").open().await;
+        let listening = listening.map_err(|error| Failure::io(what(), error))?;
+        let url = listening.url().to_owned();
+        tokio::spawn(listening.serve(sim.clone()));
+        let endpoint: Endpoint = url.parse().map_err(Error::from)?;
+        let client_config = ClientConfig { timeout: ANSWER, ..ClientConfig::default() };
+        let client = Client::connect_with(&endpoint, client_config).await?;
+        let mut trace = Trace::open(options.trace.as_deref())?;
+        let fires: Vec<String> = fires.iter().map(fire_text).collect();
+        trace.add(&format!("# lafet demo, seed {}, fire {}\n", options.seed, fires.join(" ")))?;
+        let scene = Scene { url, seed: options.seed, ..Scene::default() };
+        let summary = Summary { seed: options.seed, ..Summary::default() };
+        Ok(Self {
+            sim,
+            client,
+            view,
+            trace,
+            scene,
+            summary,
+            interrupt,
+            speed: options.speed,
+            began: Instant::now(),
+            shown: BTreeMap::new(),
+        })
+    }
+
+    /// What is known.
+    pub const fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What the summary will say.
+    pub const fn summary(&mut self) -> &mut Summary {
+        &mut self.summary
+    }
+
+    /// The hotbeds that the monitor has told.
+    pub fn set_hotbeds(&mut self, hotbeds: Vec<lafet_proto::status::Hotbed>) {
+        self.scene.hotbeds = hotbeds;
+    }
+
+    /// The next part begins.
+    pub fn phase(&mut self, phase: &'static str) {
+        self.scene.phase = phase;
+    }
+
+    /// The operator says something.
+    pub fn say(&mut self, text: impl Into<String>) -> Result<(), Failure> {
+        self.show(Kind::Operator, text.into())
+    }
+
+    /// A fire is lit.
+    pub fn light(&mut self, fire: FireSpec) -> Result<(), Failure> {
+        self.sim.lock().world_mut().light(fire);
+        self.summary.fires += 1;
+        self.events()
+    }
+
+    /// Fires that burn: their direction in arc-minutes.
+    pub fn burning(&self) -> Vec<f64> {
+        let sim = self.sim.lock();
+        let burning = sim.world().fires.iter().filter(|fire| fire.burns());
+        burning.map(|fire| fire.at.1.atan2(fire.at.0).to_degrees() * 60.0).collect()
+    }
+
+    /// How far the fire nearest to a direction (arc-minutes) is, m: what a map of the site would
+    /// tell.
+    pub fn range_of_nearest(&self, direction: f64) -> f64 {
+        let sim = self.sim.lock();
+        let off = |azimuth_deg: f64| (azimuth_deg * 60.0 - direction).abs();
+        let fires = sim.world().fires.iter().map(|fire| fire.spec);
+        fires
+            .min_by(|a, b| off(a.azimuth_deg).total_cmp(&off(b.azimuth_deg)))
+            .map_or(0.0, |fire| fire.range_m)
+    }
+
+    /// Sends a request and shows it with its answers. Simulated time stands still meanwhile.
+    pub async fn ask(&mut self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Failure> {
+        let request = Request::new(to, body);
+        self.show(Kind::Request, request.to_string())?;
+        let answers = self.exchange(&request).await?;
+        for answer in &*answers {
+            let kind = if answer.status().is_success() { Kind::Answer } else { Kind::Refusal };
+            self.show(kind, answer_text(to, answer))?;
+        }
+        Ok(answers.accepted()?)
+    }
+
+    /// Reads all states. The trace has everything; those who watch see what has changed.
+    pub async fn look(&mut self) -> Result<(), Failure> {
+        let request = Request::new(SubsystemId::ALL, Body::GetStatus);
+        let answers = self.exchange(&request).await?;
+        self.scene.learn(&answers);
+        let mut first = true;
+        for answer in &*answers {
+            let bits = answer.decode().ok().and_then(|answer| flags_bits(&answer));
+            if bits == self.shown.get(&answer.from()).copied() {
+                continue;
+            }
+            if std::mem::take(&mut first) {
+                self.show(Kind::Request, request.to_string())?;
+            }
+            self.shown.insert(answer.from(), bits.unwrap_or(0));
+            self.show(Kind::Answer, answer_text(request.to, answer))?;
+        }
+        Ok(())
+    }
+
+    /// Lets simulated time pass.
+    pub async fn pass(&mut self, ms: u64) -> Result<(), Failure> {
+        let end_ms = self.now_ms() + ms;
+        while self.now_ms() < end_ms {
+            for _ in 0..PICTURE_MS / STEP_MS {
+                let mut sim = self.sim.lock();
+                sim.tick();
+                self.summary.water_l += sim.world().water.jet_lps() * STEP_MS as f64 / 1000.0;
+            }
+            self.events()?;
+            if self.now_ms().is_multiple_of(LOOK_MS) {
+                self.look().await?;
+            }
+            self.draw()?;
+            self.pace().await?;
+        }
+        Ok(())
+    }
+
+    /// Lets time pass until something is so, at most for `limit_ms`; whether it came.
+    pub async fn until(
+        &mut self,
+        limit_ms: u64,
+        is_so: impl Fn(&Self) -> bool,
+    ) -> Result<bool, Failure> {
+        let end_ms = self.now_ms() + limit_ms;
+        while self.now_ms() < end_ms {
+            self.pass(LOOK_MS).await?;
+            if is_so(self) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// The end: nothing is kept back any more.
+    pub async fn close(mut self, to_the_end: bool) -> Result<Summary, Failure> {
+        self.summary.end_ms = self.now_ms();
+        let traced = self.keep_trace().and_then(|()| self.trace.close());
+        self.view.close(&self.scene, to_the_end)?;
+        traced.map(|()| self.summary)
+    }
+
+    fn now_ms(&self) -> u64 {
+        self.sim.lock().now_ms()
+    }
+
+    async fn exchange(&mut self, request: &Request<'_>) -> Result<Answers, Failure> {
+        self.keep_trace()?;
+        let at_s = self.now_ms() as f64 / 1000.0;
+        let bytes = hex(&exchange::bytes(request));
+        self.trace.add(&format!("t={at_s:.2} → {request}  [{bytes}]\n"))?;
+        self.summary.requests += 1;
+        let answers = self.client.request(request).await?;
+        for answer in &*answers {
+            self.summary.answers += 1;
+            let text = answer_text(request.to, answer);
+            self.trace.add(&format!("t={at_s:.2} ← {text}\n"))?;
+        }
+        Ok(answers)
+    }
+
+    fn keep_trace(&mut self) -> Result<(), Failure> {
+        let lines = self.sim.lock().take_trace();
+        self.trace.add(&lines.unwrap_or_default())
+    }
+
+    /// Takes note of what has happened in the world.
+    fn events(&mut self) -> Result<(), Failure> {
+        let events = self.sim.lock().world_mut().take_events();
+        for event in events {
+            let Some(text) = self.event(event.at_ms, event.what) else { continue };
+            self.keep_trace()?;
+            self.trace.add(&format!("t={:.2} * {:?}\n", event.at_ms as f64 / 1000.0, event.what))?;
+            self.show(Kind::World, text)?;
+        }
+        Ok(())
+    }
+
+    fn event(&mut self, at_ms: u64, what: What) -> Option<String> {
+        let fire = |index: usize| match self.summary.fires {
+            0 | 1 => String::new(),
+            _ => format!(" {}", index + 1),
+        };
+        Some(match what {
+            What::FireLit(index) => {
+                let fire = fire(index);
+                self.summary.lit_ms.get_or_insert(at_ms);
+                let spec = self.sim.lock().world().fires.get(index)?.spec;
+                let (azimuth, range) = (spec.azimuth_deg, spec.range_m);
+                pick(
+                    format!("fire{fire} breaks out, azimuth {azimuth}°, {range} m away"),
+                    format!("возник очаг{fire}: азимут {azimuth}°, расстояние {range} м"),
+                )
+            }
+            What::FireHit(index) => {
+                let fire = fire(index);
+                self.summary.water_ms.get_or_insert(at_ms);
+                pick(format!("water reaches the fire{fire}"), format!("вода достигла очага{fire}"))
+            }
+            What::FireOut(index) => {
+                let fire = fire(index);
+                self.summary.out += 1;
+                self.summary.out_ms = Some(at_ms);
+                pick(format!("the fire{fire} is out"), format!("очаг{fire} потушен"))
+            }
+            What::FireReignited(index) => {
+                self.summary.out = self.summary.out.saturating_sub(1);
+                pick(format!("the fire{} flares up again", fire(index)), "повторное воспламенение".into())
+            }
+            What::JetOn => pick("the jet begins", "струя пошла").into(),
+            What::JetOff => pick("the jet ends", "струя прекратилась").into(),
+            What::FoldedBarrelFlooded => {
+                pick("WATER IN THE FOLDED BARREL", "ВОДА В СЛОЖЕННОМ СТВОЛЕ").into()
+            }
+            What::PoweredUp | What::Reset | What::Crashed => return None,
+        })
+    }
+
+    fn show(&mut self, kind: Kind, text: String) -> Result<(), Failure> {
+        let line = Line { at_ms: self.now_ms(), kind, text };
+        self.view.line(&line)?;
+        self.scene.note(line);
+        Ok(())
+    }
+
+    fn draw(&mut self) -> Result<(), Failure> {
+        let sim = self.sim.lock();
+        let world = sim.world();
+        let horizontal = &world.drives[lafet_device::image::Axis::Horizontal as usize];
+        self.scene.now_ms = sim.now_ms();
+        self.scene.world = Plan {
+            azimuth: (horizontal.position / 60.0).to_radians(),
+            deployed: world.deployed(),
+            landing: world.landing(),
+            fires: world.fires.iter().map(|fire| (fire.at, fire.size_m, fire.heat)).collect(),
+        };
+        drop(sim);
+        self.view.draw(&self.scene)
+    }
+
+    /// Waits until the clock has come as far as simulated time.
+    async fn pace(&mut self) -> Result<(), Failure> {
+        if self.view.wants_to_leave() {
+            return Err(Failure::Interrupted);
+        }
+        let due = match self.speed {
+            0.0 => self.began,
+            speed => self.began + Duration::from_secs_f64(self.now_ms() as f64 / 1000.0 / speed),
+        };
+        tokio::select! {
+            biased;
+            () = self.interrupt.wait() => Err(Failure::Interrupted),
+            () = sleep_until(due) => Ok(()),
+        }
+    }
+}
+
+fn answer_text(to: SubsystemId, answer: &AnswerBuf) -> String {
+    match answer.decode() {
+        Ok(decoded) if answer.request() != RequestId::GET_CRASH_DATA => {
+            Exchange { to, answer: decoded }.to_string()
+        }
+        _ => AnswerText(answer.record()).to_string(),
+    }
+}
+
+fn fire_text(fire: &FireSpec) -> String {
+    format!("az={},range={},size={}", fire.azimuth_deg, fire.range_m, fire.size_m)
+}

@@ -1,0 +1,95 @@
+//! What came out: how long everything took, and how much water.
+
+use serde_json::{Value, json};
+
+use crate::lang::pick;
+use crate::out::columns;
+
+/// Times are simulated, from the moment the (first) fire was lit.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    /// The seed.
+    pub seed: u64,
+    /// Fires lit.
+    pub fires: usize,
+    /// Fires that are out.
+    pub out: usize,
+    /// When the first fire was lit, ms since the start.
+    pub lit_ms: Option<u64>,
+    /// When the monitor reported it, ms since the start.
+    pub detected_ms: Option<u64>,
+    /// When water reached it, ms since the start.
+    pub water_ms: Option<u64>,
+    /// When the last one was out, ms since the start.
+    pub out_ms: Option<u64>,
+    /// When the monitor was wrapped again, ms since the start.
+    pub end_ms: u64,
+    /// Water that left the nozzle, litres.
+    pub water_l: f64,
+    /// Requests sent.
+    pub requests: u64,
+    /// Answers received.
+    pub answers: u64,
+}
+
+impl Summary {
+    /// Whether every fire is out.
+    pub const fn is_success(&self) -> bool {
+        self.fires > 0 && self.out == self.fires
+    }
+
+    fn since_lit_s(&self, at_ms: Option<u64>) -> Option<f64> {
+        Some(at_ms?.saturating_sub(self.lit_ms?) as f64 / 1000.0)
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        let seconds = |at_ms| match self.since_lit_s(at_ms) {
+            Some(seconds) => format!("{seconds:6.1} {}", pick("s", "с")),
+            None => pick("never", "никогда").into(),
+        };
+        let rows = [
+            (pick("time to detect", "до обнаружения"), seconds(self.detected_ms)),
+            (pick("time to water", "до подачи воды на очаг"), seconds(self.water_ms)),
+            (pick("time to out", "до ликвидации"), seconds(self.out_ms)),
+            (pick("standby again", "снова в дежурном положении"), seconds(Some(self.end_ms))),
+            (
+                pick("water used", "израсходовано воды"),
+                format!("{:6.0} {}", self.water_l, pick("l", "л")),
+            ),
+            (
+                pick("requests / answers", "запросов / ответов"),
+                format!("{:>6} / {}", self.requests, self.answers),
+            ),
+        ];
+        let rows = rows.map(|(name, value)| vec![format!("  {name}"), value]);
+        let title = pick(
+            format!(
+                "Summary (simulated time from the lighting of the fire, seed {}): fires out: {} \
+                 of {}",
+                self.seed, self.out, self.fires
+            ),
+            format!(
+                "Итог (время имитации от возникновения очага, seed {}): потушено очагов: {} из {}",
+                self.seed, self.out, self.fires
+            ),
+        );
+        format!("{title}\n{}", columns(&rows))
+    }
+
+    /// For programs.
+    pub fn json(&self) -> Value {
+        json!({
+            "seed": self.seed,
+            "fires": self.fires,
+            "fires_out": self.out,
+            "time_to_detect_s": self.since_lit_s(self.detected_ms),
+            "time_to_water_s": self.since_lit_s(self.water_ms),
+            "time_to_out_s": self.since_lit_s(self.out_ms),
+            "time_to_standby_s": self.since_lit_s(Some(self.end_ms)),
+            "water_l": self.water_l.round(),
+            "requests": self.requests,
+            "answers": self.answers,
+        })
+    }
+}

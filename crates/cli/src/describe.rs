@@ -1,0 +1,203 @@
+//! States of subsystems for people and for programs.
+
+use lafet_client::AnswerBuf;
+use lafet_proto::answer::Reply;
+use lafet_proto::dictionary;
+use lafet_proto::flags::{FlagInfo, Severity, flags_of};
+use lafet_proto::status::{GeneralStatus, Hotbed, ThermoStatus};
+use lafet_proto::{Answer, SubsystemId};
+use serde_json::{Map, Value, json};
+
+use crate::angle;
+use crate::lang::{of, pick};
+
+/// A status word of any subsystem; `None` when the answer has none.
+pub fn flags_bits(answer: &Answer<'_>) -> Option<u32> {
+    Some(match answer.data {
+        Reply::General(status) => status.flags.bits(),
+        Reply::Thermo(status) => status.flags.bits(),
+        Reply::Drive(status) => status.flags.bits(),
+        Reply::Valve(status) => status.flags.bits(),
+        Reply::Control(status) => status.flags.bits(),
+        Reply::Detector(status) => status.flags.bits(),
+        Reply::Deployer(status) => status.flags.bits(),
+        Reply::Conn(status) => status.flags.bits(),
+        Reply::Buttons(status) => status.flags.bits(),
+        _ => return None,
+    })
+}
+
+/// Names of the flags that are set, and bits without a name in hexadecimal.
+pub fn flag_names(subsystem: SubsystemId, bits: u32) -> Vec<String> {
+    let class = flags_of(subsystem);
+    let unnamed = class.unnamed(bits);
+    let unnamed = (unnamed != 0).then(|| format!("{unnamed:#x}"));
+    class.set(bits).map(|flag| flag.to_string()).chain(unnamed).collect()
+}
+
+/// The values of a state in one line, without the flags.
+pub fn values(answer: &Answer<'_>) -> String {
+    match answer.data {
+        Reply::General(GeneralStatus { main_voltage, pressure, flowrate, .. }) => {
+            let pressure = tenths(i32::from(pressure));
+            pick(
+                format!("{main_voltage} V, {pressure} atm, {flowrate} l/s"),
+                format!("{main_voltage} В, {pressure} атм, {flowrate} л/с"),
+            )
+        }
+        Reply::Thermo(status) => thermo(&status),
+        Reply::Drive(s) => drive(answer.from, s.position, s.current, s.speed),
+        Reply::Deployer(s) => drive(answer.from, s.position, s.current, s.speed),
+        _ => String::new(),
+    }
+}
+
+fn drive(subsystem: SubsystemId, position: i16, current: u8, speed: u8) -> String {
+    let position = angle::show(subsystem, i32::from(position));
+    let current = tenths(i32::from(current));
+    let unit = match subsystem {
+        SubsystemId::NOZZLE => pick("mm/s", "мм/с"),
+        _ => pick("°/s", "°/с"),
+    };
+    format!("{position}, {current} {}, {speed} {unit}", pick("A", "А"))
+}
+
+fn thermo(status: &ThermoStatus) -> String {
+    let places = [
+        (pick("horizontal", "горизонталь"), status.horizontal),
+        (pick("vertical", "вертикаль"), status.vertical),
+        (pick("nozzle", "насадок"), status.nozzle),
+        (pick("deployer", "развёртывание"), status.deployer),
+        (pick("housing", "корпус"), status.housing),
+    ];
+    let temperatures =
+        places.map(|(name, value)| format!("{name} {} °C", tenths(i32::from(value))));
+    format!("{}; {} %", temperatures.join(", "), status.humidity)
+}
+
+/// A number of tenths: `12.5`.
+pub fn tenths(value: i32) -> String {
+    let sign = if value < 0 { "-" } else { "" };
+    let size = value.unsigned_abs();
+    format!("{sign}{}.{}", size / 10, size % 10)
+}
+
+/// The state of a subsystem for programs: values with their units, and the flags.
+pub fn state_json(answer: &AnswerBuf) -> Value {
+    let mut object = Map::new();
+    object.insert("status".into(), json!(answer.status().to_string()));
+    let Ok(answer) = answer.decode() else {
+        object.insert("raw".into(), json!(hex(answer.data())));
+        return Value::Object(object);
+    };
+    let mut put = |name: &str, value: Value| object.insert(name.into(), value);
+    let decimal = |value: i32| json!(f64::from(value) / 10.0);
+    match answer.data {
+        Reply::General(status) => {
+            put("main_voltage_v", json!(status.main_voltage));
+            put("pressure_atm", decimal(i32::from(status.pressure)));
+            put("flow_lps", json!(status.flowrate));
+        }
+        Reply::Thermo(status) => {
+            put("horizontal_c", decimal(i32::from(status.horizontal)));
+            put("vertical_c", decimal(i32::from(status.vertical)));
+            put("nozzle_c", decimal(i32::from(status.nozzle)));
+            put("deployer_c", decimal(i32::from(status.deployer)));
+            put("housing_c", decimal(i32::from(status.housing)));
+            put("humidity_percent", json!(status.humidity));
+        }
+        Reply::Drive(s) if answer.from == SubsystemId::NOZZLE => {
+            put("position_mm", json!(s.position));
+            put("current_a", decimal(i32::from(s.current)));
+            put("speed_mmps", json!(s.speed));
+        }
+        Reply::Drive(s) => {
+            put("position_arcmin", json!(s.position));
+            put("current_a", decimal(i32::from(s.current)));
+            put("speed_degps", json!(s.speed));
+        }
+        Reply::Deployer(s) => {
+            put("position_arcmin", json!(s.position));
+            put("current_a", decimal(i32::from(s.current)));
+            put("speed_degps", json!(s.speed));
+        }
+        _ => {}
+    }
+    if let Some(bits) = flags_bits(&answer) {
+        put("flags", json!(flag_names(answer.from, bits)));
+        put("flags_raw", json!(bits));
+        let severity = flags_of(answer.from).severity(bits);
+        put("severity", json!(severity.text().en));
+    }
+    Value::Object(object)
+}
+
+/// Lines that tell what the flags of a state mean: those that matter at least as much as `least`.
+pub fn flag_lines(subsystem: SubsystemId, bits: u32, least: Severity) -> Vec<String> {
+    let set = flags_of(subsystem).set(bits).filter(|flag| flag.severity() >= least);
+    set.map(|flag| {
+        let meaning =
+            button_meaning(flag.info, bits).unwrap_or_else(|| of(&flag.info.meaning).into());
+        let advice = match flag.severity() {
+            Severity::Info => String::new(),
+            _ => format!(" {}", of(&flag.info.remedy)),
+        };
+        format!("{} [{}]: {meaning}{advice}", flag, of(&flag.severity().text()))
+    })
+    .collect()
+}
+
+fn button_meaning(info: &FlagInfo, bits: u32) -> Option<String> {
+    let state = info.button_state(bits)?;
+    Some(format!("{} {}.", of(&info.meaning).trim_end_matches('.'), of(&state.text())))
+}
+
+/// The hotbeds for people, the brightest first.
+pub fn hotbed_rows(hotbeds: &[Hotbed]) -> Vec<Vec<String>> {
+    let middle = |a: i32, b: i32| angle::degrees(i32::midpoint(a, b));
+    let size = |a: i32, b: i32| angle::degrees((a - b).abs());
+    let mut rows = vec![vec![
+        pick("hotbed", "очаг").to_owned(),
+        pick("azimuth", "азимут").to_owned(),
+        pick("elevation", "возвышение").to_owned(),
+        pick("width", "ширина").to_owned(),
+        pick("height", "высота").to_owned(),
+        pick("brightness", "яркость").to_owned(),
+    ]];
+    rows.extend(hotbeds.iter().enumerate().map(|(index, hotbed)| {
+        let Hotbed { x1, x2, y1, y2, brightness } = *hotbed;
+        vec![
+            (index + 1).to_string(),
+            middle(x1, x2),
+            middle(y1, y2),
+            size(x1, x2),
+            size(y1, y2),
+            brightness.to_string(),
+        ]
+    }));
+    rows
+}
+
+/// The hotbeds for programs.
+pub fn hotbeds_json(hotbeds: &[Hotbed]) -> Value {
+    let one = |hotbed: &Hotbed| {
+        json!({
+            "left_arcmin": hotbed.x1,
+            "right_arcmin": hotbed.x2,
+            "low_arcmin": hotbed.y1,
+            "high_arcmin": hotbed.y2,
+            "brightness": hotbed.brightness,
+        })
+    };
+    json!({ "hotbeds": hotbeds.iter().map(one).collect::<Vec<_>>() })
+}
+
+/// A subsystem's title.
+pub fn title(subsystem: SubsystemId) -> &'static str {
+    dictionary::subsystem(subsystem).map_or("", |info| of(&info.title))
+}
+
+/// Bytes as `de ad be`.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
+}

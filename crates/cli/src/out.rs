@@ -1,0 +1,123 @@
+//! Output: text for people, JSON for programs; progress goes to standard error.
+
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+
+use serde_json::Value;
+
+use crate::failure::Outcome;
+
+/// Where the output of a command goes, and in which form.
+pub struct Out {
+    json: bool,
+    progress: Progress,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Progress {
+    /// Nobody wants it.
+    Silent,
+    /// A line for each change.
+    Lines,
+    /// One line that changes.
+    Line { width: usize },
+}
+
+impl Out {
+    /// Standard output.
+    pub fn new(json: bool) -> Self {
+        let progress = match () {
+            () if json => Progress::Silent,
+            () if io::stderr().is_terminal() => Progress::Line { width: 0 },
+            () => Progress::Lines,
+        };
+        Self { json, progress }
+    }
+
+    /// Whether a program reads it.
+    pub const fn json(&self) -> bool {
+        self.json
+    }
+
+    /// A result: the text, or the JSON in one line.
+    pub fn show(&mut self, text: impl Display, json: impl FnOnce() -> Value) -> Outcome {
+        if self.json { self.value(&json()) } else { self.line(text) }
+    }
+
+    /// A line for people; programs do not see it.
+    pub fn say(&mut self, text: impl Display) -> Outcome {
+        if self.json { Ok(()) } else { self.line(text) }
+    }
+
+    /// JSON in one line.
+    pub fn value(&mut self, json: &Value) -> Outcome {
+        self.line(json)
+    }
+
+    fn line(&mut self, text: impl Display) -> Outcome {
+        self.end_progress();
+        let mut stdout = io::stdout().lock();
+        writeln!(stdout, "{text}")?;
+        stdout.flush()?;
+        Ok(())
+    }
+
+    /// How far something has got. On a terminal the line replaces the one before.
+    pub fn progress(&mut self, text: impl Display) {
+        // Progress that cannot be shown must not end what is in progress.
+        let _ = match &mut self.progress {
+            Progress::Silent => Ok(()),
+            Progress::Lines => writeln!(io::stderr(), "{text}"),
+            Progress::Line { width } => {
+                let text = text.to_string();
+                let now = text.chars().count();
+                let rest = width.saturating_sub(now);
+                *width = now;
+                let mut stderr = io::stderr().lock();
+                write!(stderr, "\r{text}{:rest$}", "").and_then(|()| stderr.flush())
+            }
+        };
+    }
+
+    /// Leaves the line of progress as it is.
+    pub fn end_progress(&mut self) {
+        if let Progress::Line { width } = &mut self.progress
+            && std::mem::take(width) > 0
+        {
+            let _ = writeln!(io::stderr());
+        }
+    }
+}
+
+impl Drop for Out {
+    fn drop(&mut self) {
+        self.end_progress();
+    }
+}
+
+/// Text in columns, each as wide as its widest cell; the last one is free.
+pub fn columns(rows: &[Vec<String>]) -> String {
+    let count = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        let cells = rows.iter().filter(|row| row.len() > column + 1).map(|row| &row[column]);
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..count).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}"));
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    };
+    rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up_and_end_without_blanks() {
+        let row = |cells: &[&str]| cells.iter().map(|cell| (*cell).to_owned()).collect();
+        let rows = [row(&["Ствол", "1", ""]), row(&["a", "10", "что угодно"])];
+        assert_eq!(columns(&rows), "Ствол  1\na      10  что угодно");
+    }
+}

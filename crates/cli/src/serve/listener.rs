@@ -1,0 +1,202 @@
+//! Where a simulated monitor listens: `--listen tcp://…`, `udp://…`, `pty`, `radio+tcp://…`.
+
+use std::fmt;
+use std::io;
+use std::str::FromStr;
+use std::time::Duration;
+
+use lafet_device::Source;
+use tokio::net::{TcpListener, TcpStream, UdpSocket};
+
+use super::Shared;
+use super::connections::Connections;
+use super::datagram::serve_datagrams;
+use super::stream::{Habits, serve_stream};
+use crate::lang::pick;
+
+/// Rest after a connection that could not be taken, as when no file descriptor is left.
+const ACCEPT_REST: Duration = Duration::from_millis(100);
+/// An answer that nobody reads from a pseudo-terminal is thrown away after this time.
+const PTY_WRITE: Duration = Duration::from_millis(500);
+
+/// What `--listen` says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Listen {
+    radio: bool,
+    medium: Medium,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Medium {
+    Tcp(String),
+    Udp(String),
+    Pty,
+}
+
+/// A listener that is open.
+pub struct Listening {
+    source: Source,
+    socket: Socket,
+    url: String,
+}
+
+enum Socket {
+    Tcp(TcpListener),
+    Udp(UdpSocket),
+    #[cfg(unix)]
+    Pty(super::pty::Pty),
+}
+
+impl Listen {
+    /// A TCP port of the wired interface.
+    pub fn tcp(place: impl Into<String>) -> Self {
+        Self { radio: false, medium: Medium::Tcp(place.into()) }
+    }
+
+    /// Opens it.
+    pub async fn open(&self) -> io::Result<Listening> {
+        let source = if self.radio { Source::Radio } else { Source::ExternalConn };
+        let (socket, url) = match &self.medium {
+            Medium::Tcp(place) => {
+                let listener = TcpListener::bind(place).await?;
+                let url = format!("tcp://{}", listener.local_addr()?);
+                (Socket::Tcp(listener), url)
+            }
+            Medium::Udp(place) => {
+                let socket = UdpSocket::bind(place).await?;
+                let url = format!("udp://{}", socket.local_addr()?);
+                (Socket::Udp(socket), url)
+            }
+            Medium::Pty => pty()?,
+        };
+        Ok(Listening { source, socket, url })
+    }
+}
+
+#[cfg(unix)]
+fn pty() -> io::Result<(Socket, String)> {
+    let (pty, path) = super::pty::Pty::open()?;
+    Ok((Socket::Pty(pty), format!("serial://{path}")))
+}
+
+#[cfg(not(unix))]
+fn pty() -> io::Result<(Socket, String)> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+impl Listening {
+    /// What clients connect to.
+    pub fn url(&self) -> &str {
+        &self.url
+    }
+
+    /// Serves clients until the end of the program; an error is one that nobody can mend.
+    pub async fn serve(self, sim: Shared) -> io::Result<()> {
+        match self.socket {
+            Socket::Tcp(listener) => accept(listener, self.source, sim).await,
+            Socket::Udp(socket) => serve_datagrams(socket, self.source, sim).await,
+            #[cfg(unix)]
+            Socket::Pty(pty) => {
+                let habits = Habits { write_timeout: PTY_WRITE, drop_slow: false };
+                let (line, _open) = pty.split();
+                serve_stream(line, self.source, &sim, habits, || {}).await
+            }
+        }
+    }
+}
+
+async fn accept(listener: TcpListener, source: Source, sim: Shared) -> io::Result<()> {
+    let mut connections = Connections::new();
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            tokio::time::sleep(ACCEPT_REST).await;
+            continue;
+        };
+        let heard = connections.heard();
+        let task = tokio::spawn(serve_client(stream, source, sim.clone(), {
+            let heard = heard.clone();
+            move || heard.now()
+        }));
+        connections.add(heard, task.abort_handle());
+    }
+}
+
+async fn serve_client(stream: TcpStream, source: Source, sim: Shared, heard: impl FnMut()) {
+    // Answers are small and somebody waits for each of them. A connection that breaks concerns
+    // nobody but its client.
+    let _ = stream.set_nodelay(true);
+    let _ = serve_stream(stream, source, &sim, Habits::default(), heard).await;
+}
+
+impl FromStr for Listen {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (radio, rest) = match text.strip_prefix("radio+") {
+            Some(rest) => (true, rest),
+            None => (false, text),
+        };
+        let place = |place: &str| {
+            let place = place.trim_end_matches('/');
+            let port = place.rsplit_once(':').filter(|(host, _)| !host.is_empty());
+            port.filter(|(_, port)| port.parse::<u16>().is_ok()).map(|_| place.to_owned())
+        };
+        let medium = match rest.split_once("://") {
+            Some(("tcp", rest)) => place(rest).map(Medium::Tcp),
+            Some(("udp", rest)) => place(rest).map(Medium::Udp),
+            None if rest == "pty" => Some(Medium::Pty),
+            _ => None,
+        };
+        medium.map(|medium| Self { radio, medium }).ok_or_else(|| {
+            pick(
+                "expected tcp://HOST:PORT, udp://HOST:PORT or pty, each also with radio+ before \
+                 it; port 0 takes a free one",
+                "ожидается tcp://УЗЕЛ:ПОРТ, udp://УЗЕЛ:ПОРТ или pty, перед каждым можно поставить \
+                 radio+; порт 0 — любой свободный",
+            )
+            .to_owned()
+        })
+    }
+}
+
+impl fmt::Display for Listen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let radio = if self.radio { "radio+" } else { "" };
+        match &self.medium {
+            Medium::Tcp(place) => write!(f, "{radio}tcp://{place}"),
+            Medium::Udp(place) => write!(f, "{radio}udp://{place}"),
+            Medium::Pty => write!(f, "{radio}pty"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_to_listen() {
+        for text in [
+            "tcp://127.0.0.1:0",
+            "udp://[::1]:10485",
+            "pty",
+            "radio+tcp://0.0.0.0:10486",
+            "radio+udp://localhost:1",
+            "radio+pty",
+        ] {
+            assert_eq!(text.parse::<Listen>().unwrap().to_string(), text);
+        }
+        for text in [
+            "",
+            "tcp://",
+            "tcp://127.0.0.1",
+            "tcp://:1",
+            "udp://h:x",
+            "tty",
+            "radio+",
+            "http://h:1",
+        ] {
+            assert!(text.parse::<Listen>().is_err(), "{text}");
+        }
+    }
+}

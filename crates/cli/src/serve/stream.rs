@@ -1,0 +1,64 @@
+//! Frames on a stream of bytes: a TCP connection, a pseudo-terminal, a pipe inside the process.
+
+use std::io;
+use std::time::Duration;
+
+use lafet_device::Source;
+use lafet_device::port::Port;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+
+use super::Shared;
+
+/// Bytes read at a time. The answers to them are written before more is read, which bounds the
+/// memory of a connection: each frame of 12 bytes or more has one answer of at most 512.
+const CHUNK: usize = 512;
+
+/// What a connection does besides answering.
+pub struct Habits {
+    /// A peer that does not take an answer in this time is dropped, or the answer is.
+    pub write_timeout: Duration,
+    /// Whether an answer that nobody takes ends the connection.
+    pub drop_slow: bool,
+}
+
+impl Default for Habits {
+    fn default() -> Self {
+        Self { write_timeout: Duration::from_secs(3), drop_slow: true }
+    }
+}
+
+/// Answers the frames of a stream until it ends; `heard` is called when there was one.
+///
+/// Bytes that are no frame, and frames for other addresses, are answered by nothing.
+pub async fn serve_stream<S>(
+    stream: S,
+    source: Source,
+    sim: &Shared,
+    habits: Habits,
+    mut heard: impl FnMut(),
+) -> io::Result<()>
+where
+    S: AsyncRead + AsyncWrite + Unpin,
+{
+    let mut stream = stream;
+    let mut port = Port::new(source);
+    let mut chunk = [0; CHUNK];
+    loop {
+        let count = stream.read(&mut chunk).await?;
+        if count == 0 {
+            return Ok(());
+        }
+        let answers = sim.lock().receive(&mut port, &chunk[..count]);
+        if !answers.is_empty() {
+            heard();
+            let write = tokio::time::timeout(habits.write_timeout, stream.write_all(&answers));
+            match write.await {
+                Ok(result) => result?,
+                Err(_) if habits.drop_slow => return Err(io::ErrorKind::TimedOut.into()),
+                Err(_) => {}
+            }
+        }
+        // A peer that sends without pause must not keep the others waiting.
+        tokio::task::yield_now().await;
+    }
+}

@@ -1,0 +1,53 @@
+//! Options that everything which starts a simulator has in common.
+
+use lafet_device::Composition;
+use lafet_sim::fire::FireSpec;
+
+use crate::lang::pick;
+
+/// Simulated time may run this many times as fast as the clock.
+const SPEED_MAX: f64 = 10_000.0;
+
+/// Names of the profiles: `full|remote|mini|ex|limit-switch`.
+pub fn profiles() -> String {
+    Composition::ALL.map(|profile| profile.name).join("|")
+}
+
+/// Reads a factor of speed.
+pub fn speed(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(speed) if speed > 0.0 && speed <= SPEED_MAX => Ok(speed),
+        _ => Err(pick(
+            format!("expected a factor greater than 0, at most {SPEED_MAX}"),
+            format!("ожидается множитель больше 0, не более {SPEED_MAX}"),
+        )),
+    }
+}
+
+/// Reads a factor of speed, or 0 for as fast as possible.
+pub fn speed_or_zero(text: &str) -> Result<f64, String> {
+    if text.parse() == Ok(0.0) { Ok(0.0) } else { speed(text) }
+}
+
+/// Reads the name of a profile.
+pub fn profile(name: &str) -> Result<Composition, String> {
+    Composition::by_name(name).copied().ok_or_else(|| {
+        let known = profiles();
+        pick(format!("expected one of {known}"), format!("ожидается одно из {known}"))
+    })
+}
+
+/// Reads a fire: `az=30,range=25,size=1.5`.
+pub fn fire(text: &str) -> Result<FireSpec, String> {
+    text.parse().map_err(|error| {
+        pick(
+            format!(
+                "{error}; write az=DEGREES (left is positive) and range=METRES, and if you like \
+                 size=METRES, growth=M/S, reignites=1"
+            ),
+            "пишите az=ГРАДУСЫ (влево положительно) и range=МЕТРЫ, при желании size=МЕТРЫ, \
+             growth=М/С, reignites=1; например az=30,range=25,size=1.5"
+                .into(),
+        )
+    })
+}

@@ -1,0 +1,234 @@
+//! §3.3.6 notes 1–5: how much higher than the line of sight the barrel is aimed.
+
+use super::Data;
+use crate::ballistics::{Fault, Jet, NARROWEST_MM, PRESSURE_DATM, Solver, Target};
+use crate::image::Axis;
+use crate::params::Params;
+use crate::subsystem::{Env, of_axis};
+use crate::time::{Millis, Timer};
+use lafet_proto::flags::ControlFlags;
+use lafet_proto::param::Param;
+
+/// The elevation is not corrected more often, ms: the barrel should not hunt after the pumps.
+const INTERVAL_MS: u32 = 500;
+/// Change of the pressure that is worth a new calculation, 0.1 atm: a quarter of a metre at 40 m.
+const DEADBAND_DATM: u16 = 2;
+/// Pressure counts as risen when it has stayed within the dead band for this long, ms. Before,
+/// what is too far now may soon be in reach, and a flag would stick (note 4).
+const SETTLED_MS: u32 = 2000;
+
+/// Where the correction comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Law {
+    /// Nowhere; ballistics were not asked for.
+    Straight,
+    /// Nowhere; ballistics were asked for, but the parameter has them off.
+    Off,
+    /// Ballistics over a distance, m.
+    Distance(u8),
+    /// The table sent with the program (§3.14/3).
+    Given,
+    /// The stored table (§3.6), where no distance is given.
+    Stored,
+}
+
+/// How to aim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Aim {
+    /// Higher by this much, arc-minutes, with the nozzle as asked.
+    Raised(i32),
+    /// Straight, with the narrowest jet.
+    Direct,
+}
+
+/// The correction in force, and the calculation of the next one.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Elevation {
+    aim: Option<Aim>,
+    /// Pressure and nozzle that `aim`, or the calculation under way, is for.
+    basis: Option<(u16, i32)>,
+    solver: Option<Solver>,
+    interval: Timer,
+    level: Option<(u16, Millis)>,
+    /// There is no pressure, or one that suits no jet.
+    unsuited: bool,
+    /// There was no solution, but the pressure has not been steady: it may still rise.
+    rising: bool,
+    /// RangeFault and AngleFault, until the next start (note 4).
+    faults: ControlFlags,
+}
+
+impl Elevation {
+    /// Another point is to be hit: what is in force does not hold for it.
+    pub(super) fn renew(&mut self) {
+        self.aim = None;
+        self.basis = None;
+        self.solver = None;
+        self.interval.stop();
+    }
+
+    /// The correction in force, arc-minutes.
+    pub(super) fn raised(&self) -> i32 {
+        match self.aim {
+            Some(Aim::Raised(raised)) => raised,
+            Some(Aim::Direct) | None => 0,
+        }
+    }
+
+    /// PressureFault, RangeFault, AngleFault.
+    pub(super) fn flags(&self) -> ControlFlags {
+        let mut flags = self.faults;
+        flags.set(ControlFlags::TRAJECTORY_PRESSURE_FAULT, self.unsuited || self.rising);
+        flags
+    }
+
+    /// Follows the pressure; `None` while the first calculation for a point is under way.
+    pub(super) fn step(
+        &mut self,
+        now: Millis,
+        law: Law,
+        sight_arcmin: i32,
+        nozzle_mm: i32,
+        data: &Data,
+        env: &Env<'_>,
+    ) -> Option<Aim> {
+        self.follow(now, env.pressure_datm);
+        self.interval.poll(now);
+        match law {
+            Law::Straight => self.decide(Aim::Raised(0)),
+            // §3.3.6/5
+            Law::Off => self.decide(Aim::Direct),
+            // A distance of 0 asks for no ballistics: without a pressure there is no correction.
+            Law::Stored => {
+                self.look_up(now, env.pressure_datm.unwrap_or(0), |pressure| {
+                    env.params.correction(pressure)
+                });
+            }
+            Law::Given => match env.pressure_datm {
+                Some(pressure) => self.look_up(now, pressure, |pressure| data.correction(pressure)),
+                None => self.lose_pressure(),
+            },
+            Law::Distance(distance) => {
+                match env.pressure_datm.filter(|pressure| PRESSURE_DATM.contains(pressure)) {
+                    Some(pressure) => {
+                        self.calculate(now, pressure, sight_arcmin, distance, nozzle_mm, env);
+                    }
+                    None => self.lose_pressure(),
+                }
+            }
+        }
+        self.aim
+    }
+
+    fn decide(&mut self, aim: Aim) {
+        self.aim = Some(aim);
+        self.unsuited = false;
+        self.rising = false;
+    }
+
+    /// §3.3.6/5, and note 4: the flag goes as soon as the pressure is back.
+    fn lose_pressure(&mut self) {
+        self.aim = Some(Aim::Direct);
+        self.basis = None;
+        self.solver = None;
+        self.unsuited = true;
+        self.rising = false;
+    }
+
+    /// §3.14/3, §3.6: degrees by pressure.
+    fn look_up(&mut self, now: Millis, pressure: u16, table: impl Fn(u16) -> Option<i8>) {
+        self.unsuited = false;
+        if self.interval.is_running() || self.basis == Some((pressure, 0)) && self.aim.is_some() {
+            return;
+        }
+        self.interval.start(now, INTERVAL_MS);
+        self.basis = Some((pressure, 0));
+        self.aim = Some(Aim::Raised(table(pressure).map_or(0, |degrees| i32::from(degrees) * 60)));
+    }
+
+    fn calculate(
+        &mut self,
+        now: Millis,
+        pressure: u16,
+        sight_arcmin: i32,
+        distance_m: u8,
+        nozzle_mm: i32,
+        env: &Env<'_>,
+    ) {
+        self.unsuited = false;
+        if let Some(solver) = &mut self.solver {
+            if let Some(result) = solver.step() {
+                self.solver = None;
+                self.conclude(now, sight_arcmin, within_limits(result, env));
+            }
+            return;
+        }
+        let current = self.basis.is_some_and(|(basis, nozzle)| {
+            basis.abs_diff(pressure) < DEADBAND_DATM && nozzle == nozzle_mm
+        });
+        if current || self.interval.is_running() {
+            return;
+        }
+        self.interval.start(now, INTERVAL_MS);
+        self.basis = Some((pressure, nozzle_mm));
+        match Jet::new(pressure, env.params.get(Param::ControlNozzleDiameter), nozzle_mm) {
+            Ok(jet) => {
+                let above_ground_cm = env.params.get(Param::ControlHeight);
+                let target = Target::new(sight_arcmin, distance_m, above_ground_cm);
+                self.solver = Some(Solver::new(jet, target));
+            }
+            Err(fault) => self.conclude(now, sight_arcmin, Err(fault)),
+        }
+    }
+
+    fn conclude(&mut self, now: Millis, sight_arcmin: i32, result: Result<i32, Fault>) {
+        let fault = match result {
+            Ok(elevation) => {
+                return self.decide(Aim::Raised(elevation.saturating_sub(sight_arcmin)));
+            }
+            Err(fault) => fault,
+        };
+        let risen = self.level.is_some_and(|(_, since)| now.since(since) >= SETTLED_MS);
+        self.decide(Aim::Direct);
+        match fault {
+            Fault::Range if risen => self.faults |= ControlFlags::TRAJECTORY_RANGE_FAULT,
+            Fault::Angle if risen => self.faults |= ControlFlags::TRAJECTORY_ANGLE_FAULT,
+            Fault::Pressure | Fault::Range | Fault::Angle => {
+                self.rising = true;
+                self.basis = None;
+            }
+        }
+    }
+
+    /// Keeps the moment since when the pressure has been what it is.
+    fn follow(&mut self, now: Millis, pressure: Option<u16>) {
+        let Some(pressure) = pressure else {
+            self.level = None;
+            return;
+        };
+        let same = self.level.is_some_and(|(level, _)| level.abs_diff(pressure) <= DEADBAND_DATM);
+        if !same {
+            self.level = Some((pressure, now));
+        }
+    }
+}
+
+/// §3.3.6 TrajectoryAngleFault: the barrel cannot be raised that far.
+fn within_limits(result: Result<i32, Fault>, env: &Env<'_>) -> Result<i32, Fault> {
+    let elevation = result?;
+    let limits = of_axis(env.drives, Axis::Vertical).limits();
+    if limits.is_some_and(|limits| elevation > limits.max) {
+        return Err(Fault::Angle);
+    }
+    Ok(elevation)
+}
+
+/// §3.3.6/2 Ballistics are on.
+pub(super) fn ballistics_on(params: &Params) -> bool {
+    params.get(Param::ControlBallistics) != 0
+}
+
+/// The nozzle for an aim: as asked, or the narrowest jet (§3.3.6/5).
+pub(super) fn nozzle_for(aim: Option<Aim>, asked_mm: i32) -> i32 {
+    if aim == Some(Aim::Direct) { NARROWEST_MM } else { asked_mm }
+}

@@ -1,0 +1,243 @@
+//! Searches and alignments on the bench: real drives, fires at known places.
+
+use super::*;
+use crate::subsystem::control::bench::{Bench, CYCLE_MS, one};
+use crate::subsystem::drive::Drive;
+use lafet_proto::flags::DetectorFlags as F;
+
+const SEEK: Seek = Seek { start_h: 1800, end_h: -1800, start_v: 600, end_v: -600, analyse: 0 };
+
+fn seek(bench: &mut Bench, detector: &mut Detector, seek: Seek) -> Status {
+    detector.start_seek(&seek, &bench.env())
+}
+
+fn run(bench: &mut Bench, detector: &mut Detector, ms: u32) {
+    for _ in 0..ms / CYCLE_MS {
+        bench.cycle();
+        detector.step(bench.now, &mut bench.env());
+    }
+}
+
+/// Until it is done; the time, ms.
+fn finish(bench: &mut Bench, detector: &mut Detector) -> u32 {
+    for cycle in 0..30_000 {
+        if !detector.is_searching() && !detector.is_justifying() {
+            return cycle * CYCLE_MS;
+        }
+        run(bench, detector, CYCLE_MS);
+    }
+    panic!("it never ends: {:?}", detector.state);
+}
+
+fn ready() -> (Bench, Detector) {
+    (Bench::new(), Detector::default())
+}
+
+fn assert_at(hotbed: &Hotbed, h: i32, v: i32, within: i32) {
+    let Direction { horizontal, vertical } = centre(hotbed);
+    let near = (horizontal - h).abs() <= within && (vertical - v).abs() <= within;
+    assert!(near, "{hotbed:?} is not at {h}' {v}'");
+}
+
+/// §3.16/1, §3.21/3 Finds what burns in the sector, and nothing else.
+#[test]
+fn finds_fires() {
+    let (mut bench, mut detector) = ready();
+    bench.fires = [(1500, -103, 100, 1400), (-900, 400, 60, 300)].to_vec();
+    // Too dim, and out of the sector though in view from its edge.
+    bench.fires.extend([(0, 0, 50, 49), (2100, 0, 50, 900)]);
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    assert_eq!(detector.flags(), F::SEARCHING);
+    let ms = finish(&mut bench, &mut detector);
+    assert!((10_000..40_000).contains(&ms), "{ms}");
+    assert_eq!(detector.flags(), F::FOUND);
+    let [first, second] = detector.hotbeds() else { panic!("{:?}", detector.hotbeds()) };
+    assert_at(first, 1500, -103, 15);
+    assert_at(second, -900, 400, 15);
+    assert_eq!((first.brightness, second.brightness), (1400, 300));
+    bench.fires.clear();
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    assert!(detector.hotbeds().is_empty());
+    finish(&mut bench, &mut detector);
+    assert!(detector.flags().is_empty() && detector.hotbeds().is_empty());
+    assert!(bench.drives.iter().all(Drive::is_idle));
+}
+
+/// §3.16/5 Four, the brightest first.
+#[test]
+fn four_brightest() {
+    let (mut bench, mut detector) = ready();
+    bench.fires = [(-1500, 100), (-900, 500), (-300, 300), (300, 600), (900, 200), (1500, 400)]
+        .map(|(h, brightness)| (h, 0, 40, brightness))
+        .to_vec();
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    finish(&mut bench, &mut detector);
+    let found: std::vec::Vec<i32> = detector.hotbeds().iter().map(|h| h.brightness).collect();
+    assert_eq!(found, [600, 500, 400, 300]);
+}
+
+/// §3.16/6 The second pass measures box and brightness; what has gone out meanwhile is no hotbed.
+#[test]
+fn analyses() {
+    let (mut bench, mut detector) = ready();
+    bench.misalignment = (60, -30);
+    bench.params.set_justify(60, -30);
+    bench.fires = [(1500, -103, 100, 1400), (-900, 400, 60, 300)].to_vec();
+    assert_eq!(seek(&mut bench, &mut detector, Seek { analyse: 1, ..SEEK }), Status::ACCEPTED);
+    while !matches!(detector.state, State::Measuring { .. }) {
+        run(&mut bench, &mut detector, CYCLE_MS);
+    }
+    bench.fires[0].3 = 1300;
+    bench.fires.truncate(1);
+    finish(&mut bench, &mut detector);
+    let exact = Hotbed { x1: 1600, x2: 1400, y1: -203, y2: -3, brightness: 1300 };
+    assert_eq!(detector.hotbeds(), [exact]);
+    assert_eq!(detector.flags(), F::FOUND);
+    assert!((bench.aim().0 - (-900 - 60)).abs() <= 3, "{:?}", bench.aim());
+}
+
+/// §3.16/2, §3.16/6 Either way round; not wholly inside the limits it is refused.
+#[test]
+fn sectors() {
+    let (mut bench, mut detector) = ready();
+    for bad in [
+        Seek { end_h: 10_801, ..SEEK },
+        Seek { start_v: -901, ..SEEK },
+        Seek { start_h: 12_000, end_h: 11_000, ..SEEK },
+    ] {
+        assert_eq!(seek(&mut bench, &mut detector, bad), Status::INVALID_VALUE);
+        assert_eq!(detector.flags(), F::BAD_SECTOR);
+    }
+    for analyse in [-1, 2] {
+        let status = seek(&mut bench, &mut detector, Seek { analyse, ..SEEK });
+        assert_eq!(status, Status::INVALID_VALUE);
+    }
+    let turned = Seek { start_h: -1800, end_h: 1800, start_v: -600, end_v: 600, analyse: 0 };
+    assert_eq!(seek(&mut bench, &mut detector, turned), Status::ACCEPTED);
+    assert_eq!(detector.flags(), F::SEARCHING);
+    let bad = Seek { end_h: 10_801, ..SEEK };
+    assert_eq!(seek(&mut bench, &mut detector, bad), Status::INVALID_VALUE);
+    assert_eq!(detector.flags(), F::SEARCHING);
+    bench.fires = [(1750, 550, 40, 100)].to_vec();
+    finish(&mut bench, &mut detector);
+    assert_eq!(detector.flags(), F::FOUND);
+}
+
+/// §3.16/4 A new sector replaces the old; a point is a sector too.
+#[test]
+fn replaced() {
+    let (mut bench, mut detector) = ready();
+    bench.fires = [(1500, -103, 100, 1400)].to_vec();
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    run(&mut bench, &mut detector, 5000);
+    let point = Seek { start_h: -600, end_h: -600, start_v: 0, end_v: 0, analyse: 0 };
+    assert_eq!(seek(&mut bench, &mut detector, point), Status::ACCEPTED);
+    finish(&mut bench, &mut detector);
+    assert_eq!((detector.flags(), detector.hotbeds().len()), (F::empty(), 0));
+    assert!((bench.aim().0 + 600).abs() <= 3, "{:?}", bench.aim());
+}
+
+/// §3.16/3, §3.16/7 Deploys first; a Stop, a deployment or a drive that fails: Canceled.
+#[test]
+fn canceled() {
+    let (mut bench, mut detector) = ready();
+    bench.deployed = false;
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    run(&mut bench, &mut detector, 8000);
+    assert_eq!((detector.flags(), bench.aim()), (F::SEARCHING, (0, 0)));
+    bench.deploy_failed = true;
+    run(&mut bench, &mut detector, CYCLE_MS);
+    assert_eq!(detector.flags(), F::CANCELED);
+    (bench.deployed, bench.deploy_failed) = (true, false);
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    run(&mut bench, &mut detector, 2000);
+    assert!(bench.aim() != (0, 0));
+    detector.stop();
+    assert_eq!(detector.flags(), F::CANCELED);
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    bench.jammed[1] = true;
+    finish(&mut bench, &mut detector);
+    assert_eq!(detector.flags(), F::CANCELED | F::INTERNAL_FAULT);
+    assert!(bench.drives.iter().all(Drive::is_idle));
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::MODULE_FAULT);
+}
+
+/// §3.3.7/1 A detector that does not answer; one picture that is missing ends nothing.
+#[test]
+fn device_fault() {
+    let (mut bench, mut detector) = ready();
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    run(&mut bench, &mut detector, 1000);
+    bench.inputs.detector.ready = false;
+    run(&mut bench, &mut detector, 500);
+    bench.inputs.detector.ready = true;
+    bench.inputs.detector.dirty_lens = true;
+    run(&mut bench, &mut detector, 1000);
+    assert_eq!(detector.flags(), F::SEARCHING | F::DIRTY_LENS);
+    bench.inputs.detector.ready = false;
+    run(&mut bench, &mut detector, 1100);
+    assert_eq!(detector.flags(), F::CANCELED | F::DEVICE_FAULT | F::DIRTY_LENS);
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::MODULE_FAULT);
+    assert_eq!(detector.start_justify(&bench.env()), Status::MODULE_FAULT);
+    bench.inputs.detector.ready = true;
+    run(&mut bench, &mut detector, CYCLE_MS);
+    assert_eq!(detector.flags(), F::CANCELED | F::DIRTY_LENS);
+}
+
+/// §3.13/1 The angle between detector and barrel is measured and stored, whatever it was before.
+#[test]
+fn justifies() {
+    let (mut bench, mut detector) = ready();
+    bench.misalignment = (60, -30);
+    bench.params.set_justify(-17, 5);
+    bench.fires = [(0, 0, 30, 800)].to_vec();
+    bench.move_to(Axis::Horizontal, 900);
+    run(&mut bench, &mut detector, 5000);
+    assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+    assert_eq!(detector.flags(), F::JUSTIFYING);
+    run(&mut bench, &mut detector, 500);
+    assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+    finish(&mut bench, &mut detector);
+    assert_eq!(detector.flags(), F::JUSTIFIED);
+    let found = justification(&bench.params);
+    assert!((found.horizontal - 60).abs() <= 3 && (found.vertical + 30).abs() <= 3, "{found:?}");
+}
+
+/// §3.13/1 No source, several, one that moves: DeviceFault until the next start, the values kept.
+#[test]
+fn nothing_to_justify_by() {
+    let scenes: [&[(i32, i32, i32, i32)]; 3] =
+        [&[], &[(0, 0, 30, 800), (200, 0, 30, 100)], &[(0, 0, 30, 20)]];
+    for fires in scenes {
+        let (mut bench, mut detector) = ready();
+        bench.params.set_justify(7, 8);
+        bench.fires = fires.to_vec();
+        assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+        finish(&mut bench, &mut detector);
+        assert_eq!(detector.flags(), F::DEVICE_FAULT);
+        assert_eq!(justification(&bench.params), Direction { horizontal: 7, vertical: 8 });
+        assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+        assert_eq!(detector.flags(), F::JUSTIFYING);
+        detector.stop();
+        assert!(detector.flags().is_empty());
+    }
+    let (mut bench, mut detector) = ready();
+    assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+    for shift in 0..300 {
+        bench.fires = [(shift, 0, 30, 800)].to_vec();
+        run(&mut bench, &mut detector, CYCLE_MS);
+    }
+    assert_eq!(detector.flags(), F::DEVICE_FAULT);
+}
+
+/// A narrow field of view slows the search down, so that nothing is passed by.
+#[test]
+fn narrow_field() {
+    let (mut bench, mut detector) = ready();
+    bench.params.write(Param::DetectorFieldOfView, one(&60));
+    assert_eq!(scan_tenths(&bench.params), 10);
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    run(&mut bench, &mut detector, 20_000);
+    let speed = bench.drives[1].output().speed_tenths.abs();
+    assert!((9..=10).contains(&speed), "{speed}");
+}

@@ -1,0 +1,355 @@
+//! Deployer: from standby to the working position, back, and everything in between.
+
+mod common;
+
+use common::{Plant, Rig};
+use lafet_device::image::{Axis, ValveOutput};
+use lafet_device::{Composition, Device};
+use lafet_proto::flags::{DeployerFlags as F, DriveFlags};
+use lafet_proto::id::key;
+use lafet_proto::param::Param;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, Status, SubsystemId};
+
+const DEPLOYER: SubsystemId = SubsystemId::DEPLOYER;
+const WHERE: F = F::DEPLOYED.union(F::DEPLOYING).union(F::WRAPPED).union(F::WRAPPING);
+
+/// Which of the four flags is set.
+fn position(rig: &mut Rig) -> F {
+    rig.deployer() & WHERE
+}
+
+fn wrapped() -> Rig {
+    let mut rig = Rig::new(Composition::FULL);
+    assert_eq!(position(&mut rig), F::WRAPPED);
+    rig
+}
+
+fn deploying() -> Rig {
+    let mut rig = wrapped();
+    assert_eq!(rig.status(DEPLOYER, Body::Deploy), Status::ACCEPTED);
+    rig.run(2000);
+    assert_eq!(position(&mut rig), F::DEPLOYING);
+    rig
+}
+
+fn wrapping() -> Rig {
+    let mut rig = Rig::deployed();
+    assert_eq!(rig.status(DEPLOYER, Body::Wrap), Status::ACCEPTED);
+    rig.run(2000);
+    assert_eq!(position(&mut rig), F::WRAPPING);
+    rig
+}
+
+fn between() -> Rig {
+    let mut rig = deploying();
+    assert_eq!(rig.status(DEPLOYER, Body::Stop), Status::OK);
+    rig.run(100);
+    assert_eq!(position(&mut rig), F::empty());
+    rig
+}
+
+fn all() -> [Rig; 5] {
+    [wrapped(), deploying(), Rig::deployed(), wrapping(), between()]
+}
+
+/// §3.10/1, §3.10/2, §3.11/1, §3.11/2, §3.3.8/1 From each position to each end; one flag at a time.
+#[test]
+fn every_transition() {
+    for (body, there, on_the_way) in
+        [(Body::Deploy, F::DEPLOYED, F::DEPLOYING), (Body::Wrap, F::WRAPPED, F::WRAPPING)]
+    {
+        for mut rig in all() {
+            let from = position(&mut rig);
+            let status = rig.status(DEPLOYER, body);
+            if from == there {
+                assert_eq!(status, Status::OK);
+                rig.run_while(500, |rig| rig.is_still() && position(rig) == there);
+                continue;
+            }
+            assert_eq!(status, Status::ACCEPTED);
+            assert_eq!(position(&mut rig), on_the_way, "at once");
+            rig.run_until(20_000, |rig| {
+                assert!(position(rig).bits().count_ones() == 1);
+                position(rig) == there
+            });
+            assert!(rig.is_still());
+            rig.run_while(500, |rig| rig.is_still() && position(rig) == there);
+            let end = if there == F::DEPLOYED { 5400 } else { 0 };
+            assert!((rig.plant.position(Axis::Deployer) - end).abs() < 30);
+            assert_eq!(rig.deployer() & F::INTERNAL_FAULT, F::empty());
+        }
+    }
+}
+
+/// §3.10/1, §1 The same request again and again, as from a bus that repeats it, does not hold it up.
+#[test]
+fn repeated_requests_do_no_harm() {
+    for (mut rig, body, there) in
+        [(wrapped(), Body::Deploy, F::DEPLOYED), (Rig::deployed(), Body::Wrap, F::WRAPPED)]
+    {
+        for _ in 0..100 {
+            rig.accepts(DEPLOYER, body);
+            rig.run(100);
+        }
+        assert_eq!(position(&mut rig), there);
+    }
+}
+
+/// §D/1, §3.3.8/1 The sensors tell at power-up; in between it stays, and so it does when both switches
+/// are on, which cannot be.
+#[test]
+fn power_up() {
+    for (at, flag) in [(0, F::WRAPPED), (2700, F::empty()), (5400, F::DEPLOYED)] {
+        let mut plant = Plant::of(&Composition::FULL);
+        Device::provision(&mut plant, &Composition::FULL, 1).unwrap();
+        plant.place(Axis::Deployer, at);
+        let mut rig = Rig::power_up(Composition::FULL, plant, 0);
+        assert_eq!(position(&mut rig), flag);
+        rig.run_while(2000, |rig| rig.is_still() && position(rig) == flag);
+    }
+    let mut rig = wrapped();
+    rig.plant.drive(Axis::Deployer).switches = (5400, 0);
+    rig.power_cycle_and_settle();
+    assert_eq!(position(&mut rig), F::empty());
+    let (from, status) = rig.one(SubsystemId::VERTICAL, Body::Move { destination: 60 });
+    assert_eq!((from, status), (DEPLOYER, Status::DENIED));
+}
+
+/// §3.1/1, §3.8/1 In no position but deployed may one aim or open; its state goes on. §3.9/6 Close
+/// always.
+#[test]
+fn aiming_and_opening_are_denied() {
+    for mut rig in all() {
+        let from = position(&mut rig);
+        for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
+            let (by, status) = rig.one(axis.id(), Body::Move { destination: 30 });
+            let allowed = (axis.id(), Status::ACCEPTED);
+            let denied = (DEPLOYER, Status::DENIED);
+            assert_eq!((by, status), if from == F::DEPLOYED { allowed } else { denied });
+        }
+        if from != F::DEPLOYED {
+            let (by, status) = rig.one(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+            assert_eq!((by, status), (DEPLOYER, Status::DENIED));
+            let (by, status) = rig.one(SubsystemId::DETECTOR, Body::StartJustify);
+            assert_eq!((by, status), (DEPLOYER, Status::DENIED));
+            assert_eq!(position(&mut rig), from);
+            rig.run_while(300, |rig| {
+                let aiming = [Axis::Vertical, Axis::Horizontal, Axis::Nozzle];
+                aiming.into_iter().all(|axis| rig.speed(axis) == 0)
+                    && rig.valve_output(0) != ValveOutput::Opening
+            });
+            assert_eq!(position(&mut rig), from);
+        }
+        let close = rig.status(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
+        assert_eq!(close, Status::ACCEPTED);
+    }
+}
+
+/// §3.2/2, §3.2/1 On the way Stop is Denied to others; to Deployer, to All and to Motors it ends it in
+/// between.
+#[test]
+fn stop_on_the_way() {
+    for rig in [deploying(), wrapping()] {
+        let mut other = rig.clone();
+        for to in [SubsystemId::VERTICAL, SubsystemId::VALVE1, SubsystemId::CONTROL] {
+            assert_eq!(other.one(to, Body::Stop), (DEPLOYER, Status::DENIED));
+        }
+        other.run(100);
+        assert!(other.speed(Axis::Deployer) != 0);
+        for to in [DEPLOYER, SubsystemId::ALL, SubsystemId::MOTORS] {
+            let mut rig = rig.clone();
+            let answers = rig.ask(to, Body::Stop);
+            assert!(answers.iter().all(|answer| answer.status == Status::OK), "{answers:?}");
+            rig.run_while(1000, |rig| rig.is_still() && position(rig) == F::empty());
+        }
+    }
+}
+
+/// §3.11/6 A valve that is not closed denies Wrap: open, opening, closing, its sensor faulty, or both
+/// switches on.
+#[test]
+fn an_open_valve_denies_wrap() {
+    let ways: [fn(&mut Rig); 5] = [
+        |rig| rig.plant.valves[1].opening_ms = 4000,
+        |rig| rig.accepts(SubsystemId::VALVE2, Body::Open { key: key::OPEN }),
+        |rig| rig.plant.valves[1].opening_ms = 2000,
+        |rig| rig.plant.inputs.valves[1].close_sensor_fault = true,
+        |rig| rig.plant.valves[1].open_switch_dead = false,
+    ];
+    for (number, way) in ways.into_iter().enumerate() {
+        let mut rig = Rig::deployed();
+        way(&mut rig);
+        rig.run(if number == 1 { 0 } else { 20 });
+        let denied = rig.one(DEPLOYER, Body::Wrap);
+        if number == 4 {
+            assert_eq!(denied, (DEPLOYER, Status::ACCEPTED), "the witness");
+            continue;
+        }
+        assert_eq!(denied, (SubsystemId::VALVE2, Status::DENIED), "{number}");
+        rig.run_while(200, |rig| rig.speed(Axis::Deployer) == 0);
+        assert_eq!(position(&mut rig), F::DEPLOYED);
+    }
+}
+
+/// §3.11/1 A barrel that is turned aside goes to its rest first; then the unit folds.
+#[test]
+fn the_barrel_rests_before_it_folds() {
+    let mut rig = Rig::deployed();
+    rig.move_to(Axis::Horizontal, 3000);
+    rig.move_to(Axis::Vertical, -600);
+    rig.run(12_000);
+    rig.accepts(DEPLOYER, Body::Wrap);
+    while rig.plant.position(Axis::Horizontal) != 0 || rig.plant.position(Axis::Vertical) != 0 {
+        rig.step(10);
+        assert_eq!(rig.speed(Axis::Deployer), 0);
+        assert_eq!(position(&mut rig), F::WRAPPING);
+    }
+    rig.run_until(20_000, |rig| position(rig) == F::WRAPPED);
+    assert_eq!(rig.plant.position(Axis::Horizontal), 0);
+}
+
+/// §3.17/1, §3.11/1 Limits off do not send the barrel round and round on its way to rest.
+#[test]
+fn the_barrel_rests_with_limits_off() {
+    let mut rig = Rig::deployed();
+    rig.move_to(Axis::Horizontal, 3000);
+    rig.run(12_000);
+    rig.ask(SubsystemId::MOTORS, Body::SwitchLimits { new_state: 0 });
+    rig.accepts(DEPLOYER, Body::Wrap);
+    rig.run_until(20_000, |rig| {
+        assert!(rig.plant.position(Axis::Horizontal) > -30);
+        position(rig) == F::WRAPPED
+    });
+    assert_eq!(rig.plant.position(Axis::Horizontal), 0);
+}
+
+/// §3.11/1 Deploy while the barrel goes to its rest: it stays deployed.
+#[test]
+fn deploy_takes_the_rest_back() {
+    let mut rig = Rig::deployed();
+    rig.move_to(Axis::Horizontal, 3000);
+    rig.run(12_000);
+    rig.accepts(DEPLOYER, Body::Wrap);
+    rig.run(500);
+    assert!(rig.speed(Axis::Horizontal) < 0);
+    rig.accepts(DEPLOYER, Body::Deploy);
+    rig.run(50);
+    assert_eq!(position(&mut rig), F::DEPLOYED);
+    rig.run_while(500, |rig| rig.is_still());
+}
+
+/// §3.1/9 Move Deployer: a service motion, deployed or in between; it stands in between then, and
+/// Deploy and Wrap lead out of it.
+#[test]
+fn move_deployer() {
+    for mut rig in all() {
+        let from = position(&mut rig);
+        let answer = rig.one(DEPLOYER, Body::Move { destination: 3000 });
+        if from != F::DEPLOYED && from != F::empty() {
+            assert_eq!(answer, (DEPLOYER, Status::DENIED));
+            assert_eq!(position(&mut rig), from);
+            continue;
+        }
+        assert_eq!(answer, (DEPLOYER, Status::ACCEPTED));
+        rig.run_until(20_000, |rig| rig.drive(Axis::Deployer).position == 3000);
+        rig.run_while(100, |rig| rig.is_still() && position(rig) == F::empty());
+        rig.accepts(DEPLOYER, Body::Deploy);
+        rig.run_until(20_000, |rig| position(rig) == F::DEPLOYED);
+    }
+    let mut rig = Rig::deployed();
+    rig.plant.valves[0].opening_ms = 4000;
+    rig.run(20);
+    let answer = rig.one(DEPLOYER, Body::Move { destination: 3000 });
+    assert_eq!(answer, (SubsystemId::VALVE1, Status::DENIED));
+}
+
+/// §3.3.8, §D/3 Too long: it stops in between with InternalFault, whatever the clock does.
+#[test]
+fn time_over() {
+    for now_ms in [0, u32::MAX - 2000] {
+        for body in [Body::Deploy, Body::Wrap] {
+            let mut rig = Rig::at(Composition::FULL, now_ms);
+            if matches!(body, Body::Wrap) {
+                rig.plant.place(Axis::Deployer, 5400);
+                rig.run(100);
+            }
+            rig.set(Param::DeployerTravelTime, 3000);
+            rig.accepts(DEPLOYER, body);
+            rig.run(2900);
+            assert!(rig.speed(Axis::Deployer) != 0);
+            rig.run(200);
+            assert_eq!(rig.deployer() & (WHERE | F::INTERNAL_FAULT), F::INTERNAL_FAULT);
+            rig.run_while(1000, |rig| rig.is_still());
+            assert_eq!(rig.status(DEPLOYER, Body::Deploy), Status::MODULE_FAULT);
+            assert_eq!(rig.status(DEPLOYER, Body::Wrap), Status::MODULE_FAULT);
+        }
+    }
+}
+
+/// §3.10/3, §3.11/3 A faulty drive: ModuleFault, nothing moves; on the way it ends in between.
+#[test]
+fn faulty() {
+    for mut rig in all() {
+        let from = position(&mut rig);
+        rig.plant.inputs.drives[Axis::Deployer as usize].motor_open = true;
+        rig.run(20);
+        assert!(rig.is_still());
+        for body in [Body::Deploy, Body::Wrap] {
+            assert_eq!(rig.status(DEPLOYER, body), Status::MODULE_FAULT);
+        }
+        rig.run_while(200, |rig| rig.is_still());
+        let moving = [F::DEPLOYING, F::WRAPPING].contains(&from);
+        assert_eq!(position(&mut rig), if moving { F::empty() } else { from });
+        assert!(rig.drive_flags(Axis::Deployer).contains(DriveFlags::MOTOR_BROKEN));
+        // Mended, it works again.
+        rig.plant.inputs.drives[Axis::Deployer as usize].motor_open = false;
+        rig.run(20);
+        rig.accepts(DEPLOYER, Body::Deploy);
+        rig.run_until(20_000, |rig| position(rig) == F::DEPLOYED);
+    }
+}
+
+/// §3.3.8 An end switch that sticks at the other end is not believed: it does not count as arrived.
+#[test]
+fn a_switch_that_sticks() {
+    let mut rig = wrapped();
+    rig.set(Param::DeployerTravelTime, 9000);
+    // The lower switch stays closed all the way.
+    rig.plant.drive(Axis::Deployer).switches.0 = 6000;
+    rig.run(20);
+    rig.accepts(DEPLOYER, Body::Deploy);
+    rig.run_while(12_000, |rig| position(rig) != F::DEPLOYED);
+    assert!(rig.is_still());
+    assert_eq!(position(&mut rig), F::empty());
+}
+
+/// §D/5 The working position is lost by itself: the monitor says so, and neither aims nor opens.
+#[test]
+fn pushed_out_of_position() {
+    let mut rig = Rig::deployed();
+    rig.move_to(Axis::Horizontal, 9000);
+    rig.run(500);
+    rig.plant.place(Axis::Deployer, 5000);
+    rig.run(20);
+    assert_eq!(position(&mut rig), F::empty());
+    assert_eq!(rig.speed(Axis::Horizontal), 0);
+    let answer = rig.one(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+    assert_eq!(answer, (DEPLOYER, Status::DENIED));
+}
+
+/// §1/8, §3.8/1 What is opened and folded in one frame is opened only.
+#[test]
+fn open_and_wrap_in_one_frame() {
+    let mut rig = Rig::deployed();
+    let requests = [Request::open(SubsystemId::VALVE1), Request::new(DEPLOYER, Body::Wrap)];
+    let answers = rig.handle(&common::payload(&requests));
+    assert_eq!(answers[0].status, Status::ACCEPTED);
+    assert_eq!((answers[1].from, answers[1].status), (SubsystemId::VALVE1, Status::DENIED));
+    let mut rig = Rig::deployed();
+    let requests = [Request::new(DEPLOYER, Body::Wrap), Request::open(SubsystemId::VALVE1)];
+    let answers = rig.handle(&common::payload(&requests));
+    assert_eq!(answers[0].status, Status::ACCEPTED);
+    assert_eq!((answers[1].from, answers[1].status), (DEPLOYER, Status::DENIED));
+    rig.run_while(10_000, |rig| rig.valve_output(0) != ValveOutput::Opening);
+}

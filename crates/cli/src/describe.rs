@@ -2,7 +2,6 @@
 
 use lafet_client::AnswerBuf;
 use lafet_proto::answer::Reply;
-use lafet_proto::dictionary;
 use lafet_proto::flags::{FlagInfo, Severity, flags_of};
 use lafet_proto::status::{GeneralStatus, Hotbed, ThermoStatus};
 use lafet_proto::{Answer, SubsystemId};
@@ -190,11 +189,6 @@ pub fn hotbeds_json(hotbeds: &[Hotbed]) -> Value {
         })
     };
     json!({ "hotbeds": hotbeds.iter().map(one).collect::<Vec<_>>() })
-}
-
-/// A subsystem's title.
-pub fn title(subsystem: SubsystemId) -> &'static str {
-    dictionary::subsystem(subsystem).map_or("", |info| of(&info.title))
 }
 
 /// Bytes as `de ad be`.

@@ -60,10 +60,10 @@ impl Failure {
     /// What a person reads; empty where there is nothing to say.
     pub fn message(&self) -> String {
         match self {
-            Self::Client(error) => error.localized(current()),
-            Self::Refused { first, count: 1 } => first.localized(current()),
+            Self::Client(error) => told(error),
+            Self::Refused { first, count: 1 } => told(first),
             Self::Refused { first, count } => {
-                let first = first.localized(current());
+                let first = told(first);
                 pick(
                     format!("{count} requests refused; the first: {first}"),
                     format!("Отклонено запросов: {count}; первый: {first}"),
@@ -105,6 +105,28 @@ impl Failure {
     pub fn is_refused_with(&self, status: Status) -> bool {
         matches!(self, Self::Client(Error::Refused { status: refused, .. }) if *refused == status)
     }
+}
+
+/// The error, and the command that helps most likely.
+fn told(error: &Error) -> String {
+    let message = error.localized(current());
+    let Error::Refused { request, status, by, .. } = error else { return message };
+    let command = match (*status, *by) {
+        // Stop All is never denied (§3.2/1).
+        (Status::DENIED, _) if *request == RequestId::STOP => "lafet stop",
+        (Status::DENIED, SubsystemId::DEPLOYER) => "lafet deploy",
+        (Status::DENIED, SubsystemId::DETECTOR) => "lafet stop detector",
+        (Status::DENIED, SubsystemId::CONTROL) => "lafet stop control",
+        (Status::DENIED, SubsystemId::VALVE1) => "lafet close valve1",
+        (Status::DENIED, SubsystemId::VALVE2) => "lafet close valve2",
+        (Status::DENIED, SubsystemId::GENERAL) => "lafet lockout off",
+        (Status::INVALID_ID, _) => "lafet param list",
+        (Status::MODULE_NOT_EXIST, _) => "lafet status",
+        (Status::MODULE_FAULT, _) => "lafet status",
+        (Status::INVALID_VALUE, SubsystemId::DETECTOR | SubsystemId::CONTROL) => "lafet limits",
+        _ => return message,
+    };
+    format!("{message}\n{}: {command}", pick("Try", "Попробуйте"))
 }
 
 /// The refusal of a request that an answer tells.

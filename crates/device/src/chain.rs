@@ -66,6 +66,7 @@ const fn addressees(request: RequestId) -> Option<Addressees> {
     Some(match request {
         RequestId::MOVE => only(&DRIVES),
         RequestId::STOP => only(&STOPPABLE).and_all().and_motors(),
+        // §3.3/1
         RequestId::GET_STATUS => Addressees::ANY.and_all().and_motors(),
         RequestId::GET_PARAM | RequestId::SET_PARAM => Addressees::ANY,
         RequestId::RETRIEVE_LIMITS | RequestId::SWITCH_LIMITS => {
@@ -131,6 +132,7 @@ impl Device {
         let now = Millis(now_ms);
         let mut answers = Answers::new(out);
         let mut records = Records::new(payload);
+        // §1/8
         loop {
             let rest = records.rest();
             match records.next() {
@@ -142,6 +144,7 @@ impl Device {
     }
 
     fn serve(&mut self, now: Millis, source: Source, record: &Record<'_>, answers: &mut Answers) {
+        // §2/1: the status of a request is not looked at.
         let Record { request, device: to, .. } = *record;
         if is_control(request) {
             self.note_control(now, source);
@@ -153,7 +156,7 @@ impl Device {
         if let Some(status) = self.general_refusal(request) {
             return answers.bare(SubsystemId::GENERAL, request, status);
         }
-        // §1/4
+        // §1/4; whatever its number, it comes back in the answer (§2/5).
         let Some(who) = addressees(request) else {
             return answers.bare(SubsystemId::GENERAL, request, Status::WRONG_REQUEST);
         };
@@ -226,6 +229,7 @@ impl Device {
         if handlers == ChainSet::exactly(0) {
             return answers.bare(SubsystemId::GENERAL, request, Status::WRONG_REQUEST);
         }
+        // §1/1
         let in_chain = SubsystemId::CHAIN.into_iter().filter(|id| handlers.contains(*id));
         match Body::decode(request, data).map_err(|error| refusal_of_data(error.expected)) {
             Err(status) => in_chain.for_each(|id| answers.bare(id, request, status)),

@@ -193,6 +193,7 @@ impl Device {
 
     /// §3.1
     fn move_to(&mut self, now: Millis, id: SubsystemId, destination: i16) -> Status {
+        // §D/4
         let timeout_ms = self.params.get(Param::GeneralMoveTimeout).unsigned_abs();
         let Some(drive) = self.drive_mut(id) else { return Status::SYSTEM_FAULT };
         let status = drive.move_to(now, destination.into(), timeout_ms);
@@ -286,6 +287,7 @@ impl Device {
         param: ParamId,
         buffer: &'b mut [i32; VALUES_MAX],
     ) -> Result<&'b [i32], Status> {
+        // §3.4/1
         let param = Param::find(id, param).ok_or(Status::INVALID_ID)?;
         match param {
             Param::GeneralFaultInfo => {
@@ -317,14 +319,16 @@ impl Device {
         }
     }
 
-    /// §3.5/1–§3.5/8
+    /// §3.5: order of checks in docs/questions.md.
     fn write_param(&mut self, id: SubsystemId, param: ParamId, values: Ints<'_>) -> Status {
+        // §3.5/2
         let Some(param) = Param::find(id, param) else { return Status::INVALID_ID };
         let spec = param.spec();
         // §3.5/5, §3.21/3
         if spec.access == Access::ReadOnly {
             return Status::ACCESS_DENIED;
         }
+        // §3.5/4, §3.5/3
         if let Err(status) = spec.check(values.iter()) {
             return status;
         }
@@ -338,6 +342,7 @@ impl Device {
             SubsystemId::VALVE2 => valve2.set_param(param, first, &mut self.params),
             _ => {
                 let unit = (spec.placement == Placement::Unit).then(|| self.remote_link(id));
+                // §3.5/7
                 if unit.flatten().is_some_and(|unit| !unit.write(spec.id, first)) {
                     return Status::CACHED;
                 }
@@ -412,9 +417,12 @@ impl Device {
     fn common_flags(&self, id: SubsystemId) -> CommonFlags {
         let moving = self.drive(id).is_some_and(|drive| drive.flags().contains(DriveFlags::MOVE));
         let restarting = self.general.is_restarting();
+        // §3.3.1/4
         let bad_power = id == SubsystemId::GENERAL && self.general.has_bad_power();
         let mut flags = CommonFlags::empty();
+        // §3.3.1/1
         flags.set(CommonFlags::CONFIG_FAULT, self.params.has_read_fault(id));
+        // §3.3.1/2
         let invalid = self.params.is_incomplete(id) || self.params.is_contradictory(id);
         flags.set(CommonFlags::CONFIG_INVALID, invalid);
         flags.set(CommonFlags::CONFIG_WRITE_FAULT, self.params.has_write_fault(id));

@@ -1,4 +1,4 @@
-//! The last filter between what the subsystems want and what the HAL gets.
+//! §D/5 (ours) The last filter between what the subsystems want and what the HAL gets.
 //!
 //! It knows nothing of requests and trusts no subsystem: it judges by the inputs of this very
 //! step. It only ever takes away, except that lockout makes valves close.

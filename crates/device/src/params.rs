@@ -269,6 +269,7 @@ impl Params {
                 }
                 points.len() * 4
             }
+            // §3.4/3
             _ if spec.required && !self.is_set(param) => return Err(Status::INCOMPLETE_CONFIG),
             _ => {
                 if let Some(value) = buffer.first_mut() {
@@ -307,9 +308,11 @@ impl Params {
         }
         let owner = param.spec().subsystem;
         self.update_incomplete();
+        // §3.5/6
         if self.is_incomplete(owner) {
             return Status::INCOMPLETE_CONFIG;
         }
+        // §3.5/1; a value with effect after Restart is looked at when the program starts (§3.5/8).
         self.mark(group);
         Status::ACCEPTED
     }
@@ -359,6 +362,7 @@ impl Params {
                 self.write_faults &= !owner_bit(group.owner());
                 self.read_faults &= !owner_bit(group.owner());
             }
+            // §3.3.1/1
             Err(_) => self.write_faults |= owner_bit(group.owner()),
         }
     }
@@ -473,6 +477,7 @@ impl Params {
                 self.incomplete |= owner_bit(spec.subsystem);
             }
         }
+        // §3.5/6
         let completed = before & !self.incomplete;
         for index in 0..Group::COUNT {
             let group = Group::from_index(index);

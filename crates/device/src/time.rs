@@ -1,4 +1,4 @@
-//! Milliseconds that wrap (ours): every comparison survives the wrap after 49.7 days.
+//! §D/3 Milliseconds that wrap (ours): every comparison survives the wrap after 49.7 days.
 
 /// A moment, milliseconds since some start; wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -124,10 +124,10 @@ fn time_over() {
 /// never believed.
 #[test]
 fn faulty_closed_sensor() {
-    for both in [false, true] {
+    for closed in [false, true] {
         let mut rig = open();
-        if both {
-            // Both switches closed cannot be.
+        if closed {
+            // It is, and says so; but its circuit is not sound.
             rig.plant.valves[0].opening_ms = 0;
         }
         let fault = F::CLOSE_SENSOR_FAULT;
@@ -147,6 +147,22 @@ fn faulty_closed_sensor() {
         assert_eq!(rig.valve(VALVE), F::CLOSED);
         rig.accepts(VALVE, OPEN);
     }
+}
+
+/// §3.3.5/1, §3.11/6 Both switches closed cannot be: neither is believed.
+#[test]
+fn both_switches() {
+    let mut rig = Rig::deployed();
+    rig.plant.valves[0].open_switch_stuck = true;
+    rig.run(20);
+    assert_eq!(rig.valve(VALVE), F::OPEN_SENSOR_FAULT | F::CLOSE_SENSOR_FAULT);
+    assert_eq!(rig.status(VALVE, OPEN), Status::MODULE_FAULT);
+    assert_eq!(rig.one(SubsystemId::DEPLOYER, Body::Wrap), (VALVE, Status::DENIED));
+    assert_eq!(rig.status(VALVE, CLOSE), Status::ACCEPTED);
+    rig.run_while(15_000, |rig| rig.valve_output(0) == ValveOutput::Closing);
+    rig.plant.valves[0].open_switch_stuck = false;
+    rig.run(50);
+    assert_eq!(rig.valve(VALVE), F::CLOSED);
 }
 
 /// §3.3.5/1 Blocked: Open is Denied by the valve itself; Close is tried; unblocked, it opens.

@@ -53,7 +53,7 @@ pub fn table(answers: &[AnswerBuf]) -> String {
         };
         let bits = describe::flags_bits(&decoded).unwrap_or(0);
         let flags = describe::flag_names(from, bits).join(" ");
-        rows.push(vec![from.to_string(), describe::values(&decoded), flags]);
+        rows.push(vec![from.to_string(), flags, describe::values(&decoded)]);
         let lines = describe::flag_lines(from, bits, Severity::Info);
         notes.extend(lines.into_iter().map(|line| format!("{from} {line}")));
     }

@@ -7,6 +7,6 @@ use lafet_sim::rng::Rng;
 pub fn of_seed(seed: u64) -> FireSpec {
     let mut rng = Rng::new(seed);
     let azimuth_deg = (-50.0 + 100.0 * rng.unit()).round();
-    let range_m = (18.0 + 14.0 * rng.unit()).round();
+    let range_m = (22.0 + 12.0 * rng.unit()).round();
     FireSpec { azimuth_deg, range_m, size_m: 1.5, ..FireSpec::default() }
 }

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use lafet_client::AnswerBuf;
+use lafet_proto::SubsystemId;
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::DeployerFlags;
 use lafet_proto::status::Hotbed;
-use lafet_proto::SubsystemId;
 use lafet_sim::jet::Landing;
 
 use crate::describe::flags_bits;

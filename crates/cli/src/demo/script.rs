@@ -1,7 +1,7 @@
 //! The script: what the operator does, from standby to standby.
 
-use lafet_proto::flags::{DeployerFlags, DetectorFlags, ValveFlags};
 use lafet_proto::answer::Reply;
+use lafet_proto::flags::{DeployerFlags, DetectorFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::request::{Body, Quench, Sector, Seek};
 use lafet_proto::status::Hotbed;
@@ -33,12 +33,12 @@ const QUENCH_MS: u64 = 180_000;
 /// Plays it.
 pub async fn play(stage: &mut Stage, fires: &[FireSpec]) -> Result<(), Failure> {
     stage.phase(pick("standby", "дежурное положение"));
-    stage.look().await?;
+    stage.pass(500).await?;
     stage.say(pick(
         "Standby: the barrel is wrapped, the valves are closed.",
         "Дежурное положение: ствол свёрнут, затворы закрыты.",
     ))?;
-    stage.pass(2000).await?;
+    stage.pass(1500).await?;
     for fire in fires {
         stage.light(*fire)?;
     }
@@ -74,11 +74,6 @@ async fn search(stage: &mut Stage) -> Result<Option<Hotbed>, Failure> {
     };
     if !stage.until(SEARCH_MS, searching).await? {
         return Err(ended("The search does not end.", "Поиск не заканчивается."));
-    }
-    let flags = DetectorFlags::from_bits_retain(stage.scene().flags(detector));
-    if flags.contains(DetectorFlags::FOUND) {
-        let now_ms = stage.scene().now_ms;
-        stage.summary().detected_ms.get_or_insert(now_ms);
     }
     let answers = stage.ask(detector, Body::GetParam { id: ParamId::HOTBEDS }).await?;
     let hotbeds: Vec<Hotbed> = answers

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use lafet_client::{AnswerBuf, Answers, Client, Config as ClientConfig, Endpoint, Error};
+use lafet_proto::flags::{DetectorFlags, DriveFlags};
 use lafet_proto::request::Body;
 use lafet_proto::text::{AnswerText, Exchange};
 use lafet_proto::{Request, RequestId, SubsystemId};
@@ -150,9 +151,14 @@ impl Stage {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
         let answers = self.exchange(&request).await?;
         self.scene.learn(&answers);
+        let detector = DetectorFlags::from_bits_retain(self.scene.flags(SubsystemId::DETECTOR));
+        if self.summary.lit_ms.is_some() && detector.contains(DetectorFlags::FOUND) {
+            self.summary.detected_ms.get_or_insert(self.now_ms());
+        }
         let mut first = true;
         for answer in &*answers {
             let bits = answer.decode().ok().and_then(|answer| flags_bits(&answer));
+            let bits = bits.map(|bits| bits & !ordinary(answer.from()));
             if bits == self.shown.get(&answer.from()).copied() {
                 continue;
             }
@@ -238,7 +244,11 @@ impl Stage {
         for event in events {
             let Some(text) = self.event(event.at_ms, event.what) else { continue };
             self.keep_trace()?;
-            self.trace.add(&format!("t={:.2} * {:?}\n", event.at_ms as f64 / 1000.0, event.what))?;
+            self.trace.add(&format!(
+                "t={:.2} * {:?}\n",
+                event.at_ms as f64 / 1000.0,
+                event.what
+            ))?;
             self.show(Kind::World, text)?;
         }
         Ok(())
@@ -273,7 +283,10 @@ impl Stage {
             }
             What::FireReignited(index) => {
                 self.summary.out = self.summary.out.saturating_sub(1);
-                pick(format!("the fire{} flares up again", fire(index)), "повторное воспламенение".into())
+                pick(
+                    format!("the fire{} flares up again", fire(index)),
+                    "повторное воспламенение".into(),
+                )
             }
             What::JetOn => pick("the jet begins", "струя пошла").into(),
             What::JetOff => pick("the jet ends", "струя прекратилась").into(),
@@ -320,6 +333,16 @@ impl Stage {
             () = self.interrupt.wait() => Err(Failure::Interrupted),
             () = sleep_until(due) => Ok(()),
         }
+    }
+}
+
+/// Flags that come and go all the time while the barrel scans.
+fn ordinary(who: SubsystemId) -> u32 {
+    match who {
+        SubsystemId::VERTICAL | SubsystemId::HORIZONTAL | SubsystemId::NOZZLE => {
+            DriveFlags::MOVE.bits()
+        }
+        _ => 0,
     }
 }
 

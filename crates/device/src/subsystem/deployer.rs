@@ -191,6 +191,7 @@ impl Deployer {
         // Bits 16–27 are those of drives; TRVEngage and SpeedSlowAmp have no place here.
         let of_drive = status.flags - DriveFlags::SPEED_SLOW_AMP - DriveFlags::TRV_ENGAGE;
         let mut flags = F::from_bits_retain(of_drive.bits() | common);
+        // §3.3.8/1
         flags.set(F::DEPLOYED, self.position == Position::Deployed);
         flags.set(F::DEPLOYING, self.position == Position::Deploying);
         flags.set(F::WRAPPED, self.position == Position::Wrapped);

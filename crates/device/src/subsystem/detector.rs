@@ -308,7 +308,7 @@ impl Detector {
         });
         match found {
             Some(Direction { horizontal, vertical })
-                if horizontal.abs().max(vertical.abs()) <= JUSTIFY_ARCMIN =>
+                if horizontal.saturating_abs().max(vertical.saturating_abs()) <= JUSTIFY_ARCMIN =>
             {
                 env.params.set_justify(horizontal, vertical);
                 self.latched |= DetectorFlags::JUSTIFIED;

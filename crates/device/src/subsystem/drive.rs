@@ -343,6 +343,7 @@ impl Drive {
         self.sense(dt_ms, input, unit, params);
         self.limits = stored_limits(self.axis, params);
         self.watch_current(now, dt_ms, params);
+        // §D/4
         if self.timeout.poll(now) && self.cause == Cause::Move {
             self.stop();
         }
@@ -365,6 +366,7 @@ impl Drive {
         let Limits { min, max } = self.limits;
         let moving = self.goal != Goal::Hold || self.input.speed_tenths.unsigned_abs() > 1;
         let mut flags = self.latched | self.unit_flags;
+        // §3.3.4/2
         flags.set(DriveFlags::MOVE, moving && self.online);
         flags.set(DriveFlags::AMPERAGE_OVERLOAD, self.overload.is_running());
         flags.set(DriveFlags::MOTOR_BROKEN, self.input.motor_open);
@@ -495,7 +497,7 @@ impl Drive {
         if self.kind == DriveKind::Remote {
             self.unit_flags = DriveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
         }
-        // The last picture of a lost unit stays, but nothing in it moves.
+        // §3.3.1/3: the last picture of a lost unit stays, but nothing in it moves.
         self.input = if self.online {
             *input
         } else {
@@ -592,7 +594,7 @@ impl Drive {
         self.speed_milli = if wanted.signum() == speed.signum() && wanted.abs() < speed.abs() {
             wanted
         } else {
-            wanted.clamp(speed.saturating_sub(change), speed.saturating_add(change))
+            wanted.max(speed.saturating_sub(change)).min(speed.saturating_add(change))
         };
     }
 

@@ -116,6 +116,7 @@ impl General {
         self.voltage_v = inputs.main_voltage_dv.saturating_add(5) / 10;
         self.flow_lps = inputs.flow_lps;
         let volts = i32::from(self.voltage_v);
+        // §3.3.1/4
         self.bad_power = volts < params.get(Param::GeneralMainVoltageMin)
             || volts > params.get(Param::GeneralMainVoltageMax);
     }
@@ -132,6 +133,7 @@ impl General {
         GeneralStatus {
             flags,
             main_voltage: self.voltage_v,
+            // §3.3.2/1
             pressure: self.pressure_datm().unwrap_or(0),
             flowrate: self.flow_lps,
         }

@@ -71,6 +71,7 @@ impl Link {
             self.done = reply.result.ok().map(|value| (op, value));
             self.age_ms = 0;
         }
+        // §3.3.1/3
         let mut flags = DriveFlags::empty();
         flags.set(DriveFlags::PROTOCOL_FAULT, unit.protocol_fault);
         flags.set(DriveFlags::WDT_FAULT, unit.watchdog_reset);

@@ -38,6 +38,7 @@ pub struct ValvePlant {
     pub opening_ms: i64,
     pub jammed: bool,
     pub open_switch_dead: bool,
+    pub open_switch_stuck: bool,
     pub close_switch_dead: bool,
     pub current_da: u16,
 }
@@ -193,7 +194,8 @@ impl Plant {
         }
         let valves = self.valves.iter().zip(&mut self.inputs.valves).zip(self.outputs.valves);
         for ((valve, input), output) in valves {
-            input.open_switch = valve.opening_ms >= OPEN_MS && !valve.open_switch_dead;
+            let open = valve.opening_ms >= OPEN_MS || valve.open_switch_stuck;
+            input.open_switch = open && !valve.open_switch_dead;
             input.close_switch = valve.opening_ms <= 0 && !valve.close_switch_dead;
             let fed = output != ValveOutput::Off;
             input.current_da = if fed { valve.current_da } else { 0 };

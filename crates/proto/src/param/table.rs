@@ -1,4 +1,4 @@
-//! The table of the parameters — ours (§3.4, §3.5): the vendor's list is not public.
+//! §P/1 The table of the parameters — ours (§3.4, §3.5): the vendor's list is not public.
 
 use super::{Access, Effect, Element, ParamSpec, Placement, Storage, Unit};
 use crate::dictionary::Text;

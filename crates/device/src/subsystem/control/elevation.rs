@@ -41,12 +41,30 @@ pub(super) enum Aim {
     Direct,
 }
 
+/// What ballistics depend on, besides the place.
+#[derive(Clone, Copy, Debug)]
+struct Basis {
+    pressure_datm: u16,
+    nozzle_mm: i32,
+    diameter_dmm: i32,
+    above_ground_cm: i32,
+}
+
+impl Basis {
+    fn still_holds(&self, now: &Self) -> bool {
+        self.pressure_datm.abs_diff(now.pressure_datm) < DEADBAND_DATM
+            && self.nozzle_mm == now.nozzle_mm
+            && self.diameter_dmm == now.diameter_dmm
+            && self.above_ground_cm == now.above_ground_cm
+    }
+}
+
 /// The correction in force, and the calculation of the next one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Elevation {
     aim: Option<Aim>,
-    /// Pressure and nozzle that `aim`, or the calculation under way, is for.
-    basis: Option<(u16, i32)>,
+    /// What the last calculation, or that under way, is for.
+    basis: Option<Basis>,
     solver: Option<Solver>,
     interval: Timer,
     level: Option<(u16, Millis)>,
@@ -99,11 +117,13 @@ impl Elevation {
             // §3.3.6/5
             Law::Off => self.decide(Aim::Direct),
             // A distance of 0 asks for no ballistics: without a pressure there is no correction.
-            Law::Stored => {
-                self.look_up(now, env.pressure_datm.unwrap_or(0), |pressure| {
-                    env.params.correction(pressure)
-                });
-            }
+            Law::Stored => match env.pressure_datm {
+                // §3.6/1
+                Some(pressure) => {
+                    self.look_up(now, pressure, |pressure| env.params.correction(pressure));
+                }
+                None => self.decide(Aim::Raised(0)),
+            },
             Law::Given => match env.pressure_datm {
                 Some(pressure) => self.look_up(now, pressure, |pressure| data.correction(pressure)),
                 None => self.lose_pressure(),
@@ -138,11 +158,10 @@ impl Elevation {
     /// §3.14/3, §3.6: degrees by pressure.
     fn look_up(&mut self, now: Millis, pressure: u16, table: impl Fn(u16) -> Option<i8>) {
         self.unsuited = false;
-        if self.interval.is_running() || self.basis == Some((pressure, 0)) && self.aim.is_some() {
+        if self.interval.is_running() {
             return;
         }
         self.interval.start(now, INTERVAL_MS);
-        self.basis = Some((pressure, 0));
         self.aim = Some(Aim::Raised(table(pressure).map_or(0, |degrees| i32::from(degrees) * 60)));
     }
 
@@ -163,18 +182,21 @@ impl Elevation {
             }
             return;
         }
-        let current = self.basis.is_some_and(|(basis, nozzle)| {
-            basis.abs_diff(pressure) < DEADBAND_DATM && nozzle == nozzle_mm
-        });
+        let basis = Basis {
+            pressure_datm: pressure,
+            nozzle_mm,
+            diameter_dmm: env.params.get(Param::ControlNozzleDiameter),
+            above_ground_cm: env.params.get(Param::ControlHeight),
+        };
+        let current = self.basis.is_some_and(|old| old.still_holds(&basis));
         if current || self.interval.is_running() {
             return;
         }
         self.interval.start(now, INTERVAL_MS);
-        self.basis = Some((pressure, nozzle_mm));
-        match Jet::new(pressure, env.params.get(Param::ControlNozzleDiameter), nozzle_mm) {
+        self.basis = Some(basis);
+        match Jet::new(pressure, basis.diameter_dmm, nozzle_mm) {
             Ok(jet) => {
-                let above_ground_cm = env.params.get(Param::ControlHeight);
-                let target = Target::new(sight_arcmin, distance_m, above_ground_cm);
+                let target = Target::new(sight_arcmin, distance_m, basis.above_ground_cm);
                 self.solver = Some(Solver::new(jet, target));
             }
             Err(fault) => self.conclude(now, sight_arcmin, Err(fault)),

@@ -213,8 +213,14 @@ fn corrects_by_the_stored_table() {
     run(&mut bench, &mut control, 5000);
     assert_near(bench.aim(), (1800, -240));
     assert_eq!(control.flags(), F::QUENCH);
+    // Without a sensor there is no correction, and no fault of ballistics nobody asked for.
+    bench.pressure_datm = None;
+    run(&mut bench, &mut control, 5000);
+    assert_near(bench.aim(), (1800, -120));
+    assert_eq!(control.flags(), F::QUENCH);
     bench.params = damaged_params();
     assert_eq!(quench(&mut bench, &mut control, &full(POINT, 0)), Status::ACCEPTED);
+    bench.pressure_datm = Some(80);
     run(&mut bench, &mut control, 5000);
     assert_eq!(control.flags(), F::QUENCH | F::TRAJECTORY_CRC_FAULT);
     assert_near(bench.aim(), (1800, -120));

@@ -77,9 +77,9 @@ impl Samples {
     }
 
     fn measured(&self) -> Measured {
-        let count = i64::from(self.count.max(1));
+        const ALL: i64 = COUNT as i64;
         // Rounded to the nearest, below zero too; a mean of i32 is one.
-        let mean = self.sums.map(|sum| (2 * sum + count).div_euclid(2 * count) as i32);
+        let mean = self.sums.map(|sum| (2 * sum + ALL).div_euclid(2 * ALL) as i32);
         let [right, left, bottom, top] = self.range;
         let scatter = left.saturating_sub(right).max(top.saturating_sub(bottom));
         Measured { mean: Hotbed::from_values(mean), scatter }

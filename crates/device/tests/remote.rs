@@ -1,0 +1,259 @@
+//! Remote units (explosion-proof execution): their parameters, and what a lost unit means.
+
+mod common;
+
+use common::Rig;
+use lafet_device::Composition;
+use lafet_device::image::{Axis, Unit, UnitError, ValveOutput};
+use lafet_proto::flags::{DeployerFlags, DriveFlags, ValveFlags};
+use lafet_proto::id::key;
+use lafet_proto::param::Param;
+use lafet_proto::request::Body;
+use lafet_proto::{Status, SubsystemId};
+
+const OPEN: Body<'static> = Body::Open { key: key::OPEN };
+
+/// Explosion-proof and deployed; the units hold the defaults.
+fn rig() -> Rig {
+    let mut rig = Rig::new(Composition::EX);
+    let units = [
+        (Unit::Vertical, SubsystemId::VERTICAL),
+        (Unit::Horizontal, SubsystemId::HORIZONTAL),
+        (Unit::Nozzle, SubsystemId::NOZZLE),
+        (Unit::Deployer, SubsystemId::DEPLOYER),
+        (Unit::Valve1, SubsystemId::VALVE1),
+        (Unit::Valve2, SubsystemId::VALVE2),
+    ];
+    for (unit, id) in units {
+        for param in Param::of(id) {
+            let spec = param.spec();
+            rig.plant.units[unit as usize].params.insert(spec.id.0, spec.default);
+        }
+    }
+    rig.deploy();
+    rig
+}
+
+/// §3.4/2 The first GetParam starts the fetch; Ok once the unit has answered, for a while; then the
+/// value is stale and fetched anew.
+#[test]
+fn not_cached_then_ok_then_stale() {
+    let mut rig = rig();
+    for (param, value) in [
+        (Param::VerticalSpeed, 12),
+        (Param::NozzleTrvPosition, -1),
+        (Param::DeployerTravelTime, 20_000),
+        (Param::Valve1TravelTime, 12_000),
+        (Param::Valve2MaxCurrent, 60),
+    ] {
+        assert_eq!(rig.get(param), Err(Status::NOT_CACHED), "{param:?}");
+        rig.run(20);
+        assert_eq!(rig.get(param), Err(Status::NOT_CACHED), "{param:?}");
+        rig.run(100);
+        for _ in 0..3 {
+            assert_eq!(rig.get(param), Ok(vec![value]), "{param:?}");
+            rig.run(1000);
+        }
+        rig.run(3000);
+        assert_eq!(rig.get(param), Err(Status::NOT_CACHED), "{param:?}");
+        rig.run(100);
+        assert_eq!(rig.get(param), Ok(vec![value]), "{param:?}");
+    }
+    // What is kept here needs no unit.
+    assert_eq!(rig.get(Param::VerticalDriveType), Ok(vec![1]));
+    assert_eq!(rig.get(Param::Valve1ValveType), Ok(vec![1]));
+}
+
+/// §3.5/7, §2 Cached until the unit has got it; the repeated request is Accepted, and only then acts.
+#[test]
+fn cached_then_accepted() {
+    let mut rig = rig();
+    for (param, unit, value) in [
+        (Param::VerticalMaxLimit, Unit::Vertical, 600),
+        (Param::NozzleTrvPosition, Unit::Nozzle, 3),
+        (Param::DeployerTravelTime, Unit::Deployer, 15_000),
+        (Param::Valve1TravelTime, Unit::Valve1, 9000),
+    ] {
+        assert_eq!(rig.set(param, value), Status::CACHED, "{param:?}");
+        rig.run(20);
+        assert_eq!(rig.set(param, value), Status::CACHED, "{param:?}");
+        rig.run(100);
+        // Looking does not lose the result.
+        assert_eq!(rig.get(param), Ok(vec![value]), "{param:?}");
+        assert_eq!(rig.set(param, value), Status::ACCEPTED, "{param:?}");
+        let id = param.spec().id.0;
+        assert_eq!(rig.plant.units[unit as usize].writes, [(id, value)], "{param:?}");
+        assert_eq!(rig.device.params().get(param), value, "{param:?}");
+    }
+    assert_eq!(rig.limits(Axis::Vertical).max, 600);
+    // A value out of range does not even reach the unit (§3.5/3).
+    assert_eq!(rig.set(Param::VerticalSpeed, 256), Status::INVALID_VALUE);
+    rig.run(200);
+    assert_eq!(rig.plant.units[Unit::Vertical as usize].writes.len(), 1);
+}
+
+/// §3.3.1/3 RemotePa*: why the unit refused, until an access succeeds.
+#[test]
+fn the_unit_refuses() {
+    let mut rig = rig();
+    for (error, flag) in [
+        (UnitError::Incomplete, DriveFlags::REMOTE_PA_INCOMPLETE),
+        (UnitError::BadId, DriveFlags::REMOTE_PA_BAD_ID),
+        (UnitError::BadValue, DriveFlags::REMOTE_PA_BAD_VAL),
+        (UnitError::Internal, DriveFlags::REMOTE_PA_ERROR),
+    ] {
+        rig.plant.units[Unit::Horizontal as usize].error = Some(error);
+        rig.plant.units[Unit::Valve1 as usize].error = Some(error);
+        assert_eq!(rig.set(Param::HorizontalSpeed, 9), Status::CACHED);
+        assert_eq!(rig.get(Param::Valve1TravelTime), Err(Status::NOT_CACHED));
+        rig.run(100);
+        assert_eq!(rig.drive_flags(Axis::Horizontal), flag);
+        let common = ValveFlags::from_bits_retain(flag.bits());
+        assert_eq!(rig.valve(SubsystemId::VALVE1), common | ValveFlags::CLOSED);
+        assert_eq!(rig.device.params().get(Param::HorizontalSpeed), 20, "nothing changed");
+        assert_eq!(rig.get(Param::Valve1TravelTime), Err(Status::NOT_CACHED));
+        // A fault of the parameters does not hold up the drive.
+        rig.move_to(Axis::Horizontal, 0);
+    }
+    rig.plant.units[Unit::Horizontal as usize].error = None;
+    rig.plant.units[Unit::Valve1 as usize].error = None;
+    assert_eq!(rig.get(Param::HorizontalSpeed), Err(Status::NOT_CACHED));
+    assert_eq!(rig.get(Param::Valve1TravelTime), Err(Status::NOT_CACHED));
+    rig.run(100);
+    assert_eq!(rig.drive_flags(Axis::Horizontal), DriveFlags::empty());
+    assert_eq!(rig.valve(SubsystemId::VALVE1), ValveFlags::CLOSED);
+}
+
+/// §3.3.1/3 WdtFault and ProtocolFault as long as the unit reports them.
+#[test]
+fn what_the_unit_reports() {
+    let mut rig = rig();
+    rig.plant.inputs.units[Unit::Nozzle as usize].watchdog_reset = true;
+    rig.plant.inputs.units[Unit::Valve2 as usize].protocol_fault = true;
+    rig.run(20);
+    assert_eq!(rig.drive_flags(Axis::Nozzle), DriveFlags::WDT_FAULT);
+    let both = ValveFlags::PROTOCOL_FAULT | ValveFlags::CLOSED;
+    assert_eq!(rig.valve(SubsystemId::VALVE2), both);
+    rig.plant.inputs.units[Unit::Nozzle as usize].watchdog_reset = false;
+    rig.plant.inputs.units[Unit::Valve2 as usize].protocol_fault = false;
+    rig.run(20);
+    assert_eq!(rig.drive_flags(Axis::Nozzle), DriveFlags::empty());
+    assert_eq!(rig.valve(SubsystemId::VALVE2), ValveFlags::CLOSED);
+}
+
+/// §3.3.1/3 A lost drive counts as stopped; its requests answer ModuleFault, reads NotCached; back
+/// again it works, and does not go on by itself.
+#[test]
+fn a_lost_drive() {
+    let mut rig = rig();
+    rig.move_to(Axis::Horizontal, 9000);
+    rig.move_to(Axis::Vertical, 3000);
+    rig.run(1000);
+    assert_eq!(rig.get(Param::HorizontalSpeed), Err(Status::NOT_CACHED));
+    rig.plant.units[Unit::Horizontal as usize].offline = true;
+    rig.run(20);
+    assert_eq!(rig.speed(Axis::Horizontal), 0);
+    assert!(rig.speed(Axis::Vertical) > 0);
+    assert_eq!(rig.drive_flags(Axis::Horizontal), DriveFlags::CONN_LOST);
+    let status = rig.status(SubsystemId::HORIZONTAL, Body::Move { destination: 0 });
+    assert_eq!(status, Status::MODULE_FAULT);
+    assert_eq!(rig.status(SubsystemId::HORIZONTAL, Body::Stop), Status::MODULE_FAULT);
+    assert_eq!(rig.get(Param::HorizontalSpeed), Err(Status::NOT_CACHED));
+    assert_eq!(rig.set(Param::HorizontalSpeed, 9), Status::CACHED);
+    rig.run_while(500, |rig| rig.speed(Axis::Horizontal) == 0);
+    rig.plant.units[Unit::Horizontal as usize].offline = false;
+    rig.run(500);
+    assert!(rig.drive_flags(Axis::Horizontal).is_empty() && rig.speed(Axis::Horizontal) == 0);
+    // What was asked of it while it was away does not happen behind the client's back.
+    assert!(rig.plant.units[Unit::Horizontal as usize].writes.is_empty());
+    rig.move_to(Axis::Horizontal, 0);
+    rig.run_until(20_000, |rig| rig.drive(Axis::Horizontal).position == 0);
+}
+
+/// §3.3.1/3 A lost valve: Open and Close answer ModuleFault; back again it closes.
+#[test]
+fn a_lost_valve() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::VALVE1, OPEN);
+    rig.run(5000);
+    rig.plant.units[Unit::Valve1 as usize].offline = true;
+    rig.run(20);
+    assert!(rig.valve(SubsystemId::VALVE1).contains(ValveFlags::CONN_LOST));
+    assert_eq!(rig.status(SubsystemId::VALVE1, OPEN), Status::MODULE_FAULT);
+    let close = Body::Close { key: key::CLOSE };
+    assert_eq!(rig.status(SubsystemId::VALVE1, close), Status::MODULE_FAULT);
+    rig.plant.units[Unit::Valve1 as usize].offline = false;
+    rig.run(20);
+    assert_eq!(rig.status(SubsystemId::VALVE1, close), Status::ACCEPTED);
+    rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+    assert_eq!(rig.valve_output(0), ValveOutput::Off);
+}
+
+/// §3.3.1/3, §3.10/3 The Deployer's unit is lost on the way: it stops in between.
+#[test]
+fn a_lost_deployer() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::DEPLOYER, Body::Wrap);
+    rig.run(2000);
+    rig.plant.units[Unit::Deployer as usize].offline = true;
+    rig.run(50);
+    let position = DeployerFlags::WRAPPING | DeployerFlags::WRAPPED | DeployerFlags::DEPLOYED;
+    assert_eq!(rig.deployer() & (position | DeployerFlags::CONN_LOST), DeployerFlags::CONN_LOST);
+    assert_eq!(rig.status(SubsystemId::DEPLOYER, Body::Deploy), Status::MODULE_FAULT);
+    rig.plant.units[Unit::Deployer as usize].offline = false;
+    rig.run(50);
+    rig.deploy();
+}
+
+/// §3.17/1, §3.1/8 Limits off, a remote drive still goes to its destination, past the limits, and counts.
+#[test]
+fn limitless_goes_to_the_destination() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::VERTICAL, Body::SwitchLimits { new_state: 0 });
+    rig.move_to(Axis::Vertical, 5000);
+    rig.run(2000);
+    assert!(rig.drive(Axis::Vertical).position > 500);
+    rig.run_until(20_000, |rig| rig.drive(Axis::Vertical).position == 5000);
+    rig.run_while(200, |rig| rig.is_still());
+}
+
+/// §3.17/2 Limits taken reach the unit before they come into force: Busy until it has got them.
+#[test]
+fn teaching_limits() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::VERTICAL, Body::SwitchLimits { new_state: 0 });
+    for (param, at) in [(Param::VerticalMinLimit, -300), (Param::VerticalMaxLimit, 900)] {
+        rig.move_to(Axis::Vertical, at);
+        rig.run_until(20_000, |rig| rig.drive(Axis::Vertical).position == at);
+        rig.run(50);
+        assert_eq!(rig.set(param, at.into()), Status::ACCEPTED);
+    }
+    let on = Body::SwitchLimits { new_state: 1 };
+    for _ in 0..2 {
+        assert_eq!(rig.status(SubsystemId::VERTICAL, on), Status::BUSY);
+        assert!(rig.drive_flags(Axis::Vertical).contains(DriveFlags::LIMITLESS));
+        rig.run(100);
+    }
+    assert_eq!(rig.status(SubsystemId::VERTICAL, on), Status::OK);
+    assert!(!rig.drive_flags(Axis::Vertical).contains(DriveFlags::LIMITLESS));
+    let limits = rig.limits(Axis::Vertical);
+    assert_eq!((limits.min, limits.max), (-300, 900));
+    rig.run(100);
+    let limits = rig.limits(Axis::Vertical);
+    assert_eq!((limits.min, limits.max), (-300, 900), "they stay");
+    assert_eq!(rig.plant.units[Unit::Vertical as usize].writes.len(), 2);
+}
+
+/// §3.4/2, §1/9 An answer that finds no room does not lose what the unit has said.
+#[test]
+fn no_room_keeps_the_value() {
+    let mut rig = rig();
+    assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED));
+    rig.run(100);
+    let id = Param::VerticalSpeed.spec().id;
+    let request = lafet_proto::Request::new(SubsystemId::VERTICAL, Body::GetParam { id });
+    let mut out = [0; 12];
+    rig.device.handle(rig.now_ms, rig.source, &common::payload(&[request]), &mut out);
+    assert_eq!(out[2], Status::NO_ROOM.0);
+    assert_eq!(rig.get(Param::VerticalSpeed), Ok(vec![12]));
+}

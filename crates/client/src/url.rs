@@ -76,7 +76,7 @@ pub enum Framing {
     /// Link frames, as on every other medium.
     #[default]
     Link,
-    /// Bare records, one monitor a connection.
+    /// §C/3 Bare records, one monitor a connection.
     Records,
 }
 
@@ -456,6 +456,7 @@ mod tests {
         text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
     }
 
+    /// §C/2
     #[test]
     fn what_is_left_out_has_its_default() {
         let addresses = Addresses { monitor: 1, source: 129 };

@@ -44,7 +44,7 @@ async fn tcp() {
     server.await.unwrap();
 }
 
-/// Bare records over TCP: no frames, no addresses.
+/// §C/3 Bare records over TCP: no frames, no addresses.
 #[tokio::test]
 async fn tcp_with_bare_records() {
     let (listener, endpoint) = listen().await;

@@ -128,16 +128,16 @@ fn the_unit_refuses() {
 #[test]
 fn what_the_unit_reports() {
     let mut rig = rig();
-    rig.plant.inputs.units[Unit::Nozzle as usize].watchdog_reset = true;
+    rig.plant.inputs.units[Unit::Vertical as usize].watchdog_reset = true;
     rig.plant.inputs.units[Unit::Valve2 as usize].protocol_fault = true;
     rig.run(20);
-    assert_eq!(rig.drive_flags(Axis::Nozzle), DriveFlags::WDT_FAULT);
+    assert_eq!(rig.drive_flags(Axis::Vertical), DriveFlags::WDT_FAULT);
     let both = ValveFlags::PROTOCOL_FAULT | ValveFlags::CLOSED;
     assert_eq!(rig.valve(SubsystemId::VALVE2), both);
-    rig.plant.inputs.units[Unit::Nozzle as usize].watchdog_reset = false;
+    rig.plant.inputs.units[Unit::Vertical as usize].watchdog_reset = false;
     rig.plant.inputs.units[Unit::Valve2 as usize].protocol_fault = false;
     rig.run(20);
-    assert_eq!(rig.drive_flags(Axis::Nozzle), DriveFlags::empty());
+    assert_eq!(rig.drive_flags(Axis::Vertical), DriveFlags::empty());
     assert_eq!(rig.valve(SubsystemId::VALVE2), ValveFlags::CLOSED);
 }
 

@@ -21,7 +21,7 @@ pub const PROBE_TIMEOUT_MS: u32 = 30;
 /// Times a frame is sent before its device is dropped; each waits twice as long as the one before.
 pub const TRIES: u32 = 3;
 
-/// Default TCP and UDP port of the wired interface (ours).
+/// §C/2 Default TCP and UDP port of the wired interface (ours).
 pub const PORT_EXTERNAL_CONN: u16 = 10_485;
 /// Default TCP and UDP port of the radio interface (ours).
 pub const PORT_RADIO: u16 = 10_486;
@@ -34,7 +34,7 @@ impl RequestId {
     /// Bus (observed): lines of the controller's log.
     pub const GET_LOG: Self = Self(0x0E);
 
-    /// The controller's services, which a monitor does not know.
+    /// §B/1 The controller's services, which a monitor does not know.
     pub const BUS: &'static [(Self, &'static str)] = &[
         (Self::ACCESS_GRANTED, "AccessGranted"),
         (Self::GET_NETWORK_STATUS, "GetNetworkStatus"),
@@ -163,6 +163,7 @@ pub const ACCESS_GRANTED: Record<'static> = Record {
 mod tests {
     use super::*;
 
+    /// §B/1
     #[test]
     fn network_status_bits() {
         let mut status = NetworkStatus::default();

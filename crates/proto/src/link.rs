@@ -24,7 +24,7 @@ const OVERHEAD: usize = 4;
 
 static CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_MODBUS);
 
-/// CRC-16/MODBUS: reflected 0x8005, start 0xFFFF.
+/// §L/2 CRC-16/MODBUS: reflected 0x8005, start 0xFFFF.
 pub fn crc16(bytes: &[u8]) -> u16 {
     CRC.checksum(bytes)
 }
@@ -52,7 +52,7 @@ impl Frame<'_> {
     }
 }
 
-/// Writes a frame as it goes on the wire and returns its length; `None` if `out` is too short
+/// §L/1 Writes a frame as it goes on the wire and returns its length; `None` if `out` is too short
 /// ([`wire_max`] always suffices).
 pub fn encode(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
     let mut digest = CRC.digest();
@@ -176,7 +176,7 @@ impl<const N: usize> Decoder<N> {
         None
     }
 
-    /// Takes bytes until one completes a frame; returns that frame and how many were taken.
+    /// §L/3 Takes bytes until one completes a frame; returns that frame and how many were taken.
     ///
     /// Call it again with the rest until it returns no frame: then all were taken.
     pub fn push_slice(&mut self, bytes: &[u8]) -> (usize, Option<Frame<'_>>) {
@@ -226,7 +226,7 @@ impl<const N: usize> Decoder<N> {
         self.len = 0;
     }
 
-    /// C0 inside a frame ends it. When what was collected is no frame, the C0 may be the start of
+    /// §L/4 C0 inside a frame ends it. When what was collected is no frame, the C0 may be the start of
     /// the next, whose predecessor lost its end: collecting begins anew.
     fn end(&mut self) -> Option<Frame<'_>> {
         if self.state == State::Escaped {
@@ -276,7 +276,7 @@ fn check(body: &[u8]) -> Result<Frame<'_>, DecodeError> {
     }
 }
 
-/// Reads a datagram that is one frame (ours: one UDP datagram = one frame); `body` takes the
+/// §C/1 Reads a datagram that is one frame (ours: one UDP datagram = one frame); `body` takes the
 /// unescaped bytes.
 pub fn decode_datagram<'b>(datagram: &[u8], body: &'b mut [u8]) -> Result<Frame<'b>, DecodeError> {
     let error = |offset, expected, got: u8| DecodeError { offset, expected, got: got.into() };

@@ -1,0 +1,196 @@
+//! Runs the real program, as a user would.
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use serde_json::Value;
+
+/// Longer than anything here takes: a hang becomes a failure.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The program with an environment of its own.
+pub fn lafet() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lafet"));
+    for name in ["LAFET_CONNECT", "LC_ALL", "LC_MESSAGES", "LANG"] {
+        command.env_remove(name);
+    }
+    command
+}
+
+/// What a run of the program came to.
+#[derive(Debug)]
+pub struct Run {
+    /// Exit code.
+    pub code: i32,
+    /// Standard output.
+    pub out: String,
+    /// Standard error.
+    pub err: String,
+}
+
+impl Run {
+    /// Runs it with these words.
+    pub fn of(arguments: &[&str]) -> Self {
+        Self::output(lafet().args(arguments).output().expect("it starts"))
+    }
+
+    /// Runs it with something on standard input.
+    pub fn fed(arguments: &[&str], input: &[u8]) -> Self {
+        let mut child = lafet()
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        child.stdin.take().unwrap().write_all(input).expect("it reads");
+        Self::output(child.wait_with_output().expect("it ends"))
+    }
+
+    fn output(output: Output) -> Self {
+        let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+        let code = output.status.code().expect("no signal ended it");
+        Self { code, out: text(output.stdout), err: text(output.stderr) }
+    }
+
+    /// The JSON of each line.
+    pub fn json(&self) -> Vec<Value> {
+        let parse = |line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {self:?}"));
+        self.out.lines().map(parse).collect()
+    }
+}
+
+/// A child whose lines are read as they come.
+pub struct Running {
+    /// The process.
+    pub child: Child,
+    lines: Receiver<String>,
+}
+
+impl Running {
+    /// Starts it and reads its standard output.
+    pub fn stdout(command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).spawn().expect("it starts");
+        let lines = lines(child.stdout.take().unwrap());
+        Self { child, lines }
+    }
+
+    /// Starts it and reads its standard error.
+    pub fn stderr(command: &mut Command) -> Self {
+        let mut child =
+            command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
+        let lines = lines(child.stderr.take().unwrap());
+        Self { child, lines }
+    }
+
+    /// The next line.
+    pub fn line(&self) -> String {
+        self.lines.recv_timeout(PATIENCE).expect("another line")
+    }
+
+    /// Sends a signal by its name.
+    pub fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let sent = Command::new("kill").args([&format!("-{name}"), &id]).status();
+        assert!(sent.expect("kill is there").success());
+    }
+
+    /// Waits for the end; the exit code.
+    pub fn code(&mut self) -> Option<i32> {
+        self.child.wait().expect("it ends").code()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn lines(input: impl Read + Send + 'static) -> Receiver<String> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        for line in BufReader::new(input).lines().map_while(Result::ok) {
+            if sender.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    receiver
+}
+
+/// A simulated monitor in a process of its own.
+pub struct Sim {
+    /// The process.
+    pub running: Running,
+    /// What clients connect to, in the order of `--listen`.
+    pub urls: Vec<String>,
+}
+
+impl Sim {
+    /// Listens on a free TCP port.
+    pub fn start(arguments: &[&str]) -> Self {
+        Self::listening(&["tcp://127.0.0.1:0"], arguments)
+    }
+
+    /// Listens at these places.
+    pub fn listening(places: &[&str], arguments: &[&str]) -> Self {
+        let mut command = lafet();
+        command.arg("sim").args(arguments);
+        for place in places {
+            command.args(["--listen", place]);
+        }
+        let running = Running::stdout(&mut command);
+        let url = |_: &&str| {
+            let line = running.line();
+            line.strip_prefix("listening ").unwrap_or_else(|| panic!("{line}")).to_owned()
+        };
+        let urls = places.iter().map(url).collect();
+        Self { running, urls }
+    }
+
+    /// Where it listens first.
+    pub fn url(&self) -> &str {
+        &self.urls[0]
+    }
+
+    /// Host and port of the first place.
+    pub fn place(&self) -> &str {
+        self.url().split_once("://").unwrap().1
+    }
+
+    /// Runs a command on it.
+    pub fn run(&self, arguments: &[&str]) -> Run {
+        let mut all = vec!["-c", self.url()];
+        all.extend(arguments);
+        Run::of(&all)
+    }
+
+    /// Runs a command that has to be done.
+    pub fn done(&self, arguments: &[&str]) -> Run {
+        let run = self.run(arguments);
+        assert_eq!(run.code, 0, "{arguments:?}: {run:?}");
+        run
+    }
+
+    /// Runs a command that has to be done, and reads its only object.
+    pub fn value(&self, arguments: &[&str]) -> Value {
+        let mut all = vec!["--json"];
+        all.extend(arguments);
+        let mut values = self.done(&all).json();
+        assert_eq!(values.len(), 1, "{arguments:?}");
+        values.remove(0)
+    }
+
+    /// The flags of a subsystem.
+    pub fn flags(&self, subsystem: &str) -> Vec<String> {
+        let status = self.value(&["status", subsystem]);
+        let flags = status.as_object().unwrap().values().next().unwrap()["flags"].clone();
+        serde_json::from_value(flags).unwrap()
+    }
+}

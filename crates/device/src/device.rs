@@ -16,9 +16,9 @@ use crate::subsystem::general::{General, Reset};
 use crate::subsystem::valve::Valve;
 use crate::subsystem::{Env, by_axis, of_axis};
 use crate::time::{Millis, Timer};
-use lafet_proto::{RequestId, SubsystemId};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::status::Limits;
+use lafet_proto::{RequestId, SubsystemId};
 
 /// Allowance of the guard beyond a limit: what a drive needs to arrive there, ' or mm.
 const LIMIT_ALLOWANCE: i32 = 2;

@@ -92,22 +92,23 @@ fn stop_in_travel() {
     assert_eq!(rig.valve(VALVE), F::OPENING);
 }
 
-/// §3.3.5 A valve that does not arrive in time: InternalFault when it has not moved, a sensor's fault
-/// when it has left the one end; the motor is off. Also while the clock wraps (§D/3).
+/// §3.3.5 A valve that does not leave its end in a fifteenth of TravelTime: InternalFault, the motor
+/// is off. One that leaves and does not arrive in time: the fault of the sensor there. Also while the
+/// clock wraps (§D/3).
 #[test]
 fn time_over() {
     type Break = fn(&mut Plant);
-    let cases: [(Break, F); 2] = [
-        (|plant| plant.valves[0].jammed = true, F::INTERNAL_FAULT | F::CLOSED),
-        (|plant| plant.valves[0].open_switch_dead = true, F::OPEN_SENSOR_FAULT),
+    let cases: [(Break, F, u32); 2] = [
+        (|plant| plant.valves[0].jammed = true, F::INTERNAL_FAULT | F::CLOSED, 400),
+        (|plant| plant.valves[0].open_switch_dead = true, F::OPEN_SENSOR_FAULT, 9000),
     ];
-    for now_ms in [0, u32::MAX - 3000] {
-        for (break_it, flags) in cases {
+    for now_ms in [0, u32::MAX - 3000, u32::MAX - 200] {
+        for (break_it, flags, after_ms) in cases {
             let mut rig = Rig::at(Composition::REMOTE, now_ms);
             rig.set(Param::Valve1TravelTime, 6000);
             break_it(&mut rig.plant);
             rig.accepts(VALVE, OPEN);
-            rig.run_while(8900, |rig| rig.valve_output(0) == ValveOutput::Opening);
+            rig.run_while(after_ms - 100, |rig| rig.valve_output(0) == ValveOutput::Opening);
             rig.run(150);
             assert_eq!(rig.valve(VALVE), flags);
             rig.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
@@ -118,6 +119,22 @@ fn time_over() {
             rig.run_until(6000, |rig| rig.valve(VALVE) == F::CLOSED);
         }
     }
+}
+
+/// §3.3.5 A valve that does not leave "open": InternalFault, and closing is tried to the end; when
+/// the plug comes loose it closes.
+#[test]
+fn stuck_open() {
+    let mut rig = open();
+    rig.plant.valves[0].jammed = true;
+    rig.accepts(VALVE, CLOSE);
+    rig.run_until(1000, |rig| rig.valve(VALVE) == F::INTERNAL_FAULT | F::OPEN | F::CLOSING);
+    rig.run_while(10_000, |rig| rig.valve_output(0) == ValveOutput::Closing);
+    rig.plant.valves[0].jammed = false;
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::INTERNAL_FAULT | F::CLOSED);
+    rig.accepts(VALVE, CLOSE);
+    rig.run(20);
+    assert_eq!(rig.valve(VALVE), F::CLOSED);
 }
 
 /// §3.3.5/1 A faulty "closed" sensor: Open is refused, Close is driven for its time, and Closed is

@@ -117,7 +117,8 @@ impl Drive {
         let spec = &self.spec;
         let wanted = f64::from(command_tenths) * spec.unit_per_tenth;
         let mut target = wanted.clamp(-spec.max_speed, spec.max_speed);
-        let open = faults.drive(self.axis, DriveFault::MotorOpen);
+        let open = faults.drive(self.axis, DriveFault::MotorOpen)
+            || faults.drive(self.axis, DriveFault::PowerStage);
         let jam = faults.drive(self.axis, DriveFault::Jam);
         if open {
             target = 0.0;
@@ -151,8 +152,11 @@ impl Drive {
 
     fn motoring_a(&self, before: f64, load: Load, dt_s: f64, faults: &Faults) -> f64 {
         let spec = &self.spec;
-        let rough = faults.drive(self.axis, DriveFault::Friction);
-        let friction = if rough { 12.0 } else { spec.friction_a };
+        let friction = match () {
+            () if faults.drive(self.axis, DriveFault::Friction) => 12.0,
+            () if faults.drive(self.axis, DriveFault::Stiff) => 5.5,
+            () => spec.friction_a,
+        };
         let rise = (self.speed.abs() - before.abs()).max(0.0) / dt_s / spec.accel;
         let lifting = if self.speed > 0.0 { spec.weight_a * load.cos_elevation } else { 0.0 };
         friction

@@ -50,8 +50,12 @@ named! {
         MotorOpen "motor-open",
         /// Something blocks it: it stands still and draws the stall current.
         Jam "jam",
-        /// Friction grown fourfold: it moves, but draws more than it may.
+        /// The power stage is dead: the motor gets no voltage, and nothing diagnoses it.
+        PowerStage "power-stage",
+        /// Friction grown twelvefold: it moves, but draws more than it may.
         Friction "friction",
+        /// Thick grease: it moves, and draws more than usual, but not more than it may.
+        Stiff "stiff",
         /// The position stands still in the readings though the drive moves.
         EncoderDead "encoder-dead",
         /// The position counts the wrong way.
@@ -315,7 +319,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 11 + 2 * 5 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
+        assert_eq!(names.len(), 4 * 13 + 2 * 5 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

@@ -9,6 +9,7 @@ use crate::composition::DriveKind;
 use crate::image::{Axis, DriveInput, DriveOutput, UnitInput};
 use crate::params::Params;
 use crate::subsystem::remote;
+use crate::subsystem::watch::Watch;
 use crate::time::{Millis, Timer};
 use lafet_proto::Status;
 use lafet_proto::flags::DriveFlags;
@@ -20,12 +21,6 @@ use lafet_proto::status::{DriveStatus, Limits};
 const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// A motor draws more than its rated current while it starts: only a longer excess is overload.
 const OVERLOAD_DELAY_MS: u32 = 200;
-/// How long a drive is watched before its motion is judged.
-const WATCH_MS: u32 = 1000;
-/// A longer step says too little of what happened in it.
-const WATCH_STEP_MS: u32 = 250;
-/// Speed below which motion is not judged, 0.1 °/s or 0.1 mm/s.
-const WATCH_SPEED_TENTHS: i16 = 5;
 /// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
 const CREEP_TENTHS: i64 = 2;
 
@@ -63,17 +58,6 @@ enum Goal {
 struct Staged {
     min: Option<i32>,
     max: Option<i32>,
-}
-
-/// What has been seen of a motion since the watch began.
-#[derive(Clone, Copy, Debug, Default)]
-struct Watch {
-    elapsed_ms: u32,
-    start: i32,
-    /// Commanded way, milli-units of position.
-    expected: i64,
-    /// Way by the speed sensor, milli-units of position.
-    measured: i64,
 }
 
 /// A drive.
@@ -348,7 +332,11 @@ impl Drive {
             self.stop();
         }
         if self.goal != Goal::Hold {
-            self.watch_motion(dt_ms);
+            // An overload is judged by its current alone.
+            let overloaded = self.overload_ms > 0;
+            let speed_tenths = if overloaded { 0 } else { self.output().speed_tenths };
+            let per_tenth = self.milli_per_tenth();
+            self.latched |= self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
         }
         if self.is_faulty() {
             self.stop();
@@ -410,7 +398,7 @@ impl Drive {
             return self.stop();
         }
         if self.goal == Goal::Hold {
-            self.watch = Watch { start: self.input.position, ..Watch::default() };
+            self.watch = Watch::begin(&self.input);
         }
         self.timeout.stop();
         self.goal = goal;
@@ -534,43 +522,6 @@ impl Drive {
         // Hysteresis of an eighth: a speed that falls with the current must not rise at once.
         let threshold = if self.slowed { slow - slow / 8 } else { slow };
         self.slowed = slow > 0 && self.goal != Goal::Hold && current > threshold;
-    }
-
-    /// Judges after a while whether the drive did what it was told (§3.3.4 faults).
-    fn watch_motion(&mut self, dt_ms: u32) {
-        let speed = self.output().speed_tenths;
-        if dt_ms > WATCH_STEP_MS {
-            self.watch = Watch { start: self.input.position, ..Watch::default() };
-            return;
-        }
-        if speed.abs() < WATCH_SPEED_TENTHS {
-            return;
-        }
-        let per_tenth = self.milli_per_tenth();
-        let dt = i64::from(dt_ms);
-        self.watch.elapsed_ms += dt_ms;
-        self.watch.expected += i64::from(speed) * per_tenth * dt / 1000;
-        self.watch.measured += i64::from(self.input.speed_tenths) * per_tenth * dt / 1000;
-        if self.watch.elapsed_ms < WATCH_MS {
-            return;
-        }
-        let Watch { expected, measured, start, .. } = self.watch;
-        self.watch = Watch { start: self.input.position, ..Watch::default() };
-        let moved = i64::from(self.input.position.saturating_sub(start)) * 1000;
-        let at_end = self.input.min_switch || self.input.max_switch;
-        if expected.abs() < WATCH_SPEED_TENTHS as i64 * per_tenth / 2 || at_end {
-            return;
-        }
-        let sign = expected.signum();
-        let (went, sensed, part) = (moved * sign, measured * sign, expected.abs() / 4);
-        self.latched |= match () {
-            () if went < -part => DriveFlags::POSITION_WAY_FAULT,
-            () if went < part && sensed > part => DriveFlags::POS_ENCODER_FAULT,
-            () if went < part => DriveFlags::INTERNAL_FAULT,
-            () if sensed < -part => DriveFlags::SPEED_WAY_FAULT,
-            () if sensed < part => DriveFlags::SPEED_ENCODER_FAULT,
-            () => DriveFlags::empty(),
-        };
     }
 
     /// Milli-units of position that a speed of one tenth makes in a second.

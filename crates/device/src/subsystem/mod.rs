@@ -13,6 +13,7 @@ pub mod drive;
 pub mod general;
 pub mod remote;
 pub mod valve;
+mod watch;
 
 use crate::image::{AXES, Axis, Inputs};
 use crate::params::Params;

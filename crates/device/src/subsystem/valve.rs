@@ -4,7 +4,8 @@
 //!  Still ──Open──▶ Opening ──open switch, Stop, fault, time over──▶ Still
 //!  Still ──Close─▶ Closing ──closed switch, Stop, fault, time over─▶ Still
 //! ```
-//! Water hammer is the business of the drive's travel time: the motor only knows three commands.
+//! Against water hammer stands the travel itself: the motor knows three commands, and no request,
+//! fault or reset makes the plug go faster than its gear does.
 
 use crate::image::{UnitInput, UnitOp, ValveInput, ValveNo, ValveOutput};
 use crate::params::Params;
@@ -19,6 +20,10 @@ use lafet_proto::{Ints, Status, SubsystemId};
 const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// Starting current is no overload.
 const OVERLOAD_DELAY_MS: u32 = 300;
+/// Part of TravelTime within which a driven valve has to leave the switch it stands at.
+const LEAVING_PART: u32 = 15;
+/// Least time for it: motors start, units answer late.
+const LEAVING_MIN_MS: u32 = 400;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motion {
@@ -34,6 +39,8 @@ pub struct Valve {
     remote: bool,
     motion: Motion,
     travel: Timer,
+    /// Runs while the valve is driven away from the end it stands at.
+    leaving: Timer,
     input: ValveInput,
     latched: ValveFlags,
     overload_ms: u32,
@@ -58,6 +65,7 @@ impl Valve {
             remote: param(no, ValveParam::ValveType, params) == 1,
             motion: Motion::Still,
             travel: Timer::default(),
+            leaving: Timer::default(),
             input,
             latched: ValveFlags::empty(),
             overload_ms: 0,
@@ -108,6 +116,7 @@ impl Valve {
     pub(crate) fn stop(&mut self) {
         self.motion = Motion::Still;
         self.travel.stop();
+        self.leaving.stop();
     }
 
     /// §3.5 SetParam of this valve; range and access have been checked.
@@ -144,6 +153,7 @@ impl Valve {
             self.input = *input;
         }
         self.watch_current(now, dt_ms, params);
+        self.watch_leaving(now, params);
         self.watch_travel(now);
     }
 
@@ -197,6 +207,7 @@ impl Valve {
         // must not put off the judgement.
         if self.motion != motion {
             self.overload_ms = 0;
+            self.leaving.stop();
         }
         self.motion = motion;
         self.latched = ValveFlags::empty();
@@ -225,6 +236,27 @@ impl Valve {
             Motion::Still => false,
             Motion::Opening => open_switch && !close_switch && !self.input.open_sensor_fault,
             Motion::Closing => close_switch && !open_switch && !self.input.close_sensor_fault,
+        }
+    }
+
+    /// A valve that does not even leave the switch it stands at is not driven: its motor, fuse or
+    /// gear is broken. Opening ends here; closing, the safe direction, is tried to the end.
+    fn watch_leaving(&mut self, now: Millis, params: &Params) {
+        let from = match self.motion {
+            Motion::Still => return,
+            Motion::Opening => Motion::Closing,
+            Motion::Closing => Motion::Opening,
+        };
+        if !self.is_at(from) || self.input.blocked || !self.online {
+            self.leaving.stop();
+        } else if self.leaving.poll(now) {
+            if self.motion == Motion::Opening {
+                self.stop();
+            }
+            self.latched |= ValveFlags::INTERNAL_FAULT;
+        } else if !self.leaving.is_running() && self.latched.is_empty() {
+            let travel_ms = param(self.no, ValveParam::TravelTime, params).unsigned_abs();
+            self.leaving.start(now, (travel_ms / LEAVING_PART).max(LEAVING_MIN_MS));
         }
     }
 

@@ -126,6 +126,8 @@ pub struct Report {
     pub checks: usize,
     /// Virtual time that passed, ms.
     pub virtual_ms: u64,
+    /// Virtual time that the last `until` waited, ms.
+    pub last_wait_ms: u64,
 }
 
 /// A scenario that does not hold, or cannot be read.
@@ -156,10 +158,18 @@ impl core::error::Error for Failure {}
 impl Scenario {
     /// Reads a scenario.
     pub fn parse(file: &str, text: &str) -> Result<Self, Failure> {
+        Self::from_lines(file, (1..).zip(text.lines()))
+    }
+
+    /// Reads a scenario from lines with their numbers in the file.
+    pub fn from_lines<'a>(
+        file: &str,
+        lines: impl Iterator<Item = (usize, &'a str)>,
+    ) -> Result<Self, Failure> {
         let mut heading = Config::default();
         let mut cases: Vec<Case> = Vec::new();
-        for (index, line) in text.lines().enumerate() {
-            let (number, line) = (index + 1, line.trim());
+        for (number, line) in lines {
+            let line = line.trim();
             let failed = |expected: String| Failure {
                 file: file.to_owned(),
                 line: number,
@@ -210,6 +220,7 @@ impl Scenario {
             report.cases += 1;
             report.checks += run.checks;
             report.virtual_ms += run.sim.now_ms();
+            report.last_wait_ms = run.last_wait_ms;
         }
         Ok(report)
     }

@@ -45,6 +45,7 @@ pub(super) struct Run<'a> {
     source: Source,
     watches: Vec<(usize, &'a Condition, bool)>,
     pub(super) checks: usize,
+    pub(super) last_wait_ms: u64,
     tail: Vec<String>,
     log: &'a mut dyn FnMut(&str),
 }
@@ -62,6 +63,7 @@ impl<'a> Run<'a> {
             source: Source::ExternalConn,
             watches: Vec::new(),
             checks: 0,
+            last_wait_ms: 0,
             tail: vec![format!("case {}", case.title)],
             log,
         }
@@ -221,10 +223,12 @@ impl<'a> Run<'a> {
 
     fn until(&mut self, condition: &Condition, ms: u64) -> Result<(), Failure> {
         self.checks += 1;
-        let end_ms = self.sim.now_ms() + ms;
+        let start_ms = self.sim.now_ms();
+        let end_ms = start_ms + ms;
         loop {
             let (holds, came) = self.holds(condition)?;
             if holds {
+                self.last_wait_ms = self.sim.now_ms() - start_ms;
                 self.say(format!("until {condition}"));
                 return Ok(());
             }

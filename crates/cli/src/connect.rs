@@ -74,7 +74,7 @@ fn simulated(url: &str, query: &[(String, String)], config: Config) -> Result<Cl
             return Err(Failure::Usage(wrong_option(key, value)));
         }
     }
-    let shared = Shared::new(sim::Sim::new(options));
+    let shared = Shared::new(simulator::power_up(options));
     let (ours, theirs) = tokio::io::duplex(PIPE);
     tokio::spawn(pace(shared.clone(), speed));
     tokio::spawn(async move {

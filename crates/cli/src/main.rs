@@ -64,18 +64,13 @@ fn report(failure: &Failure, out: &mut Out) -> ExitCode {
     ExitCode::from(failure.exit_code())
 }
 
+/// Everything runs on this thread; nothing in a command needs more.
 fn run(command: Command, global: &Global, out: &mut Out) -> Outcome {
-    match command {
-        Command::Decode(args) => cmd::decode::run(&args, out),
-        Command::Schema(args) => cmd::schema::run(&args, out),
-        command => {
-            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-            runtime.block_on(run_async(command, global, out))
-        }
-    }
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(dispatch(command, global, out))
 }
 
-async fn run_async(command: Command, global: &Global, out: &mut Out) -> Outcome {
+async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
     match command {
         Command::Decode(args) => cmd::decode::run(&args, out),
         Command::Schema(args) => cmd::schema::run(&args, out),

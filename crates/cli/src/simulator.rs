@@ -2,11 +2,22 @@
 
 use lafet_device::Composition;
 use lafet_sim::fire::FireSpec;
+use lafet_sim::sim::{Config, Sim};
 
 use crate::lang::pick;
 
 /// Simulated time may run this many times as fast as the clock.
 const SPEED_MAX: f64 = 10_000.0;
+
+/// Simulated time before anybody can ask: the monitor reads its sensors for the first time.
+const POWER_UP_MS: u64 = 200;
+
+/// A simulated monitor that has just started.
+pub fn power_up(config: Config) -> Sim {
+    let mut sim = Sim::new(config);
+    sim.advance_ms(POWER_UP_MS);
+    sim
+}
 
 /// Names of the profiles: `full|remote|mini|ex|limit-switch`.
 pub fn profiles() -> String {

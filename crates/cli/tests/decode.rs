@@ -35,6 +35,10 @@ fn hexadecimal_from_the_command_line() {
     assert_eq!(run.code, 0, "{run:?}");
     assert_eq!(run.out, "129 → 1    GetParam Detector Hotbeds\n");
     assert!(run.err.contains("frames: 1"), "{run:?}");
+    // The example of `lafet decode --help`.
+    let help = Run::of(&["decode", "--help"]).out;
+    let example = help.split('"').nth(1).expect("an example in quotes");
+    assert_eq!(Run::of(&["decode", example]).out, run.out);
     let bare = Run::of(&["decode", "9dc80002fe23"]);
     assert_eq!(bare.out, "GetParam Detector Hotbeds\n");
     let answer = Run::of(&["decode", "4d", "a2", "03", "00"]);

@@ -56,7 +56,8 @@ fn each_client_gets_its_own_answers() {
 fn garbage_is_answered_by_nothing_and_disturbs_nobody() {
     let sim = Sim::start(&[]);
     let mut garbage = connect(&sim);
-    let noise: Vec<u8> = (0..100_000_u32).map(|n| (n * n / 7 + n) as u8).collect();
+    let noise: Vec<u8> =
+        (0..100_000_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     garbage.write_all(&noise).unwrap();
     // Half a frame, a frame for somebody else, one with a wrong CRC.
     garbage.write_all(&frame(2, 129, STATUS_VALVE1)).unwrap();

@@ -31,6 +31,7 @@ pub mod hal;
 pub mod image;
 pub mod params;
 pub mod port;
+pub mod store;
 pub mod subsystem;
 pub mod time;
 

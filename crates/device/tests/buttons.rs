@@ -5,9 +5,11 @@ mod common;
 use common::Rig;
 use lafet_device::Composition;
 use lafet_device::image::{Axis, ValveOutput};
-use lafet_proto::flags::{Button, ButtonState, ButtonsFlags, DriveFlags, ValveFlags};
+use lafet_proto::flags::{
+    Button, ButtonState, ButtonsFlags, DetectorFlags, DriveFlags, ValveFlags,
+};
 use lafet_proto::id::key;
-use lafet_proto::request::Body;
+use lafet_proto::request::{Body, Seek};
 use lafet_proto::{Status, SubsystemId};
 
 const POSTS: [SubsystemId; 2] = [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS];
@@ -209,6 +211,28 @@ fn refused_unless_deployed() {
     // Held until it is deployed it acts then: it is held on purpose.
     press(&mut deploying, 0, Button::Left);
     deploying.run_until(20_000, |rig| rig.speed(Axis::Horizontal) > 0);
+}
+
+/// §3.3.10/1, §3.9/1, §3.16 During a search every button is refused, Close too, and it goes on.
+#[test]
+fn refused_while_searching() {
+    let mut rig = Rig::deployed();
+    let seek = Seek { start_h: -900, end_h: 900, start_v: 0, end_v: 600, analyse: 0 };
+    rig.accepts(SubsystemId::DETECTOR, Body::StartSeek(seek));
+    rig.run(300);
+    let mut alone = rig.clone();
+    for button in Button::ALL {
+        press(&mut rig, 0, button);
+        for _ in 0..10 {
+            rig.step(10);
+            alone.step(10);
+            assert_eq!(rig.plant.outputs, alone.plant.outputs, "{button:?}");
+        }
+        release(&mut rig, 0, button);
+        rig.step(10);
+        alone.step(10);
+    }
+    assert!(rig.flags(SubsystemId::DETECTOR) & DetectorFlags::SEARCHING.bits() != 0);
 }
 
 /// §3.3.10/1 Open and Close act once when pressed, on Valve1, or on Valve2 where there is no Valve1.

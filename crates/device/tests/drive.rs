@@ -287,6 +287,51 @@ fn teaching_the_zero_point() {
     assert_eq!(rig.drive(Axis::Vertical).position, 4500);
 }
 
+/// §3.17/5, §D/5 A zero point above the sensor's own: the guard lets the drive to its lower limit too.
+#[test]
+fn limits_move_with_the_zero_point() {
+    for (zero, destination, limit) in [(-1200, -21_600, -900), (1200, 21_600, 4500)] {
+        let mut rig = rig();
+        assert_eq!(rig.set(Param::VerticalZeroPoint, zero), Status::ACCEPTED);
+        rig.run(20);
+        assert_eq!(i32::from(rig.drive(Axis::Vertical).position), -zero);
+        rig.move_to(Axis::Vertical, destination);
+        rig.run_until(30_000, |rig| rig.drive(Axis::Vertical).position == limit);
+        assert_eq!(rig.plant.position(Axis::Vertical), i64::from(zero) + i64::from(limit));
+    }
+}
+
+/// §3.17/3 What was rejected does not come back with the next On.
+#[test]
+fn rejected_is_forgotten() {
+    let mut rig = rig();
+    rig.plant.place(Axis::Vertical, 300);
+    rig.run(20);
+    rig.accepts(SubsystemId::VERTICAL, Body::SwitchLimits { new_state: 0 });
+    assert_eq!(rig.set(Param::VerticalMaxLimit, 300), Status::ACCEPTED);
+    for new_state in [2, 0, 1] {
+        rig.accepts(SubsystemId::VERTICAL, Body::SwitchLimits { new_state });
+        assert_eq!(rig.get(Param::VerticalMaxLimit), Ok(vec![4500]));
+    }
+    assert_eq!(rig.limits(Axis::Vertical).max, 4500);
+}
+
+/// §3.1/4 A drive that rolls a count beyond its target has arrived: it does not turn back and hunt.
+#[test]
+fn rolling_on_is_arriving() {
+    for (target, beyond) in [(600, 602), (-600, -601)] {
+        let mut rig = rig();
+        rig.move_to(Axis::Vertical, target);
+        rig.run_until(10_000, |rig| {
+            (rig.plant.position(Axis::Vertical) - i64::from(target)).abs() < 5
+        });
+        rig.plant.drive(Axis::Vertical).position_milli = beyond * 1000;
+        rig.run(20);
+        rig.run_while(300, |rig| rig.is_still());
+        assert!(!rig.drive_flags(Axis::Vertical).contains(DriveFlags::MOVE));
+    }
+}
+
 /// §3.17/5 A zero point that the parameter could not tell is not taken.
 #[test]
 fn a_zero_point_too_far_away() {
@@ -342,6 +387,24 @@ fn overload() {
         rig.move_to(Axis::Vertical, 600);
         rig.run_until(10_000, |rig| rig.drive(Axis::Vertical).position == 600);
     }
+}
+
+/// §3.3.4/1 The direction that is refused is that of the overload, down as well as up.
+#[test]
+fn overload_downwards() {
+    let mut rig = rig();
+    rig.plant.place(Axis::Vertical, 3000);
+    rig.plant.drive(Axis::Vertical).current_da = 81;
+    rig.run(20);
+    rig.move_to(Axis::Vertical, 0);
+    let overload = DriveFlags::AMPERAGE_OVERLOAD;
+    rig.run_until(1000, |rig| rig.drive_flags(Axis::Vertical).contains(overload));
+    rig.plant.drive(Axis::Vertical).current_da = 20;
+    let again = rig.status(SubsystemId::VERTICAL, Body::Move { destination: 0 });
+    assert_eq!(again, Status::MODULE_FAULT);
+    rig.move_to(Axis::Vertical, 4000);
+    rig.run(100);
+    assert!(rig.speed(Axis::Vertical) > 0);
 }
 
 /// §3.3.4/1 What a drive draws at its limit value, or for a moment, is no overload.

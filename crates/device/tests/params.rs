@@ -508,7 +508,30 @@ fn lockout_is_kept() {
     assert_eq!(rig.general().flags, GeneralFlags::empty());
 }
 
-/// §3.5/1 A stored value out of its range, as of another version, counts as unset.
+/// §3.3.1/2 A stored value out of its range, as of another version, counts as unset; a parameter that
+/// this version does not know is passed over.
+#[test]
+fn values_of_another_version() {
+    let mut rig = rig();
+    let value = rig.plant.memory.get_mut(&KEY_VERTICAL).unwrap();
+    value.truncate(value.len() - 2);
+    let speed = Param::VerticalSpeed.spec().id.0.to_le_bytes();
+    let (entries, _) = value.as_chunks_mut::<6>();
+    let entry = entries.iter_mut().find(|entry| entry.starts_with(&speed)).unwrap();
+    entry[2..].copy_from_slice(&256_i32.to_le_bytes());
+    value.extend([0xFF, 0xFF, 1, 0, 0, 0]);
+    let crc = lafet_proto::link::crc16(value);
+    value.extend(crc.to_le_bytes());
+    rig.power_cycle_and_settle();
+    assert_eq!(common(&mut rig, SubsystemId::VERTICAL), CommonFlags::CONFIG_INVALID);
+    assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::INCOMPLETE_CONFIG));
+    assert_eq!(rig.get(Param::VerticalMaxLimit), Ok(vec![4500]));
+    assert_eq!(rig.set(Param::VerticalSpeed, 12), Status::ACCEPTED);
+    assert!(common(&mut rig, SubsystemId::VERTICAL).is_empty());
+}
+
+/// §1/1, §3.3.1/2 What the factory stores: each profile's chain and address, every set complete; a
+/// memory that takes nothing is told at once.
 #[test]
 fn provisioning() {
     for composition in Composition::ALL {
@@ -527,7 +550,7 @@ fn provisioning() {
     }
 }
 
-/// §3.5, §3.3.6/4 SetParam of Control's values does not touch its flags.
+/// §3.5 SetParam with the values that are there moves nothing and starts nothing.
 #[test]
 fn set_param_starts_nothing() {
     let mut rig = Rig::deployed();

@@ -149,7 +149,7 @@ fn a_lost_drive() {
     rig.move_to(Axis::Horizontal, 9000);
     rig.move_to(Axis::Vertical, 3000);
     rig.run(1000);
-    assert_eq!(rig.get(Param::HorizontalSpeed), Err(Status::NOT_CACHED));
+    assert_eq!(rig.set(Param::HorizontalSpeed, 9), Status::CACHED);
     rig.plant.units[Unit::Horizontal as usize].offline = true;
     rig.run(20);
     assert_eq!(rig.speed(Axis::Horizontal), 0);

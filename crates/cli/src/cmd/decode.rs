@@ -16,7 +16,7 @@ const CHUNK: usize = 64 * 1024;
 
 /// `lafet decode`
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  lafet decode \"ff c0 01 81 9d c8 00 02 fe 23 a3 b5 c0\"\n  \
+#[command(after_help = "Examples:\n  lafet decode \"ff c0 01 81 9d c8 00 02 fe 23 4d 2b c0\"\n  \
                         lafet decode 9dc80002fe23\n  \
                         lafet decode capture.bin --json\n  \
                         nc 127.0.0.1 10485 | lafet decode")]
@@ -45,8 +45,11 @@ pub fn run(args: &DecodeArgs, out: &mut Out) -> Outcome {
     };
     let mut writer = Writer::new(BufWriter::with_capacity(CHUNK, stdout), form);
     if let Some(bytes) = bytes_given(&args.input)? {
-        writer.feed(&bytes)?;
-        if writer.frames() == 0 && !writer.bare_records(&bytes)? {
+        let mut trial = Writer::new(io::sink(), Form::Nothing);
+        trial.feed(&bytes)?;
+        if trial.frames() > 0 {
+            writer.feed(&bytes)?;
+        } else if !writer.bare_records(&bytes)? {
             return Err(no_frame());
         }
     } else {

@@ -20,11 +20,11 @@ pub struct DemoArgs {
     #[arg(long, value_name = "N", default_value_t = 7)]
     seed: u64,
     /// Simulated time runs this many times as fast as the clock; 0 is as fast as possible
-    /// (default 1.5)
+    /// (default 1)
     #[arg(
         long,
         value_name = "FACTOR",
-        default_value_t = 1.5,
+        default_value_t = 1.0,
         value_parser = simulator::speed_or_zero
     )]
     speed: f64,
@@ -37,6 +37,12 @@ pub struct DemoArgs {
     /// Write what happens into this file; with the same seed it is the same byte for byte
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Write the picture of one moment into this SVG file, and show nothing
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+    /// The moment of --picture, simulated seconds (default 60)
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, requires = "picture")]
+    picture_at: u64,
 }
 
 /// Plays it and tells what came out.
@@ -48,6 +54,7 @@ pub async fn run(args: DemoArgs, out: &mut Out) -> Outcome {
         silent: out.json(),
         fires: args.fire,
         trace: args.trace,
+        picture: args.picture.map(|path| (path, args.picture_at.saturating_mul(1000))),
     })
     .await?;
     out.show(format!("\n{}", summary.text()), || summary.json())

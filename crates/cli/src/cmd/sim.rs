@@ -8,7 +8,7 @@ use clap::Args;
 use lafet_device::Composition;
 use lafet_sim::fire::FireSpec;
 use lafet_sim::flash::Flash;
-use lafet_sim::sim::{Config, Sim};
+use lafet_sim::sim::Config;
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
@@ -21,6 +21,9 @@ use crate::simulator;
 
 /// How often the memory is looked at, whether it has to be written to its file.
 const KEEP: Duration = Duration::from_millis(500);
+
+/// Simulated time that the monitor still has at the end.
+const LAST_MS: u64 = 1000;
 
 /// `lafet sim`
 #[derive(Debug, Args)]
@@ -64,7 +67,7 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         Some(path) => load(path)?,
         None => None,
     };
-    let sim = Shared::new(Sim::new(Config {
+    let sim = Shared::new(simulator::power_up(Config {
         seed: args.seed,
         composition: args.profile,
         address: args.addr,
@@ -94,6 +97,8 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         Some(ended) = tasks.join_next() => Err(ended),
     };
     if let Some(path) = &args.flash {
+        // What has been accepted is written before the power goes.
+        sim.lock().advance_ms(LAST_MS);
         store(path, &sim.lock().world().flash).map_err(|error| cannot_keep(path, error))?;
     }
     match ended {

@@ -78,9 +78,9 @@ fn show(out: &mut Out, live: bool, at_s: f64, answers: &[AnswerBuf]) -> Outcome 
     }
     if live {
         let hint = pick("Ctrl-C ends", "Ctrl-C — конец");
-        // Home, the new picture, and everything below it erased.
+        // Home, each line to its end, and what is below the last one.
         let table = status::table(answers).replace('\n', "\x1b[K\n");
-        return out.say(format!("\x1b[H\x1b[2J{table}\x1b[K\n\n{at_s:.1} s  {hint}"));
+        return out.say(format!("\x1b[H{table}\x1b[K\n\x1b[K\n{at_s:.1} s  {hint}\x1b[J"));
     }
     out.say(line(at_s, answers))
 }

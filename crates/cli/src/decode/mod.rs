@@ -112,8 +112,7 @@ impl<W: Write> Writer<W> {
             }
         }
         self.records += records.len() as u64;
-        self.offset = 0;
-        *self.decoder = Decoder::new();
+        self.offset = bytes.len() as u64;
         Ok(!records.is_empty())
     }
 

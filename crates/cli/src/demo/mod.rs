@@ -10,6 +10,7 @@
 //! **What the operator knows.** The script asks the monitor, and it looks out of the window: that a
 //! fire is lit and that it is out is taken from the simulated world, everything else from answers.
 
+mod drawing;
 mod fires;
 mod picture;
 mod plain;
@@ -45,11 +46,16 @@ pub struct Options {
     pub fires: Vec<FireSpec>,
     /// Where the trace goes.
     pub trace: Option<PathBuf>,
+    /// Where the picture of one moment goes, and which: simulated ms.
+    pub picture: Option<(PathBuf, u64)>,
 }
 
 /// Runs the demonstration from standby to standby.
 pub async fn run(options: Options) -> Result<Summary, Failure> {
     let view: Box<dyn View> = match () {
+        () if let Some((path, at_ms)) = &options.picture => {
+            Box::new(drawing::Drawing::new(path.clone(), *at_ms))
+        }
         () if options.silent => Box::new(scene::Nobody),
         () if options.plain || !io::stdout().is_terminal() => Box::new(plain::Plain::new()),
         () => Box::new(picture::Picture::open()?),
@@ -62,5 +68,6 @@ pub async fn run(options: Options) -> Result<Summary, Failure> {
     let played = script::play(&mut stage, &fires).await;
     // The trace is kept whatever happened, and what happened counts more than the trace.
     let closed = stage.close(played.is_ok()).await;
-    played.and_then(|()| closed)
+    played?;
+    closed
 }

@@ -19,6 +19,8 @@ const SEARCH: Seek = Seek { start_h: -3600, end_h: 3600, start_v: -600, end_v: 3
 const NARROW: i16 = 60;
 /// Degrees between the lines of the scan.
 const SCAN_STEP: i8 = 1;
+/// Height of the scan, arc-minutes: the jet falls flat, so its footprint is long already.
+const SCAN_HEIGHT: i16 = 60;
 /// What is added to the hotbed on each side, arc-minutes.
 const MARGIN: i32 = 30;
 /// Distances that an estimate from the elevation may have, m: farther off the angle says little.
@@ -91,14 +93,15 @@ async fn search(stage: &mut Stage) -> Result<Option<Hotbed>, Failure> {
 async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
     stage.phase(pick("quench", "тушение"));
     let distance = distance(stage, hotbed).await?;
-    let Hotbed { x1, x2, y1, y2, .. } = *hotbed;
+    let Hotbed { x1, x2, y1, .. } = *hotbed;
     let clamp = |value: i32| value.clamp(-32_767, 32_767) as i16;
     let sector = Sector {
         centre_h: clamp(i32::midpoint(x1, x2)),
-        centre_v: clamp(i32::midpoint(y1, y2)),
+        // Water puts out what burns, and that is at the foot of the flame.
+        centre_v: clamp(y1),
         nozzle: NARROW,
         width: clamp((x1 - x2).abs() + 2 * MARGIN),
-        height: clamp((y2 - y1).abs()),
+        height: SCAN_HEIGHT,
         step: SCAN_STEP,
     };
     let quench = Quench::Full { sector, distance };

@@ -10,7 +10,7 @@ use lafet_proto::text::{AnswerText, Exchange};
 use lafet_proto::{Request, RequestId, SubsystemId};
 use lafet_sim::event::What;
 use lafet_sim::fire::FireSpec;
-use lafet_sim::sim::{Config, Sim};
+use lafet_sim::sim::Config;
 use lafet_sim::world::STEP_MS;
 use tokio::time::{Instant, sleep_until};
 
@@ -24,6 +24,7 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::lang::pick;
 use crate::serve::{Listen, Shared};
+use crate::simulator;
 
 /// Simulated time between two pictures.
 const PICTURE_MS: u64 = 50;
@@ -56,7 +57,7 @@ impl Stage {
     ) -> Result<Self, Failure> {
         let interrupt = Interrupt::catch()?;
         let config = Config { seed: options.seed, trace: true, ..Config::default() };
-        let sim = Shared::new(Sim::new(config));
+        let sim = Shared::new(simulator::power_up(config));
         let what = || pick("no port of the loopback is free", "на 127.0.0.1 нет свободного порта");
         let listening = Listen::tcp("127.0.0.1:0").open().await;
         let listening = listening.map_err(|error| Failure::io(what(), error))?;

@@ -46,8 +46,12 @@ impl Run {
             .stderr(Stdio::piped())
             .spawn()
             .expect("it starts");
-        child.stdin.take().unwrap().write_all(input).expect("it reads");
-        Self::output(child.wait_with_output().expect("it ends"))
+        let mut stdin = child.stdin.take().unwrap();
+        // It writes while it reads; so must we.
+        std::thread::scope(|scope| {
+            scope.spawn(move || stdin.write_all(input).expect("it reads"));
+            Self::output(child.wait_with_output().expect("it ends"))
+        })
     }
 
     fn output(output: Output) -> Self {

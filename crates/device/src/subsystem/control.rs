@@ -246,6 +246,7 @@ impl Control {
 
     /// Runs the program.
     pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
+        self.elevation.follow(now, env.pressure_datm);
         match self.state {
             State::Idle => {}
             // §3.14/10
@@ -306,7 +307,7 @@ impl Control {
         self.data = data;
         self.nozzle_kept = false;
         self.nozzle_goal = None;
-        self.elevation = Elevation::default();
+        self.elevation.restart();
         self.approach = Approach::default();
         // §3.3.6/2, §3.6/3
         let damaged = ballistics_on(env.params) && !env.params.correction_valid();

@@ -191,6 +191,11 @@ impl Deployer {
         // Bits 16–27 are those of drives; TRVEngage and SpeedSlowAmp have no place here.
         let of_drive = status.flags - DriveFlags::SPEED_SLOW_AMP - DriveFlags::TRV_ENGAGE;
         let mut flags = F::from_bits_retain(of_drive.bits() | common);
+        // The limits of this drive are its two positions, and the switches there tell them.
+        if !flags.contains(F::LIMITLESS) {
+            flags.set(F::MIN_LIMIT_REACHED, self.position == Position::Wrapped);
+            flags.set(F::MAX_LIMIT_REACHED, self.position == Position::Deployed);
+        }
         // §3.3.8/1
         flags.set(F::DEPLOYED, self.position == Position::Deployed);
         flags.set(F::DEPLOYING, self.position == Position::Deploying);

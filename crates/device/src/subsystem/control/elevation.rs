@@ -77,6 +77,11 @@ pub(super) struct Elevation {
 }
 
 impl Elevation {
+    /// A program starts: nothing of the last one holds, but for how long the pressure has stood.
+    pub(super) fn restart(&mut self) {
+        *self = Self { level: self.level, ..Self::default() };
+    }
+
     /// Another point is to be hit: what is in force does not hold for it.
     pub(super) fn renew(&mut self) {
         self.aim = None;
@@ -110,7 +115,6 @@ impl Elevation {
         data: &Data,
         env: &Env<'_>,
     ) -> Option<Aim> {
-        self.follow(now, env.pressure_datm);
         self.interval.poll(now);
         match law {
             Law::Straight => self.decide(Aim::Raised(0)),
@@ -222,8 +226,8 @@ impl Elevation {
         }
     }
 
-    /// Keeps the moment since when the pressure has been what it is.
-    fn follow(&mut self, now: Millis, pressure: Option<u16>) {
+    /// Keeps the moment since when the pressure has been what it is, whether a program runs or not.
+    pub(super) fn follow(&mut self, now: Millis, pressure: Option<u16>) {
         let Some(pressure) = pressure else {
             self.level = None;
             return;

@@ -1,0 +1,204 @@
+//! What the store keeps and refuses, in each geometry, and how it takes a flash that fails.
+
+use crate::check::{read, start, value};
+use crate::flash::{Cut, Flash, Torn};
+use lafet_device::hal::{Key, Storage, StorageError, VALUE_MAX};
+use lafet_device::store::Store;
+
+fn keeps_all_sizes<const W: usize, const P: usize>(pages: usize) {
+    let mut store: Store<_, 10> = start(Flash::<W, P>::new(pages, 7));
+    let mut buffer = [0; VALUE_MAX];
+    assert_eq!(store.load(Key(1), &mut buffer), Ok(None), "anything is not a value");
+    for len in 0..=VALUE_MAX {
+        let (first, second) = (value(1, len as u16, len), value(2, len as u16, VALUE_MAX - len));
+        store.store(Key(1), &first).unwrap();
+        store.store(Key(2), &second).unwrap();
+        for _ in 0..2 {
+            assert_eq!(store.load(Key(1), &mut buffer), Ok(Some(first.as_slice())));
+            assert_eq!(store.load(Key(2), &mut buffer), Ok(Some(second.as_slice())));
+            store = start(store.into_flash());
+        }
+    }
+    let erased = store.opened();
+    let most = *store.flash().erases.iter().max().unwrap();
+    let least = *store.flash().erases.iter().min().unwrap();
+    assert!(most - least <= 1 && least > 3, "levelled: {least} to {most} of {erased}");
+    assert_eq!(store.flash().erases.iter().sum::<u32>(), erased);
+}
+
+#[test]
+fn values_of_all_sizes_in_all_geometries() {
+    keeps_all_sizes::<1, 1024>(2);
+    keeps_all_sizes::<2, 1024>(3);
+    keeps_all_sizes::<4, 2048>(2);
+    keeps_all_sizes::<8, 1024>(5);
+    keeps_all_sizes::<8, 4096>(2);
+}
+
+#[test]
+fn the_same_value_is_not_written_again() {
+    let mut store: Store<_, 10> = start(Flash::<2, 1024>::new(2, 1));
+    store.store(Key(1), &[1, 2, 3]).unwrap();
+    let steps = store.flash().steps;
+    store.store(Key(1), &[1, 2, 3]).unwrap();
+    assert_eq!(store.flash().steps, steps);
+    store.store(Key(1), &[1, 2, 4]).unwrap();
+    assert!(store.flash().steps > steps);
+    let steps = store.flash().steps;
+    store = start(store.into_flash());
+    assert_eq!(store.flash().steps, steps, "a start after an orderly end writes nothing");
+}
+
+#[test]
+fn full_is_refused_without_wear() {
+    let mut store: Store<_, 40> = start(Flash::<4, 256>::new(3, 1));
+    let mut key = 1;
+    while store.store(Key(key), &value(key, 1, 20)).is_ok() {
+        key += 1;
+    }
+    // Two pages of 228 bytes, entries of 40.
+    assert!((9..=10).contains(&key), "{key}");
+    let (erases, steps) = (store.flash().erases.clone(), store.flash().steps);
+    assert_eq!(store.store(Key(key), &value(key, 1, 20)), Err(StorageError::Write));
+    assert_eq!(store.store(Key(1), &[0; VALUE_MAX]), Err(StorageError::Write));
+    assert_eq!(store.store(Key(1), &[0; VALUE_MAX + 1]), Err(StorageError::Write));
+    assert_eq!((store.flash().erases.clone(), store.flash().steps), (erases, steps));
+    let mut buffer = [0; VALUE_MAX];
+    for key in 1..key {
+        let expected = value(key, 1, 20);
+        assert_eq!(store.load(Key(key), &mut buffer), Ok(Some(expected.as_slice())));
+    }
+    store.erase().unwrap();
+    store.store(Key(1), &value(1, 2, 150)).unwrap();
+}
+
+#[test]
+fn keys_are_limited() {
+    let mut store: Store<_, 2> = start(Flash::<4, 256>::new(3, 1));
+    store.store(Key(1), &[1]).unwrap();
+    store.store(Key(0xFFFF), &[2]).unwrap();
+    assert_eq!(store.store(Key(3), &[3]), Err(StorageError::Write));
+    store.store(Key(1), &[4]).unwrap();
+    let mut buffer = [0; 4];
+    assert_eq!(store.load(Key(0xFFFF), &mut buffer), Ok(Some(&[2][..])));
+    assert_eq!(store.load(Key(0xFFFF), &mut []), Err(StorageError::Read), "no room to read it");
+    // A program that knows of fewer keys cannot say that one was never set.
+    let mut smaller: Store<_, 1> = start(store.into_flash());
+    let reads = [1, 0xFFFF].map(|key| smaller.load(Key(key), &mut buffer).is_err());
+    assert!(reads.contains(&true));
+}
+
+#[test]
+fn erase_takes_all_and_costs_one_page() {
+    let mut store: Store<_, 10> = start(Flash::<8, 1024>::new(4, 1));
+    for key in 1..9 {
+        store.store(Key(key), &value(key, 1, 200)).unwrap();
+    }
+    let erases = store.opened();
+    store.erase().unwrap();
+    assert_eq!(store.opened(), erases + 1);
+    store.erase().unwrap();
+    assert_eq!(store.opened(), erases + 1, "nothing to erase");
+    assert_eq!(read(&mut store).unwrap().len(), 0);
+    store = start(store.into_flash());
+    assert_eq!(read(&mut store).unwrap().len(), 0);
+    store.store(Key(3), &[1]).unwrap();
+    store = start(store.into_flash());
+    assert_eq!(read(&mut store).unwrap().len(), 1);
+}
+
+#[test]
+fn after_prepare_nothing_is_erased() {
+    let mut store: Store<_, 10> = start(Flash::<2, 1024>::new(4, 1));
+    for version in 0..60 {
+        let mut calls = 0;
+        loop {
+            let before = store.opened();
+            let done = store.prepare().unwrap();
+            assert_eq!(store.opened() - before, u32::from(done), "one page at a time");
+            if !done {
+                break;
+            }
+            calls += 1;
+            assert!(calls < 4);
+        }
+        let erases = store.opened();
+        store.store(Key(version % 5), &value(1, version, VALUE_MAX)).unwrap();
+        assert_eq!(store.opened(), erases);
+    }
+    assert!(store.opened() > 15);
+}
+
+#[test]
+fn a_worn_word_costs_nothing() {
+    let mut flash = Flash::<4, 512>::new(3, 1);
+    // In the middle of page 1, which is the first to be used.
+    flash.worn = Some(512 + 200);
+    let mut store: Store<_, 10> = start(flash);
+    for version in 0..200 {
+        let key = 1 + version % 4;
+        store.store(Key(key), &value(key, version, 30)).unwrap();
+    }
+    store = start(store.into_flash());
+    let held = read(&mut store).unwrap();
+    assert_eq!(held.len(), 4);
+    for (key, held) in held {
+        assert_eq!(held, value(key, 195 + key, 30));
+    }
+}
+
+#[test]
+fn a_page_that_cannot_be_erased_is_told() {
+    let mut store: Store<_, 10> = start(Flash::<4, 512>::new(2, 1));
+    store.store(Key(1), &[1, 2, 3]).unwrap();
+    // Power stays away: nothing can be read or written.
+    store.flash().cut(Cut { step: 0, torn: Torn::Old });
+    assert_eq!(store.store(Key(1), &[4]), Err(StorageError::Write));
+    assert_eq!(store.load(Key(1), &mut [0; 8]), Err(StorageError::Read));
+    assert_eq!(store.erase(), Err(StorageError::Write));
+    assert_eq!(store.prepare(), Err(StorageError::Write));
+    store = start(store.into_flash().power_on());
+    assert_eq!(store.load(Key(1), &mut [0; 8]), Ok(Some(&[1, 2, 3][..])));
+}
+
+#[test]
+fn other_geometry_is_a_new_store() {
+    let mut store: Store<_, 10> = start(Flash::<4, 512>::new(4, 1));
+    store.store(Key(1), &[1, 2, 3]).unwrap();
+    let mut store: Store<_, 10> = Store::mount(store.into_flash(), 0, 3);
+    assert_eq!(store.load(Key(1), &mut [0; 8]), Ok(None));
+    store.store(Key(1), &[5]).unwrap();
+    // Too few pages for a log: nothing is stored, and nothing fails in another way.
+    for pages in [0, 1] {
+        let mut store: Store<_, 10> = Store::mount(store.flash().clone(), 0, pages);
+        assert_eq!(store.load(Key(1), &mut [0; 8]), Ok(None));
+        assert_eq!(store.store(Key(1), &[5]), Err(StorageError::Write));
+    }
+}
+
+#[test]
+fn a_part_of_the_flash_is_enough() {
+    let flash = Flash::<4, 512>::new(5, 1);
+    let before = flash.bytes().to_vec();
+    let mut store: Store<_, 10> = Store::mount(flash, 1024, 2);
+    for version in 0..100 {
+        store.store(Key(1), &value(1, version, 40)).unwrap();
+    }
+    let flash = store.into_flash();
+    assert_eq!(flash.bytes()[..1024], before[..1024]);
+    assert_eq!(flash.bytes()[2048..], before[2048..]);
+    let mut store: Store<_, 10> = Store::mount(flash, 1024, 2);
+    assert_eq!(store.load(Key(1), &mut [0; 40]), Ok(Some(value(1, 99, 40).as_slice())));
+}
+
+#[test]
+fn a_flash_that_refuses_to_write_twice_works_too() {
+    let mut flash = Flash::<8, 512>::new(3, 1);
+    flash.strict = true;
+    let mut store: Store<_, 10> = start(flash);
+    for version in 0..100 {
+        store.store(Key(version % 3), &value(1, version, 40)).unwrap();
+        store = start(store.into_flash());
+    }
+    assert_eq!(store.load(Key(0), &mut [0; 40]), Ok(Some(value(1, 99, 40).as_slice())));
+}

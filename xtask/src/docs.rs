@@ -9,17 +9,18 @@ use crate::run::{self, StepResult};
 use crate::{TaskResult, flag, links};
 
 const PAGE: &str = "docs/protocol.md";
-/// The sections that list flags, and the classes of the dictionary that have them.
+/// The sections that list flags, and the classes of the dictionary that have them. The common flags
+/// stand in every class.
 const CLASSES: [(&str, &str); 9] = [
-    (COMMON, "Common"),
-    ("§3.3.2", "General"),
-    ("§3.3.3", "Climatics"),
-    ("§3.3.4", "Drive"),
-    ("§3.3.5", "Valve"),
-    ("§3.3.6", "Control"),
-    ("§3.3.7", "Detector"),
-    ("§3.3.8", "Deployer"),
-    ("§3.3.10", "Buttons"),
+    (COMMON, "GeneralFlags"),
+    ("§3.3.2", "GeneralFlags"),
+    ("§3.3.3", "ClimaticsFlags"),
+    ("§3.3.4", "DriveFlags"),
+    ("§3.3.5", "ValveFlags"),
+    ("§3.3.6", "ControlFlags"),
+    ("§3.3.7", "DetectorFlags"),
+    ("§3.3.8", "DeployerFlags"),
+    ("§3.3.10", "ButtonsFlags"),
 ];
 const COMMON: &str = "§3.3.1";
 const COMMON_BITS: u64 = 16;
@@ -96,7 +97,7 @@ fn params(schema: &Value) -> Result<String, String> {
         ("subsystem", "subsystem"),
         ("parameter", "name"),
         ("id", "id"),
-        ("values", "length"),
+        ("values", "len"),
         ("unit", "unit"),
         ("min", "min"),
         ("max", "max"),
@@ -104,7 +105,7 @@ fn params(schema: &Value) -> Result<String, String> {
         ("access", "access"),
         ("acts", "effect"),
         ("kept", "placement"),
-        ("meaning", "meaning"),
+        ("meaning", "text"),
     ];
     table(rows(&schema["params"], "params")?.iter(), &columns)
 }
@@ -155,8 +156,35 @@ fn cell(row: &Value, key: &str) -> Result<String, String> {
         let (shift, width) = (value.as_u64().unwrap_or(0), row["width"].as_u64().unwrap_or(1));
         return Ok(format!("{shift}…{}", shift + width - 1));
     }
-    let text = words(value);
-    Ok(if key == "name" { format!("`{text}`") } else { text })
+    Ok(match key {
+        "name" => format!("`{}`", words(value)),
+        "id" => format!("0x{:04X}", value.as_u64().unwrap_or(0)),
+        "len" => length(value),
+        "min" | "max" | "default" => bound(row, value),
+        _ => words(value),
+    })
+}
+
+/// How many values a parameter has.
+fn length(len: &Value) -> String {
+    let [min, max, step] = ["min", "max", "step"].map(|key| len[key].as_u64().unwrap_or(0));
+    match (min == max, step) {
+        (true, _) => max.to_string(),
+        (false, 0 | 1) => format!("{min}…{max}"),
+        (false, _) => format!("{min}…{max} by {step}"),
+    }
+}
+
+/// A bound or default: of measured values nothing, of bit masks hexadecimal, and of values with
+/// different units one after the other.
+fn bound(row: &Value, value: &Value) -> String {
+    if row["access"] == "read-only" {
+        return String::new();
+    }
+    match value.as_u64() {
+        Some(bits) if row["quantity"] == "Bits" => format!("0x{bits:X}"),
+        _ => words(value),
+    }
 }
 
 /// A value as a cell: of a text in two languages the English one.
@@ -182,13 +210,13 @@ mod tests {
 
     fn schema() -> Value {
         let both = [flag("ConfigFault", 0, 1), flag("Move", 16, 1)];
-        let mut flags = json!({"Buttons": [flag("Left", 16, 2)]});
-        for (_, class) in CLASSES.iter().filter(|(_, class)| *class != "Buttons") {
+        let mut flags = json!({"ButtonsFlags": [flag("Left", 16, 2)]});
+        for (_, class) in CLASSES.iter().filter(|(_, class)| *class != "ButtonsFlags") {
             flags[class] = json!(both);
         }
-        let param = json!({"subsystem": "General", "name": "Address", "id": "0x10F6", "length": 1,
-            "unit": "", "min": 1, "max": 127, "default": 1, "access": "rw", "effect": "restart",
-            "placement": "local", "meaning": {"en": "Address", "ru": "Адрес"}});
+        let param = json!({"subsystem": "General", "name": "Address", "id": 4342,
+            "len": {"min": 1, "max": 1, "step": 1}, "unit": "", "min": 1, "max": 127, "default": 1, "access": "rw", "effect": "restart",
+            "placement": "local", "text": {"en": "Address", "ru": "Адрес"}});
         json!({"flags": flags, "params": [param]})
     }
 

@@ -257,3 +257,25 @@ fn no_room_keeps_the_value() {
     assert_eq!(out[2], Status::NO_ROOM.0);
     assert_eq!(rig.get(Param::VerticalSpeed), Ok(vec![12]));
 }
+
+/// §3.4/2 A client that asks for all parameters of a unit in every frame gets all of them.
+#[test]
+fn all_parameters_of_a_unit_come() {
+    let mut rig = rig();
+    let params = [
+        Param::VerticalMinLimit,
+        Param::VerticalMaxLimit,
+        Param::VerticalZeroPoint,
+        Param::VerticalSpeed,
+        Param::VerticalAcceleration,
+        Param::VerticalMaxCurrent,
+        Param::VerticalSlowCurrent,
+    ];
+    for param in params {
+        assert_eq!(rig.get(param), Err(Status::NOT_CACHED), "{param:?}");
+    }
+    rig.run(2000);
+    for param in params {
+        assert_eq!(rig.get(param), Ok(vec![param.spec().default]), "{param:?}");
+    }
+}

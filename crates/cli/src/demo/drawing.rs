@@ -44,7 +44,7 @@ impl Drawing {
         std::fs::write(&self.path, svg(terminal.backend().buffer())).map_err(|error| {
             let path = self.path.display();
             let what = pick("cannot write the picture", "не удалось записать картину");
-            Failure::io(&format!("{what} {path}"), error)
+            Failure::io(format!("{what} {path}"), error)
         })
     }
 }

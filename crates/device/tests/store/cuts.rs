@@ -95,25 +95,25 @@ fn assert_swept(count: &Count) {
 
 #[test]
 fn words_of_1_byte() {
-    assert_swept(&sweep::<1, 128>(2, 3, false));
+    assert_swept(&sweep::<1, 160>(2, 3, false));
 }
 
 #[test]
 fn words_of_2_bytes() {
-    assert_swept(&sweep::<2, 160>(2, 4, false));
-    assert_swept(&sweep::<2, 128>(3, 4, false));
+    assert_swept(&sweep::<2, 192>(2, 4, false));
+    assert_swept(&sweep::<2, 160>(3, 4, false));
 }
 
 #[test]
 fn words_of_4_bytes() {
-    assert_swept(&sweep::<4, 192>(2, 6, false));
-    assert_swept(&sweep::<4, 128>(4, 4, false));
+    assert_swept(&sweep::<4, 256>(2, 6, false));
+    assert_swept(&sweep::<4, 160>(4, 4, false));
 }
 
 #[test]
 fn words_of_8_bytes() {
-    assert_swept(&sweep::<8, 256>(2, 6, false));
-    assert_swept(&sweep::<8, 192>(3, 6, true));
+    assert_swept(&sweep::<8, 320>(2, 6, false));
+    assert_swept(&sweep::<8, 256>(3, 6, true));
 }
 
 #[test]

@@ -59,15 +59,16 @@ enum Word {
     Erased,
     /// Written or torn; it holds until the next erase.
     Held,
-    /// Torn; the place of what it was and what it was to be.
-    Unstable(usize),
+    /// Torn between what it was and what it was to be.
+    Unstable,
 }
 
 #[derive(Clone, Debug)]
 pub struct Flash<const WORD: usize, const PAGE: usize> {
     bytes: Vec<u8>,
     words: Vec<Word>,
-    unstable: Vec<([u8; WORD], [u8; WORD])>,
+    /// What unstable words were.
+    before: Vec<u8>,
     /// Words are checked: a torn one may be told by an error.
     pub checked: bool,
     /// Only a whole erase makes a written word writable again, not even zeros may be written.
@@ -88,7 +89,7 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
         let mut flash = Self {
             bytes: vec![0; pages * PAGE],
             words: vec![Word::Held; pages * PAGE / WORD],
-            unstable: Vec::new(),
+            before: vec![0; pages * PAGE],
             checked: false,
             strict: false,
             worn: None,
@@ -145,8 +146,8 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
         z ^ (z >> 31)
     }
 
-    /// What a torn word holds; the last two choices of `choice` are unstable.
-    fn torn(&mut self, choice: Torn, old: [u8; WORD], new: [u8; WORD]) -> ([u8; WORD], Word) {
+    /// What a torn word holds.
+    fn torn(&self, choice: Torn, old: [u8; WORD], new: [u8; WORD]) -> ([u8; WORD], Word) {
         let (any, mask) = (self.random().to_le_bytes(), self.random().to_le_bytes());
         let mut bytes = old;
         for (index, byte) in bytes.iter_mut().enumerate() {
@@ -158,21 +159,15 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
             };
         }
         match choice {
-            Torn::Unstable => {
-                self.unstable.push((old, new));
-                (bytes, Word::Unstable(self.unstable.len() - 1))
-            }
-            Torn::Scattered => {
-                let choice = Torn::ALL[self.random() as usize % 5];
-                self.torn(choice, old, new)
-            }
+            Torn::Unstable => (new, Word::Unstable),
+            Torn::Scattered => self.torn(Torn::ALL[self.random() as usize % 5], old, new),
             _ => (bytes, Word::Held),
         }
     }
 
-    fn tear(&mut self, index: usize, torn: Torn, new: [u8; WORD]) {
-        let old = self.word(index);
+    fn tear(&mut self, index: usize, torn: Torn, old: [u8; WORD], new: [u8; WORD]) {
         let (bytes, state) = self.torn(torn, old, new);
+        self.before[index * WORD..][..WORD].copy_from_slice(&old);
         self.bytes[index * WORD..][..WORD].copy_from_slice(&bytes);
         self.words[index] = state;
     }
@@ -209,13 +204,14 @@ impl<const WORD: usize, const PAGE: usize> ReadNorFlash for Flash<WORD, PAGE> {
         let start = offset as usize;
         bytes.copy_from_slice(&self.bytes[start..start + bytes.len()]);
         for (index, chunk) in bytes.chunks_mut(WORD).enumerate() {
-            if let Word::Unstable(place) = self.words[start / WORD + index] {
+            if self.words[start / WORD + index] == Word::Unstable {
                 if self.checked && self.random().is_multiple_of(2) {
                     return Err(Failed);
                 }
                 let choice = Torn::ALL[self.random() as usize % 4];
-                let (old, new) = self.unstable[place];
-                chunk.copy_from_slice(&self.torn(choice, old, new).0);
+                let old = self.before[start + index * WORD..][..WORD].try_into().unwrap();
+                let word = self.torn(choice, old, self.word(start / WORD + index)).0;
+                chunk.copy_from_slice(&word);
             }
         }
         Ok(())
@@ -243,7 +239,7 @@ impl<const WORD: usize, const PAGE: usize> NorFlash for Flash<WORD, PAGE> {
         }
         for index in words {
             match torn {
-                Some(torn) => self.tear(index, torn, [0xFF; WORD]),
+                Some(torn) => self.tear(index, torn, self.word(index), [0xFF; WORD]),
                 None => {
                     self.bytes[index * WORD..][..WORD].fill(0xFF);
                     self.words[index] = Word::Erased;
@@ -282,14 +278,12 @@ impl<const WORD: usize, const PAGE: usize> NorFlash for Flash<WORD, PAGE> {
                         before.chunks(WORD).zip(bytes.chunks(WORD)).enumerate()
                     {
                         let (old, new) = (old.try_into().unwrap(), new.try_into().unwrap());
-                        let (bytes, state) = self.torn(Torn::Scattered, old, new);
-                        self.bytes[(first + index) * WORD..][..WORD].copy_from_slice(&bytes);
-                        self.words[first + index] = state;
+                        self.tear(first + index, Torn::Scattered, old, new);
                     }
                     return Err(Failed);
                 }
                 Some(torn) => {
-                    self.tear(first + index, torn, word);
+                    self.tear(first + index, torn, self.word(first + index), word);
                     return Err(Failed);
                 }
             }

@@ -78,11 +78,11 @@ fn sweep<const W: usize, const P: usize>(pages: usize) -> usize {
 #[test]
 fn each_bit() {
     for costly in [
-        sweep::<1, 128>(3),
-        sweep::<2, 128>(4),
-        sweep::<4, 192>(3),
-        sweep::<8, 256>(2),
-        sweep::<8, 256>(3),
+        sweep::<1, 192>(3),
+        sweep::<2, 192>(4),
+        sweep::<4, 256>(3),
+        sweep::<8, 384>(2),
+        sweep::<8, 320>(3),
     ] {
         // Values and their checksums alone: headers are repaired, marks are many bits.
         println!("{costly} bits cost a value");
@@ -128,11 +128,11 @@ fn two_bits_of_a_header_are_told() {
 
 #[test]
 fn a_lost_page_is_told() {
-    let (mut flash, values) = image::<4, 128>(4);
+    let (mut flash, values) = image::<4, 160>(4);
     let newest = (flash.pages() as usize + 2) % 4;
-    let oldest = (newest + 2) % 4;
+    let middle = (newest + 3) % 4;
     for bit in 0..128 {
-        flash.flip((oldest * 128) * 8 + bit);
+        flash.flip((middle * 160) * 8 + bit);
     }
     let mut store: Store<_, 10> = start(flash);
     let lost = damaged(&mut store, &values, "a page");

@@ -168,9 +168,10 @@ const MAX_LIMIT_TEXT: Text = text(
     здесь.",
 );
 const ZERO_POINT_TEXT: Text = text(
-    "Reading of the position sensor that counts as zero; can be set only while limits are off.",
-    "Показание датчика положения, принятое за ноль; устанавливается только при выключенных \
-    пределах.",
+    "Reading of the position sensor that counts as zero; while limits are off it takes the \
+    present position only.",
+    "Показание датчика положения, принятое за ноль; при выключенных пределах принимает только \
+    текущее положение.",
 );
 const SPEED_TEXT: Text = text(
     "Speed of the drive in a move; a lower one aims finer and spares the gear.",

@@ -5,12 +5,14 @@ mod ci;
 mod citation;
 mod demo;
 mod docs;
+mod faults;
 mod laws;
 mod layers;
 mod licences;
 mod links;
 mod metadata;
 mod no_std;
+mod physics;
 mod run;
 mod setup;
 mod source;
@@ -75,6 +77,23 @@ const TASKS: &[Task] = &[
         details: "The tables come from `lafet schema`. With --check, nothing is written: a table \
                   that is out of date is an error.",
         run: docs::docs,
+    },
+    Task {
+        name: "faults",
+        arguments: "[--check]",
+        about: "how each flag and status is reached, and how soon it shows: docs/faults.md",
+        details: "Runs every row of conformance/faults.txt in the simulator, prints the table and \
+                  writes it. With --check, nothing is written: a hole, a row that does not hold and \
+                  a table that is out of date are errors.",
+        run: faults::faults,
+    },
+    Task {
+        name: "physics",
+        arguments: "[--check]",
+        about: "the models beside published figures, and the monitor's aim: docs/physics.md",
+        details: "Computes every table of docs/physics.md in the simulator, prints and writes it. \
+                  With --check, nothing is written: a table that is out of date is an error.",
+        run: physics::physics,
     },
     Task {
         name: "licences",

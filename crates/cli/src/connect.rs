@@ -12,7 +12,7 @@ use lafet_sim::sim;
 use crate::cli::Global;
 use crate::failure::Failure;
 use crate::lang::{current, pick};
-use crate::serve::{Habits, Shared, pace, serve_stream};
+use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::simulator;
 
 /// Bytes that a pipe to the simulator in this process holds.
@@ -80,7 +80,8 @@ fn simulated(url: &str, query: &[(String, String)], config: Config) -> Result<Cl
     tokio::spawn(async move {
         let habits = Habits::default();
         // The pipe ends with the command, and nobody else is concerned.
-        let _ = serve_stream(theirs, Source::ExternalConn, &shared, habits, || {}).await;
+        let _ =
+            serve_stream(theirs, Wire::link(Source::ExternalConn), &shared, habits, || {}).await;
     });
     Ok(Client::over(url, ours, config))
 }

@@ -119,6 +119,26 @@ fn datagrams_are_answered_to_their_sender() {
     }
 }
 
+/// §C/3
+#[test]
+fn bare_records_over_tcp() {
+    let sim = Sim::listening(&["tcp://127.0.0.1:0?framing=records"], &[]);
+    let run = sim.done(&["send", "GetStatus Valve1"]);
+    assert_eq!(run.out, "Valve1 GetStatus → Ok: [Closed]\n");
+    let run = sim.done(&["send", "GetParam Vertical Speed", "Deploy"]);
+    assert!(run.out.ends_with("Deployer Deploy → Accepted\n"), "{run:?}");
+    let place = sim.url().strip_prefix("tcp://").and_then(|url| url.split('?').next());
+    let mut stream = TcpStream::connect(place.unwrap()).unwrap();
+    stream.set_read_timeout(PATIENCE).unwrap();
+    // However the bytes are cut.
+    for byte in STATUS_VALVE1 {
+        stream.write_all(&[*byte]).unwrap();
+    }
+    let mut answer = [0; 8];
+    stream.read_exact(&mut answer).expect("an answer");
+    assert_eq!(answer[..4], [0xD4, 0xA6, 0, 4]);
+}
+
 /// §3.3.9: what comes over the radio is a sign of life of the radio alone.
 #[test]
 fn radio_is_an_interface_of_its_own() {

@@ -3,6 +3,7 @@
 use crate::device::Device;
 use crate::subsystem::conn::Source;
 use lafet_proto::link::{self, BODY_MAX, Counters, Decoder, Frame, PAYLOAD_MAX};
+use lafet_proto::record::{DATA_MAX, HEADER_SIZE};
 
 /// One medium: an RS-485 line, a TCP connection, a radio modem.
 #[derive(Clone, Debug)]
@@ -44,6 +45,48 @@ impl Port {
             }
         }
         (taken, 0)
+    }
+}
+
+/// §C/3 A connection that carries bare records instead of frames: one monitor, no address, no CRC.
+#[derive(Clone, Debug)]
+pub struct RecordPort {
+    source: Source,
+    record: [u8; HEADER_SIZE + DATA_MAX],
+    len: usize,
+}
+
+impl RecordPort {
+    /// A connection that belongs to this interface.
+    pub const fn new(source: Source) -> Self {
+        Self { source, record: [0; HEADER_SIZE + DATA_MAX], len: 0 }
+    }
+
+    /// Takes bytes until a record is complete: returns how many were taken, and how many bytes of
+    /// answer stand in `out` ([`PAYLOAD_MAX`] bytes suffice).
+    ///
+    /// Call it again with the rest until all bytes are taken. Each record is answered by itself.
+    pub fn receive(
+        &mut self,
+        now_ms: u32,
+        device: &mut Device,
+        bytes: &[u8],
+        out: &mut [u8],
+    ) -> (usize, usize) {
+        for (index, byte) in bytes.iter().enumerate() {
+            if let Some(place) = self.record.get_mut(self.len) {
+                *place = *byte;
+                self.len += 1;
+            }
+            let [_, _, _, data_size, ..] = self.record;
+            if self.len >= HEADER_SIZE + usize::from(data_size) {
+                let record = self.record.get(..self.len).unwrap_or_default();
+                let answer = device.handle(now_ms, self.source, record, out);
+                self.len = 0;
+                return (index + 1, answer);
+            }
+        }
+        (bytes.len(), 0)
     }
 }
 

@@ -47,8 +47,14 @@ mod tests {
 
     #[test]
     fn lands_after_its_flight() {
-        let landing =
-            Landing { at: (20.0, 0.0), flight_s: 1.5, along_m: 1.0, across_m: 1.0, heading: 0.0 };
+        let landing = Landing {
+            at: (20.0, 0.0),
+            flight_s: 1.5,
+            along_m: 1.0,
+            across_m: 1.0,
+            heading: 0.0,
+            slope: 1.0,
+        };
         let portion = Portion { litres: 2.0, foam: 0.0, landing };
         let mut airborne = Airborne::default();
         airborne.throw(100, portion);

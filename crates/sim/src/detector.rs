@@ -9,8 +9,10 @@
 //! Brightness = 1000 · power_kW / r², times 0.1 behind a dirty glass: about 1400 for a fire of
 //! 1.5 m at 25 m, 157 for one of 1 m at 50 m. Noise from the world's seed: ±3' (standard deviation
 //! 1') on the box, 2 % on the brightness. It makes a picture every 20 ms and keeps the four
-//! brightest spots. It sees nothing while the barrel is folded; walls, smoke and the jet do not
-//! hide anything.
+//! brightest spots. It sees nothing while the barrel is folded.
+//!
+//! False sources ([`Glare`]: the sun, a hot machine) are spots like fires. Walls ([`Wall`]) hide the
+//! fires behind them whose middle lies below their edge. Smoke and the jet do not hide anything.
 
 use lafet_device::image::{DetectorInput, SPOTS, Spot};
 
@@ -21,6 +23,91 @@ use crate::rng::Rng;
 /// Time between two pictures, ms.
 pub const PICTURE_MS: u64 = 20;
 
+/// A false source: something bright that is no fire.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glare {
+    /// Direction, degrees, positive left.
+    pub azimuth_deg: f64,
+    /// Direction, degrees, positive up.
+    pub elevation_deg: f64,
+    /// Angle across, degrees.
+    pub size_deg: f64,
+    /// How bright the detector sees it, in its own units; a fire of 1.5 m at 25 m has 1400.
+    pub brightness: f64,
+}
+
+/// A wall around the monitor, over a sector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wall {
+    /// Right end, degrees, positive left.
+    pub from_deg: f64,
+    /// Left end, degrees.
+    pub to_deg: f64,
+    /// Distance from the monitor, m.
+    pub range_m: f64,
+    /// Height above ground, m.
+    pub height_m: f64,
+}
+
+impl core::str::FromStr for Glare {
+    type Err = String;
+
+    /// Reads `az=30,el=5,size=0.5,brightness=2000`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [azimuth_deg, elevation_deg, size_deg, brightness] =
+            numbers(text, ["az", "el", "size", "brightness"])?;
+        Ok(Self { azimuth_deg, elevation_deg, size_deg, brightness })
+    }
+}
+
+impl core::str::FromStr for Wall {
+    type Err = String;
+
+    /// Reads `from=-10,to=10,range=15,height=3`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [from_deg, to_deg, range_m, height_m] =
+            numbers(text, ["from", "to", "range", "height"])?;
+        Ok(Self { from_deg, to_deg, range_m, height_m })
+    }
+}
+
+/// The numbers of `a=1,b=2`, each name once, in the order of the names.
+fn numbers<const N: usize>(text: &str, names: [&str; N]) -> Result<[f64; N], String> {
+    let mut values = [None; N];
+    for field in text.split(',') {
+        let (name, value) =
+            field.split_once('=').ok_or_else(|| format!("`{field}`: expected name=value"))?;
+        let index = names.iter().position(|known| *known == name.trim());
+        let index = index.ok_or_else(|| format!("`{name}`: known are {}", names.join(", ")))?;
+        let number = value.trim().parse().ok().filter(|number: &f64| number.is_finite());
+        values[index] =
+            Some(number.ok_or_else(|| format!("`{field}`: `{value}` is not a number"))?);
+    }
+    let mut all = [0.0; N];
+    for ((slot, value), name) in all.iter_mut().zip(values).zip(names) {
+        *slot = value.ok_or_else(|| format!("{name}= is needed"))?;
+    }
+    Ok(all)
+}
+
+impl Wall {
+    /// Whether it hides what is at a place, at a height, from a height at the origin.
+    fn hides(&self, azimuth_deg: f64, range_m: f64, top_m: f64, eye_m: f64) -> bool {
+        let inside = (self.from_deg..=self.to_deg).contains(&azimuth_deg);
+        let line_m = eye_m + (top_m - eye_m) * self.range_m / range_m;
+        inside && range_m > self.range_m && line_m < self.height_m
+    }
+}
+
+/// What the detector could see, before its field of view: angles and half-width in arc-minutes.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    azimuth: f64,
+    elevation: f64,
+    half: f64,
+    brightness: f64,
+}
+
 /// The detector.
 #[derive(Clone, Debug)]
 pub struct Detector {
@@ -28,11 +115,20 @@ pub struct Detector {
     pub field_arcmin: f64,
     /// Optical axis minus barrel axis, arc-minutes: left, up.
     pub misalignment: (f64, f64),
+    /// What shines without burning.
+    pub glares: Vec<Glare>,
+    /// What stands in its way.
+    pub walls: Vec<Wall>,
 }
 
 impl Default for Detector {
     fn default() -> Self {
-        Self { field_arcmin: 900.0, misalignment: (0.0, 0.0) }
+        Self {
+            field_arcmin: 900.0,
+            misalignment: (0.0, 0.0),
+            glares: Vec::new(),
+            walls: Vec::new(),
+        }
     }
 }
 
@@ -63,8 +159,10 @@ impl Detector {
         let glass = if dirty_lens { 0.1 } else { 1.0 };
         let mut seen: Vec<Spot> = fires
             .iter()
-            .filter(|fire| fire.burns())
-            .filter_map(|fire| self.spot(aim, fire, glass, rng))
+            .filter(|fire| fire.burns() && !self.is_hidden(fire, aim.height_m))
+            .map(|fire| Source::of_fire(fire, aim.height_m))
+            .chain(self.glares.iter().map(Source::of_glare))
+            .filter_map(|source| self.spot(aim, source, glass, rng))
             .collect();
         seen.sort_by_key(|spot| core::cmp::Reverse(spot.brightness));
         for (slot, spot) in picture.spots.iter_mut().zip(seen) {
@@ -73,22 +171,24 @@ impl Detector {
         picture
     }
 
-    fn spot(&self, aim: Aim, fire: &Fire, glass: f64, rng: &mut Rng) -> Option<Spot> {
-        let range = libm::hypot(fire.at.0, fire.at.1);
-        let up = fire.size_m / 2.0 - aim.height_m;
-        let azimuth = arcmin(libm::atan2(fire.at.1, fire.at.0));
-        let elevation = arcmin(libm::atan2(up, range));
-        let half = arcmin(libm::atan2(fire.size_m / 2.0, range));
+    fn is_hidden(&self, fire: &Fire, eye_m: f64) -> bool {
+        let azimuth_deg = libm::atan2(fire.at.1, fire.at.0).to_degrees();
+        let range_m = libm::hypot(fire.at.0, fire.at.1);
+        self.walls.iter().any(|wall| wall.hides(azimuth_deg, range_m, fire.size_m / 2.0, eye_m))
+    }
+
+    fn spot(&self, aim: Aim, source: Source, glass: f64, rng: &mut Rng) -> Option<Spot> {
+        let Source { azimuth, elevation, half, brightness } = source;
         let left = wrapped(azimuth - aim.azimuth - self.misalignment.0) + rng.noise();
         let high = elevation - aim.elevation - self.misalignment.1 + rng.noise();
-        let brightness = 1000.0 * fire.power_kw() / (range * range) * glass;
-        let brightness = brightness * (1.0 + 0.02 * rng.noise());
+        let brightness = brightness * glass * (1.0 + 0.02 * rng.noise());
         let edge = self.field_arcmin / 2.0;
         if left.abs() > edge || high.abs() > edge {
             return None;
         }
-        let shown =
-            |middle: f64| ((middle + half).min(edge) - (middle - half).max(-edge)) / (2.0 * half);
+        let shown = |middle: f64| {
+            ((middle + half).min(edge) - (middle - half).max(-edge)) / (2.0 * half).max(1e-9)
+        };
         let brightness = brightness * shown(left) * shown(high);
         let cut = |value: f64| libm::round(value.clamp(-edge, edge)) as i16;
         Some(Spot {
@@ -98,6 +198,27 @@ impl Detector {
             top: cut(high + half),
             brightness: libm::round(brightness) as i32,
         })
+    }
+}
+
+impl Source {
+    fn of_fire(fire: &Fire, eye_m: f64) -> Self {
+        let range = libm::hypot(fire.at.0, fire.at.1);
+        Self {
+            azimuth: arcmin(libm::atan2(fire.at.1, fire.at.0)),
+            elevation: arcmin(libm::atan2(fire.size_m / 2.0 - eye_m, range)),
+            half: arcmin(libm::atan2(fire.size_m / 2.0, range)),
+            brightness: 1000.0 * fire.power_kw() / (range * range),
+        }
+    }
+
+    fn of_glare(glare: &Glare) -> Self {
+        Self {
+            azimuth: 60.0 * glare.azimuth_deg,
+            elevation: 60.0 * glare.elevation_deg,
+            half: 30.0 * glare.size_deg,
+            brightness: glare.brightness,
+        }
     }
 }
 
@@ -196,5 +317,29 @@ mod tests {
             &Faults::default(),
         );
         assert!(((spots[0].left + spots[0].right) / 2 - 80).abs() <= 4, "{spots:?}");
+    }
+
+    /// The sun is a spot like a fire; behind a wall the fire is none, above it it is.
+    #[test]
+    fn glare_and_walls() {
+        let fires = [fire(0.0, 25.0, 1.5)];
+        let sun = "az=3,el=2,size=0.5,brightness=2000".parse().unwrap();
+        let glaring = Detector { glares: vec![sun], ..Detector::default() };
+        let spots = look(&glaring, aim(0.0, 0.0), &fires, &Faults::default());
+        assert_eq!(spots.len(), 2);
+        assert!((spots[0].left + spots[0].right - 2 * 180).abs() <= 8, "{:?}", spots[0]);
+        for (wall, seen) in [
+            ("from=-10,to=10,range=15,height=3", 0),
+            ("from=-10,to=10,range=15,height=0.5", 1),
+            ("from=-10,to=10,range=30,height=3", 1),
+            ("from=5,to=10,range=15,height=3", 1),
+        ] {
+            let walled = Detector { walls: vec![wall.parse().unwrap()], ..Detector::default() };
+            let spots = look(&walled, aim(0.0, 0.0), &fires, &Faults::default());
+            assert_eq!(spots.len(), seen, "{wall}");
+        }
+        for bad in ["az=1", "az=x,el=1,size=1,brightness=1", "az=1,el=1,size=1,hue=1"] {
+            assert!(bad.parse::<Glare>().is_err(), "{bad}");
+        }
     }
 }

@@ -1,22 +1,36 @@
-//! Fires: where they burn, how they grow, what puts them out.
+//! Fires: where they burn, how they grow and spread, what puts them out.
 //!
-//! A fire is a disc of diameter D on level ground, with a flame as high as it is wide. Its heat
-//! i (0 out … 1 full) follows the density of water d that reaches the disc, l/(s·m²):
-//! - d is the water landed on the disc, smoothed with τ = 3 s (it keeps wetting while the jet
+//! What burns stands on a disc of diameter D on level ground and is as high as it is wide, flame
+//! included. It takes the water that would land on its shadow: the disc, drawn out along the jet by
+//! D / tan(angle of fall). Its heat i (0 out … 1 full) follows the density of water d, l/(s·m² of
+//! the disc):
+//! - heat release: Q̇ = 500 kW/m² · π/4·D² · i. A disc that grows at g m/s makes the fire that grows
+//!   with t²: α = 500·π/4·g² kW/s², so g = 0.0055 m/s is a medium, 0.011 a fast, 0.022 an ultra-fast
+//!   one; it stops at twice the first diameter;
+//! - d is the water that reaches it, smoothed with τ = 3 s (it keeps wetting while the jet
 //!   is elsewhere), and at most 1.0: more runs off unused. Foam counts 1.5 times;
 //! - below the critical density d_c = 0.06 l/(s·m²) the fire recovers: di/dt = (1 − i)/30 s, and
-//!   its disc grows by `growth_mps`, up to twice the first diameter;
+//!   its disc grows;
 //! - above it di/dt = −(d − d_c)/10 l/m²: a solid jet on the spot needs about 11 s, a sector swept
 //!   with 0.25 l/(s·m²) about 50 s;
 //! - at i = 0 it is out. A fire that re-ignites leaves embers: when they have got less than 30 l/m²
-//!   in all, it flares up again 20 s after they dried, with i = 0.1.
+//!   in all, it flares up again 20 s after they dried, with i = 0.1;
+//! - spread: a fire radiates q = 0.3·Q̇/(4π·r²) at a distance r (a point source), at most 60 kW/m²
+//!   in contact. A thing that does not burn and gets more than 12 kW/m² for ∫(q − 12) dt =
+//!   600 kJ/m² catches fire, i = 0.1. It cools in the same way when it gets less, and nothing that
+//!   is wetted above d_c catches. A fire put out catches again like anything else.
 //!
-//! Heat release: 500 kW/m² · area · i. Model and figures are ours: plausible orders of magnitude,
-//! not fitted to measured fires. Good for training and tests, not for design.
+//! Source of d_c: fire brigades' fires put out at 3.5–4.0 l/(m²·min) and not below, 0.058–0.067
+//! l/(s·m²) (Särdqvist, Jonsson, Grimwood: Three different fire suppression approaches…, Fire
+//! Technology 55, 2019, 837–852). That a surface goes out when water takes more heat than the flame
+//! returns is Rasbash (The extinction of fire with plain water, Fire Safety Science 1, 1986,
+//! 1145–1163). The other figures are ours: plausible orders of magnitude, not fitted to measured
+//! fires. Good for training and tests, not for design.
 
 use core::f64::consts::FRAC_PI_4;
 
 use crate::airborne::Portion;
+use crate::jet::Landing;
 
 /// What a fire is lit with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,18 +45,27 @@ pub struct FireSpec {
     pub growth_mps: f64,
     /// Whether it flares up again unless the embers are drowned.
     pub reignites: bool,
+    /// Whether it burns from the start; if not, it is a thing that another fire can light.
+    pub lit: bool,
 }
 
 impl Default for FireSpec {
     fn default() -> Self {
-        Self { azimuth_deg: 0.0, range_m: 20.0, size_m: 1.0, growth_mps: 0.0, reignites: false }
+        Self {
+            azimuth_deg: 0.0,
+            range_m: 20.0,
+            size_m: 1.0,
+            growth_mps: 0.0,
+            reignites: false,
+            lit: true,
+        }
     }
 }
 
 impl core::str::FromStr for FireSpec {
     type Err = String;
 
-    /// Reads `az=30,range=25,size=1.5,growth=0.01,reignites=1`; az and range are needed.
+    /// Reads `az=30,range=25,size=1.5,growth=0.01,reignites=1,lit=0`; az and range are needed.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut spec = Self::default();
         let (mut azimuth, mut range) = (false, false);
@@ -69,7 +92,12 @@ impl core::str::FromStr for FireSpec {
                 "size" => spec.size_m = positive(0.05)?,
                 "growth" => spec.growth_mps = positive(0.0)?,
                 "reignites" => spec.reignites = number != 0.0,
-                _ => return Err(format!("`{name}`: known are az, range, size, growth, reignites")),
+                "lit" => spec.lit = number != 0.0,
+                _ => {
+                    return Err(format!(
+                        "`{name}`: known are az, range, size, growth, reignites, lit"
+                    ));
+                }
             }
         }
         if azimuth && range { Ok(spec) } else { Err("az= and range= are needed".to_owned()) }
@@ -87,6 +115,11 @@ const WETTING_S: f64 = 3.0;
 const RECOVERY_S: f64 = 30.0;
 const REIGNITE_S: f64 = 20.0;
 const HEAT_KW_M2: f64 = 500.0;
+const CATCHES: f64 = 0.1;
+const RADIATED: f64 = 0.3;
+const CONTACT_KW_M2: f64 = 60.0;
+const IGNITION_KW_M2: f64 = 12.0;
+const IGNITION_KJ_M2: f64 = 600.0;
 
 /// A fire.
 #[derive(Clone, Debug)]
@@ -104,6 +137,8 @@ pub struct Fire {
     landed_l: f64,
     dose: f64,
     dry_s: f64,
+    /// Heat that it has taken up on its way to catching fire, kJ/m².
+    warmed: f64,
 }
 
 impl Fire {
@@ -115,11 +150,12 @@ impl Fire {
             spec,
             at,
             size_m: spec.size_m,
-            heat: 1.0,
+            heat: if spec.lit { 1.0 } else { 0.0 },
             density: 0.0,
             landed_l: 0.0,
             dose: 0.0,
             dry_s: 0.0,
+            warmed: 0.0,
         }
     }
 
@@ -138,17 +174,33 @@ impl Fire {
         HEAT_KW_M2 * self.area_m2() * self.heat
     }
 
-    /// A portion of water lands: what its footprint has in common with the disc wets the fire.
+    /// What it radiates on a thing at a place, kW/m².
+    pub fn flux_kw_m2(&self, place: (f64, f64)) -> f64 {
+        let (dx, dy) = (place.0 - self.at.0, place.1 - self.at.1);
+        let sphere_m2 = 4.0 * core::f64::consts::PI * (dx * dx + dy * dy);
+        RADIATED * self.power_kw() / sphere_m2.max(1e-3)
+    }
+
+    /// A portion of water lands: what its footprint has in common with the shadow wets the fire.
     /// Whether it does.
     pub fn catch(&mut self, portion: &Portion) -> bool {
         let Portion { landing, litres, foam } = portion;
-        let (points, covered) = self.points().fold((0.0, 0.0), |(all, hit), point| {
-            (all + 1.0, if landing.covers(point) { hit + 1.0 } else { hit })
-        });
-        let middle_m = libm::hypot(self.at.0 - landing.at.0, self.at.1 - landing.at.1);
-        // A footprint smaller than the gaps between the points lies wholly on the disc.
-        let inside_m2 = if middle_m < self.size_m / 2.0 { landing.area_m2() } else { 0.0 };
-        let wetted_m2 = (self.area_m2() * covered / points).max(inside_m2.min(self.area_m2()));
+        let drawn_m = self.size_m / landing.slope;
+        let (mut points, mut covered) = (0.0, 0.0);
+        for (index, point) in (0..).zip(self.points()) {
+            // Multiples of the golden ratio spread evenly between 0 and 1.
+            let part = f64::from(index) * 0.618_033_988_749_895 % 1.0;
+            points += 1.0;
+            covered += f64::from(u8::from(landing.covers(along(point, landing, drawn_m * part))));
+        }
+        let shadow_m2 = self.area_m2() + self.size_m * drawn_m;
+        let (dx, dy) = (landing.at.0 - self.at.0, landing.at.1 - self.at.1);
+        let behind_m = dx * libm::cos(landing.heading) + dy * libm::sin(landing.heading);
+        let nearest = along(self.at, landing, behind_m.clamp(0.0, drawn_m));
+        let off_m = libm::hypot(nearest.0 - landing.at.0, nearest.1 - landing.at.1);
+        // A footprint smaller than the gaps between the points lies wholly in the shadow.
+        let inside_m2 = if off_m < self.size_m / 2.0 { landing.area_m2() } else { 0.0 };
+        let wetted_m2 = (shadow_m2 * covered / points).max(inside_m2.min(shadow_m2));
         if wetted_m2 > 0.0 {
             self.wet(litres * (wetted_m2 / landing.area_m2()).min(1.0), *foam);
         }
@@ -156,7 +208,7 @@ impl Fire {
     }
 
     /// Points spread evenly over the disc, for finding how much of it a jet covers.
-    fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+    fn points(&self) -> impl Iterator<Item = (f64, f64)> + use<> {
         const POINTS: u32 = 24;
         // The golden angle spreads points on a spiral evenly over the area.
         const GOLDEN: f64 = 2.399_963_229_728_653;
@@ -168,7 +220,7 @@ impl Fire {
         })
     }
 
-    /// Water landed on the disc: litres, of which `foam` (0 … 1) is foam.
+    /// Water that reached it: litres, of which `foam` (0 … 1) is foam.
     pub fn wet(&mut self, litres: f64, foam: f64) {
         self.landed_l += litres * (1.0 + (FOAM_FACTOR - 1.0) * foam);
     }
@@ -182,8 +234,9 @@ impl Fire {
         self.dose += useful * dt_s;
         self.dry_s = if self.density > 0.1 * CRITICAL_DENSITY { 0.0 } else { self.dry_s + dt_s };
         if !self.burns() {
-            if self.spec.reignites && self.dose < DOSE_EMBERS && self.dry_s > REIGNITE_S {
-                (self.heat, self.dose) = (0.1, 0.0);
+            let embers = self.spec.reignites && self.dose > 0.0 && self.dose < DOSE_EMBERS;
+            if embers && self.dry_s > REIGNITE_S {
+                (self.heat, self.dose) = (CATCHES, 0.0);
             }
             return;
         }
@@ -193,6 +246,30 @@ impl Fire {
             self.heat += (1.0 - self.heat) / RECOVERY_S * dt_s;
             let most = 2.0 * self.spec.size_m;
             self.size_m = (self.size_m + self.spec.growth_mps * dt_s).min(most);
+        }
+    }
+}
+
+/// A place moved along the fall of a jet.
+fn along(place: (f64, f64), landing: &Landing, metres: f64) -> (f64, f64) {
+    (place.0 + metres * libm::cos(landing.heading), place.1 + metres * libm::sin(landing.heading))
+}
+
+/// Fires light what stands near them; for `dt_s`.
+pub fn spread(fires: &mut [Fire], dt_s: f64) {
+    for index in 0..fires.len() {
+        let (at, cold) = (fires[index].at, !fires[index].burns());
+        if !cold {
+            continue;
+        }
+        let others = fires.iter().filter(|other| other.burns());
+        let flux: f64 = others.map(|other| other.flux_kw_m2(at)).sum();
+        let fire = &mut fires[index];
+        let wet = fire.density > CRITICAL_DENSITY;
+        let surplus = if wet { -IGNITION_KW_M2 } else { flux.min(CONTACT_KW_M2) - IGNITION_KW_M2 };
+        fire.warmed = (fire.warmed + surplus * dt_s).max(0.0);
+        if fire.warmed >= IGNITION_KJ_M2 {
+            (fire.heat, fire.dose, fire.warmed) = (CATCHES, 0.0, 0.0);
         }
     }
 }
@@ -231,6 +308,8 @@ mod tests {
             along_m: 4.0,
             across_m: 1.0,
             heading: 0.0,
+            // Straight down: nothing stands in the way.
+            slope: 1e6,
         };
         let portion = Portion { litres: 2.0, foam: 0.0, landing };
         let catch = |azimuth_deg: f64, size_m: f64| {
@@ -242,6 +321,25 @@ mod tests {
         assert_eq!(catch(20.0, 1.128), (false, 0.0));
         let (hit, litres) = catch(0.0, 30.0);
         assert!(hit && litres == 2.0, "{litres}");
+    }
+
+    /// Water on its way to the ground behind a fire strikes the fire, as far as it is high.
+    #[test]
+    fn catches_what_passes_through_it() {
+        let mut fire = Fire::new(FireSpec { size_m: 2.0, ..FireSpec::default() });
+        let mut catch = |behind_m: f64, slope: f64| {
+            let landing = Landing {
+                at: (20.0 + behind_m, 0.0),
+                flight_s: 1.0,
+                along_m: 0.3,
+                across_m: 0.3,
+                heading: 0.0,
+                slope,
+            };
+            fire.catch(&Portion { litres: 1.0, foam: 0.0, landing })
+        };
+        assert!(catch(0.0, 0.5) && catch(2.0, 0.5) && catch(3.5, 0.5));
+        assert!(!catch(5.5, 0.5) && !catch(-1.5, 0.5) && !catch(2.0, 1e6));
     }
 
     #[test]
@@ -278,5 +376,51 @@ mod tests {
         for bad in ["", "az=30", "range=25", "az=x,range=1", "az=1,range=0", "az=1,range=5,hue=2"] {
             assert!(bad.parse::<FireSpec>().is_err(), "{bad}");
         }
+    }
+
+    fn pair(gap_m: f64, size_m: f64) -> Vec<Fire> {
+        let fire =
+            |range_m, lit| Fire::new(FireSpec { range_m, size_m, lit, ..FireSpec::default() });
+        vec![fire(20.0, true), fire(20.0 + gap_m, false)]
+    }
+
+    /// 2 m burning: 1571 kW, 37.5 kW/m² at 1 m, 12 kW/m² at 1.77 m.
+    #[test]
+    fn spreads_to_what_is_near() {
+        let catches = |gap_m: f64| {
+            let mut fires = pair(gap_m, 2.0);
+            (0..6000).map(f64::from).find_map(|tenth| {
+                spread(&mut fires, 0.1);
+                fires[1].burns().then_some((tenth + 1.0) / 10.0)
+            })
+        };
+        assert!((pair(1.0, 2.0)[0].flux_kw_m2((21.0, 0.0)) - 37.5).abs() < 0.1);
+        let near = catches(1.0).unwrap();
+        assert!((23.0..24.5).contains(&near), "{near}");
+        assert!(catches(1.6).unwrap() > 2.0 * near);
+        assert_eq!(catches(1.8), None);
+    }
+
+    #[test]
+    fn what_is_wet_does_not_catch() {
+        let mut fires = pair(1.0, 2.0);
+        for _ in 0..3000 {
+            let area = fires[1].area_m2();
+            fires[1].wet(0.1 * area * 0.1, 0.0);
+            fires[1].step(0.1);
+            spread(&mut fires, 0.1);
+        }
+        assert!(fires[0].burns() && !fires[1].burns());
+    }
+
+    /// A thing that has never burned has no embers; t² growth as the head says.
+    #[test]
+    fn cold_things_and_growth() {
+        let mut cold = Fire::new(FireSpec { lit: false, reignites: true, ..FireSpec::default() });
+        (0..1000).for_each(|_| cold.step(0.1));
+        assert!(!cold.burns() && cold.power_kw() == 0.0);
+        let grown = FireSpec { size_m: 0.05, growth_mps: 0.0109, ..FireSpec::default() };
+        let power = HEAT_KW_M2 * FRAC_PI_4 * libm::pow(grown.growth_mps * 100.0, 2.0);
+        assert!((power / (0.0469 * 100.0 * 100.0) - 1.0).abs() < 0.01, "{power}");
     }
 }

@@ -12,19 +12,23 @@
 #![forbid(unsafe_code)]
 
 pub mod airborne;
+pub mod calibration;
 pub mod climate;
 pub mod condition;
 pub mod detector;
 pub mod drive;
 pub mod event;
 pub mod fault;
+pub mod faults_table;
 pub mod fire;
 pub mod flash;
 pub mod jet;
+pub mod nozzle;
 pub mod rng;
 pub mod scenario;
 pub mod sim;
 pub mod unit;
+pub mod validation;
 pub mod valve;
 pub mod water;
 pub mod world;

@@ -4,7 +4,7 @@
 
 use lafet_device::composition::Composition;
 use lafet_device::image::{Axis, ValveOutput};
-use lafet_device::port::{self, Port};
+use lafet_device::port::{self, Port, RecordPort};
 use lafet_device::{Device, Source};
 use lafet_proto::link::{PAYLOAD_MAX, WIRE_MAX};
 use lafet_proto::record::{Records, Writer};
@@ -12,6 +12,7 @@ use lafet_proto::request::Body;
 use lafet_proto::status::FaultInfo;
 use lafet_proto::{Answer, Request, SubsystemId};
 
+use crate::detector::{Glare, Wall};
 use crate::event::What;
 use crate::fault::axis_name;
 use crate::fire::FireSpec;
@@ -42,6 +43,10 @@ pub struct Config {
     pub nozzle_mm: f64,
     /// Optical axis of the detector minus barrel axis, arc-minutes: left, up.
     pub misalignment: (f64, f64),
+    /// What shines without burning: the sun, a hot machine.
+    pub glares: Vec<Glare>,
+    /// What hides fires from the detector.
+    pub walls: Vec<Wall>,
     /// The monitor's clock at power-up, ms: near 2³² it soon wraps.
     pub clock_ms: u32,
     /// Memory to start with; without one it is a new monitor with the factory's parameters.
@@ -62,6 +67,8 @@ impl Default for Config {
             wind: world.wind,
             nozzle_mm: world.nozzle_mm,
             misalignment: world.detector.misalignment,
+            glares: Vec::new(),
+            walls: Vec::new(),
             clock_ms: 0,
             flash: None,
             trace: false,
@@ -84,6 +91,8 @@ impl Config {
         config.wind = self.wind;
         config.nozzle_mm = self.nozzle_mm;
         config.detector.misalignment = self.misalignment;
+        config.detector.glares.clone_from(&self.glares);
+        config.detector.walls.clone_from(&self.walls);
         config
     }
 }
@@ -193,6 +202,18 @@ impl Sim {
     /// they are cut; returns the bytes of its answer frames. Each medium has a `Port` of its own.
     pub fn receive(&mut self, port: &mut Port, mut bytes: &[u8]) -> Vec<u8> {
         let (mut answers, mut out) = (Vec::new(), [0; WIRE_MAX]);
+        while !bytes.is_empty() {
+            let now_ms = self.device_ms();
+            let (taken, len) = port.receive(now_ms, &mut self.device, bytes, &mut out);
+            answers.extend_from_slice(&out[..len]);
+            bytes = &bytes[taken..];
+        }
+        answers
+    }
+
+    /// The same for a connection that carries bare records.
+    pub fn receive_records(&mut self, port: &mut RecordPort, mut bytes: &[u8]) -> Vec<u8> {
+        let (mut answers, mut out) = (Vec::new(), [0; PAYLOAD_MAX]);
         while !bytes.is_empty() {
             let now_ms = self.device_ms();
             let (taken, len) = port.receive(now_ms, &mut self.device, bytes, &mut out);

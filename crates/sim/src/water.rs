@@ -1,23 +1,28 @@
 //! The water: pump, pipe, valves, nozzle, and the sensors of pressure and flow.
 //!
-//! Steady flow from the energy balance, P in MPa, Q in l/s:
+//! A column of water between tank and nozzle, P in MPa, Q in l/s:
+//! I·dQ/dt = P₀ − (a + b + c/f² + m²/K²)·Q²
 //! - pump: P = P₀ − a·Q² (P₀ = 1.0 MPa, 0.08 MPa less at the nominal flow);
-//! - pipe loss: b·Q² (0.09 MPa at the nominal flow);
+//! - pipe: b·Q² (0.09 MPa at the nominal flow), by Darcy and Weisbach λ·(l/D)·ρv²/2: for 20 l/s
+//!   110 m of 100 mm at λ = 0.025;
 //! - valves, side by side: c·Q²/f² (0.03 MPa at the nominal flow, f = free areas added);
-//! - nozzle: Q = K·√P, with K = 0.812·(π/4·d²)·√(2/ρ): 20.0 l/s at 0.8 MPa for d = 28 mm;
-//! - hence Q = √(P₀ / (a + b + c/f² + 1/K²)), P_nozzle = (Q/K)².
+//! - nozzle: Q = K·√P (see `nozzle`): 20.0 l/s at 0.8 MPa for d = 28 mm;
+//! - inertia of the column I = ρ·l/A: 0.28 MPa·s over the nominal flow, for the same pipe. Rigid, so
+//!   valid for valves slower than a few 2l/a = 0.2 s (a = 1200 m/s); faster ones hammer harder.
+//!   The step is implicit and takes any valve.
 //!
-//! Every plant is sized for its nozzle: the nominal flow is K·√0.8. The flow follows with a time
-//! constant of 0.3 s (inertia of the water). The barrel behind the valves is dry: V = 60 l at 20
-//! l/s (in proportion for others) fill before the nozzle has pressure, and run out again with a
-//! time constant of 10 s. While filling, Q = √(P₀ / (a + b + c/f²)), at most twice the nominal
-//! flow.
+//! Every plant is sized for its nozzle: the nominal flow is K·√0.8. The barrel behind the valves is
+//! dry: V = 60 l at 20 l/s (in proportion for others) fill before the nozzle has pressure, and run
+//! out again with a time constant of 10 s. The air leaves through the nozzle almost without
+//! resistance; with the last 15 % of it comes water, a share m of the flow that grows from 0 to 1.
+//! So the jet sputters up instead of slamming.
 //!
 //! Pressure sensor: at the nozzle, I = 4 mA + 16 mA·p/range, range 16.0 atm, noise ±3 µA. Flow
 //! meter: in front of the barrel, so it shows the filling. Figures ours; water at 10 °C, no
 //! elevation head.
 
 use crate::fault::{Faults, SingleFault};
+use crate::nozzle::MONITOR;
 use crate::rng::Rng;
 
 /// Pressure at the nozzle for which the plant is sized, MPa.
@@ -27,12 +32,14 @@ pub const ATM_MPA: f64 = 0.101_325;
 /// Density of water, kg/m³.
 pub const DENSITY: f64 = 1000.0;
 
-const DISCHARGE: f64 = 0.812;
 const PUMP_MPA: f64 = 1.0;
 const PUMP_DROP_MPA: f64 = 0.08;
 const PIPE_DROP_MPA: f64 = 0.09;
 const VALVE_DROP_MPA: f64 = 0.03;
-const INERTIA_S: f64 = 0.3;
+const INERTIA_MPA_S: f64 = 0.28;
+const SPUTTER: f64 = 0.85;
+/// A valve open by less is closed.
+const LEAST_AREA: f64 = 1e-4;
 const FILL_S: f64 = 3.0;
 const DRAIN_S: f64 = 10.0;
 
@@ -47,6 +54,8 @@ pub struct Water {
     pub flow_lps: f64,
     /// Pressure at the nozzle, MPa.
     pub pressure_mpa: f64,
+    /// Pressure in front of the valves, MPa: here a valve that closes makes itself felt.
+    pub upstream_mpa: f64,
     /// How full the barrel is, 0 … 1.
     pub filled: f64,
     /// Part of the flow that comes through the foam valve, 0 … 1.
@@ -62,6 +71,7 @@ impl Water {
             range_atm: 16.0,
             flow_lps: zero,
             pressure_mpa: zero,
+            upstream_mpa: PUMP_MPA,
             filled: zero,
             foam: zero,
         }
@@ -69,9 +79,7 @@ impl Water {
 
     /// Nozzle constant K, l/s per √MPa.
     pub fn nozzle_k(&self) -> f64 {
-        let diameter_m = self.nozzle_mm / 1000.0;
-        let area = core::f64::consts::FRAC_PI_4 * diameter_m * diameter_m;
-        DISCHARGE * area * libm::sqrt(2.0 * 1e6 / DENSITY) * 1000.0
+        MONITOR.k(self.nozzle_mm)
     }
 
     /// Flow for which the plant is sized, l/s.
@@ -79,41 +87,59 @@ impl Water {
         self.nozzle_k() * libm::sqrt(NOMINAL_MPA)
     }
 
-    /// Flow out of the nozzle, l/s: nothing before the barrel is full.
+    /// Flow out of the nozzle, l/s: nothing before the water has pushed most of the air out.
     pub fn jet_lps(&self) -> f64 {
-        if self.filled >= 1.0 { self.flow_lps } else { 0.0 }
+        self.share() * self.flow_lps
+    }
+
+    /// Water in what leaves the nozzle, 0 … 1.
+    fn share(&self) -> f64 {
+        ((self.filled - SPUTTER) / (1.0 - SPUTTER)).clamp(0.0, 1.0)
     }
 
     /// Runs for `dt_s` with the free areas of the water and the foam valve.
     pub fn step(&mut self, areas: [f64; 2], dt_s: f64, faults: &Faults) {
         let area = areas[0] + areas[1];
-        let nominal = self.nominal_lps();
-        let pump = match () {
+        let (nominal, k, share) = (self.nominal_lps(), self.nozzle_k(), self.share());
+        let pump_mpa = match () {
             () if faults.single(SingleFault::PumpOff) => 0.0,
             () if faults.single(SingleFault::PumpWeak) => PUMP_MPA / 4.0,
             () => PUMP_MPA,
         };
-        let mut steady = 0.0;
-        if area > 1e-4 {
+        let inertia = INERTIA_MPA_S / nominal;
+        let before_lps = self.flow_lps;
+        self.flow_lps = if area > LEAST_AREA {
             let drop = PUMP_DROP_MPA + PIPE_DROP_MPA + VALVE_DROP_MPA / (area * area);
-            let k = self.nozzle_k();
-            let full = self.filled >= 1.0;
-            let resistance = drop / (nominal * nominal) + if full { 1.0 / (k * k) } else { 0.0 };
-            steady = libm::sqrt(pump / resistance).min(2.0 * nominal);
+            let resistance = drop / (nominal * nominal) + share * share / (k * k);
             self.foam = areas[1] / area;
-        }
-        self.flow_lps += (steady - self.flow_lps) * dt_s / INERTIA_S;
-        if steady == 0.0 && self.flow_lps < 0.01 {
-            self.flow_lps = 0.0;
-        }
+            // The flow at the end of the step is the positive root of
+            // (R·dt/I)·Q² + Q − (Q_before + P₀·dt/I) = 0.
+            let (square, rest) = (resistance * dt_s / inertia, pump_mpa * dt_s / inertia);
+            let known = before_lps + rest;
+            2.0 * known / (1.0 + libm::sqrt(1.0 + 4.0 * square * known))
+        } else {
+            0.0
+        };
+        self.hammer(pump_mpa, (self.flow_lps - before_lps) / dt_s);
         let volume = FILL_S * nominal;
-        if steady > 0.0 {
-            self.filled = (self.filled + self.flow_lps * dt_s / volume).min(1.0);
+        if area > LEAST_AREA && pump_mpa > 0.0 {
+            let stays = self.flow_lps * (1.0 - share) * dt_s / volume;
+            // The last of the air would take for ever.
+            let next = self.filled + stays;
+            self.filled = if next > 0.998 { 1.0 } else { next };
         } else {
             self.filled -= self.filled * dt_s / DRAIN_S;
         }
-        let through = self.jet_lps() / self.nozzle_k();
+        let through = self.jet_lps() / k;
         self.pressure_mpa = through * through;
+    }
+
+    /// A column that slows down presses on the valve that slows it.
+    fn hammer(&mut self, pump_mpa: f64, change_lps2: f64) {
+        let nominal = self.nominal_lps();
+        let drop = (PUMP_DROP_MPA + PIPE_DROP_MPA) / (nominal * nominal);
+        let steady = pump_mpa - drop * self.flow_lps * self.flow_lps;
+        self.upstream_mpa = (steady - INERTIA_MPA_S / nominal * change_lps2).max(0.0);
     }
 
     /// Pressure at the nozzle, atm.
@@ -200,5 +226,40 @@ mod tests {
         faults.clear_all();
         faults.inject(Fault::Single(SingleFault::PressureShort));
         assert_eq!(water.loop_ua(&mut Rng::new(1), &faults), 28_000);
+    }
+
+    /// The jet comes up through the air that it pushes out: no jump, and no slam beyond the
+    /// pressure of the pump by more than a tenth.
+    #[test]
+    fn sputters_up() {
+        let mut water = Water::new(28.0);
+        let (mut peak, mut before) = (0.0_f64, 0.0_f64);
+        for step in 0..1000 {
+            let open = core::f64::consts::FRAC_PI_2 * (f64::from(step) / 400.0).min(1.0);
+            water.step([libm::pow(libm::sin(open), 2.0), 0.0], 0.01, &Faults::default());
+            peak = peak.max(water.pressure_mpa);
+            assert!((water.pressure_mpa - before).abs() < 0.1, "a jump to {}", water.pressure_mpa);
+            before = water.pressure_mpa;
+        }
+        assert!((0.8..1.1).contains(&peak), "{peak}");
+        assert!((before - 0.8).abs() < 0.002, "{before}");
+    }
+
+    /// A valve that takes its 4 s does not hammer; one that snaps shut does.
+    #[test]
+    fn hammer() {
+        let peak = |closing_s: f64| {
+            let mut water = Water::new(28.0);
+            run(&mut water, [1.0, 0.0], 1000, &Faults::default());
+            let steps = (closing_s * 100.0) as u32;
+            (0..=steps).fold(0.0_f64, |peak, step| {
+                let open =
+                    core::f64::consts::FRAC_PI_2 * (1.0 - f64::from(step) / f64::from(steps));
+                water.step([libm::pow(libm::sin(open), 2.0), 0.0], 0.01, &Faults::default());
+                peak.max(water.upstream_mpa)
+            })
+        };
+        let (slow, fast) = (peak(4.0), peak(0.3));
+        assert!((1.0..1.3).contains(&slow) && fast > 2.0 * slow, "{slow} {fast}");
     }
 }

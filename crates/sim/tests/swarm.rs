@@ -42,7 +42,7 @@ const REQUESTS: &[&str] = &[
     "Stop Control",
     "Stop Detector",
     "StartSeek Detector -1800 1800 -300 300",
-    "StartQuench Control centre=600,0 nozzle=50 sector=600,300 step=2 distance=25",
+    "StartQuench Control centre=600,-100 nozzle=60 sector=240,60 step=1 distance=25",
     "StartTrajectory Control ballistics repeat point=0,0,20,10 point=600,0,25,10",
     "StartJustify Detector",
     "SwitchLimits Horizontal off",

@@ -37,8 +37,8 @@ impl Drawing {
 
     fn write(&mut self, scene: &Scene) -> Result<(), Failure> {
         self.done = true;
-        let mut terminal = Terminal::new(TestBackend::new(COLUMNS, ROWS))
-            .unwrap_or_else(|never| match never {});
+        let mut terminal =
+            Terminal::new(TestBackend::new(COLUMNS, ROWS)).unwrap_or_else(|never| match never {});
         let drawn = terminal.draw(|frame| render(frame, scene));
         drawn.map(|_| ()).unwrap_or_else(|never| match never {});
         std::fs::write(&self.path, svg(terminal.backend().buffer())).map_err(|error| {

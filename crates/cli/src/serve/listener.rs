@@ -11,9 +11,11 @@ use tokio::net::{TcpListener, TcpStream, UdpSocket};
 use super::Shared;
 use super::connections::Connections;
 use super::datagram::serve_datagrams;
-use super::stream::{Habits, serve_stream};
+use super::stream::{Habits, Wire, serve_stream};
 use crate::lang::pick;
 
+/// What ends the URL of a listener for bare records.
+const RECORDS: &str = "?framing=records";
 /// Rest after a connection that could not be taken, as when no file descriptor is left.
 const ACCEPT_REST: Duration = Duration::from_millis(100);
 /// An answer that nobody reads from a pseudo-terminal is thrown away after this time.
@@ -28,7 +30,7 @@ pub struct Listen {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Medium {
-    Tcp(String),
+    Tcp { place: String, records: bool },
     Udp(String),
     Pty,
 }
@@ -41,7 +43,10 @@ pub struct Listening {
 }
 
 enum Socket {
-    Tcp(TcpListener),
+    Tcp {
+        listener: TcpListener,
+        records: bool,
+    },
     Udp(UdpSocket),
     #[cfg(unix)]
     Pty(super::pty::Pty),
@@ -50,17 +55,18 @@ enum Socket {
 impl Listen {
     /// A TCP port of the wired interface.
     pub fn tcp(place: impl Into<String>) -> Self {
-        Self { radio: false, medium: Medium::Tcp(place.into()) }
+        Self { radio: false, medium: Medium::Tcp { place: place.into(), records: false } }
     }
 
     /// Opens it.
     pub async fn open(&self) -> io::Result<Listening> {
         let source = if self.radio { Source::Radio } else { Source::ExternalConn };
         let (socket, url) = match &self.medium {
-            Medium::Tcp(place) => {
+            Medium::Tcp { place, records } => {
                 let listener = TcpListener::bind(place).await?;
-                let url = format!("tcp://{}", listener.local_addr()?);
-                (Socket::Tcp(listener), url)
+                let framing = if *records { RECORDS } else { "" };
+                let url = format!("tcp://{}{framing}", listener.local_addr()?);
+                (Socket::Tcp { listener, records: *records }, url)
             }
             Medium::Udp(place) => {
                 let socket = UdpSocket::bind(place).await?;
@@ -93,19 +99,22 @@ impl Listening {
     /// Serves clients until the end of the program; an error is one that nobody can mend.
     pub async fn serve(self, sim: Shared) -> io::Result<()> {
         match self.socket {
-            Socket::Tcp(listener) => accept(listener, self.source, sim).await,
+            Socket::Tcp { listener, records } => {
+                let wire = if records { Wire::records } else { Wire::link };
+                accept(listener, || wire(self.source), sim).await
+            }
             Socket::Udp(socket) => serve_datagrams(socket, self.source, sim).await,
             #[cfg(unix)]
             Socket::Pty(pty) => {
                 let habits = Habits { write_timeout: PTY_WRITE, drop_slow: false };
                 let (line, _open) = pty.split();
-                serve_stream(line, self.source, &sim, habits, || {}).await
+                serve_stream(line, Wire::link(self.source), &sim, habits, || {}).await
             }
         }
     }
 }
 
-async fn accept(listener: TcpListener, source: Source, sim: Shared) -> io::Result<()> {
+async fn accept(listener: TcpListener, wire: impl Fn() -> Wire, sim: Shared) -> io::Result<()> {
     let mut connections = Connections::new();
     loop {
         let Ok((stream, _)) = listener.accept().await else {
@@ -113,7 +122,7 @@ async fn accept(listener: TcpListener, source: Source, sim: Shared) -> io::Resul
             continue;
         };
         let heard = connections.heard();
-        let task = tokio::spawn(serve_client(stream, source, sim.clone(), {
+        let task = tokio::spawn(serve_client(stream, wire(), sim.clone(), {
             let heard = heard.clone();
             move || heard.now()
         }));
@@ -121,11 +130,11 @@ async fn accept(listener: TcpListener, source: Source, sim: Shared) -> io::Resul
     }
 }
 
-async fn serve_client(stream: TcpStream, source: Source, sim: Shared, heard: impl FnMut()) {
+async fn serve_client(stream: TcpStream, wire: Wire, sim: Shared, heard: impl FnMut()) {
     // Answers are small and somebody waits for each of them. A connection that breaks concerns
     // nobody but its client.
     let _ = stream.set_nodelay(true);
-    let _ = serve_stream(stream, source, &sim, Habits::default(), heard).await;
+    let _ = serve_stream(stream, wire, &sim, Habits::default(), heard).await;
 }
 
 impl FromStr for Listen {
@@ -142,17 +151,24 @@ impl FromStr for Listen {
             port.filter(|(_, port)| port.parse::<u16>().is_ok()).map(|_| place.to_owned())
         };
         let medium = match rest.split_once("://") {
-            Some(("tcp", rest)) => place(rest).map(Medium::Tcp),
+            Some(("tcp", rest)) => {
+                let (rest, records) = match rest.strip_suffix(RECORDS) {
+                    Some(rest) => (rest, true),
+                    None => (rest, false),
+                };
+                place(rest).map(|place| Medium::Tcp { place, records })
+            }
             Some(("udp", rest)) => place(rest).map(Medium::Udp),
             None if rest == "pty" => Some(Medium::Pty),
             _ => None,
         };
         medium.map(|medium| Self { radio, medium }).ok_or_else(|| {
             pick(
-                "expected tcp://HOST:PORT, udp://HOST:PORT or pty, each also with radio+ before \
-                 it; port 0 takes a free one",
-                "ожидается tcp://УЗЕЛ:ПОРТ, udp://УЗЕЛ:ПОРТ или pty, перед каждым можно поставить \
-                 radio+; порт 0 — любой свободный",
+                "expected tcp://HOST:PORT (?framing=records for bare records), udp://HOST:PORT or \
+                 pty, each also with radio+ before it; port 0 takes a free one",
+                "ожидается tcp://УЗЕЛ:ПОРТ (?framing=records — записи без кадров), \
+                 udp://УЗЕЛ:ПОРТ или pty, перед каждым можно поставить radio+; порт 0 — любой \
+                 свободный",
             )
             .to_owned()
         })
@@ -163,7 +179,10 @@ impl fmt::Display for Listen {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let radio = if self.radio { "radio+" } else { "" };
         match &self.medium {
-            Medium::Tcp(place) => write!(f, "{radio}tcp://{place}"),
+            Medium::Tcp { place, records } => {
+                let framing = if *records { RECORDS } else { "" };
+                write!(f, "{radio}tcp://{place}{framing}")
+            }
             Medium::Udp(place) => write!(f, "{radio}udp://{place}"),
             Medium::Pty => write!(f, "{radio}pty"),
         }
@@ -178,6 +197,7 @@ mod tests {
     fn places_to_listen() {
         for text in [
             "tcp://127.0.0.1:0",
+            "tcp://127.0.0.1:0?framing=records",
             "udp://[::1]:10485",
             "pty",
             "radio+tcp://0.0.0.0:10486",

@@ -17,7 +17,7 @@ use lafet_sim::sim::Sim;
 
 pub use listener::Listen;
 pub use pace::pace;
-pub use stream::{Habits, serve_stream};
+pub use stream::{Habits, Wire, serve_stream};
 
 /// The simulation that all connections share.
 #[derive(Clone)]

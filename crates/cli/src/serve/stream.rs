@@ -4,7 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use lafet_device::Source;
-use lafet_device::port::Port;
+use lafet_device::port::{Port, RecordPort};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use super::Shared;
@@ -12,6 +12,33 @@ use super::Shared;
 /// Bytes read at a time. The answers to them are written before more is read, which bounds the
 /// memory of a connection: each frame of 12 bytes or more has one answer of at most 512.
 const CHUNK: usize = 512;
+
+/// What the bytes of a stream are.
+pub enum Wire {
+    /// Link frames.
+    Link(Box<Port>),
+    /// Bare records.
+    Records(Box<RecordPort>),
+}
+
+impl Wire {
+    /// Link frames of this interface.
+    pub fn link(source: Source) -> Self {
+        Self::Link(Box::new(Port::new(source)))
+    }
+
+    /// Bare records of this interface.
+    pub fn records(source: Source) -> Self {
+        Self::Records(Box::new(RecordPort::new(source)))
+    }
+
+    fn receive(&mut self, sim: &Shared, bytes: &[u8]) -> Vec<u8> {
+        match self {
+            Self::Link(port) => sim.lock().receive(port, bytes),
+            Self::Records(port) => sim.lock().receive_records(port, bytes),
+        }
+    }
+}
 
 /// What a connection does besides answering.
 pub struct Habits {
@@ -32,7 +59,7 @@ impl Default for Habits {
 /// Bytes that are no frame, and frames for other addresses, are answered by nothing.
 pub async fn serve_stream<S>(
     stream: S,
-    source: Source,
+    mut wire: Wire,
     sim: &Shared,
     habits: Habits,
     mut heard: impl FnMut(),
@@ -41,14 +68,13 @@ where
     S: AsyncRead + AsyncWrite + Unpin,
 {
     let mut stream = stream;
-    let mut port = Port::new(source);
     let mut chunk = [0; CHUNK];
     loop {
         let count = stream.read(&mut chunk).await?;
         if count == 0 {
             return Ok(());
         }
-        let answers = sim.lock().receive(&mut port, &chunk[..count]);
+        let answers = wire.receive(sim, &chunk[..count]);
         if !answers.is_empty() {
             heard();
             let write = tokio::time::timeout(habits.write_timeout, stream.write_all(&answers));

@@ -68,6 +68,11 @@ impl PageHeader {
 
     /// Decodes a header, also one with a flipped bit.
     pub(super) fn decode(bytes: [u8; PAGE_HEADER], geometry: Geometry) -> Option<Self> {
+        let [_, _, _, _, _, _, _, _, v0, v1, ..] = bytes;
+        // Not one bit away from a header: an erased page need not be tried 128 times.
+        if (u16::from_le_bytes([v0, v1]) ^ VERSION).count_ones() > 1 {
+            return None;
+        }
         let read = |bytes: &[u8; PAGE_HEADER]| {
             let [s0, s1, s2, s3, n0, n1, e0, e1, _, _, f0, ..] = *bytes;
             let header = Self {

@@ -88,7 +88,7 @@ fn recovery<const W: usize, const P: usize>(
 
 fn assert_swept(count: &Count) {
     println!("{count:?}");
-    assert!(count.cuts > 1000 && count.cuts_in_recovery > 1000, "{count:?}");
+    assert!(count.cuts > 800 && count.cuts_in_recovery > 1000, "{count:?}");
     // A store that never takes anything over would be power-safe too.
     assert!(count.new > 20 && count.new < count.cuts, "{count:?}");
 }
@@ -112,7 +112,7 @@ fn words_of_4_bytes() {
 
 #[test]
 fn words_of_8_bytes() {
-    assert_swept(&sweep::<8, 320>(2, 6, false));
+    assert_swept(&sweep::<8, 384>(2, 6, false));
     assert_swept(&sweep::<8, 256>(3, 6, true));
 }
 

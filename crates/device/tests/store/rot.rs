@@ -78,11 +78,11 @@ fn sweep<const W: usize, const P: usize>(pages: usize) -> usize {
 #[test]
 fn each_bit() {
     for costly in [
-        sweep::<1, 192>(3),
-        sweep::<2, 192>(4),
-        sweep::<4, 256>(3),
-        sweep::<8, 384>(2),
-        sweep::<8, 320>(3),
+        sweep::<1, 256>(3),
+        sweep::<2, 256>(4),
+        sweep::<4, 320>(3),
+        sweep::<8, 512>(2),
+        sweep::<8, 384>(3),
     ] {
         // Values and their checksums alone: headers are repaired, marks are many bits.
         println!("{costly} bits cost a value");

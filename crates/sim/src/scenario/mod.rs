@@ -298,6 +298,8 @@ fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), S
             rest.parse().map(|ms| config.clock_ms = ms).map_err(|_| "milliseconds".to_owned())
         }
         "fire" => rest.parse().map(|fire| config.fires.push(fire)),
+        "glare" => rest.parse().map(|glare| config.glares.push(glare)),
+        "wall" => rest.parse().map(|wall| config.walls.push(wall)),
         "ambient" => number().map(|celsius| config.ambient_c = celsius),
         "nozzle" => number().map(|mm| config.nozzle_mm = mm),
         "wind" => pair().map(|wind| config.wind = wind),
@@ -381,7 +383,7 @@ fn payload(text: &str) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-fn duration(text: &str) -> Result<u64, String> {
+pub(crate) fn duration(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let (number, factor) = match text.strip_suffix("ms") {
         Some(number) => (number, 1.0),

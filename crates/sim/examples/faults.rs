@@ -1,0 +1,35 @@
+//! Prints how each flag and each status is reached, from `conformance/faults.txt`: the table that
+//! `cargo xtask faults` writes into docs/faults.md.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use lafet_sim::faults_table::{Table, page};
+
+fn main() -> ExitCode {
+    match table() {
+        Ok(text) => {
+            print!("{text}");
+            ExitCode::SUCCESS
+        }
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn table() -> Result<String, String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../conformance/faults.txt");
+    let text = std::fs::read_to_string(&path)
+        .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let table = Table::parse("faults.txt", &text).map_err(|failure| failure.to_string())?;
+    let holes = table.holes();
+    if !holes.is_empty() {
+        return Err(format!("faults.txt has {} holes:\n  {}", holes.len(), holes.join("\n  ")));
+    }
+    page(&table).map_err(|failures| {
+        let texts: Vec<String> = failures.iter().map(ToString::to_string).collect();
+        format!("{} rows do not hold:\n\n{}", texts.len(), texts.join("\n\n"))
+    })
+}

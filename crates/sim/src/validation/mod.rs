@@ -1,0 +1,54 @@
+//! Validation: the models beside what is published, and the monitor's aim beside the models.
+//!
+//! Each function makes one table of docs/physics.md, in Markdown; [`page`] makes all of them. They
+//! are computed, not kept: `cargo xtask physics --check` fails when the page says something else.
+
+mod aim;
+mod bench;
+mod effective;
+mod plant;
+mod search;
+mod throws;
+
+/// A table by the name that marks it in docs/physics.md.
+pub type Named = (&'static str, String);
+
+/// Every table, in the order of the page.
+pub fn page() -> Vec<Named> {
+    vec![
+        ("flow", throws::flow()),
+        ("throws", throws::throws()),
+        ("effective", effective::table()),
+        ("ranges", throws::ranges()),
+        ("spray", throws::spray()),
+        ("aim", aim::still()),
+        ("aim-running", aim::running()),
+        ("correction", aim::correction()),
+        ("wind", aim::wind()),
+        ("filling", plant::filling()),
+        ("closing", plant::closing()),
+        ("extinction", plant::extinction()),
+        ("spread", plant::spread()),
+        ("search", search::table()),
+        ("extinguishing", search::extinguishing()),
+    ]
+}
+
+/// A table in Markdown.
+struct Table(String);
+
+impl Table {
+    fn new(titles: &[&str]) -> Self {
+        let rule: Vec<&str> = titles.iter().map(|_| "---").collect();
+        Self(format!("| {} |\n| {} |\n", titles.join(" | "), rule.join(" | ")))
+    }
+
+    fn row(&mut self, cells: &[String]) {
+        self.0 += &format!("| {} |\n", cells.join(" | "));
+    }
+}
+
+/// Signed per cent.
+fn percent(model: f64, measured: f64) -> String {
+    format!("{:+.1} %", (model / measured - 1.0) * 100.0)
+}

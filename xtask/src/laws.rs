@@ -86,7 +86,8 @@ fn core_text(file: &File) -> Vec<String> {
     for (number, line) in file.product() {
         let code = line.code.trim();
         // An assertion in a constant is checked by the compiler and never runs.
-        if let Some(column) = line.code.find("const _: () =") {
+        let constant = line.code.find("const _: () =").or_else(|| line.code.find("const {"));
+        if let Some(column) = constant {
             constant_end = source::item_end(&file.lines, number - 1, column) + 1;
         }
         for word in NOT_IN_CORE.iter().filter(|word| has_word(code, word)) {
@@ -206,6 +207,8 @@ mod tests {
         assert_eq!(problems("fn a() { assert!(b); }"), 1);
         assert_eq!(problems("fn a() { debug_assert!(b); }"), 0);
         assert_eq!(problems("const _: () = assert!(A);\n"), 0);
+        assert_eq!(problems("fn a() {\nconst {\nassert!(A);\n}\n}\n"), 0);
+        assert_eq!(problems("fn a() {\nconst {\nassert!(A);\n}\nassert!(b);\n}\n"), 1);
         assert_eq!(problems("const _: () = {\n    assert!(A);\n};\nfn a() { assert!(b); }"), 1);
         assert_eq!(problems("#[allow(clippy::panic)]\nfn a() {}"), 1);
         assert_eq!(problems("use std::vec::Vec; // std::"), 1);

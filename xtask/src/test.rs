@@ -1,7 +1,7 @@
 //! `cargo xtask test`: the README's test command.
 
 use crate::run::{Steps, cargo, show};
-use crate::{TaskResult, docs, faults, flag, layers, setup, spec};
+use crate::{TaskResult, docs, faults, flag, layers, physics, setup, spec};
 
 pub fn test(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
@@ -10,6 +10,7 @@ pub fn test(arguments: &[String]) -> TaskResult {
     steps.step("tests of all crates", || show(&mut cargo(&["test", "--workspace"])));
     steps.step("the protocol: every section has code and tests", spec::check);
     steps.step("faults: every flag and status is reached", faults::check);
+    steps.step("physics: the tables of docs/physics.md", physics::check);
     steps.step("layers and laws", layers::check);
     steps.step("documentation: generated tables and links", docs::check);
     Ok(steps.finish("cargo xtask test"))

@@ -85,6 +85,8 @@ pub enum Command {
     Quench(cmd::quench::QuenchArgs),
     /// Extinguish along a path
     Trajectory(cmd::quench::TrajectoryArgs),
+    /// Fit the ballistics to the jet, and fill the correction table
+    Calibrate(cmd::calibrate::CalibrateArgs),
     /// Show the limits of motion, or switch them
     Limits(cmd::limits::LimitsArgs),
     /// Read and set parameters

@@ -17,7 +17,8 @@
 //!
 //! Cost: a shot is 64 midpoint steps of about 1200 cycles on a Cortex-M3 without FPU, a solution
 //! 3 to 25 shots. [`Solver::step`] does 16 of those steps, 0.3 ms at 72 MHz, so that a solution
-//! takes 12 to 100 cycles of the device and never disturbs one.
+//! takes 12 to 100 cycles of the device and never disturbs one. The high solution, for planning,
+//! takes up to 2000.
 
 /// Acceleration of gravity, m/s².
 const GRAVITY: f32 = 9.806_65;
@@ -42,19 +43,26 @@ pub const NARROWEST_MM: i32 = 60;
 pub const PRESSURE_DATM: core::ops::RangeInclusive<u16> = 10..=250;
 
 const ARCMIN_PER_RADIAN: f32 = 3_437.746_8;
-/// Steps of a shot, and how many of them one call makes.
+/// Steps of a shot, of a steep one, which needs more, and how many of them one call makes.
 const STEPS: u8 = 64;
+const STEPS_STEEP: u8 = 240;
 const STEPS_PER_CALL: u8 = 16;
 /// Steepest slope that is tried: 80°.
 const SLOPE_MAX: f32 = 5.67;
 /// A slope below which a shot has fallen short, whatever the rest of it.
 const SLOPE_FALLEN: f32 = -8.0;
+/// The same where water that falls almost straight down still counts.
+const SLOPE_STEEP: f32 = -80.0;
 /// Least advance from shot to shot: the best range is missed by a centimetre at most.
 const SLOPE_ADVANCE: f32 = 0.05;
 /// Height by which a shot may miss, m.
 const TOLERANCE_M: f32 = 0.005;
 /// Halvings of an advance: well below a minute of arc.
 const HALVINGS: u8 = 10;
+/// The best elevation lies higher above the line of sight than this.
+const SLOPE_FLATTEST: f32 = 0.1;
+/// From shot to shot of the high solution: 4 % less steep.
+const SLOPE_LOWERED: f32 = 0.96;
 /// No solution takes more shots: the steepest downward look needs most.
 const SHOTS_MAX: u8 = 150;
 
@@ -106,13 +114,16 @@ pub struct Target {
 ///
 /// The slope is raised from the line of sight, at first by what the last shot fell short: less
 /// than that cannot do, because the jet hangs ever more than its aim is raised. So the first
-/// elevation that reaches the target is the low one; halving then narrows it down.
+/// elevation that reaches the target is the low one; halving then narrows it down. The high one is
+/// found from the steepest slope downwards; it drops the water on what stands behind a wall.
 #[derive(Clone, Copy, Debug)]
 pub struct Solver {
     jet: Jet,
     target: Target,
     flight: Flight,
     steps: u8,
+    steps_of_shot: u8,
+    fallen: f32,
     shots: u8,
     slope: f32,
     steepest: f32,
@@ -121,6 +132,8 @@ pub struct Solver {
 
 #[derive(Clone, Copy, Debug)]
 enum Phase {
+    /// Lowering from the steepest slope, at which every shot falls short.
+    Lowering { short: f32 },
     /// Raising; the slope and height of the last shot that did not fall short altogether.
     Raising { last: Option<(f32, f32)>, short: f32 },
     /// The elevation lies between these two slopes.
@@ -156,7 +169,7 @@ impl Jet {
         for piece in 0..PIECES {
             let before = flight.height;
             self.advance(&mut flight, PIECE_M);
-            let fallen = flight.slope.is_nan() || flight.slope <= 10.0 * SLOPE_FALLEN;
+            let fallen = flight.slope.is_nan() || flight.slope <= SLOPE_STEEP;
             if fallen || flight.height <= -above_ground_m {
                 let part = (before + above_ground_m) / (before - flight.height);
                 return PIECE_M * (f32::from(piece) + part.clamp(0.0, 1.0));
@@ -212,6 +225,8 @@ impl Solver {
             target,
             flight: jet.leave(slope),
             steps: 0,
+            steps_of_shot: STEPS,
+            fallen: SLOPE_FALLEN,
             shots: 0,
             slope,
             steepest,
@@ -219,15 +234,27 @@ impl Solver {
         }
     }
 
+    /// Begins to look for the high one of the two solutions.
+    pub fn high(jet: Jet, target: Target) -> Self {
+        Self {
+            flight: jet.leave(SLOPE_MAX),
+            slope: SLOPE_MAX,
+            steps_of_shot: STEPS_STEEP,
+            fallen: SLOPE_STEEP,
+            phase: Phase::Lowering { short: SLOPE_MAX },
+            ..Self::new(jet, target)
+        }
+    }
+
     /// Goes on a little; the elevation in arc-minutes when it is found, or why there is none.
     pub fn step(&mut self) -> Option<Result<i32, Fault>> {
-        let piece = self.target.way / f32::from(STEPS);
+        let piece = self.target.way / f32::from(self.steps_of_shot);
         for _ in 0..STEPS_PER_CALL {
             self.jet.advance(&mut self.flight, piece);
             self.steps += 1;
             let slope = self.flight.slope;
-            let fallen = slope.is_nan() || slope <= SLOPE_FALLEN;
-            if fallen || self.steps >= STEPS {
+            let fallen = slope.is_nan() || slope <= self.fallen;
+            if fallen || self.steps >= self.steps_of_shot {
                 let miss = (!fallen).then_some(self.target.height - self.flight.height);
                 return self.judge(miss);
             }
@@ -246,10 +273,23 @@ impl Solver {
         }
         let over = miss.is_some_and(|miss| miss < 0.0);
         let next = match &mut self.phase {
-            Phase::Raising { short, .. } if over => {
+            // Nearer than the steepest shot goes.
+            Phase::Lowering { .. } if over && self.slope >= SLOPE_MAX => {
+                return Some(Err(Fault::Angle));
+            }
+            Phase::Raising { short, .. } | Phase::Lowering { short } if over => {
                 let (short, over) = (*short, self.slope);
                 self.phase = Phase::Halving { short, over, left: HALVINGS };
                 0.5 * (short + over)
+            }
+            Phase::Lowering { short } => {
+                // Flatter than this no jet goes farther.
+                let sight = self.target.height.max(0.0) / self.target.way;
+                if self.slope <= sight + SLOPE_FLATTEST {
+                    return Some(Err(Fault::Range));
+                }
+                *short = self.slope;
+                self.slope * SLOPE_LOWERED
             }
             Phase::Raising { last, short } => {
                 let height = miss.map(|miss| self.target.height - miss);
@@ -358,6 +398,28 @@ mod tests {
             let beyond = Target::new(-120, best as u8 + 2, 150);
             assert_eq!(elevation_for(jet, beyond), Err(Fault::Range));
         }
+    }
+
+    /// The high solution hits the same place as the low one, and there is none beyond the reach.
+    #[test]
+    fn high_solution() {
+        let jet = Jet::new(79, 280, 60).unwrap();
+        let high = |target| {
+            let mut solver = Solver::high(jet, target);
+            (0..20 * CALLS_MAX).find_map(|_| solver.step()).expect("bounded")
+        };
+        assert_eq!(high(Target::new(-500, 10, 150)), Err(Fault::Angle));
+        for distance in [15, 20, 30, 40, 43] {
+            let sight = -((1.5 / f64::from(distance)).asin().to_degrees() * 60.0) as i32;
+            let target = Target::new(sight, distance, 150);
+            let (low, high) = (elevation_for(jet, target).unwrap(), high(target).unwrap());
+            assert!(low < 1800 && high > 1800 && high <= 4800, "{distance} m: {low} {high}");
+            let range = landing(79, 28.0, 0.0, radians(high), 1.5);
+            let wanted = f64::from(distance) * radians(sight).cos();
+            assert!((range - wanted).abs() < 0.6, "{distance} m: {high}' {range}");
+        }
+        assert_eq!(high(Target::new(-120, 46, 150)), Err(Fault::Range));
+        assert_eq!(high(Target::new(-120, 200, 150)), Err(Fault::Range));
     }
 
     /// A jet that would never come to the distance at the line of sight still finds its elevation.

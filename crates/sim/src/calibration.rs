@@ -17,7 +17,7 @@ pub const DIAMETER_DMM: core::ops::RangeInclusive<i32> = 100..=800;
 pub const TABLE_LEN: usize = 256;
 
 /// More calls of the solver than any solution takes.
-const CALLS_MAX: u32 = 1000;
+const CALLS_MAX: u32 = 5000;
 
 /// A shot with the narrowest jet on level ground, and where it came down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,16 +79,40 @@ pub fn fit(shots: &[Shot], height_m: f64) -> Option<Fit> {
     near.filter(|diameter| DIAMETER_DMM.contains(diameter)).filter_map(judge).reduce(better)
 }
 
-/// The elevation at which the law hits a target on the ground, arc-minutes.
+/// The elevation at which the law hits a target on the ground, arc-minutes: the low one.
 pub fn elevation_for(
     pressure_datm: u16,
     diameter_dmm: i32,
     height_cm: i32,
     distance_m: u8,
 ) -> Result<i32, Fault> {
+    let (jet, target) = shot_at(pressure_datm, diameter_dmm, height_cm, distance_m)?;
+    solved(Solver::new(jet, target))
+}
+
+/// The high one.
+pub fn high_elevation_for(
+    pressure_datm: u16,
+    diameter_dmm: i32,
+    height_cm: i32,
+    distance_m: u8,
+) -> Result<i32, Fault> {
+    let (jet, target) = shot_at(pressure_datm, diameter_dmm, height_cm, distance_m)?;
+    solved(Solver::high(jet, target))
+}
+
+fn shot_at(
+    pressure_datm: u16,
+    diameter_dmm: i32,
+    height_cm: i32,
+    distance_m: u8,
+) -> Result<(Jet, Target), Fault> {
     let jet = Jet::new(pressure_datm, diameter_dmm, 60)?;
     let target = Target::new(sight_arcmin(distance_m, height_cm), distance_m, height_cm);
-    let mut solver = Solver::new(jet, target);
+    Ok((jet, target))
+}
+
+fn solved(mut solver: Solver) -> Result<i32, Fault> {
     (0..CALLS_MAX).find_map(|_| solver.step()).unwrap_or(Err(Fault::Range))
 }
 

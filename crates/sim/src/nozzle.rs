@@ -2,7 +2,7 @@
 //!
 //! - exit speed v₀ = φ·√(2P/ρ), φ = 0.97;
 //! - flow Q = c·A·√(2P/ρ) = K·√P, A = π·d²/4; smooth bores have c = 0.97 (in the customary units
-//!   Q[gpm] = 29.71·c·d²[in]·√P[psi]), monitors with a nozzle that can be set from solid jet to
+//!   `Q[gpm] = 29.71·c·d²[in]·√P[psi]`), monitors with a nozzle that can be set from solid jet to
 //!   spray c = 0.812, the share of the bore that its insert leaves free (ours: 20 l/s from 28 mm
 //!   at 0.8 MPa);
 //! - spray: w = 1 − n/60 for the nozzle at n mm, 0 narrowest … 1 widest; half-angle of the cone
@@ -85,7 +85,7 @@ mod tests {
     const PSI_MPA: f64 = 0.006_894_757;
     const INCH_MM: f64 = 25.4;
 
-    /// Q[gpm] = 29.71·c·d²[in]·√P[psi], within half a per cent.
+    /// `Q[gpm] = 29.71·c·d²[in]·√P[psi]`, within half a per cent.
     #[test]
     fn customary_formula() {
         for (inches, psi) in [(1.0, 50.0), (1.125, 50.0), (1.25, 80.0), (2.0, 100.0_f64)] {

@@ -1,7 +1,7 @@
 //! A simulated monitor on the network: any number of clients, one simulation.
 //!
 //! Everything runs on one thread. A frame is handled at once, at the simulated time that
-//! [`pace`] has reached; nobody waits for anybody else's connection.
+//! [`pace()`] has reached; nobody waits for anybody else's connection.
 
 mod connections;
 mod datagram;

@@ -148,6 +148,32 @@ fn a_worn_word_costs_nothing() {
 }
 
 #[test]
+fn a_stuck_bit_costs_nothing_or_is_told() {
+    for bit in (512 * 8..1024 * 8).step_by(5) {
+        for stuck in [false, true] {
+            let mut flash = Flash::<4, 512>::new(3, 1);
+            flash.stuck = Some((bit, stuck));
+            let mut store: Store<_, 10> = start(flash);
+            let mut expected = [None; 4];
+            for version in 0..40 {
+                let key = version % 4;
+                // The ring ends at a page that cannot be erased or opened.
+                match store.store(Key(key), &[version as u8 ^ 0x55; 30]) {
+                    Ok(()) => expected[usize::from(key)] = Some(version as u8 ^ 0x55),
+                    Err(error) => assert_eq!(error, StorageError::Write),
+                }
+                store = start(store.into_flash());
+                for (key, expected) in expected.iter().enumerate() {
+                    let mut buffer = [0; 30];
+                    let held = store.load(Key(key as u16), &mut buffer).unwrap();
+                    assert_eq!(held, expected.map(|byte| [byte; 30]).as_ref().map(|v| &v[..]));
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_page_that_cannot_be_erased_is_told() {
     let mut store: Store<_, 10> = start(Flash::<4, 512>::new(2, 1));
     store.store(Key(1), &[1, 2, 3]).unwrap();

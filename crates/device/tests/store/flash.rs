@@ -75,6 +75,8 @@ pub struct Flash<const WORD: usize, const PAGE: usize> {
     pub strict: bool,
     /// Writing to this address fails, as in a worn page.
     pub worn: Option<u32>,
+    /// This bit always has this value, and nothing tells.
+    pub stuck: Option<(usize, bool)>,
     random: Cell<u64>,
     cut: Cell<Option<Cut>>,
     off: bool,
@@ -93,6 +95,7 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
             checked: false,
             strict: false,
             worn: None,
+            stuck: None,
             random: Cell::new(seed),
             cut: Cell::new(None),
             off: false,
@@ -203,6 +206,11 @@ impl<const WORD: usize, const PAGE: usize> ReadNorFlash for Flash<WORD, PAGE> {
         }
         let start = offset as usize;
         bytes.copy_from_slice(&self.bytes[start..start + bytes.len()]);
+        if let Some((bit, value)) = self.stuck
+            && let Some(byte) = (bit / 8).checked_sub(start).and_then(|index| bytes.get_mut(index))
+        {
+            *byte = *byte & !(1 << (bit % 8)) | u8::from(value) << (bit % 8);
+        }
         for (index, chunk) in bytes.chunks_mut(WORD).enumerate() {
             if self.words[start / WORD + index] == Word::Unstable {
                 if self.checked && self.random().is_multiple_of(2) {

@@ -2,7 +2,7 @@
 
 use super::Table;
 use super::bench::Bench;
-use crate::calibration::{elevation_for, fit, shoot, sight_arcmin, table};
+use crate::calibration::{elevation_for, fit, high_elevation_for, shoot, sight_arcmin, table};
 use crate::jet::{Jet, Landing};
 use crate::sim::Config;
 use crate::water::ATM_MPA;
@@ -77,9 +77,7 @@ fn running_miss_m(nozzle_mm: f64, distance_m: u8) -> Option<f64> {
         sight_arcmin(distance_m, HEIGHT_CM)
     ));
     bench.0.advance_ms(20_000);
-    if bench.until("Control flags lacks TrajectoryRangeFault", 0).is_none() {
-        return None;
-    }
+    bench.until("Control flags lacks TrajectoryRangeFault", 0)?;
     bench.0.world().landing().map(|landing| landing.range_m() - way_m(distance_m))
 }
 
@@ -111,6 +109,26 @@ pub fn correction() -> String {
         rows.row(&core::iter::once(title).chain(cells).collect::<Vec<_>>());
     }
     rows.0
+}
+
+/// The two elevations that hit a distance with 28 mm at 0.8 MPa, and what each misses by.
+pub fn solutions() -> String {
+    let mut table = Table::new(&["distance, m", "low", "misses by, m", "high", "misses by, m"]);
+    for distance in [15_u8, 20, 25, 30, 35, 40, 43] {
+        let cells = |found: Option<i32>| match found {
+            Some(elevation) => {
+                let range = lands(28.0, 79, elevation, (0.0, 0.0)).range_m();
+                let degrees = f64::from(elevation) / 60.0;
+                [format!("{degrees:.1}°"), format!("{:+.2}", range - way_m(distance))]
+            }
+            None => ["—".to_owned(), "—".to_owned()],
+        };
+        let low = cells(elevation_for(79, 280, HEIGHT_CM, distance).ok());
+        let high = cells(high_elevation_for(79, 280, HEIGHT_CM, distance).ok());
+        let head = core::iter::once(format!("{distance}"));
+        table.row(&head.chain(low).chain(high).collect::<Vec<_>>());
+    }
+    table.0
 }
 
 /// What a wind does to the aim at 0.8 MPa: along the jet, and across it.

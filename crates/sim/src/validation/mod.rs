@@ -23,6 +23,7 @@ pub fn page() -> Vec<Named> {
         ("spray", throws::spray()),
         ("aim", aim::still()),
         ("aim-running", aim::running()),
+        ("solutions", aim::solutions()),
         ("correction", aim::correction()),
         ("wind", aim::wind()),
         ("filling", plant::filling()),

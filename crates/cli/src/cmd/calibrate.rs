@@ -1,0 +1,250 @@
+//! `lafet calibrate`: fits the monitor's ballistics to its jet, and fills the correction table.
+
+use clap::{ArgGroup, Args};
+use lafet_proto::request::Body;
+use lafet_proto::{Bytes, Ints, ParamId, SubsystemId};
+use lafet_sim::calibration::{self, Fit, Shot, TABLE_LEN};
+use serde_json::{Value, json};
+
+use crate::cli::Global;
+use crate::connect::Connection;
+use crate::failure::{Failure, Outcome};
+use crate::lang::pick;
+use crate::out::{Out, columns};
+
+/// Height of the nozzle where no monitor tells another, m.
+const HEIGHT_M: f64 = 1.5;
+/// The table goes in two requests, for the size of one is a byte: their first entries.
+const PARTS: [u8; 2] = [0, 128];
+/// A law that misses a shot by more is not fit to aim with, m.
+const WORST_M: f64 = 3.0;
+
+/// `lafet calibrate`
+#[derive(Debug, Args)]
+#[command(
+    group = ArgGroup::new("shots").required(true).args(["shot", "outlet"]),
+    after_help = "Examples:\n  \
+        lafet -c tcp://127.0.0.1:10485 calibrate --shot 7.9,5,29 --shot 7.9,15,39 \
+        --shot 5.9,10,32\n  \
+        lafet calibrate --outlet 28 --distance 35"
+)]
+pub struct CalibrateArgs {
+    /// A shot with the narrowest jet: pressure in atm, elevation in degrees, distance in metres to
+    /// the middle of the wetted ground; repeat it, three or more at different pressures and angles
+    #[arg(long, value_name = "P,DEG,M", allow_hyphen_values = true, value_parser = shot)]
+    shot: Vec<Shot>,
+    /// Instead of shots: those of the simulated jet of this outlet, mm
+    #[arg(long, value_name = "MM", value_parser = outlet)]
+    outlet: Option<f64>,
+    /// Distance for which the correction table is filled, m (default 30)
+    #[arg(long, value_name = "METRES", default_value_t = 30)]
+    distance: u8,
+    /// Show what comes of it and leave the monitor as it is; so it is without -c
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Fits, shows, and writes.
+pub async fn run(args: CalibrateArgs, global: &Global, out: &mut Out) -> Outcome {
+    let connection = match &global.connect {
+        Some(_) => Some(Connection::open(global).await?),
+        None => None,
+    };
+    let height_cm = match &connection {
+        Some(connection) => {
+            let values = connection.monitor.param(SubsystemId::CONTROL, "Height").await?;
+            values.first().copied().unwrap_or_default()
+        }
+        None => (HEIGHT_M * 100.0) as i32,
+    };
+    let height_m = f64::from(height_cm) / 100.0;
+    let shots = match args.outlet {
+        Some(outlet_mm) => calibration::shoot(outlet_mm, height_m),
+        None => args.shot,
+    };
+    let fit = calibration::fit(&shots, height_m).filter(|fit| fit.worst_m <= WORST_M);
+    let fit = fit.ok_or_else(|| Failure::Ended(no_fit(&shots, height_m)))?;
+    let table = calibration::table(fit.diameter_dmm, height_cm, args.distance)
+        .ok_or_else(|| Failure::Ended(out_of_reach(args.distance)))?;
+    let written = match connection {
+        Some(connection) if !args.dry_run => {
+            write(&connection, fit.diameter_dmm, &table).await?;
+            true
+        }
+        _ => false,
+    };
+    let text = told(&shots, &fit, height_m, &table, args.distance, written);
+    out.show(text, || {
+        json!({
+            "nozzle_diameter_mm": f64::from(fit.diameter_dmm) / 10.0,
+            "height_m": height_m,
+            "rms_m": rounded(fit.rms_m),
+            "worst_m": rounded(fit.worst_m),
+            "shots": shots.iter().map(|shot| shot_json(shot, &fit, height_m)).collect::<Vec<_>>(),
+            "distance_m": args.distance,
+            "corrections": table.to_vec(),
+            "written": written,
+        })
+    })
+}
+
+/// Sets the parameter and the table; the monitor keeps both.
+async fn write(
+    connection: &Connection,
+    diameter_dmm: i32,
+    table: &[i8; TABLE_LEN],
+) -> Result<(), Failure> {
+    let id = ParamId::of("NozzleDiameter");
+    let values = [diameter_dmm];
+    let body = Body::SetParam { id, values: Ints::Values(&values) };
+    connection.ask(SubsystemId::CONTROL, body).await?;
+    for (first, part) in PARTS.into_iter().zip(table.chunks(TABLE_LEN / PARTS.len())) {
+        let bytes: Vec<u8> = part.iter().map(|degrees| degrees.to_le_bytes()[0]).collect();
+        let body = Body::SetupCorrectionTable { first, corrections: Bytes(&bytes) };
+        connection.ask(SubsystemId::CONTROL, body).await?;
+    }
+    Ok(())
+}
+
+fn told(
+    shots: &[Shot],
+    fit: &Fit,
+    height_m: f64,
+    table: &[i8; TABLE_LEN],
+    distance_m: u8,
+    written: bool,
+) -> String {
+    let diameter_mm = f64::from(fit.diameter_dmm) / 10.0;
+    let (rms, worst, count) = (fit.rms_m, fit.worst_m, shots.len());
+    let head = pick(
+        format!(
+            "NozzleDiameter {diameter_mm:.1} mm: of {count} shots it misses by {rms:.2} m (root \
+             mean square), {worst:.2} m at most."
+        ),
+        format!(
+            "NozzleDiameter {diameter_mm:.1} мм: выстрелов {count}, среднеквадратичный промах \
+             {rms:.2} м, наибольший {worst:.2} м."
+        ),
+    );
+    let titles = pick(
+        ["atm", "elevation", "range, m", "miss, m"],
+        ["атм", "возвышение", "дальность, м", "промах, м"],
+    );
+    let mut rows = vec![titles.map(str::to_owned).to_vec()];
+    rows.extend(shots.iter().map(|shot| {
+        let miss = calibration::miss_m(shot, fit.diameter_dmm, height_m);
+        vec![
+            format!("{:.1}", f64::from(shot.pressure_datm) / 10.0),
+            format!("{:.1}°", shot.elevation_deg),
+            format!("{:.1}", shot.range_m),
+            miss.map_or("—".to_owned(), |miss| format!("{miss:+.2}")),
+        ]
+    }));
+    let degrees: Vec<String> = [30_usize, 40, 50, 60, 70, 80, 90, 100, 120]
+        .iter()
+        .map(|pressure| format!("{} → {}°", pressure / 10, table[*pressure]))
+        .collect();
+    let degrees = degrees.join(", ");
+    let tail = pick(
+        format!("Correction table for {distance_m} m, atm → degrees: {degrees}"),
+        format!("Таблица коррекции для {distance_m} м, атм → градусы: {degrees}"),
+    );
+    let end = match written {
+        true => pick("Written to the monitor.", "Записано в ствол."),
+        false => pick("Nothing was written.", "Ничего не записано."),
+    };
+    format!("{head}\n{}\n{tail}\n{end}", columns(&rows))
+}
+
+fn shot_json(shot: &Shot, fit: &Fit, height_m: f64) -> Value {
+    json!({
+        "pressure_atm": f64::from(shot.pressure_datm) / 10.0,
+        "elevation_deg": shot.elevation_deg,
+        "range_m": rounded(shot.range_m),
+        "miss_m": calibration::miss_m(shot, fit.diameter_dmm, height_m).map(rounded),
+    })
+}
+
+fn rounded(metres: f64) -> f64 {
+    (metres * 1000.0).round() / 1000.0
+}
+
+fn no_fit(shots: &[Shot], height_m: f64) -> String {
+    let best = calibration::fit(shots, height_m);
+    let worst = best.map_or_else(|| "—".to_owned(), |fit| format!("{:.1}", fit.worst_m));
+    pick(
+        format!(
+            "No outlet makes the ballistics meet these shots (the best misses one by {worst} m). \
+             Check pressure, elevation and range of each, and that the jet was the narrowest; \
+             nothing was written."
+        ),
+        format!(
+            "Ни при каком диаметре насадка баллистика не сходится с этими выстрелами (лучший даёт \
+             промах {worst} м). Проверьте давление, возвышение и дальность каждого и то, что струя \
+             была самой узкой; ничего не записано."
+        ),
+    )
+}
+
+fn out_of_reach(distance_m: u8) -> String {
+    pick(
+        format!(
+            "The jet does not reach {distance_m} m at any pressure: give a shorter --distance. \
+             Nothing was written."
+        ),
+        format!(
+            "Струя не достаёт до {distance_m} м ни при каком давлении: укажите меньшее --distance. \
+             Ничего не записано."
+        ),
+    )
+}
+
+/// Reads a shot: `7.9,15,39`.
+fn shot(text: &str) -> Result<Shot, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    match numbers[..] {
+        [atm, elevation_deg, range_m]
+            if text.split(',').count() == 3
+                && (1.0..=25.0).contains(&atm)
+                && (-15.0..=75.0).contains(&elevation_deg)
+                && (1.0..=200.0).contains(&range_m) =>
+        {
+            let pressure_datm = (atm * 10.0).round() as u16;
+            Ok(Shot { pressure_datm, elevation_deg, range_m })
+        }
+        _ => Err(pick(
+            "expected pressure 1…25 atm, elevation −15…75 degrees, range 1…200 m: 7.9,15,39".into(),
+            "ожидаются давление 1…25 атм, возвышение −15…75 градусов, дальность 1…200 м: 7.9,15,39"
+                .into(),
+        )),
+    }
+}
+
+/// Reads the diameter of an outlet.
+fn outlet(text: &str) -> Result<f64, String> {
+    let known = calibration::DIAMETER_DMM;
+    let (least, most) = (known.start() / 10, known.end() / 10);
+    match text.parse::<f64>() {
+        Ok(mm) if (f64::from(least)..=f64::from(most)).contains(&mm) => Ok(mm),
+        _ => Err(pick(
+            format!("expected millimetres, {least}…{most}"),
+            format!("ожидаются миллиметры, {least}…{most}"),
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shots_are_read() {
+        let read = shot("7.9, 15,39.5").unwrap();
+        assert_eq!((read.pressure_datm, read.elevation_deg, read.range_m), (79, 15.0, 39.5));
+        for bad in ["", "7.9,15", "7.9,15,x", "7.9,15,39,1", "0.1,15,39", "7.9,95,39", "79,15,0"] {
+            assert!(shot(bad).is_err(), "{bad}");
+        }
+        assert_eq!(outlet("28"), Ok(28.0));
+        assert!(outlet("5").is_err() && outlet("wide").is_err());
+    }
+}

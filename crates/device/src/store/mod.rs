@@ -79,8 +79,8 @@ impl Slot {
 impl<F: NorFlash, const N: usize> Store<F, N> {
     /// Starts the store on `pages` pages of the flash from the address `start` on.
     ///
-    /// Never fails and always ends: it reads each page at most once. It writes only after a power
-    /// cut that hit a write, then it erases one page at most.
+    /// Never fails, and its work is bounded by the size of the flash. It writes only after a power
+    /// cut that hit a write; then it erases one page at most.
     pub fn mount(flash: F, start: u32, pages: u16) -> Self {
         const {
             assert!(matches!(F::WRITE_SIZE, 1 | 2 | 4 | 8));

@@ -96,6 +96,7 @@ fn full_set_and_wear() {
     println!("{} values, {bytes} bytes", set.len());
     assert!(set.len() <= lafet_device::store::KEYS);
     let all = [
+        show::<2, 1024>(4),
         show::<2, 1024>(5),
         show::<2, 1024>(8),
         show::<4, 1024>(8),

@@ -343,8 +343,8 @@ params! {
         "Whether the elevation is corrected for the fall of the jet: 0 aims straight, 1 corrects.",
         "Поправка угла возвышения на падение струи: 0 — прямая наводка, 1 — с поправкой.");
     ControlNozzleDiameter: CONTROL "NozzleDiameter", one(DeciMillimetre, 10, 2000, 280), text(
-        "Diameter of the nozzle's outlet, from which the ballistics take the speed of the jet.",
-        "Диаметр выходного отверстия насадка, по которому баллистика считает скорость струи.");
+        "Diameter of the nozzle's outlet; the ballistics take from it how soon the jet breaks up.",
+        "Диаметр выходного отверстия насадка; по нему баллистика считает, где распадается струя.");
     ControlHeight: CONTROL "Height", one(Centimetre, -10_000, 10_000, 150), text(
         "Height of the nozzle above the ground that is extinguished; negative when it stands \
         below.",

@@ -10,22 +10,6 @@ use serde_json::{Map, Value, json};
 use crate::angle;
 use crate::lang::{of, pick};
 
-/// A status word of any subsystem; `None` when the answer has none.
-pub fn flags_bits(answer: &Answer<'_>) -> Option<u32> {
-    Some(match answer.data {
-        Reply::General(status) => status.flags.bits(),
-        Reply::Thermo(status) => status.flags.bits(),
-        Reply::Drive(status) => status.flags.bits(),
-        Reply::Valve(status) => status.flags.bits(),
-        Reply::Control(status) => status.flags.bits(),
-        Reply::Detector(status) => status.flags.bits(),
-        Reply::Deployer(status) => status.flags.bits(),
-        Reply::Conn(status) => status.flags.bits(),
-        Reply::Buttons(status) => status.flags.bits(),
-        _ => return None,
-    })
-}
-
 /// Names of the flags that are set, and bits without a name in hexadecimal.
 pub fn flag_names(subsystem: SubsystemId, bits: u32) -> Vec<String> {
     let class = flags_of(subsystem);
@@ -122,7 +106,7 @@ pub fn state_json(answer: &AnswerBuf) -> Value {
         }
         _ => {}
     }
-    if let Some(bits) = flags_bits(&answer) {
+    if let Some(bits) = answer.data.flags_bits() {
         put("flags", json!(flag_names(answer.from, bits)));
         put("flags_raw", json!(bits));
         let severity = flags_of(answer.from).severity(bits);

@@ -10,7 +10,6 @@ use lafet_proto::{Request, SubsystemId};
 use tokio::time::{Instant, sleep};
 
 use crate::connect::Connection;
-use crate::describe::flags_bits;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::lang::pick;
@@ -41,7 +40,7 @@ pub struct States(Vec<AnswerBuf>);
 impl States {
     /// The flags of a subsystem; none when it does not exist.
     pub fn flags(&self, subsystem: SubsystemId) -> u32 {
-        self.of(subsystem).and_then(|answer| flags_bits(&answer.decode().ok()?)).unwrap_or(0)
+        self.of(subsystem).and_then(|answer| answer.decode().ok()?.data.flags_bits()).unwrap_or(0)
     }
 
     /// The answer of a subsystem that exists.

@@ -130,6 +130,22 @@ impl<'a> Answer<'a> {
 }
 
 impl<'a> Reply<'a> {
+    /// The status word of an answer to GetStatus (§3.3); `None` for other data.
+    pub const fn flags_bits(&self) -> Option<u32> {
+        Some(match self {
+            Self::General(status) => status.flags.bits(),
+            Self::Thermo(status) => status.flags.bits(),
+            Self::Drive(status) => status.flags.bits(),
+            Self::Valve(status) => status.flags.bits(),
+            Self::Control(status) => status.flags.bits(),
+            Self::Detector(status) => status.flags.bits(),
+            Self::Deployer(status) => status.flags.bits(),
+            Self::Conn(status) => status.flags.bits(),
+            Self::Buttons(status) => status.flags.bits(),
+            _ => return None,
+        })
+    }
+
     fn decode(
         request: RequestId,
         device: SubsystemId,

@@ -220,18 +220,7 @@ fn param(subsystem: &str, name: &str, index: &str, sim: &mut Sim) -> Option<Valu
 }
 
 fn field_of(subsystem: SubsystemId, field: &str, answer: &Answer<'_>) -> Option<Value> {
-    let bits = match answer.data {
-        Reply::General(status) => status.flags.bits(),
-        Reply::Thermo(status) => status.flags.bits(),
-        Reply::Drive(status) => status.flags.bits(),
-        Reply::Valve(status) => status.flags.bits(),
-        Reply::Control(status) => status.flags.bits(),
-        Reply::Detector(status) => status.flags.bits(),
-        Reply::Deployer(status) => status.flags.bits(),
-        Reply::Conn(status) => status.flags.bits(),
-        Reply::Buttons(status) => status.flags.bits(),
-        _ => return None,
-    };
+    let bits = answer.data.flags_bits()?;
     let number = match (answer.data, field) {
         (_, "flags") => {
             return Some(Value::Flags(set_flags(subsystem, bits).map(|f| f.to_string()).collect()));

@@ -200,23 +200,25 @@ impl Sim {
 
     /// Gives the monitor bytes of a stream of link frames (serial line, TCP connection), however
     /// they are cut; returns the bytes of its answer frames. Each medium has a `Port` of its own.
-    pub fn receive(&mut self, port: &mut Port, mut bytes: &[u8]) -> Vec<u8> {
-        let (mut answers, mut out) = (Vec::new(), [0; WIRE_MAX]);
-        while !bytes.is_empty() {
-            let now_ms = self.device_ms();
-            let (taken, len) = port.receive(now_ms, &mut self.device, bytes, &mut out);
-            answers.extend_from_slice(&out[..len]);
-            bytes = &bytes[taken..];
-        }
-        answers
+    pub fn receive(&mut self, port: &mut Port, bytes: &[u8]) -> Vec<u8> {
+        self.answers_to(bytes, |now_ms, device, rest, out| port.receive(now_ms, device, rest, out))
     }
 
     /// The same for a connection that carries bare records.
-    pub fn receive_records(&mut self, port: &mut RecordPort, mut bytes: &[u8]) -> Vec<u8> {
-        let (mut answers, mut out) = (Vec::new(), [0; PAYLOAD_MAX]);
+    pub fn receive_records(&mut self, port: &mut RecordPort, bytes: &[u8]) -> Vec<u8> {
+        self.answers_to(bytes, |now_ms, device, rest, out| port.receive(now_ms, device, rest, out))
+    }
+
+    /// Gives all bytes to `receive`, which takes some of them and answers some.
+    fn answers_to(
+        &mut self,
+        mut bytes: &[u8],
+        mut receive: impl FnMut(u32, &mut Device, &[u8], &mut [u8]) -> (usize, usize),
+    ) -> Vec<u8> {
+        let (mut answers, mut out) = (Vec::new(), [0; WIRE_MAX]);
         while !bytes.is_empty() {
             let now_ms = self.device_ms();
-            let (taken, len) = port.receive(now_ms, &mut self.device, bytes, &mut out);
+            let (taken, len) = receive(now_ms, &mut self.device, bytes, &mut out);
             answers.extend_from_slice(&out[..len]);
             bytes = &bytes[taken..];
         }

@@ -51,7 +51,7 @@ pub fn table(answers: &[AnswerBuf]) -> String {
             rows.push(vec![from.to_string(), describe::hex(answer.data())]);
             continue;
         };
-        let bits = describe::flags_bits(&decoded).unwrap_or(0);
+        let bits = decoded.data.flags_bits().unwrap_or(0);
         let flags = describe::flag_names(from, bits).join(" ");
         rows.push(vec![from.to_string(), flags, describe::values(&decoded)]);
         let lines = describe::flag_lines(from, bits, Severity::Info);

@@ -98,7 +98,7 @@ fn report(out: &mut Out, at_s: f64, failure: &Failure) -> Outcome {
 fn line(at_s: f64, answers: &[AnswerBuf]) -> String {
     let part = |answer: &AnswerBuf| {
         let decoded = answer.decode().ok()?;
-        let bits = describe::flags_bits(&decoded)?;
+        let bits = decoded.data.flags_bits()?;
         let values = describe::values(&decoded);
         let flags = describe::flag_names(answer.from(), bits).join(" ");
         let separator = if values.is_empty() || flags.is_empty() { "" } else { ", " };

@@ -17,7 +17,7 @@ use ratatui::{DefaultTerminal, Frame};
 use super::plan;
 use super::scene::{Kind, Line, Scene, View};
 use crate::angle;
-use crate::describe::{flags_bits, tenths};
+use crate::describe::tenths;
 use crate::failure::Failure;
 use crate::lang::pick;
 
@@ -154,7 +154,7 @@ fn state_line(scene: &Scene, who: SubsystemId) -> TextLine<'static> {
         _ => String::new(),
     };
     let mut spans = vec![name, Span::styled(value, Style::new().add_modifier(Modifier::BOLD))];
-    let bits = flags_bits(&answer).unwrap_or(0);
+    let bits = answer.data.flags_bits().unwrap_or(0);
     for flag in flags_of(who).set(bits) {
         spans.push(Span::raw(" "));
         spans.push(Span::styled(flag.to_string(), Style::new().fg(colour(flag.severity()))));

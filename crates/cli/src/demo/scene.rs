@@ -9,7 +9,6 @@ use lafet_proto::flags::DeployerFlags;
 use lafet_proto::status::Hotbed;
 use lafet_sim::jet::Landing;
 
-use crate::describe::flags_bits;
 use crate::failure::Failure;
 
 /// Lines of the log that are kept.
@@ -105,7 +104,7 @@ impl Scene {
     /// The flags of a subsystem.
     pub fn flags(&self, who: SubsystemId) -> u32 {
         let answer = self.states.get(&who).and_then(|answer| answer.decode().ok());
-        answer.and_then(|answer| flags_bits(&answer)).unwrap_or(0)
+        answer.and_then(|answer| answer.data.flags_bits()).unwrap_or(0)
     }
 
     /// Whether Deployer has all of these flags.

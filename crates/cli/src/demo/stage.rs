@@ -18,7 +18,7 @@ use super::Options;
 use super::scene::{Kind, Line, Plan, Scene, View};
 use super::summary::Summary;
 use super::trace::Trace;
-use crate::describe::{flags_bits, hex};
+use crate::describe::hex;
 use crate::exchange;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
@@ -158,7 +158,7 @@ impl Stage {
         }
         let mut first = true;
         for answer in &*answers {
-            let bits = answer.decode().ok().and_then(|answer| flags_bits(&answer));
+            let bits = answer.decode().ok().and_then(|answer| answer.data.flags_bits());
             let bits = bits.map(|bits| bits & !ordinary(answer.from()));
             if bits == self.shown.get(&answer.from()).copied() {
                 continue;

@@ -3,6 +3,7 @@
 //! being changed then holds old bits, new bits or any, also others each time it is read.
 
 use core::cell::Cell;
+use core::ops::Range;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
     check_write,
@@ -73,8 +74,8 @@ pub struct Flash<const WORD: usize, const PAGE: usize> {
     pub checked: bool,
     /// Only a whole erase makes a written word writable again, not even zeros may be written.
     pub strict: bool,
-    /// Writing to this address fails, as in a worn page.
-    pub worn: Option<u32>,
+    /// Writing to these addresses fails, as in a worn page.
+    pub worn: Vec<Range<u32>>,
     /// This bit always has this value, and nothing tells.
     pub stuck: Option<(usize, bool)>,
     random: Cell<u64>,
@@ -94,7 +95,7 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
             before: vec![0; pages * PAGE],
             checked: false,
             strict: false,
-            worn: None,
+            worn: Vec::new(),
             stuck: None,
             random: Cell::new(seed),
             cut: Cell::new(None),
@@ -259,8 +260,8 @@ impl<const WORD: usize, const PAGE: usize> NorFlash for Flash<WORD, PAGE> {
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failed> {
         check_write(self, offset, bytes.len())?;
-        let range = offset..offset + bytes.len() as u32;
-        if self.off || self.worn.is_some_and(|address| range.contains(&address)) {
+        let end = offset + bytes.len() as u32;
+        if self.off || self.worn.iter().any(|worn| worn.start < end && offset < worn.end) {
             return Err(Failed);
         }
         let first = offset as usize / WORD;

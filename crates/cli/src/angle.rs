@@ -16,6 +16,19 @@ impl std::str::FromStr for Angle {
     }
 }
 
+/// An azimuth or elevation, as `--fire` has them: a plain number is degrees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bearing(pub i16);
+
+impl std::str::FromStr for Bearing {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let plain = text.trim().parse::<f64>().is_ok();
+        arcmin(&if plain { format!("{}deg", text.trim()) } else { text.to_owned() }).map(Self)
+    }
+}
+
 /// Two angles with a comma between them: `-20deg,3deg`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pair(pub i16, pub i16);
@@ -103,6 +116,17 @@ fn degrees_minutes(degrees: &str, rest: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bearings_are_degrees_unless_they_say_otherwise() {
+        for (text, arcmin) in
+            [("-60", -3600), ("5.5", 330), ("20deg", 1200), ("1800'", 1800), ("12°30'", 750)]
+        {
+            assert_eq!(text.parse(), Ok(Bearing(arcmin)), "{text}");
+        }
+        assert!("600".parse::<Bearing>().is_err(), "beyond what an int16 can say");
+        assert!("north".parse::<Bearing>().is_err());
+    }
 
     #[test]
     fn angles() {

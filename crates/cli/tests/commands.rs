@@ -110,7 +110,7 @@ fn valves() {
 #[test]
 fn a_fire_is_found_and_extinguished() {
     let sim = Sim::start(&["--speed", "40", "--fire", "az=30,range=25,size=1.5"]);
-    let found = sim.value(&["seek", "--from-az", "0", "--to-az", "60deg", "--analyse"]);
+    let found = sim.value(&["seek", "--from-az", "0", "--to-az", "60", "--analyse"]);
     let hotbeds = found["hotbeds"].as_array().unwrap();
     assert_eq!(hotbeds.len(), 1, "{found}");
     let edge = |name: &str| hotbeds[0][name].as_i64().unwrap();

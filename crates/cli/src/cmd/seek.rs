@@ -9,7 +9,7 @@ use lafet_proto::{Request, SubsystemId};
 use serde_json::json;
 
 use super::motion::{simple, stopped};
-use crate::angle::{self, Angle};
+use crate::angle::{self, Bearing};
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::describe::{hotbed_rows, hotbeds_json};
@@ -21,21 +21,22 @@ use crate::out::{Out, columns};
 /// `lafet seek`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
-                        lafet -c tcp://127.0.0.1:10485 seek --from-az -60deg --to-az 60deg\n  \
+                        lafet -c tcp://127.0.0.1:10485 seek --from-az -60 --to-az 60\n  \
                         lafet -c sim:?fire=az=30,range=25 seek --analyse")]
 pub struct SeekArgs {
-    /// Where the sector begins, horizontally: arc-minutes, or degrees like 60deg (default -90deg)
-    #[arg(long, value_name = "ANGLE", default_value = "-90deg", allow_hyphen_values = true)]
-    from_az: Angle,
-    /// Where the sector ends, horizontally (default 90deg)
-    #[arg(long, value_name = "ANGLE", default_value = "90deg", allow_hyphen_values = true)]
-    to_az: Angle,
-    /// Where the sector begins, vertically (default -10deg)
-    #[arg(long, value_name = "ANGLE", default_value = "-10deg", allow_hyphen_values = true)]
-    from_el: Angle,
-    /// Where the sector ends, vertically (default 10deg)
-    #[arg(long, value_name = "ANGLE", default_value = "10deg", allow_hyphen_values = true)]
-    to_el: Angle,
+    /// Where the sector begins, horizontally: degrees, or arc-minutes like 1800'
+    /// (default -90)
+    #[arg(long, value_name = "DEGREES", default_value = "-90", allow_hyphen_values = true)]
+    from_az: Bearing,
+    /// Where the sector ends, horizontally (default 90)
+    #[arg(long, value_name = "DEGREES", default_value = "90", allow_hyphen_values = true)]
+    to_az: Bearing,
+    /// Where the sector begins, vertically (default -10)
+    #[arg(long, value_name = "DEGREES", default_value = "-10", allow_hyphen_values = true)]
+    from_el: Bearing,
+    /// Where the sector ends, vertically (default 10)
+    #[arg(long, value_name = "DEGREES", default_value = "10", allow_hyphen_values = true)]
+    to_el: Bearing,
     /// Measure each hotbed precisely in a second pass
     #[arg(long)]
     analyse: bool,

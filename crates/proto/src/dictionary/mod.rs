@@ -1,9 +1,11 @@
 //! Texts in English and Russian for everything that a user sees.
 //!
 //! Statuses, subsystems and requests are here; the texts of flags are in [`crate::flags`], those of
-//! parameters in [`crate::param`]. Consoles, schemas and reference documentation are made from
-//! these. What a status or request *means* follows the document; what to do about it is ours.
+//! parameters in [`crate::param`], where fields lie in the data in [`layouts`]. Consoles, schemas,
+//! dissectors and reference documentation are made from these. What a status or request *means*
+//! follows the document; what to do about it is ours.
 
+pub mod layouts;
 mod requests;
 mod statuses;
 mod subsystems;

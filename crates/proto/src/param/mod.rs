@@ -57,6 +57,10 @@ pub enum Unit {
     DeciCelsius,
     /// Tenths of an atmosphere.
     DeciAtmosphere,
+    /// Litres per second.
+    LitrePerSecond,
+    /// Hundredths of a whole.
+    Percent,
 }
 
 impl Unit {
@@ -80,6 +84,8 @@ impl Unit {
             Unit::DeciSecond => Text::new("×0.1 s", "×0,1 с"),
             Unit::DeciCelsius => Text::new("×0.1 °C", "×0,1 °C"),
             Unit::DeciAtmosphere => Text::new("×0.1 atm", "×0,1 атм"),
+            Unit::LitrePerSecond => Text::new("l/s", "л/с"),
+            Unit::Percent => Text::new("%", "%"),
         }
     }
 }

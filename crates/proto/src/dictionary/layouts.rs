@@ -1,0 +1,410 @@
+//! §3 Where the data of requests and answers lie: for tools that read bytes without this crate's
+//! types, such as dissectors, recorders and bindings.
+
+use super::Text;
+use crate::id::{ParamId, RequestId, SubsystemId};
+use crate::param::Unit;
+use crate::status::Hotbed;
+
+/// What a field is; everything is little-endian.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Unsigned, 1 byte.
+    U8,
+    /// Signed, 1 byte.
+    I8,
+    /// Unsigned, 2 bytes.
+    U16,
+    /// Signed, 2 bytes.
+    I16,
+    /// Unsigned, 4 bytes.
+    U32,
+    /// Signed, 4 bytes.
+    I32,
+    /// The status word of the answering subsystem, 4 bytes: see [`crate::flags::flags_of`].
+    Flags,
+    /// Identifier of a parameter, 2 bytes.
+    ParamId,
+    /// Confirms a dangerous request, 2 bytes: see [`crate::id::key`].
+    Key,
+}
+
+impl Kind {
+    /// Bytes on the wire.
+    pub const fn size(self) -> usize {
+        match self {
+            Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 | Self::ParamId | Self::Key => 2,
+            Self::U32 | Self::I32 | Self::Flags => 4,
+        }
+    }
+
+    fn read(self, bytes: &[u8]) -> Option<i64> {
+        let word = bytes.get(..self.size())?;
+        let unsigned = word.iter().rev().fold(0, |value, byte| value << 8 | i64::from(*byte));
+        Some(match self {
+            Self::I8 => i64::from(unsigned as i8),
+            Self::I16 => i64::from(unsigned as i16),
+            Self::I32 => i64::from(unsigned as i32),
+            _ => unsigned,
+        })
+    }
+}
+
+/// A field of a structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is.
+    pub kind: Kind,
+    /// What it is measured in.
+    pub unit: Unit,
+    /// What it says.
+    pub text: Text,
+}
+
+/// The structure of data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Its name.
+    pub name: &'static str,
+    /// The fields in order.
+    pub fields: &'static [Field],
+    /// Fields that repeat until the data end.
+    pub repeated: &'static [Field],
+    /// How often they repeat at least and at most.
+    pub times: (usize, usize),
+    /// Bytes that the data begin with: they select this structure among those of equal size.
+    pub prefix: &'static [u8],
+}
+
+impl Layout {
+    /// Bytes without what repeats.
+    pub fn size(&self) -> usize {
+        size(self.fields)
+    }
+
+    /// Whether data have this structure.
+    pub fn fits(&self, data: &[u8]) -> bool {
+        let Some(rest) = data.len().checked_sub(self.size()) else { return false };
+        let (least, most) = self.times;
+        let whole = match size(self.repeated) {
+            0 => rest == 0,
+            step => rest % step == 0 && (least..=most).contains(&(rest / step)),
+        };
+        whole && data.starts_with(self.prefix)
+    }
+
+    /// The fields that data have: where each begins, what it is, its value.
+    pub fn values<'d>(
+        &self,
+        data: &'d [u8],
+    ) -> impl Iterator<Item = (usize, &'static Field, i64)> + use<'d> {
+        let (fields, repeated) = (self.fields, self.repeated);
+        // What repeats has at least a byte, so there are no more rounds than bytes.
+        let rounds = if repeated.is_empty() { 0 } else { data.len() };
+        let all = fields.iter().chain((0..rounds).flat_map(move |_| repeated));
+        let mut at = 0usize;
+        all.map_while(move |field| {
+            let (from, value) = (at, field.kind.read(data.get(at..)?)?);
+            at = from.saturating_add(field.kind.size());
+            Some((from, field, value))
+        })
+    }
+}
+
+fn size(fields: &[Field]) -> usize {
+    fields.iter().map(|field| field.kind.size()).sum()
+}
+
+/// The structures that a request's data can have: the first that fits counts.
+pub const fn of_request(request: RequestId) -> &'static [Layout] {
+    match request {
+        RequestId::MOVE => &[MOVE],
+        RequestId::GET_PARAM => &[PARAM_ID],
+        RequestId::SET_PARAM => &[PARAM],
+        RequestId::SETUP_CORRECTION_TABLE => &[CORRECTIONS],
+        RequestId::OPEN | RequestId::CLOSE | RequestId::LOCKOUT | RequestId::CLEAN_FLASH => &[KEY],
+        RequestId::START_QUENCH => &[QUENCH_PROGRAM, QUENCH_FULL, QUENCH_CORRECTED],
+        RequestId::START_TRAJECTORY => &[TRAJECTORY_POINTS, TRAJECTORY_STORED],
+        RequestId::START_SEEK => &[SEEK],
+        RequestId::SWITCH_LIMITS => &[SWITCH_LIMITS],
+        RequestId::GET_LOG => &[LOG_RANGE],
+        _ => &[EMPTY],
+    }
+}
+
+/// The structures that an answer's data can have, besides none: the first that fits counts.
+pub const fn of_answer(request: RequestId, from: SubsystemId) -> &'static [Layout] {
+    match request {
+        RequestId::GET_STATUS => of_status(from),
+        RequestId::GET_PARAM | RequestId::SET_PARAM | RequestId::GET_HOTBED => &[HOTBEDS, PARAM],
+        RequestId::RETRIEVE_LIMITS => &[LIMITS],
+        RequestId::GET_CRASH_DATA => &[FAULT_CORTEX_M3, FAULT_ARM7TDMI],
+        RequestId::GET_NETWORK_STATUS => &[NETWORK],
+        RequestId::GET_LOG => &[LOG],
+        _ => &[],
+    }
+}
+
+const fn of_status(from: SubsystemId) -> &'static [Layout] {
+    match from {
+        SubsystemId::GENERAL => &[GENERAL_STATUS],
+        SubsystemId::CLIMATICS => &[THERMO_STATUS],
+        SubsystemId::VERTICAL | SubsystemId::HORIZONTAL => &[DRIVE_STATUS],
+        SubsystemId::NOZZLE => &[NOZZLE_STATUS],
+        SubsystemId::DEPLOYER => &[DEPLOYER_STATUS],
+        SubsystemId::VALVE1 | SubsystemId::VALVE2 => &[VALVE_STATUS],
+        SubsystemId::CONTROL => &[CONTROL_STATUS],
+        SubsystemId::DETECTOR => &[DETECTOR_STATUS],
+        SubsystemId::EXTERNAL_CONN | SubsystemId::RADIO => &[CONN_STATUS],
+        SubsystemId::BUTTONS | SubsystemId::EXT_BUTTONS => &[BUTTONS_STATUS],
+        _ => &[],
+    }
+}
+
+macro_rules! fields {
+    ($($field:ident $kind:ident $unit:ident $en:literal $ru:literal;)*) => {
+        &[$(Field {
+            name: stringify!($field),
+            kind: Kind::$kind,
+            unit: Unit::$unit,
+            text: Text::new($en, $ru),
+        }),*]
+    };
+}
+
+const fn plain(name: &'static str, fields: &'static [Field]) -> Layout {
+    Layout { name, fields, repeated: &[], times: (0, 0), prefix: &[] }
+}
+
+const EMPTY: Layout = plain("Empty", &[]);
+
+const MOVE: Layout = plain(
+    "Move",
+    fields! { destination I16 None "Destination, arc-minutes (nozzle: mm)" "Цель, угл. мин (насадок: мм)"; },
+);
+const PARAM_ID: Layout = plain("ParamId", fields! { id ParamId None "Parameter" "Параметр"; });
+const KEY: Layout =
+    plain("Key", fields! { key Key Bits "Key that confirms" "Ключ подтверждения"; });
+const SWITCH_LIMITS: Layout = plain(
+    "SwitchLimits",
+    fields! { new_state U16 Choice "0 off, 1 on, 2 reject" "0 выключить, 1 включить, 2 отменить"; },
+);
+const LOG_RANGE: Layout = plain(
+    "LogRange",
+    fields! {
+        first U16 None "First line" "Первая строка";
+        count U16 None "Number of lines" "Число строк";
+    },
+);
+const PARAM: Layout = Layout {
+    name: "Param",
+    fields: PARAM_ID.fields,
+    repeated: fields! { value I32 None "Value" "Значение"; },
+    times: (0, usize::MAX),
+    prefix: &[],
+};
+const CORRECTION: &[Field] =
+    fields! { correction I8 Degree "Correction of the elevation" "Поправка угла подъёма"; };
+const CORRECTIONS: Layout = Layout {
+    name: "Corrections",
+    fields: fields! { first U8 DeciAtmosphere "Pressure of the first correction" "Давление первой поправки"; },
+    repeated: CORRECTION,
+    times: (1, usize::MAX),
+    prefix: &[],
+};
+const QUENCH_PROGRAM: Layout = plain(
+    "QuenchProgram",
+    fields! {
+        program I16 None "Stored program, 0–7" "Хранимая программа, 0–7";
+        centre_h I16 Arcmin "Centre, horizontal" "Центр по горизонтали";
+        centre_v I16 Arcmin "Centre, vertical" "Центр по вертикали";
+        nozzle I16 Millimetre "Nozzle position" "Положение насадка";
+    },
+);
+const QUENCH_FULL: Layout = plain(
+    "QuenchFull",
+    fields! {
+        centre_h I16 Arcmin "Centre, horizontal" "Центр по горизонтали";
+        centre_v I16 Arcmin "Centre, vertical" "Центр по вертикали";
+        nozzle I16 Millimetre "Nozzle position" "Положение насадка";
+        width I16 Arcmin "Width of the sector" "Ширина сектора";
+        height I16 Arcmin "Height of the sector" "Высота сектора";
+        step I8 Degree "Step between lines" "Шаг между строками";
+        distance I8 Metre "Distance to the fire" "Расстояние до очага";
+    },
+);
+const QUENCH_CORRECTED: Layout = Layout {
+    name: "QuenchCorrected",
+    fields: QUENCH_FULL.fields.split_at(6).0,
+    repeated: CORRECTION,
+    times: (2, usize::MAX),
+    prefix: &[],
+};
+const TRAJECTORY: &[Field] = fields! {
+    mode U8 Choice "0 points, 1 stored trajectories" "0 точки, 1 хранимые траектории";
+    flags U8 Bits "Bit 0 ballistics, bit 1 repeat" "Бит 0 баллистика, бит 1 повтор";
+    count U8 None "How many" "Количество";
+};
+const TRAJECTORY_POINTS: Layout = Layout {
+    name: "TrajectoryPoints",
+    fields: TRAJECTORY,
+    repeated: fields! {
+        horizontal I16 Arcmin "Line of sight, horizontal" "Линия визирования по горизонтали";
+        vertical I16 Arcmin "Line of sight, vertical" "Линия визирования по вертикали";
+        distance U8 Metre "Distance" "Расстояние";
+        dwell U8 DeciSecond "Time to stay" "Время задержки";
+    },
+    times: (1, usize::MAX),
+    prefix: &[0],
+};
+const TRAJECTORY_STORED: Layout = Layout {
+    name: "TrajectoryStored",
+    fields: TRAJECTORY,
+    repeated: fields! { trajectory U8 None "Stored trajectory, 0–7" "Хранимая траектория, 0–7"; },
+    times: (1, usize::MAX),
+    prefix: &[1],
+};
+const SEEK: Layout = plain(
+    "Seek",
+    fields! {
+        start_h I16 Arcmin "One end, horizontal" "Один край по горизонтали";
+        end_h I16 Arcmin "Other end, horizontal" "Другой край по горизонтали";
+        start_v I16 Arcmin "One end, vertical" "Один край по вертикали";
+        end_v I16 Arcmin "Other end, vertical" "Другой край по вертикали";
+        analyse I16 Choice "1 measure each hotbed in a second pass" "1 измерить каждый очаг вторым проходом";
+    },
+);
+
+const FLAGS: &str = "Flags";
+const FLAGS_RU: &str = "Флаги";
+
+/// The flags in front of what else a state has.
+macro_rules! state {
+    ($name:literal) => {
+        plain($name, &[Field {
+            name: "flags",
+            kind: Kind::Flags,
+            unit: Unit::Bits,
+            text: Text::new(FLAGS, FLAGS_RU),
+        }])
+    };
+    ($name:literal $($field:ident $kind:ident $unit:ident $en:literal $ru:literal;)+) => {
+        plain($name, &[
+            Field {
+                name: "flags",
+                kind: Kind::Flags,
+                unit: Unit::Bits,
+                text: Text::new(FLAGS, FLAGS_RU),
+            },
+            $(Field {
+                name: stringify!($field),
+                kind: Kind::$kind,
+                unit: Unit::$unit,
+                text: Text::new($en, $ru),
+            }),+
+        ])
+    };
+}
+
+const GENERAL_STATUS: Layout = state! { "GeneralStatus"
+    main_voltage U16 Volt "Supply voltage" "Напряжение питания";
+    pressure U16 DeciAtmosphere "Pressure of water or foam" "Давление воды или пены";
+    flowrate U16 LitrePerSecond "Flow" "Расход";
+};
+const THERMO_STATUS: Layout = state! { "ThermoStatus"
+    horizontal I16 DeciCelsius "Temperature of the horizontal drive" "Температура горизонтального привода";
+    vertical I16 DeciCelsius "Temperature of the vertical drive" "Температура вертикального привода";
+    nozzle I16 DeciCelsius "Temperature of the nozzle drive" "Температура привода насадка";
+    deployer I16 DeciCelsius "Temperature of the deployment drive" "Температура привода развёртывания";
+    housing I16 DeciCelsius "Temperature of the housing" "Температура корпуса";
+    humidity U16 Percent "Humidity in the housing" "Влажность в корпусе";
+};
+const DRIVE_STATUS: Layout = state! { "DriveStatus"
+    position I16 Arcmin "Position" "Положение";
+    current U8 DeciAmpere "Motor current" "Ток двигателя";
+    speed U8 DegreePerSecond "Speed that is set" "Заданная скорость";
+};
+const NOZZLE_STATUS: Layout = state! { "NozzleStatus"
+    position I16 Millimetre "Position" "Положение";
+    current U8 DeciAmpere "Motor current" "Ток двигателя";
+    speed U8 MillimetrePerSecond "Speed that is set" "Заданная скорость";
+};
+const DEPLOYER_STATUS: Layout = Layout { name: "DeployerStatus", ..DRIVE_STATUS };
+const VALVE_STATUS: Layout = state! { "ValveStatus" };
+const CONTROL_STATUS: Layout = state! { "ControlStatus" };
+const DETECTOR_STATUS: Layout = state! { "DetectorStatus" };
+const CONN_STATUS: Layout = state! { "ConnStatus" };
+const BUTTONS_STATUS: Layout = state! { "ButtonsStatus" };
+
+const LIMITS: Layout = plain(
+    "Limits",
+    fields! {
+        min I32 None "Lower, right or wider limit" "Нижний, правый предел или предел «шире»";
+        max I32 None "Upper, left or narrower limit" "Верхний, левый предел или предел «уже»";
+    },
+);
+const HOTBEDS: Layout = Layout {
+    name: "Hotbeds",
+    fields: PARAM_ID.fields,
+    repeated: fields! {
+        x1 I32 Arcmin "Left edge" "Левый край";
+        x2 I32 Arcmin "Right edge" "Правый край";
+        y1 I32 Arcmin "Lower edge" "Нижний край";
+        y2 I32 Arcmin "Upper edge" "Верхний край";
+        brightness I32 None "Brightness" "Яркость";
+    },
+    times: (0, Hotbed::MAX),
+    prefix: &ParamId::HOTBEDS.0.to_le_bytes(),
+};
+const FAULT_CORTEX_M3: Layout = plain(
+    "FaultInfo",
+    fields! {
+        signature U32 Bits "Filled when not 0" "Заполнено, если не 0";
+        archtype U32 Bits "Architecture" "Архитектура";
+        spcr U32 Bits "Stack pointer" "Указатель стека";
+        r0 U32 Bits "Register r0" "Регистр r0";
+        r1 U32 Bits "Register r1" "Регистр r1";
+        r2 U32 Bits "Register r2" "Регистр r2";
+        r3 U32 Bits "Register r3" "Регистр r3";
+        r12 U32 Bits "Register r12" "Регистр r12";
+        lr U32 Bits "Link register" "Регистр связи";
+        pc U32 Bits "Program counter" "Счётчик команд";
+        tim2_cnt U32 None "Counter of timer 2" "Счётчик таймера 2";
+        tim3_cnt U32 None "Counter of timer 3" "Счётчик таймера 3";
+        tim4_cnt U32 None "Counter of timer 4" "Счётчик таймера 4";
+        tim5_cnt U32 None "Counter of timer 5" "Счётчик таймера 5";
+        hfsr U32 Bits "Hard fault status" "Состояние HardFault";
+        bfar U32 Bits "Bus fault address" "Адрес отказа шины";
+        mmfar U32 Bits "Memory management fault address" "Адрес отказа доступа к памяти";
+        cfsr U32 Bits "Configurable fault status" "Состояние настраиваемых отказов";
+        tcb U32 Bits "Task control block" "Блок управления задачей";
+        psr U32 Bits "Program status" "Состояние программы";
+    },
+);
+const FAULT_ARM7TDMI: Layout = Layout {
+    name: "FaultInfoArm7tdmi",
+    fields: FAULT_CORTEX_M3.fields.split_at(10).0,
+    repeated: fields! {
+        cpsr U32 Bits "Current program status" "Текущее состояние программы";
+        spsr U32 Bits "Saved program status" "Сохранённое состояние программы";
+    },
+    times: (1, 1),
+    prefix: &[],
+};
+const NETWORK: Layout = Layout {
+    name: "NetworkStatus",
+    fields: &[],
+    repeated: fields! { present U8 Bits "Eight addresses, a bit each" "Восемь адресов, по биту"; },
+    times: (32, 32),
+    prefix: &[],
+};
+const LOG: Layout = Layout {
+    name: "Log",
+    fields: LOG_RANGE.fields,
+    repeated: fields! { line U8 Bits "Byte of a line" "Байт строки"; },
+    times: (0, usize::MAX),
+    prefix: &[],
+};

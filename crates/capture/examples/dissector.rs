@@ -1,0 +1,2 @@
+//! Prints the dissector.
+fn main() { print!("{}", lafet_capture::dissector::lua(lafet_capture::dissector::Language::En)); }

@@ -1,5 +1,117 @@
 //! Recordings of what goes between monitors and those who control them, and the tools to look at
 //! them: MCAP, pcapng, a Wireshark dissector.
+//!
+//! ```text
+//! bytes → Splitter → Captured ─┬→ pcapng        ─┐
+//!                              └→ mcap (decoded) ┴→ Reader → Captured
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod dissector;
+mod mcap;
+mod messages;
+mod pcapng;
+mod read;
+mod splitter;
+
+use std::io::{self, Seek, Write};
+use std::path::Path;
+
+pub use read::{ReadError, read};
+pub use splitter::Splitter;
+
+/// A piece of a line's traffic: usually one frame, with what noise came before it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Captured {
+    /// When its last byte was there, nanoseconds since 1970 (UTC).
+    pub at_ns: u64,
+    /// Which way it went.
+    pub direction: Direction,
+    /// The bytes as they were on the wire.
+    pub bytes: Vec<u8>,
+}
+
+/// Which way bytes went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// From whoever controls towards the monitors.
+    ToMonitor = 1,
+    /// From the monitors.
+    FromMonitor = 2,
+    /// Heard on a shared line: nobody knows.
+    Heard = 0,
+}
+
+/// The form of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Frames and decoded values, for Foxglove, Lichtblick and other tools of robotics.
+    Mcap,
+    /// Frames, for Wireshark.
+    Pcapng,
+}
+
+impl Format {
+    /// The format that the ending of a file's name says.
+    pub fn of_path(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "mcap" => Some(Self::Mcap),
+            "pcapng" => Some(Self::Pcapng),
+            _ => None,
+        }
+    }
+
+    /// The format that the first bytes of a file say.
+    pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
+        match bytes {
+            [0x89, b'M', b'C', b'A', b'P', ..] => Some(Self::Mcap),
+            [0x0A, 0x0D, 0x0D, 0x0A, ..] => Some(Self::Pcapng),
+            _ => None,
+        }
+    }
+}
+
+/// Writes a recording. Without [`Recorder::finish`] it can still be read, up to the last flush.
+pub struct Recorder<W: Write + Seek> {
+    form: Form<W>,
+}
+
+enum Form<W: Write + Seek> {
+    Mcap(Box<mcap::Writer<W>>),
+    Pcapng(pcapng::Writer<W>),
+}
+
+impl<W: Write + Seek> Recorder<W> {
+    /// Begins a recording.
+    pub fn new(format: Format, out: W) -> io::Result<Self> {
+        let form = match format {
+            Format::Mcap => Form::Mcap(Box::new(mcap::Writer::new(out)?)),
+            Format::Pcapng => Form::Pcapng(pcapng::Writer::new(out)?),
+        };
+        Ok(Self { form })
+    }
+
+    /// Adds a piece.
+    pub fn write(&mut self, captured: &Captured) -> io::Result<()> {
+        match &mut self.form {
+            Form::Mcap(writer) => writer.write(captured),
+            Form::Pcapng(writer) => writer.write(captured),
+        }
+    }
+
+    /// Brings to the file what is still kept back.
+    pub fn flush(&mut self) -> io::Result<()> {
+        match &mut self.form {
+            Form::Mcap(writer) => writer.flush(),
+            Form::Pcapng(writer) => writer.flush(),
+        }
+    }
+
+    /// Ends the recording.
+    pub fn finish(self) -> io::Result<()> {
+        match self.form {
+            Form::Mcap(writer) => writer.finish(),
+            Form::Pcapng(mut writer) => writer.flush(),
+        }
+    }
+}

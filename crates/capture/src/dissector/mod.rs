@@ -197,7 +197,9 @@ impl Tables {
         let most = most.min(usize::from(u16::MAX));
         let name = layout.name;
         let abbr = quoted(&snake(name));
-        self.line(&format!("  {name} = {{ name = \"{name}\", abbr = {abbr}, prefix = \"{prefix}\","));
+        self.line(&format!(
+            "  {name} = {{ name = \"{name}\", abbr = {abbr}, prefix = \"{prefix}\","
+        ));
         self.line(&format!("    least = {least}, most = {most},"));
         for (name, fields) in [("fields", layout.fields), ("repeated", layout.repeated)] {
             self.line(&format!("    {name} = {{"));

@@ -1,0 +1,154 @@
+//! MCAP: the frames as they were, and what they say as JSON with schemas.
+//!
+//! Topics: `/frames` (the raw bytes, from which a recording is replayed), `/monitor/A/S` (states of
+//! subsystem S of the monitor at address A, in plain units), `/monitor/A/log` (requests and
+//! answers as text).
+
+use std::collections::{BTreeMap, HashMap};
+use std::io::{self, Seek, Write};
+
+use ::mcap::records::MessageHeader;
+use ::mcap::{Compression, McapError, MessageStream, WriteOptions, read::Options};
+use lafet_proto::bus::MONITORS;
+use lafet_proto::link::{Decoder, Frame};
+
+use crate::messages::{self, Message, Schema};
+use crate::read::ReadError;
+use crate::{Captured, Direction};
+
+/// Topic of the raw frames.
+const FRAMES: &str = "/frames";
+/// Encoding of their messages: a byte for the direction, then the bytes.
+const ENCODING: &str = "lafet";
+/// A chunk is closed at this size, or when the recorder flushes.
+const CHUNK: u64 = 256 * 1024;
+
+/// Writes MCAP.
+pub struct Writer<W: Write + Seek> {
+    out: ::mcap::Writer<W>,
+    frames: u16,
+    schemas: HashMap<&'static str, u16>,
+    channels: HashMap<String, u16>,
+    sequence: u32,
+}
+
+impl<W: Write + Seek> Writer<W> {
+    pub fn new(out: W) -> io::Result<Self> {
+        let options = WriteOptions::new()
+            .compression(Some(Compression::Zstd))
+            .chunk_size(Some(CHUNK))
+            .profile("")
+            .library(concat!("lafet ", env!("CARGO_PKG_VERSION")));
+        let mut out = options.create(out).map_err(to_io)?;
+        let about = BTreeMap::from([(
+            "about".to_owned(),
+            "direction (0 heard, 1 to a monitor, 2 from a monitor), then bytes of the wire".into(),
+        )]);
+        let frames = out.add_channel(0, FRAMES, ENCODING, &about).map_err(to_io)?;
+        let (schemas, channels) = Default::default();
+        Ok(Self { out, frames, schemas, channels, sequence: 0 })
+    }
+
+    pub fn write(&mut self, captured: &Captured) -> io::Result<()> {
+        let mut data = vec![captured.direction as u8];
+        data.extend_from_slice(&captured.bytes);
+        self.message(self.frames, captured.at_ns, &data)?;
+        let mut decoder: Box<Decoder> = Box::default();
+        let mut rest = &captured.bytes[..];
+        while !rest.is_empty() {
+            let (taken, frame) = decoder.push_slice(rest);
+            if let Some(frame) = frame {
+                let Some(address) = monitor_of(&frame) else { break };
+                for Message { topic, schema, json } in messages::of_frame(&frame, captured.at_ns) {
+                    let topic = format!("/monitor/{address}/{topic}");
+                    let channel = self.channel(topic, &schema)?;
+                    self.message(channel, captured.at_ns, json.to_string().as_bytes())?;
+                }
+            }
+            rest = &rest[taken..];
+        }
+        Ok(())
+    }
+
+    fn channel(&mut self, topic: String, schema: &Schema) -> io::Result<u16> {
+        if let Some(channel) = self.channels.get(&topic) {
+            return Ok(*channel);
+        }
+        let schema_id = match self.schemas.get(schema.name) {
+            Some(id) => *id,
+            None => {
+                let text = schema.json.to_string();
+                let id = self.out.add_schema(schema.name, "jsonschema", text.as_bytes());
+                *self.schemas.entry(schema.name).or_insert(id.map_err(to_io)?)
+            }
+        };
+        let channel = self.out.add_channel(schema_id, &topic, "json", &BTreeMap::new());
+        Ok(*self.channels.entry(topic).or_insert(channel.map_err(to_io)?))
+    }
+
+    fn message(&mut self, channel_id: u16, at_ns: u64, data: &[u8]) -> io::Result<()> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let sequence = self.sequence;
+        let header = MessageHeader { channel_id, sequence, log_time: at_ns, publish_time: at_ns };
+        self.out.write_to_known_channel(&header, data).map_err(to_io)
+    }
+
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.out.flush().map_err(to_io)
+    }
+
+    pub fn finish(mut self) -> io::Result<()> {
+        self.out.finish().map(|_| ()).map_err(to_io)
+    }
+}
+
+/// The monitor that a frame comes from or goes to.
+fn monitor_of(frame: &Frame<'_>) -> Option<u8> {
+    [frame.src, frame.dst].into_iter().find(|address| MONITORS.contains(address))
+}
+
+/// Reads the frames of MCAP.
+pub fn read(bytes: &[u8], mut take: impl FnMut(Captured)) -> Result<(), ReadError> {
+    let stream =
+        MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into()).map_err(damaged)?;
+    let (mut taken, mut others) = (0, 0);
+    for message in stream {
+        let message = match message {
+            Ok(message) => message,
+            // What was being written when the recorder was ended is lost; all before it is not.
+            Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => break,
+            Err(error) => return Err(damaged(error)),
+        };
+        if message.channel.topic != FRAMES || message.channel.message_encoding != ENCODING {
+            others += 1;
+            continue;
+        }
+        let Some((direction, bytes)) = message.data.split_first() else { continue };
+        taken += 1;
+        take(Captured {
+            at_ns: message.log_time,
+            direction: direction_of(*direction),
+            bytes: bytes.to_vec(),
+        });
+    }
+    if taken == 0 && others > 0 { Err(ReadError::NoFrames) } else { Ok(()) }
+}
+
+const fn direction_of(byte: u8) -> Direction {
+    match byte {
+        1 => Direction::ToMonitor,
+        2 => Direction::FromMonitor,
+        _ => Direction::Heard,
+    }
+}
+
+fn damaged(error: McapError) -> ReadError {
+    ReadError::Damaged(error.to_string())
+}
+
+fn to_io(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::other(other),
+    }
+}

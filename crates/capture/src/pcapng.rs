@@ -1,0 +1,111 @@
+//! pcapng: one interface of link type USER0 (147), a packet for each piece.
+
+use std::borrow::Cow;
+use std::io::{self, Write};
+use std::time::Duration;
+
+use pcap_file::pcapng::blocks::enhanced_packet::{EnhancedPacketBlock, EnhancedPacketOption};
+use pcap_file::pcapng::blocks::interface_description::{
+    InterfaceDescriptionBlock, InterfaceDescriptionOption,
+};
+use pcap_file::pcapng::{Block, PcapNgReader, PcapNgWriter};
+use pcap_file::{DataLink, PcapError};
+
+use crate::read::ReadError;
+use crate::{Captured, Direction};
+
+/// Timestamps are nanoseconds: ten to the power of minus nine.
+const NANOSECONDS: u8 = 9;
+/// Lowest two bits of a packet's flags: which way it went.
+const DIRECTION: u32 = 0b11;
+const INBOUND: u32 = 0b01;
+const OUTBOUND: u32 = 0b10;
+
+/// Writes pcapng.
+pub struct Writer<W: Write>(PcapNgWriter<W>);
+
+impl<W: Write> Writer<W> {
+    pub fn new(out: W) -> io::Result<Self> {
+        let mut writer = PcapNgWriter::new(out).map_err(to_io)?;
+        let interface = InterfaceDescriptionBlock {
+            linktype: DataLink::USER0,
+            snaplen: 0,
+            options: vec![
+                InterfaceDescriptionOption::IfName(Cow::Borrowed("lafet")),
+                InterfaceDescriptionOption::IfTsResol(NANOSECONDS),
+            ],
+        };
+        writer.write_pcapng_block(interface).map_err(to_io)?;
+        Ok(Self(writer))
+    }
+
+    pub fn write(&mut self, captured: &Captured) -> io::Result<()> {
+        let flags = match captured.direction {
+            Direction::ToMonitor => OUTBOUND,
+            Direction::FromMonitor => INBOUND,
+            Direction::Heard => 0,
+        };
+        let packet = EnhancedPacketBlock {
+            interface_id: 0,
+            timestamp: Duration::from_nanos(captured.at_ns),
+            original_len: captured.bytes.len() as u32,
+            data: Cow::Borrowed(&captured.bytes),
+            options: vec![EnhancedPacketOption::Flags(flags)],
+        };
+        self.0.write_pcapng_block(packet).map(|_| ()).map_err(to_io)
+    }
+
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.0.get_mut().flush()
+    }
+}
+
+/// Reads the packets of pcapng that are pieces of a line.
+pub fn read(bytes: &[u8], mut take: impl FnMut(Captured)) -> Result<(), ReadError> {
+    let mut reader = PcapNgReader::new(bytes).map_err(damaged)?;
+    let mut others = 0;
+    let mut taken = 0;
+    while let Some(block) = reader.next_block() {
+        let Block::EnhancedPacket(packet) = (match block {
+            Ok(block) => block.into_owned(),
+            // What was being written when the recorder was ended is lost; all before it is not.
+            Err(PcapError::IncompleteBuffer) => break,
+            Err(error) => return Err(damaged(error)),
+        }) else {
+            continue;
+        };
+        let interface = reader.interfaces().get(packet.interface_id as usize);
+        if interface.is_none_or(|interface| interface.linktype != DataLink::USER0) {
+            others += 1;
+            continue;
+        }
+        let flags = packet.options.iter().find_map(|option| match option {
+            EnhancedPacketOption::Flags(flags) => Some(flags & DIRECTION),
+            _ => None,
+        });
+        let direction = match flags {
+            Some(OUTBOUND) => Direction::ToMonitor,
+            Some(INBOUND) => Direction::FromMonitor,
+            _ => Direction::Heard,
+        };
+        taken += 1;
+        take(Captured {
+            // u64 nanoseconds last until 2554.
+            at_ns: packet.timestamp.as_nanos() as u64,
+            direction,
+            bytes: packet.data.into_owned(),
+        });
+    }
+    if taken == 0 && others > 0 { Err(ReadError::NoLine) } else { Ok(()) }
+}
+
+fn damaged(error: PcapError) -> ReadError {
+    ReadError::Damaged(error.to_string())
+}
+
+fn to_io(error: PcapError) -> io::Error {
+    match error {
+        PcapError::IoError(error) => error,
+        other => io::Error::other(other),
+    }
+}

@@ -1,0 +1,146 @@
+//! A recording gives back what was recorded, also when its recorder was ended in the middle.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::PathBuf;
+
+use lafet_capture::{Captured, Direction, Format, ReadError, Recorder, read};
+use lafet_proto::link::{Frame, WIRE_MAX, encode};
+use serde_json::Value;
+
+const FORMATS: [Format; 2] = [Format::Mcap, Format::Pcapng];
+
+fn frame(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+    let mut out = [0; WIRE_MAX];
+    let len = encode(&Frame { dst, src, payload }, &mut out).unwrap();
+    out[..len].to_vec()
+}
+
+fn pieces() -> Vec<Captured> {
+    let status = [0xD4, 0x0D, 0, 8, 1, 0, 2, 0, 0x9C, 0xFF, 15, 9];
+    let noisy = [&[1, 2, 3][..], &frame(1, 129, &[0x4D, 0x0D, 0, 2, 0, 0])].concat();
+    let all = [
+        (Direction::ToMonitor, frame(1, 129, &[0xD4, 0x0D, 0, 0])),
+        (Direction::FromMonitor, frame(129, 1, &status)),
+        (Direction::Heard, noisy),
+        (Direction::FromMonitor, frame(129, 1, &[0x4D, 0xA2, 3, 0])),
+        (Direction::ToMonitor, vec![0xFF, 0xC0]),
+    ];
+    let start = 1_790_000_000_123_456_789;
+    let at = |i: usize| start + 1_000_007 * i as u64;
+    all.into_iter()
+        .enumerate()
+        .map(|(i, (direction, bytes))| Captured { at_ns: at(i), direction, bytes })
+        .collect()
+}
+
+fn record(format: Format, pieces: &[Captured]) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    let mut recorder = Recorder::new(format, &mut bytes).unwrap();
+    for piece in pieces {
+        recorder.write(piece).unwrap();
+        recorder.flush().unwrap();
+    }
+    recorder.finish().unwrap();
+    bytes.into_inner()
+}
+
+/// A file of this test's own.
+struct File(PathBuf);
+
+impl File {
+    fn new(name: &str, bytes: &[u8]) -> Self {
+        let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+        fs::write(&path, bytes).unwrap();
+        Self(path)
+    }
+
+    fn read(&self) -> Result<Vec<Captured>, ReadError> {
+        read(&self.0)
+    }
+}
+
+impl Drop for File {
+    fn drop(&mut self) {
+        // Left over, it would only be overwritten.
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+#[test]
+fn what_was_recorded_is_read() {
+    for format in FORMATS {
+        let file = File::new(&format!("whole-{format:?}"), &record(format, &pieces()));
+        assert_eq!(file.read().unwrap(), pieces(), "{format:?}");
+    }
+}
+
+/// Cut anywhere, what stands before the cut is read, in order, and nothing panics.
+#[test]
+fn a_recording_cut_short_is_read_as_far_as_it_goes() {
+    for format in FORMATS {
+        let bytes = record(format, &pieces());
+        let mut most = 0;
+        for len in 8..=bytes.len() {
+            let file = File::new(&format!("cut-{format:?}"), &bytes[..len]);
+            let Ok(read) = file.read() else { continue };
+            assert!(pieces().starts_with(&read), "{format:?} cut at {len}");
+            assert!(read.len() >= most, "{format:?} cut at {len}: less than before");
+            most = read.len();
+        }
+        assert_eq!(most, pieces().len(), "{format:?}");
+    }
+}
+
+#[test]
+fn what_is_no_recording_is_told() {
+    let error = |name: &str, bytes: &[u8]| File::new(name, bytes).read().unwrap_err().to_string();
+    assert!(error("text", b"hello, world").contains("neither"));
+    let mut damaged = record(Format::Pcapng, &pieces());
+    damaged[4] = 7;
+    assert!(error("damaged", &damaged).contains("damaged"));
+    let other = {
+        let mut bytes = Cursor::new(Vec::new());
+        let mut writer = mcap::Writer::new(&mut bytes).unwrap();
+        let channel = writer.add_channel(0, "/x", "json", &Default::default()).unwrap();
+        let header = mcap::records::MessageHeader {
+            channel_id: channel,
+            sequence: 1,
+            log_time: 1,
+            publish_time: 1,
+        };
+        writer.write_to_known_channel(&header, b"{}").unwrap();
+        writer.finish().unwrap();
+        drop(writer);
+        bytes.into_inner()
+    };
+    assert!(error("other", &other).contains("without the frames"));
+}
+
+/// What frames say stands beside them as JSON, in units that people plot, with a schema.
+#[test]
+fn mcap_has_decoded_values() {
+    let bytes = record(Format::Mcap, &pieces());
+    let mut messages = Vec::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        if message.channel.message_encoding == "json" {
+            let schema = message.channel.schema.clone().unwrap();
+            let properties: Value = serde_json::from_slice(&schema.data).unwrap();
+            let json: Value = serde_json::from_slice(&message.data).unwrap();
+            for (name, _) in json.as_object().unwrap() {
+                assert!(properties["properties"][name].is_object(), "{name} in {}", schema.name);
+            }
+            messages.push((message.channel.topic.clone(), schema.name.clone(), json));
+        }
+    }
+    let topics: Vec<&str> = messages.iter().map(|(topic, ..)| topic.as_str()).collect();
+    assert_eq!(topics, ["/monitor/1/Vertical", "/monitor/1/log", "/monitor/1/log"]);
+    let (_, schema, drive) = &messages[0];
+    assert_eq!(schema, "DriveStatus");
+    assert_eq!((&drive["position_deg"], &drive["current_a"]), (&(-1.6667).into(), &1.5.into()));
+    assert_eq!(drive["flags"]["ConfigFault"], true);
+    assert_eq!(drive["flags"].as_object().unwrap().values().filter(|v| **v == true).count(), 2);
+    assert_eq!(messages[1].2["message"], "Move Vertical 0");
+    assert_eq!(messages[2].2["level"], 3, "a refusal is a warning");
+}

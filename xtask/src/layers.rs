@@ -12,7 +12,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-device", &["lafet-proto"]),
     ("lafet-sim", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),
-    ("lafet", &["lafet-client", "lafet-sim", "lafet-device", "lafet-proto"]),
+    ("lafet-capture", &["lafet-proto"]),
+    ("lafet", &["lafet-capture", "lafet-client", "lafet-sim", "lafet-device", "lafet-proto"]),
     ("xtask", &[]),
 ];
 

@@ -102,6 +102,12 @@ pub enum Command {
     Send(cmd::send::SendArgs),
     /// Make text of captured bytes
     Decode(cmd::decode::DecodeArgs),
+    /// Record what goes over the line, as MCAP or pcapng
+    Record(cmd::record::RecordArgs),
+    /// Show a recording in the rhythm in which it was made
+    Replay(cmd::replay::ReplayArgs),
+    /// Print or install the dissector for Wireshark
+    Dissector(cmd::dissector::DissectorArgs),
     /// Print the dictionary of the protocol as JSON
     Schema(cmd::schema::SchemaArgs),
 }

@@ -1,13 +1,17 @@
 //! The monitor that a command talks to.
 
 use std::str::FromStr;
+use std::sync::Arc;
 use std::time::Duration;
 
+use lafet_client::transport::Link;
+use lafet_client::transport::memory::Memory;
 use lafet_client::{Answers, Client, Config, Endpoint, Error, Monitor};
 use lafet_device::Source;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use lafet_sim::sim;
+use tokio::io::DuplexStream;
 
 use crate::cli::Global;
 use crate::failure::Failure;
@@ -29,24 +33,15 @@ pub struct Connection {
 impl Connection {
     /// Connects as `--connect` says. `sim:` starts a simulator inside this process.
     pub async fn open(global: &Global) -> Result<Self, Failure> {
-        let Some(url) = &global.connect else {
-            return Err(Failure::Usage(
-                pick(
-                    "Which monitor? Give its URL with -c (or in LAFET_CONNECT), for example \
-                     `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200`, \
-                     or `-c sim:` for a simulated one.",
-                    "Какой ствол? Укажите его URL через -c (или в LAFET_CONNECT), например \
-                     `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200` \
-                     или `-c sim:` для имитатора.",
-                )
-                .into(),
-            ));
-        };
+        let url = url_of(global)?;
         let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
         let timeout = Duration::from_secs_f64(global.timeout);
         let config = Config { timeout, addresses: endpoint.addresses(), ..Config::default() };
         let client = match &endpoint {
-            Endpoint::Sim { query, .. } => simulated(url, query, config)?,
+            Endpoint::Sim { query, .. } => {
+                let stream = simulated(query, config.addresses.monitor)?;
+                Client::over(url, stream, config)
+            }
             _ => Client::connect_with(&endpoint, config).await?,
         };
         Ok(Self { monitor: Monitor::new(client.clone()), client })
@@ -58,9 +53,37 @@ impl Connection {
     }
 }
 
+/// The URL of the monitor.
+pub fn url_of(global: &Global) -> Result<&str, Failure> {
+    global.connect.as_deref().ok_or_else(|| {
+        Failure::Usage(
+            pick(
+                "Which monitor? Give its URL with -c (or in LAFET_CONNECT), for example \
+                 `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200`, \
+                 or `-c sim:` for a simulated one.",
+                "Какой ствол? Укажите его URL через -c (или в LAFET_CONNECT), например \
+                 `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200` \
+                 или `-c sim:` для имитатора.",
+            )
+            .into(),
+        )
+    })
+}
+
+/// The bare link, for those who look at bytes.
+pub async fn link(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
+    if let Endpoint::Sim { query, .. } = endpoint {
+        let stream = simulated(query, endpoint.addresses().monitor)?;
+        return Ok(Link::Memory(Memory::new(stream)));
+    }
+    Ok(Link::open(endpoint)
+        .await
+        .map_err(|source| Error::Link { endpoint: url.into(), source: Arc::new(source) })?)
+}
+
 /// A simulator that lives as long as this command.
-fn simulated(url: &str, query: &[(String, String)], config: Config) -> Result<Client, Failure> {
-    let mut options = sim::Config { address: config.addresses.monitor, ..sim::Config::default() };
+fn simulated(query: &[(String, String)], address: u8) -> Result<DuplexStream, Failure> {
+    let mut options = sim::Config { address, ..sim::Config::default() };
     let mut speed = 1.0;
     for (key, value) in query {
         let set = match key.as_str() {
@@ -83,7 +106,7 @@ fn simulated(url: &str, query: &[(String, String)], config: Config) -> Result<Cl
         let _ =
             serve_stream(theirs, Wire::link(Source::ExternalConn), &shared, habits, || {}).await;
     });
-    Ok(Client::over(url, ours, config))
+    Ok(ours)
 }
 
 fn wrong_option(key: &str, value: &str) -> String {

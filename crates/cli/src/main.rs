@@ -73,6 +73,9 @@ fn run(command: Command, global: &Global, out: &mut Out) -> Outcome {
 async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
     match command {
         Command::Decode(args) => cmd::decode::run(&args, out),
+        Command::Record(args) => cmd::record::run(args, global, out).await,
+        Command::Replay(args) => cmd::replay::run(args, out).await,
+        Command::Dissector(args) => cmd::dissector::run(&args, out),
         Command::Schema(args) => cmd::schema::run(&args, out),
         Command::Sim(args) => cmd::sim::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,

@@ -2,10 +2,12 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use lafet_capture::Format;
 
+use super::replay::pieces;
 use crate::decode::{Form, Unhex, Writer};
 use crate::failure::{Failure, Outcome};
 use crate::lang::pick;
@@ -24,7 +26,7 @@ pub struct DecodeArgs {
     /// Bytes in hexadecimal (link frames, or bare records), or a file; standard input without it
     #[arg(value_name = "HEX|FILE")]
     input: Vec<String>,
-    /// A file of captured bytes, raw or in hexadecimal
+    /// A file of captured bytes, raw or in hexadecimal, or a recording
     #[arg(short, long, value_name = "FILE", conflicts_with = "input")]
     file: Option<PathBuf>,
     /// Take the input as it is, even if it looks like hexadecimal
@@ -54,6 +56,12 @@ pub fn run(args: &DecodeArgs, out: &mut Out) -> Outcome {
         }
     } else {
         let path = args.file.clone().or_else(|| args.input.first().map(PathBuf::from));
+        if let Some(path) = path.as_ref().filter(|path| is_recording(path)) {
+            for piece in pieces(path)? {
+                writer.feed(&piece.bytes)?;
+            }
+            return end(writer, out);
+        }
         let live = path.is_none() && !io::stdin().is_terminal();
         let mut input: Box<dyn Read> = match &path {
             Some(path) => Box::new(File::open(path).map_err(|error| cannot_read(path, error))?),
@@ -65,8 +73,19 @@ pub fn run(args: &DecodeArgs, out: &mut Out) -> Outcome {
             return Err(no_frame());
         }
     }
+    end(writer, out)
+}
+
+fn end(writer: Writer<impl Write>, out: &mut Out) -> Outcome {
     let summary = writer.finish()?;
     if out.json() { out.value(&summary.json()) } else { tell(&summary.text()) }
+}
+
+/// Whether a file is one of `lafet record`'s.
+fn is_recording(path: &Path) -> bool {
+    let mut first = [0; 5];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
+    read.is_ok() && Format::of_bytes(&first).is_some()
 }
 
 /// The counters are about the output, not part of it.

@@ -3,10 +3,13 @@
 pub mod calibrate;
 pub mod decode;
 pub mod demo;
+pub mod dissector;
 pub mod limits;
 pub mod motion;
 pub mod param;
 pub mod quench;
+pub mod record;
+pub mod replay;
 pub mod schema;
 pub mod seek;
 pub mod send;

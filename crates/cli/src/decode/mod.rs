@@ -250,6 +250,13 @@ impl<W: Write> Writer<W> {
     }
 }
 
+impl Writer<Vec<u8>> {
+    /// What has been written since the last call.
+    pub fn take(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.out)
+    }
+}
+
 const fn errors(counters: &Counters) -> (u64, u64) {
     let Counters { crc_errors, escape_errors, overruns, resyncs, bytes_skipped, .. } = *counters;
     (bytes_skipped, crc_errors + escape_errors + overruns + resyncs)

@@ -1,0 +1,294 @@
+//! `lafet record`: what goes over the line, into a file.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use clap::Args;
+use lafet_capture::{Captured, Direction, Format, Recorder, Splitter};
+use lafet_client::transport::Link;
+use lafet_client::{Client, Config, Endpoint, Error};
+use lafet_proto::link::WIRE_MAX;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
+use serde_json::json;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::net::TcpListener;
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
+
+use crate::cli::{Global, seconds};
+use crate::connect::{link, url_of};
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lang::pick;
+use crate::out::Out;
+
+/// How often the file is brought up to date: what a power cut can cost.
+const FLUSH: Duration = Duration::from_secs(1);
+/// Pause before a lost link is opened again.
+const REDIAL: Duration = Duration::from_secs(1);
+/// Bytes that a pipe to the client in this process holds.
+const PIPE: usize = 4096;
+
+/// `lafet record`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+                        lafet -c tcp://127.0.0.1:10485 record recording.mcap\n  \
+                        lafet -c serial:///dev/ttyUSB0?baud=19200 record line.pcapng --listen\n  \
+                        lafet -c tcp://192.168.1.50:10485 record tapped.mcap --tap 127.0.0.1:10500")]
+pub struct RecordArgs {
+    /// The recording: .mcap (Foxglove, Lichtblick) or .pcapng (Wireshark)
+    #[arg(value_name = "FILE", value_parser = recording)]
+    file: PathBuf,
+    /// Only listen, ask nothing: for a bus that others use
+    #[arg(long, conflicts_with = "tap")]
+    listen: bool,
+    /// Pass everything on between the monitor and the program that connects here
+    #[arg(long, value_name = "ADDRESS")]
+    tap: Option<SocketAddr>,
+    /// Seconds from one question for the state of all subsystems to the next (default 0.1)
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.1, value_parser = every)]
+    interval: f64,
+    /// End after so many seconds; otherwise Ctrl-C ends
+    #[arg(long = "for", value_name = "SECONDS", value_parser = every)]
+    duration: Option<f64>,
+}
+
+fn every(text: &str) -> Result<f64, String> {
+    seconds(text, 0.02)
+}
+
+fn recording(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match Format::of_path(&path) {
+        Some(_) => Ok(path),
+        None => Err(pick(
+            "end the name in .mcap or .pcapng",
+            "имя должно кончаться на .mcap или .pcapng",
+        )
+        .into()),
+    }
+}
+
+/// Records until it is told to end.
+pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
+    let mut interrupt = Interrupt::catch()?;
+    let mut tape = Tape::new(&args.file)?;
+    let duration = args.duration.map_or(Duration::MAX, Duration::from_secs_f64);
+    let recording = async {
+        match args.tap {
+            Some(address) => tap(address, global, &mut tape, out).await,
+            None if args.listen => listen(global, &mut tape, out).await,
+            None => poll(args.interval, global, &mut tape, out).await,
+        }
+    };
+    let ended = tokio::select! {
+        ended = recording => ended,
+        () = sleep(duration) => Ok(()),
+        () = interrupt.wait() => Ok(()),
+    };
+    let (frames, bytes) = (tape.frames, tape.bytes);
+    tape.finish()?;
+    let name = args.file.display().to_string();
+    ended?;
+    out.show(
+        pick(
+            format!("{name}: {frames} frames, {bytes} bytes of the line"),
+            format!("{name}: кадров: {frames}, байт линии: {bytes}"),
+        ),
+        || json!({ "file": name, "frames": frames, "bytes": bytes }),
+    )
+}
+
+/// Asks for the state of everything, as a console would.
+async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
+    let url = url_of(global)?;
+    let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+    let timeout = Duration::from_secs_f64(global.timeout);
+    let config = Config { timeout, addresses: endpoint.addresses(), ..Config::default() };
+    let mut link = link(url, &endpoint).await?;
+    let (ours, theirs) = tokio::io::duplex(PIPE);
+    let client = Client::over(url, ours, config);
+    let asking = async {
+        let mut looks = interval(Duration::from_secs_f64(every_s));
+        looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            looks.tick().await;
+            // A monitor that is silent for a while is part of what is recorded.
+            let _ = client.request(&Request::new(SubsystemId::ALL, Body::GetStatus)).await;
+        }
+    };
+    tokio::select! {
+        never = asking => never,
+        ended = bridge_again(url, &endpoint, &mut link, Some(theirs), tape, out) => ended,
+    }
+}
+
+async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
+    let url = url_of(global)?;
+    let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+    let mut link = link(url, &endpoint).await?;
+    bridge_again::<tokio::io::DuplexStream>(url, &endpoint, &mut link, None, tape, out).await
+}
+
+/// Serves one program after the other.
+async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
+    let url = url_of(global)?;
+    let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+    let what = || pick(format!("cannot listen on {address}"), format!("нельзя слушать {address}"));
+    let listener = TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
+    let mut link = link(url, &endpoint).await?;
+    let bound = listener.local_addr()?;
+    out.show(
+        pick(
+            format!("Connect the program to tcp://{bound} instead of {url}."),
+            format!("Подключите программу к tcp://{bound} вместо {url}."),
+        ),
+        || json!({ "url": format!("tcp://{bound}"), "to": url }),
+    )?;
+    loop {
+        let (stream, _) = listener.accept().await?;
+        stream.set_nodelay(true)?;
+        bridge_again(url, &endpoint, &mut link, Some(stream), tape, out).await?;
+    }
+}
+
+/// Bridges, and opens a lost link again; ends when the other side does.
+async fn bridge_again<S: AsyncRead + AsyncWrite + Unpin>(
+    url: &str,
+    endpoint: &Endpoint,
+    on: &mut Link,
+    mut side: Option<S>,
+    tape: &mut Tape,
+    out: &mut Out,
+) -> Outcome {
+    loop {
+        let error = match bridge(on, side.as_mut(), tape).await? {
+            Ended::Side => return Ok(()),
+            Ended::Link(error) => error,
+        };
+        out.progress(pick(
+            format!("{url}: {error}; connecting again"),
+            format!("{url}: {error}; соединяюсь снова"),
+        ));
+        loop {
+            sleep(REDIAL).await;
+            if let Ok(again) = link(url, endpoint).await {
+                *on = again;
+                break;
+            }
+        }
+    }
+}
+
+/// Which end of a bridge was lost.
+enum Ended {
+    Side,
+    Link(io::Error),
+}
+
+/// Passes bytes on between a link and a stream, and keeps them.
+async fn bridge<S: AsyncRead + AsyncWrite + Unpin>(
+    link: &mut Link,
+    mut side: Option<&mut S>,
+    tape: &mut Tape,
+) -> Result<Ended, Failure> {
+    let mut from_link = [0; 2 * WIRE_MAX];
+    let mut from_side = [0; 2 * WIRE_MAX];
+    let heard = if side.is_some() { Direction::FromMonitor } else { Direction::Heard };
+    let mut answers = Splitter::new();
+    let mut requests = Splitter::new();
+    let mut flush = interval(FLUSH);
+    flush.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        tokio::select! {
+            read = link.recv(&mut from_link) => {
+                let bytes = match read {
+                    Ok(len) => &from_link[..len],
+                    Err(error) => return Ok(Ended::Link(error)),
+                };
+                tape.pieces(heard, answers.push(bytes))?;
+                if let Some(side) = &mut side && side.write_all(bytes).await.is_err() {
+                    return Ok(Ended::Side);
+                }
+            }
+            read = read_side(&mut side, &mut from_side) => {
+                let len = match read {
+                    Ok(0) | Err(_) => return Ok(Ended::Side),
+                    Ok(len) => len,
+                };
+                for piece in requests.push(&from_side[..len]) {
+                    if let Err(error) = link.send(&piece).await {
+                        return Ok(Ended::Link(error));
+                    }
+                    tape.pieces(Direction::ToMonitor, vec![piece])?;
+                }
+            }
+            _ = flush.tick() => tape.flush()?,
+        }
+    }
+}
+
+async fn read_side<S: AsyncRead + Unpin>(
+    side: &mut Option<&mut S>,
+    buffer: &mut [u8],
+) -> io::Result<usize> {
+    match side {
+        Some(side) => side.read(buffer).await,
+        None => std::future::pending().await,
+    }
+}
+
+/// The file, and what is in it.
+struct Tape {
+    recorder: Recorder<BufWriter<File>>,
+    name: String,
+    start: Instant,
+    start_ns: u64,
+    frames: u64,
+    bytes: u64,
+}
+
+impl Tape {
+    fn new(file: &PathBuf) -> Result<Self, Failure> {
+        let name = file.display().to_string();
+        let format = Format::of_path(file).unwrap_or(Format::Mcap);
+        let recorder = File::create(file)
+            .and_then(|file| Recorder::new(format, BufWriter::new(file)))
+            .map_err(|error| cannot_write(&name, error))?;
+        let (frames, bytes) = (0, 0);
+        Ok(Self { recorder, name, start: Instant::now(), start_ns: wall_ns(), frames, bytes })
+    }
+
+    fn pieces(&mut self, direction: Direction, pieces: Vec<Vec<u8>>) -> Outcome {
+        for bytes in pieces {
+            // The wall clock may jump; the time within a recording must not.
+            let at_ns = self.start_ns + self.start.elapsed().as_nanos() as u64;
+            self.frames += 1;
+            self.bytes += bytes.len() as u64;
+            let captured = Captured { at_ns, direction, bytes };
+            self.recorder.write(&captured).map_err(|e| cannot_write(&self.name, e))?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Outcome {
+        self.recorder.flush().map_err(|error| cannot_write(&self.name, error))
+    }
+
+    fn finish(self) -> Outcome {
+        self.recorder.finish().map_err(|error| cannot_write(&self.name, error))
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "a recording says when it was made")]
+fn wall_ns() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64)
+}
+
+fn cannot_write(name: &str, error: io::Error) -> Failure {
+    Failure::io(pick(format!("cannot write {name}"), format!("не удаётся записать {name}")), error)
+}

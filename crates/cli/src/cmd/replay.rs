@@ -1,0 +1,184 @@
+//! `lafet replay`: a recording, in the rhythm in which it was made.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+use lafet_capture::{Captured, Direction, ReadError, read};
+use serde_json::{Value, json};
+use tokio::io::AsyncWriteExt;
+use tokio::net::TcpListener;
+use tokio::sync::broadcast;
+use tokio::time::{Instant, sleep_until};
+
+use crate::decode::{Form, Writer};
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lang::pick;
+use crate::out::Out;
+use crate::simulator::speed_or_zero;
+
+/// Pieces that a listener may lag behind before it misses some.
+const LAG: usize = 4096;
+
+/// `lafet replay`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet replay recording.mcap\n  \
+                        lafet replay recording.pcapng --speed 0\n  \
+                        lafet replay recording.mcap --serve 127.0.0.1:10485")]
+pub struct ReplayArgs {
+    /// The recording: .mcap or .pcapng
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Times as fast as it was; 0 for at once (default 1)
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed_or_zero)]
+    speed: f64,
+    /// Send what the monitors said to everybody who connects here; the first one starts it
+    #[arg(long, value_name = "ADDRESS")]
+    serve: Option<SocketAddr>,
+}
+
+/// Shows a recording.
+pub async fn run(args: ReplayArgs, out: &mut Out) -> Outcome {
+    let mut interrupt = Interrupt::catch()?;
+    let pieces = pieces(&args.file)?;
+    let audience = match args.serve {
+        None => None,
+        Some(address) => {
+            let audience = broadcast::Sender::new(LAG);
+            tokio::select! {
+                bound = listen(address, audience.clone(), out) => bound?,
+                () = interrupt.wait() => return Ok(()),
+            }
+            Some(audience)
+        }
+    };
+    let mut show = Show::new(&pieces, out.json());
+    let start = Instant::now();
+    for piece in &pieces {
+        if args.speed > 0.0 {
+            let at = Duration::from_secs_f64(show.seconds(piece) / args.speed);
+            tokio::select! {
+                () = sleep_until(start + at) => {}
+                () = interrupt.wait() => return Ok(()),
+            }
+        }
+        if let (Some(audience), Direction::FromMonitor | Direction::Heard) =
+            (&audience, piece.direction)
+        {
+            // Nobody listening is no error: they may come back.
+            let _ = audience.send(piece.bytes.clone());
+        }
+        show.piece(piece, out)?;
+    }
+    Ok(())
+}
+
+/// The pieces of a recording, or why it cannot be read.
+pub fn pieces(file: &Path) -> Result<Vec<Captured>, Failure> {
+    read(file).map_err(|error| {
+        let name = file.display();
+        let why = match &error {
+            ReadError::Io(source) => {
+                let what =
+                    pick(format!("cannot read {name}"), format!("не удаётся прочитать {name}"));
+                return Failure::io(what, std::io::Error::new(source.kind(), source.to_string()));
+            }
+            ReadError::Unknown => pick(
+                "neither an MCAP nor a pcapng recording. `lafet record` makes them; raw bytes are \
+                 for `lafet decode`"
+                    .into(),
+                "не запись MCAP и не pcapng. Их делает `lafet record`; сырые байты — для `lafet \
+                 decode`"
+                    .into(),
+            ),
+            ReadError::NoLine => pick(
+                error.to_string(),
+                "запись сети, а не линии: откройте её в Wireshark с разборщиком (`lafet dissector`)"
+                    .into(),
+            ),
+            ReadError::NoFrames => pick(
+                error.to_string(),
+                "файл MCAP без кадров, которые пишет `lafet record`".into(),
+            ),
+            ReadError::Damaged(why) => pick(
+                format!("damaged: {why}"),
+                format!("повреждён: {why}"),
+            ),
+        };
+        Failure::Usage(format!("{name}: {why}"))
+    })
+}
+
+/// Waits for the first listener; more may come later.
+async fn listen(
+    address: SocketAddr,
+    audience: broadcast::Sender<Vec<u8>>,
+    out: &mut Out,
+) -> Outcome {
+    let what = || pick(format!("cannot listen on {address}"), format!("нельзя слушать {address}"));
+    let listener = TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
+    let bound = listener.local_addr()?;
+    out.show(
+        pick(
+            format!("tcp://{bound}: the replay begins with the first connection"),
+            format!("tcp://{bound}: воспроизведение начнётся с первым соединением"),
+        ),
+        || json!({ "url": format!("tcp://{bound}") }),
+    )?;
+    let (first, _) = listener.accept().await?;
+    tokio::spawn(feed(first, audience.subscribe()));
+    tokio::spawn(async move {
+        while let Ok((stream, _)) = listener.accept().await {
+            tokio::spawn(feed(stream, audience.subscribe()));
+        }
+    });
+    Ok(())
+}
+
+async fn feed(mut stream: tokio::net::TcpStream, mut pieces: broadcast::Receiver<Vec<u8>>) {
+    loop {
+        match pieces.recv().await {
+            Ok(bytes) if stream.write_all(&bytes).await.is_err() => return,
+            Ok(_) | Err(broadcast::error::RecvError::Lagged(_)) => {}
+            Err(broadcast::error::RecvError::Closed) => return,
+        }
+    }
+}
+
+/// Tells pieces as text or JSON, each line with its time.
+struct Show {
+    decoder: Writer<Vec<u8>>,
+    start_ns: u64,
+    json: bool,
+}
+
+impl Show {
+    fn new(pieces: &[Captured], json: bool) -> Self {
+        let form = if json { Form::Json } else { Form::Text };
+        let start_ns = pieces.first().map_or(0, |piece| piece.at_ns);
+        Self { decoder: Writer::new(Vec::new(), form), start_ns, json }
+    }
+
+    /// Time since the recording began.
+    fn seconds(&self, piece: &Captured) -> f64 {
+        piece.at_ns.saturating_sub(self.start_ns) as f64 / 1e9
+    }
+
+    fn piece(&mut self, piece: &Captured, out: &mut Out) -> Outcome {
+        self.decoder.feed(&piece.bytes)?;
+        let at_s = self.seconds(piece);
+        let lines = self.decoder.take();
+        for line in String::from_utf8_lossy(&lines).lines() {
+            if self.json {
+                let mut json: Value = serde_json::from_str(line).unwrap_or_default();
+                json["t_s"] = json!(at_s);
+                out.value(&json)?;
+            } else {
+                out.say(format!("{at_s:10.3}  {line}"))?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -4,6 +4,7 @@
 mod ci;
 mod citation;
 mod demo;
+mod dissector;
 mod docs;
 mod faults;
 mod laws;
@@ -101,6 +102,13 @@ const TASKS: &[Task] = &[
         about: "the licences and sources of all dependencies against deny.toml",
         details: "Reads the same deny.toml that cargo-deny reads; needs no cargo-deny.",
         run: licences::licences,
+    },
+    Task {
+        name: "dissector",
+        arguments: "",
+        about: "test the Wireshark dissector in tshark, which it installs if it may",
+        details: "The dissector is what `lafet dissector` prints; golden vectors are dissected.",
+        run: dissector::dissector,
     },
     Task {
         name: "no-std",

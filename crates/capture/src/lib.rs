@@ -65,7 +65,7 @@ impl Format {
     pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0x89, b'M', b'C', b'A', b'P', ..] => Some(Self::Mcap),
-            [0x0A, 0x0D, 0x0D, 0x0A, ..] => Some(Self::Pcapng),
+            [b'\n', b'\r', b'\r', b'\n', ..] => Some(Self::Pcapng),
             _ => None,
         }
     }

@@ -8,9 +8,10 @@ use clap::Args;
 use lafet_capture::{Captured, Direction, ReadError, read};
 use serde_json::{Value, json};
 use tokio::io::AsyncWriteExt;
-use tokio::net::TcpListener;
-use tokio::sync::broadcast;
-use tokio::time::{Instant, sleep_until};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::mpsc;
+use tokio::task::JoinSet;
+use tokio::time::{Instant, sleep_until, timeout};
 
 use crate::decode::{Form, Writer};
 use crate::failure::{Failure, Outcome};
@@ -19,8 +20,10 @@ use crate::lang::pick;
 use crate::out::Out;
 use crate::simulator::speed_or_zero;
 
-/// Pieces that a listener may lag behind before it misses some.
-const LAG: usize = 4096;
+/// Pieces that a listener may lag behind before the replay waits for it.
+const LAG: usize = 64;
+/// How long it waits.
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// `lafet replay`
 #[derive(Debug, Args)]
@@ -43,17 +46,13 @@ pub struct ReplayArgs {
 pub async fn run(args: ReplayArgs, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     let pieces = pieces(&args.file)?;
-    let audience = match args.serve {
-        None => None,
-        Some(address) => {
-            let audience = broadcast::Sender::new(LAG);
-            tokio::select! {
-                bound = listen(address, audience.clone(), out) => bound?,
-                () = interrupt.wait() => return Ok(()),
-            }
-            Some(audience)
-        }
-    };
+    let mut audience = None;
+    if let Some(address) = args.serve {
+        audience = Some(tokio::select! {
+            audience = Audience::gather(address, out) => audience?,
+            () = interrupt.wait() => return Ok(()),
+        });
+    }
     let mut show = Show::new(&pieces, out.json());
     let start = Instant::now();
     for piece in &pieces {
@@ -65,12 +64,14 @@ pub async fn run(args: ReplayArgs, out: &mut Out) -> Outcome {
             }
         }
         if let (Some(audience), Direction::FromMonitor | Direction::Heard) =
-            (&audience, piece.direction)
+            (&mut audience, piece.direction)
         {
-            // Nobody listening is no error: they may come back.
-            let _ = audience.send(piece.bytes.clone());
+            audience.send(&piece.bytes).await;
         }
         show.piece(piece, out)?;
+    }
+    if let Some(audience) = audience {
+        audience.dismiss().await;
     }
     Ok(())
 }
@@ -111,39 +112,73 @@ pub fn pieces(file: &Path) -> Result<Vec<Captured>, Failure> {
     })
 }
 
-/// Waits for the first listener; more may come later.
-async fn listen(
-    address: SocketAddr,
-    audience: broadcast::Sender<Vec<u8>>,
-    out: &mut Out,
-) -> Outcome {
-    let what = || pick(format!("cannot listen on {address}"), format!("нельзя слушать {address}"));
-    let listener = TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
-    let bound = listener.local_addr()?;
-    out.show(
-        pick(
-            format!("tcp://{bound}: the replay begins with the first connection"),
-            format!("tcp://{bound}: воспроизведение начнётся с первым соединением"),
-        ),
-        || json!({ "url": format!("tcp://{bound}") }),
-    )?;
-    let (first, _) = listener.accept().await?;
-    tokio::spawn(feed(first, audience.subscribe()));
-    tokio::spawn(async move {
-        while let Ok((stream, _)) = listener.accept().await {
-            tokio::spawn(feed(stream, audience.subscribe()));
-        }
-    });
-    Ok(())
+/// Those who listen to a replay.
+struct Audience {
+    newcomers: mpsc::Receiver<TcpStream>,
+    listeners: Vec<mpsc::Sender<Vec<u8>>>,
+    feeds: JoinSet<()>,
 }
 
-async fn feed(mut stream: tokio::net::TcpStream, mut pieces: broadcast::Receiver<Vec<u8>>) {
-    loop {
-        match pieces.recv().await {
-            Ok(bytes) if stream.write_all(&bytes).await.is_err() => return,
-            Ok(_) | Err(broadcast::error::RecvError::Lagged(_)) => {}
-            Err(broadcast::error::RecvError::Closed) => return,
+impl Audience {
+    /// Waits for the first listener; more may come later.
+    async fn gather(address: SocketAddr, out: &mut Out) -> Result<Self, Failure> {
+        let what =
+            || pick(format!("cannot listen on {address}"), format!("нельзя слушать {address}"));
+        let listener =
+            TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
+        let bound = listener.local_addr()?;
+        out.show(
+            pick(
+                format!("tcp://{bound}: the replay begins with the first connection"),
+                format!("tcp://{bound}: воспроизведение начнётся с первым соединением"),
+            ),
+            || json!({ "url": format!("tcp://{bound}") }),
+        )?;
+        let (first, _) = listener.accept().await?;
+        let (arrived, newcomers) = mpsc::channel(LAG);
+        tokio::spawn(async move {
+            while let Ok((stream, _)) = listener.accept().await {
+                if arrived.send(stream).await.is_err() {
+                    return;
+                }
+            }
+        });
+        let mut audience = Self { newcomers, listeners: Vec::new(), feeds: JoinSet::new() };
+        audience.admit(first);
+        Ok(audience)
+    }
+
+    fn admit(&mut self, mut stream: TcpStream) {
+        let (sender, mut pieces) = mpsc::channel::<Vec<u8>>(LAG);
+        self.listeners.push(sender);
+        self.feeds.spawn(async move {
+            while let Some(bytes) = pieces.recv().await {
+                if stream.write_all(&bytes).await.is_err() {
+                    return;
+                }
+            }
+        });
+    }
+
+    /// The recording waits for those who listen, but not for those who no longer do.
+    async fn send(&mut self, bytes: &[u8]) {
+        while let Ok(stream) = self.newcomers.try_recv() {
+            self.admit(stream);
         }
+        let mut left = Vec::new();
+        for listener in self.listeners.drain(..) {
+            if matches!(timeout(PATIENCE, listener.send(bytes.to_vec())).await, Ok(Ok(()))) {
+                left.push(listener);
+            }
+        }
+        self.listeners = left;
+    }
+
+    /// Lets everybody hear the end.
+    async fn dismiss(mut self) {
+        self.listeners.clear();
+        // Whoever stopped reading is not waited for.
+        let _ = timeout(PATIENCE, async { while self.feeds.join_next().await.is_some() {} }).await;
     }
 }
 

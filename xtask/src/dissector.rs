@@ -1,0 +1,21 @@
+//! `cargo xtask dissector`: the Wireshark dissector in a real tshark.
+
+use std::process::{Command, ExitCode};
+
+use crate::run::{StepResult, cargo, output, show};
+use crate::{TaskResult, flag, setup};
+
+pub fn dissector(arguments: &[String]) -> TaskResult {
+    flag(arguments, None)?;
+    check().map(|()| ExitCode::SUCCESS)
+}
+
+/// Runs the tests that need tshark, which is installed where we may.
+pub fn check() -> StepResult {
+    let there = |program| output(Command::new(program).arg("--version")).is_ok();
+    if !there("tshark") || !there("text2pcap") {
+        setup::debian(&["tshark"])?;
+    }
+    let test = ["test", "--package", "lafet-capture", "--test", "dissector", "--", "--ignored"];
+    show(&mut cargo(&test))
+}

@@ -108,6 +108,10 @@ pub enum Command {
     Replay(cmd::replay::ReplayArgs),
     /// Print or install the dissector for Wireshark
     Dissector(cmd::dissector::DissectorArgs),
+    /// Print what a shell completes
+    Completions(cmd::install::CompletionsArgs),
+    /// Print or write the manual pages
+    Man(cmd::install::ManArgs),
     /// Print the dictionary of the protocol as JSON
     Schema(cmd::schema::SchemaArgs),
 }

@@ -76,6 +76,8 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Record(args) => cmd::record::run(args, global, out).await,
         Command::Replay(args) => cmd::replay::run(args, out).await,
         Command::Dissector(args) => cmd::dissector::run(&args, out),
+        Command::Completions(args) => cmd::install::run_completions(&args, out),
+        Command::Man(args) => cmd::install::run_man(&args, out),
         Command::Schema(args) => cmd::schema::run(&args, out),
         Command::Sim(args) => cmd::sim::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,

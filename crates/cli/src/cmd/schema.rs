@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use clap::Args;
-use lafet_proto::SubsystemId;
+use lafet_proto::dictionary::layouts::{self, Field, Layout};
 use lafet_proto::dictionary::{Origin, REQUESTS, STATUSES, SUBSYSTEMS, Text};
 use lafet_proto::flags::{ButtonState, FlagClass, FlagInfo, Severity, flags_of};
 use lafet_proto::id::key;
 use lafet_proto::param::{Access, Effect, Element, Param, Placement, Storage};
+use lafet_proto::{RequestId, SubsystemId};
 use serde_json::{Map, Value, json};
 
 use crate::failure::Outcome;
@@ -56,6 +57,7 @@ pub fn schema() -> Value {
         },
         "subsystems": subsystems(),
         "requests": requests(),
+        "answers": answers(),
         "statuses": statuses(),
         "severities": Severity::ALL.map(|severity| text(&severity.text())),
         "button_states": ButtonState::ALL.map(|state| {
@@ -104,9 +106,47 @@ fn requests() -> Vec<Value> {
             "addressees": info.addressees.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "title": text(&info.title),
             "meaning": text(&info.meaning),
+            "data": layouts::of_request(info.id).iter().map(layout).collect::<Vec<_>>(),
         })
     };
     REQUESTS.iter().map(one).collect()
+}
+
+/// The data of answers: of GetStatus by subsystem, of the others by request.
+fn answers() -> Value {
+    let all = |layouts: &[Layout]| Value::from(layouts.iter().map(layout).collect::<Vec<_>>());
+    let states = SubsystemId::TABLE
+        .iter()
+        .map(|id| (id.to_string(), all(layouts::of_answer(RequestId::GET_STATUS, *id))));
+    let others =
+        REQUESTS.iter().filter(|info| info.id != RequestId::GET_STATUS).filter_map(|info| {
+            let layouts = layouts::of_answer(info.id, SubsystemId::GENERAL);
+            (!layouts.is_empty()).then(|| (info.name.to_owned(), all(layouts)))
+        });
+    let states: Map<_, _> = states.collect();
+    let mut answers: Map<_, _> = others.collect();
+    answers.insert("GetStatus".into(), states.into());
+    answers.into()
+}
+
+fn layout(layout: &Layout) -> Value {
+    let field = |field: &Field| {
+        json!({
+            "name": field.name,
+            "type": format!("{:?}", field.kind),
+            "unit": text(&field.unit.name()),
+            "text": text(&field.text),
+        })
+    };
+    let (least, most) = layout.times;
+    json!({
+        "name": layout.name,
+        "fields": layout.fields.iter().map(field).collect::<Vec<_>>(),
+        "repeated": layout.repeated.iter().map(field).collect::<Vec<_>>(),
+        "least": least,
+        "most": (most < usize::MAX).then_some(most),
+        "prefix": layout.prefix,
+    })
 }
 
 fn statuses() -> Vec<Value> {
@@ -197,6 +237,9 @@ mod tests {
         assert_eq!(len("requests"), 24);
         assert_eq!(len("statuses"), 19);
         assert_eq!(len("params"), Param::COUNT);
+        assert_eq!(schema["answers"]["GetStatus"].as_object().unwrap().len(), 14);
+        assert_eq!(schema["answers"]["GetStatus"]["Vertical"][0]["fields"][1]["name"], "position");
+        assert_eq!(schema["requests"][0]["data"][0]["fields"][0]["type"], "I16");
         for subsystem in schema["subsystems"].as_array().unwrap() {
             if let Some(class) = subsystem["flags"].as_str() {
                 assert!(schema["flags"][class].is_array(), "{class}");

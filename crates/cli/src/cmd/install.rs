@@ -1,0 +1,69 @@
+//! `lafet completions`, `lafet man`: what a shell and `man` know of the command line.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap_complete::Shell;
+use serde_json::json;
+
+use crate::failure::{Failure, Outcome};
+use crate::help;
+use crate::lang::pick;
+use crate::out::Out;
+
+/// `lafet completions`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+                        lafet completions bash > ~/.local/share/bash-completion/completions/lafet\n  \
+                        lafet completions zsh > ~/.zfunc/_lafet")]
+pub struct CompletionsArgs {
+    /// bash, elvish, fish, powershell or zsh
+    #[arg(value_name = "SHELL")]
+    shell: Shell,
+}
+
+/// `lafet man`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet man | man -l -\n  \
+                        lafet man --out ~/.local/share/man/man1")]
+pub struct ManArgs {
+    /// Write a page for each command into this folder
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+/// Prints what a shell has to know.
+pub fn run_completions(args: &CompletionsArgs, out: &mut Out) -> Outcome {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut help::command(), "lafet", &mut script);
+    let script = String::from_utf8_lossy(&script);
+    out.show(script.trim_end(), || json!({ "shell": args.shell.to_string(), "script": script }))
+}
+
+/// Prints or writes the manual.
+pub fn run_man(args: &ManArgs, out: &mut Out) -> Outcome {
+    let command = help::command();
+    let Some(folder) = &args.out else {
+        let mut page = Vec::new();
+        clap_mangen::Man::new(command).render(&mut page)?;
+        let page = String::from_utf8_lossy(&page);
+        return out.show(page.trim_end(), || json!({ "page": page }));
+    };
+    let shown = folder.display().to_string();
+    let count = write_pages(command, folder).map_err(|error| {
+        Failure::io(
+            pick(format!("cannot write to {shown}"), format!("не удаётся записать в {shown}")),
+            error,
+        )
+    })?;
+    let told = pick(format!("{shown}: {count} pages"), format!("{shown}: страниц: {count}"));
+    out.show(told, || json!({ "folder": shown, "pages": count }))
+}
+
+/// One page for each command.
+fn write_pages(command: clap::Command, folder: &Path) -> std::io::Result<usize> {
+    fs::create_dir_all(folder)?;
+    clap_mangen::generate_to(command, folder)?;
+    Ok(fs::read_dir(folder)?.count())
+}

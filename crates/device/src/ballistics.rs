@@ -6,8 +6,9 @@
 //! B, where c rises in proportion, to c = 1 / L. With the outlet d, the pressure p and the spray
 //! w = 1 − n/60 mm:
 //! - v₀ = 0.97·√(2p/ρ);
-//! - C = 0.167 m/mm · d·(1 − w)², B = 0.412 m/mm · d·(1 − w)² (at least 0.2 m);
-//! - L = 21.8 m · (d/28 mm)^1.31 · (p/0.8 MPa)^−0.2 / (1 + 9·w²).
+//! - C = 0.113 m/mm · d·e, B = 0.601 m/mm · d·e (at least 0.2 m), e = (d/28 mm · p/0.8 MPa)^0.32·(1 − w)²,
+//!   as the break-up length of a jet grows with its Weber number;
+//! - L = 21.2 m · (d/28 mm)^1.19 · (p/0.8 MPa)^−0.31 / (1 + 9·w²).
 //!
 //! The constants are fitted to the simulator's jet, whose water breaks into lumps of several sizes:
 //! docs/physics.md has the figures. Another monitor is met by NozzleDiameter (`lafet calibrate`).
@@ -24,16 +25,18 @@
 const GRAVITY: f32 = 9.806_65;
 /// Square of the exit speed at a pressure of 0.1 atm, m²/s²: 0.97² · 2 · 10 132.5 Pa / 1000 kg/m³.
 const SPEED2_PER_DATM: f32 = 19.067_3;
-/// Path over which the jet holds together, and over which it then breaks up, per outlet, m/mm.
-const CORE_M_PER_MM: f32 = 0.166_8;
-const BREAKUP_M_PER_MM: f32 = 0.412_2;
+/// Path over which the jet holds together, and over which it then breaks up, per outlet, m/mm, and
+/// how both depend on outlet and pressure.
+const CORE_M_PER_MM: f32 = 0.113_0;
+const BREAKUP_M_PER_MM: f32 = 0.601_0;
+const CORE_EXPONENT: f32 = 0.32;
 const BREAKUP_LEAST_M: f32 = 0.2;
 /// Drag length of the broken solid jet of an outlet of 28 mm at 0.8 MPa, and how it depends on them.
-const DRAG_M: f32 = 21.78;
+const DRAG_M: f32 = 21.21;
 const REFERENCE_MM: f32 = 28.0;
 const REFERENCE_DATM: f32 = 78.954;
-const DIAMETER_EXPONENT: f32 = 1.308;
-const PRESSURE_EXPONENT: f32 = -0.197;
+const DIAMETER_EXPONENT: f32 = 1.192;
+const PRESSURE_EXPONENT: f32 = -0.315;
 /// How much shorter the drag length is with the widest spray, less one.
 const SPRAY_DRAG: f32 = 9.0;
 /// Position of the nozzle at which the jet is narrowest, mm.
@@ -148,13 +151,14 @@ impl Jet {
         }
         let diameter_mm = diameter_dmm.clamp(10, 2000) as f32 / 10.0;
         let wide = 1.0 - nozzle_mm.clamp(0, NARROWEST_MM) as f32 / NARROWEST_MM as f32;
-        let together = diameter_mm * (1.0 - wide) * (1.0 - wide);
-        let pressure = f32::from(pressure_datm);
-        let length = DRAG_M
-            * libm::powf(diameter_mm / REFERENCE_MM, DIAMETER_EXPONENT)
-            * libm::powf(pressure / REFERENCE_DATM, PRESSURE_EXPONENT);
+        let bore = diameter_mm / REFERENCE_MM;
+        let pressure = f32::from(pressure_datm) / REFERENCE_DATM;
+        let together =
+            diameter_mm * libm::powf(bore * pressure, CORE_EXPONENT) * (1.0 - wide) * (1.0 - wide);
+        let length =
+            DRAG_M * libm::powf(bore, DIAMETER_EXPONENT) * libm::powf(pressure, PRESSURE_EXPONENT);
         Ok(Self {
-            speed2: SPEED2_PER_DATM * pressure,
+            speed2: SPEED2_PER_DATM * f32::from(pressure_datm),
             drag: (1.0 + SPRAY_DRAG * wide * wide) / length,
             core: CORE_M_PER_MM * together,
             breakup: 1.0 / (BREAKUP_M_PER_MM * together).max(BREAKUP_LEAST_M),
@@ -342,9 +346,10 @@ mod tests {
     fn landing(pressure_datm: u16, diameter_mm: f64, wide: f64, elevation: f64, h: f64) -> f64 {
         let pressure_mpa = f64::from(pressure_datm) * 0.010_132_5;
         let speed = 0.97 * (2000.0 * pressure_mpa).sqrt();
-        let together = diameter_mm * (1.0 - wide) * (1.0 - wide);
-        let (core, breakup) = (0.1668 * together, (0.4122 * together).max(0.2));
-        let length = 21.78 * (diameter_mm / 28.0).powf(1.308) * (pressure_mpa / 0.8).powf(-0.197);
+        let (bore, pressure) = (diameter_mm / 28.0, pressure_mpa / 0.8);
+        let together = diameter_mm * (bore * pressure).powf(0.32) * (1.0 - wide) * (1.0 - wide);
+        let (core, breakup) = (0.113 * together, (0.601 * together).max(0.2));
+        let length = 21.21 * bore.powf(1.192) * pressure.powf(-0.315);
         let full = (1.0 + 9.0 * wide * wide) / length;
         let (mut x, mut z, mut s) = (0.0, h, 0.0);
         let (mut vx, mut vz) = (speed * elevation.cos(), speed * elevation.sin());
@@ -390,7 +395,7 @@ mod tests {
     /// The low one of the two solutions, and none beyond the best range.
     #[test]
     fn low_solution_and_best_range() {
-        for (pressure, diameter, best) in [(40, 280, 37.7), (79, 280, 44.0), (79, 400, 59.2)] {
+        for (pressure, diameter, best) in [(40, 280, 37.0), (79, 280, 44.5), (79, 400, 60.7)] {
             let jet = Jet::new(pressure, diameter, 60).unwrap();
             let inside = best as u8 - 1;
             let elevation = elevation_for(jet, Target::new(0, inside, 150)).unwrap();
@@ -462,7 +467,7 @@ mod tests {
     fn ranges() {
         let jet = Jet::new(79, 280, 60).unwrap();
         for (degrees, metres) in
-            [(-15, 5.24), (0, 20.22), (10, 35.84), (20, 42.21), (30, 43.90), (45, 40.79)]
+            [(-15, 5.24), (0, 20.35), (10, 36.32), (20, 42.75), (30, 44.44), (45, 41.26)]
         {
             let range = jet.range_of(degrees * 60, 1.5);
             assert!((range - metres).abs() < 0.3, "{degrees}°: {range}");

@@ -1,12 +1,13 @@
 //! The jet: where the water lands, and on how much ground.
 //!
 //! - **Core.** The jet leaves with v₀ (see `nozzle`) and holds together over a path of
-//!   L_b = 200·d·(1 − w)²; gravity alone bends it, neither drag nor wind.
+//!   L_b = 3.15·d·We^0.32·(1 − w)², We = ρ·v₀²·d/σ; gravity alone bends it, neither drag nor wind.
 //! - **Lumps.** It breaks into lumps of five sizes of equal mass, q = 0.65 … 1.35 times
-//!   D = k·d·√(d/28 mm)·We^(−0.2) / (1 + 9·w²), We = ρ·v₀²·d/σ. Small ones leave the core early, after
+//!   D = k·d·√(d/28 mm)·We^(−0.2) / (1 + 9·w²). Small ones leave the core early, after
 //!   0.75·L_b, big ones late, after 1.17·L_b. D is an effective size: clusters of drops that
 //!   shelter each other, so it is larger than a drop.
-//! - **Drag.** dv/dt = g − |r|·r/ℓ, ℓ = (4/3)·(ρ/ρ_air)·q·D/C_D, C_D = 0.6, r = (1 − α)·(v − u), u = wind.
+//! - **Drag.** dv/dt = g − |r|·r/ℓ, ℓ = (4/3)·(ρ/ρ_air)·q·D/C_D, C_D = 0.6, r = (1 − α)·(v − u), u = wind
+//!   at the height z of the water, u₁₀·(z/10 m)^(1/7).
 //! - **Entrained air** moves with the water: a part α = 0.75·e^(−s/Λ) of its speed over the wind,
 //!   s = path since break-up, Λ = 200·d·(1 − w)² (at least 0.2 m).
 //! - Each size lands at z = 0; midpoint rule, 20 ms, last step cut linearly.
@@ -27,7 +28,8 @@ pub const GRAVITY: f64 = 9.806_65;
 
 /// Sizes of the lumps over the middle one, and where they leave the core over its length.
 const LUMPS: [(f64, f64); 5] = [(0.65, 0.75), (0.85, 0.9), (1.0, 1.0), (1.15, 1.08), (1.35, 1.17)];
-const CORE_DIAMETERS: f64 = 200.0;
+const CORE_DIAMETERS: f64 = 3.15;
+const CORE_WEBER_EXPONENT: f64 = 0.32;
 const ENTRAINED: f64 = 0.75;
 const ENTRAINED_DIAMETERS: f64 = 200.0;
 const ENTRAINED_LEAST_M: f64 = 0.2;
@@ -37,6 +39,9 @@ const SPRAY_LUMPS: f64 = 9.0;
 const LUMP_DRAG: f64 = 0.6;
 const SURFACE_TENSION: f64 = 0.072_8;
 const AIR_DENSITY: f64 = 1.2;
+const WIND_M: f64 = 10.0;
+const WIND_LEAST_M: f64 = 0.1;
+const WIND_EXPONENT: f64 = 1.0 / 7.0;
 const STEP_S: f64 = 0.02;
 const FLIGHT_MAX_S: f64 = 15.0;
 
@@ -57,7 +62,7 @@ pub struct Jet {
     pub elevation: f64,
     /// Height of the nozzle above ground, m.
     pub height_m: f64,
-    /// Wind, m/s: forward (azimuth 0) and left.
+    /// Wind 10 m above ground, m/s: forward (azimuth 0) and left.
     pub wind: (f64, f64),
 }
 
@@ -116,6 +121,7 @@ struct Lump {
     drag: f64,
     /// 1 / Λ, 1/m.
     sheltered: f64,
+    /// 10 m above ground.
     wind: [f64; 3],
 }
 
@@ -141,11 +147,23 @@ impl Jet {
 
     /// Effective size D of the middle lumps, m.
     pub fn lump_m(&self) -> f64 {
-        let (speed, width) = (self.exit_mps(), nozzle::width(self.spray_mm));
-        let d = self.nozzle_mm / 1000.0;
-        let weber = (DENSITY * speed * speed * d / SURFACE_TENSION).max(1.0);
-        self.family.lump * d * libm::sqrt(d / REFERENCE_M) * libm::pow(weber, WEBER_EXPONENT)
+        let (d, width) = (self.nozzle_mm / 1000.0, nozzle::width(self.spray_mm));
+        let weber = libm::pow(self.weber(), WEBER_EXPONENT);
+        self.family.lump * d * libm::sqrt(d / REFERENCE_M) * weber
             / (1.0 + SPRAY_LUMPS * width * width)
+    }
+
+    /// Path L_b over which the jet holds together, m.
+    pub fn core_m(&self) -> f64 {
+        let together = 1.0 - nozzle::width(self.spray_mm);
+        let weber = libm::pow(self.weber(), CORE_WEBER_EXPONENT);
+        CORE_DIAMETERS * self.nozzle_mm / 1000.0 * weber * together * together
+    }
+
+    /// Weber number ρ·v₀²·d/σ.
+    pub fn weber(&self) -> f64 {
+        let speed = self.exit_mps();
+        (DENSITY * speed * speed * self.nozzle_mm / 1000.0 / SURFACE_TENSION).max(1.0)
     }
 
     /// Follows the water to the ground.
@@ -203,7 +221,7 @@ impl Jet {
         let length = 4.0 / 3.0 * DENSITY / AIR_DENSITY * size * self.lump_m() / LUMP_DRAG;
         let sheltered = (ENTRAINED_DIAMETERS * d * together).max(ENTRAINED_LEAST_M);
         Lump {
-            core_m: CORE_DIAMETERS * d * together * leaves,
+            core_m: self.core_m() * leaves,
             drag: 1.0 / length,
             sheltered: 1.0 / sheltered,
             wind: [self.wind.0, self.wind.1, 0.0],
@@ -258,20 +276,29 @@ impl Lump {
         let half_m = length(from.v) * step_s / 2.0;
         let free = 1.0 - ENTRAINED * libm::exp(-(*path + half_m) * self.sheltered);
         let drag = self.drag * free * free;
-        let mid = add(from.v, self.pull(from.v, drag), step_s / 2.0);
+        let wind = self.wind_at(from.at[2]);
+        let mid = add(from.v, pull(from.v, wind, drag), step_s / 2.0);
         *path += length(mid) * step_s;
         Motion {
             at: add(from.at, mid, step_s),
-            v: add(from.v, self.pull(mid, drag), step_s),
+            v: add(from.v, pull(mid, wind, drag), step_s),
             time_s: from.time_s + step_s,
         }
     }
 
-    fn pull(&self, v: [f64; 3], drag: f64) -> [f64; 3] {
-        let air = add(v, self.wind, -1.0);
-        let drag = -drag * length(air);
-        [drag * air[0], drag * air[1], drag * air[2] - GRAVITY]
+    fn wind_at(&self, height_m: f64) -> [f64; 3] {
+        if self.wind == [0.0; 3] {
+            return self.wind;
+        }
+        let part = libm::pow(height_m.max(WIND_LEAST_M) / WIND_M, WIND_EXPONENT);
+        self.wind.map(|speed| part * speed)
     }
+}
+
+fn pull(v: [f64; 3], wind: [f64; 3], drag: f64) -> [f64; 3] {
+    let air = add(v, wind, -1.0);
+    let drag = -drag * length(air);
+    [drag * air[0], drag * air[1], drag * air[2] - GRAVITY]
 }
 
 fn add(a: [f64; 3], b: [f64; 3], factor: f64) -> [f64; 3] {
@@ -295,12 +322,12 @@ mod tests {
     #[test]
     fn throws() {
         for (pressure, elevation, expected) in [
-            (0.8, 30.0, 43.90),
-            (0.4, 30.0, 37.36),
-            (0.8, 0.0, 20.22),
+            (0.8, 30.0, 44.44),
+            (0.4, 30.0, 36.79),
+            (0.8, 0.0, 20.35),
             (0.8, -15.0, 5.24),
-            (0.8, 10.0, 35.84),
-            (0.8, 45.0, 40.79),
+            (0.8, 10.0, 36.32),
+            (0.8, 45.0, 41.26),
         ] {
             let range = jet(pressure, elevation).landing().range_m();
             assert!((range - expected).abs() < 0.02, "{pressure} {elevation}: {range}");

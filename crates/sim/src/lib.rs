@@ -22,6 +22,7 @@ pub mod fault;
 pub mod faults_table;
 pub mod fire;
 pub mod flash;
+pub mod gust;
 pub mod jet;
 pub mod nozzle;
 pub mod rng;

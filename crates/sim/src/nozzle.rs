@@ -68,6 +68,12 @@ pub fn half_angle(spray_mm: f64) -> f64 {
     (CONE_DEG + SPRAY_CONE_DEG * width(spray_mm)).to_radians()
 }
 
+/// Position of the nozzle for a whole angle of the cone, mm; the nearest there is.
+pub fn spray_mm(cone_deg: f64) -> f64 {
+    let width = ((cone_deg / 2.0 - CONE_DEG) / SPRAY_CONE_DEG).clamp(0.0, 1.0);
+    NOZZLE_TRAVEL_MM * (1.0 - width)
+}
+
 fn area_m2(nozzle_mm: f64) -> f64 {
     let diameter_m = nozzle_mm / 1000.0;
     core::f64::consts::FRAC_PI_4 * diameter_m * diameter_m
@@ -102,5 +108,6 @@ mod tests {
         assert!((MONITOR.exit_mps(0.8) - 38.80).abs() < 0.001);
         assert_eq!((width(60.0), width(0.0), width(-5.0)), (0.0, 1.0, 1.0));
         assert!((half_angle(30.0).to_degrees() - 18.0).abs() < 1e-9);
+        assert_eq!((spray_mm(36.0), spray_mm(0.0), spray_mm(120.0)), (30.0, 60.0, 0.0));
     }
 }

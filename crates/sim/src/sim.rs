@@ -36,8 +36,10 @@ pub struct Config {
     pub fires: Vec<FireSpec>,
     /// Air, °C.
     pub ambient_c: f64,
-    /// Wind, m/s: forward (azimuth 0) and left.
+    /// Mean wind 10 m above ground, m/s: forward (azimuth 0) and left.
     pub wind: (f64, f64),
+    /// Gusts: standard deviation of the wind's speed over its mean, 0.15 over open country.
+    pub gusts: f64,
     /// Diameter of the nozzle's outlet, mm. The monitor's own figure is its parameter
     /// NozzleDiameter.
     pub nozzle_mm: f64,
@@ -65,6 +67,7 @@ impl Default for Config {
             fires: Vec::new(),
             ambient_c: world.ambient_c,
             wind: world.wind,
+            gusts: world.gusts,
             nozzle_mm: world.nozzle_mm,
             misalignment: world.detector.misalignment,
             glares: Vec::new(),
@@ -89,6 +92,7 @@ impl Config {
         config.fires.clone_from(&self.fires);
         config.ambient_c = self.ambient_c;
         config.wind = self.wind;
+        config.gusts = self.gusts;
         config.nozzle_mm = self.nozzle_mm;
         config.detector.misalignment = self.misalignment;
         config.detector.glares.clone_from(&self.glares);

@@ -20,6 +20,7 @@ use crate::event::{Event, Events, What};
 use crate::fault::{ButtonFault, Fault, Faults, Post, UNITS};
 use crate::fire::{Fire, FireSpec, spread};
 use crate::flash::Flash;
+use crate::gust::Gusts;
 use crate::jet::{Jet, Landing};
 use crate::nozzle::MONITOR;
 use crate::rng::Rng;
@@ -53,8 +54,10 @@ pub struct WorldConfig {
     pub pressure_range_atm: f64,
     /// Height of the nozzle above ground, m.
     pub height_m: f64,
-    /// Wind, m/s: forward (azimuth 0) and left.
+    /// Mean wind 10 m above ground, m/s: forward (azimuth 0) and left.
     pub wind: (f64, f64),
+    /// Gusts: standard deviation of the wind's speed over its mean.
+    pub gusts: f64,
     /// Air, °C.
     pub ambient_c: f64,
     /// The fire detector and its mounting.
@@ -91,6 +94,7 @@ impl Default for WorldConfig {
             pressure_range_atm: 16.0,
             height_m: 1.5,
             wind: (0.0, 0.0),
+            gusts: 0.0,
             ambient_c: 20.0,
             detector: Detector::default(),
             fires: Vec::new(),
@@ -117,8 +121,10 @@ pub struct World {
     pub flash: Flash,
     /// What is broken.
     pub faults: Faults,
-    /// Wind, m/s: forward (azimuth 0) and left.
+    /// Mean wind 10 m above ground, m/s: forward (azimuth 0) and left.
     pub wind: (f64, f64),
+    /// How it varies.
+    pub gusts: Gusts,
     /// Height of the nozzle above ground, m.
     pub height_m: f64,
     deployer: bool,
@@ -157,6 +163,7 @@ impl World {
             flash: Flash::default(),
             faults: Faults::default(),
             wind: config.wind,
+            gusts: Gusts::new(config.gusts, config.seed),
             height_m: config.height_m,
             deployer: config.deployer,
             units: UNITS.map(|unit| config.remote[unit as usize].then(|| RemoteUnit::new(unit))),
@@ -339,13 +346,14 @@ impl World {
             azimuth: self.angle(Axis::Horizontal),
             elevation: self.angle(Axis::Vertical),
             height_m: self.height_m,
-            wind: self.wind,
+            wind: self.gusts.around(self.wind),
         }
     }
 
     /// Jet, fires and climate.
     fn slow(&mut self) {
         let dt_s = SLOW_MS as f64 / 1000.0;
+        self.gusts.step(self.wind, dt_s);
         self.throw(dt_s);
         while let Some(portion) = self.airborne.land(self.now_ms) {
             for index in 0..self.fires.len() {

@@ -303,6 +303,7 @@ fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), S
         "ambient" => number().map(|celsius| config.ambient_c = celsius),
         "nozzle" => number().map(|mm| config.nozzle_mm = mm),
         "wind" => pair().map(|wind| config.wind = wind),
+        "gusts" => number().map(|gusts| config.gusts = gusts),
         "misalignment" => pair().map(|angles| config.misalignment = angles),
         _ => Err(String::new()),
     };

@@ -13,10 +13,16 @@ use crate::sim::{Config, Sim};
 pub(super) struct Bench(pub(super) Sim);
 
 impl Bench {
-    /// Powers a monitor up and deploys it.
-    pub(super) fn deployed(config: Config) -> Self {
+    /// Powers a monitor up; it stays wrapped.
+    pub(super) fn powered_up(config: Config) -> Self {
         let mut bench = Self(Sim::new(config));
         bench.until("Deployer flags lacks Move", 30_000);
+        bench
+    }
+
+    /// Powers a monitor up and deploys it.
+    pub(super) fn deployed(config: Config) -> Self {
+        let mut bench = Self::powered_up(config);
         bench.send("Deploy Deployer");
         bench.until("Deployer flags has Deployed", 30_000);
         bench

@@ -5,7 +5,10 @@
 
 mod aim;
 mod bench;
+mod breakup;
 mod effective;
+mod gusts;
+mod notes;
 mod plant;
 mod search;
 mod throws;
@@ -17,20 +20,27 @@ pub type Named = (&'static str, String);
 pub fn page() -> Vec<Named> {
     vec![
         ("flow", throws::flow()),
+        ("breakup", breakup::table()),
         ("throws", throws::throws()),
         ("effective", effective::table()),
         ("ranges", throws::ranges()),
         ("spray", throws::spray()),
+        ("torch", throws::torch()),
         ("aim", aim::still()),
         ("aim-running", aim::running()),
         ("solutions", aim::solutions()),
         ("correction", aim::correction()),
+        ("calibration", aim::calibration()),
+        ("notes", notes::table()),
         ("wind", aim::wind()),
+        ("gusts", gusts::factors()),
+        ("gusts-aim", gusts::aim()),
         ("filling", plant::filling()),
         ("closing", plant::closing()),
         ("extinction", plant::extinction()),
         ("spread", plant::spread()),
         ("search", search::table()),
+        ("sectors", search::sectors()),
         ("extinguishing", search::extinguishing()),
     ]
 }

@@ -45,7 +45,22 @@ const CASES: &[Case] = &[
         ..CLEAR
     },
     Case {
-        name: "two, 2° apart: they grow together",
+        name: "two of 0.5 m at 25 m, 2° apart: 51′ between them",
+        fires: &["az=10,range=25,size=0.5", "az=12,range=25,size=0.5"],
+        ..CLEAR
+    },
+    Case {
+        name: "the same 1.7° apart: 33′ between them",
+        fires: &["az=10,range=25,size=0.5", "az=11.7,range=25,size=0.5"],
+        ..CLEAR
+    },
+    Case {
+        name: "the same 1.6° apart: 27′ between them, one hotbed",
+        fires: &["az=10,range=25,size=0.5", "az=11.6,range=25,size=0.5"],
+        ..CLEAR
+    },
+    Case {
+        name: "two of 1 m at 25 m, 2° apart: they touch, one hotbed",
         fires: &["az=10,range=25,size=1", "az=12,range=25,size=1"],
         ..CLEAR
     },
@@ -173,6 +188,41 @@ pub fn table() -> String {
     table.0
 }
 
+/// Time of a search by its sector, from 10° below the horizon, of a deployed monitor and of a
+/// wrapped one.
+pub fn sectors() -> String {
+    let mut table = Table::new(&[
+        "sector, °",
+        "deployed: search, s",
+        "wrapped: deploying and search, s",
+        "found",
+    ]);
+    for (wide, high) in [(40, 10), (90, 20), (180, 20), (180, 40)] {
+        let (side, top) = (30 * wide, 60 * high - 600);
+        let seek = format!("StartSeek Detector -{side} {side} -600 {top}");
+        let fire: Vec<FireSpec> = parsed(&["az=15,range=25,size=1.5"]);
+        let took = |deployed: bool| {
+            let config = Config { fires: fire.clone(), ..Config::default() };
+            let mut bench =
+                if deployed { Bench::deployed(config) } else { Bench::powered_up(config) };
+            bench.send(&seek);
+            let started = bench.until("Detector flags has Searching", 1_000)?;
+            let took = bench.until("Detector flags lacks Searching", 600_000)?;
+            Some(((started + took) as f64 / 1000.0, bench.hotbeds().len()))
+        };
+        let (deployed, wrapped) = (took(true), took(false));
+        let seconds =
+            |took: Option<(f64, usize)>| took.map_or("—".to_owned(), |(s, _)| format!("{s:.1}"));
+        table.row(&[
+            format!("{wide} × {high}"),
+            seconds(deployed),
+            seconds(wrapped),
+            deployed.map_or("—".to_owned(), |(_, found)| format!("{found} of 1")),
+        ]);
+    }
+    table.0
+}
+
 /// What an extinguishing took.
 struct Extinguished {
     searched_s: f64,
@@ -182,9 +232,10 @@ struct Extinguished {
 }
 
 /// Finds a fire, aims at its hotbed, sweeps it until it is out.
-fn extinguish(fire: &str, wind: (f64, f64)) -> Option<Extinguished> {
+fn extinguish(fire: &str, (wind, gusts): ((f64, f64), f64), seed: u64) -> Option<Extinguished> {
     let spec: FireSpec = fire.parse().ok()?;
-    let mut bench = Bench::deployed(Config { fires: vec![spec], wind, ..Config::default() });
+    let mut bench =
+        Bench::deployed(Config { seed, fires: vec![spec], wind, gusts, ..Config::default() });
     let start = bench.0.now_ms();
     bench.send(SEEK);
     bench.until("Detector flags has Searching", 1_000)?;
@@ -221,11 +272,21 @@ fn extinguish(fire: &str, wind: (f64, f64)) -> Option<Extinguished> {
     None
 }
 
-/// From the start of the search until the fire is out, in still air and in wind.
+/// Range of a figure over several runs.
+fn spread(values: &[f64]) -> String {
+    let (least, most) = values
+        .iter()
+        .fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), value| (a.min(*value), b.max(*value)));
+    let (least, most) = (format!("{least:.0}"), format!("{most:.0}"));
+    if least == most { least } else { format!("{least}–{most}") }
+}
+
+/// From the start of the search until the fire is out, in still air, in wind and in gusts.
 pub fn extinguishing() -> String {
     let mut table = Table::new(&[
         "fire",
         "wind, m/s: forward, left",
+        "I",
         "search ends, s",
         "jet stands, s",
         "out, s",
@@ -233,17 +294,30 @@ pub fn extinguishing() -> String {
     ]);
     let fires = ["az=20,range=20,size=1.5", "az=20,range=30,size=1.5", "az=-10,range=38,size=1.5"];
     for fire in fires {
-        for wind in [(0.0, 0.0), (-5.0, 0.0), (0.0, 5.0)] {
-            let cells = match extinguish(fire, wind) {
-                Some(done) => [
-                    format!("{:.1}", done.searched_s),
-                    format!("{:.0}", done.jet_s),
-                    format!("{:.0}", done.out_s),
-                    format!("{:.0}", done.litres),
+        for blows in [
+            ((0.0, 0.0), 0.0),
+            ((-5.0, 0.0), 0.0),
+            ((-5.0, 0.0), 0.3),
+            ((0.0, 5.0), 0.0),
+            ((0.0, 5.0), 0.3),
+        ] {
+            let seeds = if blows.1 > 0.0 { SEEDS } else { 1 };
+            let runs: Vec<Extinguished> =
+                (1..=seeds).filter_map(|seed| extinguish(fire, blows, seed)).collect();
+            let over =
+                |of: fn(&Extinguished) -> f64| spread(&runs.iter().map(of).collect::<Vec<_>>());
+            let cells = match runs.len() as u64 == seeds {
+                true => [
+                    format!("{:.1}", runs[0].searched_s),
+                    over(|run| run.jet_s),
+                    over(|run| run.out_s),
+                    over(|run| run.litres),
                 ],
-                None => ["—", "—", "not in 10 min", "—"].map(str::to_owned),
+                false => ["—", "—", "not always in 10 min", "—"].map(str::to_owned),
             };
-            let head = [fire.to_owned(), format!("{:.0}, {:.0}", wind.0, wind.1)];
+            let ((forward, left), intensity) = blows;
+            let head =
+                [fire.to_owned(), format!("{forward:.0}, {left:.0}"), format!("{intensity}")];
             table.row(&head.into_iter().chain(cells).collect::<Vec<_>>());
         }
     }
@@ -271,7 +345,7 @@ mod tests {
 
     #[test]
     fn puts_a_fire_out() {
-        let done = extinguish("az=20,range=20,size=1.5", (0.0, 0.0)).unwrap();
+        let done = extinguish("az=20,range=20,size=1.5", ((0.0, 0.0), 0.0), 1).unwrap();
         assert!(done.out_s < 180.0 && done.litres < 3_000.0, "{} {}", done.out_s, done.litres);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Table, percent};
 use crate::jet::Jet;
-use crate::nozzle::{Family, MONITOR, SMOOTH_BORE};
+use crate::nozzle::{Family, MONITOR, SMOOTH_BORE, spray_mm};
 
 const GPM_LPS: f64 = 0.063_090_2;
 const PSI_MPA: f64 = 0.006_894_757;
@@ -200,6 +200,52 @@ pub fn spray() -> String {
     table.0
 }
 
+/// Torches of which a reach is recalled: l/s, MPa, whole angle of the cone, least reach in m.
+const TORCHES: [(f64, f64, f64, f64); 4] = [
+    (20.0, 0.6, 2.0, 50.0),
+    (20.0, 0.6, 30.0, 30.0),
+    (40.0, 0.8, 2.0, 60.0),
+    (40.0, 0.8, 30.0, 35.0),
+];
+
+/// Farthest drops of a jet of so many l/s whose cone has a whole angle, 30° up: far end of its
+/// footprint, m, and the middle.
+fn farthest(lps: f64, pressure_mpa: f64, cone_deg: f64) -> (Jet, f64, f64) {
+    let nozzle_mm = 28.0 * libm::sqrt(lps / MONITOR.flow_lps(28.0, pressure_mpa));
+    let solid = Jet::solid(pressure_mpa, nozzle_mm, 30_f64.to_radians());
+    let jet = Jet { spray_mm: spray_mm(cone_deg), ..solid };
+    let landing = jet.landing();
+    (jet, landing.range_m(), landing.range_m() + landing.along_m)
+}
+
+/// Reach of sprays beside what is asked of monitors.
+pub fn torch() -> String {
+    let mut table = Table::new(&[
+        "flow, l/s",
+        "pressure, MPa",
+        "whole angle of the cone",
+        "nozzle, mm",
+        "farthest drops, recalled, m",
+        "model: farthest, m",
+        "middle, m",
+        "lumps, mm",
+    ]);
+    for (lps, pressure_mpa, cone_deg, least_m) in TORCHES {
+        let (jet, middle_m, far_m) = farthest(lps, pressure_mpa, cone_deg);
+        table.row(&[
+            format!("{lps:.0}"),
+            format!("{pressure_mpa}"),
+            format!("{cone_deg:.0}°"),
+            format!("{:.1}", jet.spray_mm),
+            format!("≥ {least_m:.0}"),
+            format!("{far_m:.1}"),
+            format!("{middle_m:.1}"),
+            format!("{:.1}", jet.lump_m() * 1000.0),
+        ]);
+    }
+    table.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -214,6 +260,15 @@ mod tests {
         for Flow { source, family, nozzle_mm, pressure_mpa, lps } in flows() {
             let error = family.flow_lps(nozzle_mm, pressure_mpa) / lps - 1.0;
             assert!(error.abs() < 0.04, "{source} {nozzle_mm:.1} mm: {error:+.3}");
+        }
+    }
+
+    /// Sprays reach what is asked of them, and not twice as far.
+    #[test]
+    fn sprays_reach() {
+        for (lps, pressure_mpa, cone_deg, least_m) in TORCHES {
+            let (_, _, far_m) = farthest(lps, pressure_mpa, cone_deg);
+            assert!((1.0..1.25).contains(&(far_m / least_m)), "{lps} {cone_deg}°: {far_m:.1}");
         }
     }
 

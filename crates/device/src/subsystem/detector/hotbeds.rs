@@ -3,9 +3,11 @@
 use crate::subsystem::control::approach::Direction;
 use lafet_proto::status::Hotbed;
 
-/// Sightings whose boxes come this near to each other are one hotbed, arc-minutes: the barrel has
-/// moved by up to 12' since the picture, to either side.
-const MARGIN_ARCMIN: i32 = 30;
+/// Sightings whose boxes come this near to each other are one hotbed, arc-minutes. The barrel has
+/// moved by up to 12' since the picture, to either side, so two of one fire lie up to 24' apart;
+/// but a fire above the threshold is wider than that, and its boxes overlap. Two fires are told
+/// apart when half a degree lies between them.
+const MARGIN_ARCMIN: i32 = 12;
 
 /// At most four, brightest first (§3.16/5).
 #[derive(Clone, Copy, Debug, Default)]
@@ -143,6 +145,6 @@ mod tests {
         hotbeds.see(spot(100, 0, 10));
         let whole = Hotbed { x1: 250, x2: -50, y1: -50, y2: 50, brightness: 40 };
         assert_eq!(hotbeds.as_slice(), [whole]);
-        assert!(!near(&spot(0, 0, 1), &spot(0, 131, 1)) && near(&spot(0, 0, 1), &spot(0, 130, 1)));
+        assert!(!near(&spot(0, 0, 1), &spot(0, 113, 1)) && near(&spot(0, 0, 1), &spot(0, 112, 1)));
     }
 }

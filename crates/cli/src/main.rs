@@ -24,6 +24,7 @@ mod lang;
 mod out;
 mod serve;
 mod simulator;
+mod surroundings;
 mod texts;
 
 use std::io::{self, Write};

@@ -54,10 +54,11 @@ pub fn fire(text: &str) -> Result<FireSpec, String> {
         pick(
             format!(
                 "{error}; write az=DEGREES (left is positive) and range=METRES, and if you like \
-                 size=METRES, growth=M/S, reignites=1"
+                 size=METRES, growth=M/S, reignites=1, lit=0; for example \
+                 az=30,range=25,size=1.5"
             ),
             "пишите az=ГРАДУСЫ (влево положительно) и range=МЕТРЫ, при желании size=МЕТРЫ, \
-             growth=М/С, reignites=1; например az=30,range=25,size=1.5"
+             growth=М/С, reignites=1, lit=0; например az=30,range=25,size=1.5"
                 .into(),
         )
     })

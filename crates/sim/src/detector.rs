@@ -56,6 +56,10 @@ impl core::str::FromStr for Glare {
     fn from_str(text: &str) -> Result<Self, String> {
         let [azimuth_deg, elevation_deg, size_deg, brightness] =
             numbers(text, ["az", "el", "size", "brightness"])?;
+        within("az", azimuth_deg, -360.0, 360.0)?;
+        within("el", elevation_deg, -90.0, 90.0)?;
+        within("size", size_deg, 0.01, 90.0)?;
+        within("brightness", brightness, 1.0, 1e6)?;
         Ok(Self { azimuth_deg, elevation_deg, size_deg, brightness })
     }
 }
@@ -67,7 +71,18 @@ impl core::str::FromStr for Wall {
     fn from_str(text: &str) -> Result<Self, String> {
         let [from_deg, to_deg, range_m, height_m] =
             numbers(text, ["from", "to", "range", "height"])?;
+        within("from", from_deg, -180.0, 180.0)?;
+        within("to", to_deg, from_deg, 180.0)?;
+        within("range", range_m, 0.1, 1e4)?;
+        within("height", height_m, 0.01, 1e4)?;
         Ok(Self { from_deg, to_deg, range_m, height_m })
+    }
+}
+
+fn within(name: &str, value: f64, least: f64, most: f64) -> Result<(), String> {
+    match (least..=most).contains(&value) {
+        true => Ok(()),
+        false => Err(format!("`{name}={value}`: {least} to {most}")),
     }
 }
 

@@ -18,6 +18,7 @@ use crate::lang::pick;
 use crate::out::Out;
 use crate::serve::{Listen, Shared, pace};
 use crate::simulator;
+use crate::surroundings::Surroundings;
 
 /// How often the memory is looked at, whether it has to be written to its file.
 const KEEP: Duration = Duration::from_millis(500);
@@ -29,6 +30,8 @@ const LAST_MS: u64 = 1000;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet sim\n  \
                         lafet sim --listen tcp://127.0.0.1:0 --listen pty --fire az=30,range=25\n  \
+                        lafet sim --fire az=30,range=25 --wind -5,0 --gusts 0.15\n  \
+                        lafet sim --fire az=30,range=25 --wall from=20,to=40,range=15,height=3\n  \
                         lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486")]
 pub struct SimArgs {
     /// Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; radio+ before it makes it the radio
@@ -52,9 +55,12 @@ pub struct SimArgs {
     /// Simulated time runs this many times as fast (default 1)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = simulator::speed)]
     speed: f64,
-    /// A fire: az=DEGREES,range=METRES[,size=METRES]; left is positive. May be repeated
+    /// A fire: az=DEGREES,range=METRES[,size=METRES][,growth=M/S][,reignites=1]; left is positive;
+    /// lit=0 is a thing that other fires can light. May be repeated; without it nothing burns
     #[arg(long, value_name = "FIRE", value_parser = simulator::fire)]
     fire: Vec<FireSpec>,
+    #[command(flatten)]
+    surroundings: Surroundings,
     /// Keep the monitor's memory (parameters, lockout) in this file
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
@@ -73,9 +79,10 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         address: args.addr,
         fires: args.fire,
         flash,
-        ..Config::default()
+        ..args.surroundings.config()
     }));
     let mut listen = args.listen;
+    let burns = !sim.lock().world().fires.is_empty();
     if listen.is_empty() {
         listen.push(Listen::tcp(format!("127.0.0.1:{}", lafet_proto::bus::PORT_EXTERNAL_CONN)));
     }
@@ -87,6 +94,12 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
             || serde_json::json!({ "listening": listening.url() }),
         )?;
         tasks.spawn(listening.serve(sim.clone()));
+    }
+    if !burns {
+        out.say(pick(
+            "nothing burns; --fire az=30,range=25 lights a fire 25 m away, 30° to the left",
+            "ничего не горит; --fire az=30,range=25 зажигает очаг в 25 м, на 30° левее",
+        ))?;
     }
     tasks.spawn(run_time(sim.clone(), args.speed));
     if let Some(path) = args.flash.clone() {

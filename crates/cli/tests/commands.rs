@@ -107,6 +107,29 @@ fn valves() {
     assert_eq!(done["state"]["flags"], json!(["Closed"]));
 }
 
+/// The sun is a hotbed beside the fire; what burns behind a wall is none.
+#[test]
+fn glare_and_walls_of_a_simulator() {
+    let sim = Sim::start(&[
+        "--speed",
+        "50",
+        "--fire=az=20,range=25,size=1.5",
+        "--fire=az=-5,range=25,size=1.5",
+        "--glare=az=-20,el=2,size=0.5,brightness=3000",
+        "--wall=from=-10,to=5,range=15,height=3",
+        "--wind=-5,0",
+        "--gusts=0.15",
+    ]);
+    sim.done(&["deploy"]);
+    let found = sim.value(&["seek", "--from-az", "-40", "--to-az", "40"]);
+    let hotbeds = found["hotbeds"].as_array().unwrap();
+    assert_eq!(hotbeds.len(), 2, "{found}");
+    let run = Run::of(&["sim", "--gusts", "7"]);
+    assert!(run.code == 2 && run.err.contains("0 to 0.5"), "{run:?}");
+    let run = Run::of(&["--lang", "ru", "sim", "--wall", "from=1"]);
+    assert!(run.code == 2 && run.err.contains("from=ГРАДУСЫ"), "{run:?}");
+}
+
 #[test]
 fn a_fire_is_found_and_extinguished() {
     let sim = Sim::start(&["--speed", "40", "--fire", "az=30,range=25,size=1.5"]);

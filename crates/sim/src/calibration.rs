@@ -86,8 +86,19 @@ pub fn elevation_for(
     height_cm: i32,
     distance_m: u8,
 ) -> Result<i32, Fault> {
-    let (jet, target) = shot_at(pressure_datm, diameter_dmm, height_cm, distance_m)?;
-    solved(Solver::new(jet, target))
+    elevation_with(pressure_datm, diameter_dmm, 60, height_cm, distance_m)
+}
+
+/// The same with the nozzle at a position, mm: a spray.
+pub fn elevation_with(
+    pressure_datm: u16,
+    diameter_dmm: i32,
+    nozzle_mm: i32,
+    height_cm: i32,
+    distance_m: u8,
+) -> Result<i32, Fault> {
+    let jet = Jet::new(pressure_datm, diameter_dmm, nozzle_mm)?;
+    solved(Solver::new(jet, ground(height_cm, distance_m)))
 }
 
 /// The high one.
@@ -97,19 +108,12 @@ pub fn high_elevation_for(
     height_cm: i32,
     distance_m: u8,
 ) -> Result<i32, Fault> {
-    let (jet, target) = shot_at(pressure_datm, diameter_dmm, height_cm, distance_m)?;
-    solved(Solver::high(jet, target))
+    let jet = Jet::new(pressure_datm, diameter_dmm, 60)?;
+    solved(Solver::high(jet, ground(height_cm, distance_m)))
 }
 
-fn shot_at(
-    pressure_datm: u16,
-    diameter_dmm: i32,
-    height_cm: i32,
-    distance_m: u8,
-) -> Result<(Jet, Target), Fault> {
-    let jet = Jet::new(pressure_datm, diameter_dmm, 60)?;
-    let target = Target::new(sight_arcmin(distance_m, height_cm), distance_m, height_cm);
-    Ok((jet, target))
+fn ground(height_cm: i32, distance_m: u8) -> Target {
+    Target::new(sight_arcmin(distance_m, height_cm), distance_m, height_cm)
 }
 
 fn solved(mut solver: Solver) -> Result<i32, Fault> {

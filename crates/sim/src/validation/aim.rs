@@ -3,7 +3,7 @@
 use super::Table;
 use super::bench::Bench;
 use crate::calibration::{
-    Shot, elevation_for, fit, high_elevation_for, shoot, sight_arcmin, table,
+    Shot, elevation_for, elevation_with, fit, high_elevation_for, shoot, sight_arcmin, table,
 };
 use crate::jet::{Jet, Landing};
 use crate::sim::Config;
@@ -70,6 +70,27 @@ pub fn still() -> String {
         }
     }
     table.0
+}
+
+/// Landing error of sprays, m, at 0.8 MPa with 28 mm.
+pub fn sprays() -> String {
+    let distances = [8_u8, 10, 12, 15, 20, 25, 30];
+    let titles: Vec<String> = distances.iter().map(|metres| format!("{metres} m")).collect();
+    let titles: Vec<&str> =
+        core::iter::once("nozzle, mm").chain(titles.iter().map(String::as_str)).collect();
+    let mut table = Table::new(&titles);
+    for nozzle_mm in [60, 55, 50, 40, 30, 20] {
+        let cells = distances.map(|metres| cell(spray_miss_m(nozzle_mm, metres)));
+        table.row(&core::iter::once(format!("{nozzle_mm}")).chain(cells).collect::<Vec<_>>());
+    }
+    table.0
+}
+
+fn spray_miss_m(nozzle_mm: i32, distance_m: u8) -> Option<f64> {
+    let elevation = elevation_with(79, calibrated(28.0), nozzle_mm, HEIGHT_CM, distance_m).ok()?;
+    let solid = Jet::solid(7.9 * ATM_MPA, 28.0, (f64::from(elevation) / 60.0).to_radians());
+    let jet = Jet { spray_mm: f64::from(nozzle_mm), ..solid };
+    Some(jet.landing().range_m() - way_m(distance_m))
 }
 
 /// Landing error of a whole monitor that runs StartQuench with a distance: pump, sensors, drives.
@@ -231,6 +252,20 @@ mod tests {
             }
         }
         assert!(reached > 900, "{reached}");
+    }
+
+    /// So do sprays.
+    #[test]
+    fn sprays_land_within_0_3_m() {
+        let mut reached = 0;
+        for (nozzle_mm, distance) in
+            (20..60).step_by(5).flat_map(|mm| (8..=30).map(move |m| (mm, m)))
+        {
+            let Some(miss) = spray_miss_m(nozzle_mm, distance) else { continue };
+            reached += 1;
+            assert!(miss.abs() < 0.3, "{nozzle_mm} mm, {distance} m: {miss:+.3}");
+        }
+        assert!(reached > 60, "{reached}");
     }
 
     /// A calibration brings jets of other outlets within 0.3 m; one of another shape nearer by far.

@@ -27,6 +27,7 @@ pub fn page() -> Vec<Named> {
         ("spray", throws::spray()),
         ("torch", throws::torch()),
         ("aim", aim::still()),
+        ("aim-sprays", aim::sprays()),
         ("aim-running", aim::running()),
         ("solutions", aim::solutions()),
         ("correction", aim::correction()),

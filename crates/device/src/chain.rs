@@ -235,7 +235,7 @@ impl Device {
             Err(status) => in_chain.for_each(|id| answers.bare(id, request, status)),
             Ok(body) => match self.execute_as_a_whole(now, &body, motors) {
                 Some(status) => in_chain.for_each(|id| {
-                    answers.bare(id, request, self.part_of_whole(id, status));
+                    answers.bare(id, request, self.part_of_whole(id, request, status));
                 }),
                 None => in_chain.for_each(|id| {
                     if is_read(request) || answers.has_room(id, request, 0) {

@@ -150,10 +150,19 @@ impl Device {
         self.run(now, dt_ms);
         self.outputs = guard::filter(&self.rules(), &self.inputs, &self.wanted());
         hal.write(&self.outputs);
-        self.params.flush(hal);
-        if let Some(reset) = self.general.poll_reset(now) {
-            self.reset(reset, hal);
+        self.params.poll_retry(now);
+        if self.may_store() {
+            self.params.flush(now, hal);
         }
+        if let Some(reset) = self.general.poll_reset(now) {
+            self.reset(now, reset, hal);
+        }
+    }
+
+    /// §3.5/10 Flash stops the program while it is written or erased. Nothing may run on unguarded
+    /// meanwhile, nor a Stop come late; under lockout there is nothing left to stop.
+    fn may_store(&self) -> bool {
+        self.general.is_locked() || self.outputs.is_still()
     }
 
     /// In working position, or without a Deployer.
@@ -349,9 +358,9 @@ impl Device {
     }
 
     /// §3.12/2, §3.19/1
-    fn reset(&mut self, reset: Reset, hal: &mut impl Hal) {
-        while !self.params.is_stored() && reset == Reset::Restart {
-            self.params.flush(hal);
+    fn reset(&mut self, now: Millis, reset: Reset, hal: &mut impl Hal) {
+        if reset == Reset::Restart {
+            self.params.flush_all(now, hal);
         }
         if reset == Reset::CleanFlash && hal.erase().is_err() {
             self.general.erase_failed();

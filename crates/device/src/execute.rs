@@ -17,7 +17,7 @@ use lafet_proto::id::key;
 use lafet_proto::param::{Access, DriveParam, Param, Placement};
 use lafet_proto::request::{Body, LimitsState};
 use lafet_proto::status::{ControlStatus, DetectorStatus, Hotbed};
-use lafet_proto::{Answer, Ints, ParamId, Status, SubsystemId};
+use lafet_proto::{Answer, Ints, ParamId, RequestId, Status, SubsystemId};
 
 impl Device {
     /// Executes a request that concerns one subsystem, and answers as it.
@@ -171,10 +171,8 @@ impl Device {
             }
             // §3.18/4
             Body::Lockout { key: key::DISABLE } => {
-                if self.general.is_locked() {
-                    self.general.set_locked(false);
-                    self.params.set_lockout(false);
-                }
+                self.general.set_locked(false);
+                self.params.set_lockout(false);
                 Status::OK
             }
             // §3.18/5
@@ -183,12 +181,20 @@ impl Device {
         })
     }
 
-    /// A subsystem's part of what was done as a whole: a valve that closes has only accepted it.
-    pub(crate) fn part_of_whole(&self, id: SubsystemId, status: Status) -> Status {
+    /// A subsystem's part of what was done as a whole: a valve that closes has only accepted it,
+    /// and so has General a lockout that is not stored yet (§3.18/8).
+    pub(crate) fn part_of_whole(
+        &self,
+        id: SubsystemId,
+        request: RequestId,
+        status: Status,
+    ) -> Status {
+        let locking = id == SubsystemId::GENERAL && request == RequestId::LOCKOUT;
         let closing = self
             .valve(id)
             .is_some_and(|valve| valve.flags().contains(ValveFlags::CLOSING) && !valve.is_closed());
-        if closing && status == Status::OK { Status::ACCEPTED } else { status }
+        let storing = locking && !self.params.lockout_is_stored();
+        if (closing || storing) && status == Status::OK { Status::ACCEPTED } else { status }
     }
 
     /// §3.1

@@ -278,6 +278,14 @@ pub struct Outputs {
     pub units: [Option<UnitOp>; UNITS],
 }
 
+impl Outputs {
+    /// No drive turns and no valve's motor runs.
+    pub fn is_still(&self) -> bool {
+        self.drives.iter().all(|drive| drive.speed_tenths == 0)
+            && self.valves.iter().all(|valve| *valve == ValveOutput::Off)
+    }
+}
+
 /// Command to a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DriveOutput {

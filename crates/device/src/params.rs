@@ -1,11 +1,16 @@
 //! §3.4 «GetParam», §3.5 «SetParam»: the parameters' values, and what of them must be stored.
 //!
 //! Values stand in RAM; `handle` changes them there and marks their group, `step` writes one
-//! marked group at a time. A group is stored as one value, so it is replaced as a whole.
+//! marked group at a time. A group is stored as one value, so it is replaced as a whole. Accepted
+//! says that it will be written, Ok that it stands in the memory already (§3.5/9).
+
+mod group;
 
 use crate::composition::{Composition, table_index};
-use crate::hal::{Key, Storage, StorageError, VALUE_MAX};
+use crate::hal::{Storage, StorageError, VALUE_MAX};
 use crate::image::Axis;
+use crate::time::{Millis, Timer};
+use group::Group;
 use lafet_proto::link::crc16;
 use lafet_proto::param::{self, DriveParam, Param};
 use lafet_proto::request::TrajectoryPoint;
@@ -13,81 +18,15 @@ use lafet_proto::{Bytes, Ints, Status, SubsystemId};
 
 /// Numbers that a parameter can hold at most.
 pub const VALUES_MAX: usize = 63;
-const PROGRAMS: usize = 8;
-const TRAJECTORIES: usize = 8;
+const PROGRAMS: usize = group::PROGRAMS as usize;
+const TRAJECTORIES: usize = group::TRAJECTORIES as usize;
 const POINTS: usize = 15;
 const WORDS: usize = Param::COUNT.div_ceil(32);
-const SUBSYSTEMS: u8 = SubsystemId::TABLE.len() as u8;
-
-/// What is stored as one value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Group {
-    /// The single numbers of a subsystem, by its place in the table of §1.
-    Subsystem(u8),
-    /// A program of Control.
-    Program(u8),
-    /// A trajectory of Control.
-    Trajectory(u8),
-    /// The correction table (§3.6).
-    Correction,
-    /// Whether the monitor is locked out (§3.18).
-    Lockout,
-}
-
-impl Group {
-    const COUNT: u8 = SUBSYSTEMS + PROGRAMS as u8 + TRAJECTORIES as u8 + 2;
-
-    const fn index(self) -> u8 {
-        match self {
-            Self::Subsystem(index) => index,
-            Self::Program(index) => SUBSYSTEMS + index,
-            Self::Trajectory(index) => SUBSYSTEMS + PROGRAMS as u8 + index,
-            Self::Correction => Self::COUNT - 2,
-            Self::Lockout => Self::COUNT - 1,
-        }
-    }
-
-    const fn from_index(index: u8) -> Self {
-        const TRAJECTORY: u8 = SUBSYSTEMS + PROGRAMS as u8;
-        const CORRECTION: u8 = Group::COUNT - 2;
-        match index {
-            0..SUBSYSTEMS => Self::Subsystem(index),
-            SUBSYSTEMS..TRAJECTORY => Self::Program(index - SUBSYSTEMS),
-            TRAJECTORY..CORRECTION => Self::Trajectory(index - TRAJECTORY),
-            CORRECTION => Self::Correction,
-            _ => Self::Lockout,
-        }
-    }
-
-    const fn key(self) -> Key {
-        Key(1 + self.index() as u16)
-    }
-
-    /// The subsystem whose flags tell when this group cannot be read or written.
-    pub(crate) fn owner(self) -> SubsystemId {
-        match self {
-            Self::Subsystem(index) => {
-                SubsystemId::TABLE.get(usize::from(index)).copied().unwrap_or(SubsystemId::GENERAL)
-            }
-            Self::Program(_) | Self::Trajectory(_) | Self::Correction => SubsystemId::CONTROL,
-            Self::Lockout => SubsystemId::GENERAL,
-        }
-    }
-
-    fn of(param: Param) -> Self {
-        let offset = |first: Param| (param as u8).wrapping_sub(first as u8);
-        if offset(Param::ControlProgram0) < PROGRAMS as u8 {
-            Self::Program(offset(Param::ControlProgram0))
-        } else if offset(Param::ControlTrajectory0) < TRAJECTORIES as u8 {
-            Self::Trajectory(offset(Param::ControlTrajectory0))
-        } else {
-            Self::Subsystem(table_index(param.spec().subsystem).unwrap_or(0))
-        }
-    }
-}
+/// What could not be stored is tried again after this time (ours).
+const RETRY_MS: u32 = 60_000;
 
 /// A stored trajectory.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Stored {
     points: [TrajectoryPoint; POINTS],
     len: u8,
@@ -103,9 +42,12 @@ pub struct Params {
     correction: [i8; 256],
     correction_valid: bool,
     lockout: bool,
+    /// Groups by index: to be stored, never stored, that could not be read, nor be stored.
     dirty: u64,
-    read_faults: u16,
-    write_faults: u16,
+    absent: u64,
+    unread: u64,
+    unwritten: u64,
+    retry_in: Timer,
     incomplete: u16,
 }
 
@@ -117,12 +59,18 @@ impl Params {
             let group = Group::from_index(index);
             let mut buffer = [0; VALUE_MAX];
             let read = match storage.load(group.key(), &mut buffer) {
-                Ok(None) => continue,
+                Ok(None) => {
+                    // A monitor that was never locked out has nothing to store.
+                    if group != Group::Lockout {
+                        params.absent |= group.bit();
+                    }
+                    continue;
+                }
                 Ok(Some(value)) => params.decode(group, value),
                 Err(_) => None,
             };
             if read.is_none() {
-                params.read_faults |= owner_bit(group.owner());
+                params.unread |= group.bit();
                 // §3.6/3
                 if group == Group::Correction {
                     params.correction_valid = false;
@@ -153,7 +101,7 @@ impl Params {
                 params.put(param, value);
             }
         }
-        for index in 0..SUBSYSTEMS {
+        for index in 0..group::SUBSYSTEMS {
             params.store(Group::Subsystem(index), storage)?;
         }
         Ok(())
@@ -173,8 +121,10 @@ impl Params {
             correction_valid: true,
             lockout: false,
             dirty: 0,
-            read_faults: 0,
-            write_faults: 0,
+            absent: 0,
+            unread: 0,
+            unwritten: 0,
+            retry_in: Timer::default(),
             incomplete: 0,
         }
     }
@@ -219,12 +169,12 @@ impl Params {
             // §3.6/2
             return Status::INVALID_VALUE;
         };
+        let mut changed = false;
         for (entry, correction) in entries.iter_mut().zip(corrections.iter()) {
-            *entry = correction;
+            changed |= core::mem::replace(entry, correction) != correction;
         }
         self.correction_valid = true;
-        self.mark(Group::Correction);
-        Status::ACCEPTED
+        self.keep(Group::Correction, changed)
     }
 
     /// §3.13 Stores what the alignment of detector and barrel has found.
@@ -241,8 +191,13 @@ impl Params {
 
     /// §3.18/6 Keeps the lockout over Restart and power loss.
     pub(crate) fn set_lockout(&mut self, on: bool) {
-        self.lockout = on;
-        self.mark(Group::Lockout);
+        let changed = core::mem::replace(&mut self.lockout, on) != on;
+        self.keep(Group::Lockout, changed);
+    }
+
+    /// §3.18/8 A start would find the lockout, or its release, as it is now.
+    pub(crate) const fn lockout_is_stored(&self) -> bool {
+        self.is_kept(Group::Lockout)
     }
 
     /// §3.4 The values of a parameter that is stored; IncompleteConfig while it is unset.
@@ -283,25 +238,28 @@ impl Params {
 
     /// §3.5 Takes the values of a parameter whose access and range have been checked.
     ///
-    /// Accepted when they will be stored; IncompleteConfig when the subsystem's set still misses
-    /// others: then nothing of it is stored yet.
+    /// Accepted when they will be stored, Ok when they are; IncompleteConfig when the subsystem's
+    /// set still misses others: then nothing of it is stored yet.
     pub(crate) fn write(&mut self, param: Param, values: Ints<'_>) -> Status {
         let group = Group::of(param);
+        let mut changed = false;
         match group {
             Group::Program(number) => {
                 if let Some(program) = self.programs.get_mut(usize::from(number)) {
-                    for (stored, value) in program.iter_mut().zip(values.iter()) {
-                        *stored = saturate(value);
+                    for (stored, value) in program.iter_mut().zip(values.iter().map(saturate)) {
+                        changed |= core::mem::replace(stored, value) != value;
                     }
                 }
             }
             Group::Trajectory(number) => {
                 if let Some(stored) = self.trajectories.get_mut(usize::from(number)) {
-                    *stored = stored_points(values);
+                    let points = stored_points(values);
+                    changed = core::mem::replace(stored, points) != points;
                 }
             }
             _ => {
                 if let Some(value) = values.iter().next() {
+                    changed = !self.is_set(param) || self.get(param) != value;
                     self.put(param, value);
                 }
             }
@@ -312,9 +270,21 @@ impl Params {
         if self.is_incomplete(owner) {
             return Status::INCOMPLETE_CONFIG;
         }
-        // §3.5/1; a value with effect after Restart is looked at when the program starts (§3.5/8).
+        // A value with effect after Restart is looked at when the program starts (§3.5/8).
+        self.keep(group, changed)
+    }
+
+    /// §3.5/1 Queues a group; §3.5/9 unless it stands in the memory as it is.
+    fn keep(&mut self, group: Group, changed: bool) -> Status {
+        if !changed && self.is_kept(group) {
+            return Status::OK;
+        }
         self.mark(group);
         Status::ACCEPTED
+    }
+
+    const fn is_kept(&self, group: Group) -> bool {
+        (self.dirty | self.absent | self.unread | self.unwritten) & group.bit() == 0
     }
 
     /// §3.3.1 ConfigInvalid: parameters of this subsystem are still unset.
@@ -336,34 +306,51 @@ impl Params {
 
     /// §3.3.1 ConfigFault: stored parameters of this subsystem could not be read.
     pub fn has_read_fault(&self, id: SubsystemId) -> bool {
-        self.read_faults & owner_bit(id) != 0
+        owns_one_of(id, self.unread)
     }
 
     /// §3.3.1 ConfigWriteFault: parameters of this subsystem could not be stored.
     pub fn has_write_fault(&self, id: SubsystemId) -> bool {
-        self.write_faults & owner_bit(id) != 0
+        owns_one_of(id, self.unwritten)
     }
 
-    /// Whether everything accepted has been stored.
+    /// Whether everything accepted has been stored, or tried in vain.
     pub const fn is_stored(&self) -> bool {
         self.dirty == 0
     }
 
-    /// Stores one changed group. A failure is told by ConfigWriteFault and not tried again until
-    /// the next change of that group.
-    pub(crate) fn flush(&mut self, storage: &mut impl Storage) {
-        if self.dirty == 0 {
-            return;
+    /// §3.12/4 Before a Restart what failed is tried once more.
+    pub(crate) fn flush_all(&mut self, now: Millis, storage: &mut impl Storage) {
+        self.dirty |= self.unwritten;
+        while !self.is_stored() {
+            self.flush(now, storage);
         }
-        let group = Group::from_index(self.dirty.trailing_zeros() as u8);
-        self.dirty &= self.dirty - 1;
+    }
+
+    /// §3.3.1/1 What could not be stored is tried again a minute later, once.
+    pub(crate) fn poll_retry(&mut self, now: Millis) {
+        if self.retry_in.poll(now) {
+            self.dirty |= self.unwritten;
+        }
+    }
+
+    /// Stores one changed group: the lockout first, the numbers of a subsystem behind its programs
+    /// and trajectories, so that a set which was interrupted (§3.5/6) is still incomplete.
+    pub(crate) fn flush(&mut self, now: Millis, storage: &mut impl Storage) {
+        let Some(index) = self.dirty.checked_ilog2() else { return };
+        let group = Group::from_index(index as u8);
+        self.dirty &= !group.bit();
         match self.store(group, storage) {
             Ok(()) => {
-                self.write_faults &= !owner_bit(group.owner());
-                self.read_faults &= !owner_bit(group.owner());
+                self.unwritten &= !group.bit();
+                self.unread &= !group.bit();
+                self.absent &= !group.bit();
             }
             // §3.3.1/1
-            Err(_) => self.write_faults |= owner_bit(group.owner()),
+            Err(_) => {
+                self.unwritten |= group.bit();
+                self.retry_in.start(now, RETRY_MS);
+            }
         }
     }
 
@@ -463,7 +450,7 @@ impl Params {
     }
 
     fn mark(&mut self, group: Group) {
-        self.dirty |= 1 << group.index();
+        self.dirty |= group.bit();
     }
 
     /// Finds the subsystems whose set is not complete; those that become so are marked with all
@@ -494,6 +481,12 @@ impl Params {
 fn is_number(param: Param) -> bool {
     let spec = param.spec();
     spec.storage == param::Storage::Stored && spec.max_len == 1
+}
+
+/// Whether one of these groups belongs to a subsystem.
+fn owns_one_of(id: SubsystemId, groups: u64) -> bool {
+    let mut rest = (0..Group::COUNT).map(Group::from_index).filter(|g| groups & g.bit() != 0);
+    rest.any(|group| group.owner() == id)
 }
 
 fn owner_bit(id: SubsystemId) -> u16 {

@@ -29,8 +29,8 @@ fn busy() -> Rig {
     rig
 }
 
-/// §3.18/1 Everything stops, valves close, everybody answers in chain order; a closing valve has only
-/// accepted it.
+/// §3.18/1, §3.18/8 Everything stops, valves close, everybody answers in chain order; a closing valve
+/// has only accepted it, and General as long as the lockout is not stored.
 #[test]
 fn lockout_on() {
     let mut rig = busy();
@@ -38,15 +38,42 @@ fn lockout_on() {
     let from: Vec<_> = answers.iter().map(|answer| answer.from).collect();
     assert_eq!(from, SubsystemId::CHAIN);
     for answer in &answers {
-        let closing = answer.from == SubsystemId::VALVE1;
-        let expected = if closing { Status::ACCEPTED } else { Status::OK };
+        let lasts = matches!(answer.from, SubsystemId::VALVE1 | SubsystemId::GENERAL);
+        let expected = if lasts { Status::ACCEPTED } else { Status::OK };
         assert_eq!(answer.status, expected, "{}", answer.from);
     }
     rig.run_while(8000, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
     assert_eq!(rig.valve(SubsystemId::VALVE1), ValveFlags::CLOSED);
     assert_eq!(rig.general().flags, GeneralFlags::LOCKED_OUT);
-    // Repeated it is no harm.
-    rig.all_accept(ENABLE);
+    // Repeated it is no harm, and says that it is stored.
+    let answers = rig.ask(SubsystemId::ALL, ENABLE);
+    assert!(answers.iter().all(|answer| answer.status == Status::OK), "{answers:?}");
+}
+
+/// §3.18/8 General's Ok says that the lockout, or its release, outlives a power loss; a memory that
+/// takes nothing never lets it say so, and is told by ConfigWriteFault.
+#[test]
+fn lockout_accepted_and_stored() {
+    let general = |rig: &mut Rig, body| {
+        let answers = rig.ask(SubsystemId::ALL, body);
+        answers.iter().find(|answer| answer.from == SubsystemId::GENERAL).unwrap().status
+    };
+    let mut rig = Rig::deployed();
+    assert_eq!(general(&mut rig, DISABLE), Status::OK);
+    assert_eq!(general(&mut rig, ENABLE), Status::ACCEPTED);
+    assert_eq!(general(&mut rig, ENABLE), Status::ACCEPTED);
+    rig.step(10);
+    assert_eq!(general(&mut rig, ENABLE), Status::OK);
+    let mut locked = rig.clone();
+    locked.power_cycle();
+    assert!(locked.general().flags.contains(GeneralFlags::LOCKED_OUT));
+    rig.plant.store_fails = true;
+    assert_eq!(general(&mut rig, DISABLE), Status::ACCEPTED);
+    rig.run(1000);
+    assert_eq!(general(&mut rig, DISABLE), Status::ACCEPTED);
+    assert!(rig.general().flags.contains(GeneralFlags::CONFIG_WRITE_FAULT));
+    rig.power_cycle();
+    assert!(rig.general().flags.contains(GeneralFlags::LOCKED_OUT));
 }
 
 /// §3.18/4 The release: nothing resumes by itself, everything works.
@@ -387,7 +414,9 @@ fn requests_in_their_order() {
         moves,
         [
             (SubsystemId::VERTICAL, Status::ACCEPTED),
+            (SubsystemId::GENERAL, Status::ACCEPTED),
             (SubsystemId::GENERAL, Status::DENIED),
+            (SubsystemId::GENERAL, Status::ACCEPTED),
             (SubsystemId::HORIZONTAL, Status::ACCEPTED),
         ]
     );

@@ -69,10 +69,17 @@ fn every_parameter_is_kept() {
         for highest in [false, true] {
             let mut rig = fresh.clone();
             let values = extreme(param, highest);
-            assert_eq!(set_values(&mut rig, param, &values), Status::ACCEPTED, "{param:?}");
+            let stored = spec.max_len == 1 && fresh.get(param).as_ref() == Ok(&values);
+            let status = if stored { Status::OK } else { Status::ACCEPTED };
+            assert_eq!(set_values(&mut rig, param, &values), status, "{param:?}");
             assert_eq!(rig.get(param).as_ref(), Ok(&values), "{param:?}");
             rig.run(20);
             assert!(rig.device.params().is_stored(), "{param:?}");
+            // §3.5/9
+            let written = rig.plant.written.len();
+            assert_eq!(set_values(&mut rig, param, &values), Status::OK, "{param:?}");
+            rig.run(20);
+            assert_eq!(rig.plant.written.len(), written, "{param:?}");
             let general = param.spec().subsystem == SubsystemId::GENERAL;
             rig.power_cycle_and_settle();
             if rig.device.has(spec.subsystem) || general {
@@ -368,12 +375,70 @@ fn write_fault() {
     restarting.run(500);
     assert_eq!(restarting.plant.resets, 1);
     assert_eq!(restarting.get(Param::VerticalSpeed), Ok(vec![12]));
+    // §3.5/9 What failed is never said to be stored.
+    assert_eq!(rig.set(Param::VerticalSpeed, 5), Status::ACCEPTED);
+    rig.run(50);
     rig.plant.store_fails = false;
     rig.run(500);
     assert_eq!(common(&mut rig, SubsystemId::VERTICAL), CommonFlags::CONFIG_WRITE_FAULT);
-    assert_eq!(rig.set(Param::VerticalSpeed, 6), Status::ACCEPTED);
+    // A minute later it is tried again; a client need not wait for that.
+    let mut waiting = rig.clone();
+    waiting.run(60_000);
+    assert_eq!(common(&mut waiting, SubsystemId::VERTICAL), CommonFlags::empty());
+    assert_eq!(waiting.set(Param::VerticalSpeed, 5), Status::OK);
+    assert_eq!(rig.set(Param::VerticalSpeed, 5), Status::ACCEPTED);
     rig.run(50);
     assert_eq!(common(&mut rig, SubsystemId::VERTICAL), CommonFlags::empty());
+    assert_eq!(rig.set(Param::VerticalSpeed, 5), Status::OK);
+}
+
+/// §3.3.1/1 A write that succeeds clears the flags of what it has written, of nothing else.
+#[test]
+fn faults_are_those_of_a_value() {
+    let mut rig = rig();
+    rig.plant.store_fails = true;
+    assert_eq!(set_values(&mut rig, Param::ControlProgram0, &[1; 7]), Status::ACCEPTED);
+    rig.run(50);
+    rig.plant.store_fails = false;
+    assert_eq!(set_values(&mut rig, Param::ControlProgram1, &[2; 7]), Status::ACCEPTED);
+    rig.run(50);
+    assert_eq!(set_values(&mut rig, Param::ControlProgram1, &[2; 7]), Status::OK);
+    assert_eq!(common(&mut rig, SubsystemId::CONTROL), CommonFlags::CONFIG_WRITE_FAULT);
+    assert_eq!(set_values(&mut rig, Param::ControlProgram0, &[1; 7]), Status::ACCEPTED);
+    rig.run(50);
+    assert_eq!(common(&mut rig, SubsystemId::CONTROL), CommonFlags::empty());
+}
+
+/// §3.5/10 Nothing is written while a drive turns or a valve's motor runs, the lockout excepted: it
+/// has stopped them. Restart stops them too, and loses nothing.
+#[test]
+fn stored_at_rest() {
+    let mut rig = Rig::deployed();
+    rig.move_to(Axis::Horizontal, 9000);
+    rig.run(50);
+    let written = rig.plant.written.len();
+    assert_eq!(rig.set(Param::VerticalSpeed, 7), Status::ACCEPTED);
+    rig.run_while(2000, |rig| rig.plant.written.len() == written);
+    assert_eq!(rig.set(Param::VerticalSpeed, 7), Status::ACCEPTED);
+    let mut restarted = rig.clone();
+    restarted.all_accept(Body::Restart);
+    restarted.run(300);
+    assert_eq!((restarted.plant.resets, restarted.get(Param::VerticalSpeed)), (1, Ok(vec![7])));
+    let mut locked = rig.clone();
+    locked.all_accept(Body::Lockout { key: key::ENABLE });
+    locked.step(10);
+    assert_eq!(locked.plant.written[written..], [KEY_LOCKOUT]);
+    rig.all_accept(Body::Stop);
+    rig.run(20);
+    assert_eq!(rig.set(Param::VerticalSpeed, 7), Status::OK);
+    rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+    rig.run(50);
+    assert_eq!(rig.set(Param::VerticalSpeed, 8), Status::ACCEPTED);
+    rig.run(3000);
+    assert_eq!(rig.set(Param::VerticalSpeed, 8), Status::ACCEPTED);
+    // Open: its motor stands still.
+    rig.run(3000);
+    assert_eq!(rig.set(Param::VerticalSpeed, 8), Status::OK);
 }
 
 /// §3.5/6, §3.19/3, §3.4/3 Nothing stored: IncompleteConfig until the subsystem's set is complete, then
@@ -550,7 +615,7 @@ fn provisioning() {
     }
 }
 
-/// §3.5 SetParam with the values that are there moves nothing and starts nothing.
+/// §3.5/9 SetParam with the values that are there says so, moves nothing and starts nothing.
 #[test]
 fn set_param_starts_nothing() {
     let mut rig = Rig::deployed();
@@ -558,7 +623,7 @@ fn set_param_starts_nothing() {
         let spec = param.spec();
         if spec.access == Access::ReadWrite && spec.max_len == 1 {
             let value = rig.get(param).unwrap()[0];
-            assert_eq!(rig.set(param, value), Status::ACCEPTED, "{param:?}");
+            assert_eq!(rig.set(param, value), Status::OK, "{param:?}");
         }
     }
     rig.run_while(500, |rig| rig.is_still());

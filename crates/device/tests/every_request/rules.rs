@@ -26,7 +26,9 @@ pub const INCOMPLETE: &[u8] = &[14];
 pub const NOT_SUPPORTED: &[u8] = &[18];
 /// Whether the values suit is not this test's business.
 pub const ACCEPTED_OR_INVALID: &[u8] = &[1, 11];
-pub const ACCEPTED_BUSY_OR_INVALID: &[u8] = &[1, 6, 11];
+/// §3.5/9: Ok when just this value is stored already.
+pub const STORED_OR_INVALID: &[u8] = &[0, 1, 11];
+pub const STORED_BUSY_OR_INVALID: &[u8] = &[0, 1, 6, 11];
 pub const INCOMPLETE_OR_INVALID: &[u8] = &[1, 11, 14];
 
 /// §1/11: the order of checks.
@@ -144,6 +146,10 @@ pub fn execution(state: &State, request: u8, from: u8, data: &[u8], broadcast: b
         // §3.12/1, §3.18/1: a valve that has to close has only accepted it.
         RESTART if state.open == Some(from) => bare(ACCEPTED),
         LOCKOUT if state.open == Some(from) && word() == 0x2FFA => bare(ACCEPTED),
+        // §3.18/8: a change of the lockout is not stored yet.
+        LOCKOUT if from == GENERAL && (state.gate == Gate::Locked) != (word() == 0x2FFA) => {
+            bare(ACCEPTED)
+        }
         RESTART | LOCKOUT | SWITCH_LIMITS | CLEAN_FLASH => bare(OK),
         _ => bare(ACCEPTED),
     }
@@ -169,8 +175,8 @@ pub fn set_param(state: &State, from: u8, data: &[u8]) -> Expected {
         Some(Known::Settable(fits)) if !fits((data.len() - 2) / 4) => (WRONG_DATA, 0),
         Some(Known::Settable(_)) if state.erased => (INCOMPLETE_OR_INVALID, 2),
         // A zero point is taken at rest only.
-        Some(Known::Settable(_)) if id == hash16("ZeroPoint") => (ACCEPTED_BUSY_OR_INVALID, 2),
-        Some(Known::Settable(_)) => (ACCEPTED_OR_INVALID, 2),
+        Some(Known::Settable(_)) if id == hash16("ZeroPoint") => (STORED_BUSY_OR_INVALID, 2),
+        Some(Known::Settable(_)) => (STORED_OR_INVALID, 2),
     };
     Expected { from, statuses, size }
 }

@@ -53,7 +53,7 @@ pub(crate) fn damaged_params() -> Params {
     let before: Vec<Key> = memory.0.keys().copied().collect();
     let mut params = Params::load(&mut memory);
     params.set_corrections(0, lafet_proto::Bytes(&[1, 2]));
-    params.flush(&mut memory);
+    params.flush(crate::time::Millis(0), &mut memory);
     for (key, value) in &mut memory.0 {
         if !before.contains(key) {
             value[0] ^= 1;

@@ -2,6 +2,8 @@
 //!
 //! Everything is a function of configuration, seed and requests; nothing reads a clock.
 
+use std::collections::VecDeque;
+
 use lafet_device::composition::Composition;
 use lafet_device::image::{Axis, ValveOutput};
 use lafet_device::port::{self, Port, RecordPort};
@@ -16,7 +18,7 @@ use crate::detector::{Glare, Wall};
 use crate::event::What;
 use crate::fault::axis_name;
 use crate::fire::FireSpec;
-use crate::flash::Flash;
+use crate::flash::{Cut, Flash};
 use crate::world::{STEP_MS, World, WorldConfig};
 
 /// Time without power in a power cycle, ms.
@@ -111,6 +113,7 @@ pub struct Sim {
     clock_ms: u32,
     booted_ms: u64,
     resets: u32,
+    cuts: VecDeque<Cut>,
     trace: Option<String>,
 }
 
@@ -121,12 +124,14 @@ impl Sim {
         if let Some(flash) = config.flash {
             world.flash = flash;
         } else {
-            // A RAM-backed memory without injected faults takes everything.
+            // A new chip without injected faults takes everything.
             let provisioned = Device::provision(&mut world, &config.composition, config.address);
             debug_assert_eq!(provisioned, Ok(()));
         }
+        world.start_flash();
         let Config { composition, address, clock_ms, .. } = config;
         let device = Device::power_up(clock_ms, &composition, address, None, &mut world);
+        world.stall();
         world.note(What::PoweredUp);
         Self {
             device,
@@ -136,6 +141,7 @@ impl Sim {
             clock_ms,
             booted_ms: 0,
             resets: 0,
+            cuts: VecDeque::new(),
             trace: config.trace.then(String::new),
         }
     }
@@ -170,14 +176,11 @@ impl Sim {
         self.resets
     }
 
-    /// One step of 10 ms.
+    /// One step of 10 ms. While the flash is being written or erased the program stands still.
     pub fn tick(&mut self) {
         self.world.advance(STEP_MS);
-        self.device.step(self.device_ms(), &mut self.world);
-        if self.world.take_reset() {
-            self.resets += 1;
-            self.world.note(What::Reset);
-            self.start(None);
+        if !self.world.is_stalled() {
+            self.run();
         }
         if self.now_ms().is_multiple_of(TRACE_MS) && self.trace.is_some() {
             let line = self.trace_line();
@@ -188,6 +191,19 @@ impl Sim {
         }
     }
 
+    fn run(&mut self) {
+        self.world.flash.begin();
+        self.device.step(self.device_ms(), &mut self.world);
+        self.world.stall();
+        if self.world.flash.chip().is_off() {
+            self.power_cycle();
+        } else if self.world.take_reset() {
+            self.resets += 1;
+            self.world.note(What::Reset);
+            self.start(None);
+        }
+    }
+
     /// Moves time; a part of a step is left out.
     pub fn advance_ms(&mut self, ms: u64) {
         for _ in 0..ms / STEP_MS {
@@ -195,8 +211,17 @@ impl Sim {
         }
     }
 
-    /// Gives the monitor the records of a frame; returns the records that it answers.
+    /// A frame that comes while the flash is busy is looked at when the program runs again.
+    fn wait_for_flash(&mut self) {
+        while self.world.stays_stalled() {
+            self.tick();
+        }
+    }
+
+    /// Gives the monitor the records of a frame; returns the records that it answers. Time passes
+    /// when the program stands still.
     pub fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
+        self.wait_for_flash();
         let mut out = [0; PAYLOAD_MAX];
         let len = self.device.handle(self.device_ms(), source, payload, &mut out);
         out[..len].to_vec()
@@ -219,6 +244,7 @@ impl Sim {
         mut bytes: &[u8],
         mut receive: impl FnMut(u32, &mut Device, &[u8], &mut [u8]) -> (usize, usize),
     ) -> Vec<u8> {
+        self.wait_for_flash();
         let (mut answers, mut out) = (Vec::new(), [0; WIRE_MAX]);
         while !bytes.is_empty() {
             let now_ms = self.device_ms();
@@ -231,6 +257,7 @@ impl Sim {
 
     /// Gives the monitor a datagram, which is one link frame; returns that of its answer.
     pub fn datagram(&mut self, source: Source, bytes: &[u8]) -> Option<Vec<u8>> {
+        self.wait_for_flash();
         let mut out = [0; WIRE_MAX];
         let now_ms = self.device_ms();
         let len = port::datagram(now_ms, source, &mut self.device, bytes, &mut out)?;
@@ -252,13 +279,22 @@ impl Sim {
         }
     }
 
-    /// Takes the supply away for half a second. What is stored survives; time in the monitor
-    /// begins anew.
+    /// Takes the supply away for half a second. What is stored survives, what was being written is
+    /// torn; time in the monitor begins anew.
     pub fn power_cycle(&mut self) {
         self.world.cut_power();
         self.world.advance(POWER_OFF_MS);
         self.world.note(What::PoweredUp);
         self.start(None);
+    }
+
+    /// Power will fail in words or erases of the flash to come, for half a second each: each cut
+    /// counts from the one before, the next start included. None takes back those that have not
+    /// come yet.
+    pub fn cut_power_at(&mut self, cuts: &[Cut]) {
+        self.cuts = cuts.iter().copied().collect();
+        let next = self.cuts.pop_front();
+        self.world.flash.cut(next);
     }
 
     /// The program fails as on a hard fault: nothing is driven any more, and it starts again with
@@ -270,9 +306,18 @@ impl Sim {
     }
 
     fn start(&mut self, crash: Option<FaultInfo>) {
+        if self.world.flash.chip().is_off() {
+            let next = self.cuts.pop_front();
+            self.world.flash.cut(next);
+        }
+        self.world.start_flash();
+        if self.world.flash.chip().is_off() {
+            return self.power_cycle();
+        }
         self.booted_ms = self.now_ms();
         let Self { clock_ms, composition, address, world, .. } = self;
         self.device = Device::power_up(*clock_ms, composition, *address, crash, world);
+        self.world.stall();
     }
 
     fn device_ms(&self) -> u32 {

@@ -142,6 +142,8 @@ pub struct World {
     jet_on: bool,
     flooded: bool,
     reset_requested: bool,
+    /// Until then the flash is written or erased, and the program stands still.
+    busy_until_us: u64,
 }
 
 impl World {
@@ -160,7 +162,7 @@ impl World {
             fires: Vec::new(),
             detector: config.detector,
             climate: Climate::new(config.ambient_c),
-            flash: Flash::default(),
+            flash: Flash::new(config.seed),
             faults: Faults::default(),
             wind: config.wind,
             gusts: Gusts::new(config.gusts, config.seed),
@@ -180,6 +182,7 @@ impl World {
             jet_on: false,
             flooded: false,
             reset_requested: false,
+            busy_until_us: 0,
         };
         for fire in config.fires {
             world.light(fire);
@@ -271,10 +274,39 @@ impl World {
         core::mem::take(&mut self.reset_requested)
     }
 
-    /// The supply fails: nothing is driven any more.
+    /// The supply fails: nothing is driven any more, and what the flash was at is torn.
     pub fn cut_power(&mut self) {
+        let now_us = (self.now_ms + STEP_MS) * 1000;
+        if self.busy_until_us > now_us {
+            let left_us = self.busy_until_us - now_us;
+            let busy_us = self.flash.chip().busy_us();
+            self.flash.interrupt(busy_us.saturating_sub(left_us));
+        }
+        self.busy_until_us = 0;
         self.commanded = Outputs::default();
         self.reset_requested = false;
+    }
+
+    /// Whether the program stands still in the step that ends now, because the flash it runs from
+    /// is being written or erased.
+    pub const fn is_stalled(&self) -> bool {
+        self.busy_until_us > self.now_ms * 1000
+    }
+
+    /// Whether it will still stand still in the next step.
+    pub const fn stays_stalled(&self) -> bool {
+        self.busy_until_us >= (self.now_ms + STEP_MS) * 1000
+    }
+
+    /// The program starts: the store is mounted.
+    pub(crate) fn start_flash(&mut self) {
+        self.flash.begin();
+        self.flash.start(&self.faults);
+    }
+
+    /// What the program did at this time took the flash so long.
+    pub(crate) fn stall(&mut self) {
+        self.busy_until_us = self.now_ms * 1000 + self.flash.chip().busy_us();
     }
 
     /// Moves time; a part of a step is left out.
@@ -466,11 +498,14 @@ impl Hal for World {
     }
 
     fn write(&mut self, outputs: &Outputs) {
-        self.commanded = *outputs;
+        // What is left of a step in which power failed drives nothing.
+        if !self.flash.chip().is_off() {
+            self.commanded = *outputs;
+        }
     }
 
     fn reset(&mut self) {
-        self.reset_requested = true;
+        self.reset_requested = !self.flash.chip().is_off();
     }
 }
 

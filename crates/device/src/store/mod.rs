@@ -95,11 +95,26 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
         store
     }
 
+    /// A flash that could not be read at all at the start is looked at again before anything is
+    /// written: whatever is written on top of an unknown log would be lost at the next start.
+    fn ready(&mut self) -> Result<(), StorageError> {
+        if self.is_unreadable() {
+            self.lost = false;
+            self.scan();
+        }
+        if self.is_unreadable() { Err(StorageError::Write) } else { Ok(()) }
+    }
+
+    const fn is_unreadable(&self) -> bool {
+        self.lost && self.head.seq == 0
+    }
+
     /// Makes room for a value of any size now, so that the next `store` erases nothing.
     ///
     /// For a moment in which nothing moves: it erases one page at most. `false` when there was
     /// nothing to do. It costs one erase in each power-up in which it is called.
     pub fn prepare(&mut self) -> Result<bool, StorageError> {
+        self.ready()?;
         let need = self.size(Entry { key: 0, len: VALUE_MAX as u16 });
         if self.head_has_room(need) || !self.ring_has_room(need) {
             return Ok(false);
@@ -115,6 +130,17 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
     /// The flash.
     pub const fn flash(&self) -> &F {
         &self.flash
+    }
+
+    /// The flash, for settings of its own. What the store has written there must stay.
+    pub const fn flash_mut(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
+    /// Where a value begins in the flash; `None` when it is unset or empty.
+    pub fn address_of(&self, key: Key) -> Option<u32> {
+        let slot = self.slot(key.0).filter(|slot| slot.entry().value_len() > 0)?;
+        self.address(slot.page.into(), usize::from(slot.at) + ENTRY_HEADER, 0)
     }
 
     /// Ends the store.
@@ -240,6 +266,7 @@ impl<F: NorFlash, const N: usize> Storage for Store<F, N> {
         if value.len() > VALUE_MAX {
             return Err(StorageError::Write);
         }
+        self.ready()?;
         let entry = Entry { key: key.0, len: value.len() as u16 };
         if self.holds(entry, value) {
             return Ok(());
@@ -250,6 +277,7 @@ impl<F: NorFlash, const N: usize> Storage for Store<F, N> {
     /// All gone when it returns `Ok`; after a power cut all there or all gone. What has been
     /// erased can still be found in the flash by other means until its page is used again.
     fn erase(&mut self) -> Result<(), StorageError> {
+        self.ready()?;
         if !self.lost && self.slots.iter().all(|slot| slot.at == 0) {
             return Ok(());
         }

@@ -26,7 +26,12 @@ enum Stage {
 
 impl<F: NorFlash, const N: usize> Store<F, N> {
     pub(super) fn scan(&mut self) {
-        let Some((newest, stage)) = self.newest_page() else { return };
+        let Some((newest, stage)) = self.newest_page() else {
+            // Not an empty store: nobody knows what stands there.
+            let mut pages = 0..self.geometry.pages.get();
+            self.lost = pages.all(|page| self.read(page, 0, &mut [0; PAGE_HEADER]).is_none());
+            return;
+        };
         let first = newest.seq.saturating_sub(newest.span.into());
         self.head = Head { seq: newest.seq, first, end: Self::FIRST, is_open: false };
         self.lost = newest.lost;

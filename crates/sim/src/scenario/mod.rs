@@ -15,6 +15,7 @@ use lafet_proto::text;
 use crate::condition::Condition;
 use crate::fault::{Fault, Post, button_name};
 use crate::fire::FireSpec;
+use crate::flash::{Cut, Torn};
 use crate::sim::Config;
 use run::Run;
 
@@ -56,6 +57,7 @@ enum Step {
     Inject(Fault),
     Clear(Option<Fault>),
     PowerCycle,
+    PowerCut(Cut),
     Crash,
     Damage(Key),
     Fire(FireSpec),
@@ -353,6 +355,9 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
             }
         }
         "power" if rest == "cycle" => Step::PowerCycle,
+        "power" => Step::PowerCut(power_cut(rest).ok_or(
+            "power cycle, or power cut N old|new|mixed|random|unstable: in the word after N others",
+        )?),
         "crash" => Step::Crash,
         "damage" => Step::Damage(Key(rest.parse().map_err(|_| "the number of a stored value")?)),
         "fire" => Step::Fire(rest.parse()?),
@@ -364,6 +369,12 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
             );
         }
     })
+}
+
+fn power_cut(text: &str) -> Option<Cut> {
+    let (step, torn) = text.strip_prefix("cut ")?.split_once(' ')?;
+    let torn = Torn::ALL.into_iter().find(|known| known.name() == torn)?;
+    Some(Cut { step: step.parse().ok()?, torn })
 }
 
 /// Records of `A ; B`, or the bytes of `hex 4d 0d …` as they are.

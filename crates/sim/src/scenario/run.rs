@@ -107,6 +107,7 @@ impl<'a> Run<'a> {
             }
             Step::Crash => self.sim.crash(CRASH),
             Step::PowerCycle => self.sim.power_cycle(),
+            Step::PowerCut(cut) => self.sim.cut_power_at(&[*cut]),
             Step::Fire(spec) => {
                 self.sim.world_mut().light(*spec);
             }

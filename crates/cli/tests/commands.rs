@@ -165,7 +165,7 @@ fn parameters() {
     let speed = sim.value(&["param", "get", "vertical", "speed"]);
     assert_eq!((&speed["name"], &speed["values"]), (&json!("Speed"), &json!([12])));
     let set = sim.value(&["param", "set", "vertical", "Speed", "8"]);
-    assert_eq!(set["acts"], "at-once");
+    assert_eq!((&set["acts"], &set["saved"]), (&json!("at-once"), &json!("stored")));
     assert!(
         sim.done(&["param", "get", "Vertical", "Speed"]).out.starts_with("Vertical Speed = 8 °/s")
     );
@@ -201,7 +201,7 @@ fn limits() {
 #[test]
 fn service() {
     let sim = Sim::start(FAST);
-    sim.done(&["lockout", "on"]);
+    assert!(sim.done(&["lockout", "on"]).out.ends_with("too: stored.\n"));
     assert!(sim.flags("general").contains(&"LockedOut".to_owned()));
     let run = sim.run(&["deploy"]);
     assert_eq!(run.code, 1);

@@ -188,10 +188,15 @@ fn the_memory_outlives_the_simulator() {
     assert_eq!(again.value(&["param", "get", "vertical", "Speed"])["values"][0], 9);
     assert!(again.flags("general").contains(&"LockedOut".to_owned()));
     drop(again);
-    std::fs::write(&file, "something else").unwrap();
+    // A damaged file is told, and left alone.
+    let mut image = std::fs::read(&file).unwrap();
+    image[4000] ^= 1;
+    std::fs::write(&file, &image).unwrap();
     let run = Run::of(&["sim", "--listen", "tcp://127.0.0.1:0", "--flash", path]);
-    std::fs::remove_file(&file).unwrap();
     assert_eq!(run.code, 2, "{run:?}");
+    assert!(run.err.contains(path) && run.err.contains("Remove it"), "{run:?}");
+    assert_eq!(std::fs::read(&file).unwrap(), image);
+    std::fs::remove_file(&file).unwrap();
 }
 
 /// Ctrl-C while a drive moves: Stop is sent, and the drive stands when the command ends.
@@ -210,7 +215,7 @@ fn ctrl_c_stops_the_drive() {
 
     // Another program may already have begun something else: then everything stops.
     let slow = fast.value(&["param", "set", "horizontal", "Speed", "1"]);
-    assert_eq!(slow["status"], "Accepted");
+    assert_eq!(slow["saved"], "stored");
     let mut moving =
         Running::stderr(lafet().args(["-c", fast.url(), "move", "horizontal", "170deg"]));
     assert!(moving.line().contains("Horizontal"));

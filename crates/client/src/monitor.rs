@@ -88,7 +88,8 @@ impl Monitor {
         results.into_iter().map(one).collect()
     }
 
-    /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`.
+    /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`. Accepted is not yet
+    /// stored: see [`Monitor::save_param`].
     pub async fn set_param(
         &self,
         who: SubsystemId,
@@ -348,7 +349,7 @@ impl MonitorStatus {
 }
 
 /// `0x23FE` is an id; anything else a name that is hashed (§1, §3.4).
-fn param_id(name: &str) -> ParamId {
+pub(crate) fn param_id(name: &str) -> ParamId {
     let number = name.strip_prefix("0x").and_then(|digits| u16::from_str_radix(digits, 16).ok());
     number.map_or_else(|| ParamId::of(name), ParamId)
 }

@@ -5,7 +5,7 @@ mod fake;
 use std::time::Duration;
 
 use fake::{Log, answer, answer_within, frame, serve};
-use lafet_client::{Client, Config, Error, Lang, Monitor, Verdict};
+use lafet_client::{Client, Config, Error, Lang, Monitor, Saved, Verdict};
 use lafet_proto::param::Param;
 use lafet_proto::request::{Body, LimitsState, Quench, Sector, Seek};
 use lafet_proto::status::Limits;
@@ -104,6 +104,42 @@ async fn tables_and_parameters_are_sent_in_pieces() {
     assert!(of(Param::GeneralAddress).as_ref().is_err_and(Error::is_refused));
     let frames = log.lock().unwrap().len();
     assert!(frames < Param::COUNT, "several in a frame: {frames}");
+}
+
+/// §3.5/9 Stored is what Ok says; a monitor that never says it is asked three times more and believed
+/// no further; one that cannot write tells by ConfigWriteFault.
+#[tokio::test(start_paused = true)]
+async fn accepted_and_stored_are_told_apart() {
+    let save = async |answers: &[Status], flags: u8| {
+        let mut statuses = answers.to_vec().into_iter();
+        let (client, log, _) = start(move |payload| match payload[0] {
+            0xF1 => {
+                let status = statuses.next().unwrap_or(Status::ACCEPTED);
+                frame(&[0xF1, 0x0D, status.0, 2, payload[4], payload[5]])
+            }
+            _ => frame(&[0xD4, 0x0D, 0, 8, flags, 0, 0, 0, 0, 0, 0, 0]),
+        });
+        let saved = Monitor::new(client).save_param(VERTICAL, "Speed", &[8]).await;
+        let sets = log.lock().unwrap().iter().filter(|payload| payload[0] == 0xF1).count();
+        (saved, sets)
+    };
+    let (accepted, stored) = (Status::ACCEPTED, Status::OK);
+    assert!(matches!(save(&[stored], 0).await, (Ok(Saved::Stored), 1)));
+    assert!(matches!(save(&[accepted, accepted, stored], 0).await, (Ok(Saved::Stored), 3)));
+    assert!(matches!(save(&[], 0).await, (Ok(Saved::Unconfirmed), 4)));
+    assert!(matches!(save(&[], 4).await, (Ok(Saved::WriteFailed), 4)));
+    // Another value could not be written; this one could.
+    assert!(matches!(save(&[accepted, accepted, stored], 4).await, (Ok(Saved::Stored), 3)));
+    // A remote unit is asked until it has taken it, and not again.
+    let unit = [Status::CACHED, Status::CACHED, accepted];
+    assert!(matches!(save(&unit, 0).await, (Ok(Saved::Unconfirmed), 3)));
+    let (refused, _) = save(&[Status::CACHED; 40], 0).await;
+    assert!(refused.is_err_and(|error| error.is_refused()));
+    let (refused, sets) = save(&[Status::INVALID_VALUE], 0).await;
+    assert!(refused.is_err_and(|error| error.is_refused()) && sets == 1);
+    // A zero point, once taken, is no longer the present position.
+    let zero = [accepted, Status::INVALID_VALUE];
+    assert!(matches!(save(&zero, 0).await, (Ok(Saved::Unconfirmed), 2)));
 }
 
 #[tokio::test(start_paused = true)]

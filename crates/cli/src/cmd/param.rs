@@ -1,10 +1,9 @@
 //! `lafet param get|set|list`.
 
 use clap::{Args, Subcommand};
-use lafet_client::Error;
+use lafet_client::{Error, Saved};
 use lafet_proto::param::{Access, Effect, Param, ParamSpec, Placement};
-use lafet_proto::request::Body;
-use lafet_proto::{Ints, ParamId, Status, SubsystemId};
+use lafet_proto::{ParamId, Status, SubsystemId};
 use serde_json::{Value, json};
 
 use crate::cli::{Global, subsystem};
@@ -99,9 +98,8 @@ async fn set(args: SetArgs, global: &Global, out: &mut Out) -> Outcome {
     let (who, id) = (args.subsystem, id(args.subsystem, &args.name));
     let connection = Connection::open(global).await?;
     let param = Param::find(who, id);
-    let body = Body::SetParam { id, values: Ints::Values(&args.values) };
-    let answers = connection.ask(who, body).await.map_err(|failure| explain(failure, param))?;
-    let status = answers.first().status();
+    let saved = connection.monitor.save_param_id(who, id, &args.values).await;
+    let saved = saved.map_err(|error| explain(error.into(), param))?;
     let name = name(who, id).unwrap_or(&args.name);
     let later = param.is_some_and(|param| param.spec().effect == Effect::Restart);
     let when = match later {
@@ -109,15 +107,56 @@ async fn set(args: SetArgs, global: &Global, out: &mut Out) -> Outcome {
         false => "",
     };
     let shown = shown(param.map(Param::spec), &args.values);
-    out.show(format!("{who} {name} = {shown}: {status}.{when}"), || {
+    out.show(format!("{who} {name} = {shown}: {}.{when}", saved_text(saved)), || {
         json!({
             "subsystem": who.to_string(),
             "name": name,
             "values": args.values,
-            "status": status.to_string(),
+            "status": if saved == Saved::Stored { "Ok" } else { "Accepted" },
+            "saved": saved_name(saved),
             "acts": if later { "after-restart" } else { "at-once" },
         })
-    })
+    })?;
+    failed_to_save(saved)
+}
+
+/// Whether a value is stored, in words.
+pub fn saved_text(saved: Saved) -> &'static str {
+    match saved {
+        Saved::Stored => pick("stored", "сохранено"),
+        Saved::Unconfirmed => pick(
+            "accepted, not confirmed (the monitor has not said that it is stored: it may be \
+             moving, or never say so)",
+            "принято, не подтверждено (ствол не сообщил о сохранении: он может двигаться или \
+             вовсе этого не сообщать)",
+        ),
+        Saved::WriteFailed => pick("in force, not stored", "действует, не сохранено"),
+    }
+}
+
+/// The same for a program.
+pub const fn saved_name(saved: Saved) -> &'static str {
+    match saved {
+        Saved::Stored => "stored",
+        Saved::Unconfirmed => "unconfirmed",
+        Saved::WriteFailed => "write-failed",
+    }
+}
+
+/// A command whose value the monitor cannot keep has failed.
+pub fn failed_to_save(saved: Saved) -> Outcome {
+    if saved != Saved::WriteFailed {
+        return Ok(());
+    }
+    Err(Failure::Ended(
+        pick(
+            "The monitor could not write its memory (ConfigWriteFault): this is lost at the next \
+             reset. Check the supply and try again.",
+            "Ствол не смог записать ЭНОЗУ (ConfigWriteFault): при сбросе это пропадёт. Проверьте \
+             питание и повторите.",
+        )
+        .into(),
+    ))
 }
 
 /// Adds what the dictionary knows to a refusal of a value.

@@ -8,8 +8,10 @@ use lafet_proto::{Request, SubsystemId};
 use serde_json::{Map, Value, json};
 
 use super::motion::simple;
+use super::param::{failed_to_save, saved_name, saved_text};
 use crate::cli::Global;
 use crate::connect::Connection;
+use crate::exchange;
 use crate::failure::Outcome;
 use crate::lang::pick;
 use crate::out::{Out, columns};
@@ -44,7 +46,21 @@ pub struct CrashArgs {}
 
 /// Locks out or releases.
 pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> Outcome {
-    simple(Request::lockout(args.state == Switch::On), global, out).await
+    let on = args.state == Switch::On;
+    let connection = Connection::open(global).await?;
+    let (answers, saved) = connection.monitor.save_lockout(on).await?;
+    let request = Request::lockout(on);
+    let what = match on {
+        true => pick("Locked out over a power loss too", "Блокировка и после отключения питания"),
+        false => pick("Released over a power loss too", "Снятие и после отключения питания"),
+    };
+    let answered = exchange::text(request.to, &answers);
+    out.show(format!("{answered}\n{what}: {}.", saved_text(saved)), || {
+        let mut json = exchange::json(&request, &answers);
+        json["saved"] = json!(saved_name(saved));
+        json
+    })?;
+    failed_to_save(saved)
 }
 
 /// Restarts the program.

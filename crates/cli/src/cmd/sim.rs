@@ -110,9 +110,10 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         Some(ended) = tasks.join_next() => Err(ended),
     };
     if let Some(path) = &args.flash {
-        // What has been accepted is written before the power goes.
+        // What has been accepted at rest is written before the power goes.
         sim.lock().advance_ms(LAST_MS);
-        store(path, &sim.lock().world().flash).map_err(|error| cannot_keep(path, error))?;
+        let image = sim.lock().world().flash.to_bytes();
+        store(path, &image).map_err(|error| cannot_keep(path, error))?;
     }
     match ended {
         Ok(()) => Ok(()),
@@ -154,11 +155,12 @@ fn load(path: &Path) -> Result<Option<Flash>, Failure> {
         let path = path.display();
         Failure::Usage(pick(
             format!(
-                "{path} is not the memory of a simulated monitor. Remove it to start with a new \
-                 one."
+                "{path} is not the memory of a simulated monitor, is damaged, or comes from an \
+                 earlier version. Remove it to start with a new one, or give another file."
             ),
             format!(
-                "{path} — не память имитатора ствола. Удалите файл, чтобы начать с новой памяти."
+                "{path} — не память имитатора ствола, повреждён или создан прежней версией. \
+                 Удалите файл, чтобы начать с новой памяти, или укажите другой."
             ),
         ))
     })
@@ -168,22 +170,23 @@ fn load(path: &Path) -> Result<Option<Flash>, Failure> {
 async fn keep(sim: Shared, path: PathBuf) -> io::Result<()> {
     let mut kept = None;
     loop {
-        let now = sim.lock().world().flash.clone();
-        if kept.as_ref() != Some(&now) {
-            store(&path, &now)?;
-            kept = Some(now);
+        let steps = sim.lock().world().flash.chip().steps();
+        if kept != Some(steps) {
+            let image = sim.lock().world().flash.to_bytes();
+            store(&path, &image)?;
+            kept = Some(steps);
         }
         sleep(KEEP).await;
     }
 }
 
 /// Replaces the file as a whole: it is never half written.
-fn store(path: &Path, flash: &Flash) -> io::Result<()> {
+fn store(path: &Path, image: &[u8]) -> io::Result<()> {
     let mut name = path.as_os_str().to_owned();
     name.push(".new");
     let beside = PathBuf::from(name);
     let mut file = std::fs::File::create(&beside)?;
-    file.write_all(&flash.to_bytes())?;
+    file.write_all(image)?;
     file.sync_all()?;
     std::fs::rename(&beside, path)
 }

@@ -3,6 +3,7 @@
 
 mod ci;
 mod citation;
+mod cuts;
 mod demo;
 mod dissector;
 mod docs;
@@ -87,6 +88,14 @@ const TASKS: &[Task] = &[
                   writes it. With --check, nothing is written: a hole, a row that does not hold and \
                   a table that is out of date are errors.",
         run: faults::faults,
+    },
+    Task {
+        name: "cuts",
+        arguments: "store|monitor [N]",
+        about: "N random power cuts (a million without N) of the store, or of whole monitors",
+        details: "Optimised, on all processors. LAFET_STORE_SEED or LAFET_MONITOR_SEED is the first \
+                  seed; a failure prints the one that replays it.",
+        run: cuts::cuts,
     },
     Task {
         name: "physics",

@@ -27,6 +27,7 @@ extern crate std;
 
 pub mod answer;
 pub mod bus;
+pub mod crash;
 pub mod dictionary;
 mod error;
 pub mod flags;

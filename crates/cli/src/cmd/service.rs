@@ -13,8 +13,8 @@ use crate::cli::Global;
 use crate::connect::Connection;
 use crate::exchange;
 use crate::failure::Outcome;
-use crate::lang::pick;
-use crate::out::{Out, columns};
+use crate::lang::{of, pick};
+use crate::out::Out;
 
 /// `lafet lockout`
 #[derive(Debug, Args)]
@@ -80,15 +80,78 @@ pub async fn run_crash(global: &Global, out: &mut Out) -> Outcome {
         let text = pick("No hardware fault is recorded.", "Аппаратных отказов не записано.");
         return out.show(text, || json!({ "fault": null }));
     }
-    let words = words(&info);
-    let rows: Vec<Vec<String>> = words
-        .iter()
-        .map(|(name, word)| vec![(*name).to_owned(), format!("{word:#010x}")])
+    out.show(crash_text(&info), || crash_json(&info))
+}
+
+/// Each register; below those that tell the cause, the bits that are set.
+fn crash_text(info: &FaultInfo) -> String {
+    let mut lines = Vec::new();
+    for (name, word) in words(info) {
+        lines.push(format!("{name:<9}  {word:#010x}{}", remark(info, name)));
+        for bit in info.bits().filter(|bit| bit.register == name) {
+            lines.push(format!("    {:<11}  {}", bit.name, of(&bit.meaning)));
+            lines.push(format!("    {:<11}  → {}", "", of(&bit.remedy)));
+        }
+        for (_, unknown) in info.unknown_bits().iter().filter(|(n, bits)| *n == name && *bits != 0)
+        {
+            let text = pick("bits that are not known", "неизвестные биты");
+            lines.push(format!("    {text}: {unknown:#010x}"));
+        }
+    }
+    if info.bits().next().is_none() && matches!(info.arch, FaultArch::CortexM3(_)) {
+        lines.push(
+            pick(
+                "No known bit of hfsr or cfsr is set: the processor found no fault. The program \
+                 stopped itself or the watchdog did; pc and lr say where.",
+                "Известные биты hfsr и cfsr не установлены: процессор отказа не нашёл. Программа \
+                 остановила себя сама либо сработал сторожевой таймер; где — скажут pc и lr.",
+            )
+            .to_owned(),
+        );
+    }
+    lines.join("\n")
+}
+
+/// What a word means where its name does not say it.
+fn remark(info: &FaultInfo, name: &str) -> String {
+    let valid = |bit| info.bits().any(|known| known.name == bit);
+    let stale = pick("no address: not valid", "адрес недействителен");
+    let text = match name {
+        "pc" => pick("the instruction that failed", "команда, на которой случился отказ"),
+        "lr" => pick("where it was called from", "откуда она была вызвана"),
+        "mmfar" if !valid("MMARVALID") => stale,
+        "bfar" if !valid("BFARVALID") => stale,
+        "psr" | "spsr" => {
+            let context = info.context();
+            let number = context.number().map(|number| format!(" {number}")).unwrap_or_default();
+            let running = pick("running", "исполнялось");
+            return format!("  {running}: {}{number}", of(&context.text()));
+        }
+        _ => return String::new(),
+    };
+    format!("  {text}")
+}
+
+fn crash_json(info: &FaultInfo) -> Value {
+    let words: Map<String, Value> =
+        words(info).iter().map(|(name, word)| ((*name).to_owned(), json!(word))).collect();
+    let bits: Vec<Value> = info
+        .bits()
+        .map(|bit| {
+            json!({
+                "register": bit.register,
+                "bit": bit.bit,
+                "name": bit.name,
+                "meaning": of(&bit.meaning),
+                "remedy": of(&bit.remedy),
+            })
+        })
         .collect();
-    out.show(columns(&rows), || {
-        let object: Map<String, Value> =
-            words.iter().map(|(name, word)| ((*name).to_owned(), json!(word))).collect();
-        json!({ "fault": object })
+    let context = info.context();
+    json!({
+        "fault": words,
+        "bits": bits,
+        "running": { "what": of(&context.text()), "number": context.number() },
     })
 }
 
@@ -100,5 +163,32 @@ fn words(info: &FaultInfo) -> Vec<(&'static str, u32)> {
         FaultArch::Arm7Tdmi(_) => {
             common.take(10).chain(FaultInfo::NAMES_ARM7TDMI).zip(all).collect()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn info(hfsr: u32, cfsr: u32) -> FaultInfo {
+        let mut words = [0x0800_1234; 20];
+        (words[14], words[17], words[19]) = (hfsr, cfsr, 0x0100_001B);
+        FaultInfo::from_words(words)
+    }
+
+    #[test]
+    fn registers_are_told_bit_by_bit() {
+        let text = crash_text(&info(1 << 30, 1 << 9 | 1 << 15));
+        let line = |start: &str| text.lines().find(|line| line.trim().starts_with(start)).unwrap();
+        assert!(line("PRECISERR").contains("failed on the bus"), "{text}");
+        assert!(line("mmfar").contains("not valid") && !line("bfar").contains("not valid"));
+        assert!(line("psr").contains("interrupt 11"), "{text}");
+        let json = crash_json(&info(0, 1 << 25));
+        assert_eq!(json["bits"][0]["name"], "DIVBYZERO");
+        assert_eq!(
+            (&json["fault"]["pc"], &json["running"]["number"]),
+            (&json!(0x0800_1234), &json!(11))
+        );
+        assert!(crash_text(&info(0, 0)).contains("watchdog"));
     }
 }

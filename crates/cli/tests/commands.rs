@@ -201,7 +201,7 @@ fn limits() {
 #[test]
 fn service() {
     let sim = Sim::start(FAST);
-    assert!(sim.done(&["lockout", "on"]).out.ends_with("too: stored.\n"));
+    assert!(sim.done(&["lockout", "on"]).out.ends_with("memory: stored.\n"));
     assert!(sim.flags("general").contains(&"LockedOut".to_owned()));
     let run = sim.run(&["deploy"]);
     assert_eq!(run.code, 1);

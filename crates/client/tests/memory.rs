@@ -111,7 +111,8 @@ async fn tables_and_parameters_are_sent_in_pieces() {
 #[tokio::test(start_paused = true)]
 async fn accepted_and_stored_are_told_apart() {
     let save = async |answers: &[Status], flags: u8| {
-        let mut statuses = answers.to_vec().into_iter();
+        let answers = answers.to_vec();
+        let mut statuses = answers.into_iter();
         let (client, log, _) = start(move |payload| match payload[0] {
             0xF1 => {
                 let status = statuses.next().unwrap_or(Status::ACCEPTED);

@@ -50,10 +50,7 @@ pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> O
     let connection = Connection::open(global).await?;
     let (answers, saved) = connection.monitor.save_lockout(on).await?;
     let request = Request::lockout(on);
-    let what = match on {
-        true => pick("Locked out over a power loss too", "Блокировка и после отключения питания"),
-        false => pick("Released over a power loss too", "Снятие и после отключения питания"),
-    };
+    let what = pick("Non-volatile memory", "ЭНОЗУ");
     let answered = exchange::text(request.to, &answers);
     out.show(format!("{answered}\n{what}: {}.", saved_text(saved)), || {
         let mut json = exchange::json(&request, &answers);

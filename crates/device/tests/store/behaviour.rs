@@ -265,3 +265,39 @@ fn a_flash_that_refuses_to_write_twice_works_too() {
     }
     assert_eq!(store.load(Key(0), &mut [0; 40]), Ok(Some(value(1, 99, 40).as_slice())));
 }
+
+/// A flash that cannot be read at the start is no empty one: nothing is told to be unset, nothing is
+/// stored on top of what nobody has seen, and once it can be read again all is there.
+#[test]
+fn unreadable_at_the_start() {
+    let mut store: Store<_, 8> = start(Flash::<4, 256>::new(3, 1));
+    for version in 0..40 {
+        store.store(Key(1), &value(1, version, 20)).unwrap();
+    }
+    let mut flash = store.into_flash();
+    flash.deaf = true;
+    let mut store: Store<_, 8> = start(flash);
+    let mut buffer = [0; VALUE_MAX];
+    for key in [1, 2] {
+        assert_eq!(store.load(Key(key), &mut buffer), Err(StorageError::Read));
+    }
+    assert_eq!(store.store(Key(2), &[1]), Err(StorageError::Write));
+    assert_eq!(store.erase(), Err(StorageError::Write));
+    assert_eq!(store.prepare(), Err(StorageError::Write));
+    store.flash_mut().deaf = false;
+    store.store(Key(2), &[2]).unwrap();
+    let mut store: Store<_, 8> = start(store.into_flash());
+    assert_eq!(store.load(Key(1), &mut buffer), Ok(Some(&value(1, 39, 20)[..])));
+    assert_eq!(store.load(Key(2), &mut buffer), Ok(Some(&[2][..])));
+}
+
+/// Where a value stands, for tools that look at it or damage it.
+#[test]
+fn address_of_a_value() {
+    let mut store: Store<_, 8> = start(Flash::<4, 256>::new(3, 1));
+    store.store(Key(1), b"here").unwrap();
+    store.store(Key(2), b"").unwrap();
+    let at = store.address_of(Key(1)).unwrap() as usize;
+    assert_eq!(&store.flash().bytes()[at..at + 4], b"here");
+    assert_eq!((store.address_of(Key(2)), store.address_of(Key(3))), (None, None));
+}

@@ -74,6 +74,8 @@ pub struct Flash<const WORD: usize, const PAGE: usize> {
     pub checked: bool,
     /// Only a whole erase makes a written word writable again, not even zeros may be written.
     pub strict: bool,
+    /// Nothing can be read.
+    pub deaf: bool,
     /// Writing to these addresses fails, as in a worn page.
     pub worn: Vec<Range<u32>>,
     /// This bit always has this value, and nothing tells.
@@ -95,6 +97,7 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
             before: vec![0; pages * PAGE],
             checked: false,
             strict: false,
+            deaf: false,
             worn: Vec::new(),
             stuck: None,
             random: Cell::new(seed),
@@ -202,7 +205,7 @@ impl<const WORD: usize, const PAGE: usize> ReadNorFlash for Flash<WORD, PAGE> {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failed> {
         check_read(self, offset, bytes.len())?;
-        if self.off {
+        if self.off || self.deaf {
             return Err(Failed);
         }
         let start = offset as usize;

@@ -5,3 +5,4 @@
 mod exhaustive;
 mod held;
 mod random;
+mod rot;

@@ -27,7 +27,8 @@ pub trait Storage {
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, StorageError>;
 
-    /// Writes a value. When it returns `Ok`, the value survives power loss.
+    /// Writes a value. When it returns `Ok`, the value survives power loss. It may take as long as
+    /// flash takes to be erased: the device calls it at rest only (§3.5/10).
     fn store(&mut self, key: Key, value: &[u8]) -> Result<(), StorageError>;
 
     /// Erases everything (§3.19).

@@ -1,49 +1,36 @@
-//! Any request to one monitor: a handle on a task that runs a session.
+//! Any request to one monitor: a handle on a task that runs the sessions of a link.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::io;
+use std::sync::Arc;
 
 use lafet_proto::Request;
-use lafet_proto::link::PAYLOAD_MAX;
-use lafet_proto::record::HEADER_SIZE;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::sync::{broadcast, mpsc, oneshot};
+use tokio::sync::{broadcast, mpsc, oneshot, watch};
+use tokio::time::Instant;
 
 use crate::answers::{Answers, RequestBuf};
 use crate::error::{Cause, Error};
-use crate::plan::frame_len;
-use crate::session::{
-    Config, Outcome, QUEUE_MAX, QueueFull, Slot, Stats, Ticket, Traced, URGENT_MAX,
-};
-use crate::task::{Ended, Job, Reply, Task};
+use crate::session::{Config, Outcome, QueueFull, Stats, Ticket, Traced};
+use crate::shared::{LinkEvent, LinkState, Shared, lock};
+use crate::task::{Ended, Job, Redial, Reply, Task};
 use crate::transport::Link;
 use crate::transport::memory::Memory;
 use crate::url::{Endpoint, Framing};
 
-/// Jobs that may wait between handles and task.
-const JOBS_MAX: usize = QUEUE_MAX + URGENT_MAX;
-/// Frames that a slow listener of [`Client::trace`] may lag behind.
-const TRACE_MAX: usize = 1024;
-/// Requests that a frame can hold at most.
-const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;
-
-/// The controlling side of one monitor. Clones share one connection.
+/// The controlling side of one monitor. Clones share one connection, and so do the clients of the
+/// other monitors on the same link: [`Client::at`].
 ///
 /// Stop, Close and Lockout on overtake everything that waits, and what would undo them is not sent
 /// any more. Dropping a future takes its requests back as far as they have not been sent; an urgent
-/// one is sent all the same. When the last clone is dropped, the connection is closed.
+/// one is sent all the same, as soon as its future was polled once. When the last clone is dropped,
+/// the connection is closed.
 #[derive(Clone, Debug)]
 pub struct Client {
     endpoint: Arc<str>,
-    framing: Framing,
-    jobs: mpsc::Sender<Job>,
-    shared: Arc<Shared>,
-}
-
-/// What the task shows to the handles.
-#[derive(Debug)]
-pub(crate) struct Shared {
-    pub(crate) stats: Mutex<Stats>,
-    pub(crate) trace: broadcast::Sender<Traced>,
+    pub(crate) config: Arc<Config>,
+    address: u8,
+    jobs: mpsc::UnboundedSender<Job>,
+    pub(crate) shared: Arc<Shared>,
 }
 
 impl Client {
@@ -52,7 +39,8 @@ impl Client {
         Self::connect_with(endpoint, Config::default()).await
     }
 
-    /// Connects with timeouts and bounds of your own; addresses and framing are the endpoint's.
+    /// Connects with timeouts and bounds of your own; addresses, framing and the kind of line are
+    /// the endpoint's.
     pub async fn connect_with(endpoint: &Endpoint, config: Config) -> Result<Self, Error> {
         if matches!(endpoint, Endpoint::Sim { .. }) {
             return Err(Error::NeedsStream);
@@ -61,13 +49,24 @@ impl Client {
         let link = Link::open(endpoint)
             .await
             .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
+        let (echo, turnaround) = match endpoint {
+            Endpoint::Serial { line, .. } => (line.echo, line.turnaround),
+            _ => (config.echo, config.turnaround),
+        };
         let config = Config {
             addresses: endpoint.addresses(),
             framing: endpoint.framing(),
             duplicates: config.duplicates || link.is_datagram(),
+            echo,
+            turnaround,
             ..config
         };
-        Ok(Self::start(name, link, Some(endpoint.clone()), config))
+        let endpoint = endpoint.clone();
+        let redial = Redial(Box::new(move || {
+            let endpoint = endpoint.clone();
+            Box::pin(async move { Link::open(&endpoint).await })
+        }));
+        Ok(Self::start(name, link, Some(redial), config))
     }
 
     /// Talks over a stream of yours, which is not opened again when it ends: a simulator in this
@@ -79,57 +78,109 @@ impl Client {
         Self::start(name.into(), Link::Memory(Memory::new(stream)), None, config)
     }
 
-    fn start(endpoint: Arc<str>, link: Link, redial: Option<Endpoint>, config: Config) -> Self {
-        // One queue for all: a Stop must find what was asked before it, to keep it from being sent.
-        let (jobs, jobs_end) = mpsc::channel(JOBS_MAX);
-        let trace = broadcast::Sender::new(TRACE_MAX);
-        let shared = Arc::new(Shared { stats: Mutex::default(), trace });
-        let framing = config.framing;
-        let task = Task::new(config, link, redial, shared.clone());
-        tokio::spawn(task.run(jobs_end));
-        Self { endpoint, framing, jobs, shared }
+    /// Talks over streams that `dial` opens: now, and again each time one has ended.
+    pub async fn dial<S, D, F>(name: &str, mut dial: D, config: Config) -> Result<Self, Error>
+    where
+        S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+        D: FnMut() -> F + Send + 'static,
+        F: Future<Output = io::Result<S>> + Send + 'static,
+    {
+        let endpoint: Arc<str> = name.into();
+        let lost = |source| Error::Link { endpoint: endpoint.clone(), source: Arc::new(source) };
+        let link = Link::Memory(Memory::new(dial().await.map_err(lost)?));
+        let redial = Redial(Box::new(move || {
+            let stream = dial();
+            Box::pin(async move { stream.await.map(|stream| Link::Memory(Memory::new(stream))) })
+        }));
+        Ok(Self::start(endpoint, link, Some(redial), config))
     }
 
-    /// Where the monitor is, as given.
+    fn start(endpoint: Arc<str>, link: Link, redial: Option<Redial>, config: Config) -> Self {
+        // One queue for all: a Stop must find what was asked before it, to keep it from being sent.
+        // It is bounded by `Shared::has_room`, so that a Stop can be queued without waiting.
+        let (jobs, jobs_end) = mpsc::unbounded_channel();
+        let shared = Arc::new(Shared::default());
+        let address = config.addresses.monitor;
+        lock(&shared.stats).each.push((address, Stats::default()));
+        let task = Task::new(config.clone(), link, redial, shared.clone());
+        tokio::spawn(task.run(jobs_end));
+        Self { endpoint, config: Arc::new(config), address, jobs, shared }
+    }
+
+    /// The client of another monitor on the same link. The monitors share the line fairly; each
+    /// has its own queue, timeouts and numbers.
+    pub fn at(&self, address: u8) -> Result<Self, Error> {
+        let own = self.config.addresses.source;
+        let alone = self.config.framing == Framing::Records && address != self.address;
+        if address == 0 || address == u8::MAX || address == own || alone {
+            return Err(Error::Address { address, endpoint: self.endpoint.clone() });
+        }
+        let each = &mut lock(&self.shared.stats).each;
+        if !each.iter().any(|(known, _)| *known == address) {
+            each.push((address, Stats::default()));
+        }
+        Ok(Self { address, ..self.clone() })
+    }
+
+    /// Where the link leads, as given.
     pub fn endpoint(&self) -> &str {
         &self.endpoint
     }
 
-    /// What has been sent, received and dropped so far.
-    pub fn stats(&self) -> Stats {
-        *self.shared.stats.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The monitor's address on the link.
+    pub const fn address(&self) -> u8 {
+        self.address
     }
 
-    /// Every frame from now on that is sent or received.
+    /// What has been exchanged with this monitor so far, and what the link has dropped.
+    pub fn stats(&self) -> Stats {
+        let stats = lock(&self.shared.stats);
+        let own = stats.each.iter().find(|(address, _)| *address == self.address);
+        own.map(|(_, stats)| *stats).unwrap_or_default()
+    }
+
+    /// What has been exchanged with all monitors of the link.
+    pub fn link_stats(&self) -> Stats {
+        lock(&self.shared.stats).total
+    }
+
+    /// Every frame from now on that is sent or received on the link.
     pub fn trace(&self) -> broadcast::Receiver<Traced> {
         self.shared.trace.subscribe()
+    }
+
+    /// What happens to the link from now on: lost, made again, and its figures each second.
+    pub fn events(&self) -> broadcast::Receiver<LinkEvent> {
+        let events = self.shared.events.subscribe();
+        self.shared.wake.notify_one();
+        events
+    }
+
+    /// Whether there is a connection, now and whenever that changes.
+    pub fn link_state(&self) -> watch::Receiver<LinkState> {
+        self.shared.state.subscribe()
     }
 
     /// Sends a request and waits for its answers. A refusal is an answer: [`Answers::accepted`]
     /// makes an error of it.
     pub async fn request(&self, request: &Request<'_>) -> Result<Answers, Error> {
-        let results = self.run(vec![RequestBuf::new(request)?]).await;
-        results.into_iter().next().unwrap_or(Err(Error::Closed))
+        self.request_until(request, None).await
     }
 
-    /// Sends requests in order, several in a frame, and waits for all their answers: a result for
-    /// each. When a frame gets no answer, those behind it are not sent; when a request fits no
-    /// record, none is sent.
-    pub async fn batch(&self, requests: &[Request<'_>]) -> Vec<Result<Answers, Error>> {
-        let encoded: Vec<_> = requests.iter().map(RequestBuf::new).collect();
-        if encoded.iter().all(Result::is_ok) {
-            return self.run(encoded.into_iter().flatten().collect()).await;
-        }
-        let refuse = |one: Result<RequestBuf, Error>| {
-            Err(one.map_or_else(|error| error, |fine| not_sent(&fine, Cause::EarlierFailed)))
-        };
-        encoded.into_iter().map(refuse).collect()
+    /// The same, but it is not sent any more after a time: a motion is wanted now or not at all.
+    pub async fn request_until(
+        &self,
+        request: &Request<'_>,
+        expires: Option<Instant>,
+    ) -> Result<Answers, Error> {
+        let results = self.run(vec![RequestBuf::new(request)?], expires).await;
+        results.into_iter().next().unwrap_or(Err(Error::Closed))
     }
 
     /// Asks whether somebody is there (observed: an empty frame is answered by an empty frame).
     pub async fn probe(&self) -> Result<(), Error> {
         let endpoint = self.endpoint.clone();
-        match self.exchange(vec![], None).await {
+        match self.exchange(vec![], None, None).await {
             None => Err(Error::Closed),
             Some(Ok(Ended { outcome: Outcome::Answered(_), .. })) => Ok(()),
             Some(Ok(Ended { outcome: Outcome::Silence { tries }, .. })) => {
@@ -140,56 +191,27 @@ impl Client {
         }
     }
 
-    async fn run(&self, requests: Vec<RequestBuf>) -> Vec<Result<Answers, Error>> {
-        let mut results: Vec<_> =
-            requests.iter().map(|request| Err(not_sent(request, Cause::EarlierFailed))).collect();
-        let mut waiting: Vec<usize> = (0..requests.len()).collect();
-        let mut first = None;
-        while !waiting.is_empty() {
-            let upcoming: Vec<RequestBuf> =
-                waiting.iter().take(FRAME_MAX).map(|index| requests[*index].clone()).collect();
-            let len = frame_len(&upcoming, self.framing);
-            let frame: Vec<usize> = waiting.drain(..len).collect();
-            let ended = self.exchange(upcoming.into_iter().take(len).collect(), first).await;
-            let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
-                for index in frame {
-                    results[index] = Err(self.failure(&requests[index], &ended));
-                }
-                break;
-            };
-            first = first.or(ticket);
-            let mut again = Vec::new();
-            for (place, (index, slot)) in frame.into_iter().zip(slots).enumerate() {
-                match slot {
-                    Slot::Answered(answers) if fits(&answers, &requests[index], place) => {
-                        results[index] = well_formed(answers);
-                    }
-                    _ => again.push(index),
-                }
-            }
-            waiting.splice(..0, again);
-        }
-        results
-    }
-
-    /// `None`: the task has ended.
-    async fn exchange(&self, requests: Vec<RequestBuf>, first: Option<Ticket>) -> Option<Reply> {
-        let (reply, answer) = oneshot::channel();
+    /// Sends a frame; `None`: the task has ended.
+    pub(crate) async fn exchange(
+        &self,
+        requests: Vec<RequestBuf>,
+        first: Option<Ticket>,
+        expires: Option<Instant>,
+    ) -> Option<Reply> {
         let urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
-        let job = Job { requests, first, reply };
         if urgent {
-            self.jobs.send(job).await.ok()?;
-        } else {
-            match self.jobs.try_send(job) {
-                Ok(()) => {}
-                Err(mpsc::error::TrySendError::Full(_)) => return Some(Err(QueueFull)),
-                Err(mpsc::error::TrySendError::Closed(_)) => return None,
-            }
+            self.shared.stop_jogs(self.address, &requests);
         }
+        if !self.shared.has_room(urgent) {
+            return Some(Err(QueueFull));
+        }
+        let (reply, answer) = oneshot::channel();
+        let address = self.address;
+        self.jobs.send(Job { address, requests, first, expires, reply }).ok()?;
         answer.await.ok()
     }
 
-    fn failure(&self, request: &RequestBuf, ended: &Option<Reply>) -> Error {
+    pub(crate) fn failure(&self, request: &RequestBuf, ended: &Option<Reply>) -> Error {
         let (to, endpoint) = (request.to(), self.endpoint.clone());
         let unknown = |cause| Error::OutcomeUnknown { request: request.id(), to, endpoint, cause };
         match ended {
@@ -206,6 +228,7 @@ impl Client {
                 Outcome::Silence { .. } | Outcome::Answered(_) => unknown(Cause::Silence),
                 Outcome::LinkLost => unknown(Cause::Link(ended.source())),
                 Outcome::NotConnected => not_sent(request, Cause::Link(ended.source())),
+                Outcome::Expired => not_sent(request, Cause::Expired),
                 Outcome::Superseded { by, sent: true } => unknown(Cause::Superseded { by }),
                 Outcome::Superseded { by, sent: false } => {
                     not_sent(request, Cause::Superseded { by })
@@ -213,23 +236,33 @@ impl Client {
             },
         }
     }
-}
 
-fn not_sent(request: &RequestBuf, cause: Cause) -> Error {
-    Error::NotSent { request: request.id(), to: request.to(), cause }
-}
-
-/// Whether an answer is final. What found no room behind others is asked again by itself (§1, §2:
-/// the client repeats what was not processed); what found none alone never will.
-fn fits(answers: &Answers, request: &RequestBuf, place: usize) -> bool {
-    place == 0 || !answers.lacks_room() || !request.is_read()
-}
-
-/// Answers whose data have the shape that their request and sender give them.
-fn well_formed(answers: Answers) -> Result<Answers, Error> {
-    let wrong = answers.iter().find_map(|answer| answer.decode().err().map(|e| (answer, e)));
-    match wrong.map(|(answer, source)| (answer.request(), answer.from(), source)) {
-        Some((request, from, source)) => Err(Error::Protocol { request, from, source }),
-        None => Ok(answers),
+    /// A handle that does not keep the connection open.
+    pub(crate) fn downgrade(&self) -> WeakClient {
+        let Self { endpoint, config, address, jobs, shared } = self.clone();
+        WeakClient { endpoint, config, address, jobs: jobs.downgrade(), shared }
     }
+}
+
+/// See [`Client::downgrade`].
+#[derive(Debug)]
+pub(crate) struct WeakClient {
+    endpoint: Arc<str>,
+    config: Arc<Config>,
+    address: u8,
+    jobs: mpsc::WeakUnboundedSender<Job>,
+    shared: Arc<Shared>,
+}
+
+impl WeakClient {
+    /// The client, if anybody else still has it.
+    pub fn upgrade(&self) -> Option<Client> {
+        let Self { endpoint, config, address, jobs, shared } = self;
+        let (endpoint, config, shared) = (endpoint.clone(), config.clone(), shared.clone());
+        Some(Client { endpoint, config, address: *address, jobs: jobs.upgrade()?, shared })
+    }
+}
+
+pub(crate) fn not_sent(request: &RequestBuf, cause: Cause) -> Error {
+    Error::NotSent { request: request.id(), to: request.to(), cause }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use lafet_proto::{DecodeError, RequestId, Status, SubsystemId, dictionary};
 
+use crate::find_out::find_out;
 use crate::url::UrlError;
 
 /// A language of the messages.
@@ -20,6 +21,7 @@ pub enum Lang {
 
 /// Why a request has no result, or a bad one.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Error {
     /// The monitor refused the request.
     Refused {
@@ -93,6 +95,20 @@ pub enum Error {
         /// Of whom.
         to: SubsystemId,
     },
+    /// A subscription was asked for a request that changes something.
+    NotARead {
+        /// What was to be asked again and again.
+        request: RequestId,
+        /// Of whom.
+        to: SubsystemId,
+    },
+    /// There can be no monitor with this address on the link.
+    Address {
+        /// The address.
+        address: u8,
+        /// The link.
+        endpoint: Arc<str>,
+    },
     /// The URL names no monitor.
     Url(UrlError),
     /// `sim:` without a simulator.
@@ -103,6 +119,7 @@ pub enum Error {
 
 /// Why a request was not sent, or its outcome is not known.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Cause {
     /// No answer came.
     Silence,
@@ -115,6 +132,8 @@ pub enum Cause {
     },
     /// Too many requests wait already.
     QueueFull,
+    /// Its time was over before its turn came.
+    Expired,
     /// Another request of the same batch failed.
     EarlierFailed,
 }
@@ -135,7 +154,14 @@ impl Error {
 
     /// The caller asked for something that cannot be asked.
     pub const fn is_usage(&self) -> bool {
-        matches!(self, Self::Unsendable { .. } | Self::Url(_) | Self::NeedsStream)
+        matches!(
+            self,
+            Self::Unsendable { .. }
+                | Self::NotARead { .. }
+                | Self::Address { .. }
+                | Self::Url(_)
+                | Self::NeedsStream
+        )
     }
 
     /// There is no believable answer.
@@ -158,9 +184,9 @@ impl Error {
                  address (addr=) and, on a serial line, the speed (baud=)."
             ),
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
-                "{request} {to}: sent to {endpoint}, but {}. It may have been executed: read the \
-                 status before you repeat it.",
-                cause.english()
+                "{request} {to}: sent to {endpoint}, but {}. It may have been executed. {}",
+                cause.english(),
+                find_out(*request).en
             ),
             Self::NotSent { request, to, cause } => format!(
                 "{request} {to}: not sent, because {}. Nothing was executed: repeat it if it is \
@@ -178,6 +204,14 @@ impl Error {
             Self::Unsendable { request, to } => format!(
                 "{request} {to}: more than a request can carry (255 bytes of data, 63 values). \
                  Send fewer values."
+            ),
+            Self::NotARead { request, to } => format!(
+                "{request} {to} changes something, so it cannot be asked again and again. \
+                 Subscribe to a request that reads."
+            ),
+            Self::Address { address, endpoint } => format!(
+                "{endpoint}: {address} is no address of another device there. Monitors have 1…127; \
+                 bare records (framing=records) lead to one monitor only."
             ),
             Self::Url(error) => error.to_string(),
             Self::NeedsStream => {
@@ -204,9 +238,9 @@ impl Error {
                  (addr=), а на последовательной линии и скорость (baud=)."
             ),
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
-                "{request} {to}: отправлено на {endpoint}, но {}. Запрос мог быть исполнен: \
-                 прочитайте состояние, прежде чем повторять.",
-                cause.russian()
+                "{request} {to}: отправлено на {endpoint}, но {}. Запрос мог быть исполнен. {}",
+                cause.russian(),
+                find_out(*request).ru
             ),
             Self::NotSent { request, to, cause } => format!(
                 "{request} {to}: не отправлено, так как {}. Ничего не исполнено: повторите, если \
@@ -224,6 +258,14 @@ impl Error {
             Self::Unsendable { request, to } => format!(
                 "{request} {to}: больше, чем вмещает запрос (255 байт данных, 63 значения). \
                  Отправьте меньше значений."
+            ),
+            Self::NotARead { request, to } => format!(
+                "{request} {to} что-то изменяет, поэтому его нельзя повторять постоянно. \
+                 Подпишитесь на запрос чтения."
+            ),
+            Self::Address { address, endpoint } => format!(
+                "{endpoint}: {address} — не адрес другого устройства на этой линии. У стволов \
+                 1…127; голые записи (framing=records) ведут только к одному стволу."
             ),
             Self::Url(error) => error.localized(Lang::Ru),
             Self::NeedsStream => {
@@ -243,6 +285,7 @@ impl Cause {
             Self::Link(source) => format!("there is no connection ({source})"),
             Self::Superseded { by } => format!("{by} overtook it"),
             Self::QueueFull => "too many requests are waiting".into(),
+            Self::Expired => "its time was over before its turn came".into(),
             Self::EarlierFailed => "another request of the batch failed".into(),
         }
     }
@@ -253,6 +296,7 @@ impl Cause {
             Self::Link(source) => format!("нет соединения ({source})"),
             Self::Superseded { by } => format!("его опередил запрос {by}"),
             Self::QueueFull => "слишком много запросов в очереди".into(),
+            Self::Expired => "его время вышло раньше, чем подошла очередь".into(),
             Self::EarlierFailed => "не удался другой запрос пакета".into(),
         }
     }
@@ -313,6 +357,9 @@ mod tests {
             unknown(Cause::Superseded { by: RequestId::STOP }),
             Error::NotSent { request, to, cause: Cause::QueueFull },
             Error::NotSent { request, to, cause: Cause::EarlierFailed },
+            Error::NotSent { request, to, cause: Cause::Expired },
+            Error::NotARead { request, to },
+            Error::Address { address: 129, endpoint: endpoint.clone() },
             Error::Link { endpoint, source },
             Error::Protocol { request, from: by, source: decode },
             Error::Unsendable { request, to },

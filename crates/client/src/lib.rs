@@ -22,20 +22,37 @@
 //! ```
 
 mod answers;
+mod batch;
+pub mod blocking;
 mod client;
+mod drive;
 mod error;
+mod find_out;
+mod jog;
 mod monitor;
 mod plan;
 mod saving;
 pub mod session;
+mod shared;
+mod status;
+mod subscription;
 mod task;
 pub mod transport;
 pub mod url;
 
 pub use answers::{AnswerBuf, Answers, RequestBuf};
+pub use batch::Progress;
 pub use client::Client;
+pub use drive::Drive;
 pub use error::{Cause, Error, Lang};
-pub use monitor::{Monitor, MonitorStatus};
+pub use find_out::find_out;
+pub use jog::Jog;
+pub use monitor::Monitor;
 pub use saving::Saved;
+pub use session::jog::{Hold, JogEnd, Reason, Toward};
+pub use session::statistics::LinkStatistics;
 pub use session::{Config, Direction, Stats, Traced, Verdict};
-pub use url::{Addresses, Endpoint, Framing, UrlError};
+pub use shared::{LinkEvent, LinkState};
+pub use status::{MonitorStatus, StatusSample, StatusSubscription, StatusUpdate};
+pub use subscription::{Sample, Subscription, UPDATES_MAX, Update};
+pub use url::{Addresses, Echo, Endpoint, Framing, Rs485, SerialLine, UrlError};

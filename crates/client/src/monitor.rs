@@ -1,18 +1,20 @@
 //! A monitor with a method for each request of §3, typed.
 
+use std::time::Duration;
+
 use lafet_proto::answer::Reply;
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
 use lafet_proto::request::{Body, LimitsState, Quench, Seek, Trajectory};
-use lafet_proto::status::{
-    ButtonsStatus, ConnStatus, ControlStatus, DeployerStatus, DetectorStatus, DriveStatus,
-    FaultInfo, GeneralStatus, Hotbed, Limits, ThermoStatus, ValveStatus,
-};
+use lafet_proto::status::{FaultInfo, Hotbed, Limits};
 use lafet_proto::{Bytes, DecodeError, Expected, Ints, ParamId, Request, Status, SubsystemId};
 
 use crate::answers::{AnswerBuf, Answers};
+use crate::batch::Progress;
 use crate::client::Client;
+use crate::drive::Drive;
 use crate::error::Error;
+use crate::status::{MonitorStatus, StatusSubscription};
 use crate::url::Endpoint;
 
 /// A monitor. Clones share one connection.
@@ -39,6 +41,33 @@ impl Monitor {
         &self.client
     }
 
+    /// Another monitor on the same link: see [`Client::at`].
+    pub fn at(&self, address: u8) -> Result<Self, Error> {
+        self.client.at(address).map(Self::new)
+    }
+
+    /// The drive of elevation.
+    pub fn vertical(&self) -> Drive {
+        Drive::new(self.clone(), SubsystemId::VERTICAL)
+    }
+
+    /// The drive of traverse.
+    pub fn horizontal(&self) -> Drive {
+        Drive::new(self.clone(), SubsystemId::HORIZONTAL)
+    }
+
+    /// The drive of the nozzle.
+    pub fn nozzle(&self) -> Drive {
+        Drive::new(self.clone(), SubsystemId::NOZZLE)
+    }
+
+    /// §3.3 The state of every subsystem, read again every `period`: the latest with its age, and
+    /// what is new. It goes on when the connection was lost and made again.
+    pub fn watch(&self, period: Duration) -> Result<StatusSubscription, Error> {
+        let request = Request::new(SubsystemId::ALL, Body::GetStatus);
+        self.client.subscribe(&request, period).map(StatusSubscription::new)
+    }
+
     /// §3.1 Moves a drive to a position, arc-minutes (nozzle: mm); beyond the limits means as far
     /// as it goes. Positive is up and left.
     pub async fn move_to(&self, drive: SubsystemId, position: i16) -> Result<Status, Error> {
@@ -53,10 +82,7 @@ impl Monitor {
     /// §3.3 The state of every subsystem of the monitor.
     pub async fn status_all(&self) -> Result<MonitorStatus, Error> {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
-        let answers = self.client.request(&request).await?;
-        // General refusing in the name of all is a refusal; one subsystem among others is not.
-        let answers = if answers.len() > 1 { answers } else { answers.accepted()? };
-        MonitorStatus::new(answers)
+        MonitorStatus::of_all(self.client.request(&request).await?)
     }
 
     /// §3.3 The state of one subsystem; its answer is decoded by [`AnswerBuf::decode`].
@@ -69,13 +95,23 @@ impl Monitor {
         self.param_id(who, param_id(name)).await
     }
 
-    /// §3.4 The values of a parameter.
+    /// §3.4 The values of a parameter. While they have to be fetched from a remote unit (NotCached),
+    /// they are asked for again, for `Config::resume` at most.
     pub async fn param_id(&self, who: SubsystemId, id: ParamId) -> Result<Vec<i32>, Error> {
-        values(self.ask(who, Body::GetParam { id }).await?.first())
+        values(self.insist(who, Body::GetParam { id }).await?.first())
     }
 
     /// §3.4 The values of many parameters of the dictionary, several in a frame.
     pub async fn params(&self, which: &[Param]) -> Vec<Result<Vec<i32>, Error>> {
+        self.params_with(which, |_| {}).await
+    }
+
+    /// The same, and tells how far it is: see [`Client::complete`].
+    pub async fn params_with(
+        &self,
+        which: &[Param],
+        progress: impl FnMut(Progress),
+    ) -> Vec<Result<Vec<i32>, Error>> {
         let requests: Vec<Request<'_>> = which
             .iter()
             .map(|param| {
@@ -83,12 +119,13 @@ impl Monitor {
                 Request::new(spec.subsystem, Body::GetParam { id: spec.id })
             })
             .collect();
-        let results = self.client.batch(&requests).await;
+        let results = self.client.complete(&requests, progress).await;
         let one = |result: Result<Answers, Error>| values(result?.accepted()?.first());
         results.into_iter().map(one).collect()
     }
 
-    /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`. Accepted is not yet
+    /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`. As long as a remote unit
+    /// has not taken it (Cached), it is set again, for `Config::resume` at most. Accepted is not yet
     /// stored: see [`Monitor::save_param`].
     pub async fn set_param(
         &self,
@@ -97,7 +134,8 @@ impl Monitor {
         values: &[i32],
     ) -> Result<Status, Error> {
         let values = Ints::Values(values);
-        self.command(who, Body::SetParam { id: param_id(name), values }).await
+        let answers = self.insist(who, Body::SetParam { id: param_id(name), values }).await?;
+        Ok(answers.first().status())
     }
 
     /// §3.6 Stores corrections of elevation, degrees, one for each 0.1 atm from index `first` on
@@ -226,6 +264,12 @@ impl Monitor {
         self.client.request(&Request::new(to, body)).await?.accepted()
     }
 
+    /// The same, asked again while the answer says "later".
+    async fn insist(&self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Error> {
+        let results = self.client.complete(&[Request::new(to, body)], |_| {}).await;
+        results.into_iter().next().unwrap_or(Err(Error::Closed))?.accepted()
+    }
+
     /// Ok or Accepted.
     async fn command(&self, to: SubsystemId, body: Body<'_>) -> Result<Status, Error> {
         Ok(self.ask(to, body).await?.first().status())
@@ -235,126 +279,13 @@ impl Monitor {
 /// Corrections in one SetupCorrectionTable: a multiple that leaves 256 in two pieces.
 const TABLE_PIECE: usize = 128;
 
-/// The state of a monitor: what it does not consist of is `None` (§3.3).
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct MonitorStatus {
-    /// The monitor as a whole.
-    pub general: Option<GeneralStatus>,
-    /// Climate.
-    pub climatics: Option<ThermoStatus>,
-    /// Drive of elevation.
-    pub vertical: Option<DriveStatus>,
-    /// Drive of traverse.
-    pub horizontal: Option<DriveStatus>,
-    /// Drive of the nozzle.
-    pub nozzle: Option<DriveStatus>,
-    /// Valve 1, water.
-    pub valve1: Option<ValveStatus>,
-    /// Valve 2, foam.
-    pub valve2: Option<ValveStatus>,
-    /// Programs of extinguishing.
-    pub control: Option<ControlStatus>,
-    /// Fire detector.
-    pub detector: Option<DetectorStatus>,
-    /// Deployment.
-    pub deployer: Option<DeployerStatus>,
-    /// Wired interface.
-    pub external_conn: Option<ConnStatus>,
-    /// Radio interface.
-    pub radio: Option<ConnStatus>,
-    /// Button post.
-    pub buttons: Option<ButtonsStatus>,
-    /// Remote button post.
-    pub ext_buttons: Option<ButtonsStatus>,
-    /// Answers that tell no state: refusals, and subsystems the document does not know.
-    pub others: Vec<AnswerBuf>,
-}
-
-impl MonitorStatus {
-    fn new(answers: Answers) -> Result<Self, Error> {
-        let mut status = Self::default();
-        for answer in answers {
-            let known = match typed(&answer)? {
-                data if answer.status().is_success() => status.put(answer.from(), data),
-                _ => false,
-            };
-            if !known {
-                status.others.push(answer);
-            }
-        }
-        Ok(status)
-    }
-
-    fn put(&mut self, from: SubsystemId, data: Reply<'_>) -> bool {
-        match (from, data) {
-            (_, Reply::General(status)) => self.general = Some(status),
-            (_, Reply::Thermo(status)) => self.climatics = Some(status),
-            (SubsystemId::VERTICAL, Reply::Drive(status)) => self.vertical = Some(status),
-            (SubsystemId::HORIZONTAL, Reply::Drive(status)) => self.horizontal = Some(status),
-            (SubsystemId::NOZZLE, Reply::Drive(status)) => self.nozzle = Some(status),
-            (SubsystemId::VALVE1, Reply::Valve(status)) => self.valve1 = Some(status),
-            (SubsystemId::VALVE2, Reply::Valve(status)) => self.valve2 = Some(status),
-            (_, Reply::Control(status)) => self.control = Some(status),
-            (_, Reply::Detector(status)) => self.detector = Some(status),
-            (_, Reply::Deployer(status)) => self.deployer = Some(status),
-            (SubsystemId::EXTERNAL_CONN, Reply::Conn(status)) => self.external_conn = Some(status),
-            (SubsystemId::RADIO, Reply::Conn(status)) => self.radio = Some(status),
-            (SubsystemId::BUTTONS, Reply::Buttons(status)) => self.buttons = Some(status),
-            (SubsystemId::EXT_BUTTONS, Reply::Buttons(status)) => self.ext_buttons = Some(status),
-            _ => return false,
-        }
-        true
-    }
-
-    /// The state of Vertical, Horizontal or Nozzle.
-    pub fn drive(&self, id: SubsystemId) -> Option<DriveStatus> {
-        match id {
-            SubsystemId::VERTICAL => self.vertical,
-            SubsystemId::HORIZONTAL => self.horizontal,
-            SubsystemId::NOZZLE => self.nozzle,
-            _ => None,
-        }
-    }
-
-    /// The state of Valve1 or Valve2.
-    pub fn valve(&self, id: SubsystemId) -> Option<ValveStatus> {
-        match id {
-            SubsystemId::VALVE1 => self.valve1,
-            SubsystemId::VALVE2 => self.valve2,
-            _ => None,
-        }
-    }
-
-    /// The status word of a subsystem.
-    pub fn flags(&self, id: SubsystemId) -> Option<u32> {
-        match id {
-            SubsystemId::GENERAL => self.general.map(|status| status.flags.bits()),
-            SubsystemId::CLIMATICS => self.climatics.map(|status| status.flags.bits()),
-            SubsystemId::CONTROL => self.control.map(|status| status.flags.bits()),
-            SubsystemId::DETECTOR => self.detector.map(|status| status.flags.bits()),
-            SubsystemId::DEPLOYER => self.deployer.map(|status| status.flags.bits()),
-            SubsystemId::EXTERNAL_CONN => self.external_conn.map(|status| status.flags.bits()),
-            SubsystemId::RADIO => self.radio.map(|status| status.flags.bits()),
-            SubsystemId::BUTTONS => self.buttons.map(|status| status.flags.bits()),
-            SubsystemId::EXT_BUTTONS => self.ext_buttons.map(|status| status.flags.bits()),
-            id if id.is_valve() => self.valve(id).map(|status| status.flags.bits()),
-            id => self.drive(id).map(|status| status.flags.bits()),
-        }
-    }
-
-    /// The subsystems that told their state, in the document's order.
-    pub fn present(&self) -> impl Iterator<Item = SubsystemId> + '_ {
-        SubsystemId::TABLE.into_iter().filter(|id| self.flags(*id).is_some())
-    }
-}
-
 /// `0x23FE` is an id; anything else a name that is hashed (§1, §3.4).
 pub(crate) fn param_id(name: &str) -> ParamId {
     let number = name.strip_prefix("0x").and_then(|digits| u16::from_str_radix(digits, 16).ok());
     number.map_or_else(|| ParamId::of(name), ParamId)
 }
 
-fn typed(answer: &AnswerBuf) -> Result<Reply<'_>, Error> {
+pub(crate) fn typed(answer: &AnswerBuf) -> Result<Reply<'_>, Error> {
     let (request, from) = (answer.request(), answer.from());
     let decoded = answer.decode().map_err(|source| Error::Protocol { request, from, source })?;
     Ok(decoded.data)
@@ -375,7 +306,7 @@ fn limits(answer: &AnswerBuf) -> Result<Limits, Error> {
 }
 
 /// A success without the data that belong to it.
-fn wrong_shape(answer: &AnswerBuf) -> Error {
+pub(crate) fn wrong_shape(answer: &AnswerBuf) -> Error {
     let source = DecodeError { offset: 0, expected: Expected::Size, got: answer.data().len() };
     Error::Protocol { request: answer.request(), from: answer.from(), source }
 }

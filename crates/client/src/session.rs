@@ -3,7 +3,9 @@
 //! One frame of requests is outstanding at a time. Stop, Close and Lockout on overtake what waits,
 //! take the place of what is outstanding without answer for too long, and remove what would undo
 //! them. A request without answer is repeated only where twice is the same as once. How late,
-//! foreign and doubled answers are kept from being believed is told in `session/doubt.rs`.
+//! foreign and doubled answers are kept from being believed is told in `session/doubt.rs`; how
+//! several monitors share a line, in [`line`]; how a motion ends when nobody holds it any more, in
+//! [`jog`].
 //!
 //! ```text
 //! submit ─▶ queue ─▶ poll_transmit ─▶ outstanding ─▶ handle_bytes ───▶ poll_outcome
@@ -13,11 +15,16 @@
 //! ```
 
 pub(crate) mod doubt;
+pub mod echo;
 mod input;
+pub mod jog;
+pub mod line;
 mod matching;
 mod operation;
 mod receive;
+pub mod statistics;
 mod stats;
+mod urgent;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -27,7 +34,7 @@ use lafet_proto::RequestId;
 use lafet_proto::link::{self, Frame};
 
 use crate::answers::RequestBuf;
-use crate::url::{Addresses, Framing};
+use crate::url::{Addresses, Echo as EchoMode, Framing};
 use doubt::{Suspicion, Tag, Tags, looks_like_tag};
 use input::Input;
 pub use matching::Slot;
@@ -70,6 +77,14 @@ pub struct Config {
     pub duplicates: bool,
     /// Number frames in doubt; without it they wait for `drain_bound`.
     pub tags: bool,
+    /// Whether what is sent comes back, as on RS-485 adapters that hear themselves.
+    pub echo: EchoMode,
+    /// Silence that is kept between the last byte heard and a frame: a transceiver needs it to turn
+    /// round.
+    pub turnaround: Duration,
+    /// How long requests are asked again that the monitor answers with Busy, NotCached or Cached
+    /// (§2), where the caller wants them complete.
+    pub resume: Duration,
 }
 
 impl Default for Config {
@@ -84,6 +99,9 @@ impl Default for Config {
             drain_bound: Duration::from_secs(3),
             duplicates: false,
             tags: true,
+            echo: EchoMode::Off,
+            turnaround: Duration::ZERO,
+            resume: Duration::from_secs(10),
         }
     }
 }
@@ -92,12 +110,33 @@ impl Default for Config {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Ticket(u64);
 
+impl Ticket {
+    /// Tickets of the sessions of a line differ by their monitor's address.
+    const ADDRESS_SHIFT: u32 = 56;
+
+    /// The monitor whose session gave it out.
+    const fn address(self) -> u8 {
+        (self.0 >> Self::ADDRESS_SHIFT) as u8
+    }
+}
+
 /// Too many operations wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QueueFull;
 
+/// What goes with requests that are submitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Terms {
+    /// The first frame of the same batch: a Stop that came since is later than the batch, so it
+    /// overtakes this frame too.
+    pub first: Option<Ticket>,
+    /// Not to be sent after this moment: a motion that nobody holds any more.
+    pub expires: Option<Now>,
+}
+
 /// How an operation ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Outcome {
     /// With answers: one slot for each request.
     Answered(Vec<Slot>),
@@ -117,6 +156,8 @@ pub enum Outcome {
     },
     /// There is no connection; it was not sent.
     NotConnected,
+    /// Its time was over before its turn came; it was not sent.
+    Expired,
 }
 
 /// The core: see the module's documentation.
@@ -146,6 +187,7 @@ pub struct Session {
 impl Session {
     /// A session without connection.
     pub fn new(config: Config) -> Self {
+        let next_ticket = u64::from(config.addresses.monitor) << Ticket::ADDRESS_SHIFT;
         Self {
             input: Input::new(config.framing),
             config,
@@ -163,7 +205,7 @@ impl Session {
             traced: None,
             stats: Stats::default(),
             silent_tries: 0,
-            next_ticket: 0,
+            next_ticket,
         }
     }
 
@@ -203,19 +245,18 @@ impl Session {
 
     /// Queues requests that go out in one frame; none: a presence probe (observed).
     pub fn submit(&mut self, now: Now, requests: Vec<RequestBuf>) -> Result<Ticket, QueueFull> {
-        self.submit_after(now, None, requests)
+        self.submit_on(now, Terms::default(), requests)
     }
 
-    /// Queues the next frame of a batch whose first one was `first`: a Stop that came since is
-    /// later than the batch, so it overtakes this frame too.
-    pub fn submit_after(
+    /// The same, on terms.
+    pub fn submit_on(
         &mut self,
         now: Now,
-        first: Option<Ticket>,
+        terms: Terms,
         requests: Vec<RequestBuf>,
     ) -> Result<Ticket, QueueFull> {
         let ticket = Ticket(self.next_ticket);
-        let operation = Operation::new(ticket, requests, now);
+        let operation = Operation::new(ticket, requests, now, terms.expires);
         let urgent = operation.is_urgent();
         let (queue, limit) = match urgent {
             true => (&mut self.urgent, URGENT_MAX),
@@ -225,14 +266,12 @@ impl Session {
             return Err(QueueFull);
         }
         self.next_ticket += 1;
-        if urgent {
-            if self.stops.len() >= URGENT_MAX {
-                self.stops.pop_front();
-            }
-            self.stops.push_back((ticket, operation.requests.clone()));
-        }
+        let stop = urgent.then(|| operation.requests.clone());
         queue.push_back(operation);
-        self.supersede(ticket, if urgent { Some(ticket) } else { first });
+        if let Some(stop) = stop {
+            self.note_stop(ticket, stop);
+        }
+        self.supersede(ticket, if urgent { Some(ticket) } else { terms.first });
         Ok(ticket)
     }
 
@@ -267,6 +306,7 @@ impl Session {
                 return;
             }
             let again = operation.is_repeatable() && operation.tries < self.config.tries;
+            operation.first_sent = None;
             if again || !operation.sent {
                 operation.submitted = now;
                 self.requeue(operation);
@@ -290,6 +330,7 @@ impl Session {
 
     /// Time has passed: see [`Session::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Now) {
+        self.drop_expired(now);
         if !self.connected {
             self.expire(now);
             return;
@@ -302,6 +343,11 @@ impl Session {
 
     /// When [`Session::handle_timeout`] or [`Session::poll_transmit`] is to be called at the latest.
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
+        let expiry = self.queue.iter().filter_map(|operation| operation.expires).min();
+        expiry.into_iter().chain(self.next_timeout(now)).min()
+    }
+
+    fn next_timeout(&self, now: Now) -> Option<Now> {
         let waiting = self.urgent.iter().chain(&self.queue);
         if !self.connected {
             return waiting.map(|operation| operation.submitted + self.config.timeout).min();
@@ -327,15 +373,16 @@ impl Session {
         if self.outstanding.is_none() {
             self.outstanding = self.next(now);
         }
-        let timeout = self.config.timeout;
+        let wait = self.outstanding.as_ref().map_or(Duration::ZERO, |o| self.wait(&o.operation));
         let outstanding = self.outstanding.as_mut().filter(|outstanding| outstanding.due)?;
         outstanding.due = false;
         outstanding.sent = now;
         // A frame sent too early to be believed is sent again as soon as it can be.
         let believable = now >= outstanding.believe_from;
-        outstanding.deadline = if believable { now + timeout } else { outstanding.believe_from };
+        outstanding.deadline = if believable { now + wait } else { outstanding.believe_from };
         outstanding.operation.tries += u32::from(believable);
         outstanding.operation.sent = true;
+        outstanding.operation.first_sent.get_or_insert(now);
         outstanding.tries += 1;
         if let Some(tag) = outstanding.tag {
             self.tags.sent(now, tag);
@@ -413,6 +460,23 @@ impl Session {
         })
     }
 
+    /// Whether there is a frame to be sent now, and whether it is urgent.
+    fn wants(&self, now: Now) -> Option<bool> {
+        match &self.outstanding {
+            _ if !self.connected => None,
+            Some(outstanding) => outstanding.due.then(|| outstanding.operation.is_urgent()),
+            None if !self.urgent.is_empty() => Some(true),
+            None => self.drained(now, self.queue.front()?).is_none().then_some(false),
+        }
+    }
+
+    /// Since when the line is taken by a frame that is out, and until when.
+    fn occupies(&self, now: Now) -> Option<(Now, Now)> {
+        let outstanding = self.outstanding.as_ref().filter(|outstanding| !outstanding.due)?;
+        let until = outstanding.deadline.min(outstanding.sent + self.config.timeout);
+        (now < until).then_some((outstanding.sent, until))
+    }
+
     /// Whether an answer to another frame could be taken for one to this operation.
     fn is_doubtful(&self, now: Now, operation: &Operation) -> bool {
         if self.config.framing == Framing::Records {
@@ -440,50 +504,6 @@ impl Session {
             return self.tags.resting_until(now, self.config.late_bound);
         }
         self.suspicion.until(operation.first(), now, self.config.drain_bound)
-    }
-
-    /// Takes what would undo an urgent operation out of the queue: anything that waits when
-    /// `newest` is that urgent operation itself, or only `newest`, which continues a batch that
-    /// was begun at `since`.
-    fn supersede(&mut self, newest: Ticket, since: Option<Ticket>) {
-        let Some(since) = since else { return };
-        let stops = self.stops.iter().filter(|(ticket, _)| *ticket >= since);
-        let stops: Vec<&RequestBuf> = stops.flat_map(|(_, requests)| requests).collect();
-        let outcomes = &mut self.outcomes;
-        self.queue.retain(|operation| {
-            let concerned = newest == since || operation.ticket == newest;
-            let by = stops.iter().find(|stop| {
-                concerned && operation.requests.iter().any(|other| stop.supersedes(other))
-            });
-            let Some(by) = by else { return true };
-            let outcome = Outcome::Superseded { by: by.id(), sent: operation.sent };
-            outcomes.push_back((operation.ticket, outcome));
-            false
-        });
-    }
-
-    fn can_be_overtaken(&self, outstanding: &Outstanding) -> bool {
-        let Some(urgent) = self.urgent.front() else { return false };
-        let blind = outstanding.sent < outstanding.believe_from;
-        !outstanding.operation.is_urgent() || (blind && !urgent.sent)
-    }
-
-    /// An urgent operation takes the place of one that is out without answer for too long.
-    fn overtake(&mut self, now: Now) {
-        let Some(outstanding) = self.outstanding.take() else { return };
-        let patience = outstanding.due || now >= outstanding.sent + self.config.patience;
-        if !patience || !self.can_be_overtaken(&outstanding) {
-            self.outstanding = Some(outstanding);
-            return;
-        }
-        let Outstanding { operation, .. } = self.give_up(outstanding);
-        if operation.is_urgent() {
-            self.urgent.push_back(operation);
-        } else if operation.is_repeatable() || !operation.sent {
-            self.queue.push_front(operation);
-        } else if let Some(by) = self.urgent.front().and_then(Operation::first) {
-            self.outcomes.push_back((operation.ticket, Outcome::Superseded { by, sent: true }));
-        }
     }
 
     fn requeue(&mut self, operation: Operation) {
@@ -516,11 +536,12 @@ impl Session {
             return;
         }
         self.stats.timeouts += 1;
-        self.silent_tries += 1;
+        // An urgent frame is repeated sooner than silence means anything.
+        let long = now >= outstanding.sent + self.config.timeout;
+        self.silent_tries += u32::from(long);
         self.note_untagged(&mut outstanding);
         let operation = &outstanding.operation;
-        let wanted = !operation.cancelled || operation.is_urgent();
-        let again = operation.is_repeatable() && operation.tries < self.config.tries && wanted;
+        let again = self.may_try_again(now, operation);
         let hopeless = outstanding.tag.is_some() && !self.tags_work();
         if again && !hopeless {
             outstanding.due = true;

@@ -3,6 +3,9 @@
 //! The schemes and their options are ours; the addresses and the speed of the line are the bus's
 //! (observed).
 
+mod error;
+mod serial;
+
 use std::collections::HashSet;
 use std::fmt;
 use std::path::PathBuf;
@@ -12,7 +15,11 @@ use lafet_proto::bus;
 use percent_encoding::{AsciiSet, CONTROLS, percent_decode_str, utf8_percent_encode};
 use url::{Host, Url};
 
+#[cfg(test)]
 use crate::error::Lang;
+pub use error::UrlError;
+use error::{FRAMINGS, MONITOR_ADDRESSES, PORTS, SOURCE_ADDRESSES};
+pub use serial::{Echo, Rs485, SerialLine};
 
 /// Where a monitor is and how it is reached.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,8 +48,8 @@ pub enum Endpoint {
     Serial {
         /// The device.
         path: PathBuf,
-        /// Speed of the line.
-        baud: u32,
+        /// Speed, direction and echo of the line.
+        line: SerialLine,
         /// Who talks to whom.
         addresses: Addresses,
     },
@@ -100,154 +107,6 @@ impl Endpoint {
     }
 }
 
-/// A URL that names no monitor: what is wrong, where, and what would be right.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum UrlError {
-    /// It cannot be read as a URL at all.
-    Syntax {
-        /// As given.
-        url: String,
-        /// What the parser says.
-        reason: String,
-    },
-    /// Not tcp, udp, serial or sim.
-    Scheme {
-        /// As given.
-        url: String,
-        /// Its scheme.
-        scheme: String,
-    },
-    /// No host, or no device, to connect to.
-    Nowhere {
-        /// As given.
-        url: String,
-        /// Its scheme.
-        scheme: &'static str,
-    },
-    /// A part that this scheme does not have: user, path, fragment…
-    Part {
-        /// As given.
-        url: String,
-        /// The part.
-        part: String,
-    },
-    /// An option that this scheme does not have.
-    Option {
-        /// The option.
-        key: String,
-        /// Those it has.
-        known: &'static [&'static str],
-    },
-    /// An option given twice.
-    Twice {
-        /// The option.
-        key: String,
-    },
-    /// A value that an option or the port cannot have.
-    Value {
-        /// The option.
-        key: String,
-        /// Its value.
-        value: String,
-        /// The values it can have.
-        allowed: &'static str,
-    },
-}
-
-impl UrlError {
-    /// The message in a language.
-    pub fn localized(&self, lang: Lang) -> String {
-        match lang {
-            Lang::En => self.english(),
-            Lang::Ru => self.russian(),
-        }
-    }
-
-    fn english(&self) -> String {
-        match self {
-            Self::Syntax { url, reason } => {
-                format!("`{url}` is not a URL: {reason}. Write it like {EXAMPLE}.")
-            }
-            Self::Scheme { url, scheme } => format!(
-                "`{url}`: `{scheme}:` is no way to reach a monitor. Use tcp://, udp://, serial:// \
-                 or sim:, like {EXAMPLE}."
-            ),
-            Self::Nowhere { url, scheme } => {
-                format!("`{url}` does not say where to connect. Write it like {}.", example(scheme))
-            }
-            Self::Part { url, part } => {
-                format!("`{url}`: `{part}` has no meaning here. Leave it out.")
-            }
-            Self::Option { key, known } => {
-                format!("There is no option `{key}` here. Those there are: {}.", known.join(", "))
-            }
-            Self::Twice { key } => format!("The option `{key}` is given twice. Leave one."),
-            Self::Value { key, value, allowed } => {
-                format!("`{key}={value}`: {key} must be {allowed}.")
-            }
-        }
-    }
-
-    fn russian(&self) -> String {
-        match self {
-            Self::Syntax { url, reason } => {
-                format!("`{url}` — не адрес URL ({reason}). Напишите, например, {EXAMPLE}.")
-            }
-            Self::Scheme { url, scheme } => format!(
-                "`{url}`: по `{scheme}:` ствол недоступен. Используйте tcp://, udp://, serial:// \
-                 или sim:, например {EXAMPLE}."
-            ),
-            Self::Nowhere { url, scheme } => {
-                format!("`{url}`: не указано, куда подключаться. Пример: {}.", example(scheme))
-            }
-            Self::Part { url, part } => {
-                format!("`{url}`: часть `{part}` здесь не имеет смысла. Уберите её.")
-            }
-            Self::Option { key, known } => {
-                format!("Параметра `{key}` здесь нет. Возможные: {}.", known.join(", "))
-            }
-            Self::Twice { key } => format!("Параметр `{key}` указан дважды. Оставьте один."),
-            Self::Value { key, value, allowed } => {
-                format!("`{key}={value}`: допустимо {}.", allowed_ru(allowed))
-            }
-        }
-    }
-}
-
-impl fmt::Display for UrlError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.english())
-    }
-}
-
-impl std::error::Error for UrlError {}
-
-const EXAMPLE: &str = "tcp://192.168.1.50:10485?addr=1";
-const MONITOR_ADDRESSES: &str = "an address of a monitor, 1…127";
-const SOURCE_ADDRESSES: &str = "the controller's address 128 or a console's, 129…254";
-const BAUDS: &str = "a speed of the line, 300…4000000 (19200 is usual)";
-const FRAMINGS: &str = "link or records";
-const PORTS: &str = "a number, 1…65535";
-
-fn allowed_ru(allowed: &'static str) -> &'static str {
-    match allowed {
-        MONITOR_ADDRESSES => "адрес ствола, 1…127",
-        SOURCE_ADDRESSES => "адрес контроллера 128 или пульта, 129…254",
-        BAUDS => "скорость линии, 300…4000000 (обычно 19200)",
-        FRAMINGS => "link или records",
-        PORTS => "число, 1…65535",
-        other => other,
-    }
-}
-
-fn example(scheme: &str) -> &'static str {
-    match scheme {
-        "udp" => "udp://192.168.1.50:10485?addr=1",
-        "serial" => "serial:///dev/ttyUSB0?baud=19200&addr=1",
-        _ => EXAMPLE,
-    }
-}
-
 impl FromStr for Endpoint {
     type Err = UrlError;
 
@@ -273,10 +132,10 @@ impl FromStr for Endpoint {
             }
             "serial" => {
                 let path = device(text, &url)?;
-                let baud = options.number("baud", bus::BAUD_DEFAULT, 300..=4_000_000, BAUDS)?;
+                let line = SerialLine::read(&mut options)?;
                 let addresses = options.addresses()?;
-                options.finish(&["addr", "src", "baud"])?;
-                Ok(Self::Serial { path, baud, addresses })
+                options.finish(&serial::OPTIONS)?;
+                Ok(Self::Serial { path, line, addresses })
             }
             "sim" => {
                 let rest = format!("{}{}", url.host_str().unwrap_or(""), url.path());
@@ -410,12 +269,14 @@ impl fmt::Display for Endpoint {
                 write!(f, "udp://{}:{port}?addr={}", Bracketed(host), addresses.monitor)?;
                 write_source(f, *addresses)
             }
-            Self::Serial { path, baud, addresses } => {
+            Self::Serial { path, line, addresses } => {
                 let path = path.to_string_lossy();
                 let slashes = if path.starts_with('/') { "//" } else { "" };
                 let path = utf8_percent_encode(&path, PATH);
+                let SerialLine { baud, .. } = line;
                 write!(f, "serial:{slashes}{path}?baud={baud}&addr={}", addresses.monitor)?;
-                write_source(f, *addresses)
+                write_source(f, *addresses)?;
+                line.write(f)
             }
             Self::Sim { query, addresses } => {
                 write!(f, "sim:?addr={}", addresses.monitor)?;
@@ -470,11 +331,9 @@ mod tests {
         assert_eq!(parse("tcp://10.0.0.7:4001/"), tcp("10.0.0.7", 4001));
         assert_eq!(parse("tcp://[fe80::1]"), tcp("fe80::1", 10_485));
         assert_eq!(parse("tcp://[::1]:9"), tcp("::1", 9));
-        let path = PathBuf::from("/dev/ttyUSB0");
-        assert_eq!(
-            parse("serial:///dev/ttyUSB0"),
-            Endpoint::Serial { path, baud: 19_200, addresses }
-        );
+        let (path, line) = (PathBuf::from("/dev/ttyUSB0"), SerialLine::default());
+        assert_eq!(line.baud, 19_200);
+        assert_eq!(parse("serial:///dev/ttyUSB0"), Endpoint::Serial { path, line, addresses });
         assert_eq!(parse("sim:"), Endpoint::Sim { query: vec![], addresses });
     }
 
@@ -504,6 +363,8 @@ mod tests {
             "serial:///dev/ttyUSB0?baud=57600&addr=127",
             "serial:///dev/serial/by-id/a%20b%25?src=130",
             "serial:COM3",
+            "serial:///dev/ttyS1?rs485=rts&rts_before=1&rts_after=2&echo=verify&turnaround=5",
+            "serial:///dev/ttyS1?rs485=rts-low&terminate=on&echo=strip",
             "sim:",
             "sim:?seed=7&fire=az%3D30%26,range=25&fire=x&src=128",
         ] {
@@ -538,6 +399,12 @@ mod tests {
             ("udp://h?framing=records", "`framing`"),
             ("serial://", "serial://"),
             ("serial:///dev/x?baud=fast", "baud=fast"),
+            ("serial:///dev/x?echo=loud", "echo=loud"),
+            ("serial:///dev/x?rs485=yes", "rs485=yes"),
+            ("serial:///dev/x?turnaround=1001", "turnaround=1001"),
+            ("serial:///dev/x?rts_before=1", "rts_before"),
+            ("serial:///dev/x?rs485=rts&terminate=maybe", "terminate=maybe"),
+            ("serial:///dev/x?parity=even", "`parity`"),
             ("sim:x", "`x`"),
         ] {
             let error = text.parse::<Endpoint>().expect_err(text);

@@ -197,7 +197,7 @@ async fn silence_is_told_apart_by_what_it_means() {
     assert_eq!(log.lock().unwrap().len(), 4, "a command is sent once");
     let error = monitor.stop(SubsystemId::ALL).await.unwrap_err();
     assert!(matches!(error, Error::OutcomeUnknown { .. }), "{error}");
-    assert_eq!(log.lock().unwrap().len(), 7);
+    assert_eq!(log.lock().unwrap().len(), 9, "a Stop is repeated sooner");
     let error = monitor.client().probe().await.unwrap_err();
     assert!(matches!(error, Error::Absent { tries: 3, .. }), "{error}");
     // Of a batch, what stands behind the silent frame is not sent.

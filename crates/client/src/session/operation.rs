@@ -16,6 +16,10 @@ pub struct Operation {
     pub tries: u32,
     /// It has been on the line, so it may have been executed.
     pub sent: bool,
+    /// When it was sent first over this connection.
+    pub first_sent: Option<Now>,
+    /// Not to be sent after this moment.
+    pub expires: Option<Now>,
     /// Nobody waits for the outcome any more.
     pub cancelled: bool,
 }
@@ -54,8 +58,14 @@ pub struct Recent {
 }
 
 impl Operation {
-    pub const fn new(ticket: Ticket, requests: Vec<RequestBuf>, submitted: Now) -> Self {
-        Self { ticket, requests, submitted, tries: 0, sent: false, cancelled: false }
+    pub const fn new(
+        ticket: Ticket,
+        requests: Vec<RequestBuf>,
+        submitted: Now,
+        expires: Option<Now>,
+    ) -> Self {
+        let (tries, sent, first_sent, cancelled) = (0, false, None, false);
+        Self { ticket, requests, submitted, tries, sent, first_sent, expires, cancelled }
     }
 
     pub fn first(&self) -> Option<RequestId> {

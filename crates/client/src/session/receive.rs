@@ -2,6 +2,7 @@
 
 use lafet_proto::{Record, RequestId, SubsystemId};
 
+use super::input::Incoming;
 use super::matching::deal;
 use super::operation::{Echo, Operation, Recent};
 use super::{Now, Outcome, Session, Tag, Verdict};
@@ -12,18 +13,23 @@ impl Session {
     pub(super) fn handle_input(&mut self, now: Now) {
         let end = self.outstanding.as_ref().and_then(|outstanding| outstanding.tag);
         while let Some(frame) = self.input.poll_frame(end) {
-            let Addresses { monitor, source } = self.config.addresses;
-            let ours = frame.addresses.is_none_or(|(dst, src)| (dst, src) == (source, monitor));
-            let (dst, src) = frame.addresses.unwrap_or((source, monitor));
-            if !ours {
-                *self.stats.count(Verdict::Foreign) += 1;
-                self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
-                continue;
-            }
-            let (verdict, tagged, payload) = self.handle_payload(now, &frame.payload);
-            *self.stats.count(verdict) += 1;
-            self.trace(verdict, dst, src, tagged, payload);
+            self.handle_incoming(now, &frame);
         }
+    }
+
+    /// A frame received without errors, whoever sent it to whom.
+    pub(super) fn handle_incoming(&mut self, now: Now, frame: &Incoming) {
+        let Addresses { monitor, source } = self.config.addresses;
+        let ours = frame.addresses.is_none_or(|(dst, src)| (dst, src) == (source, monitor));
+        let (dst, src) = frame.addresses.unwrap_or((source, monitor));
+        if !ours {
+            *self.stats.count(Verdict::Foreign) += 1;
+            self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
+            return;
+        }
+        let (verdict, tagged, payload) = self.handle_payload(now, &frame.payload);
+        *self.stats.count(verdict) += 1;
+        self.trace(verdict, dst, src, tagged, payload);
     }
 
     /// A frame from the monitor to us: what it is, whether it has a tag, and what else is in it.

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 /// What a session has seen since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Stats {
     /// Frames sent, retries included.
     pub frames_sent: u64,
@@ -30,6 +31,10 @@ pub struct Stats {
     pub unmatched: u64,
     /// Times the connection was made again.
     pub reconnects: u64,
+    /// Frames whose echo was not what was sent: two spoke at once (`echo=verify`).
+    pub collisions: u64,
+    /// Frames whose echo did not come (`echo=verify`).
+    pub echoes_missing: u64,
     /// Round trip of the last frame that was answered at the first try.
     pub rtt_last: Option<Duration>,
     /// The shortest.
@@ -44,6 +49,28 @@ impl Stats {
     /// Frames that came and were not believed.
     pub const fn strays(&self) -> u64 {
         self.late + self.duplicates + self.foreign + self.unmatched
+    }
+
+    /// The counts of two sessions together; round trips are those of `self`.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self {
+            frames_sent: self.frames_sent + other.frames_sent,
+            frames_received: self.frames_received + other.frames_received,
+            believed: self.believed + other.believed,
+            crc_errors: self.crc_errors + other.crc_errors,
+            framing_errors: self.framing_errors + other.framing_errors,
+            retries: self.retries + other.retries,
+            timeouts: self.timeouts + other.timeouts,
+            late: self.late + other.late,
+            duplicates: self.duplicates + other.duplicates,
+            foreign: self.foreign + other.foreign,
+            unmatched: self.unmatched + other.unmatched,
+            reconnects: self.reconnects + other.reconnects,
+            collisions: self.collisions + other.collisions,
+            echoes_missing: self.echoes_missing + other.echoes_missing,
+            ..self
+        }
     }
 
     pub(super) fn note_rtt(&mut self, rtt: Duration) {
@@ -76,6 +103,7 @@ pub enum Direction {
 
 /// What a frame was taken for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Verdict {
     /// We sent it.
     Sent,

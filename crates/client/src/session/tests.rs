@@ -325,6 +325,10 @@ fn the_check_finds_wrong_values() {
     assert!(world.seen.wrong > 10, "{:?}", world.seen);
 }
 
+fn after(first: Ticket) -> Terms {
+    Terms { first: Some(first), ..Terms::default() }
+}
+
 fn connected(config: Config) -> Session {
     let mut session = Session::new(config);
     session.handle_connected();
@@ -361,7 +365,7 @@ fn a_frame_goes_out_plain_while_nothing_is_in_doubt() {
 #[test]
 fn reads_are_repeated_commands_are_not() {
     let second = Duration::from_secs(1);
-    for (request, tries) in [(param(1), 3), (stop(), 3), (moving(), 1)] {
+    for (request, tries) in [(param(1), 3), (moving(), 1)] {
         let mut session = connected(Config::default());
         session.submit(Now::ZERO, vec![request]).unwrap();
         let first = sent(&mut session, Now::ZERO);
@@ -376,6 +380,41 @@ fn reads_are_repeated_commands_are_not() {
         assert_eq!(session.poll_outcome().map(|(_, end)| end), Some(Outcome::Silence { tries }));
         assert_eq!(session.stats().timeouts, u64::from(tries));
     }
+}
+
+/// A lost Stop costs 150 ms, not a second; it is given up no sooner than anything else.
+#[test]
+fn urgent_requests_are_repeated_sooner() {
+    let mut session = connected(Config::default());
+    session.submit(Now::ZERO, vec![stop()]).unwrap();
+    let first = sent(&mut session, Now::ZERO);
+    for at in [150, 450, 1050, 2050] {
+        let at = at * MS;
+        assert_eq!(session.poll_timeout(at - MS), Some(at));
+        session.handle_timeout(at);
+        assert_eq!(sent(&mut session, at), first);
+    }
+    session.handle_timeout(3050 * MS);
+    let ended = session.poll_outcome().map(|(_, outcome)| outcome);
+    assert_eq!(ended, Some(Outcome::Silence { tries: 5 }));
+}
+
+/// §3.1: a motion that nobody holds any more is not sent late.
+#[test]
+fn what_has_expired_is_not_sent() {
+    let mut session = connected(Config::default());
+    session.submit(Now::ZERO, vec![param(1)]).unwrap();
+    let payload = sent(&mut session, Now::ZERO);
+    let terms = Terms { expires: Some(300 * MS), ..Terms::default() };
+    let moved = session.submit_on(Now::ZERO, terms, vec![moving()]).unwrap();
+    assert_eq!(session.poll_timeout(Now::ZERO), Some(300 * MS));
+    // The program stood still: everything comes at once, and too late.
+    session.handle_timeout(900 * MS);
+    reply(&mut session, 900 * MS, &payload, 1);
+    assert_eq!(session.poll_transmit(900 * MS), None);
+    let ends: Vec<_> = std::iter::from_fn(|| session.poll_outcome()).collect();
+    assert!(ends.contains(&(moved, Outcome::Expired)), "{ends:?}");
+    assert!(session.is_idle());
 }
 
 #[test]
@@ -450,13 +489,13 @@ fn a_stop_overtakes_the_rest_of_a_batch() {
     reply(&mut session, MS, &payload, 0);
     session.poll_outcome().expect("answered");
     session.submit(MS, vec![stop()]).unwrap();
-    let rest = session.submit_after(MS, Some(first), vec![moving()]).unwrap();
+    let rest = session.submit_on(MS, after(first), vec![moving()]).unwrap();
     let outcome = Outcome::Superseded { by: RequestId::STOP, sent: false };
     assert_eq!(session.poll_outcome(), Some((rest, outcome)));
     // Reads of that batch, and what is asked after the Stop, are sent.
-    session.submit_after(MS, Some(first), vec![param(1)]).unwrap();
+    session.submit_on(MS, after(first), vec![param(1)]).unwrap();
     let later = session.submit(MS, vec![moving()]).unwrap();
-    session.submit_after(MS, Some(later), vec![moving()]).unwrap();
+    session.submit_on(MS, after(later), vec![moving()]).unwrap();
     assert_eq!(session.poll_outcome(), None);
 }
 
@@ -484,8 +523,8 @@ fn what_is_cancelled_is_not_sent_but_a_stop_is() {
     session.cancel(stopped);
     assert!(session.is_urgent());
     sent(&mut session, Now::ZERO);
-    session.handle_timeout(Duration::from_secs(1));
-    sent(&mut session, Duration::from_secs(1));
+    session.handle_timeout(150 * MS);
+    sent(&mut session, 150 * MS);
 
     // On the line: no retry for nobody, and the answer is still known for what it is.
     let mut session = connected(Config::default());

@@ -37,8 +37,8 @@ impl Link {
                 Endpoint::Udp { host, port, .. } => {
                     udp::Udp::connect(host, *port).await.map(Self::Udp)
                 }
-                Endpoint::Serial { path, baud, .. } => {
-                    serial::Serial::open(path, *baud).map(Self::Serial)
+                Endpoint::Serial { path, line, .. } => {
+                    serial::Serial::open(path, line).map(Self::Serial)
                 }
                 Endpoint::Sim { .. } => Err(io::ErrorKind::Unsupported.into()),
             }

@@ -5,22 +5,26 @@ use std::path::Path;
 
 use serial2_tokio::{CharSize, FlowControl, Parity, SerialPort, Settings, StopBits};
 
+use crate::url::SerialLine;
+
 /// A port.
 #[derive(Debug)]
 pub struct Serial(SerialPort);
 
 impl Serial {
-    /// Opens a port.
-    pub fn open(path: &Path, baud: u32) -> io::Result<Self> {
+    /// Opens a port. When the kernel is to switch the direction of an RS-485 transceiver and the
+    /// port's driver cannot, that is an error: the bus would hear nothing, or nothing else.
+    pub fn open(path: &Path, line: &SerialLine) -> io::Result<Self> {
         let port = SerialPort::open(path, |mut settings: Settings| {
             settings.set_raw();
-            settings.set_baud_rate(baud)?;
+            settings.set_baud_rate(line.baud)?;
             settings.set_char_size(CharSize::Bits8);
             settings.set_stop_bits(StopBits::One);
             settings.set_parity(Parity::None);
             settings.set_flow_control(FlowControl::None);
             Ok(settings)
         })?;
+        switch_direction(&port, line)?;
         // What came before we listened belongs to nobody.
         port.discard_input_buffer()?;
         Ok(Self(port))
@@ -41,4 +45,35 @@ impl From<SerialPort> for Serial {
     fn from(port: SerialPort) -> Self {
         Self(port)
     }
+}
+
+#[cfg(target_os = "linux")]
+fn switch_direction(port: &SerialPort, line: &SerialLine) -> io::Result<()> {
+    use serial2_tokio::rs4xx::Rs485Config;
+
+    use crate::url::Echo;
+
+    let Some(rs485) = line.rs485 else { return Ok(()) };
+    let mut config = Rs485Config::new();
+    config.set_invert_rts(rs485.low);
+    config.set_delay_before_send(rs485.before);
+    config.set_delay_after_send(rs485.after);
+    config.set_bus_termination(rs485.terminate);
+    // The receiver that stays on while we send is where the echo comes from.
+    config.set_full_duplex(line.echo != Echo::Off);
+    port.set_rs4xx_mode(config).map_err(cannot_switch)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn switch_direction(_: &SerialPort, line: &SerialLine) -> io::Result<()> {
+    match line.rs485 {
+        None => Ok(()),
+        Some(_) => Err(cannot_switch(io::ErrorKind::Unsupported.into())),
+    }
+}
+
+fn cannot_switch(error: io::Error) -> io::Error {
+    let text =
+        format!("the driver of this port cannot switch RS-485 by RTS, leave out rs485= ({error})");
+    io::Error::new(error.kind(), text)
 }

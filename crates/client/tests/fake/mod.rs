@@ -2,6 +2,8 @@
 //! that it shares with the client.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod plant;
+
 use std::sync::{Arc, Mutex};
 
 use lafet_proto::answer::Reply;

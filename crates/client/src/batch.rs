@@ -1,0 +1,282 @@
+//! Many requests: several in a frame, and what was not done asked again, item by item.
+
+use std::time::Duration;
+
+use lafet_proto::link::PAYLOAD_MAX;
+use lafet_proto::record::HEADER_SIZE;
+use lafet_proto::{Request, RequestId, Status};
+use tokio::time::{Instant, sleep_until};
+
+use crate::answers::{Answers, RequestBuf};
+use crate::client::{Client, not_sent};
+use crate::error::{Cause, Error};
+use crate::plan::frame_len;
+use crate::session::{Outcome, Slot, Ticket};
+use crate::task::{Ended, Reply};
+
+/// Requests that a frame can hold at most.
+const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;
+/// Pause before what was Busy, NotCached or Cached is asked again; doubled each time.
+const RESUME_FIRST: Duration = Duration::from_millis(100);
+/// The longest pause.
+const RESUME_LAST: Duration = Duration::from_secs(1);
+/// Requests alone in a frame that stay without answer, one after the other, until it is given up.
+const SILENCES_MAX: u32 = 2;
+
+type Outcomes = Vec<Result<Answers, Error>>;
+
+/// How far [`Client::complete`] is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Progress {
+    /// Requests that have their result.
+    pub done: usize,
+    /// Requests in all.
+    pub total: usize,
+    /// Frames answered so far.
+    pub frames: u32,
+    /// Times a request had to be asked again: Busy, NotCached, Cached, NoRoom, or no answer.
+    pub again: u32,
+}
+
+impl Client {
+    /// Sends requests in order, several in a frame, and waits for all their answers: a result for
+    /// each. When a frame gets no answer, those behind it are not sent; when a request fits no
+    /// record, none is sent.
+    pub async fn batch(&self, requests: &[Request<'_>]) -> Vec<Result<Answers, Error>> {
+        let encoded: Vec<_> = requests.iter().map(RequestBuf::new).collect();
+        if encoded.iter().all(Result::is_ok) {
+            return self.run(encoded.into_iter().flatten().collect(), None).await;
+        }
+        let refuse = |one: Result<RequestBuf, Error>| {
+            Err(one.map_or_else(|error| error, |fine| not_sent(&fine, Cause::EarlierFailed)))
+        };
+        encoded.into_iter().map(refuse).collect()
+    }
+
+    /// Like [`Client::batch`], but sees it through: reads and SetParam that the monitor answers
+    /// with Busy, NotCached or Cached are asked again, each by itself, for `Config::resume` at most
+    /// (others go on meanwhile), and a frame of reads that stays without answer is asked again in
+    /// halves, as short frames get through a noisy line more easily. Everything else is sent once.
+    pub async fn complete(
+        &self,
+        requests: &[Request<'_>],
+        progress: impl FnMut(Progress),
+    ) -> Vec<Result<Answers, Error>> {
+        let encoded: Vec<_> = requests.iter().map(RequestBuf::new).collect();
+        let results = encoded.iter().map(|one| one.as_ref().err().cloned().map(Err)).collect();
+        let indexed = encoded.into_iter().enumerate();
+        let items = indexed.filter_map(|(index, one)| Some(Item::new(index, one.ok()?))).collect();
+        let complete = Complete {
+            client: self,
+            results,
+            items,
+            first: None,
+            limit: FRAME_MAX,
+            silences: 0,
+            told: Progress { total: requests.len(), ..Progress::default() },
+            progress,
+        };
+        complete.run().await
+    }
+
+    pub(crate) async fn run(
+        &self,
+        requests: Vec<RequestBuf>,
+        expires: Option<Instant>,
+    ) -> Outcomes {
+        let mut results: Vec<_> =
+            requests.iter().map(|request| Err(not_sent(request, Cause::EarlierFailed))).collect();
+        let mut waiting: Vec<usize> = (0..requests.len()).collect();
+        let mut first = None;
+        while !waiting.is_empty() {
+            let upcoming: Vec<RequestBuf> =
+                waiting.iter().take(FRAME_MAX).map(|index| requests[*index].clone()).collect();
+            let len = frame_len(&upcoming, self.config.framing);
+            let frame: Vec<usize> = waiting.drain(..len).collect();
+            let frame_requests = upcoming.into_iter().take(len).collect();
+            let ended = self.exchange(frame_requests, first, expires).await;
+            let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
+                for index in frame {
+                    results[index] = Err(self.failure(&requests[index], &ended));
+                }
+                break;
+            };
+            first = first.or(ticket);
+            let mut again = Vec::new();
+            for (place, (index, slot)) in frame.into_iter().zip(slots).enumerate() {
+                match slot {
+                    Slot::Answered(answers) if fits(&answers, &requests[index], place) => {
+                        results[index] = well_formed(answers);
+                    }
+                    _ => again.push(index),
+                }
+            }
+            waiting.splice(..0, again);
+        }
+        results
+    }
+}
+
+/// A request that has no result yet.
+struct Item {
+    index: usize,
+    request: RequestBuf,
+    /// When it may be sent.
+    due: Option<Instant>,
+    /// The next pause.
+    pause: Duration,
+    /// Asked again until then.
+    until: Option<Instant>,
+}
+
+impl Item {
+    const fn new(index: usize, request: RequestBuf) -> Self {
+        Self { index, request, due: None, pause: RESUME_FIRST, until: None }
+    }
+}
+
+struct Complete<'a, P> {
+    client: &'a Client,
+    results: Vec<Option<Result<Answers, Error>>>,
+    items: Vec<Item>,
+    first: Option<Ticket>,
+    /// Requests in the next frame at most.
+    limit: usize,
+    silences: u32,
+    told: Progress,
+    progress: P,
+}
+
+impl<P: FnMut(Progress)> Complete<'_, P> {
+    async fn run(mut self) -> Outcomes {
+        self.tell();
+        while !self.items.is_empty() {
+            let frame = self.next_frame();
+            if frame.is_empty() {
+                if let Some(due) = self.items.iter().filter_map(|item| item.due).min() {
+                    sleep_until(due).await;
+                }
+                continue;
+            }
+            let requests = frame.iter().map(|item| item.request.clone()).collect();
+            let ended = self.client.exchange(requests, self.first, None).await;
+            let more = match ended {
+                Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) => {
+                    self.first = self.first.or(ticket);
+                    self.answered(frame, slots);
+                    true
+                }
+                ended => self.failed(frame, &ended),
+            };
+            self.tell();
+            if !more {
+                break;
+            }
+        }
+        let Self { mut results, items, .. } = self;
+        for item in items {
+            results[item.index] = Some(Err(not_sent(&item.request, Cause::EarlierFailed)));
+        }
+        results.into_iter().map(|result| result.unwrap_or(Err(Error::Closed))).collect()
+    }
+
+    fn tell(&mut self) {
+        self.told.done = self.told.total - self.items.len();
+        (self.progress)(self.told);
+    }
+
+    /// Takes the items of the next frame: reads are kept apart from what may be sent only once.
+    fn next_frame(&mut self) -> Vec<Item> {
+        let now = Instant::now();
+        let is_due = |item: &&Item| item.due.is_none_or(|due| now >= due);
+        let due: Vec<&Item> = self.items.iter().filter(is_due).take(self.limit).collect();
+        let Some(kind) = due.first().map(|item| item.request.is_repeatable()) else {
+            return Vec::new();
+        };
+        let same = due.iter().take_while(|item| item.request.is_repeatable() == kind);
+        let requests: Vec<RequestBuf> = same.map(|item| item.request.clone()).collect();
+        let len = frame_len(&requests, self.client.config.framing);
+        let taken: Vec<usize> = due.iter().take(len).map(|item| item.index).collect();
+        let (frame, rest) = self.items.drain(..).partition(|item| taken.contains(&item.index));
+        self.items = rest;
+        frame
+    }
+
+    fn answered(&mut self, frame: Vec<Item>, slots: Vec<Slot>) {
+        self.told.frames += 1;
+        self.silences = 0;
+        self.limit = (self.limit * 2).min(FRAME_MAX);
+        let mut again = Vec::new();
+        for (place, (mut item, slot)) in frame.into_iter().zip(slots).enumerate() {
+            match slot {
+                Slot::Answered(answers) if fits(&answers, &item.request, place) => {
+                    match self.resume(&mut item, &answers) {
+                        true => again.push(item),
+                        false => self.results[item.index] = Some(well_formed(answers)),
+                    }
+                }
+                _ => again.push(item),
+            }
+        }
+        self.told.again += again.len() as u32;
+        self.items.splice(..0, again);
+    }
+
+    /// Whether an answer says "later", and there is time for later.
+    fn resume(&self, item: &mut Item, answers: &Answers) -> bool {
+        if !answers.iter().any(|answer| says_later(item.request.id(), answer.status())) {
+            return false;
+        }
+        let now = Instant::now();
+        let until = *item.until.get_or_insert(now + self.client.config.resume);
+        item.due = Some(now + item.pause);
+        item.pause = (item.pause * 2).min(RESUME_LAST);
+        item.due.is_some_and(|due| due < until)
+    }
+
+    /// A frame without answer; whether it makes sense to go on.
+    fn failed(&mut self, frame: Vec<Item>, ended: &Option<Reply>) -> bool {
+        let silent = matches!(ended, Some(Ok(Ended { outcome: Outcome::Silence { .. }, .. })));
+        let reads = frame.iter().all(|item| item.request.is_repeatable());
+        self.silences += u32::from(silent && frame.len() == 1);
+        if silent && reads && self.silences < SILENCES_MAX {
+            self.limit = (frame.len() / 2).max(1);
+            self.told.again += frame.len() as u32;
+            self.items.splice(..0, frame);
+            return true;
+        }
+        for item in frame {
+            let error = self.client.failure(&item.request, ended);
+            self.results[item.index] = Some(Err(error));
+        }
+        false
+    }
+}
+
+/// §2, §3.4, §3.5: not now, but later; it was not executed.
+fn says_later(request: RequestId, status: Status) -> bool {
+    match request {
+        RequestId::GET_PARAM => matches!(status, Status::NOT_CACHED | Status::BUSY),
+        RequestId::SET_PARAM => matches!(status, Status::CACHED | Status::BUSY),
+        RequestId::GET_STATUS | RequestId::RETRIEVE_LIMITS | RequestId::GET_HOTBED => {
+            status == Status::BUSY
+        }
+        _ => false,
+    }
+}
+
+/// Whether an answer is final. What found no room behind others is asked again by itself (§1, §2:
+/// the client repeats what was not processed); what found none alone never will.
+fn fits(answers: &Answers, request: &RequestBuf, place: usize) -> bool {
+    place == 0 || !answers.lacks_room() || !request.is_read()
+}
+
+/// Answers whose data have the shape that their request and sender give them.
+fn well_formed(answers: Answers) -> Result<Answers, Error> {
+    let wrong = answers.iter().find_map(|answer| answer.decode().err().map(|e| (answer, e)));
+    match wrong.map(|(answer, source)| (answer.request(), answer.from(), source)) {
+        Some((request, from, source)) => Err(Error::Protocol { request, from, source }),
+        None => Ok(answers),
+    }
+}

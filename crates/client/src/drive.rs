@@ -1,0 +1,66 @@
+//! One drive of a monitor.
+
+use lafet_proto::answer::Reply;
+use lafet_proto::status::{DriveStatus, Limits};
+use lafet_proto::{Status, SubsystemId};
+
+use crate::answers::Answers;
+use crate::error::Error;
+use crate::jog::Jog;
+use crate::monitor::{Monitor, typed, wrong_shape};
+use crate::session::jog::{Hold, Toward};
+
+/// A drive of a monitor: see [`Monitor::vertical`].
+#[derive(Clone, Debug)]
+pub struct Drive {
+    monitor: Monitor,
+    id: SubsystemId,
+}
+
+impl Drive {
+    pub(crate) const fn new(monitor: Monitor, id: SubsystemId) -> Self {
+        Self { monitor, id }
+    }
+
+    /// Which.
+    pub const fn id(&self) -> SubsystemId {
+        self.id
+    }
+
+    /// §3.1 Moves to a position, arc-minutes (nozzle: mm); beyond the limits means as far as it
+    /// goes.
+    pub async fn move_to(&self, position: i16) -> Result<Status, Error> {
+        self.monitor.move_to(self.id, position).await
+    }
+
+    /// §3.2 Stops. It may be denied while the monitor deploys, searches or extinguishes: `stop(ALL)`
+    /// of the monitor never is.
+    pub async fn stop(&self) -> Result<Answers, Error> {
+        self.monitor.stop(self.id).await
+    }
+
+    /// §3.3 Where it is, and its flags.
+    pub async fn status(&self) -> Result<DriveStatus, Error> {
+        let answer = self.monitor.status(self.id).await?;
+        match typed(&answer)? {
+            Reply::Drive(status) => Ok(status),
+            _ => Err(wrong_shape(&answer)),
+        }
+    }
+
+    /// §3.7 Its limits.
+    pub async fn limits(&self) -> Result<Limits, Error> {
+        self.monitor.limits(self.id).await
+    }
+
+    /// Moves as long as the caller holds it (ours): see [`Jog`]. The lease is 300 ms, and runs from
+    /// now on. Call it inside a Tokio runtime.
+    pub fn jog(&self, toward: Toward) -> Result<Jog, Error> {
+        self.jog_with(toward, Hold::default())
+    }
+
+    /// The same with times of your own.
+    pub fn jog_with(&self, toward: Toward, hold: Hold) -> Result<Jog, Error> {
+        Jog::start(self.monitor.client(), self.id, toward, hold)
+    }
+}

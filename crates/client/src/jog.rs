@@ -1,0 +1,237 @@
+//! A motion that goes on only while the caller holds it: see [`crate::session::jog`].
+
+use std::sync::{Arc, Mutex, Weak};
+
+use lafet_proto::{Request, SubsystemId};
+use tokio::sync::{Notify, watch};
+use tokio::time::{Instant, sleep_until};
+
+use crate::answers::{Answers, RequestBuf};
+use crate::client::Client;
+use crate::error::Error;
+use crate::session::Now;
+use crate::session::jog::{Hold, JogCore, JogEnd, Next, Reason, Toward};
+use crate::shared::lock;
+
+/// A drive that moves as long as this is renewed.
+///
+/// It moves for the lease (300 ms unless told otherwise) after the start and after each
+/// [`Jog::renew`]. When the lease lapses, when this is dropped or released, when the connection is
+/// lost or the monitor does not answer, the client sends Stop until the drive's Move flag clears,
+/// over the next connection if need be; dropping every other handle does not keep it from that.
+/// A Stop or Lockout asked for with any clone of the client ends the motion as well.
+///
+/// This stops a drive when the program or the line fails. It is no emergency stop: whatever keeps
+/// Stop from arriving keeps the drive moving to its limit, unless the monitor's parameter
+/// MoveTimeout (ours) stops it by itself.
+#[derive(Debug)]
+pub struct Jog {
+    held: Arc<Held>,
+}
+
+/// A motion, as its handle, its task and the client know it.
+#[derive(Debug)]
+pub struct Held {
+    core: Mutex<JogCore>,
+    start: Instant,
+    address: u8,
+    moving: RequestBuf,
+    /// The state was changed from outside of the task.
+    changed: Notify,
+    end: watch::Sender<Option<JogEnd>>,
+}
+
+impl Jog {
+    /// Starts a motion. Call it inside a Tokio runtime.
+    pub(crate) fn start(
+        client: &Client,
+        drive: SubsystemId,
+        toward: Toward,
+        hold: Hold,
+    ) -> Result<Self, Error> {
+        let core = JogCore::new(Now::ZERO, drive, toward, hold);
+        let held = Arc::new(Held {
+            moving: RequestBuf::new(&core.request())?,
+            core: Mutex::new(core),
+            start: Instant::now(),
+            address: client.address(),
+            changed: Notify::new(),
+            end: watch::Sender::new(None),
+        });
+        replace(client, &held);
+        tokio::spawn(run(client.clone(), held.clone()));
+        Ok(Self { held })
+    }
+
+    /// Holds the motion for another lease. `false`: too late, it is being stopped or has ended.
+    pub fn renew(&self) -> bool {
+        let held = self.held.with(|core, now| core.renew(now));
+        self.held.changed.notify_one();
+        held
+    }
+
+    /// Whether it is still held.
+    pub fn is_held(&self) -> bool {
+        self.held.with(|core, now| {
+            core.handle_timeout(now);
+            core.is_held()
+        })
+    }
+
+    /// Lets go and waits until the drive is seen to stand. Dropping the future lets go as well.
+    pub async fn release(mut self) -> JogEnd {
+        self.held.let_go();
+        self.ended().await
+    }
+
+    /// Waits for the end, whatever brings it.
+    pub async fn ended(&mut self) -> JogEnd {
+        let mut end = self.held.end.subscribe();
+        match end.wait_for(Option::is_some).await {
+            Ok(end) => end.clone().unwrap_or(JogEnd::Unknown(Error::Closed)),
+            Err(_) => JogEnd::Unknown(Error::Closed),
+        }
+    }
+}
+
+impl Drop for Jog {
+    fn drop(&mut self) {
+        self.held.let_go();
+    }
+}
+
+impl Held {
+    pub const fn address(&self) -> u8 {
+        self.address
+    }
+
+    /// Whether this urgent request is meant to end the motion.
+    pub fn is_undone_by(&self, stop: &RequestBuf) -> bool {
+        stop.supersedes(&self.moving)
+    }
+
+    /// The client was asked for a Stop.
+    pub fn stop_asked(&self) {
+        self.with(|core, now| core.stop(now, Reason::StopAsked));
+        self.changed.notify_one();
+    }
+
+    fn let_go(&self) {
+        self.with(|core, now| {
+            core.handle_timeout(now);
+            core.stop(now, Reason::Released);
+        });
+        self.changed.notify_one();
+    }
+
+    fn with<T>(&self, change: impl FnOnce(&mut JogCore, Now) -> T) -> T {
+        change(&mut lock(&self.core), self.start.elapsed())
+    }
+}
+
+/// The new motion takes the place of another one of the same drive.
+fn replace(client: &Client, new: &Arc<Held>) {
+    let mut jogs = lock(&client.shared.jogs);
+    jogs.retain(|jog| jog.strong_count() > 0);
+    for jog in jogs.iter().filter_map(Weak::upgrade) {
+        if jog.address == new.address && jog.moving.to() == new.moving.to() {
+            jog.with(|core, _| core.replace());
+            jog.changed.notify_one();
+        }
+    }
+    jogs.push(Arc::downgrade(new));
+}
+
+async fn run(client: Client, held: Arc<Held>) {
+    let mut link = client.link_state();
+    let losses = link.borrow_and_update().losses;
+    loop {
+        let state = *link.borrow_and_update();
+        if state.losses != losses {
+            held.with(|core, now| core.stop(now, Reason::LinkLost));
+        }
+        if state.gone {
+            let gone = Error::Link { endpoint: client.endpoint().into(), source: gone() };
+            held.with(|core, _| core.gone(gone));
+        }
+        if let Some(end) = held.with(|core, _| core.poll_end()) {
+            held.end.send_replace(Some(end));
+            return;
+        }
+        match held.with(|core, now| core.poll_next(now)) {
+            Some(next) => exchange(&client, &held, &mut link, next).await,
+            None => {
+                let timeout = held.with(|core, _| core.poll_timeout());
+                tokio::select! {
+                    () = held.changed.notified() => {}
+                    _ = link.changed() => {}
+                    () = until(timeout.map(|time| held.start + time)) => {}
+                }
+                held.with(|core, now| core.handle_timeout(now));
+            }
+        }
+    }
+}
+
+/// Sends a request of the motion. When it is to be stopped meanwhile, nothing is waited for: what
+/// has not been sent is taken back.
+async fn exchange(
+    client: &Client,
+    held: &Held,
+    link: &mut watch::Receiver<crate::shared::LinkState>,
+    next: Next,
+) {
+    let was_held = held.with(|core, _| core.is_held());
+    let drive = held.moving.to();
+    let request = Request::new(drive, next.body);
+    let expires = next.expires.map(|time| held.start + time);
+    let result = client.request_until(&request, expires);
+    tokio::pin!(result);
+    loop {
+        let lease = held.with(|core, _| if was_held { core.poll_timeout() } else { None });
+        tokio::select! {
+            // What has come is looked at first.
+            biased;
+            result = &mut result => return held.with(|core, now| told(core, now, was_held, result)),
+            () = held.changed.notified() => {}
+            changed = link.changed(), if was_held => {
+                // A lost link ends a motion that is held; one that is being stopped goes on.
+                if changed.is_ok() && !link.borrow().up {
+                    held.with(|core, now| core.stop(now, Reason::LinkLost));
+                }
+            }
+            () = until(lease.map(|time| held.start + time)) => {
+                held.with(|core, now| core.handle_timeout(now));
+            }
+        }
+        if was_held && held.with(|core, _| !core.is_held()) {
+            return;
+        }
+    }
+}
+
+fn told(core: &mut JogCore, now: Now, was_held: bool, result: Result<Answers, Error>) {
+    core.handle_timeout(now);
+    // The answer to a request of a motion that has been let go tells nothing about its Stop.
+    if was_held == core.is_held() {
+        core.handle_result(now, result);
+    }
+}
+
+fn gone() -> Arc<std::io::Error> {
+    Arc::new(std::io::ErrorKind::NotConnected.into())
+}
+
+async fn until(time: Option<Instant>) {
+    match time {
+        Some(time) => sleep_until(time).await,
+        None => std::future::pending().await,
+    }
+}
+
+impl JogEnd {
+    /// The drive is known to stand.
+    pub const fn stands(&self) -> bool {
+        matches!(self, Self::Stopped { .. } | Self::Standing(_) | Self::Refused(_))
+    }
+}

@@ -1,0 +1,171 @@
+//! The echo of an RS-485 line: a transceiver that hears itself gives back what is sent.
+//!
+//! What comes is compared with what was sent, byte by byte. As long as it is the same, it is the
+//! echo and is taken away. From the first byte that differs, everything goes on to the decoder: it
+//! may be an answer on a line that has no echo after all, or the ruins of two that spoke at once,
+//! which no CRC lets through.
+
+use std::collections::VecDeque;
+
+use crate::url::Echo;
+
+/// Bytes sent whose echo has not come; those of several frames, if nobody answers.
+const PENDING_MAX: usize = 8 * lafet_proto::link::WIRE_MAX;
+
+/// Takes the echo off the bytes that come.
+#[derive(Debug)]
+pub struct EchoFilter {
+    mode: Echo,
+    pending: VecDeque<u8>,
+    /// The beginning of the pending frame that has come back already.
+    same: Vec<u8>,
+    /// Lengths of the frames that are pending.
+    frames: VecDeque<usize>,
+    collisions: u64,
+    missing: u64,
+}
+
+impl EchoFilter {
+    /// A filter for a line of this kind.
+    pub const fn new(mode: Echo) -> Self {
+        Self {
+            mode,
+            pending: VecDeque::new(),
+            same: Vec::new(),
+            frames: VecDeque::new(),
+            collisions: 0,
+            missing: 0,
+        }
+    }
+
+    /// Frames whose echo was not what was sent: somebody else spoke (only when verified).
+    pub const fn collisions(&self) -> u64 {
+        self.collisions
+    }
+
+    /// Frames whose echo has not come at all (only when verified): the line has none, or the
+    /// adapter does not send.
+    pub const fn missing(&self) -> u64 {
+        self.missing
+    }
+
+    /// Nothing that was sent comes back any more: the connection is a new one.
+    pub fn reset(&mut self) {
+        self.pending.clear();
+        self.same.clear();
+        self.frames.clear();
+    }
+
+    /// These bytes are being sent.
+    pub fn sent(&mut self, bytes: &[u8]) {
+        if self.mode == Echo::Off {
+            return;
+        }
+        // Whose echo has not come until the next frame is sent has none.
+        if !self.frames.is_empty() && self.same.is_empty() {
+            self.give_up(|filter| &mut filter.missing);
+        }
+        if self.pending.len() + bytes.len() <= PENDING_MAX {
+            self.pending.extend(bytes);
+            self.frames.push_back(bytes.len());
+        }
+    }
+
+    /// What of these bytes is no echo.
+    pub fn received(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut rest = bytes.iter();
+        let mut others = Vec::new();
+        while let Some(expected) = self.pending.front() {
+            let Some(byte) = rest.next() else { return others };
+            if byte == expected {
+                self.same.extend(self.pending.pop_front());
+                if self.frames.front().is_some_and(|len| *len == self.same.len()) {
+                    self.frames.pop_front();
+                    self.same.clear();
+                }
+                continue;
+            }
+            // Both directions begin their frames alike: an answer goes to our own address.
+            let ours = self.pending.get(1) == Some(byte);
+            let answer = self.same.len() == ADDRESSES_AT && ours;
+            others.append(&mut self.same);
+            others.push(*byte);
+            self.give_up(|filter| match answer {
+                true => &mut filter.missing,
+                false => &mut filter.collisions,
+            });
+        }
+        others.extend(rest);
+        others
+    }
+
+    fn give_up(&mut self, counter: impl FnOnce(&mut Self) -> &mut u64) {
+        self.reset();
+        let verified = self.mode == Echo::Verify;
+        *counter(self) += u64::from(verified);
+    }
+}
+
+/// Bytes of a frame before its addresses: FF, C0 (observed).
+const ADDRESSES_AT: usize = 2;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ASKED: &[u8] = &[0xFF, 0xC0, 1, 129, 0xD4, 0x0D, 0, 0, 0x12, 0x34, 0xC0];
+    const ANSWER: &[u8] = &[0xFF, 0xC0, 129, 1, 0xD4, 0x0D, 0, 0, 0x56, 0x78, 0xC0];
+
+    fn filter(mode: Echo) -> EchoFilter {
+        let mut filter = EchoFilter::new(mode);
+        filter.sent(ASKED);
+        filter
+    }
+
+    fn counts(filter: &EchoFilter) -> (u64, u64) {
+        (filter.collisions(), filter.missing())
+    }
+
+    #[test]
+    fn the_echo_is_taken_away_however_it_is_cut() {
+        for mode in [Echo::Strip, Echo::Verify] {
+            for cut in 1..ASKED.len() + ANSWER.len() {
+                let mut filter = filter(mode);
+                let line = [ASKED, ANSWER].concat();
+                let parts = line.chunks(cut).flat_map(|chunk| filter.received(chunk));
+                assert_eq!(parts.collect::<Vec<u8>>(), ANSWER);
+                assert_eq!(counts(&filter), (0, 0));
+            }
+        }
+        assert_eq!(filter(Echo::Off).received(ANSWER), ANSWER);
+    }
+
+    #[test]
+    fn an_echo_that_differs_is_a_collision_and_the_answer_still_gets_through() {
+        for byte in 0..ASKED.len() {
+            let mut garbled = ASKED.to_vec();
+            garbled[byte] ^= 0x10;
+            let mut filter = filter(Echo::Verify);
+            let through = filter.received(&[&garbled, ANSWER].concat());
+            assert_eq!(counts(&filter), (1, 0), "byte {byte}");
+            assert!(through.ends_with(ANSWER));
+            // The next frame is compared again.
+            filter.sent(ASKED);
+            assert_eq!(filter.received(ASKED), []);
+        }
+    }
+
+    #[test]
+    fn a_line_without_echo_loses_nothing() {
+        let mut filter = filter(Echo::Verify);
+        assert_eq!(filter.received(ANSWER), ANSWER);
+        assert_eq!(counts(&filter), (0, 1));
+        filter.sent(ASKED);
+        filter.sent(ASKED);
+        assert_eq!(counts(&filter), (0, 2), "neither echo nor answer");
+        assert_eq!(filter.received(ASKED), []);
+        let mut strip = self::filter(Echo::Strip);
+        assert_eq!(strip.received(ANSWER), ANSWER);
+        assert_eq!(counts(&strip), (0, 0));
+    }
+}

@@ -1,0 +1,150 @@
+//! What a serial line is like: speed, direction of an RS-485 transceiver, echo.
+
+use std::fmt;
+use std::time::Duration;
+
+use lafet_proto::bus;
+
+use super::error::{BAUDS, DELAYS, ECHOES, RS485, SWITCH, WITH_RS485};
+use super::{Options, UrlError};
+
+/// The options of `serial:` URLs.
+pub const OPTIONS: [&str; 9] =
+    ["addr", "src", "baud", "rs485", "rts_before", "rts_after", "terminate", "echo", "turnaround"];
+
+/// Delays of more than this are a mistake.
+const DELAY_MS_MAX: u64 = 1000;
+
+/// A serial line, 8N1 (observed).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SerialLine {
+    /// Speed of the line, `baud=`.
+    pub baud: u32,
+    /// The kernel switches the direction of an RS-485 transceiver, `rs485=`. Adapters that do it
+    /// by themselves, as most on USB do, need nothing.
+    pub rs485: Option<Rs485>,
+    /// Whether what is sent comes back, `echo=`.
+    pub echo: Echo,
+    /// Silence that is kept between the last byte heard and a frame, `turnaround=` ms: the other
+    /// side needs it to let go of the line.
+    pub turnaround: Duration,
+}
+
+impl Default for SerialLine {
+    fn default() -> Self {
+        Self {
+            baud: bus::BAUD_DEFAULT,
+            rs485: None,
+            echo: Echo::Off,
+            turnaround: Duration::from_millis(1),
+        }
+    }
+}
+
+/// How the kernel switches a transceiver (Linux, and only where the port's driver can).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Rs485 {
+    /// RTS is low, not high, while bytes are sent: `rs485=rts-low`.
+    pub low: bool,
+    /// From switching to the first byte, `rts_before=` ms.
+    pub before: Duration,
+    /// From the last byte to switching back, `rts_after=` ms.
+    pub after: Duration,
+    /// Switch on the terminating resistor, if the port has one, `terminate=on`.
+    pub terminate: bool,
+}
+
+/// What is done about bytes that come back because the receiver hears its own sender.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Echo {
+    /// None comes.
+    #[default]
+    Off,
+    /// It comes and is taken away.
+    Strip,
+    /// It comes, is taken away, and has to be what was sent: if not, two speak at once.
+    Verify,
+}
+
+impl SerialLine {
+    pub(super) fn read(options: &mut Options) -> Result<Self, UrlError> {
+        let default = Self::default();
+        let baud = options.number("baud", default.baud, 300..=4_000_000, BAUDS)?;
+        let rs485 = Rs485::read(options)?;
+        let echo = options.one_of("echo", Echo::NAMES, ECHOES)?.unwrap_or_default();
+        let turnaround = options.delay("turnaround")?.unwrap_or(default.turnaround);
+        Ok(Self { baud, rs485, echo, turnaround })
+    }
+
+    /// The options that are not as usual, but for the speed.
+    pub(super) fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(Rs485 { low, before, after, terminate }) = self.rs485 {
+            write!(f, "&rs485={}", if low { "rts-low" } else { "rts" })?;
+            for (key, delay) in [("rts_before", before), ("rts_after", after)] {
+                if !delay.is_zero() {
+                    write!(f, "&{key}={}", delay.as_millis())?;
+                }
+            }
+            f.write_str(if terminate { "&terminate=on" } else { "" })?;
+        }
+        if self.echo != Echo::Off {
+            let name = Echo::NAMES.iter().find(|(_, echo)| *echo == self.echo);
+            write!(f, "&echo={}", name.map_or("off", |(name, _)| name))?;
+        }
+        if self.turnaround != Self::default().turnaround {
+            write!(f, "&turnaround={}", self.turnaround.as_millis())?;
+        }
+        Ok(())
+    }
+}
+
+impl Rs485 {
+    fn read(options: &mut Options) -> Result<Option<Self>, UrlError> {
+        let modes = &[("off", None), ("rts", Some(false)), ("rts-low", Some(true))];
+        let Some(low) = options.one_of("rs485", modes, RS485)?.flatten() else {
+            let stray = ["rts_before", "rts_after", "terminate"];
+            let stray = stray.into_iter().find_map(|key| Some((key, options.take(key)?)));
+            return match stray {
+                None => Ok(None),
+                Some((key, value)) => {
+                    Err(UrlError::Value { key: key.into(), value, allowed: WITH_RS485 })
+                }
+            };
+        };
+        let switch = &[("on", true), ("off", false)];
+        Ok(Some(Self {
+            low,
+            before: options.delay("rts_before")?.unwrap_or_default(),
+            after: options.delay("rts_after")?.unwrap_or_default(),
+            terminate: options.one_of("terminate", switch, SWITCH)?.unwrap_or(false),
+        }))
+    }
+}
+
+impl Echo {
+    const NAMES: &[(&str, Self)] =
+        &[("off", Self::Off), ("strip", Self::Strip), ("verify", Self::Verify)];
+}
+
+impl Options {
+    fn one_of<T: Copy>(
+        &mut self,
+        key: &str,
+        names: &[(&str, T)],
+        allowed: &'static str,
+    ) -> Result<Option<T>, UrlError> {
+        let Some(value) = self.take(key) else { return Ok(None) };
+        match names.iter().find(|(name, _)| *name == value) {
+            Some((_, one)) => Ok(Some(*one)),
+            None => Err(UrlError::Value { key: key.into(), value, allowed }),
+        }
+    }
+
+    fn delay(&mut self, key: &str) -> Result<Option<Duration>, UrlError> {
+        let Some(value) = self.take(key) else { return Ok(None) };
+        match value.parse() {
+            Ok(ms @ 0..=DELAY_MS_MAX) => Ok(Some(Duration::from_millis(ms))),
+            _ => Err(UrlError::Value { key: key.into(), value, allowed: DELAYS }),
+        }
+    }
+}

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use lafet_proto::{DecodeError, RequestId, Status, SubsystemId, dictionary};
 
 use crate::find_out::find_out;
+use crate::transport::serial::CannotSwitch;
 use crate::url::UrlError;
 
 /// A language of the messages.
@@ -193,6 +194,10 @@ impl Error {
                  still wanted.",
                 cause.english()
             ),
+            Self::Link { endpoint, source } if cannot_switch(source) => format!(
+                "{endpoint}: the driver of this port cannot switch the direction of RS-485 by RTS \
+                 ({source}). Leave out rs485= if the adapter does it by itself, as most on USB do."
+            ),
             Self::Link { endpoint, source } => format!(
                 "No connection to {endpoint}: {source}. Check that the monitor is on and that \
                  host, port or device are right."
@@ -247,6 +252,10 @@ impl Error {
                  это всё ещё нужно.",
                 cause.russian()
             ),
+            Self::Link { endpoint, source } if cannot_switch(source) => format!(
+                "{endpoint}: драйвер этого порта не умеет переключать направление RS-485 сигналом \
+                 RTS ({source}). Уберите rs485=, если адаптер делает это сам, как большинство на USB."
+            ),
             Self::Link { endpoint, source } => format!(
                 "Нет соединения с {endpoint}: {source}. Проверьте, что ствол включён и что узел, \
                  порт или устройство указаны верно."
@@ -300,6 +309,10 @@ impl Cause {
             Self::EarlierFailed => "не удался другой запрос пакета".into(),
         }
     }
+}
+
+fn cannot_switch(source: &io::Error) -> bool {
+    source.get_ref().is_some_and(|inner| inner.is::<CannotSwitch>())
 }
 
 fn status_texts(status: Status, lang: Lang) -> (&'static str, &'static str) {

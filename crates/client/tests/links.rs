@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use fake::{Log, answer, frame, serve};
 use lafet_client::{Client, Config, Endpoint, Error, Monitor};
-use lafet_proto::link::Decoder;
 use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
@@ -170,32 +169,4 @@ async fn udp_without_listener() {
     let client = Client::connect_with(&endpoint, quick()).await.unwrap();
     let error = client.request(&Request::new(VERTICAL, Body::GetStatus)).await.unwrap_err();
     assert!(matches!(error, Error::NoAnswer { tries: 3, .. }), "{error}");
-}
-
-/// A pseudo-terminal stands for the line.
-#[cfg(unix)]
-#[tokio::test]
-async fn serial() {
-    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-    use std::io::{Read, Write};
-
-    let line = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-    grantpt(&line).unwrap();
-    unlockpt(&line).unwrap();
-    let path = ptsname(&line, Vec::new()).unwrap().into_string().unwrap();
-    let endpoint: Endpoint = format!("serial://{path}?baud=57600&addr=1").parse().unwrap();
-    let client = Client::connect(&endpoint).await.unwrap();
-    std::thread::spawn(move || {
-        let mut line = std::fs::File::from(line);
-        let mut decoder: Decoder = Decoder::new();
-        let mut byte = [0];
-        while let Ok(1) = line.read(&mut byte) {
-            if let Some(asked) = decoder.push(byte[0]) {
-                line.write_all(&frame(&answer(asked.payload))).unwrap();
-            }
-        }
-    });
-    let monitor = Monitor::new(client);
-    assert_eq!(monitor.status_all().await.unwrap().vertical.unwrap().position, 300);
-    monitor.move_to(VERTICAL, 1200).await.unwrap();
 }

@@ -72,8 +72,18 @@ fn switch_direction(_: &SerialPort, line: &SerialLine) -> io::Result<()> {
     }
 }
 
+/// The driver of the port cannot switch the direction of an RS-485 transceiver.
+#[derive(Debug)]
+pub struct CannotSwitch(io::Error);
+
+impl std::fmt::Display for CannotSwitch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl std::error::Error for CannotSwitch {}
+
 fn cannot_switch(error: io::Error) -> io::Error {
-    let text =
-        format!("the driver of this port cannot switch RS-485 by RTS, leave out rs485= ({error})");
-    io::Error::new(error.kind(), text)
+    io::Error::new(error.kind(), CannotSwitch(error))
 }

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod plant;
+pub mod slow_line;
 
 use std::sync::{Arc, Mutex};
 

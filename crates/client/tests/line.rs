@@ -1,0 +1,242 @@
+//! Several monitors on one line, on virtual time: whose turn it is, and who may overtake.
+
+mod fake;
+
+use std::time::Duration;
+
+use fake::{answer, encode};
+use lafet_client::session::line::{Access, Line};
+use lafet_client::session::{Config, Now, Outcome, QUEUE_MAX, Terms, Ticket};
+use lafet_client::{Echo, RequestBuf};
+use lafet_proto::link::Decoder;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
+
+const MS: Duration = Duration::from_millis(1);
+const SECOND: Duration = Duration::from_secs(1);
+const STOP: [u8; 4] = [0x46, 0x5D, 0, 0];
+
+fn read() -> Vec<RequestBuf> {
+    buf(Request::new(SubsystemId::VERTICAL, Body::GetStatus))
+}
+
+fn moving() -> Vec<RequestBuf> {
+    buf(Request::new(SubsystemId::VERTICAL, Body::Move { destination: 1 }))
+}
+
+fn stop() -> Vec<RequestBuf> {
+    buf(Request::new(SubsystemId::ALL, Body::Stop))
+}
+
+fn buf(request: Request<'_>) -> Vec<RequestBuf> {
+    vec![RequestBuf::new(&request).unwrap()]
+}
+
+fn connected(config: Config) -> Line {
+    let mut line = Line::new(config);
+    line.handle_connected();
+    line
+}
+
+fn ask(line: &mut Line, now: Now, address: u8, requests: Vec<RequestBuf>) -> Ticket {
+    line.submit(now, address, Terms::default(), requests).unwrap()
+}
+
+/// What is sent now: to whom, and the records.
+fn sent(line: &mut Line, now: Now) -> Option<(u8, Vec<u8>)> {
+    let bytes = line.poll_transmit(now)?;
+    let mut decoder: Decoder = Decoder::new();
+    let frame = decoder.push_slice(&bytes).1.expect("a frame");
+    Some((frame.dst, frame.payload.to_vec()))
+}
+
+fn reply(line: &mut Line, now: Now, from: u8, payload: &[u8]) {
+    line.handle_bytes(now, &encode(129, from, &answer(payload)));
+}
+
+fn answered(line: &mut Line) -> Vec<Ticket> {
+    let ends = std::iter::from_fn(|| line.poll_outcome());
+    ends.filter(|(_, end)| matches!(end, Outcome::Answered(_))).map(|(ticket, _)| ticket).collect()
+}
+
+/// A monitor that is never silent for long and one that asks for a lot: turn by turn.
+#[test]
+fn the_line_is_shared_fairly() {
+    let mut line = connected(Config::default());
+    for _ in 0..5 {
+        ask(&mut line, Now::ZERO, 7, read());
+    }
+    ask(&mut line, Now::ZERO, 8, read());
+    ask(&mut line, Now::ZERO, 9, read());
+    let mut order = Vec::new();
+    for n in 0..7 {
+        let now = n * 10 * MS;
+        let (to, payload) = sent(&mut line, now).unwrap();
+        assert_eq!(sent(&mut line, now), None, "one frame on the line at a time");
+        reply(&mut line, now + MS, to, &payload);
+        assert_eq!(answered(&mut line).len(), 1);
+        order.push(to);
+    }
+    assert_eq!(order, [7, 8, 9, 7, 7, 7, 7]);
+    assert!(line.is_idle() && line.poll_timeout(SECOND).is_none());
+    assert_eq!((line.stats(7).believed, line.stats(8).believed, line.total().believed), (5, 1, 7));
+}
+
+/// A monitor that is off costs the others one timeout for each frame of theirs.
+#[test]
+fn a_silent_monitor_does_not_take_the_line() {
+    let mut line = connected(Config::default());
+    ask(&mut line, Now::ZERO, 2, read());
+    for _ in 0..3 {
+        ask(&mut line, Now::ZERO, 1, read());
+    }
+    let mut now = Now::ZERO;
+    let mut order = Vec::new();
+    for _ in 0..6 {
+        let (to, payload) = sent(&mut line, now).expect("due");
+        order.push(to);
+        match to {
+            1 => {
+                now += MS;
+                reply(&mut line, now, 1, &payload);
+            }
+            _ => {
+                assert_eq!(line.poll_timeout(now), Some(now + SECOND));
+                now += SECOND;
+                line.handle_timeout(now);
+            }
+        }
+    }
+    assert_eq!(order, [2, 1, 2, 1, 2, 1]);
+    let silent = std::iter::from_fn(|| line.poll_outcome())
+        .filter(|(_, outcome)| *outcome == Outcome::Silence { tries: 3 });
+    assert_eq!(silent.count(), 1);
+    assert_eq!((line.stats(1).timeouts, line.stats(2).timeouts), (0, 3));
+    assert_eq!(line.silent_tries(), 0, "somebody answers: the connection is sound");
+}
+
+/// What one monitor answers is never taken for another's, though all asked for the same.
+#[test]
+fn answers_are_told_apart_by_their_sender() {
+    let mut line = connected(Config::default());
+    let first = ask(&mut line, Now::ZERO, 1, read());
+    let second = ask(&mut line, Now::ZERO, 2, read());
+    let (_, payload) = sent(&mut line, Now::ZERO).unwrap();
+    reply(&mut line, MS, 2, &payload);
+    assert_eq!(answered(&mut line), [], "nothing was asked of it yet");
+    assert_eq!(line.stats(2).unmatched, 1);
+    reply(&mut line, MS, 1, &payload);
+    assert_eq!(answered(&mut line), [first]);
+    let (to, payload) = sent(&mut line, MS).unwrap();
+    assert_eq!(to, 2);
+    reply(&mut line, MS, 3, &payload);
+    reply(&mut line, MS, 2, &payload);
+    assert_eq!(answered(&mut line), [second]);
+    assert_eq!(line.total().foreign, 1);
+}
+
+/// Stop overtakes full queues of its own monitor and of others, frames in flight and quarantine.
+#[test]
+fn a_stop_overtakes_everything() {
+    // Untagged monitors of which one is in doubt: what would be mistaken waits, a Stop does not.
+    let config = Config { tags: false, tries: 1, ..Config::default() };
+    let mut line = connected(config);
+    ask(&mut line, Now::ZERO, 2, stop());
+    assert_eq!(sent(&mut line, Now::ZERO).unwrap(), (2, STOP.to_vec()));
+    ask(&mut line, Now::ZERO, 2, read());
+    line.handle_timeout(SECOND);
+    let (_, payload) = sent(&mut line, SECOND).unwrap();
+    line.handle_timeout(2 * SECOND);
+    let now = 2 * SECOND;
+    ask(&mut line, now, 2, read());
+    assert_eq!(sent(&mut line, now), None, "the late answer could be mistaken for this one's");
+    reply(&mut line, now, 2, &payload);
+    while line.poll_outcome().is_some() {}
+    // Full queues, and a frame in flight to somebody else.
+    for _ in 1..QUEUE_MAX {
+        ask(&mut line, now, 2, moving());
+    }
+    assert!(line.submit(now, 2, Terms::default(), moving()).is_err(), "full");
+    for _ in 0..QUEUE_MAX {
+        ask(&mut line, now, 1, read());
+    }
+    assert_eq!(sent(&mut line, now).unwrap().0, 1);
+    let stopped = ask(&mut line, now, 2, stop());
+    assert_eq!(line.poll_timeout(now), Some(now + 150 * MS));
+    assert_eq!(sent(&mut line, now + 149 * MS), None, "the answer has a moment to come");
+    let at = now + 150 * MS;
+    assert_eq!(sent(&mut line, at).unwrap(), (2, STOP.to_vec()));
+    // None of the motions is sent any more; the other monitor's answer is still believed.
+    let superseded = std::iter::from_fn(|| line.poll_outcome())
+        .filter(|(_, outcome)| matches!(outcome, Outcome::Superseded { sent: false, .. }));
+    assert_eq!(superseded.count(), QUEUE_MAX - 1);
+    reply(&mut line, at + MS, 1, read()[0].bytes());
+    assert_eq!(answered(&mut line).len(), 1);
+    // A Stop in doubt is sent at once, and again when its answer can be believed.
+    reply(&mut line, at + MS, 2, &STOP);
+    let mut now = at + MS;
+    for _ in 0..20 {
+        if answered(&mut line).contains(&stopped) {
+            return;
+        }
+        now = line.poll_timeout(now).unwrap().max(now + MS);
+        line.handle_timeout(now);
+        if let Some((to, payload)) = sent(&mut line, now) {
+            reply(&mut line, now, to, &payload);
+        }
+    }
+    panic!("the Stop was never answered");
+}
+
+/// A console on a bus with a controller speaks once for each grant.
+#[test]
+fn with_a_controller_it_speaks_when_granted() {
+    let mut line = connected(Config::default());
+    line.set_access(Access::Granted);
+    ask(&mut line, Now::ZERO, 1, read());
+    ask(&mut line, Now::ZERO, 2, stop());
+    assert_eq!((sent(&mut line, Now::ZERO), line.poll_timeout(Now::ZERO)), (None, None));
+    line.grant();
+    assert_eq!(sent(&mut line, MS).unwrap().0, 2, "what is urgent goes first");
+    reply(&mut line, 2 * MS, 2, &STOP);
+    assert_eq!(sent(&mut line, 3 * MS), None, "one frame for one grant");
+    line.grant();
+    assert_eq!(sent(&mut line, 4 * MS).unwrap().0, 1);
+}
+
+#[test]
+fn a_transceiver_has_time_to_turn_round() {
+    let mut line = connected(Config { turnaround: 5 * MS, ..Config::default() });
+    ask(&mut line, Now::ZERO, 1, read());
+    ask(&mut line, Now::ZERO, 1, read());
+    let (_, payload) = sent(&mut line, Now::ZERO).unwrap();
+    reply(&mut line, 20 * MS, 1, &payload);
+    assert_eq!(sent(&mut line, 20 * MS), None);
+    assert_eq!(line.poll_timeout(20 * MS), Some(25 * MS));
+    assert!(sent(&mut line, 25 * MS).is_some());
+}
+
+/// What comes back of a frame is not taken for anything; where it differs, two spoke at once.
+#[test]
+fn echo() {
+    for echo in [Echo::Off, Echo::Strip, Echo::Verify] {
+        let mut line = connected(Config { echo, ..Config::default() });
+        for n in 0..10u32 {
+            let now = n * 10 * MS;
+            ask(&mut line, now, 1, read());
+            let bytes = line.poll_transmit(now).unwrap();
+            let mut back = bytes.clone();
+            if n == 3 {
+                back[5] ^= 0x40;
+            }
+            line.handle_bytes(now, &back);
+            reply(&mut line, now, 1, read()[0].bytes());
+            assert_eq!(answered(&mut line).len(), 1, "{echo:?} {n}");
+        }
+        let stats = line.total();
+        let foreign = if echo == Echo::Off { 9 } else { 0 };
+        assert_eq!(stats.foreign, foreign, "{echo:?}: {stats:?}");
+        assert_eq!(stats.collisions, u64::from(echo == Echo::Verify));
+        assert_eq!((stats.crc_errors, stats.echoes_missing), (1, 0), "{echo:?}");
+    }
+}

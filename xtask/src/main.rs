@@ -8,6 +8,7 @@ mod demo;
 mod dissector;
 mod docs;
 mod faults;
+mod late;
 mod laws;
 mod layers;
 mod licences;
@@ -104,6 +105,14 @@ const TASKS: &[Task] = &[
         details: "Computes every table of docs/physics.md in the simulator, prints and writes it. \
                   With --check, nothing is written: a table that is out of date is an error.",
         run: physics::physics,
+    },
+    Task {
+        name: "late",
+        arguments: "[EXCHANGES]",
+        about: "the client against late and doubled answers, 10 million times: none is believed",
+        details: "Seconds of virtual time in which answers are lost, come up to 30 s late, or \
+                  twice. The figure of a run stands in docs/client.md.",
+        run: late::late,
     },
     Task {
         name: "licences",

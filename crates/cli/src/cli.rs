@@ -65,6 +65,8 @@ pub enum Command {
     Watch(cmd::watch::WatchArgs),
     /// Move a drive, and follow it until it stands
     Move(cmd::motion::MoveArgs),
+    /// Move drives with the arrow keys, as long as one is held
+    Jog(cmd::jog::JogArgs),
     /// Stop everything, or one subsystem
     Stop(cmd::motion::StopArgs),
     /// Open a valve

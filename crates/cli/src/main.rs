@@ -85,6 +85,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Status(args) => cmd::status::run(args, global, out).await,
         Command::Watch(args) => cmd::watch::run(args, global, out).await,
         Command::Move(args) => cmd::motion::run_move(args, global, out).await,
+        Command::Jog(args) => cmd::jog::run(args, global, out).await,
         Command::Stop(args) => cmd::motion::run_stop(args, global, out).await,
         Command::Open(args) => cmd::motion::run_open(args, global, out).await,
         Command::Close(args) => cmd::motion::run_close(args, global, out).await,

@@ -31,7 +31,7 @@ pub enum LinkEvent {
     /// The connection was lost, or could not be used.
     Down(Arc<io::Error>),
     /// The figures of the last second.
-    Statistics(LinkStatistics),
+    Statistics(Box<LinkStatistics>),
 }
 
 /// Whether there is a connection.
@@ -55,9 +55,12 @@ pub struct Shared {
     /// Has the task look around: somebody listens who did not before.
     pub wake: Notify,
     pub jogs: Mutex<Vec<Weak<Held>>>,
-    pub feeds: Mutex<HashMap<(u8, Vec<u8>), Weak<Feed>>>,
+    pub feeds: Mutex<Feeds>,
     jobs: AtomicUsize,
 }
+
+/// What is polled, by address and record.
+type Feeds = HashMap<(u8, Vec<u8>), Weak<Feed>>;
 
 #[derive(Debug, Default)]
 pub struct AllStats {

@@ -227,7 +227,7 @@ impl Task {
         let (now, total) = (self.now(), self.line.total());
         let meter = self.meter.get_or_insert_with(|| Meter::new(now, total));
         if let Some(figures) = meter.poll(now, total) {
-            _ = self.shared.events.send(LinkEvent::Statistics(figures));
+            _ = self.shared.events.send(LinkEvent::Statistics(Box::new(figures)));
         }
     }
 

@@ -4,7 +4,7 @@ mod fake;
 
 use std::future::Future;
 use std::pin::pin;
-use std::task::{Context, Poll, Waker};
+use std::task::{Context, Waker};
 use std::time::Duration;
 
 use fake::{Log, answer, frame};
@@ -52,7 +52,7 @@ async fn for_a_while<T>(future: impl Future<Output = T>, steps: u32) -> bool {
     let mut future = pin!(future);
     for _ in 0..steps {
         let mut context = Context::from_waker(Waker::noop());
-        if let Poll::Ready(_) = future.as_mut().poll(&mut context) {
+        if future.as_mut().poll(&mut context).is_ready() {
             return true;
         }
         sleep_until(Instant::now() + Duration::from_millis(7)).await;

@@ -1,0 +1,317 @@
+//! `lafet jog`: the barrel under the arrow keys, as long as one is held.
+//!
+//! A terminal tells that a key is held by repeating it, so each repetition renews the motion's
+//! lease. Some terminals tell when it is let go too; then it stops at once.
+
+use std::collections::HashMap;
+use std::io::{self, IsTerminal};
+use std::time::Duration;
+
+use clap::Args;
+use lafet_client::{Error, Hold, Jog, JogEnd, Monitor, MonitorStatus, StatusUpdate, Toward};
+use lafet_proto::SubsystemId;
+use lafet_proto::flags::DriveFlags;
+use ratatui::crossterm::event::{
+    Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, KeyboardEnhancementFlags,
+    PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags, read,
+};
+use ratatui::crossterm::{execute, terminal};
+use serde_json::json;
+use tokio::sync::mpsc;
+use tokio::time::Instant;
+
+use crate::angle;
+use crate::cli::{Global, seconds};
+use crate::connect::Connection;
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lang::{current, pick};
+use crate::out::Out;
+
+/// How often the state is shown.
+const SHOW: Duration = Duration::from_millis(250);
+/// A motion that was refused is not asked for again sooner, however often the key repeats.
+const AGAIN: Duration = Duration::from_secs(1);
+/// The lease after the press of a key whose release the terminal will tell: keyboards wait up to
+/// this long before they repeat.
+const FIRST: Duration = Duration::from_millis(800);
+
+/// `lafet jog`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 jog\n  \
+                        lafet -c tcp://127.0.0.1:10485 jog --first 0.7")]
+pub struct JogArgs {
+    /// Seconds for which a drive goes on after the last repetition of a key (default 0.3)
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.3, value_parser = lease)]
+    lease: f64,
+    /// The same after the first press, until the keyboard begins to repeat; without it as --lease,
+    /// or 0.8 where the terminal tells when a key is let go
+    #[arg(long, value_name = "SECONDS", value_parser = lease)]
+    first: Option<f64>,
+}
+
+fn lease(text: &str) -> Result<f64, String> {
+    match seconds(text, 0.05)? {
+        lease if lease <= 2.0 => Ok(lease),
+        _ => Err(pick("expected seconds, 0.05…2", "ожидаются секунды, 0,05…2").into()),
+    }
+}
+
+/// Moves drives as long as keys are held, until q or Ctrl-C.
+pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
+    if !io::stdin().is_terminal() {
+        return Err(Failure::Usage(
+            pick(
+                "jog needs a keyboard: run it in a terminal. From a program use `lafet move` and \
+                 `lafet stop`, or the library's `Drive::jog`.",
+                "Для jog нужна клавиатура: запустите в терминале. Из программы используйте \
+                 `lafet move` и `lafet stop` либо `Drive::jog` библиотеки.",
+            )
+            .into(),
+        ));
+    }
+    let mut interrupt = Interrupt::catch()?;
+    let connection = Connection::open(global).await?;
+    // The monitor has to be there before anything is held.
+    connection.monitor.status_all().await?;
+    let mut watch = connection.monitor.watch(SHOW)?;
+    let keyboard = Keyboard::start()?;
+    let lease = Duration::from_secs_f64(args.lease);
+    let usual = if keyboard.tells_release { FIRST } else { lease };
+    let first_lease = args.first.map_or(usual, Duration::from_secs_f64);
+    let hold = Hold { lease, first_lease, repeat: lease };
+    let mut hands = Hands {
+        monitor: connection.monitor.clone(),
+        hold,
+        held: HashMap::new(),
+        refused: HashMap::new(),
+    };
+    let mut keys = keys();
+    out.progress(help());
+    loop {
+        let told = tokio::select! {
+            () = interrupt.wait() => break,
+            key = keys.recv() => match key.map(|key| hands.key(key)) {
+                None | Some(Pressed::End) => break,
+                Some(Pressed::Nothing) => None,
+                Some(Pressed::Ended(text)) => Some(text),
+                Some(Pressed::Stop) => Some(match connection.monitor.stop(SubsystemId::ALL).await {
+                    Ok(_) => "Stop All".into(),
+                    Err(error) => error.localized(current()),
+                }),
+            },
+            update = watch.next() => match update {
+                StatusUpdate::Value(sample) => Some(state(&sample.status)),
+                StatusUpdate::Stale(error) => Some(error.localized(current())),
+                _ => None,
+            },
+        };
+        let ended = hands.ended().await;
+        for text in told.into_iter().chain(ended) {
+            out.progress(text);
+        }
+    }
+    let ends = hands.release().await;
+    drop(keyboard);
+    let all_stand = ends.iter().all(|(_, end)| stands(end));
+    let texts: Vec<String> = ends.iter().map(|(drive, end)| tell(*drive, end)).collect();
+    let stopped = pick("Nothing is held any more.", "Больше ничего не удерживается.");
+    let text = if texts.is_empty() { stopped.to_owned() } else { texts.join("\n") };
+    match all_stand {
+        true => out.show(&text, || json!({ "ended": texts })),
+        false => Err(Failure::Ended(text)),
+    }
+}
+
+/// What is held, by drive: which key, and the motion.
+struct Hands {
+    monitor: Monitor,
+    hold: Hold,
+    held: HashMap<SubsystemId, (Toward, Jog)>,
+    /// Refused motions, and when.
+    refused: HashMap<(SubsystemId, Toward), Instant>,
+}
+
+enum Pressed {
+    Nothing,
+    Ended(String),
+    Stop,
+    End,
+}
+
+impl Hands {
+    fn key(&mut self, key: KeyEvent) -> Pressed {
+        let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        let let_go = key.kind == KeyEventKind::Release;
+        let (drive, toward) = match key.code {
+            KeyCode::Up => (SubsystemId::VERTICAL, Toward::UP),
+            KeyCode::Down => (SubsystemId::VERTICAL, Toward::DOWN),
+            KeyCode::Left => (SubsystemId::HORIZONTAL, Toward::LEFT),
+            KeyCode::Right => (SubsystemId::HORIZONTAL, Toward::RIGHT),
+            KeyCode::Char('+' | '=') => (SubsystemId::NOZZLE, Toward::NARROW),
+            KeyCode::Char('-') => (SubsystemId::NOZZLE, Toward::WIDE),
+            _ if let_go => return Pressed::Nothing,
+            KeyCode::Char(' ') => {
+                self.held.clear();
+                return Pressed::Stop;
+            }
+            KeyCode::Esc | KeyCode::Char('q') => return Pressed::End,
+            KeyCode::Char('c' | 'd') if control => return Pressed::End,
+            // Any other key lets go.
+            _ => {
+                self.held.clear();
+                return Pressed::Nothing;
+            }
+        };
+        if let_go {
+            self.held.retain(|id, (way, _)| (*id, *way) != (drive, toward));
+            return Pressed::Nothing;
+        }
+        self.press(drive, toward)
+    }
+
+    fn press(&mut self, drive: SubsystemId, toward: Toward) -> Pressed {
+        if let Some((way, jog)) = self.held.get(&drive)
+            && *way == toward
+            && jog.renew()
+        {
+            return Pressed::Nothing;
+        }
+        let refused = self.refused.get(&(drive, toward));
+        if refused.is_some_and(|refused| refused.elapsed() < AGAIN) {
+            return Pressed::Nothing;
+        }
+        let handle = match drive {
+            SubsystemId::VERTICAL => self.monitor.vertical(),
+            SubsystemId::HORIZONTAL => self.monitor.horizontal(),
+            _ => self.monitor.nozzle(),
+        };
+        match handle.jog_with(toward, self.hold) {
+            Ok(jog) => {
+                // The drop of the one before lets go; the monitor has the new one by then.
+                self.held.insert(drive, (toward, jog));
+                Pressed::Nothing
+            }
+            Err(error) => Pressed::Ended(error.localized(current())),
+        }
+    }
+
+    /// Motions that ended in a way that the operator should know of.
+    async fn ended(&mut self) -> Option<String> {
+        let over = self.held.iter().find(|(_, (_, jog))| !jog.is_held()).map(|(id, _)| *id)?;
+        let (toward, jog) = self.held.get_mut(&over)?;
+        let toward = *toward;
+        // One that is being stopped goes on by itself.
+        let end = tokio::time::timeout(Duration::ZERO, jog.ended()).await.ok()?;
+        self.held.remove(&over);
+        match end {
+            JogEnd::Stopped { .. } | JogEnd::Replaced => None,
+            end => {
+                self.refused.insert((over, toward), Instant::now());
+                Some(tell(over, &end))
+            }
+        }
+    }
+
+    /// Lets everything go and waits until it stands.
+    async fn release(self) -> Vec<(SubsystemId, JogEnd)> {
+        let mut ends = Vec::new();
+        for (drive, (_, jog)) in self.held {
+            ends.push((drive, jog.release().await));
+        }
+        ends
+    }
+}
+
+fn stands(end: &JogEnd) -> bool {
+    end.stands() || matches!(end, JogEnd::Replaced | JogEnd::TakenOver { .. })
+}
+
+fn tell(drive: SubsystemId, end: &JogEnd) -> String {
+    match end {
+        JogEnd::Stopped { status, .. } | JogEnd::Standing(status) => {
+            let at = angle::show(drive, i32::from(status.position));
+            pick(format!("{drive} stands at {at}."), format!("{drive} стоит в {at}."))
+        }
+        JogEnd::Refused(error) => error.localized(current()),
+        JogEnd::TakenOver { by } => pick(
+            format!("{drive}: {by} has the drive now."),
+            format!("{drive}: приводом теперь управляет {by}."),
+        ),
+        JogEnd::StillMoving(_) => pick(
+            format!("{drive} goes on in spite of Stop: use the emergency stop."),
+            format!("{drive} движется, несмотря на Stop: нажмите аварийный останов."),
+        ),
+        JogEnd::Unknown(error) => {
+            let error: &Error = error;
+            pick(
+                format!("Whether {drive} stands is not known. {error}"),
+                format!("Неизвестно, стоит ли {drive}. {}", error.localized(current())),
+            )
+        }
+        _ => drive.to_string(),
+    }
+}
+
+fn help() -> &'static str {
+    pick(
+        "←→ Horizontal  ↑↓ Vertical  + - Nozzle  space: Stop All  q: end",
+        "←→ Horizontal  ↑↓ Vertical  + - Nozzle  пробел: Stop All  q: конец",
+    )
+}
+
+/// Where the drives are, and which of them move.
+fn state(status: &MonitorStatus) -> String {
+    let drives = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE];
+    let one = |id: SubsystemId| {
+        let status = status.drive(id)?;
+        let moves = if status.flags.contains(DriveFlags::MOVE) { "*" } else { " " };
+        Some(format!("{id} {}{moves}", angle::show(id, i32::from(status.position))))
+    };
+    let drives: Vec<String> = drives.into_iter().filter_map(one).collect();
+    format!("{}  [{}]", drives.join("  "), pick("arrows + - space q", "стрелки + - пробел q"))
+}
+
+/// Single keys instead of lines, until it is dropped.
+struct Keyboard {
+    tells_release: bool,
+}
+
+impl Keyboard {
+    fn start() -> Result<Self, Failure> {
+        terminal::enable_raw_mode()?;
+        let mut keyboard = Self { tells_release: false };
+        if terminal::supports_keyboard_enhancement().unwrap_or(false) {
+            let flags = KeyboardEnhancementFlags::REPORT_EVENT_TYPES
+                | KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES;
+            keyboard.tells_release =
+                execute!(io::stderr(), PushKeyboardEnhancementFlags(flags)).is_ok();
+        }
+        Ok(keyboard)
+    }
+}
+
+impl Drop for Keyboard {
+    fn drop(&mut self) {
+        // A terminal that is gone needs no restoring.
+        if self.tells_release {
+            let _ = execute!(io::stderr(), PopKeyboardEnhancementFlags);
+        }
+        let _ = terminal::disable_raw_mode();
+    }
+}
+
+/// The keys as they come; a thread waits for them, and ends with the program.
+fn keys() -> mpsc::UnboundedReceiver<KeyEvent> {
+    let (sender, receiver) = mpsc::unbounded_channel();
+    std::thread::spawn(move || {
+        while let Ok(event) = read() {
+            if let Event::Key(key) = event
+                && sender.send(key).is_err()
+            {
+                return;
+            }
+        }
+    });
+    receiver
+}

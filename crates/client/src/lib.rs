@@ -1,13 +1,18 @@
 //! The controlling side of robotic fire monitors.
 //!
 //! ```text
-//! Monitor::move_to ─▶ Client::request ─▶ Session (no I/O, no clock) ─▶ transport::Link ─▶ the wire
+//! Monitor, Drive, Jog ─▶ Client ─▶ Line ─▶ Session for each address ─▶ transport::Link ─▶ the wire
+//! typed                  any       whose    which answer is believed
+//!                        request   turn     (both: no I/O, no clock)
 //! ```
 //!
 //! [`Monitor`] has a method for each request, typed. [`Client`] sends any request, several in a
-//! frame if wanted, and runs a [`session::Session`] on a task of its own. The session decides what
-//! is sent when and which answer is believed: it can be driven on virtual time, or by another
-//! runtime.
+//! frame if wanted, and runs the sessions of a link on a task of its own. The core
+//! ([`session::line::Line`], [`session::Session`]) decides what is sent when and which answer is
+//! believed: it can be driven on virtual time, or by another runtime. [`blocking`] is the same
+//! for programs without async.
+//!
+//! # A monitor
 //!
 //! ```no_run
 //! # async fn example() -> Result<(), lafet_client::Error> {
@@ -15,9 +20,68 @@
 //! use lafet_proto::SubsystemId;
 //!
 //! let monitor = Monitor::connect(&"tcp://192.168.1.50?addr=1".parse()?).await?;
-//! monitor.move_to(SubsystemId::HORIZONTAL, 1200).await?;
+//! monitor.deploy().await?;
+//! monitor.horizontal().move_to(1200).await?;
 //! println!("{:?}", monitor.status_all().await?.horizontal);
+//! println!("{:?}", monitor.param(SubsystemId::VERTICAL, "Speed").await?);
+//! println!("{:?}", monitor.hotbeds().await?);
 //! # Ok(())
+//! # }
+//! ```
+//!
+//! # Several monitors on an RS-485 line, kept an eye on
+//!
+//! ```no_run
+//! # async fn example() -> Result<(), lafet_client::Error> {
+//! use std::time::Duration;
+//! use lafet_client::{LinkEvent, Monitor};
+//!
+//! let url = "serial:///dev/ttyUSB0?baud=57600&echo=verify&turnaround=2&addr=1";
+//! let first = Monitor::connect(&url.parse()?).await?;
+//! let second = first.at(2)?;
+//! let states = [first.watch(Duration::from_millis(500))?, second.watch(Duration::from_millis(500))?];
+//! let mut events = first.client().events();
+//! while let Ok(event) = events.recv().await {
+//!     if let LinkEvent::Statistics(figures) = event {
+//!         println!("{figures}");
+//!         for state in states.iter().filter_map(|state| state.latest()) {
+//!             println!("{:?}, {:?} old, stale: {}", state.status.general, state.age, state.stale);
+//!         }
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # A motion that somebody holds
+//!
+//! ```no_run
+//! # async fn example(monitor: lafet_client::Monitor) -> Result<(), lafet_client::Error> {
+//! # async fn still_pressed() -> bool { false }
+//! use lafet_client::Toward;
+//!
+//! let jog = monitor.vertical().jog(Toward::UP)?;
+//! while still_pressed().await && jog.renew() {}
+//! println!("{:?}", jog.release().await);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Many parameters over a slow line
+//!
+//! ```no_run
+//! # async fn example(monitor: lafet_client::Monitor) {
+//! use lafet_proto::param::Param;
+//!
+//! let values = monitor
+//!     .params_with(&Param::ALL, |progress| eprintln!("{}/{}", progress.done, progress.total))
+//!     .await;
+//! for (param, values) in Param::ALL.iter().zip(values) {
+//!     match values {
+//!         Ok(values) => println!("{param:?} {values:?}"),
+//!         Err(error) => println!("{param:?}: {error}"),
+//!     }
+//! }
 //! # }
 //! ```
 

@@ -4,7 +4,7 @@
 //! lease. Some terminals tell when it is let go too; then it stops at once.
 
 use std::collections::HashMap;
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
 use clap::Args;
@@ -87,9 +87,10 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
         refused: HashMap::new(),
     };
     let mut keys = keys();
-    out.progress(help());
+    note(out, help());
     loop {
-        let told = tokio::select! {
+        let mut shown = None;
+        let notice = tokio::select! {
             () = interrupt.wait() => break,
             key = keys.recv() => match key.map(|key| hands.key(key)) {
                 None | Some(Pressed::End) => break,
@@ -101,14 +102,20 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
                 }),
             },
             update = watch.next() => match update {
-                StatusUpdate::Value(sample) => Some(state(&sample.status)),
+                StatusUpdate::Value(sample) => {
+                    shown = Some(state(&sample.status));
+                    None
+                }
                 StatusUpdate::Stale(error) => Some(error.localized(current())),
                 _ => None,
             },
         };
         let ended = hands.ended().await;
-        for text in told.into_iter().chain(ended) {
-            out.progress(text);
+        for text in notice.into_iter().chain(ended) {
+            note(out, &text);
+        }
+        if let Some(state) = shown {
+            out.progress(state);
         }
     }
     let ends = hands.release().await;
@@ -250,6 +257,16 @@ fn tell(drive: SubsystemId, end: &JogEnd) -> String {
             )
         }
         _ => drive.to_string(),
+    }
+}
+
+/// A line that stays. The terminal is raw: a new line does not begin at the left by itself.
+fn note(out: &mut Out, text: &str) {
+    if io::stderr().is_terminal() && !out.json() {
+        // What cannot be shown must not end what is held.
+        let _ = write!(io::stderr(), "\r\x1b[K{text}\r\n");
+    } else {
+        out.progress(text);
     }
 }
 

@@ -62,10 +62,10 @@ impl Client {
             ..config
         };
         let endpoint = endpoint.clone();
-        let redial = Redial(Box::new(move || {
+        let redial = Redial::new(move || {
             let endpoint = endpoint.clone();
             Box::pin(async move { Link::open(&endpoint).await })
-        }));
+        });
         Ok(Self::start(name, link, Some(redial), config))
     }
 
@@ -88,10 +88,10 @@ impl Client {
         let endpoint: Arc<str> = name.into();
         let lost = |source| Error::Link { endpoint: endpoint.clone(), source: Arc::new(source) };
         let link = Link::Memory(Memory::new(dial().await.map_err(lost)?));
-        let redial = Redial(Box::new(move || {
+        let redial = Redial::new(move || {
             let stream = dial();
             Box::pin(async move { stream.await.map(|stream| Link::Memory(Memory::new(stream))) })
-        }));
+        });
         Ok(Self::start(endpoint, link, Some(redial), config))
     }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use std::future::{Future, pending};
 use std::io;
 use std::pin::Pin;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use lafet_proto::link::WIRE_MAX;
@@ -16,7 +16,7 @@ use crate::answers::RequestBuf;
 use crate::session::line::Line;
 use crate::session::statistics::Meter;
 use crate::session::{Config, Now, Outcome, QueueFull, Terms, Ticket};
-use crate::shared::{LinkEvent, LinkState, Shared};
+use crate::shared::{LinkEvent, LinkState, Shared, lock};
 use crate::transport::Link;
 
 /// Tries in a row without answer after which a TCP connection is made anew: it may be half open.
@@ -60,7 +60,14 @@ impl Ended {
 pub type Dialing = Pin<Box<dyn Future<Output = io::Result<Link>> + Send>>;
 
 /// How the link is opened again.
-pub struct Redial(pub Box<dyn FnMut() -> Dialing + Send>);
+#[derive(Clone)]
+pub struct Redial(Arc<Mutex<dyn FnMut() -> Dialing + Send>>);
+
+impl Redial {
+    pub fn new(dial: impl FnMut() -> Dialing + Send + 'static) -> Self {
+        Self(Arc::new(Mutex::new(dial)))
+    }
+}
 
 impl fmt::Debug for Redial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -263,11 +270,12 @@ impl Task {
     }
 
     fn dial(&mut self) -> Option<Dialing> {
-        let opening = self.redial.as_mut()?.0();
+        let redial = self.redial.clone()?;
         let pause = self.pause;
         self.pause = (pause * 2).clamp(REDIAL_FIRST, REDIAL_LAST);
         Some(Box::pin(async move {
             sleep(pause).await;
+            let opening = (lock(&redial.0))();
             opening.await
         }))
     }

@@ -24,6 +24,7 @@ pub mod fire;
 pub mod flash;
 pub mod gust;
 pub mod jet;
+pub mod line;
 pub mod nozzle;
 pub mod rng;
 pub mod scenario;

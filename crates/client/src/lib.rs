@@ -88,6 +88,7 @@
 mod answers;
 mod batch;
 pub mod blocking;
+pub mod bus;
 mod client;
 mod drive;
 mod error;

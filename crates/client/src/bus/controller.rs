@@ -1,0 +1,461 @@
+//! The network controller, address 128 (observed; its schedule is ours).
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use lafet_proto::bus::{
+    ACCESS_GRANTED, BAUD_DEFAULT, CONSOLES, CONTROLLER, MONITORS, NetworkStatus, PROBE_TIMEOUT_MS,
+    REPLY_TIMEOUT_MS, TRIES,
+};
+use lafet_proto::link::{Decoder, Frame, PAYLOAD_MAX, WIRE_MAX, encode};
+use lafet_proto::record::{Record, Records, Writer};
+use lafet_proto::request::Body;
+use lafet_proto::{Request, RequestId, Status, SubsystemId};
+
+use super::journal::Journal;
+use super::roster::{Change, Roster};
+use crate::session::Now;
+
+/// Bits of a byte on the line: start, eight, stop (8N1, observed).
+const BITS: u32 = 10;
+/// An answer that has begun may pause this long.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// How consoles and monitors are connected (ours).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ports {
+    /// One line: monitors hear consoles by themselves, and the controller only listens.
+    #[default]
+    One,
+    /// Consoles on a line of their own: the controller passes their frames and the answers on.
+    Two,
+}
+
+/// One of the lines of [`Ports::Two`]; with [`Ports::One`] they are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Port {
+    /// Where the monitors are.
+    Monitors,
+    /// Where the consoles are.
+    Consoles,
+}
+
+/// How a controller behaves.
+#[derive(Clone, Debug)]
+pub struct ControllerConfig {
+    /// Speed of the line, which says how long frames take.
+    pub baud: u32,
+    /// How the devices are connected.
+    pub ports: Ports,
+    /// Addresses that may be used: others are never probed.
+    pub addresses: Vec<u8>,
+    /// How long the answer to a request may take to begin (observed: 150 ms).
+    pub reply_timeout: Duration,
+    /// The same for probes and grants (observed: 30 ms).
+    pub probe_timeout: Duration,
+    /// How often something is sent, each time with twice the timeout (observed: 3).
+    pub tries: u32,
+    /// From one probe of a device that was dropped to the next (observed: about 1 s).
+    pub probe_again: Duration,
+    /// Silence between the last byte heard and the next frame.
+    pub turnaround: Duration,
+    /// Frames of the controller's own between two grants, as long as it has some (ours).
+    pub own_share: u32,
+    /// Unix time at the time 0 of the caller's clock, s: for the journal.
+    pub epoch_s: u32,
+}
+
+impl Default for ControllerConfig {
+    fn default() -> Self {
+        Self {
+            baud: BAUD_DEFAULT,
+            ports: Ports::One,
+            addresses: MONITORS.chain(CONSOLES).collect(),
+            reply_timeout: Duration::from_millis(REPLY_TIMEOUT_MS.into()),
+            probe_timeout: Duration::from_millis(PROBE_TIMEOUT_MS.into()),
+            tries: TRIES,
+            probe_again: Duration::from_secs(1),
+            turnaround: Duration::ZERO,
+            own_share: 8,
+            epoch_s: 0,
+        }
+    }
+}
+
+/// Bytes to send.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Transmit {
+    /// Where.
+    pub port: Port,
+    /// A whole frame.
+    pub bytes: Vec<u8>,
+}
+
+/// What was exchanged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BusStats {
+    /// Frames sent, without those passed on.
+    pub sent: u64,
+    /// Frames passed on between the lines.
+    pub passed_on: u64,
+    /// Frames of consoles to monitors.
+    pub requests: u64,
+    /// Answers to them.
+    pub answers: u64,
+    /// Probes, grants and requests sent again.
+    pub repeated: u64,
+    /// Grants that a console had nothing to say to.
+    pub idle_grants: u64,
+    /// Frames that came when nobody had the word.
+    pub strays: u64,
+}
+
+/// Whose word it is.
+#[derive(Clone, Debug)]
+enum Turn {
+    Nobody,
+    /// A probe waits for its answer.
+    Probed(u8),
+    /// A console has access.
+    Granted {
+        console: u8,
+        tries: u32,
+    },
+    /// A monitor was asked by a console.
+    Asked {
+        monitor: u8,
+        console: u8,
+        wire: Vec<u8>,
+        tries: u32,
+    },
+    /// A monitor was asked by the controller's own client, which repeats by itself.
+    Own(u8),
+}
+
+/// The controller of a bus.
+///
+/// The caller moves bytes: [`Controller::handle_bytes`] with what the line brings,
+/// [`Controller::poll_transmit`] for what to send, [`Controller::handle_timeout`] at the time of
+/// [`Controller::poll_timeout`]. A client of the controller's own (a hub) is asked for frames when
+/// its turn has come; it gets the same bytes.
+#[derive(Debug)]
+pub struct Controller {
+    config: ControllerConfig,
+    decoders: [Box<Decoder>; 2],
+    roster: Roster,
+    journal: Journal,
+    turn: Turn,
+    deadline: Option<Now>,
+    quiet_until: Now,
+    replies: VecDeque<Transmit>,
+    /// Consoles in the order of their next turns.
+    round: VecDeque<u8>,
+    own_left: u32,
+    probed: bool,
+    misses: BTreeMap<u8, u32>,
+    stats: BusStats,
+}
+
+impl Controller {
+    /// A controller that knows nobody yet.
+    pub fn new(config: ControllerConfig) -> Self {
+        let addresses = config.addresses.clone().into_iter();
+        Self {
+            roster: Roster::new(addresses, config.probe_again),
+            own_left: config.own_share,
+            config,
+            decoders: Default::default(),
+            journal: Journal::default(),
+            turn: Turn::Nobody,
+            deadline: None,
+            quiet_until: Now::ZERO,
+            replies: VecDeque::new(),
+            round: VecDeque::new(),
+            probed: false,
+            misses: BTreeMap::new(),
+            stats: BusStats::default(),
+        }
+    }
+
+    /// Who answers.
+    pub const fn present(&self) -> &NetworkStatus {
+        self.roster.present()
+    }
+
+    /// Somebody has come or gone.
+    pub fn poll_change(&mut self) -> Option<Change> {
+        self.roster.poll_change()
+    }
+
+    /// Control requests that went over the bus.
+    pub const fn journal(&self) -> &Journal {
+        &self.journal
+    }
+
+    /// What was exchanged.
+    pub const fn stats(&self) -> BusStats {
+        self.stats
+    }
+
+    /// When [`Controller::handle_timeout`] or [`Controller::poll_transmit`] is to be called.
+    pub fn poll_timeout(&self, now: Now) -> Option<Now> {
+        match self.deadline {
+            Some(deadline) => Some(deadline),
+            None if !self.round.is_empty() || !self.replies.is_empty() => {
+                Some(self.quiet_until.max(now))
+            }
+            None => self.roster.next_due().map(|due| due.max(self.quiet_until)),
+        }
+    }
+
+    /// Bytes have come.
+    pub fn handle_bytes(&mut self, now: Now, port: Port, bytes: &[u8]) {
+        self.quiet_until = now + self.config.turnaround;
+        if let Some(deadline) = &mut self.deadline {
+            *deadline = (*deadline).max(now + PAUSE);
+        }
+        let index = match self.config.ports {
+            Ports::One => 0,
+            Ports::Two => port as usize,
+        };
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let (taken, frame) = self.decoders[index].push_slice(rest);
+            rest = &rest[taken..];
+            if let Some(Frame { dst, src, payload }) = frame {
+                let payload = payload.to_vec();
+                self.handle_frame(now, dst, src, &payload);
+            }
+        }
+    }
+
+    /// Time has passed.
+    pub fn handle_timeout(&mut self, now: Now) {
+        if self.deadline.is_none_or(|deadline| deadline > now) {
+            return;
+        }
+        self.deadline = None;
+        match std::mem::replace(&mut self.turn, Turn::Nobody) {
+            Turn::Nobody | Turn::Probed(_) => {}
+            Turn::Granted { console, tries } if tries < self.config.tries => {
+                self.stats.repeated += 1;
+                self.grant(now, console, tries + 1);
+            }
+            Turn::Granted { console, .. } => self.dropped(console, now),
+            Turn::Asked { monitor, console, wire, tries } if tries < self.config.tries => {
+                self.stats.repeated += 1;
+                self.queue(Port::Monitors, wire.clone());
+                let timeout = self.config.reply_timeout * (1 << tries);
+                self.wait(now, wire.len(), timeout);
+                self.turn = Turn::Asked { monitor, console, wire, tries: tries + 1 };
+            }
+            Turn::Asked { monitor, .. } => self.dropped(monitor, now),
+            Turn::Own(monitor) => {
+                let misses = self.misses.entry(monitor).or_default();
+                *misses += 1;
+                if *misses >= self.config.tries {
+                    self.dropped(monitor, now);
+                }
+            }
+        }
+    }
+
+    /// The next frame for the line. `own` is asked for one of the controller's own client (source
+    /// address 128) when its turn has come; it must be a whole link frame.
+    pub fn poll_transmit(
+        &mut self,
+        now: Now,
+        mut own: impl FnMut() -> Option<Vec<u8>>,
+    ) -> Option<Transmit> {
+        self.handle_timeout(now);
+        if now < self.quiet_until {
+            return None;
+        }
+        if let Some(reply) = self.replies.pop_front() {
+            self.stats.sent += 1;
+            return Some(reply);
+        }
+        if !matches!(self.turn, Turn::Nobody) {
+            return None;
+        }
+        if self.own_left > 0
+            && let Some(wire) = own()
+        {
+            self.own_left -= 1;
+            self.begin_own(now, &wire);
+            return Some(self.sent(Port::Monitors, wire));
+        }
+        if !self.probed
+            && let Some(address) = self.roster.due(now)
+        {
+            self.probed = true;
+            let wire = frame(address, &[]);
+            self.turn = Turn::Probed(address);
+            self.wait(now, wire.len(), self.config.probe_timeout);
+            let port = if CONSOLES.contains(&address) { Port::Consoles } else { Port::Monitors };
+            return Some(self.sent(port, wire));
+        }
+        self.probed = false;
+        self.own_left = self.config.own_share;
+        match self.round.pop_front() {
+            Some(console) => {
+                self.round.push_back(console);
+                self.grant(now, console, 1);
+                self.replies.pop_front().inspect(|_| self.stats.sent += 1)
+            }
+            None => {
+                let wire = own()?;
+                self.own_left -= 1;
+                self.begin_own(now, &wire);
+                Some(self.sent(Port::Monitors, wire))
+            }
+        }
+    }
+
+    fn sent(&mut self, port: Port, bytes: Vec<u8>) -> Transmit {
+        self.stats.sent += 1;
+        Transmit { port, bytes }
+    }
+
+    fn begin_own(&mut self, now: Now, wire: &[u8]) {
+        let mut decoder: Box<Decoder> = Box::default();
+        if let (_, Some(frame)) = decoder.push_slice(wire) {
+            self.turn = Turn::Own(frame.dst);
+            self.journal.note(self.time_s(now), frame.dst, CONTROLLER, frame.payload);
+        }
+        self.wait(now, wire.len(), self.config.reply_timeout);
+    }
+
+    fn grant(&mut self, now: Now, console: u8, tries: u32) {
+        let mut buffer = [0; 16];
+        let mut writer = Writer::new(&mut buffer);
+        // Four bytes fit into sixteen.
+        let _ = writer.push(&ACCESS_GRANTED);
+        let wire = frame(console, writer.written());
+        self.wait(now, wire.len(), self.config.probe_timeout * (1 << (tries - 1)));
+        self.turn = Turn::Granted { console, tries };
+        self.queue(Port::Consoles, wire);
+    }
+
+    fn queue(&mut self, port: Port, bytes: Vec<u8>) {
+        self.replies.push_back(Transmit { port, bytes });
+    }
+
+    /// The timeout runs from the last byte of what is sent.
+    fn wait(&mut self, now: Now, sent: usize, timeout: Duration) {
+        let bits = BITS * sent as u32;
+        let sending = Duration::from_secs(bits.into()) / self.config.baud.max(1);
+        self.deadline = Some(now + sending + timeout);
+    }
+
+    fn handle_frame(&mut self, now: Now, dst: u8, src: u8, payload: &[u8]) {
+        self.appeared(src);
+        match std::mem::replace(&mut self.turn, Turn::Nobody) {
+            Turn::Probed(address) if src == address => self.deadline = None,
+            Turn::Own(monitor) if src == monitor && dst == CONTROLLER => self.deadline = None,
+            Turn::Granted { console, .. } if src == console => {
+                self.deadline = None;
+                self.word_of(now, console, dst, payload);
+            }
+            // The console's frame was spoilt for us alone.
+            Turn::Granted { console, .. } if dst == console && MONITORS.contains(&src) => {
+                self.deadline = None;
+                self.stats.answers += 1;
+            }
+            Turn::Asked { monitor, console, .. } if (src, dst) == (monitor, console) => {
+                self.deadline = None;
+                self.stats.answers += 1;
+                if self.config.ports == Ports::Two {
+                    self.stats.passed_on += 1;
+                    self.queue(Port::Consoles, wire(dst, src, payload));
+                }
+            }
+            turn => {
+                self.stats.strays += 1;
+                self.turn = turn;
+            }
+        }
+    }
+
+    /// A console has used its grant.
+    fn word_of(&mut self, now: Now, console: u8, dst: u8, payload: &[u8]) {
+        if dst == CONTROLLER {
+            if payload.is_empty() {
+                self.stats.idle_grants += 1;
+            } else {
+                self.serve(console, payload);
+            }
+        } else if MONITORS.contains(&dst) {
+            self.stats.requests += 1;
+            self.journal.note(self.time_s(now), dst, console, payload);
+            let wire = wire(dst, console, payload);
+            self.wait(now, 0, self.config.reply_timeout);
+            if self.config.ports == Ports::Two {
+                self.stats.passed_on += 1;
+                self.queue(Port::Monitors, wire.clone());
+                self.wait(now, wire.len(), self.config.reply_timeout);
+            }
+            self.turn = Turn::Asked { monitor: dst, console, wire, tries: 1 };
+        }
+    }
+
+    /// The controller's own services (§B/1).
+    fn serve(&mut self, console: u8, payload: &[u8]) {
+        let mut buffer = [0; PAYLOAD_MAX];
+        let mut out = Writer::new(&mut buffer);
+        for record in Records::new(payload).map_while(Result::ok) {
+            let body = Request::decode(&record).map(|request| request.body);
+            let written = match body {
+                Ok(Body::GetNetworkStatus) => out.push(&Record {
+                    request: RequestId::GET_NETWORK_STATUS,
+                    device: SubsystemId::GENERAL,
+                    status: Status::OK,
+                    data: &self.roster.present().0,
+                }),
+                Ok(Body::GetLog { first, count }) => self.journal.answer(first, count, &mut out),
+                Ok(_) => out.push(&refusal(record.request, Status::WRONG_REQUEST)),
+                Err(_) => out.push(&refusal(record.request, Status::WRONG_DATA)),
+            };
+            if written.is_err() {
+                break;
+            }
+        }
+        let wire = frame(console, out.written());
+        self.queue(Port::Consoles, wire);
+    }
+
+    fn appeared(&mut self, address: u8) {
+        self.misses.remove(&address);
+        self.roster.appeared(address);
+        let here = CONSOLES.contains(&address) && self.present().contains(address);
+        if here && !self.round.contains(&address) {
+            self.round.push_back(address);
+        }
+    }
+
+    fn dropped(&mut self, address: u8, now: Now) {
+        self.misses.remove(&address);
+        self.round.retain(|console| *console != address);
+        self.roster.dropped(address, now);
+    }
+
+    const fn time_s(&self, now: Now) -> u32 {
+        self.config.epoch_s.wrapping_add(now.as_secs() as u32)
+    }
+}
+
+const fn refusal(request: RequestId, status: Status) -> Record<'static> {
+    Record { request, device: SubsystemId::GENERAL, status, data: &[] }
+}
+
+/// A frame from the controller.
+fn frame(dst: u8, payload: &[u8]) -> Vec<u8> {
+    wire(dst, CONTROLLER, payload)
+}
+
+fn wire(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+    let mut out = [0; WIRE_MAX];
+    // What was received in a frame fits into one.
+    let len = encode(&Frame { dst, src, payload }, &mut out).unwrap_or(0);
+    out.get(..len).unwrap_or_default().to_vec()
+}

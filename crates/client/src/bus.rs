@@ -2,8 +2,8 @@
 //!
 //! Monitors speak when they are asked. Consoles, the "active" devices, speak one frame each time the
 //! controller (address 128) grants access. [`Controller`] is the controller without I/O: bytes and
-//! time in, frames out. A console is a client whose link waits for grants; [`Grants`] finds them
-//! among the bytes of the line.
+//! time in, frames out. A console is a client whose link waits for grants
+//! ([`crate::session::line::Access::Granted`]); [`Active`] finds them among the bytes of the line.
 //!
 //! ```text
 //! console     ◀── AccessGranted ── controller      its turn
@@ -17,40 +17,61 @@ mod journal;
 mod roster;
 
 pub use controller::{BusStats, Controller, ControllerConfig, Port, Ports, Transmit};
-pub use journal::{Journal, Line};
+pub use journal::{Entry, Journal};
 pub use roster::{Change, Roster};
 
 use lafet_proto::RequestId;
 use lafet_proto::bus::CONTROLLER;
-use lafet_proto::link::Decoder;
+use lafet_proto::link::{Decoder, Frame};
 use lafet_proto::record::Records;
 
-/// Finds the grants for one console among the bytes of a line.
+/// What the controller wants of a console.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Word {
+    /// It may send one frame; if it has none, [`Active::nothing`], so that the line is not idle.
+    Granted,
+    /// It shall say that it is there: [`Active::nothing`].
+    Probed,
+}
+
+/// A console's ear on a line with a controller.
 #[derive(Debug)]
-pub struct Grants {
+pub struct Active {
     decoder: Box<Decoder>,
     address: u8,
 }
 
-impl Grants {
+impl Active {
     /// For the console at this address.
     pub fn new(address: u8) -> Self {
         Self { decoder: Box::default(), address }
     }
 
-    /// Takes bytes; whether they end with a grant that nothing has followed yet.
-    pub fn heard(&mut self, bytes: &[u8]) -> bool {
-        let mut granted = false;
+    /// Takes bytes; what the controller wants, if nothing has followed it yet: a grant is for now.
+    pub fn heard(&mut self, bytes: &[u8]) -> Option<Word> {
+        let mut word = None;
         let mut rest = bytes;
         while !rest.is_empty() {
             let (taken, frame) = self.decoder.push_slice(rest);
             rest = &rest[taken..];
             if let Some(frame) = frame {
-                let first = Records::new(frame.payload).next();
-                granted = (frame.dst, frame.src) == (self.address, CONTROLLER)
-                    && matches!(first, Some(Ok(r)) if r.request == RequestId::ACCESS_GRANTED);
+                let ours = (frame.dst, frame.src) == (self.address, CONTROLLER);
+                word = if ours { wanted(&frame) } else { None };
             }
         }
-        granted
+        word
+    }
+
+    /// The empty frame to the controller.
+    pub fn nothing(&self) -> Vec<u8> {
+        controller::wire(CONTROLLER, self.address, &[])
+    }
+}
+
+fn wanted(frame: &Frame<'_>) -> Option<Word> {
+    match Records::new(frame.payload).next() {
+        None => Some(Word::Probed),
+        Some(Ok(record)) if record.request == RequestId::ACCESS_GRANTED => Some(Word::Granted),
+        Some(_) => None,
     }
 }

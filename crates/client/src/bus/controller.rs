@@ -453,7 +453,7 @@ fn frame(dst: u8, payload: &[u8]) -> Vec<u8> {
     wire(dst, CONTROLLER, payload)
 }
 
-fn wire(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+pub(super) fn wire(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
     let mut out = [0; WIRE_MAX];
     // What was received in a frame fits into one.
     let len = encode(&Frame { dst, src, payload }, &mut out).unwrap_or(0);

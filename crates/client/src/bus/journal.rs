@@ -11,7 +11,7 @@ const LINES_MAX: usize = 4096;
 
 /// A control request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
+pub struct Entry {
     /// Unix time, s.
     pub time_s: u32,
     /// The monitor.
@@ -29,13 +29,13 @@ pub struct Line {
 /// The journal.
 #[derive(Clone, Debug, Default)]
 pub struct Journal {
-    lines: VecDeque<Line>,
+    lines: VecDeque<Entry>,
     dropped: u64,
 }
 
 impl Journal {
-    /// The lines, the oldest first.
-    pub fn lines(&self) -> impl Iterator<Item = &Line> {
+    /// What was noted, the oldest first.
+    pub fn lines(&self) -> impl Iterator<Item = &Entry> {
         self.lines.iter()
     }
 
@@ -55,7 +55,7 @@ impl Journal {
                 self.dropped += 1;
             }
             let Record { request, device, data, .. } = record;
-            self.lines.push_back(Line { time_s, dst, src, request, device, data: data.to_vec() });
+            self.lines.push_back(Entry { time_s, dst, src, request, device, data: data.to_vec() });
         }
     }
 
@@ -64,7 +64,7 @@ impl Journal {
     pub fn answer(&self, first: u16, count: u16, out: &mut Writer<'_>) -> Result<(), NoRoom> {
         let asked = self.lines.iter().skip(first.into()).take(count.into());
         let mut room = usize::from(u8::MAX) - RANGE;
-        let lines: Vec<&Line> = asked
+        let lines: Vec<&Entry> = asked
             .take_while(|line| {
                 let left = room.checked_sub(LINE + line.data.len());
                 room = left.unwrap_or(0);
@@ -84,8 +84,8 @@ const RANGE: usize = 4;
 /// Bytes of a line without the data of its record: time, dst, src, header.
 const LINE: usize = 4 + 2 + 4;
 
-fn put(line: &Line, data: &mut Data<'_>) -> Result<(), NoRoom> {
-    let Line { time_s, dst, src, request, device, data: bytes } = line;
+fn put(line: &Entry, data: &mut Data<'_>) -> Result<(), NoRoom> {
+    let Entry { time_s, dst, src, request, device, data: bytes } = line;
     let record = Record { request: *request, device: *device, status: Status::OK, data: bytes };
     LogLine { time_s: *time_s, dst: *dst, src: *src, record }.encode(data)
 }

@@ -74,6 +74,11 @@ impl Line {
         self.granted = true;
     }
 
+    /// The grant is gone: nothing was to be sent.
+    pub const fn revoke(&mut self) {
+        self.granted = false;
+    }
+
     /// Queues requests to the monitor at an address.
     pub fn submit(
         &mut self,

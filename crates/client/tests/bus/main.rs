@@ -1,0 +1,134 @@
+//! A controller, monitors and consoles on one simulated line.
+
+mod world;
+
+use std::time::Duration;
+
+use lafet_client::bus::Change;
+use lafet_client::session::{Outcome, Slot};
+use lafet_proto::request::Body;
+use lafet_proto::{RequestId, Status, SubsystemId};
+use lafet_sim::line::Noise;
+use world::{Bus, request, status_of_all};
+
+const SECOND: Duration = Duration::from_secs(1);
+
+fn first_status(outcome: &Outcome) -> Option<Status> {
+    match outcome {
+        Outcome::Answered(slots) => match slots.first()? {
+            Slot::Answered(answers) => Some(answers.first().status()),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Everything a console was told, as text.
+fn told(outcomes: &[Outcome]) -> Vec<String> {
+    let slots = outcomes.iter().flat_map(|outcome| match outcome {
+        Outcome::Answered(slots) => slots.iter(),
+        other => panic!("{other:?}"),
+    });
+    slots
+        .map(|slot| match slot {
+            Slot::Answered(answers) => answers.first().decode().expect("an answer").to_string(),
+            other => panic!("{other:?}"),
+        })
+        .collect()
+}
+
+#[test]
+fn everybody_is_found_and_the_map_says_so() {
+    let mut bus = Bus::new(115_200, 4, 2, Noise::default());
+    bus.run(SECOND, |_| {});
+    assert!(bus.controller.present().iter().eq([1, 2, 3, 4, 129, 130]));
+    let changes: Vec<Change> = std::iter::from_fn(|| bus.controller.poll_change()).collect();
+    assert_eq!(changes.len(), 6);
+    assert_eq!(bus.line.collisions(), 0);
+}
+
+#[test]
+fn a_console_speaks_when_it_has_access_and_is_answered() {
+    let mut bus = Bus::new(115_200, 2, 2, Noise::default());
+    bus.run(SECOND, |_| {});
+    bus.ask(0, 2, request(Body::Deploy, SubsystemId::DEPLOYER));
+    bus.ask(1, 1, status_of_all());
+    bus.run(SECOND, |_| {});
+    assert_eq!(first_status(&bus.consoles[0].outcomes[0]), Some(Status::ACCEPTED));
+    assert_eq!(first_status(&bus.consoles[1].outcomes[0]), Some(Status::OK));
+    assert_eq!(bus.line.collisions(), 0);
+    let journal: Vec<_> = bus.controller.journal().lines().collect();
+    assert_eq!(journal.len(), 1, "reading is not in it");
+    let line = journal[0];
+    assert_eq!((line.dst, line.src, line.request), (2, 129, RequestId::DEPLOY));
+    let stats = bus.controller.stats();
+    assert_eq!((stats.requests, stats.answers), (2, 2));
+}
+
+/// A monitor that falls silent is tried three times, dropped, and found again when it is back.
+#[test]
+fn a_silent_monitor_is_dropped_and_found_again() {
+    let mut bus = Bus::new(115_200, 2, 1, Noise::default());
+    bus.run(SECOND, |_| {});
+    while bus.controller.poll_change().is_some() {}
+    bus.monitors[0].silent = true;
+    bus.ask(0, 1, status_of_all());
+    bus.run(2 * SECOND, |_| {});
+    assert_eq!(bus.controller.poll_change(), Some(Change::Dropped(1)));
+    assert_eq!(bus.controller.stats().repeated, 2);
+    assert!(bus.controller.present().iter().eq([2, 129]));
+    bus.ask(0, 2, status_of_all());
+    bus.run(3 * SECOND, |_| {});
+    assert!(bus.consoles[0].outcomes.iter().any(|o| first_status(o) == Some(Status::OK)));
+    bus.monitors[0].silent = false;
+    bus.run(3 * SECOND, |_| {});
+    assert_eq!(bus.controller.poll_change(), Some(Change::Appeared(1)));
+}
+
+/// §B/1: who is there, and what was asked, in the controller's own words.
+#[test]
+fn services() {
+    let mut bus = Bus::new(19_200, 3, 1, Noise::default());
+    bus.run(2 * SECOND, |_| {});
+    bus.ask(0, 3, request(Body::Move { destination: 5 }, SubsystemId::VERTICAL));
+    bus.run(SECOND, |_| {});
+    bus.ask(0, 128, request(Body::GetNetworkStatus, SubsystemId::GENERAL));
+    bus.ask(0, 128, request(Body::GetLog { first: 0, count: 10 }, SubsystemId::GENERAL));
+    bus.ask(0, 128, request(Body::Deploy, SubsystemId::DEPLOYER));
+    bus.run(2 * SECOND, |_| {});
+    let told = told(&bus.consoles[0].outcomes);
+    assert_eq!(told.len(), 4, "{told:?}");
+    assert!(told[1].contains("[1, 2, 3, 129]"), "{}", told[1]);
+    assert!(told[2].contains("Move"), "{}", told[2]);
+    assert!(told[3].contains("WrongRequest"), "{}", told[3]);
+}
+
+/// Every monitor is polled by the controller's own client while consoles have their turns.
+#[test]
+fn thirty_two_monitors_and_three_consoles() {
+    let mut bus = Bus::new(115_200, 32, 3, Noise::default());
+    bus.run(4 * SECOND, |_| {});
+    assert_eq!(bus.controller.present().iter().count(), 35);
+    let (busy, from) = (bus.line.busy_ns(), bus.now());
+    let rounds = 10;
+    let mut answered = 0;
+    for _ in 0..rounds {
+        for monitor in 1..=32 {
+            bus.ask_own(monitor, status_of_all());
+        }
+        while bus.own_outcomes.len() < 32 {
+            bus.run(Duration::from_millis(1), |_| {});
+            if bus.consoles[0].outcomes.len() == answered {
+                answered += 1;
+                bus.ask(0, 7, status_of_all());
+            }
+        }
+        assert!(bus.own_outcomes.drain(..).all(|o| first_status(&o) == Some(Status::OK)));
+    }
+    let time = bus.now() - from;
+    let share = (bus.line.busy_ns() - busy) as f64 / time.as_nanos() as f64;
+    let cycle = time / rounds;
+    println!("poll cycle {cycle:.1?}, share of the line {:.1} %", 100.0 * share);
+    assert!(share > 0.95 && cycle < SECOND, "{share} {cycle:?}");
+    assert_eq!(bus.line.collisions(), 0);
+}

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use lafet_capture::dissector::{Language, lua};
 use lafet_capture::{Captured, Direction, Format, Recorder};
-use lafet_proto::link::{Frame, WIRE_MAX, encode};
+use lafet_proto::link::{Check, Frame, WIRE_MAX, encode, encode_with};
 use lafet_proto::{RequestId, SubsystemId};
 use serde_json::Value;
 
@@ -147,6 +147,27 @@ fn fields_have_their_values() {
     assert_eq!(found[1][8..10], ["-100", "25"]);
     assert_eq!(found[2][10], "00", "data of a wrong size are shown raw");
     assert_eq!(found[3][..3], ["1", "129", "0"]);
+}
+
+#[test]
+#[ignore = "needs tshark: cargo xtask dissector"]
+fn frames_with_a_crc32c() {
+    let long = |payload: &[u8]| {
+        let mut out = [0; WIRE_MAX];
+        let frame = Frame { dst: 1, src: 129, payload };
+        let len = encode_with(Check::Crc32c, &frame, &mut out).unwrap();
+        out[..len].to_vec()
+    };
+    let plain = long(&[0x46, 0x5D, 0, 0]);
+    let mut bad = plain.clone();
+    bad[6] ^= 1;
+    let pieces = [plain, long(&[0x4D, 0x0D, 0, 2, 0xC0, 0xDB]), bad];
+    let names = ["lafet.request", "lafet.move.destination", "lafet.crc32c", "lafet.crc.bad"];
+    let found = fields("crc32c", &line("crc32c", &pieces), &names);
+    assert_eq!((&found[0][0][..], &found[1][0][..], &found[1][1][..]), ("0x46", "0x4d", "-9280"));
+    let bad: Vec<bool> = found.iter().map(|columns| !columns[3].is_empty()).collect();
+    assert_eq!(bad, [false, false, true]);
+    assert!(found.iter().all(|columns| columns[2].len() == 10), "{found:?}");
 }
 
 #[test]

@@ -45,6 +45,9 @@ fn expected_ru(error: &DecodeError) -> String {
             format!("после DB может следовать только DC или DD, а здесь {got:#04x}")
         }
         Expected::Crc(crc) => format!("CRC должна быть {crc:#06x}, в кадре {got:#06x}"),
+        Expected::Crc32c(crc) => {
+            format!("CRC-32C должна быть {crc:#010x}, в кадре {got:#010x}")
+        }
         Expected::FrameEnd => "кадр не завершён байтом C0".into(),
         Expected::Room => format!("кадр длиннее {got} байт, которые хранит приёмник"),
     }

@@ -7,7 +7,7 @@ use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
 use crate::params::Params;
 use crate::subsystem::buttons::{ButtonPost, Demand, direction};
 use crate::subsystem::climatics::Climatics;
-use crate::subsystem::conn::Conn;
+use crate::subsystem::conn::{Conn, Source};
 use crate::subsystem::control::Control;
 use crate::subsystem::deployer::Deployer;
 use crate::subsystem::detector::Detector;
@@ -118,6 +118,15 @@ impl Device {
     /// The address it answers to.
     pub const fn address(&self) -> u8 {
         self.address
+    }
+
+    /// §L/7 Whether frames without a CRC-32C are left alone on an interface.
+    pub fn wants_crc32c(&self, source: Source) -> bool {
+        let param = match source {
+            Source::ExternalConn => Param::ExternalConnCheck,
+            Source::Radio => Param::RadioCheck,
+        };
+        self.params.get(param) != 0
     }
 
     /// The parameters' values.

@@ -2,7 +2,7 @@
 
 use crate::device::Device;
 use crate::subsystem::conn::Source;
-use lafet_proto::link::{self, BODY_MAX, Counters, Decoder, Frame, PAYLOAD_MAX};
+use lafet_proto::link::{self, BODY_MAX, Check, Counters, Decoder, Frame, PAYLOAD_MAX};
 use lafet_proto::record::{DATA_MAX, HEADER_SIZE};
 
 /// One medium: an RS-485 line, a TCP connection, a radio modem.
@@ -37,10 +37,15 @@ impl Port {
         let mut taken = 0;
         while let Some(rest) = bytes.get(taken..).filter(|rest| !rest.is_empty()) {
             let (used, frame) = self.decoder.push_slice(rest);
+            let found = frame.is_some();
             taken += used;
-            if let Some(len) =
-                frame.and_then(|frame| respond(now_ms, self.source, device, &frame, out))
-            {
+            let (check, frame) = (self.decoder.check(), self.decoder.last());
+            let Some(frame) = frame.filter(|_| found) else { continue };
+            let mut answer = [0; PAYLOAD_MAX];
+            let reply = respond(now_ms, self.source, check, device, &frame, &mut answer);
+            let Some(reply) = reply else { continue };
+            // §L/7 The answer goes the way the frame came.
+            if let Some(len) = link::encode_with(check, &reply, out) {
                 return (taken, len);
             }
         }
@@ -100,23 +105,28 @@ pub fn datagram(
 ) -> Option<usize> {
     let mut body = [0; BODY_MAX];
     let frame = link::decode_datagram(datagram, &mut body).ok()?;
-    respond(now_ms, source, device, &frame, out)
+    let mut answer = [0; PAYLOAD_MAX];
+    let check = link::check_of(datagram);
+    let reply = respond(now_ms, source, check, device, &frame, &mut answer)?;
+    link::encode_with(check, &reply, out)
 }
 
 /// §L/5, §L/6, §1/10: every frame for this monitor gets one answer, others none.
-fn respond(
+fn respond<'a>(
     now_ms: u32,
     source: Source,
+    check: Check,
     device: &mut Device,
     frame: &Frame<'_>,
-    out: &mut [u8],
-) -> Option<usize> {
+    answer: &'a mut [u8; PAYLOAD_MAX],
+) -> Option<Frame<'a>> {
     let address = device.address();
-    if frame.dst != address || frame.src == address {
+    // §L/7 Noise that spoils the mark of a CRC-32C leaves a CRC-16 to judge by; who wants none of
+    // that says so.
+    let weak = check == Check::Crc16 && device.wants_crc32c(source);
+    if frame.dst != address || frame.src == address || weak {
         return None;
     }
-    let mut answer = [0; PAYLOAD_MAX];
-    let len = device.handle(now_ms, source, frame.payload, &mut answer);
-    let payload = answer.get(..len)?;
-    link::encode(&Frame { dst: frame.src, src: address, payload }, out)
+    let len = device.handle(now_ms, source, frame.payload, answer);
+    Some(Frame { dst: frame.src, src: address, payload: answer.get(..len)? })
 }

@@ -10,7 +10,7 @@ use lafet_proto::flags::{
     ClimaticsFlags, CommonFlags, ConnFlags, DeployerFlags, GeneralFlags, ValveFlags,
 };
 use lafet_proto::id::key;
-use lafet_proto::link::{self, Frame, WIRE_MAX};
+use lafet_proto::link::{self, Check, Frame, WIRE_MAX};
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
 use lafet_proto::status::{FaultInfo, ThermoStatus};
@@ -469,6 +469,40 @@ fn a_port_answers_its_own_frames() {
         assert_eq!(to, [(129, 12), (130, 0), (132, 12)], "in pieces of {piece}");
         assert!(port.counters().crc_errors > 0);
     }
+}
+
+/// §L/7 A frame is answered in the form in which it came; an interface that wants a CRC-32C takes
+/// nothing else, and the other interface is not concerned.
+#[test]
+fn frames_with_a_crc32c() {
+    let mut rig = Rig::new(Composition::FULL);
+    let status = payload(&[Request::new(SubsystemId::VALVE1, Body::GetStatus)]);
+    let wire = |check| {
+        let mut out = [0; WIRE_MAX];
+        let frame = Frame { dst: ADDRESS, src: 129, payload: &status };
+        let len = link::encode_with(check, &frame, &mut out).unwrap();
+        out[..len].to_vec()
+    };
+    let answered = |rig: &mut Rig, source, check| {
+        let (mut out, bytes) = ([0; WIRE_MAX], wire(check));
+        let stream = {
+            let mut port = Port::new(source);
+            let (_, len) = port.receive(rig.now_ms, &mut rig.device, &bytes, &mut out);
+            out[..len].to_vec()
+        };
+        let len = datagram(rig.now_ms, source, &mut rig.device, &bytes, &mut out);
+        assert_eq!(len.map_or(&[][..], |len| &out[..len]), stream);
+        assert!(stream.is_empty() || link::check_of(&stream) == check);
+        !stream.is_empty()
+    };
+    let (wired, radio) = (Source::ExternalConn, Source::Radio);
+    for (source, check) in [(wired, Check::Crc16), (wired, Check::Crc32c), (radio, Check::Crc16)] {
+        assert!(answered(&mut rig, source, check));
+    }
+    assert_eq!(rig.set(Param::ExternalConnCheck, 1), Status::ACCEPTED);
+    assert!(!answered(&mut rig, wired, Check::Crc16));
+    assert!(answered(&mut rig, wired, Check::Crc32c));
+    assert!(answered(&mut rig, radio, Check::Crc16));
 }
 
 /// §C/1 A datagram is a frame; nothing else is answered.

@@ -32,6 +32,8 @@ pub enum Expected {
     Escape,
     /// The CRC of the frame.
     Crc(u16),
+    /// The CRC-32C of a frame that bears one (§L/7).
+    Crc32c(u32),
     /// The end of the link frame.
     FrameEnd,
     /// A payload that fits the buffer.
@@ -51,6 +53,9 @@ impl fmt::Display for DecodeError {
             Expected::FrameStart => write!(f, "a link frame starts with FF C0, got {got:#04x}"),
             Expected::Escape => write!(f, "after DB only DC or DD may follow, got {got:#04x}"),
             Expected::Crc(crc) => write!(f, "CRC should be {crc:#06x}, frame has {got:#06x}"),
+            Expected::Crc32c(crc) => {
+                write!(f, "CRC-32C should be {crc:#010x}, frame has {got:#010x}")
+            }
             Expected::FrameEnd => write!(f, "the link frame does not end with C0"),
             Expected::Room => {
                 write!(f, "the frame is longer than the {got} bytes a receiver keeps")

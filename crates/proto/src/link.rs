@@ -3,14 +3,19 @@
 //! Between the two C0 the bytes are escaped: C0 → DB DC, DB → DB DD. The CRC is
 //! CRC-16/MODBUS over the unescaped dst, src and records. A frame of dst, src and CRC alone is a
 //! presence probe.
+//!
+//! §L/7 (ours) Where both sides have it, frames can bear a CRC-32C instead: `FF C0 DB DE | dst src
+//! records… crc32c | C0`. To everybody else `DB DE` is a wrong escape, so that the frame is dropped at
+//! its beginning whatever stands in it. Each frame is answered in the form in which it came; a
+//! client finds out by a probe of this form.
 
 use crate::{DecodeError, Expected};
-use crc::{CRC_16_MODBUS, Crc};
+use crc::{CRC_16_MODBUS, CRC_32_ISCSI, Crc, NoTable};
 
 /// Payload that every monitor and client can take (ours).
 pub const PAYLOAD_MAX: usize = 512;
-/// Unescaped bytes of a frame with the greatest payload: dst, src, payload, CRC.
-pub const BODY_MAX: usize = OVERHEAD + PAYLOAD_MAX;
+/// Unescaped bytes of a frame with the greatest payload: dst, src, payload, the longer CRC.
+pub const BODY_MAX: usize = 2 + PAYLOAD_MAX + Check::Crc32c.size();
 /// Bytes of the greatest frame on the wire, each body byte escaped.
 pub const WIRE_MAX: usize = wire_max(PAYLOAD_MAX);
 
@@ -19,10 +24,37 @@ const END: u8 = 0xC0;
 const ESCAPE: u8 = 0xDB;
 const ESCAPED_END: u8 = 0xDC;
 const ESCAPED_ESCAPE: u8 = 0xDD;
-/// dst, src and the two bytes of the CRC: also the shortest frame.
-const OVERHEAD: usize = 4;
+/// After DB at the beginning of a frame: a CRC-32C ends it.
+const MARK_CRC32C: u8 = 0xDE;
 
 static CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_MODBUS);
+/// Without a table: it is rare on a chip, and 1 KiB is much there.
+static CRC32C: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+
+/// What tells a frame from noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Check {
+    /// §L/2 CRC-16/MODBUS (observed).
+    #[default]
+    Crc16,
+    /// §L/7 CRC-32C (ours), for peers that both have it.
+    Crc32c,
+}
+
+impl Check {
+    /// Bytes of the check.
+    pub const fn size(self) -> usize {
+        match self {
+            Self::Crc16 => 2,
+            Self::Crc32c => 4,
+        }
+    }
+
+    /// dst, src and the check: the shortest frame.
+    const fn overhead(self) -> usize {
+        2 + self.size()
+    }
+}
 
 /// §L/2 CRC-16/MODBUS: reflected 0x8005, start 0xFFFF.
 pub fn crc16(bytes: &[u8]) -> u16 {
@@ -31,7 +63,7 @@ pub fn crc16(bytes: &[u8]) -> u16 {
 
 /// Bytes on the wire that a frame of this payload can need at most.
 pub const fn wire_max(payload: usize) -> usize {
-    3 + 2 * (OVERHEAD + payload)
+    5 + 2 * (Check::Crc32c.overhead() + payload)
 }
 
 /// A frame received without errors.
@@ -60,19 +92,32 @@ pub fn encode(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
     digest.update(&addresses);
     digest.update(frame.payload);
     let crc = digest.finalize().to_le_bytes();
-
     let mut wire = Wire { out, len: 0 };
     wire.put(SYNC)?;
     wire.put(END)?;
-    for byte in addresses.iter().chain(frame.payload).chain(&crc) {
-        match *byte {
-            END => wire.put(ESCAPE).and_then(|()| wire.put(ESCAPED_END))?,
-            ESCAPE => wire.put(ESCAPE).and_then(|()| wire.put(ESCAPED_ESCAPE))?,
-            plain => wire.put(plain)?,
-        }
+    wire.put_body(addresses.iter().chain(frame.payload).chain(&crc))
+}
+
+/// Writes a frame with this check.
+pub fn encode_with(check: Check, frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
+    match check {
+        Check::Crc16 => encode(frame, out),
+        Check::Crc32c => encode_crc32c(frame, out),
     }
-    wire.put(END)?;
-    Some(wire.len)
+}
+
+/// §L/7
+fn encode_crc32c(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
+    let mut digest = CRC32C.digest();
+    let addresses = [frame.dst, frame.src];
+    digest.update(&addresses);
+    digest.update(frame.payload);
+    let crc = digest.finalize().to_le_bytes();
+    let mut wire = Wire { out, len: 0 };
+    for byte in [SYNC, END, ESCAPE, MARK_CRC32C] {
+        wire.put(byte)?;
+    }
+    wire.put_body(addresses.iter().chain(frame.payload).chain(&crc))
 }
 
 struct Wire<'a> {
@@ -86,6 +131,19 @@ impl Wire<'_> {
         *self.out.get_mut(self.len)? = byte;
         self.len += 1;
         Some(())
+    }
+
+    #[inline]
+    fn put_body<'b>(mut self, body: impl Iterator<Item = &'b u8>) -> Option<usize> {
+        for byte in body {
+            match *byte {
+                END => self.put(ESCAPE).and_then(|()| self.put(ESCAPED_END))?,
+                ESCAPE => self.put(ESCAPE).and_then(|()| self.put(ESCAPED_ESCAPE))?,
+                plain => self.put(plain)?,
+            }
+        }
+        self.put(END)?;
+        Some(self.len)
     }
 }
 
@@ -114,6 +172,7 @@ pub struct Decoder<const N: usize = BODY_MAX> {
     body: [u8; N],
     len: usize,
     state: State,
+    check: Check,
     counters: Counters,
 }
 
@@ -140,6 +199,7 @@ impl<const N: usize> Decoder<N> {
             body: [0; N],
             len: 0,
             state: State::Idle,
+            check: Check::Crc16,
             counters: Counters {
                 frames: 0,
                 crc_errors: 0,
@@ -156,6 +216,11 @@ impl<const N: usize> Decoder<N> {
         &self.counters
     }
 
+    /// How the frame that was completed last is checked: an answer to it goes the same way.
+    pub const fn check(&self) -> Check {
+        self.check
+    }
+
     /// Takes a byte; returns the frame that it completes.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_>> {
@@ -168,6 +233,10 @@ impl<const N: usize> Decoder<N> {
             (State::Inside, plain) => self.store(plain),
             (State::Escaped, ESCAPED_END) => self.unescaped(END),
             (State::Escaped, ESCAPED_ESCAPE) => self.unescaped(ESCAPE),
+            (State::Escaped, MARK_CRC32C) if self.len == 0 && self.check == Check::Crc16 => {
+                self.state = State::Inside;
+                self.check = Check::Crc32c;
+            }
             (State::Escaped, _) => {
                 self.counters.escape_errors += 1;
                 self.drop_frame(2);
@@ -182,7 +251,7 @@ impl<const N: usize> Decoder<N> {
     pub fn push_slice(&mut self, bytes: &[u8]) -> (usize, Option<Frame<'_>>) {
         for (index, byte) in bytes.iter().enumerate() {
             if self.push(*byte).is_some() {
-                return (index + 1, self.complete());
+                return (index + 1, self.last());
             }
         }
         (bytes.len(), None)
@@ -200,6 +269,7 @@ impl<const N: usize> Decoder<N> {
 
     fn start(&mut self) {
         self.state = State::Inside;
+        self.check = Check::Crc16;
         self.len = 0;
     }
 
@@ -234,45 +304,60 @@ impl<const N: usize> Decoder<N> {
             self.drop_frame(2);
         } else if self.len == 0 {
             self.counters.bytes_skipped += 1;
-        } else if self.len < OVERHEAD {
+        } else if self.len < self.check.overhead() {
             self.counters.resyncs += 1;
             self.drop_frame(1);
-        } else if check(self.body.get(..self.len)?).is_err() {
+        } else if verify(self.check, self.body.get(..self.len)?).is_err() {
             self.counters.crc_errors += 1;
             self.drop_frame(1);
         } else {
             self.counters.frames += 1;
             self.state = State::Idle;
-            return self.complete();
+            return self.last();
         }
         self.start();
         None
     }
 
-    /// The frame whose CRC has just been found right.
-    fn complete(&self) -> Option<Frame<'_>> {
-        split(self.body.get(..self.len)?).map(|(frame, _)| frame)
+    /// The frame that was completed last, until more bytes come.
+    pub fn last(&self) -> Option<Frame<'_>> {
+        split(self.check, self.body.get(..self.len)?).map(|(frame, _)| frame)
     }
 }
 
-/// Splits an unescaped body into a frame and its CRC.
-fn split(body: &[u8]) -> Option<(Frame<'_>, u16)> {
-    let (covered, crc) = body.split_last_chunk()?;
+/// Splits an unescaped body into a frame and its check.
+fn split(check: Check, body: &[u8]) -> Option<(Frame<'_>, &[u8])> {
+    let (covered, got) = body.split_at_checked(body.len().checked_sub(check.size())?)?;
     let [dst, src, payload @ ..] = covered else { return None };
-    Some((Frame { dst: *dst, src: *src, payload }, u16::from_le_bytes(*crc)))
+    Some((Frame { dst: *dst, src: *src, payload }, got))
 }
 
-/// The frame of an unescaped body whose CRC is right.
-fn check(body: &[u8]) -> Result<Frame<'_>, DecodeError> {
+/// The frame of an unescaped body whose check is right.
+fn verify(check: Check, body: &[u8]) -> Result<Frame<'_>, DecodeError> {
     let short = DecodeError { offset: 0, expected: Expected::FrameEnd, got: body.len() };
-    let (frame, got) = split(body).ok_or(short)?;
-    let covered = body.split_last_chunk::<2>().map_or(body, |(covered, _)| covered);
-    let crc = crc16(covered);
-    if got == crc {
-        Ok(frame)
-    } else {
-        let (expected, got) = (Expected::Crc(crc), usize::from(got));
-        Err(DecodeError { offset: covered.len(), expected, got })
+    let (frame, got) = split(check, body).ok_or(short)?;
+    let covered = body.get(..body.len() - got.len()).unwrap_or_default();
+    let got = got.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
+    let (right, expected) = match check {
+        Check::Crc16 => {
+            let crc = crc16(covered);
+            (u32::from(crc) == got, Expected::Crc(crc))
+        }
+        Check::Crc32c => {
+            let crc = CRC32C.checksum(covered);
+            (crc == got, Expected::Crc32c(crc))
+        }
+    };
+    let error = DecodeError { offset: covered.len(), expected, got: got as usize };
+    if right { Ok(frame) } else { Err(error) }
+}
+
+/// §L/7 How a datagram that is one frame is checked.
+pub fn check_of(datagram: &[u8]) -> Check {
+    let start = datagram.iter().position(|byte| *byte != SYNC).unwrap_or(datagram.len());
+    match datagram.get(start..) {
+        Some([END, ESCAPE, MARK_CRC32C, ..]) => Check::Crc32c,
+        _ => Check::Crc16,
     }
 }
 
@@ -290,6 +375,7 @@ pub fn decode_datagram<'b>(datagram: &[u8], body: &'b mut [u8]) -> Result<Frame<
         }
     }
     let mut len = 0;
+    let mut marked = false;
     loop {
         let (offset, mut byte) =
             bytes.next().ok_or(error(datagram.len(), Expected::FrameEnd, 0))?;
@@ -300,6 +386,10 @@ pub fn decode_datagram<'b>(datagram: &[u8], body: &'b mut [u8]) -> Result<Frame<
                 byte = match bytes.next() {
                     Some((_, ESCAPED_END)) => END,
                     Some((_, ESCAPED_ESCAPE)) => ESCAPE,
+                    Some((_, MARK_CRC32C)) if len == 0 && !marked => {
+                        marked = true;
+                        continue;
+                    }
                     Some((offset, byte)) => return Err(error(offset, Expected::Escape, byte)),
                     None => return Err(error(datagram.len(), Expected::FrameEnd, 0)),
                 };
@@ -312,5 +402,5 @@ pub fn decode_datagram<'b>(datagram: &[u8], body: &'b mut [u8]) -> Result<Frame<
         *place = byte;
         len += 1;
     }
-    check(body.get(..len).unwrap_or_default())
+    verify(check_of(datagram), body.get(..len).unwrap_or_default())
 }

@@ -165,3 +165,103 @@ fn datagram_errors() {
     );
     assert_eq!(error(&[0xC0, 3, 128, 0, 0xE0, 0xC0, 5]).expected, Expected::FrameEnd);
 }
+
+fn wire_crc32c((dst, src, payload): &Owned) -> Vec<u8> {
+    let mut out = [0; WIRE_MAX];
+    let frame = Frame { dst: *dst, src: *src, payload };
+    let len = link::encode_with(link::Check::Crc32c, &frame, &mut out).unwrap();
+    out[..len].to_vec()
+}
+
+proptest! {
+    /// §L/7: frames of both forms follow each other; each tells how it is checked.
+    #[test]
+    fn both_checks_on_one_line(frames in frames(), long in any::<u64>()) {
+        let is_long = |index: usize| long >> index & 1 == 1;
+        let wires: Vec<Vec<u8>> = frames
+            .iter()
+            .enumerate()
+            .map(|(index, frame)| if is_long(index) { wire_crc32c(frame) } else { wire(frame) })
+            .collect();
+        let mut decoder: Decoder = Decoder::new();
+        for (index, bytes) in wires.iter().enumerate() {
+            prop_assert_eq!(&decode(&mut decoder, bytes), &frames[index..=index]);
+            let check = if is_long(index) { link::Check::Crc32c } else { link::Check::Crc16 };
+            prop_assert_eq!(decoder.check(), check);
+            prop_assert_eq!(link::check_of(bytes), check);
+            let mut body = [0; BODY_MAX];
+            let found = link::decode_datagram(bytes, &mut body).unwrap();
+            prop_assert_eq!((found.dst, found.src, found.payload.to_vec()), frames[index].clone());
+        }
+    }
+
+    /// §L/7: a peer that does not know the form drops such a frame, whatever stands in it, and loses
+    /// nothing else.
+    #[test]
+    fn a_plain_peer_is_not_disturbed(frames in frames(), others in frames()) {
+        let mut plain = Plain::default();
+        for (frame, other) in frames.iter().zip(&others) {
+            prop_assert_eq!(plain.feed(&wire_crc32c(other)), vec![]);
+            prop_assert_eq!(plain.feed(&wire(frame)), vec![frame.clone()]);
+        }
+    }
+}
+
+/// §L/7: reference value of the CRC-32C ("123456789" gives E3069283), here with addresses 0x31 0x32.
+#[test]
+fn crc32c_of_the_check_string() {
+    let frame = (0x31, 0x32, b"3456789".to_vec());
+    let mut expected = vec![0xFF, 0xC0, 0xDB, 0xDE];
+    expected.extend(b"123456789");
+    expected.extend([0x83, 0x92, 0x06, 0xE3, 0xC0]);
+    assert_eq!(wire_crc32c(&frame), expected);
+    let mut body = [0; BODY_MAX];
+    expected[6] ^= 1;
+    let error = link::decode_datagram(&expected, &mut body).unwrap_err();
+    assert!(matches!(error.expected, Expected::Crc32c(right) if right != 0xE306_9283), "{error}");
+    assert_eq!((error.offset, error.got), (9, 0xE306_9283));
+}
+
+/// The observed link as its description says it, written independently and without §L/7.
+#[derive(Default)]
+struct Plain {
+    body: Option<Vec<u8>>,
+    escaped: bool,
+}
+
+impl Plain {
+    fn feed(&mut self, bytes: &[u8]) -> Vec<Owned> {
+        bytes.iter().filter_map(|byte| self.byte(*byte)).collect()
+    }
+
+    fn byte(&mut self, byte: u8) -> Option<Owned> {
+        let Some(body) = &mut self.body else {
+            self.body = (byte == 0xC0).then(Vec::new);
+            return None;
+        };
+        let escaped = std::mem::take(&mut self.escaped);
+        match byte {
+            0xC0 if body.len() >= 4 && !escaped => {
+                let body = self.body.take()?;
+                let (data, crc) = body.split_at(body.len() - 2);
+                return (bitwise_crc16(data).to_le_bytes() == crc)
+                    .then(|| (data[0], data[1], data[2..].to_vec()));
+            }
+            0xC0 => body.clear(),
+            0xDC if escaped => body.push(0xC0),
+            0xDD if escaped => body.push(0xDB),
+            _ if escaped => self.body = None,
+            0xDB => self.escaped = true,
+            plain => body.push(plain),
+        }
+        None
+    }
+}
+
+fn bitwise_crc16(data: &[u8]) -> u16 {
+    data.iter().fold(0xFFFF, |crc, byte| {
+        (0..8).fold(crc ^ u16::from(*byte), |crc, _| {
+            if crc & 1 == 1 { (crc >> 1) ^ 0xA001 } else { crc >> 1 }
+        })
+    })
+}

@@ -4,6 +4,8 @@
 //! bit errors at a rate, bursts of them, and bytes lost or doubled by slips of a receiver's clock.
 //! Times are nanoseconds of the line's own virtual time. Figures ours.
 
+pub mod exposure;
+
 use std::collections::VecDeque;
 
 use crate::rng::Rng;

@@ -15,6 +15,7 @@ local f = {
   src = ProtoField.uint8("lafet.src", T.src, base.DEC),
   kind = ProtoField.uint8("lafet.kind", T.kind, base.DEC, { [0] = T.probe, T.request, T.answer }),
   crc = ProtoField.uint16("lafet.crc", "CRC-16/MODBUS", base.HEX),
+  crc32c = ProtoField.uint32("lafet.crc32c", "CRC-32C", base.HEX),
   noise = ProtoField.bytes("lafet.noise", T.noise),
   record = ProtoField.none("lafet.record", T.record),
   request = ProtoField.uint8("lafet.request", T.request, base.HEX, REQUESTS),
@@ -218,29 +219,44 @@ end
 -- Lua 5.2 has a library for it, 5.3 and later have operators that 5.2 cannot read.
 local xor = bit32 and bit32.bxor or load("return function(a, b) return a ~ b end")()
 
-local CRC = {}
-for byte = 0, 255 do
-  local crc = byte
-  for _ = 1, 8 do
-    local odd = crc % 2 == 1
-    crc = (crc - crc % 2) / 2
-    if odd then crc = xor(crc, 0xA001) end
-  end
-  CRC[byte] = crc
+local function half(value, by)
+  return math.floor((value - value % by) / by)
 end
 
-local function crc16(bytes)
-  local crc = 0xFFFF
-  for i = 1, #bytes do
-    crc = xor(math.floor(crc / 256), CRC[xor(crc % 256, bytes:byte(i))])
+-- The check of bytes by a reflected polynomial, which starts with `start`.
+local function checker(polynomial, start)
+  local step = {}
+  for byte = 0, 255 do
+    local crc = byte
+    for _ = 1, 8 do
+      local odd = crc % 2 == 1
+      crc = half(crc, 2)
+      if odd then crc = xor(crc, polynomial) end
+    end
+    step[byte] = crc
   end
-  return crc
+  return function(bytes)
+    local crc = start
+    for i = 1, #bytes do
+      crc = xor(half(crc, 256), step[xor(crc % 256, bytes:byte(i))])
+    end
+    return crc
+  end
 end
+
+local crc16 = checker(0xA001, 0xFFFF)
+local inverted = checker(0x82F63B78, 0xFFFFFFFF)
+local function crc32c(bytes) return xor(inverted(bytes), 0xFFFFFFFF) end
 
 local PLAIN = { ["\xDB\xDC"] = "\xC0", ["\xDB\xDD"] = "\xDB" }
 
 -- One frame between its two C0. `shown` says whether anybody looks at the tree.
 local function frame(wire, range, tree, shown)
+  local long = wire:sub(1, 2) == "\xDB\xDE"
+  if long then
+    wire = wire:sub(3)
+    range = range and range(2)
+  end
   local body, tvb, broken = wire, range, false
   if wire:find("\xDB", 1, true) then
     body = wire:gsub("\xDB.?", function(pair)
@@ -250,7 +266,7 @@ local function frame(wire, range, tree, shown)
     if shown then tvb = ByteArray.new(body, true):tvb(T.unescaped):range() end
   end
   local dst, src, first = body:byte(1, 3)
-  local last = #body - 2
+  local last = #body - (long and 4 or 2)
   local way = last > 2 and way_of(dst, src, first) or 0
   local text = way == 0 and T.probe or summary(body, 3, last, way)
   if shown then
@@ -260,9 +276,10 @@ local function frame(wire, range, tree, shown)
     branch:add(f.src, tvb(1, 1))
     branch:add(f.kind, tvb(0, 2), way):set_generated()
     if way ~= 0 then add_records(body:sub(3, last), tvb(2, last - 2), way, branch) end
-    local crc = branch:add_le(f.crc, tvb(last, 2))
-    local low, high = body:byte(-2, -1)
-    if crc16(body:sub(1, last)) ~= low + 256 * high then crc:add_proto_expert_info(e.crc) end
+    local there = tvb(last, #body - last)
+    local crc = branch:add_le(long and f.crc32c or f.crc, there)
+    local right = (long and crc32c or crc16)(body:sub(1, last))
+    if right ~= there:le_uint() then crc:add_proto_expert_info(e.crc) end
     if broken then branch:add_proto_expert_info(e.escape) end
   end
   return src .. " → " .. dst .. "  " .. text

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use lafet_proto::Expected;
 use lafet_proto::link::{self, BODY_MAX, Decoder};
 use lafet_proto::record::Records;
 
@@ -79,7 +80,7 @@ impl Input {
                 let addresses = Some((frame.dst, frame.src));
                 self.frames.push_back(Incoming { addresses, payload: frame.payload.to_vec() });
             }
-            Err(error) if matches!(error.expected, lafet_proto::Expected::Crc(_)) => {
+            Err(error) if matches!(error.expected, Expected::Crc(_) | Expected::Crc32c(_)) => {
                 self.datagram_errors.crc_errors += 1;
             }
             Err(_) => self.datagram_errors.framing_errors += 1,

@@ -222,6 +222,13 @@ const TIMEOUT_TEXT: Text = text(
     "Время без запросов управления по этому интерфейсу, после которого выставляется ConnLost.",
 );
 
+const CHECK_TEXT: Text = text(
+    "Link frames that are taken on this interface: 0 every good frame, 1 only those with a CRC-32C \
+    (a client that does not have it gets no answers any more).",
+    "Кадры, которые принимаются по этому интерфейсу: 0 — все верные, 1 — только с CRC-32C (клиент \
+    без неё больше не получает ответов).",
+);
+
 use Unit::{
     Arcmin, Bits, Centimetre, DeciAmpere, DeciAtmosphere, DeciMillimetre, DegreePerSecond,
     DegreePerSecond2, Millimetre, MillimetrePerSecond, MillimetrePerSecond2, Millisecond, Volt,
@@ -378,5 +385,7 @@ params! {
         горячим оборудованием.");
 
     ExternalConnTimeout: EXTERNAL_CONN "Timeout", TIMEOUT, TIMEOUT_TEXT;
+    ExternalConnCheck: EXTERNAL_CONN "Check", choice(1, 0), CHECK_TEXT;
     RadioTimeout: RADIO "Timeout", TIMEOUT, TIMEOUT_TEXT;
+    RadioCheck: RADIO "Check", choice(1, 0), CHECK_TEXT;
 }

@@ -159,6 +159,12 @@ impl Device {
         let (wanted, mut causes) = (self.wanted(), self.wanted_causes());
         self.outputs = guard::filter(&self.rules(), &self.inputs, &wanted, &mut causes);
         self.causes = causes;
+        let passed = self.outputs.drives.iter().zip(&wanted.drives);
+        for (drive, (passed, wanted)) in self.drives.iter_mut().zip(passed) {
+            if passed != wanted {
+                drive.restrain();
+            }
+        }
         hal.write(&self.outputs);
         self.params.poll_retry(now);
         if self.may_store() {

@@ -353,8 +353,11 @@ impl Control {
         let goal = nozzle.clamp(wanted);
         let anew = self.nozzle_goal != Some(goal);
         let way = goal.saturating_sub(nozzle.position());
-        if way != 0 && (anew || nozzle.is_idle()) && !nozzle.refuses(way > 0) {
+        if (anew || way != 0 && nozzle.is_idle()) && !nozzle.refuses(way > 0) {
+            // Where it is there already, it must not go on to where another program sent it.
             nozzle.go(goal, None, self.cause);
+        } else if anew {
+            approach::stop(env.drives, &PROGRAMS, self.cause);
         }
         self.nozzle_goal = Some(goal);
         aim
@@ -363,6 +366,10 @@ impl Control {
     /// §3.14/1 Line by line over the sector, or at its centre.
     fn scan(&mut self, now: Millis, scan: &mut Scan, aim: Option<Aim>, env: &mut Env<'_>) {
         if aim.is_none() {
+            // What a program that this one replaces has begun ends before the new aim is known.
+            if scan.raster.is_none() {
+                approach::stop(env.drives, &PROGRAMS, self.cause);
+            }
             return;
         }
         let raised = self.elevation.raised();
@@ -393,6 +400,9 @@ impl Control {
         walk.point =
             Direction { horizontal: point.horizontal.into(), vertical: point.vertical.into() };
         if self.aim(now, law, walk.point.vertical, env).is_none() {
+            if !walk.drawing {
+                approach::stop(env.drives, &PROGRAMS, self.cause);
+            }
             return;
         }
         let sight = walk.point.plus(walk.shift);

@@ -52,6 +52,8 @@ pub struct Drive {
     goal: Goal,
     /// Of the motion, or of its end.
     cause: Cause,
+    /// Of the speed now commanded: a new motion acts from the next step on.
+    driven: Cause,
     speed_cap_tenths: Option<i32>,
     /// Speed now commanded, 1/1000 of 0.1 °/s: slow ramps need the fraction.
     speed_milli: i32,
@@ -82,6 +84,7 @@ impl Drive {
             kind,
             goal: Goal::Hold,
             cause: Cause::Rule(Rule::Inert),
+            driven: Cause::Rule(Rule::Inert),
             speed_cap_tenths: None,
             speed_milli: 0,
             input,
@@ -121,9 +124,9 @@ impl Drive {
         (self.goal != Goal::Hold).then_some(self.cause)
     }
 
-    /// Why it moves, or why it has stopped.
+    /// Why its output is as it is.
     pub(crate) const fn cause(&self) -> Cause {
-        self.cause
+        self.driven
     }
 
     /// Whether it is on its way up/left (true) or down/right.
@@ -192,9 +195,12 @@ impl Drive {
         self.begin(Goal::Position(target), None, cause);
     }
 
-    /// §3.17 Runs up/left or down/right until stopped.
+    /// §3.17 Runs up/left or down/right until stopped. Beyond a limit that has been moved inward
+    /// there is nowhere to go outward: the drive must not turn back instead.
     pub(crate) fn run(&mut self, up: bool, cause: Cause) {
         match self.limits() {
+            Some(Limits { max, .. }) if up && self.position > max => self.stop(cause),
+            Some(Limits { min, .. }) if !up && self.position < min => self.stop(cause),
             Some(Limits { min, max }) => self.go(if up { max } else { min }, None, cause),
             None => self.begin(Goal::Run(up), None, cause),
         }
@@ -203,7 +209,7 @@ impl Drive {
     /// §3.2/5 Stops at once.
     pub(crate) fn stop(&mut self, why: Cause) {
         if self.goal != Goal::Hold {
-            self.cause = why;
+            (self.cause, self.driven) = (why, why);
         }
         self.goal = Goal::Hold;
         self.speed_milli = 0;
@@ -347,6 +353,11 @@ impl Drive {
             self.stop(Cause::Rule(if self.online { Rule::Fault } else { Rule::ConnLost }));
         }
         self.advance(dt_ms, params);
+    }
+
+    /// The guard has not let its output pass: it stands, and starts from standstill.
+    pub(crate) fn restrain(&mut self) {
+        self.speed_milli = 0;
     }
 
     /// What the drive wants of its motor.
@@ -543,6 +554,7 @@ impl Drive {
             Ok(wanted) => wanted,
             Err(end) => return self.stop(Cause::Rule(end)),
         };
+        self.driven = self.cause;
         let accel_tenths = i64::from(params.drive(self.axis, DriveParam::Acceleration)) * 10;
         let change = (accel_tenths * i64::from(dt_ms)).clamp(1, 1_000_000_000) as i32;
         let speed = self.speed_milli;

@@ -32,6 +32,8 @@ const OBEY_MS: u64 = STEP_MS;
 pub struct Invariants {
     lie_until_ms: [u64; AXES],
     folded_ms: u64,
+    /// Water got in while nobody could know.
+    excused: bool,
     locked_ms: u64,
     /// One report of each kind until it ends.
     reported: Vec<&'static str>,
@@ -70,6 +72,7 @@ impl Invariants {
                 self.lie_until_ms[*axis as usize] = view.now_ms + LIE_MS;
             }
         }
+        self.excused = view.flooded && (self.excused || !self.believes(Axis::Deployer, view));
         self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
         self.locked_ms = if ledger.lock == Lock::On { self.locked_ms + STEP_MS } else { 0 };
     }
@@ -97,7 +100,7 @@ impl Invariants {
                 ));
             }
         }
-        if view.flooded {
+        if view.flooded && !self.excused {
             broken.push((
                 "flood",
                 Bilingual {

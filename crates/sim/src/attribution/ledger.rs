@@ -160,7 +160,16 @@ impl Ledger {
             && memory_is_sound
             && (self.restart_ms.is_some() || self.now_ms >= self.locked_ms + STORED_MS);
         let lock = if sure { self.lock } else { Lock::Unknown };
-        *self = Self { lock, locked_ms: self.locked_ms, memory_is_sound, ..Self::new(now_ms) };
+        *self = Self {
+            lock,
+            locked_ms: self.locked_ms,
+            memory_is_sound,
+            past_limits: self.past_limits,
+            move_timeout_ms: self.move_timeout_ms,
+            deployer_travel_ms: self.deployer_travel_ms,
+            valve_travel_ms: self.valve_travel_ms,
+            ..Self::new(now_ms)
+        };
     }
 
     pub(super) fn delivered(&mut self, now_ms: u64, source: Source, payload: &[u8], answer: &[u8]) {
@@ -480,6 +489,10 @@ impl Ledger {
     /// Drops what the step has used up: programs that say that they have ended.
     pub(super) fn forget(&mut self, view: &View<'_>) {
         self.told = view.told;
+        // A memory that cannot be erased ends the wait for the reset (§3.19).
+        if view.told.general & GeneralFlags::RESTARTING.bits() == 0 {
+            self.restart_ms = None;
+        }
         self.recent.clear();
         self.note_params(view);
         let runs = |start: &Start| is_running(start.program, &view.told);

@@ -188,7 +188,8 @@ fn drive_rule(
         }
         Rule::Paused => {
             let recently = |at_ms: u64| view.now_ms <= at_ms + RESUME_MS;
-            step.cause_before.is_of(&[Program::Quench, Program::Trajectory])
+            let waits = [Program::Quench, Program::Trajectory];
+            ledger.starts.iter().any(|start| waits.contains(&start.program))
                 && view.told.control & ControlFlags::PAUSED.bits() != 0
                 && ledger.manual_ms.is_some_and(recently)
         }
@@ -272,11 +273,16 @@ fn is_broken(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
     let min = view.params.drive(axis, DriveParam::MinLimit);
     let bad = view.params.is_incomplete(axis.id())
         || min >= view.params.drive(axis, DriveParam::MaxLimit);
-    told && (ledger.broken[axis as usize] || bad)
+    // What is set faster than the drive can go seems not to turn.
+    let unit = if axis == Axis::Nozzle { 1.0 } else { 60.0 };
+    let speed = f64::from(view.params.drive(axis, DriveParam::Speed)) * unit;
+    told && (ledger.broken[axis as usize] || bad || speed > view.max_speeds[axis as usize])
 }
 
 fn has_arrived(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> bool {
     match (step.cause_before, ledger.moves[axis as usize]) {
+        // Only a program knows where it goes; that it stops there takes nothing.
+        _ if ledger.starts.iter().any(|start| moves(start.program, axis)) => true,
         (Cause::Request(_), Some(granted)) => {
             let near = |way: i32| way.saturating_abs() <= TARGET_ALLOWANCE;
             ledger.limitless[axis as usize] || ways(view, &granted, axis).into_iter().any(near)
@@ -290,8 +296,6 @@ fn has_arrived(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> boo
             ledger.limitless[axis as usize]
                 || limits.chain([min, max]).any(|limit| (at - limit).abs() <= TARGET_ALLOWANCE)
         }
-        // Only the program knows where it goes; that it stops there takes nothing.
-        (Cause::Program(..), _) => true,
         _ => false,
     }
 }
@@ -360,8 +364,10 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
         Rule::Lockout => opened && ledger.lock == Lock::On,
         Rule::NotDeployed => opened && !is_working(ledger, view),
         Rule::Blocked => opened && input.blocked,
-        // Released, it is left where it stands.
-        _ if step.cause_before == Cause::Rule(Rule::Lockout) => ledger.lock == Lock::Off,
+        // Closed, or released from the lockout, it is left where it stands.
+        _ if step.cause_before == Cause::Rule(Rule::Lockout) => {
+            ledger.lock == Lock::Off || input.close_switch
+        }
         Rule::Arrived => opened && input.open_switch || closed && input.close_switch,
         Rule::Overload => ledger.valve_over_ms[valve as usize] >= VALVE_OVERLOAD_MS,
         Rule::Timeout => ledger.works[valve as usize]

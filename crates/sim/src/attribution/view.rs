@@ -82,6 +82,8 @@ pub struct View<'a> {
     pub positions: [f64; AXES],
     /// True speeds, arc-minutes or mm per second.
     pub speeds: [f64; AXES],
+    /// How fast the drives can go.
+    pub max_speeds: [f64; AXES],
     /// Whether the barrel truly is in its working position.
     pub deployed: bool,
     /// Whether water truly flows into a folded barrel.
@@ -107,6 +109,7 @@ impl<'a> View<'a> {
                 drive.position - drive.spec.encoder_zero
             }),
             speeds: Axis::ALL.map(|axis| world.drives[axis as usize].speed),
+            max_speeds: Axis::ALL.map(|axis| world.drives[axis as usize].spec.max_speed),
             deployed: world.deployed(),
             flooded: world.flooded(),
             faults: world.faults.active(),

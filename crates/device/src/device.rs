@@ -391,7 +391,7 @@ impl Device {
         let mut causes = Causes::all(Rule::Absent);
         for (axis, cause) in Axis::ALL.into_iter().zip(&mut causes.drives) {
             if self.has(axis.id()) {
-                *cause = of_axis(&self.drives, axis).cause();
+                *cause = of_axis(&self.drives, axis).driven();
             }
         }
         for ((no, valve), cause) in

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use lafet_sim::swarm::{Outcome, Tally, run};
 
 /// From so many seeds on everything must have been witnessed.
-const WITNESS_SEEDS: u64 = 1500;
+const WITNESS_SEEDS: u64 = 600;
 /// A run ends after so many failures: more say nothing new.
 const FAILURES_MAX: usize = 20;
 /// Time between two lines of progress.

@@ -5,6 +5,7 @@ pub mod decode;
 pub mod demo;
 pub mod dissector;
 pub mod install;
+pub mod life;
 pub mod limits;
 pub mod motion;
 pub mod param;

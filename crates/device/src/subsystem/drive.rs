@@ -125,7 +125,7 @@ impl Drive {
     }
 
     /// Why its output is as it is.
-    pub(crate) const fn cause(&self) -> Cause {
+    pub(crate) const fn driven(&self) -> Cause {
         self.driven
     }
 

@@ -2,6 +2,7 @@
 
 use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
+use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
 use lafet_proto::flags::{ButtonState, ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
 use lafet_proto::id::key;
@@ -410,12 +411,29 @@ impl Ledger {
                 track.held = track.armed && state == ButtonState::Pressed;
             }
         }
+        if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {
+            self.note_early_buttons();
+        }
         let aims = |track: &[ButtonTrack; 8]| track.iter().take(6).any(|button| button.held);
         if self.buttons.iter().any(aims) {
             self.manual_ms = Some(self.now_ms);
         }
         self.follow_currents(view);
         self.follow_faults(view);
+    }
+
+    /// What is asked for while the outputs are still inert may be done afterwards.
+    fn note_early_buttons(&mut self) {
+        for post in [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS] {
+            for (open, output) in [(true, ValveOutput::Opening), (false, ValveOutput::Closing)] {
+                if self.pressed(post, open) {
+                    let (cause, at_ms) = (Cause::Button(post), self.now_ms);
+                    for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {
+                        works.push(Work { output, cause, at_ms, travel_ms });
+                    }
+                }
+            }
+        }
     }
 
     fn follow_currents(&mut self, view: &View<'_>) {
@@ -527,6 +545,13 @@ impl Ledger {
     pub fn holds(&self, post: SubsystemId, axis: Axis, up: bool) -> bool {
         let Some((more, less)) = buttons_of(axis) else { return false };
         post_index(post).is_some_and(|post| self.buttons[post][if up { more } else { less }].held)
+    }
+
+    /// Whether a button of this drive is held, or was in the step before.
+    pub fn was_held(&self, axis: Axis) -> bool {
+        let Some((more, less)) = buttons_of(axis) else { return false };
+        let held = |track: ButtonTrack| track.held || track.held_before;
+        self.buttons.iter().any(|post| held(post[more]) || held(post[less]))
     }
 
     /// Whether any post asks for this direction of a drive, and none for the other.

@@ -194,14 +194,17 @@ fn drive_rule(
                 && ledger.manual_ms.is_some_and(recently)
         }
         Rule::Released => {
-            matches!(step.cause_before, Cause::Button(_))
-                && !ledger.is_asked_by_button(axis, upwards)
+            let was = matches!(step.cause_before, Cause::Button(_)) || ledger.was_held(axis);
+            let asked = |up| ledger.is_asked_by_button(axis, up);
+            was && !asked(true) && !asked(false)
+                || matches!(step.cause_before, Cause::Button(_)) && !asked(upwards)
         }
         Rule::Refused => {
             let busy = [Program::Seek, Program::Justify];
             matches!(step.cause_before, Cause::Button(_))
                 && (!is_working(ledger, view)
                     || busy.iter().any(|program| is_running(*program, &view.told))
+                    || ledger.starts.iter().any(|start| busy.contains(&start.program))
                     || is_broken(ledger, view, axis))
         }
         Rule::PowerUp
@@ -280,24 +283,22 @@ fn is_broken(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
 }
 
 fn has_arrived(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> bool {
-    match (step.cause_before, ledger.moves[axis as usize]) {
-        // Only a program knows where it goes; that it stops there takes nothing.
-        _ if ledger.starts.iter().any(|start| moves(start.program, axis)) => true,
-        (Cause::Request(_), Some(granted)) => {
-            let near = |way: i32| way.saturating_abs() <= TARGET_ALLOWANCE;
-            ledger.limitless[axis as usize] || ways(view, &granted, axis).into_iter().any(near)
-        }
-        // A button drives to the limit.
-        (Cause::Button(_), _) => {
-            let at = position(view, axis);
-            let min = view.params.drive(axis, DriveParam::MinLimit);
-            let max = view.params.drive(axis, DriveParam::MaxLimit);
-            let limits = ledger.past_limits[axis as usize].iter().flatten().copied();
-            ledger.limitless[axis as usize]
-                || limits.chain([min, max]).any(|limit| (at - limit).abs() <= TARGET_ALLOWANCE)
-        }
-        _ => false,
-    }
+    let near =
+        |way: i32| ledger.limitless[axis as usize] || way.saturating_abs() <= TARGET_ALLOWANCE;
+    let by_move =
+        || ledger.moves[axis as usize].is_some_and(|m| ways(view, &m, axis).into_iter().any(near));
+    // A button drives to the limit.
+    let by_button = || {
+        let at = position(view, axis);
+        let min = view.params.drive(axis, DriveParam::MinLimit);
+        let max = view.params.drive(axis, DriveParam::MaxLimit);
+        let past = ledger.past_limits[axis as usize].iter().flatten().copied();
+        (matches!(step.cause_before, Cause::Button(_)) || ledger.was_held(axis))
+            && past.chain([min, max]).any(|limit| near(at - limit))
+    };
+    // Only a program knows where it goes; that it stops there takes nothing.
+    let by_program = || ledger.starts.iter().any(|start| moves(start.program, axis));
+    by_move() || by_button() || by_program()
 }
 
 fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result<(), Why> {

@@ -82,6 +82,10 @@ impl Approach {
         let longest = ways.iter().map(|(_, way)| way.saturating_abs()).max().unwrap_or(0);
         if ways.iter().all(|(_, way)| way.saturating_abs() <= TOLERANCE_ARCMIN) {
             self.patience.stop();
+            if anew {
+                // One that only passes here on the way to another goal must not go on to it.
+                stop(drives, &Program::ALL, cause);
+            }
             return Progress::There;
         }
         for (axis, way) in ways {

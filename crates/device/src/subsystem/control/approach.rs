@@ -20,6 +20,9 @@ pub(crate) const AIMING: [Axis; 3] = [Axis::Vertical, Axis::Horizontal, Axis::No
 /// Those that point the barrel.
 pub(crate) const POINTING: [Axis; 2] = [Axis::Vertical, Axis::Horizontal];
 
+/// The programs that aim; one at most runs.
+const AIM: [Program; 4] = [Program::Quench, Program::Trajectory, Program::Seek, Program::Justify];
+
 /// A direction of the barrel, arc-minutes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Direction {
@@ -84,7 +87,7 @@ impl Approach {
             self.patience.stop();
             if anew {
                 // One that only passes here on the way to another goal must not go on to it.
-                stop(drives, &Program::ALL, cause);
+                stop(drives, &AIM, cause);
             }
             return Progress::There;
         }

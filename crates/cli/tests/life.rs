@@ -10,8 +10,8 @@ fn a_life_is_told_with_its_causes() {
     assert_eq!(run.code, 0, "{run:?}");
     let first = run.out.lines().next().unwrap();
     assert!(first.contains("seed 1: profile remote"), "{first}");
-    for part in
-        ["→ Radio: ", "← ", " → closing: rule: valves close after power-up", "output changes"]
+    let moved = "= nozzle 0.0 → -0.4: request Move Nozzle (Radio)";
+    for part in ["→ Radio: Move Nozzle 0", "← Nozzle Move → Accepted", moved, "output changes"]
     {
         assert!(run.out.contains(part), "{part}: {}", run.out);
     }
@@ -35,9 +35,9 @@ fn it_can_be_narrowed_and_read_by_programs() {
 
 #[test]
 fn in_russian() {
-    let run = Run::of(&["sim", "--replay", "1", "--to", "5", "--lang", "ru"]);
+    let run = Run::of(&["sim", "--replay", "1", "--to", "12", "--lang", "ru"]);
     assert!(run.out.contains("зерно 1: состав remote"), "{run:?}");
-    assert!(run.out.contains("правило: закрытие после включения"), "{run:?}");
+    assert!(run.out.contains(": запрос Move Nozzle (Radio)"), "{run:?}");
     let alone = Run::of(&["sim", "--from", "5"]);
     assert_eq!(alone.code, 2, "{alone:?}");
 }

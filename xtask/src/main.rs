@@ -20,6 +20,7 @@ mod run;
 mod setup;
 mod source;
 mod spec;
+mod swarm;
 mod test;
 
 use std::process::ExitCode;
@@ -113,6 +114,16 @@ const TASKS: &[Task] = &[
         details: "Seconds of virtual time in which answers are lost, come up to 30 s late, or \
                   twice. The figure of a run stands in docs/client.md.",
         run: late::late,
+    },
+    Task {
+        name: "swarm",
+        arguments: "--hours N | --minutes N | --seeds A..B [--from SEED] [--threads N]",
+        about: "random lives of simulated monitors; every change of an output must be explained",
+        details: "Seeds × profiles × faults × requests on all cores, each step under the check of \
+                  lafet_sim::attribution. Fails on an output without a cause that holds, on a broken \
+                  invariant, and in a run of 600 seeds or more on what was never witnessed. A \
+                  failure names its seed: lafet sim --replay SEED shows it.",
+        run: swarm::swarm,
     },
     Task {
         name: "licences",

@@ -1,6 +1,7 @@
 //! §1 «Общие сведения»: the chain of handlers. Order of checks: §1/11.
 
 use crate::answers::Answers;
+use crate::cause::Asked;
 use crate::composition::{ChainSet, table_index};
 use crate::device::Device;
 use crate::subsystem::conn::Source;
@@ -146,11 +147,12 @@ impl Device {
     fn serve(&mut self, now: Millis, source: Source, record: &Record<'_>, answers: &mut Answers) {
         // §2/1: the status of a request is not looked at.
         let Record { request, device: to, .. } = *record;
+        let by = Asked { request, to, source };
         if is_control(request) {
             self.note_control(now, source);
         }
         if answers.is_full() {
-            self.stop_unanswered(now, record);
+            self.stop_unanswered(now, record, by);
             return;
         }
         if let Some(status) = self.general_refusal(request) {
@@ -161,8 +163,8 @@ impl Device {
             return answers.bare(SubsystemId::GENERAL, request, Status::WRONG_REQUEST);
         };
         match to {
-            SubsystemId::ALL | SubsystemId::MOTORS => self.broadcast(now, record, who, answers),
-            _ => self.unicast(now, record, who, answers),
+            SubsystemId::ALL | SubsystemId::MOTORS => self.broadcast(now, record, by, who, answers),
+            _ => self.unicast(now, record, by, who, answers),
         }
     }
 
@@ -181,6 +183,7 @@ impl Device {
         &mut self,
         now: Millis,
         record: &Record<'_>,
+        by: Asked,
         who: Addressees,
         answers: &mut Answers,
     ) {
@@ -194,15 +197,15 @@ impl Device {
             return answers.bare(to, request, Status::WRONG_REQUEST);
         }
         // §1/2
-        if let Some((by, status)) = self.intercept(request, to) {
-            return answers.bare(by, request, status);
+        if let Some((refusing, status)) = self.intercept(request, to) {
+            return answers.bare(refusing, request, status);
         }
         let data_size = if request == RequestId::SET_PARAM { 2 } else { 0 };
         if !is_read(request) && !answers.has_room(to, request, data_size) {
             return;
         }
         match Body::decode(request, data) {
-            Ok(body) => self.execute(now, to, &body, answers),
+            Ok(body) => self.execute(now, to, &body, by, answers),
             Err(error) => answers.bare(to, request, refusal_of_data(error.expected)),
         }
     }
@@ -212,6 +215,7 @@ impl Device {
         &mut self,
         now: Millis,
         record: &Record<'_>,
+        by: Asked,
         who: Addressees,
         answers: &mut Answers,
     ) {
@@ -233,13 +237,13 @@ impl Device {
         let in_chain = SubsystemId::CHAIN.into_iter().filter(|id| handlers.contains(*id));
         match Body::decode(request, data).map_err(|error| refusal_of_data(error.expected)) {
             Err(status) => in_chain.for_each(|id| answers.bare(id, request, status)),
-            Ok(body) => match self.execute_as_a_whole(now, &body, motors) {
+            Ok(body) => match self.execute_as_a_whole(now, &body, motors, by) {
                 Some(status) => in_chain.for_each(|id| {
                     answers.bare(id, request, self.part_of_whole(id, request, status));
                 }),
                 None => in_chain.for_each(|id| {
                     if is_read(request) || answers.has_room(id, request, 0) {
-                        self.execute(now, id, &body, answers);
+                        self.execute(now, id, &body, by, answers);
                     }
                 }),
             },
@@ -248,16 +252,16 @@ impl Device {
 
     /// §1/9 Stop All and Lockout on take effect even where their answers find no room: a stop that
     /// waits for a buffer is no stop.
-    fn stop_unanswered(&mut self, now: Millis, record: &Record<'_>) {
+    fn stop_unanswered(&mut self, now: Millis, record: &Record<'_>, by: Asked) {
         if record.device != SubsystemId::ALL || self.general_refusal(record.request).is_some() {
             return;
         }
         match Body::decode(record.request, record.data) {
             Ok(body @ Body::Stop) => {
-                self.execute_as_a_whole(now, &body, false);
+                self.execute_as_a_whole(now, &body, false, by);
             }
             Ok(body @ Body::Lockout { key: lafet_proto::id::key::ENABLE }) => {
-                self.execute_as_a_whole(now, &body, false);
+                self.execute_as_a_whole(now, &body, false, by);
             }
             _ => {}
         }

@@ -1,17 +1,18 @@
 //! The monitor: what it consists of, how it powers up, and what happens in a step.
 
+use crate::cause::{Cause, Causes, Rule};
 use crate::composition::{ChainSet, Composition};
 use crate::guard::{self, Rules};
 use crate::hal::{FaultInfo, Hal, Storage, StorageError};
 use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
 use crate::params::Params;
-use crate::subsystem::buttons::{ButtonPost, Demand, direction};
+use crate::subsystem::buttons::{ButtonPost, Demand, Held, direction};
 use crate::subsystem::climatics::Climatics;
 use crate::subsystem::conn::{Conn, Source};
 use crate::subsystem::control::Control;
 use crate::subsystem::deployer::Deployer;
 use crate::subsystem::detector::Detector;
-use crate::subsystem::drive::{Cause, Drive};
+use crate::subsystem::drive::Drive;
 use crate::subsystem::general::{General, Reset};
 use crate::subsystem::valve::Valve;
 use crate::subsystem::{Env, by_axis, of_axis};
@@ -35,6 +36,7 @@ pub struct Device {
     pub(crate) address: u8,
     pub(crate) inputs: Inputs,
     pub(crate) outputs: Outputs,
+    causes: Causes,
     pub(crate) params: Params,
     pub(crate) general: General,
     pub(crate) climatics: Climatics,
@@ -88,6 +90,7 @@ impl Device {
             chain,
             address,
             outputs: Outputs::default(),
+            causes: Causes::all(Rule::Inert),
             general: General::new(locked, crash),
             climatics: Climatics::default(),
             drives: Axis::ALL.map(drive),
@@ -139,6 +142,11 @@ impl Device {
         &self.outputs
     }
 
+    /// Why each output was driven as it was in the last step.
+    pub const fn causes(&self) -> &Causes {
+        &self.causes
+    }
+
     /// What was sensed in the last step.
     pub const fn inputs(&self) -> &Inputs {
         &self.inputs
@@ -157,7 +165,15 @@ impl Device {
         hal.read(&mut self.inputs);
         self.settling.poll(now);
         self.run(now, dt_ms);
-        self.outputs = guard::filter(&self.rules(), &self.inputs, &self.wanted());
+        let (wanted, mut causes) = (self.wanted(), self.wanted_causes());
+        self.outputs = guard::filter(&self.rules(), &self.inputs, &wanted, &mut causes);
+        self.causes = causes;
+        let passed = self.outputs.drives.iter().zip(&wanted.drives);
+        for (drive, (passed, wanted)) in self.drives.iter_mut().zip(passed) {
+            if passed != wanted {
+                drive.restrain();
+            }
+        }
         hal.write(&self.outputs);
         self.params.poll_retry(now);
         if self.may_store() {
@@ -194,28 +210,28 @@ impl Device {
     }
 
     /// Ends every operation of the drives; valves are stopped too when `valves` says so.
-    pub(crate) fn stop_motion(&mut self, valves: bool) {
+    pub(crate) fn stop_motion(&mut self, valves: bool, why: Cause) {
         self.control.stop();
         self.detector.stop();
         let [_, _, _, deployer] = self.inputs.drives;
-        self.deployer.stop(&mut self.drives, &deployer);
+        self.deployer.stop(&mut self.drives, &deployer, why);
         for (drive, axis) in self.drives.iter_mut().zip(Axis::ALL) {
-            drive.stop();
+            drive.stop(why);
             self.buttons.disarm(axis);
             self.ext_buttons.disarm(axis);
         }
         if valves {
             for valve in &mut self.valves {
-                valve.stop();
+                valve.stop(why);
             }
         }
     }
 
     /// §3.18/1, §3.12/1 Ends everything and closes the valves.
-    pub(crate) fn close_everything(&mut self, now: Millis) {
-        self.stop_motion(false);
+    pub(crate) fn close_everything(&mut self, now: Millis, why: Cause) {
+        self.stop_motion(false, why);
         for valve in &mut self.valves {
-            valve.close(now, &self.params);
+            valve.close(now, &self.params, why);
         }
     }
 
@@ -251,19 +267,19 @@ impl Device {
             (SubsystemId::BUTTONS, &mut self.buttons, first),
             (SubsystemId::EXT_BUTTONS, &mut self.ext_buttons, second),
         ];
-        let mut held = [(false, false); 3];
-        let (mut open, mut close) = (false, false);
+        let mut held = [Held::default(); 3];
+        let (mut open, mut close) = (None, None);
         for (id, post, states) in posts {
             if self.chain.contains(id) {
                 let invalid = self.params.is_incomplete(id);
                 let demand: Demand = post.step(&states, locked, invalid);
                 // The posts have the same rights: opposite buttons of the two ask for nothing too.
                 for ((up, down), (more_up, more_down)) in held.iter_mut().zip(demand.held) {
-                    *up |= more_up;
-                    *down |= more_down;
+                    *up = up.or(more_up.then_some(id));
+                    *down = down.or(more_down.then_some(id));
                 }
-                open |= demand.open;
-                close |= demand.close;
+                open = open.or(demand.open.then_some(id));
+                close = close.or(demand.close.then_some(id));
             }
         }
         for (axis, held) in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle].into_iter().zip(held) {
@@ -272,40 +288,53 @@ impl Device {
         self.run_valve_buttons(now, open, close);
     }
 
-    fn run_direction_button(&mut self, now: Millis, axis: Axis, direction: Option<bool>) {
+    fn run_direction_button(
+        &mut self,
+        now: Millis,
+        axis: Axis,
+        direction: Option<(bool, SubsystemId)>,
+    ) {
         let allowed = self.chain.contains(axis.id())
             && self.refusal_of_work().is_none()
             && !of_axis(&self.drives, axis).is_faulty();
         let drive = by_axis(&mut self.drives, axis);
         match direction {
-            Some(up) if allowed => {
-                if drive.cause() != Some(Cause::Button) || !drive.runs(up) {
-                    drive.run(up, Cause::Button);
+            Some((up, post)) if allowed => {
+                if drive.mover() != Some(Cause::Button(post)) || !drive.runs(up) {
+                    drive.run(up, Cause::Button(post));
                 }
                 self.control.note_manual(now);
             }
-            _ if drive.cause() == Some(Cause::Button) => drive.stop(),
+            _ if matches!(drive.mover(), Some(Cause::Button(_))) => {
+                let held = direction.is_some();
+                drive.stop(Cause::Rule(if held { Rule::Refused } else { Rule::Released }));
+            }
             _ => {}
         }
     }
 
     /// Valve1, or Valve2 where there is no Valve1.
-    fn run_valve_buttons(&mut self, now: Millis, open: bool, close: bool) {
+    fn run_valve_buttons(
+        &mut self,
+        now: Millis,
+        open: Option<SubsystemId>,
+        close: Option<SubsystemId>,
+    ) {
         let has_first = self.chain.contains(SubsystemId::VALVE1);
         let id = if has_first { SubsystemId::VALVE1 } else { SubsystemId::VALVE2 };
         if !self.chain.contains(id) {
             return;
         }
         let (close, open) = (
-            close && self.intercept(RequestId::CLOSE, id).is_none(),
-            open && self.intercept(RequestId::OPEN, id).is_none(),
+            close.filter(|_| self.intercept(RequestId::CLOSE, id).is_none()),
+            open.filter(|_| self.intercept(RequestId::OPEN, id).is_none()),
         );
         let [valve1, valve2] = &mut self.valves;
         let valve = if id == SubsystemId::VALVE1 { valve1 } else { valve2 };
-        if close {
-            valve.close(now, &self.params);
-        } else if open {
-            valve.open(now, &self.params);
+        if let Some(post) = close {
+            valve.close(now, &self.params, Cause::Button(post));
+        } else if let Some(post) = open {
+            valve.open(now, &self.params, Cause::Button(post));
         }
     }
 
@@ -366,6 +395,27 @@ impl Device {
         wanted
     }
 
+    /// Why they want it.
+    fn wanted_causes(&self) -> Causes {
+        let mut causes = Causes::all(Rule::Absent);
+        for (axis, cause) in Axis::ALL.into_iter().zip(&mut causes.drives) {
+            if self.has(axis.id()) {
+                *cause = of_axis(&self.drives, axis).driven();
+            }
+        }
+        for ((no, valve), cause) in
+            ValveNo::ALL.into_iter().zip(&self.valves).zip(&mut causes.valves)
+        {
+            if self.has(no.id()) {
+                *cause = valve.cause();
+            }
+        }
+        if self.has(SubsystemId::CLIMATICS) {
+            causes.heaters = self.climatics.causes();
+        }
+        causes
+    }
+
     /// §3.12/2, §3.19/1
     fn reset(&mut self, now: Millis, reset: Reset, hal: &mut impl Hal) {
         if reset == Reset::Restart {
@@ -376,6 +426,7 @@ impl Device {
             return;
         }
         self.outputs = Outputs::default();
+        self.causes = Causes::all(Rule::Inert);
         hal.write(&self.outputs);
         hal.reset();
     }

@@ -1,10 +1,13 @@
 //! What each request does once the chain has let it through (§3.1–§3.21).
 
 use crate::answers::Answers;
+use crate::cause::{Asked, Cause};
 use crate::device::Device;
 use crate::image::Axis;
 use crate::params::VALUES_MAX;
-use crate::subsystem::drive::{Cause, Drive};
+use crate::subsystem::control::{self, approach};
+use crate::subsystem::detector;
+use crate::subsystem::drive::Drive;
 use crate::subsystem::general::Reset;
 use crate::subsystem::valve::Valve;
 use crate::subsystem::{by_axis, of_axis, remote};
@@ -26,6 +29,7 @@ impl Device {
         now: Millis,
         id: SubsystemId,
         body: &Body<'_>,
+        by: Asked,
         answers: &mut Answers<'_>,
     ) {
         let request = body.id();
@@ -45,7 +49,7 @@ impl Device {
                 return answers.push(&Answer { from: id, request, status, data });
             }
             Body::SetParam { id: param, values } => {
-                let status = self.write_param(id, *param, *values);
+                let status = self.write_param(id, *param, *values, by);
                 let data = match status {
                     Status::WRONG_DATA => Reply::None,
                     _ => Reply::Param { id: *param, values: Ints::Values(&[]) },
@@ -72,25 +76,25 @@ impl Device {
                 let data = Reply::Fault(self.general.crash());
                 return answers.push(&Answer { from: id, request, status: Status::OK, data });
             }
-            other => self.command(now, id, other),
+            other => self.command(now, id, other, by),
         };
         answers.bare(id, request, status);
     }
 
     /// Requests answered with a status alone.
-    fn command(&mut self, now: Millis, id: SubsystemId, body: &Body<'_>) -> Status {
+    fn command(&mut self, now: Millis, id: SubsystemId, body: &Body<'_>, by: Asked) -> Status {
         match body {
-            Body::Move { destination } => self.move_to(now, id, *destination),
-            Body::Stop => self.stop(id),
+            Body::Move { destination } => self.move_to(now, id, *destination, by),
+            Body::Stop => self.stop(id, by),
             Body::Open { key } | Body::Close { key } => {
                 let open = matches!(body, Body::Open { .. });
-                self.work_valve(now, id, open, *key)
+                self.work_valve(now, by, open, *key)
             }
             // §3.10
-            Body::Deploy => self.deployer.deploy(now, &mut self.drives, &self.params),
+            Body::Deploy => self.deployer.deploy(now, &mut self.drives, &self.params, by),
             // §3.11
             Body::Wrap => {
-                let status = self.deployer.wrap(now, &mut self.drives, &self.params);
+                let status = self.deployer.wrap(now, &mut self.drives, &self.params, by);
                 if status == Status::ACCEPTED {
                     // §3.11/7 The program ends: it must not aim a folding barrel.
                     self.control.stop();
@@ -100,35 +104,35 @@ impl Device {
             // §3.13
             Body::StartJustify => {
                 let (_, detector, env) = self.programs();
-                detector.start_justify(&env)
+                detector.start_justify(by, &env)
             }
             // §3.14
             Body::StartQuench(quench) => {
                 let (control, _, env) = self.programs();
-                let status = control.start_quench(quench, &env);
-                self.deploy_for_program(now, status)
+                let status = control.start_quench(quench, by, &env);
+                self.deploy_for_program(now, status, by)
             }
             // §3.15
             Body::StartTrajectory(trajectory) => {
                 let (control, _, env) = self.programs();
-                let status = control.start_trajectory(trajectory, &env);
-                self.deploy_for_program(now, status)
+                let status = control.start_trajectory(trajectory, by, &env);
+                self.deploy_for_program(now, status, by)
             }
             // §3.16
             Body::StartSeek(seek) => {
                 let (_, detector, env) = self.programs();
-                let status = detector.start_seek(seek, &env);
-                self.deploy_for_program(now, status)
+                let status = detector.start_seek(seek, by, &env);
+                self.deploy_for_program(now, status, by)
             }
             // §3.6
             Body::SetupCorrectionTable { first, corrections } => {
                 self.params.set_corrections(*first, *corrections)
             }
             // §3.17
-            Body::SwitchLimits { new_state } => self.switch_limits(id, *new_state),
+            Body::SwitchLimits { new_state } => self.switch_limits(id, *new_state, by),
             // §3.19/1, §3.19/2
             Body::CleanFlash { key: key::CLEAN_FLASH } => {
-                self.close_everything(now);
+                self.close_everything(now, Cause::Request(by));
                 self.general.schedule(now, Reset::CleanFlash);
                 Status::OK
             }
@@ -144,27 +148,28 @@ impl Device {
         now: Millis,
         body: &Body<'_>,
         motors: bool,
+        by: Asked,
     ) -> Option<Status> {
         Some(match body {
             // §3.2/1, §1/6
             Body::Stop => {
-                self.stop_motion(!motors);
+                self.stop_motion(!motors, Cause::Request(by));
                 Status::OK
             }
             // §3.12/1
             Body::Restart => {
                 // §D/2
                 if self.params.get(Param::GeneralResetValves) == 0 {
-                    self.close_everything(now);
+                    self.close_everything(now, Cause::Request(by));
                 } else {
-                    self.stop_motion(true);
+                    self.stop_motion(true, Cause::Request(by));
                 }
                 self.general.schedule(now, Reset::Restart);
                 Status::OK
             }
             // §3.18/1
             Body::Lockout { key: key::ENABLE } => {
-                self.close_everything(now);
+                self.close_everything(now, Cause::Request(by));
                 self.general.set_locked(true);
                 self.params.set_lockout(true);
                 Status::OK
@@ -198,11 +203,11 @@ impl Device {
     }
 
     /// §3.1
-    fn move_to(&mut self, now: Millis, id: SubsystemId, destination: i16) -> Status {
+    fn move_to(&mut self, now: Millis, id: SubsystemId, destination: i16, by: Asked) -> Status {
         // §D/4
         let timeout_ms = self.params.get(Param::GeneralMoveTimeout).unsigned_abs();
         let Some(drive) = self.drive_mut(id) else { return Status::SYSTEM_FAULT };
-        let status = drive.move_to(now, destination.into(), timeout_ms);
+        let status = drive.move_to(now, destination.into(), timeout_ms, by);
         if status.is_success() {
             if id == SubsystemId::DEPLOYER {
                 self.deployer.note_move();
@@ -215,21 +220,22 @@ impl Device {
     }
 
     /// §3.2/2–§3.2/5
-    fn stop(&mut self, id: SubsystemId) -> Status {
+    fn stop(&mut self, id: SubsystemId, by: Asked) -> Status {
+        let why = Cause::Request(by);
         match id {
             SubsystemId::CONTROL => {
                 self.control.stop();
-                self.stop_drives_of(&[Cause::Program]);
+                approach::stop(&mut self.drives, &control::PROGRAMS, why);
                 return Status::OK;
             }
             SubsystemId::DETECTOR => {
                 self.detector.stop();
-                self.stop_drives_of(&[Cause::Seek, Cause::Justify]);
+                approach::stop(&mut self.drives, &detector::PROGRAMS, why);
                 return Status::OK;
             }
             SubsystemId::DEPLOYER => {
                 let [_, _, _, input] = self.inputs.drives;
-                self.deployer.stop(&mut self.drives, &input);
+                self.deployer.stop(&mut self.drives, &input, why);
             }
             _ => {}
         }
@@ -238,52 +244,48 @@ impl Device {
             self.ext_buttons.disarm(axis);
         }
         if let Some(drive) = self.drive_mut(id) {
-            drive.stop();
+            drive.stop(why);
             return if drive.is_faulty() { Status::MODULE_FAULT } else { Status::OK };
         }
         match self.valve_mut(id) {
             Some(valve) => {
-                valve.stop();
+                valve.stop(why);
                 if valve.is_faulty() { Status::MODULE_FAULT } else { Status::OK }
             }
             None => Status::SYSTEM_FAULT,
         }
     }
 
-    /// What an operation moved stops with it; what an operator moves goes on.
-    fn stop_drives_of(&mut self, causes: &[Cause]) {
-        for drive in &mut self.drives {
-            if drive.cause().is_some_and(|cause| causes.contains(&cause)) {
-                drive.stop();
-            }
-        }
-    }
-
     /// §3.8, §3.9: the key first, then the valve.
-    fn work_valve(&mut self, now: Millis, id: SubsystemId, open: bool, key: u16) -> Status {
+    fn work_valve(&mut self, now: Millis, by: Asked, open: bool, key: u16) -> Status {
         // §3.8/6, §3.9/5
         if key != if open { key::OPEN } else { key::CLOSE } {
             return Status::NEED_CONFIRM;
         }
         let [valve1, valve2] = &mut self.valves;
-        let valve = if id == SubsystemId::VALVE1 { valve1 } else { valve2 };
-        if open { valve.open(now, &self.params) } else { valve.close(now, &self.params) }
+        let valve = if by.to == SubsystemId::VALVE1 { valve1 } else { valve2 };
+        let cause = Cause::Request(by);
+        if open {
+            valve.open(now, &self.params, cause)
+        } else {
+            valve.close(now, &self.params, cause)
+        }
     }
 
     /// §3.14/5, §3.16/3: what was accepted while folded deploys first.
-    fn deploy_for_program(&mut self, now: Millis, status: Status) -> Status {
+    fn deploy_for_program(&mut self, now: Millis, status: Status, by: Asked) -> Status {
         if status.is_success() && !self.is_deployed() {
-            self.deployer.deploy(now, &mut self.drives, &self.params);
+            self.deployer.deploy(now, &mut self.drives, &self.params, by);
         }
         status
     }
 
-    fn switch_limits(&mut self, id: SubsystemId, new_state: u16) -> Status {
+    fn switch_limits(&mut self, id: SubsystemId, new_state: u16, by: Asked) -> Status {
         let Some(state) = LimitsState::from_wire(new_state) else {
             return Status::INVALID_VALUE;
         };
         let Some(axis) = axis_of(id) else { return Status::SYSTEM_FAULT };
-        by_axis(&mut self.drives, axis).switch_limits(state, &mut self.params)
+        by_axis(&mut self.drives, axis).switch_limits(state, &mut self.params, by)
     }
 
     /// §3.4
@@ -326,7 +328,13 @@ impl Device {
     }
 
     /// §3.5: order of checks in docs/questions.md.
-    fn write_param(&mut self, id: SubsystemId, param: ParamId, values: Ints<'_>) -> Status {
+    fn write_param(
+        &mut self,
+        id: SubsystemId,
+        param: ParamId,
+        values: Ints<'_>,
+        by: Asked,
+    ) -> Status {
         // §3.5/2
         let Some(param) = Param::find(id, param) else { return Status::INVALID_ID };
         let spec = param.spec();
@@ -340,7 +348,7 @@ impl Device {
         }
         let first = values.iter().next().unwrap_or(0);
         if let Some((axis, which)) = drive_param(param) {
-            return by_axis(&mut self.drives, axis).set_param(which, first, &mut self.params);
+            return by_axis(&mut self.drives, axis).set_param(which, first, &mut self.params, by);
         }
         let [valve1, valve2] = &mut self.valves;
         match id {

@@ -1,8 +1,9 @@
 //! §D/5 (ours) The last filter between what the subsystems want and what the HAL gets.
 //!
 //! It knows nothing of requests and trusts no subsystem: it judges by the inputs of this very
-//! step. It only ever takes away, except that lockout makes valves close.
+//! step. It only ever takes away, except that lockout makes valves close; and it says by which rule.
 
+use crate::cause::{Cause, Causes, Rule};
 use crate::image::{
     AXES, Axis, DriveInput, DriveOutput, Inputs, Outputs, VALVES, ValveInput, ValveOutput,
 };
@@ -28,60 +29,82 @@ pub struct Rules {
     pub current_da: [i32; AXES],
 }
 
-/// What may reach the hardware of what is wanted.
-pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs) -> Outputs {
+/// What may reach the hardware of what is wanted. Where that is something else, the rule takes the
+/// place of the cause.
+pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Causes) -> Outputs {
     let mut allowed = *wanted;
     let [_, _, _, deployer] = &inputs.drives;
     let [_, _, _, folding] = &wanted.drives;
     let working =
         !rules.deployer || deployer.max_switch && !deployer.min_switch && folding.speed_tenths == 0;
     let mut valves = rules.valves.iter().zip(&inputs.valves);
-    for (output, (present, input)) in allowed.valves.iter_mut().zip(valves.clone()) {
-        *output = match present {
-            true => valve_output(rules, working, input, *output),
-            false => ValveOutput::Off,
+    let judged = allowed.valves.iter_mut().zip(&mut causes.valves).zip(valves.clone());
+    for ((output, cause), (present, input)) in judged {
+        let instead = match present {
+            true => instead_of_valve(rules, working, input, *output),
+            false => Some((ValveOutput::Off, Rule::Absent)),
         };
+        if let Some((passes, rule)) = instead {
+            replace(output, passes, cause, rule);
+        }
     }
     let water = valves.any(|(present, valve)| *present && !valve.close_switch);
     let drives = allowed.drives.iter_mut().zip(&inputs.drives).zip(Axis::ALL);
-    let bounds = rules.limits.iter().zip(&rules.current_da);
-    for (((output, input), axis), (limits, current_da)) in drives.zip(bounds) {
+    let bounds = rules.limits.iter().zip(&rules.current_da).zip(&mut causes.drives);
+    for (((output, input), axis), ((limits, current_da), cause)) in drives.zip(bounds) {
         // Folding with water in the barrel destroys it; aiming a folded barrel does too.
-        let position_allows = match axis {
-            Axis::Deployer => !(water && rules.deployer && folding.speed_tenths < 0),
-            Axis::Vertical | Axis::Horizontal | Axis::Nozzle => working,
+        let rule = match axis {
+            _ if !rules.settled => Some(Rule::Inert),
+            _ if rules.locked => Some(Rule::Lockout),
+            Axis::Deployer if water && rules.deployer && folding.speed_tenths < 0 => {
+                Some(Rule::Water)
+            }
+            Axis::Vertical | Axis::Horizontal | Axis::Nozzle if !working => Some(Rule::NotDeployed),
+            _ if i32::from(input.current_da) > *current_da => Some(Rule::CutOff),
+            _ => stopped_at(*limits, input, *output),
         };
-        let free = rules.settled
-            && !rules.locked
-            && position_allows
-            && i32::from(input.current_da) <= *current_da;
-        *output = if free { within(*limits, input, *output) } else { DriveOutput::default() };
+        if let Some(rule) = rule {
+            replace(output, DriveOutput::default(), cause, rule);
+        }
     }
     if !rules.settled {
-        allowed.heaters = Default::default();
+        for (output, cause) in allowed.heaters.iter_mut().zip(&mut causes.heaters) {
+            replace(output, false, cause, Rule::Inert);
+        }
     }
     allowed
 }
 
-fn valve_output(
+/// What passes as it is keeps its cause.
+fn replace<T: PartialEq>(output: &mut T, passes: T, cause: &mut Cause, rule: Rule) {
+    if *output != passes {
+        (*output, *cause) = (passes, Cause::Rule(rule));
+    }
+}
+
+fn instead_of_valve(
     rules: &Rules,
     working: bool,
     input: &ValveInput,
     wanted: ValveOutput,
-) -> ValveOutput {
+) -> Option<(ValveOutput, Rule)> {
     match wanted {
-        _ if !rules.settled => ValveOutput::Off,
-        _ if rules.locked && !input.close_switch => ValveOutput::Closing,
-        ValveOutput::Opening if rules.locked || !working || input.blocked => ValveOutput::Off,
-        other => other,
+        _ if !rules.settled => Some((ValveOutput::Off, Rule::Inert)),
+        _ if rules.locked && !input.close_switch => Some((ValveOutput::Closing, Rule::Lockout)),
+        ValveOutput::Opening if rules.locked => Some((ValveOutput::Off, Rule::Lockout)),
+        ValveOutput::Opening if !working => Some((ValveOutput::Off, Rule::NotDeployed)),
+        ValveOutput::Opening if input.blocked => Some((ValveOutput::Off, Rule::Blocked)),
+        _ => None,
     }
 }
 
 /// Never further out of the limits, never into a closed end switch.
-fn within(limits: Option<(i32, i32)>, input: &DriveInput, wanted: DriveOutput) -> DriveOutput {
+fn stopped_at(limits: Option<(i32, i32)>, input: &DriveInput, wanted: DriveOutput) -> Option<Rule> {
     let (min, max) = limits.unwrap_or((i32::MIN, i32::MAX));
-    let speed = wanted.speed_tenths;
-    let stopped = speed > 0 && (input.max_switch || input.position > max)
-        || speed < 0 && (input.min_switch || input.position < min);
-    if stopped { DriveOutput::default() } else { wanted }
+    let (end, beyond) = match wanted.speed_tenths {
+        0 => return None,
+        1.. => (input.max_switch, input.position > max),
+        ..0 => (input.min_switch, input.position < min),
+    };
+    end.then_some(Rule::EndSwitch).or(beyond.then_some(Rule::Limit))
 }

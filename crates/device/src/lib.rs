@@ -22,6 +22,7 @@ extern crate std;
 
 mod answers;
 pub mod ballistics;
+pub mod cause;
 mod chain;
 pub mod composition;
 mod device;
@@ -35,6 +36,7 @@ pub mod store;
 pub mod subsystem;
 pub mod time;
 
+pub use cause::{Cause, Causes};
 pub use composition::Composition;
 pub use device::Device;
 pub use subsystem::conn::Source;

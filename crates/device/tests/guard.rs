@@ -1,6 +1,7 @@
 //! The guard: everything that must not pass, and beside each thing one that must.
 
-use lafet_device::guard::{Rules, filter};
+use lafet_device::cause::{Cause, Causes, Rule};
+use lafet_device::guard::{self, Rules};
 use lafet_device::image::{AXES, Axis, DriveOutput, Inputs, Outputs, Place, UnitOp, ValveOutput};
 
 const VALVE_OUTPUTS: [ValveOutput; 3] =
@@ -60,6 +61,43 @@ fn drive_wanted(axis: Axis, speed_tenths: i16) -> Outputs {
     let mut wanted = Outputs::default();
     wanted.drives[axis as usize].speed_tenths = speed_tenths;
     wanted
+}
+
+/// What passes. The cause of an output is replaced just where the output is.
+fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs) -> Outputs {
+    let before = Causes::all(Rule::Arrived);
+    let mut causes = before;
+    let allowed = guard::filter(rules, inputs, wanted, &mut causes);
+    for axis in 0..AXES {
+        assert_eq!(
+            allowed.drives[axis] == wanted.drives[axis],
+            causes.drives[axis] == before.drives[axis]
+        );
+    }
+    for valve in 0..2 {
+        assert_eq!(
+            allowed.valves[valve] == wanted.valves[valve],
+            causes.valves[valve] == before.valves[valve]
+        );
+    }
+    for place in 0..5 {
+        assert_eq!(
+            allowed.heaters[place] == wanted.heaters[place],
+            causes.heaters[place] == before.heaters[place]
+        );
+    }
+    allowed
+}
+
+/// The rule that takes this speed away.
+fn rule(rules: &Rules, inputs: &Inputs, axis: Axis, speed_tenths: i16) -> Option<Rule> {
+    let mut causes = Causes::all(Rule::Arrived);
+    guard::filter(rules, inputs, &drive_wanted(axis, speed_tenths), &mut causes);
+    match causes.drives[axis as usize] {
+        Cause::Rule(Rule::Arrived) => None,
+        Cause::Rule(rule) => Some(rule),
+        other => panic!("{other:?}"),
+    }
 }
 
 /// What of this speed passes.
@@ -296,4 +334,48 @@ fn it_only_takes_away() {
         assert_eq!(allowed.heaters[Place::Box as usize], rules.settled);
     }
     assert!(moved > 400, "{moved}");
+}
+
+/// What is taken away says by which rule, and what passes keeps its cause.
+#[test]
+fn each_rule_is_told() {
+    use Rule as R;
+    let vertical =
+        |inputs: &Inputs, rules: &Rules, speed| rule(rules, inputs, Axis::Vertical, speed);
+    assert_eq!(vertical(&deployed(), &RULES, 50), None);
+    assert_eq!(vertical(&deployed(), &RULES, 0), None);
+    assert_eq!(vertical(&deployed(), &Rules { settled: false, ..RULES }, 50), Some(R::Inert));
+    assert_eq!(vertical(&deployed(), &Rules { locked: true, ..RULES }, 50), Some(R::Lockout));
+    assert_eq!(vertical(&wrapped(), &RULES, 50), Some(R::NotDeployed));
+    let mut inputs = deployed();
+    inputs.drives[Axis::Vertical as usize].position = 4501;
+    assert_eq!(vertical(&inputs, &RULES, 50), Some(R::Limit));
+    assert_eq!(vertical(&inputs, &RULES, -50), None);
+    inputs.drives[Axis::Vertical as usize].max_switch = true;
+    assert_eq!(vertical(&inputs, &RULES, 50), Some(R::EndSwitch));
+    inputs.drives[Axis::Vertical as usize].current_da = 161;
+    assert_eq!(vertical(&inputs, &RULES, -50), Some(R::CutOff));
+    let mut wet = deployed();
+    wet.valves[1].close_switch = false;
+    assert_eq!(rule(&RULES, &wet, Axis::Deployer, -50), Some(R::Water));
+    let valve = |rules: &Rules, inputs: &Inputs, output: ValveOutput| {
+        let mut causes = Causes::all(R::Arrived);
+        let wanted = Outputs { valves: [output; 2], ..Outputs::default() };
+        guard::filter(rules, inputs, &wanted, &mut causes);
+        causes.valves[1]
+    };
+    let open = ValveOutput::Opening;
+    let locked = Rules { locked: true, ..RULES };
+    assert_eq!(valve(&RULES, &deployed(), open), Cause::Rule(R::Arrived));
+    assert_eq!(valve(&locked, &deployed(), open), Cause::Rule(R::Lockout));
+    assert_eq!(valve(&locked, &wet, ValveOutput::Off), Cause::Rule(R::Lockout));
+    assert_eq!(valve(&RULES, &wrapped(), open), Cause::Rule(R::NotDeployed));
+    assert_eq!(valve(&Rules { settled: false, ..RULES }, &wet, open), Cause::Rule(R::Inert));
+    assert_eq!(
+        valve(&Rules { valves: [true, false], ..RULES }, &wet, open),
+        Cause::Rule(R::Absent)
+    );
+    wet.valves[1].blocked = true;
+    assert_eq!(valve(&RULES, &wet, open), Cause::Rule(R::Blocked));
+    assert_eq!(valve(&RULES, &wet, ValveOutput::Closing), Cause::Rule(R::Arrived));
 }

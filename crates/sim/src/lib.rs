@@ -12,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 pub mod airborne;
+pub mod attribution;
 pub mod calibration;
 pub mod climate;
 pub mod condition;
@@ -29,6 +30,7 @@ pub mod nozzle;
 pub mod rng;
 pub mod scenario;
 pub mod sim;
+pub mod swarm;
 pub mod unit;
 pub mod validation;
 pub mod valve;

@@ -6,6 +6,7 @@ pub mod demo;
 pub mod dissector;
 pub mod install;
 pub mod jog;
+pub mod life;
 pub mod limits;
 pub mod motion;
 pub mod param;

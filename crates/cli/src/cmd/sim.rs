@@ -12,6 +12,7 @@ use lafet_sim::sim::Config;
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
+use super::life::{LIFE_S, Replay, replay};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::pick;
@@ -32,7 +33,8 @@ const LAST_MS: u64 = 1000;
                         lafet sim --listen tcp://127.0.0.1:0 --listen pty --fire az=30,range=25\n  \
                         lafet sim --fire az=30,range=25 --wind -5,0 --gusts 0.15\n  \
                         lafet sim --fire az=30,range=25 --wall from=20,to=40,range=15,height=3\n  \
-                        lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486")]
+                        lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486\n  \
+                        lafet sim --replay 7 --from 20 --to 30")]
 pub struct SimArgs {
     /// Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; radio+ before it makes it the radio
     /// interface; port 0 takes a free one. May be repeated (default tcp://127.0.0.1:10485)
@@ -64,10 +66,31 @@ pub struct SimArgs {
     /// Keep the monitor's memory (parameters, lockout) in this file
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
+    /// Instead: live this seed of the swarm (cargo xtask swarm) once more, and tell every request,
+    /// answer and change of an output with its cause
+    #[arg(long, value_name = "SEED", conflicts_with_all = [
+        "listen", "profile", "addr", "seed", "speed", "fire", "flash"
+    ])]
+    replay: Option<u64>,
+    /// Tell of the replay from this second on (default 0)
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, requires = "replay",
+          value_parser = moment)]
+    from: f64,
+    /// Tell of the replay up to this second (default: to the end)
+    #[arg(long, value_name = "SECONDS", default_value_t = LIFE_S, requires = "replay",
+          value_parser = moment)]
+    to: f64,
+}
+
+fn moment(text: &str) -> Result<f64, String> {
+    crate::cli::seconds(text, 0.0)
 }
 
 /// Serves until SIGINT or SIGTERM.
 pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
+    if let Some(seed) = args.replay {
+        return replay(&Replay { seed, from_s: args.from, to_s: args.to }, out);
+    }
     let mut interrupt = Interrupt::catch()?;
     let flash = match &args.flash {
         Some(path) => load(path)?,

@@ -5,6 +5,7 @@
 //! locked, or when its drive was stopped by a request, acts only after it has been released.
 
 use crate::image::Axis;
+use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Button, ButtonState, ButtonsFlags};
 use lafet_proto::status::ButtonsStatus;
 
@@ -114,11 +115,15 @@ impl ButtonPost {
     }
 }
 
-/// Up/left/narrower (true) or the other way; opposite buttons at a time ask for nothing.
-pub(crate) const fn direction((up, down): (bool, bool)) -> Option<bool> {
-    match (up, down) {
-        (true, false) => Some(true),
-        (false, true) => Some(false),
+/// By which post up/left/narrower and down/right/wider are held.
+pub(crate) type Held = (Option<SubsystemId>, Option<SubsystemId>);
+
+/// Up/left/narrower (true) or the other way, and by which post; opposite buttons at a time ask for
+/// nothing.
+pub(crate) const fn direction(held: Held) -> Option<(bool, SubsystemId)> {
+    match held {
+        (Some(post), None) => Some((true, post)),
+        (None, Some(post)) => Some((false, post)),
         _ => None,
     }
 }

@@ -1,5 +1,6 @@
 //! §3.3.3 «Флаги состояния Climatics»: temperatures, humidity, heating.
 
+use crate::cause::{Cause, Rule};
 use crate::image::{Inputs, PLACES, PlaceInput};
 use crate::params::Params;
 use lafet_proto::flags::ClimaticsFlags;
@@ -40,6 +41,21 @@ impl Climatics {
 
     pub(crate) const fn heaters(&self) -> [bool; PLACES] {
         self.heating
+    }
+
+    /// Why each heater is on or off.
+    pub(crate) fn causes(&self) -> [Cause; PLACES] {
+        let mut causes = [Cause::Rule(Rule::Warm); PLACES];
+        let nodes = self.places.iter().zip(self.demand).zip(self.heating);
+        for (cause, ((place, demand), heating)) in causes.iter_mut().zip(nodes) {
+            *cause = Cause::Rule(match () {
+                () if heating => Rule::Cold,
+                () if demand => Rule::HeaterFault,
+                () if place.temperature_dc.is_none() => Rule::NoTemperature,
+                () => Rule::Warm,
+            });
+        }
+        causes
     }
 
     /// §3.3 ThermoStatus; a faulty sensor reads 0.

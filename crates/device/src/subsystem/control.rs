@@ -22,6 +22,7 @@ mod tests;
 
 use super::{Env, by_axis, of_axis};
 use crate::ballistics::NARROWEST_MM;
+use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{AXES, Axis};
 use crate::time::{Millis, Timer};
 use approach::{AIMING, Approach, Direction, Progress};
@@ -32,8 +33,10 @@ use lafet_proto::request::{self, Quench, Trajectory};
 use path::{Path, TRAJECTORIES};
 use raster::{Area, Raster};
 
-use super::drive::{Cause, Drive};
+use super::drive::Drive;
 
+/// Its programs.
+pub(crate) const PROGRAMS: [Program; 2] = [Program::Quench, Program::Trajectory];
 /// §3.1/3 The program goes on this long after the last command to a drive.
 const RESUME_MS: u32 = 3000;
 /// Speed of the jet over the fire, 0.1 °/s. At 25 m it passes 2 m in a second, so that every place
@@ -106,6 +109,8 @@ pub(crate) struct Data {
 pub struct Control {
     state: State,
     task: Task,
+    /// Of what it moves.
+    cause: Cause,
     data: Data,
     /// Position of the nozzle as asked for, or as the operator has left it.
     nozzle: i32,
@@ -123,6 +128,7 @@ impl Default for Control {
         Self {
             state: State::Idle,
             task: Task::Sector(Scan::aim(Direction::default())),
+            cause: Cause::Rule(Rule::Inert),
             data: Data::of(core::iter::empty()),
             nozzle: 0,
             nozzle_kept: false,
@@ -141,7 +147,7 @@ impl Control {
     }
 
     /// §3.14 StartQuench.
-    pub(crate) fn start_quench(&mut self, quench: &Quench<'_>, env: &Env<'_>) -> Status {
+    pub(crate) fn start_quench(&mut self, quench: &Quench<'_>, by: Asked, env: &Env<'_>) -> Status {
         let on = ballistics_on(env.params);
         let (sector, law) = match quench {
             // §3.14/2
@@ -184,6 +190,7 @@ impl Control {
             Quench::Program { .. } | Quench::Full { .. } => &[],
         };
         self.begin(Task::Sector(scan.with(law)), Data::of(data.iter().copied()), env);
+        self.cause = Cause::Program(Program::Quench, by);
         self.nozzle = i32::from(sector.nozzle);
         self.latched.set(ControlFlags::OUTSIDE_LIMITS, inside != Some(area));
         Status::ACCEPTED
@@ -193,6 +200,7 @@ impl Control {
     pub(crate) fn start_trajectory(
         &mut self,
         trajectory: &Trajectory<'_>,
+        by: Asked,
         env: &Env<'_>,
     ) -> Status {
         let (data, stored) = match trajectory.path {
@@ -223,6 +231,7 @@ impl Control {
             dwell: Timer::default(),
         };
         self.begin(Task::Trajectory(walk), data, env);
+        self.cause = Cause::Program(Program::Trajectory, by);
         self.nozzle = NARROWEST_MM;
         Status::ACCEPTED
     }
@@ -318,7 +327,7 @@ impl Control {
     fn end(&mut self, flags: ControlFlags, env: &mut Env<'_>) {
         self.state = State::Idle;
         self.latched |= flags;
-        approach::stop(env.drives, Cause::Program);
+        approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::ProgramEnd));
     }
 
     fn run(&mut self, now: Millis, env: &mut Env<'_>) {
@@ -344,8 +353,11 @@ impl Control {
         let goal = nozzle.clamp(wanted);
         let anew = self.nozzle_goal != Some(goal);
         let way = goal.saturating_sub(nozzle.position());
-        if way != 0 && (anew || nozzle.is_idle()) && !nozzle.refuses(way > 0) {
-            nozzle.go(goal, None, Cause::Program);
+        if (anew || way != 0 && nozzle.is_idle()) && !nozzle.refuses(way > 0) {
+            // Where it is there already, it must not go on to where another program sent it.
+            nozzle.go(goal, None, self.cause);
+        } else if anew {
+            approach::stop(env.drives, &PROGRAMS, self.cause);
         }
         self.nozzle_goal = Some(goal);
         aim
@@ -354,6 +366,10 @@ impl Control {
     /// §3.14/1 Line by line over the sector, or at its centre.
     fn scan(&mut self, now: Millis, scan: &mut Scan, aim: Option<Aim>, env: &mut Env<'_>) {
         if aim.is_none() {
+            // What a program that this one replaces has begun ends before the new aim is known.
+            if scan.raster.is_none() {
+                approach::stop(env.drives, &PROGRAMS, self.cause);
+            }
             return;
         }
         let raised = self.elevation.raised();
@@ -384,6 +400,9 @@ impl Control {
         walk.point =
             Direction { horizontal: point.horizontal.into(), vertical: point.vertical.into() };
         if self.aim(now, law, walk.point.vertical, env).is_none() {
+            if !walk.drawing {
+                approach::stop(env.drives, &PROGRAMS, self.cause);
+            }
             return;
         }
         let sight = walk.point.plus(walk.shift);
@@ -414,7 +433,7 @@ impl Control {
         if approach::clamp(env.drives, barrel) != barrel {
             self.latched |= ControlFlags::OUTSIDE_LIMITS;
         }
-        let progress = self.approach.step(now, env.drives, barrel, speed, Cause::Program);
+        let progress = self.approach.step(now, env.drives, barrel, speed, self.cause);
         if progress == Progress::Stuck {
             self.end(ControlFlags::INTERNAL_FAULT, env);
             return None;
@@ -424,10 +443,10 @@ impl Control {
 
     /// §3.1/3 Paused: nothing moves but what the operator moves.
     fn wait(&mut self, now: Millis, mut resume: Timer, mut moved: [bool; 3], env: &mut Env<'_>) {
-        approach::stop(env.drives, Cause::Program);
+        approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::Paused));
         for (moved, axis) in moved.iter_mut().zip(AIMING) {
-            let cause = of_axis(env.drives, axis).cause();
-            *moved |= matches!(cause, Some(Cause::Move | Cause::Button));
+            let mover = of_axis(env.drives, axis).mover();
+            *moved |= matches!(mover, Some(Cause::Request(_) | Cause::Button(_)));
         }
         if resume.poll(now) {
             self.resume(moved, env);
@@ -468,7 +487,7 @@ impl Control {
             }
         }
         for axis in AIMING {
-            by_axis(env.drives, axis).stop();
+            by_axis(env.drives, axis).stop(self.cause);
         }
         self.nozzle_goal = None;
         self.approach = Approach::default();

@@ -10,10 +10,11 @@
 //!   Stop, Move, a fault or the time over: Between, or where the switches say it is.
 //! ```
 
+use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{AXES, Axis, DriveInput};
 use crate::params::Params;
 use crate::subsystem::by_axis;
-use crate::subsystem::drive::{Cause, Drive};
+use crate::subsystem::drive::Drive;
 use crate::time::{Millis, Timer};
 use lafet_proto::Status;
 use lafet_proto::flags::{DeployerFlags, DriveFlags};
@@ -44,6 +45,8 @@ pub enum Position {
 #[derive(Clone, Debug)]
 pub struct Deployer {
     position: Position,
+    /// Of what it moves.
+    cause: Cause,
     travel: Timer,
     failed: bool,
     internal_fault: bool,
@@ -54,6 +57,7 @@ impl Deployer {
     pub(crate) fn new(input: &DriveInput) -> Self {
         Self {
             position: at_rest(input),
+            cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
             failed: false,
             internal_fault: false,
@@ -91,6 +95,7 @@ impl Deployer {
         now: Millis,
         drives: &mut [Drive; AXES],
         params: &Params,
+        by: Asked,
     ) -> Status {
         let drive = by_axis(drives, Axis::Deployer);
         if self.refuses(drive, true) {
@@ -104,12 +109,13 @@ impl Deployer {
         if self.position == Position::Deploying {
             return Status::ACCEPTED;
         }
-        drive.stop();
+        drive.stop(Cause::Request(by));
         self.failed = false;
         if self.position == Position::Resting {
-            by_axis(drives, Axis::Horizontal).stop();
-            by_axis(drives, Axis::Vertical).stop();
+            by_axis(drives, Axis::Horizontal).stop(Cause::Request(by));
+            by_axis(drives, Axis::Vertical).stop(Cause::Request(by));
         }
+        self.cause = Cause::Program(Program::Deploy, by);
         self.begin(now, Position::Deploying, params);
         Status::ACCEPTED
     }
@@ -120,6 +126,7 @@ impl Deployer {
         now: Millis,
         drives: &mut [Drive; AXES],
         params: &Params,
+        by: Asked,
     ) -> Status {
         if self.refuses(by_axis(drives, Axis::Deployer), false) {
             return Status::MODULE_FAULT;
@@ -133,18 +140,19 @@ impl Deployer {
             Position::Deploying | Position::Between => self.begin(now, Position::Folding, params),
         }
         for drive in drives {
-            drive.stop();
+            drive.stop(Cause::Request(by));
         }
+        self.cause = Cause::Program(Program::Wrap, by);
         Status::ACCEPTED
     }
 
     /// §3.2/2 Stays in between.
-    pub(crate) fn stop(&mut self, drives: &mut [Drive; AXES], input: &DriveInput) {
+    pub(crate) fn stop(&mut self, drives: &mut [Drive; AXES], input: &DriveInput, why: Cause) {
         if self.is_moving() {
-            self.end(drives, input);
+            self.end(drives, input, why);
             self.failed = true;
         }
-        by_axis(drives, Axis::Deployer).stop();
+        by_axis(drives, Axis::Deployer).stop(why);
     }
 
     /// §3.1/9 Move Deployer: it stands between its positions from now on.
@@ -180,7 +188,8 @@ impl Deployer {
         if late || self.is_hindered(drives) {
             self.internal_fault |= late;
             self.failed = true;
-            self.end(drives, input);
+            let why = if late { Rule::Timeout } else { Rule::ProgramEnd };
+            self.end(drives, input, Cause::Rule(why));
         }
     }
 
@@ -230,15 +239,15 @@ impl Deployer {
     fn arrive(&mut self, position: Position, drives: &mut [Drive; AXES]) {
         self.position = position;
         self.travel.stop();
-        by_axis(drives, Axis::Deployer).stop();
+        by_axis(drives, Axis::Deployer).stop(Cause::Rule(Rule::Arrived));
     }
 
-    fn end(&mut self, drives: &mut [Drive; AXES], input: &DriveInput) {
+    fn end(&mut self, drives: &mut [Drive; AXES], input: &DriveInput, why: Cause) {
         if self.position == Position::Resting {
-            by_axis(drives, Axis::Horizontal).stop();
-            by_axis(drives, Axis::Vertical).stop();
+            by_axis(drives, Axis::Horizontal).stop(why);
+            by_axis(drives, Axis::Vertical).stop(why);
         }
-        by_axis(drives, Axis::Deployer).stop();
+        by_axis(drives, Axis::Deployer).stop(why);
         self.position = at_rest(input);
         self.travel.stop();
     }
@@ -251,7 +260,7 @@ impl Deployer {
             let rest = drive.clamp(REST_ARCMIN);
             let off = drive.position().saturating_sub(rest).abs() > 1;
             if off && drive.is_idle() {
-                drive.go(rest, None, Cause::Deploy);
+                drive.go(rest, None, self.cause);
             }
             there &= !off && drive.is_idle();
         }
@@ -266,7 +275,7 @@ impl Deployer {
         let beyond = if end == DriveParam::MaxLimit { 60 } else { -60 };
         let target = params.drive(Axis::Deployer, end).saturating_add(beyond);
         if drive.is_idle() {
-            drive.seat(target, Cause::Deploy);
+            drive.seat(target, self.cause);
         }
     }
 }

@@ -15,8 +15,8 @@ mod tests;
 
 use super::control::approach::{self, Approach, Direction, POINTING, Progress};
 use super::control::raster::{Area, Raster};
-use super::drive::Cause;
 use super::{Env, of_axis};
+use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{Axis, Inputs};
 use crate::params::Params;
 use crate::time::{Millis, Timer};
@@ -42,6 +42,9 @@ const SILENCE_MS: u32 = 1000;
 const SCATTER_ARCMIN: i32 = 15;
 /// Largest angle between detector and barrel: what JustifyHorizontal and JustifyVertical take.
 const JUSTIFY_ARCMIN: i32 = 600;
+
+/// Its programs.
+pub(crate) const PROGRAMS: [Program; 2] = [Program::Seek, Program::Justify];
 
 /// What it does.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +80,8 @@ struct Search {
 #[derive(Clone, Debug)]
 pub struct Detector {
     state: State,
+    /// Of what it moves.
+    cause: Cause,
     hotbeds: Hotbeds,
     approach: Approach,
     silence: Timer,
@@ -90,6 +95,7 @@ impl Default for Detector {
     fn default() -> Self {
         Self {
             state: State::Idle,
+            cause: Cause::Rule(Rule::Inert),
             hotbeds: Hotbeds::default(),
             approach: Approach::default(),
             silence: Timer::default(),
@@ -117,7 +123,7 @@ impl Detector {
     }
 
     /// §3.16 StartSeek.
-    pub(crate) fn start_seek(&mut self, seek: &Seek, env: &Env<'_>) -> Status {
+    pub(crate) fn start_seek(&mut self, seek: &Seek, by: Asked, env: &Env<'_>) -> Status {
         let Seek { start_h, end_h, start_v, end_v, analyse } = *seek;
         // §3.16/6
         let analyse = match analyse {
@@ -144,6 +150,7 @@ impl Detector {
             return status;
         }
         let search = Search { sector, analyse };
+        self.cause = Cause::Program(Program::Seek, by);
         self.state = if env.deployed { State::scanning(search) } else { State::Deploying(search) };
         self.hotbeds = Hotbeds::default();
         self.approach = Approach::default();
@@ -154,7 +161,7 @@ impl Detector {
     }
 
     /// §3.13 StartJustify.
-    pub(crate) fn start_justify(&mut self, env: &Env<'_>) -> Status {
+    pub(crate) fn start_justify(&mut self, by: Asked, env: &Env<'_>) -> Status {
         // §3.13/2
         if self.is_justifying() {
             return Status::ACCEPTED;
@@ -162,6 +169,7 @@ impl Detector {
         if let Err(status) = check(env) {
             return status;
         }
+        self.cause = Cause::Program(Program::Justify, by);
         self.state = State::Aligning { samples: None };
         self.approach = Approach::default();
         self.silence.stop();
@@ -237,7 +245,7 @@ impl Detector {
         env: &mut Env<'_>,
     ) {
         let speed = raster.on_line().then(|| scan_tenths(env.params));
-        let Some(there) = self.approach(now, raster.point(), speed, Cause::Seek, env) else {
+        let Some(there) = self.approach(now, raster.point(), speed, env) else {
             return;
         };
         if there || raster.on_line() {
@@ -268,7 +276,7 @@ impl Detector {
             return self.end(env);
         };
         let to = centre(&expected).minus(justification(env.params));
-        let Some(there) = self.approach(now, to, None, Cause::Seek, env) else { return };
+        let Some(there) = self.approach(now, to, None, env) else { return };
         let Some(mut samples) = samples.or_else(|| there.then(|| Samples::after(now, SETTLE_MS)))
         else {
             return;
@@ -294,7 +302,7 @@ impl Detector {
 
     /// §3.13/1 Looks where the reference source is and measures where it seems to be.
     fn align(&mut self, now: Millis, samples: Option<Samples>, env: &mut Env<'_>) {
-        let Some(there) = self.approach(now, REFERENCE, None, Cause::Justify, env) else { return };
+        let Some(there) = self.approach(now, REFERENCE, None, env) else { return };
         let Some(mut samples) = samples.or_else(|| there.then(|| Samples::after(now, SETTLE_MS)))
         else {
             return;
@@ -324,10 +332,9 @@ impl Detector {
         now: Millis,
         to: Direction,
         speed: Option<i32>,
-        cause: Cause,
         env: &mut Env<'_>,
     ) -> Option<bool> {
-        match self.approach.step(now, env.drives, to, speed, cause) {
+        match self.approach.step(now, env.drives, to, speed, self.cause) {
             Progress::Going => Some(false),
             Progress::There => Some(true),
             Progress::Stuck => {
@@ -350,8 +357,7 @@ impl Detector {
     /// The barrel stays where it is.
     fn end(&mut self, env: &mut Env<'_>) {
         self.state = State::Idle;
-        approach::stop(env.drives, Cause::Seek);
-        approach::stop(env.drives, Cause::Justify);
+        approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::ProgramEnd));
     }
 
     fn is_silent(&mut self, now: Millis) -> bool {

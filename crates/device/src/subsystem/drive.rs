@@ -5,6 +5,7 @@
 //!  Hold ─────────────▶ Position | Run ────────────────────────────────────────▶ Hold
 //! ```
 
+use crate::cause::{Asked, Cause, Rule};
 use crate::composition::DriveKind;
 use crate::image::{Axis, DriveInput, DriveOutput, UnitInput};
 use crate::params::Params;
@@ -26,23 +27,6 @@ const CREEP_TENTHS: i64 = 2;
 
 /// How far beyond its target a drive may come to rest, ' or mm.
 const PASSED_COUNTS: i64 = 2;
-
-/// Why a drive moves. Kept for the record, and because MoveTimeout concerns Move alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
-    /// §3.1 Move.
-    Move,
-    /// A held button (§3.3.10).
-    Button,
-    /// A program of extinguishing (§3.14, §3.15).
-    Program,
-    /// The search for fire (§3.16).
-    Seek,
-    /// Alignment of detector and barrel (§3.13).
-    Justify,
-    /// Deployment or wrapping (§3.10, §3.11).
-    Deploy,
-}
 
 /// Where a drive wants to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +50,10 @@ pub struct Drive {
     axis: Axis,
     kind: DriveKind,
     goal: Goal,
+    /// Of the motion, or of its end.
     cause: Cause,
+    /// Of the speed now commanded: a new motion acts from the next step on.
+    driven: Cause,
     speed_cap_tenths: Option<i32>,
     /// Speed now commanded, 1/1000 of 0.1 °/s: slow ramps need the fraction.
     speed_milli: i32,
@@ -96,7 +83,8 @@ impl Drive {
             axis,
             kind,
             goal: Goal::Hold,
-            cause: Cause::Move,
+            cause: Cause::Rule(Rule::Inert),
+            driven: Cause::Rule(Rule::Inert),
             speed_cap_tenths: None,
             speed_milli: 0,
             input,
@@ -132,8 +120,13 @@ impl Drive {
     }
 
     /// Why it moves, if it moves.
-    pub fn cause(&self) -> Option<Cause> {
+    pub fn mover(&self) -> Option<Cause> {
         (self.goal != Goal::Hold).then_some(self.cause)
+    }
+
+    /// Why its output is as it is.
+    pub(crate) const fn driven(&self) -> Cause {
+        self.driven
     }
 
     /// Whether it is on its way up/left (true) or down/right.
@@ -202,16 +195,22 @@ impl Drive {
         self.begin(Goal::Position(target), None, cause);
     }
 
-    /// §3.17 Runs up/left or down/right until stopped.
+    /// §3.17 Runs up/left or down/right until stopped. Beyond a limit that has been moved inward
+    /// there is nowhere to go outward: the drive must not turn back instead.
     pub(crate) fn run(&mut self, up: bool, cause: Cause) {
         match self.limits() {
+            Some(Limits { max, .. }) if up && self.position > max => self.stop(cause),
+            Some(Limits { min, .. }) if !up && self.position < min => self.stop(cause),
             Some(Limits { min, max }) => self.go(if up { max } else { min }, None, cause),
             None => self.begin(Goal::Run(up), None, cause),
         }
     }
 
     /// §3.2/5 Stops at once.
-    pub(crate) fn stop(&mut self) {
+    pub(crate) fn stop(&mut self, why: Cause) {
+        if self.goal != Goal::Hold {
+            (self.cause, self.driven) = (why, why);
+        }
         self.goal = Goal::Hold;
         self.speed_milli = 0;
         self.timeout.stop();
@@ -219,15 +218,21 @@ impl Drive {
     }
 
     /// §3.1/4, §3.1/7, §3.1/8 Move.
-    pub(crate) fn move_to(&mut self, now: Millis, destination: i32, timeout_ms: u32) -> Status {
+    pub(crate) fn move_to(
+        &mut self,
+        now: Millis,
+        destination: i32,
+        timeout_ms: u32,
+        by: Asked,
+    ) -> Status {
         let up = destination > self.position;
         if self.refuses(up) {
             return Status::MODULE_FAULT;
         }
         if self.limitless && self.kind != DriveKind::Remote {
-            self.run(up, Cause::Move);
+            self.run(up, Cause::Request(by));
         } else {
-            self.go(destination, None, Cause::Move);
+            self.go(destination, None, Cause::Request(by));
         }
         if timeout_ms > 0 {
             self.timeout.start(now, timeout_ms);
@@ -236,7 +241,12 @@ impl Drive {
     }
 
     /// §3.17 SwitchLimits.
-    pub(crate) fn switch_limits(&mut self, state: LimitsState, params: &mut Params) -> Status {
+    pub(crate) fn switch_limits(
+        &mut self,
+        state: LimitsState,
+        params: &mut Params,
+        by: Asked,
+    ) -> Status {
         // §3.17/4
         if self.kind == DriveKind::LimitSwitches {
             return Status::NOT_SUPPORTED;
@@ -261,7 +271,7 @@ impl Drive {
         if state != LimitsState::Off && self.limitless {
             self.limitless = false;
             // What runs without limits must not go on into a limit that has just come back.
-            self.stop();
+            self.stop(Cause::Request(by));
         }
         Status::OK
     }
@@ -272,6 +282,7 @@ impl Drive {
         param: DriveParam,
         value: i32,
         params: &mut Params,
+        by: Asked,
     ) -> Status {
         let staged = match param {
             DriveParam::MinLimit => &mut self.staged.min,
@@ -292,7 +303,7 @@ impl Drive {
         let status = self.write(param, value, params);
         self.limits = stored_limits(self.axis, params);
         if status.is_success() {
-            self.stop_outside_limits();
+            self.stop_outside_limits(by);
         }
         status
     }
@@ -328,8 +339,8 @@ impl Drive {
         self.limits = stored_limits(self.axis, params);
         self.watch_current(now, dt_ms, params);
         // §D/4
-        if self.timeout.poll(now) && self.cause == Cause::Move {
-            self.stop();
+        if self.timeout.poll(now) && matches!(self.cause, Cause::Request(_)) {
+            self.stop(Cause::Rule(Rule::Timeout));
         }
         if self.goal != Goal::Hold {
             // An overload is judged by its current alone.
@@ -339,9 +350,14 @@ impl Drive {
             self.latched |= self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
         }
         if self.is_faulty() {
-            self.stop();
+            self.stop(Cause::Rule(if self.online { Rule::Fault } else { Rule::ConnLost }));
         }
         self.advance(dt_ms, params);
+    }
+
+    /// The guard has not let its output pass: it stands, and starts from standstill.
+    pub(crate) fn restrain(&mut self) {
+        self.speed_milli = 0;
     }
 
     /// What the drive wants of its motor.
@@ -389,13 +405,13 @@ impl Drive {
     /// Where there is nowhere to go, nothing begins: Move would be set without any motion.
     fn begin(&mut self, goal: Goal, speed_tenths: Option<i32>, cause: Cause) {
         let up = match goal {
-            Goal::Hold => return self.stop(),
+            Goal::Hold => return self.stop(cause),
             Goal::Run(up) => up,
-            Goal::Position(target) if target == self.position => return self.stop(),
+            Goal::Position(target) if target == self.position => return self.stop(cause),
             Goal::Position(target) => target > self.position,
         };
         if self.refuses(up) || self.is_at_end(up) {
-            return self.stop();
+            return self.stop(cause);
         }
         if self.goal == Goal::Hold {
             self.watch = Watch::begin(&self.input);
@@ -467,11 +483,11 @@ impl Drive {
         true
     }
 
-    fn stop_outside_limits(&mut self) {
+    fn stop_outside_limits(&mut self, by: Asked) {
         if let (Goal::Position(target), Some(Limits { min, max })) = (self.goal, self.limits())
             && !(min..=max).contains(&target)
         {
-            self.stop();
+            self.stop(Cause::Request(by));
         }
     }
 
@@ -516,7 +532,7 @@ impl Drive {
             self.overload_up = self.speed_milli > 0;
             // The other direction is free at once: its current is judged anew.
             self.overload_ms = 0;
-            self.stop();
+            self.stop(Cause::Rule(Rule::Overload));
             self.overload.start(now, OVERLOAD_CLEAR_MS);
         }
         // Hysteresis of an eighth: a speed that falls with the current must not rise at once.
@@ -534,10 +550,11 @@ impl Drive {
 
     /// The speed of this step: a ramp up, and a ramp down that ends at the target.
     fn advance(&mut self, dt_ms: u32, params: &Params) {
-        let Some(wanted) = self.wanted_speed_milli(params) else {
-            self.stop();
-            return;
+        let wanted = match self.wanted_speed_milli(params) {
+            Ok(wanted) => wanted,
+            Err(end) => return self.stop(Cause::Rule(end)),
         };
+        self.driven = self.cause;
         let accel_tenths = i64::from(params.drive(self.axis, DriveParam::Acceleration)) * 10;
         let change = (accel_tenths * i64::from(dt_ms)).clamp(1, 1_000_000_000) as i32;
         let speed = self.speed_milli;
@@ -549,23 +566,23 @@ impl Drive {
         };
     }
 
-    /// `None` when the goal is reached or lies behind an end switch.
-    fn wanted_speed_milli(&self, params: &Params) -> Option<i32> {
+    /// The rule that ends the motion when the goal is reached or lies behind an end switch.
+    fn wanted_speed_milli(&self, params: &Params) -> Result<i32, Rule> {
         let (error, up) = match self.goal {
-            Goal::Hold => return None,
+            Goal::Hold => return Err(Rule::Arrived),
             Goal::Run(up) => (i64::MAX / 1_000_000_000, up),
             Goal::Position(target) => {
                 let error = i64::from(target) - i64::from(self.position);
                 // Passing the target by a count or two is arriving: turning back would hunt.
                 let passed = error.signum() * i64::from(self.speed_milli.signum()) < 0;
                 if error == 0 || passed && error.abs() <= PASSED_COUNTS {
-                    return None;
+                    return Err(Rule::Arrived);
                 }
                 (error.abs(), error > 0)
             }
         };
         if self.is_at_end(up) {
-            return None;
+            return Err(Rule::EndSwitch);
         }
         let set = i64::from(params.drive(self.axis, DriveParam::Speed)) * 10;
         let cap = self.speed_cap_tenths.map_or(set, |cap| set.min(i64::from(cap)));
@@ -578,7 +595,7 @@ impl Drive {
         let near = error * 4000 / self.milli_per_tenth().max(1);
         let speed =
             cap.min(brake).min(near.max(CREEP_TENTHS)).max(CREEP_TENTHS).min(i16::MAX.into());
-        Some((if up { speed } else { -speed } * 1000) as i32)
+        Ok((if up { speed } else { -speed } * 1000) as i32)
     }
 }
 

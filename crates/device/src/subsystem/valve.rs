@@ -7,6 +7,7 @@
 //! Against water hammer stands the travel itself: the motor knows three commands, and no request,
 //! fault or reset makes the plug go faster than its gear does.
 
+use crate::cause::{Cause, Rule};
 use crate::image::{UnitInput, UnitOp, ValveInput, ValveNo, ValveOutput};
 use crate::params::Params;
 use crate::subsystem::remote;
@@ -38,6 +39,8 @@ pub struct Valve {
     no: ValveNo,
     remote: bool,
     motion: Motion,
+    /// Of the motion, or of its end.
+    cause: Cause,
     travel: Timer,
     /// Runs while the valve is driven away from the end it stands at.
     leaving: Timer,
@@ -64,6 +67,7 @@ impl Valve {
             no,
             remote: param(no, ValveParam::ValveType, params) == 1,
             motion: Motion::Still,
+            cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
             leaving: Timer::default(),
             input,
@@ -76,7 +80,7 @@ impl Valve {
             faulty_config: params.is_incomplete(no.id()),
         };
         if !keep {
-            valve.start(now, Motion::Closing, params);
+            valve.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
         }
         valve
     }
@@ -92,7 +96,7 @@ impl Valve {
     }
 
     /// §3.8/3 Open; its key has been checked.
-    pub(crate) fn open(&mut self, now: Millis, params: &Params) -> Status {
+    pub(crate) fn open(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
         if self.is_faulty() {
             return Status::MODULE_FAULT;
         }
@@ -100,20 +104,23 @@ impl Valve {
         if self.input.blocked {
             return Status::DENIED;
         }
-        self.start(now, Motion::Opening, params);
+        self.start(now, Motion::Opening, params, cause);
         Status::ACCEPTED
     }
 
     /// §3.9/2 Close; its key has been checked. Every valve is told to close; ModuleFault is the
     /// answer of one that cannot be driven (§3.3.5/1: a faulty sensor does not hinder).
-    pub(crate) fn close(&mut self, now: Millis, params: &Params) -> Status {
+    pub(crate) fn close(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
         let driven = self.online && !self.overload.is_running();
-        self.start(now, Motion::Closing, params);
+        self.start(now, Motion::Closing, params, cause);
         if driven { Status::ACCEPTED } else { Status::MODULE_FAULT }
     }
 
     /// §3.2/5 Stays where it is.
-    pub(crate) fn stop(&mut self) {
+    pub(crate) fn stop(&mut self, why: Cause) {
+        if self.motion != Motion::Still {
+            self.cause = why;
+        }
         self.motion = Motion::Still;
         self.travel.stop();
         self.leaving.stop();
@@ -165,6 +172,11 @@ impl Valve {
         }
     }
 
+    /// Why it moves, or why it has stopped.
+    pub(crate) const fn cause(&self) -> Cause {
+        self.cause
+    }
+
     /// Flags but BadPower, which General adds.
     pub fn flags(&self) -> ValveFlags {
         let input = &self.input;
@@ -202,7 +214,7 @@ impl Valve {
         self.flags().intersects(FAULTS)
     }
 
-    fn start(&mut self, now: Millis, motion: Motion, params: &Params) {
+    fn start(&mut self, now: Millis, motion: Motion, params: &Params, cause: Cause) {
         // What it drew on the way back says nothing about the way ahead; but a repeated request
         // must not put off the judgement.
         if self.motion != motion {
@@ -210,6 +222,7 @@ impl Valve {
             self.leaving.stop();
         }
         self.motion = motion;
+        self.cause = cause;
         self.latched = ValveFlags::empty();
         let travel_ms = param(self.no, ValveParam::TravelTime, params).unsigned_abs();
         // A valve in the cold is slower than its nameplate: half as much again is allowed.
@@ -223,7 +236,7 @@ impl Valve {
             && self.motion != Motion::Still;
         self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
         if self.overload_ms > OVERLOAD_DELAY_MS {
-            self.stop();
+            self.stop(Cause::Rule(Rule::Overload));
             self.overload.start(now, OVERLOAD_CLEAR_MS);
         }
     }
@@ -251,7 +264,7 @@ impl Valve {
             self.leaving.stop();
         } else if self.leaving.poll(now) {
             if self.motion == Motion::Opening {
-                self.stop();
+                self.stop(Cause::Rule(Rule::Fault));
             }
             self.latched |= ValveFlags::INTERNAL_FAULT;
         } else if !self.leaving.is_running() && self.latched.is_empty() {
@@ -269,9 +282,9 @@ impl Valve {
             Motion::Closing => (!open_switch, ValveFlags::CLOSE_SENSOR_FAULT),
         };
         if self.is_at(self.motion) {
-            self.stop();
+            self.stop(Cause::Rule(Rule::Arrived));
         } else if self.travel.poll(now) {
-            self.stop();
+            self.stop(Cause::Rule(Rule::Timeout));
             // It has left the one end and not shown at the other: the sensor there; otherwise
             // the valve itself has not moved.
             self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };

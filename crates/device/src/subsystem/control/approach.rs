@@ -1,7 +1,8 @@
 //! Takes the barrel to a direction and tells when it is there: for Control and Detector.
 
+use crate::cause::{Cause, Program};
 use crate::image::{AXES, Axis};
-use crate::subsystem::drive::{Cause, Drive};
+use crate::subsystem::drive::Drive;
 use crate::subsystem::{by_axis, of_axis};
 use crate::time::{Millis, Timer};
 
@@ -18,6 +19,9 @@ pub(crate) const AIMING: [Axis; 3] = [Axis::Vertical, Axis::Horizontal, Axis::No
 
 /// Those that point the barrel.
 pub(crate) const POINTING: [Axis; 2] = [Axis::Vertical, Axis::Horizontal];
+
+/// The programs that aim; one at most runs.
+const AIM: [Program; 4] = [Program::Quench, Program::Trajectory, Program::Seek, Program::Justify];
 
 /// A direction of the barrel, arc-minutes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,6 +85,10 @@ impl Approach {
         let longest = ways.iter().map(|(_, way)| way.saturating_abs()).max().unwrap_or(0);
         if ways.iter().all(|(_, way)| way.saturating_abs() <= TOLERANCE_ARCMIN) {
             self.patience.stop();
+            if anew {
+                // One that only passes here on the way to another goal must not go on to it.
+                stop(drives, &AIM, cause);
+            }
             return Progress::There;
         }
         for (axis, way) in ways {
@@ -89,8 +97,8 @@ impl Approach {
             if (anew || drive.is_idle()) && !near && !drive.refuses(way > 0) {
                 let speed = speed_tenths.map(|speed| in_proportion(speed, way, longest));
                 drive.go(drive.position().saturating_add(way), speed, cause);
-            } else if anew && drive.cause() == Some(cause) {
-                drive.stop();
+            } else if anew && matches!(drive.mover(), Some(Cause::Program(..))) {
+                drive.stop(cause);
             }
         }
         self.watch(now, rest)
@@ -120,12 +128,11 @@ pub(crate) fn is_faulty(drives: &[Drive; AXES], axes: &[Axis]) -> bool {
     axes.iter().any(|axis| of_axis(drives, *axis).is_faulty())
 }
 
-/// Stops what moves for this cause.
-pub(crate) fn stop(drives: &mut [Drive; AXES], cause: Cause) {
-    for axis in AIMING {
-        let drive = by_axis(drives, axis);
-        if drive.cause() == Some(cause) {
-            drive.stop();
+/// Stops what these programs move; what an operator moves goes on.
+pub(crate) fn stop(drives: &mut [Drive; AXES], programs: &[Program], why: Cause) {
+    for drive in drives {
+        if drive.mover().is_some_and(|cause| cause.is_of(programs)) {
+            drive.stop(why);
         }
     }
 }

@@ -1,17 +1,24 @@
 //! A bench for the tests of Control and Detector: real drives on motors that obey.
 
+use crate::cause::Asked;
 use crate::composition::Composition;
 use crate::hal::{Key, Storage, StorageError};
 use crate::image::{AXES, Axis, DetectorInput, Inputs, Spot, UnitInput};
 use crate::params::Params;
+use crate::subsystem::conn::Source;
 use crate::subsystem::drive::Drive;
 use crate::subsystem::{Env, by_axis, of_axis};
 use crate::time::Millis;
+use lafet_proto::{RequestId, SubsystemId};
 use std::collections::BTreeMap;
 use std::vec::Vec;
 
 /// A cycle, ms.
 pub(crate) const CYCLE_MS: u32 = 10;
+
+/// Who asks.
+pub(crate) const BY: Asked =
+    Asked { request: RequestId::START_QUENCH, to: SubsystemId::CONTROL, source: Source::Radio };
 
 #[derive(Default)]
 struct Memory(BTreeMap<Key, Vec<u8>>);
@@ -127,7 +134,7 @@ impl Bench {
 
     /// A request moves a drive.
     pub(crate) fn move_to(&mut self, axis: Axis, destination: i32) {
-        let status = by_axis(&mut self.drives, axis).move_to(self.now, destination, 0);
+        let status = by_axis(&mut self.drives, axis).move_to(self.now, destination, 0, BY);
         assert!(status.is_success(), "{status:?}");
     }
 

@@ -1,6 +1,6 @@
 //! Programs of extinguishing on the bench: real drives, motors that obey.
 
-use super::bench::{Bench, CYCLE_MS, damaged_params, one};
+use super::bench::{BY, Bench, CYCLE_MS, damaged_params, one};
 use super::*;
 use crate::ballistics::{Jet, Solver, Target};
 use lafet_proto::flags::ControlFlags as F;
@@ -18,7 +18,7 @@ fn full(sector: Sector, distance: i8) -> Quench<'static> {
 }
 
 fn quench(bench: &mut Bench, control: &mut Control, quench: &Quench<'_>) -> Status {
-    control.start_quench(quench, &bench.env())
+    control.start_quench(quench, BY, &bench.env())
 }
 
 fn run(bench: &mut Bench, control: &mut Control, ms: u32) {
@@ -370,7 +370,7 @@ fn drive_faults() {
     let (mut bench, mut control) = started(&full(SECTOR, 0));
     run(&mut bench, &mut control, 5000);
     let off = lafet_proto::request::LimitsState::Off;
-    assert_eq!(bench.drives[1].switch_limits(off, &mut bench.params), Status::OK);
+    assert_eq!(bench.drives[1].switch_limits(off, &mut bench.params, BY), Status::OK);
     run(&mut bench, &mut control, CYCLE_MS);
     assert_eq!(control.flags(), F::MODE_FAULT);
     assert!(bench.drives.iter().all(Drive::is_idle));
@@ -402,7 +402,7 @@ fn follows_a_trajectory() {
     let points = [at(300, 0, 0, 20), at(600, 300, 0, 0), at(0, 0, 0, 10)];
     let (mut bench, mut control) = (Bench::new(), Control::default());
     let request = trajectory(&points, false, false);
-    assert_eq!(control.start_trajectory(&request, &bench.env()), Status::ACCEPTED);
+    assert_eq!(control.start_trajectory(&request, BY, &bench.env()), Status::ACCEPTED);
     assert_eq!(control.flags(), F::QUENCH | F::TRAJECTORY);
     let mut dwelt = [0; 3];
     watch(&mut bench, &mut control, 20_000, |bench, control| {
@@ -428,7 +428,7 @@ fn repeats_and_is_shifted() {
     let points = [at(0, 0, 0, 5), at(600, 0, 0, 5)];
     let (mut bench, mut control) = (Bench::new(), Control::default());
     let request = trajectory(&points, false, true);
-    assert_eq!(control.start_trajectory(&request, &bench.env()), Status::ACCEPTED);
+    assert_eq!(control.start_trajectory(&request, BY, &bench.env()), Status::ACCEPTED);
     run(&mut bench, &mut control, 60_000);
     assert!(control.is_active());
     bench.move_to(Axis::Vertical, 240);
@@ -449,10 +449,10 @@ fn repeats_and_is_shifted() {
 fn trajectory_with_ballistics() {
     let points = [at(0, -60, 30, 50), at(0, -60, 90, 50), at(0, 5000, 0, 50)];
     let (mut bench, mut control) = (Bench::new(), Control::default());
-    bench.drives[2].go(30, None, Cause::Move);
+    bench.drives[2].go(30, None, Cause::Request(BY));
     run(&mut bench, &mut control, 10_000);
     let request = trajectory(&points, true, false);
-    assert_eq!(control.start_trajectory(&request, &bench.env()), Status::ACCEPTED);
+    assert_eq!(control.start_trajectory(&request, BY, &bench.env()), Status::ACCEPTED);
     run(&mut bench, &mut control, 5500);
     assert_near(bench.aim(), (0, elevation(-60, 30, 60)));
     assert_eq!((control.flags(), bench.at(Axis::Nozzle)), (F::QUENCH | F::TRAJECTORY, 60));
@@ -479,7 +479,7 @@ fn stored_trajectories() {
         (&[2, 3], Status::INVALID_ID),
         (&[2, 2], Status::ACCEPTED),
     ] {
-        assert_eq!(control.start_trajectory(&stored(numbers), &bench.env()), status);
+        assert_eq!(control.start_trajectory(&stored(numbers), BY, &bench.env()), status);
     }
     let mut visits: Vec<i32> = Vec::new();
     watch(&mut bench, &mut control, 30_000, |bench, _| {

@@ -1,14 +1,14 @@
 //! Searches and alignments on the bench: real drives, fires at known places.
 
 use super::*;
-use crate::subsystem::control::bench::{Bench, CYCLE_MS, one};
+use crate::subsystem::control::bench::{BY, Bench, CYCLE_MS, one};
 use crate::subsystem::drive::Drive;
 use lafet_proto::flags::DetectorFlags as F;
 
 const SEEK: Seek = Seek { start_h: 1800, end_h: -1800, start_v: 600, end_v: -600, analyse: 0 };
 
 fn seek(bench: &mut Bench, detector: &mut Detector, seek: Seek) -> Status {
-    detector.start_seek(&seek, &bench.env())
+    detector.start_seek(&seek, BY, &bench.env())
 }
 
 fn run(bench: &mut Bench, detector: &mut Detector, ms: u32) {
@@ -178,7 +178,7 @@ fn device_fault() {
     run(&mut bench, &mut detector, 1100);
     assert_eq!(detector.flags(), F::CANCELED | F::DEVICE_FAULT | F::DIRTY_LENS);
     assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::MODULE_FAULT);
-    assert_eq!(detector.start_justify(&bench.env()), Status::MODULE_FAULT);
+    assert_eq!(detector.start_justify(BY, &bench.env()), Status::MODULE_FAULT);
     bench.inputs.detector.ready = true;
     run(&mut bench, &mut detector, CYCLE_MS);
     assert_eq!(detector.flags(), F::CANCELED | F::DIRTY_LENS);
@@ -193,10 +193,10 @@ fn justifies() {
     bench.fires = [(0, 0, 30, 800)].to_vec();
     bench.move_to(Axis::Horizontal, 900);
     run(&mut bench, &mut detector, 5000);
-    assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+    assert_eq!(detector.start_justify(BY, &bench.env()), Status::ACCEPTED);
     assert_eq!(detector.flags(), F::JUSTIFYING);
     run(&mut bench, &mut detector, 500);
-    assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+    assert_eq!(detector.start_justify(BY, &bench.env()), Status::ACCEPTED);
     finish(&mut bench, &mut detector);
     assert_eq!(detector.flags(), F::JUSTIFIED);
     let found = justification(&bench.params);
@@ -212,17 +212,17 @@ fn nothing_to_justify_by() {
         let (mut bench, mut detector) = ready();
         bench.params.set_justify(7, 8);
         bench.fires = fires.to_vec();
-        assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+        assert_eq!(detector.start_justify(BY, &bench.env()), Status::ACCEPTED);
         finish(&mut bench, &mut detector);
         assert_eq!(detector.flags(), F::DEVICE_FAULT);
         assert_eq!(justification(&bench.params), Direction { horizontal: 7, vertical: 8 });
-        assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+        assert_eq!(detector.start_justify(BY, &bench.env()), Status::ACCEPTED);
         assert_eq!(detector.flags(), F::JUSTIFYING);
         detector.stop();
         assert!(detector.flags().is_empty());
     }
     let (mut bench, mut detector) = ready();
-    assert_eq!(detector.start_justify(&bench.env()), Status::ACCEPTED);
+    assert_eq!(detector.start_justify(BY, &bench.env()), Status::ACCEPTED);
     for shift in 0..300 {
         bench.fires = [(shift, 0, 30, 800)].to_vec();
         run(&mut bench, &mut detector, CYCLE_MS);

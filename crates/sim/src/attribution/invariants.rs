@@ -1,0 +1,223 @@
+//! What must never be, whatever the cause; looked at in the true world.
+//!
+//! Allowances. A switch or an encoder that lies ([`Fault`]s `min-switch`, `max-switch` of the
+//! deployer, `encoder-…` of a drive) cannot be seen through, so what depends on it is not judged
+//! while it lies and for [`LIE_MS`] after. A remote unit hears of a change late: its bus is polled
+//! every 20 ms, and it stops by itself after 200 ms without one.
+
+use lafet_device::guard::SETTLE_MS;
+use lafet_device::image::{AXES, Axis, Outputs, ValveNo, ValveOutput};
+use lafet_proto::SubsystemId;
+use lafet_proto::flags::GeneralFlags;
+use lafet_proto::param::DriveParam;
+
+use super::ledger::{Ledger, Lock};
+use super::{Bilingual, View, Violation};
+use crate::fault::{DriveFault, Fault, axis_name, valve_name};
+use crate::world::STEP_MS;
+
+/// What was sensed wrongly is put right by then.
+const LIE_MS: u64 = 2000;
+/// Allowance of the guard beyond a limit and one count of the encoder, arc-minutes or mm.
+const LIMIT_ALLOWANCE: f64 = 3.0;
+/// How old what is sensed may be: a step, and at a remote unit as long as it counts as online.
+const LAG_MS: u64 = 2 * STEP_MS;
+const REMOTE_LAG_MS: u64 = 120;
+/// How long after leaving the working position water may still be asked for.
+const FOLDED_MS: u64 = 2 * STEP_MS;
+/// How long after a request its effect may take to show in the outputs.
+const OBEY_MS: u64 = STEP_MS;
+
+#[derive(Clone, Debug, Default)]
+pub struct Invariants {
+    lie_until_ms: [u64; AXES],
+    folded_ms: u64,
+    /// Water got in while nobody could know.
+    excused: bool,
+    locked_ms: u64,
+    /// One report of each kind until it ends.
+    reported: Vec<&'static str>,
+}
+
+impl Invariants {
+    pub fn check(&mut self, ledger: &Ledger, view: &View<'_>, found: &mut Vec<Violation>) {
+        self.follow(ledger, view);
+        let mut broken: Vec<(&'static str, Bilingual)> = Vec::new();
+        inert(ledger, view, &mut broken);
+        self.water(view, &mut broken);
+        self.lockout(ledger, view, &mut broken);
+        self.limits(ledger, view, &mut broken);
+        self.reported.retain(|kind| broken.iter().any(|(other, _)| other == kind));
+        for (kind, text) in broken {
+            if !self.reported.contains(&kind) {
+                self.reported.push(kind);
+                found.push(Violation { at_ms: view.now_ms, unexplained: false, text });
+            }
+        }
+    }
+
+    fn follow(&mut self, ledger: &Ledger, view: &View<'_>) {
+        for fault in view.faults {
+            let Fault::Drive(axis, fault) = fault else { continue };
+            let lies = match axis {
+                Axis::Deployer => matches!(fault, DriveFault::MinSwitch | DriveFault::MaxSwitch),
+                _ => matches!(
+                    fault,
+                    DriveFault::EncoderDead
+                        | DriveFault::EncoderReversed
+                        | DriveFault::EncoderFault
+                ),
+            };
+            if lies {
+                self.lie_until_ms[*axis as usize] = view.now_ms + LIE_MS;
+            }
+        }
+        self.excused = view.flooded && (self.excused || !self.believes(Axis::Deployer, view));
+        self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
+        self.locked_ms = if ledger.lock == Lock::On { self.locked_ms + STEP_MS } else { 0 };
+    }
+
+    fn believes(&self, axis: Axis, view: &View<'_>) -> bool {
+        view.now_ms > self.lie_until_ms[axis as usize]
+    }
+
+    /// §3.8/1, §3.11/6: no water into a barrel that does not stand in its working position.
+    fn water(&self, view: &View<'_>, broken: &mut Vec<(&'static str, Bilingual)>) {
+        if !view.device.has(SubsystemId::DEPLOYER) || !self.believes(Axis::Deployer, view) {
+            return;
+        }
+        let lag_ms = FOLDED_MS + lag_ms(view, Axis::Deployer);
+        for valve in ValveNo::ALL {
+            let opens = view.outputs.valves[valve as usize] == ValveOutput::Opening;
+            if opens && self.folded_ms > lag_ms {
+                let name = valve_name(valve);
+                broken.push((
+                    "water",
+                    Bilingual {
+                        en: format!("{name} is opened though the barrel is not deployed"),
+                        ru: format!("{name} открывается, хотя ствол не развёрнут"),
+                    },
+                ));
+            }
+        }
+        if view.flooded && !self.excused {
+            broken.push((
+                "flood",
+                Bilingual {
+                    en: "water flows into a folded barrel".to_owned(),
+                    ru: "вода поступает в свёрнутый ствол".to_owned(),
+                },
+            ));
+        }
+    }
+
+    /// §3.18/1: nothing moves, nothing opens, what is not closed closes; and it is told.
+    fn lockout(
+        &self,
+        ledger: &Ledger,
+        view: &View<'_>,
+        broken: &mut Vec<(&'static str, Bilingual)>,
+    ) {
+        let told = view.told.general & GeneralFlags::LOCKED_OUT.bits() != 0;
+        if told != (ledger.lock == Lock::On) {
+            broken.push((
+                "told",
+                Bilingual {
+                    en: format!("LockedOut is told as {told}, against what was accepted"),
+                    ru: format!("LockedOut = {told}, вопреки принятым запросам"),
+                },
+            ));
+        }
+        if self.locked_ms <= OBEY_MS {
+            return;
+        }
+        for axis in Axis::ALL {
+            if view.outputs.drives[axis as usize].speed_tenths != 0 {
+                let name = axis_name(axis);
+                broken.push((
+                    "lockout",
+                    Bilingual {
+                        en: format!("{name} moves under lockout"),
+                        ru: format!("{name} движется при блокировке"),
+                    },
+                ));
+            }
+        }
+        let settled = view.now_ms >= ledger.powered_ms + u64::from(SETTLE_MS) + STEP_MS;
+        for valve in ValveNo::ALL {
+            let output = view.outputs.valves[valve as usize];
+            let left_open = view.device.has(valve.id())
+                && settled
+                && !view.inputs.valves[valve as usize].close_switch
+                && output != ValveOutput::Closing;
+            if output == ValveOutput::Opening || left_open {
+                let name = valve_name(valve);
+                broken.push((
+                    "valve under lockout",
+                    Bilingual {
+                        en: format!("{name} is not being closed under lockout"),
+                        ru: format!("{name} не закрывается при блокировке"),
+                    },
+                ));
+            }
+        }
+    }
+
+    /// §3.17, §D/5: no drive is driven further out of its limits while they are on.
+    fn limits(
+        &self,
+        ledger: &Ledger,
+        view: &View<'_>,
+        broken: &mut Vec<(&'static str, Bilingual)>,
+    ) {
+        for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
+            if ledger.limitless[axis as usize] || !self.believes(axis, view) {
+                continue;
+            }
+            let zero = view.params.drive(axis, DriveParam::ZeroPoint);
+            let min = f64::from(view.params.drive(axis, DriveParam::MinLimit) + zero);
+            let max = f64::from(view.params.drive(axis, DriveParam::MaxLimit) + zero);
+            let lag_s = (LAG_MS + lag_ms(view, axis)) as f64 / 1000.0;
+            let allowance = LIMIT_ALLOWANCE + view.speeds[axis as usize].abs() * lag_s;
+            let (at, speed) =
+                (view.positions[axis as usize], view.outputs.drives[axis as usize].speed_tenths);
+            let beyond = speed > 0 && at > max + allowance || speed < 0 && at < min - allowance;
+            if beyond {
+                let name = axis_name(axis);
+                broken.push((
+                    "limits",
+                    Bilingual {
+                        en: format!(
+                            "{name} at {at:.1} is driven out of its limits {min:.0}…{max:.0}"
+                        ),
+                        ru: format!("{name} ({at:.1}) движется за пределы {min:.0}…{max:.0}"),
+                    },
+                ));
+            }
+        }
+    }
+}
+
+/// §D/1: all off until the sensors have settled.
+fn inert(ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Bilingual)>) {
+    let settling = view.now_ms < ledger.powered_ms + u64::from(SETTLE_MS);
+    let Outputs { drives, valves, heaters, .. } = view.outputs;
+    let idle = drives.iter().all(|drive| drive.speed_tenths == 0)
+        && valves.iter().all(|valve| *valve == ValveOutput::Off)
+        && heaters.iter().all(|heater| !heater);
+    if settling && !idle {
+        broken.push((
+            "inert",
+            Bilingual {
+                en: "an output is on before the sensors have settled".to_owned(),
+                ru: "выход включён до окончания выдержки после подачи питания".to_owned(),
+            },
+        ));
+    }
+}
+
+/// How much later a remote drive is heard.
+fn lag_ms(view: &View<'_>, axis: Axis) -> u64 {
+    let remote = view.params.drive(axis, DriveParam::DriveType) == 1;
+    if remote { REMOTE_LAG_MS } else { 0 }
+}

@@ -1,0 +1,629 @@
+//! What really happened: requests delivered and answered, buttons held, time.
+
+use lafet_device::Source;
+use lafet_device::cause::{Asked, Cause, Program, Rule};
+use lafet_device::guard::SETTLE_MS;
+use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
+use lafet_proto::flags::{ButtonState, ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
+use lafet_proto::id::key;
+use lafet_proto::param::{DriveParam, Param, ValveParam};
+use lafet_proto::record::{Record, Records};
+use lafet_proto::request::{Body, LimitsState};
+use lafet_proto::{RequestId, Status, SubsystemId, dictionary};
+
+use super::rules::Step;
+use super::view::{View, axis_of};
+use super::{Output, Told};
+use crate::fault::{Fault, SingleFault};
+use crate::world::STEP_MS;
+
+/// A lockout that was accepted this long before a power cut is stored for certain.
+const STORED_MS: u64 = 2 * STEP_MS;
+
+/// Whether the monitor is locked out, as far as the ledger can know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lock {
+    /// No.
+    Off,
+    /// Yes.
+    On,
+    /// The memory could not tell; the monitor's own word counts.
+    Unknown,
+}
+
+/// A Move that was accepted.
+#[derive(Clone, Copy, Debug)]
+pub struct Move {
+    /// The request.
+    pub asked: Asked,
+    /// Where to.
+    pub destination: i32,
+    /// Where to, inside the limits at that time.
+    pub target: i32,
+    /// When.
+    pub at_ms: u64,
+    /// MoveTimeout at that time, ms.
+    pub timeout_ms: u32,
+}
+
+/// A program that a request has started.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// What.
+    pub program: Program,
+    /// By which request.
+    pub asked: Asked,
+    /// When.
+    pub at_ms: u64,
+    /// Replaced by another start at this moment.
+    pub replaced_ms: Option<u64>,
+    /// TravelTime of Deployer at the start, ms.
+    pub travel_ms: u32,
+}
+
+/// A right to drive a valve.
+#[derive(Clone, Copy, Debug)]
+pub struct Work {
+    /// Which way.
+    pub output: ValveOutput,
+    /// By whom.
+    pub cause: Cause,
+    /// Since when.
+    pub at_ms: u64,
+    /// TravelTime at that time, ms.
+    pub travel_ms: u32,
+}
+
+/// A button as the ledger follows it.
+#[derive(Clone, Copy, Debug, Default)]
+struct ButtonTrack {
+    /// Released since power-up, lockout and the last stop of its drive.
+    armed: bool,
+    held: bool,
+    held_before: bool,
+}
+
+/// The ledger of a monitor.
+#[derive(Clone, Debug)]
+pub struct Ledger {
+    now_ms: u64,
+    /// When the program has begun.
+    pub powered_ms: u64,
+    /// Whether it is locked out.
+    pub lock: Lock,
+    locked_ms: u64,
+    /// Waiting for a reset since.
+    pub restart_ms: Option<u64>,
+    /// The Move in force, by [`Axis`].
+    pub moves: [Option<Move>; AXES],
+    /// Programs that have been started and not stopped.
+    pub starts: Vec<Start>,
+    /// Rights to drive the valves.
+    pub works: [Vec<Work>; VALVES],
+    /// Requests that were accepted since the last step.
+    pub recent: Vec<(Asked, Status)>,
+    /// Whether limits are off, by [`Axis`].
+    pub limitless: [bool; AXES],
+    /// When somebody has last aimed by hand.
+    pub manual_ms: Option<u64>,
+    /// For how long each drive has drawn more than MaxCurrent, ms.
+    pub over_ms: [u64; AXES],
+    /// For how long each valve has drawn more than MaxCurrent, ms.
+    pub valve_over_ms: [u64; VALVES],
+    /// Whether a fault was in force at a drive or its unit since power-up.
+    pub broken: [bool; AXES],
+    /// Whether a fault was in force at a valve or its unit since power-up.
+    pub valve_broken: [bool; VALVES],
+    memory_is_sound: bool,
+    buttons: [[ButtonTrack; 8]; 2],
+    told: Told,
+    /// Limits of each drive before the last change of them, and those of the last step.
+    pub past_limits: [[Option<i32>; 4]; AXES],
+    move_timeout_ms: u32,
+    deployer_travel_ms: u32,
+    valve_travel_ms: [u32; VALVES],
+    chain_known: bool,
+    chain: Vec<SubsystemId>,
+}
+
+impl Ledger {
+    pub(super) fn new(now_ms: u64) -> Self {
+        Self {
+            now_ms,
+            powered_ms: now_ms,
+            lock: Lock::Off,
+            locked_ms: now_ms,
+            restart_ms: None,
+            moves: [None; AXES],
+            starts: Vec::new(),
+            works: [power_up_work(now_ms), power_up_work(now_ms)],
+            recent: Vec::new(),
+            limitless: [false; AXES],
+            manual_ms: None,
+            over_ms: [0; AXES],
+            valve_over_ms: [0; VALVES],
+            broken: [false; AXES],
+            valve_broken: [false; VALVES],
+            memory_is_sound: true,
+            buttons: Default::default(),
+            told: Told::default(),
+            past_limits: [[None; 4]; AXES],
+            move_timeout_ms: 0,
+            deployer_travel_ms: 0,
+            valve_travel_ms: [0; VALVES],
+            chain_known: false,
+            chain: SubsystemId::CHAIN.to_vec(),
+        }
+    }
+
+    pub(super) fn powered_up(&mut self, now_ms: u64, memory_is_sound: bool) {
+        let sure = self.memory_is_sound
+            && memory_is_sound
+            && (self.restart_ms.is_some() || self.now_ms >= self.locked_ms + STORED_MS);
+        let lock = if sure { self.lock } else { Lock::Unknown };
+        *self = Self {
+            lock,
+            locked_ms: self.locked_ms,
+            memory_is_sound,
+            past_limits: self.past_limits,
+            move_timeout_ms: self.move_timeout_ms,
+            deployer_travel_ms: self.deployer_travel_ms,
+            valve_travel_ms: self.valve_travel_ms,
+            ..Self::new(now_ms)
+        };
+    }
+
+    pub(super) fn delivered(&mut self, now_ms: u64, source: Source, payload: &[u8], answer: &[u8]) {
+        self.now_ms = now_ms;
+        let answers: Vec<Record<'_>> = Records::new(answer).flatten().collect();
+        let mut rest = answers.as_slice();
+        let mut full = false;
+        for record in Records::new(payload).flatten() {
+            let asked = Asked { request: record.request, to: record.device, source };
+            let taken = self.answers_to(&asked, rest);
+            let (mine, others) = rest.split_at(taken);
+            rest = others;
+            full |= mine.iter().any(|answer| answer.status == Status::NO_ROOM);
+            let Ok(body) = Body::decode(record.request, record.data) else { continue };
+            let as_a_whole =
+                matches!(record.request, RequestId::STOP | RequestId::LOCKOUT | RequestId::RESTART)
+                    && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
+            // §1/9 Stop All and Lockout on take effect though their answers find no room.
+            let silent = full && as_a_whole && !self.refuses(record.request);
+            if silent {
+                self.accepted(&asked, &body, asked.to, Status::OK);
+                continue;
+            }
+            for answer in mine {
+                let closes =
+                    record.request == RequestId::CLOSE || record.request == RequestId::STOP;
+                // A faulty valve is told to close all the same, a faulty drive stops.
+                let acts =
+                    answer.status.is_success() || closes && answer.status == Status::MODULE_FAULT;
+                let own = as_a_whole_or(record.device, answer.device);
+                if acts && own {
+                    self.accepted(&asked, &body, answer.device, answer.status);
+                    if as_a_whole {
+                        break;
+                    }
+                }
+            }
+        }
+    }
+
+    fn refuses(&self, request: RequestId) -> bool {
+        self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some()
+    }
+
+    /// How many of the answers belong to this request: one, or those of all who handle it.
+    fn answers_to(&self, asked: &Asked, answers: &[Record<'_>]) -> usize {
+        let Some(first) = answers.first() else { return 0 };
+        if first.request != asked.request {
+            return 0;
+        }
+        if !matches!(asked.to, SubsystemId::ALL | SubsystemId::MOTORS) {
+            return 1;
+        }
+        let place = |id: SubsystemId| SubsystemId::CHAIN.iter().position(|known| *known == id);
+        let mut last = None;
+        answers
+            .iter()
+            .take_while(|answer| {
+                let at = place(answer.device);
+                let next = answer.request == asked.request
+                    && self.handles(answer.device, asked)
+                    && (last.is_none() || at > last);
+                last = at;
+                next
+            })
+            .count()
+            .max(1)
+    }
+
+    fn handles(&self, id: SubsystemId, asked: &Asked) -> bool {
+        let whole = matches!(asked.request, RequestId::RESTART | RequestId::LOCKOUT);
+        let known = dictionary::request(asked.request)
+            .is_some_and(|info| info.addressees.is_empty() || info.addressees.contains(&id));
+        let motors = asked.to != SubsystemId::MOTORS || id.is_drive();
+        self.chain.contains(&id) && (whole || known) && motors
+    }
+
+    /// What an accepted request permits and ends.
+    fn accepted(&mut self, asked: &Asked, body: &Body<'_>, by: SubsystemId, status: Status) {
+        let whole = matches!(asked.to, SubsystemId::ALL | SubsystemId::MOTORS);
+        self.recent.push((*asked, status));
+        match body {
+            Body::Move { destination } => self.moved(asked, i32::from(*destination)),
+            Body::Stop if whole => self.stop_everything(asked.to == SubsystemId::ALL),
+            Body::Stop => self.stop(by),
+            Body::Open { .. } => self.work(by, ValveOutput::Opening, Cause::Request(*asked)),
+            Body::Close { .. } => self.work(by, ValveOutput::Closing, Cause::Request(*asked)),
+            Body::Deploy if status == Status::ACCEPTED => self.deploy(asked),
+            Body::Wrap if status == Status::ACCEPTED => {
+                self.end(&[Program::Quench, Program::Trajectory, Program::Deploy]);
+                self.moves = [None; AXES];
+                self.start(Program::Wrap, asked, &[]);
+            }
+            Body::StartQuench(_) => self.start_deploying(Program::Quench, asked),
+            Body::StartTrajectory(_) => self.start_deploying(Program::Trajectory, asked),
+            Body::StartSeek(_) => self.start_deploying(Program::Seek, asked),
+            Body::StartJustify => self.start(Program::Justify, asked, &[]),
+            Body::SwitchLimits { new_state } => self.switch_limits(by, *new_state),
+            Body::Lockout { key: key::ENABLE } => {
+                self.close_everything(asked);
+                (self.lock, self.locked_ms) = (Lock::On, self.now_ms);
+            }
+            Body::Lockout { .. } => (self.lock, self.locked_ms) = (Lock::Off, self.now_ms),
+            Body::Restart | Body::CleanFlash { .. } => {
+                self.close_everything(asked);
+                self.restart_ms = Some(self.now_ms);
+            }
+            _ => {}
+        }
+    }
+
+    fn moved(&mut self, asked: &Asked, destination: i32) {
+        let Some(axis) = axis_of(asked.to) else { return };
+        let [.., min, max] = self.past_limits[axis as usize];
+        let target = destination.min(max.unwrap_or(i32::MAX)).max(min.unwrap_or(i32::MIN));
+        let (at_ms, timeout_ms) = (self.now_ms, self.move_timeout_ms);
+        self.moves[axis as usize] =
+            Some(Move { asked: *asked, destination, target, at_ms, timeout_ms });
+        if axis == Axis::Deployer {
+            self.end(&[Program::Deploy, Program::Wrap]);
+        } else {
+            self.manual_ms = Some(self.now_ms);
+        }
+    }
+
+    fn stop_everything(&mut self, valves: bool) {
+        self.starts.clear();
+        self.moves = [None; AXES];
+        for axis in Axis::ALL {
+            self.disarm(axis);
+        }
+        if valves {
+            self.works = Default::default();
+        }
+    }
+
+    fn stop(&mut self, id: SubsystemId) {
+        match id {
+            SubsystemId::CONTROL => self.end(&[Program::Quench, Program::Trajectory]),
+            SubsystemId::DETECTOR => self.end(&[Program::Seek, Program::Justify]),
+            SubsystemId::DEPLOYER => self.end(&[Program::Deploy, Program::Wrap]),
+            SubsystemId::VALVE1 => self.works[0].clear(),
+            SubsystemId::VALVE2 => self.works[1].clear(),
+            _ => {}
+        }
+        if let Some(axis) = axis_of(id) {
+            self.moves[axis as usize] = None;
+            self.disarm(axis);
+        }
+    }
+
+    fn close_everything(&mut self, asked: &Asked) {
+        self.stop_everything(true);
+        for valve in ValveNo::ALL {
+            self.work(valve.id(), ValveOutput::Closing, Cause::Request(*asked));
+        }
+    }
+
+    fn work(&mut self, id: SubsystemId, output: ValveOutput, cause: Cause) {
+        let index = usize::from(id == SubsystemId::VALVE2);
+        let (at_ms, travel_ms) = (self.now_ms, self.valve_travel_ms[index]);
+        let works = &mut self.works[index];
+        works.retain(|work| work.output == output);
+        works.push(Work { output, cause, at_ms, travel_ms });
+    }
+
+    fn deploy(&mut self, asked: &Asked) {
+        self.end(&[Program::Wrap]);
+        self.moves[Axis::Deployer as usize] = None;
+        self.start(Program::Deploy, asked, &[]);
+    }
+
+    /// §3.14/5, §3.16/3 What is started while folded deploys first.
+    fn start_deploying(&mut self, program: Program, asked: &Asked) {
+        let flags = self.told.drives[Axis::Deployer as usize];
+        let deployed = flags & DeployerFlags::DEPLOYED.bits() != 0;
+        let leaving = self.starts.iter().any(|start| start.program == Program::Wrap)
+            || self.moves[Axis::Deployer as usize].is_some();
+        if !deployed || leaving {
+            self.deploy(asked);
+        }
+        self.start(program, asked, &[Program::Quench, Program::Trajectory, Program::Seek]);
+    }
+
+    fn start(&mut self, program: Program, asked: &Asked, replaces: &[Program]) {
+        let now_ms = self.now_ms;
+        for start in &mut self.starts {
+            if replaces.contains(&start.program) {
+                start.replaced_ms.get_or_insert(now_ms);
+            }
+        }
+        let (asked, travel_ms) = (*asked, self.deployer_travel_ms);
+        self.starts.push(Start { program, asked, at_ms: now_ms, replaced_ms: None, travel_ms });
+    }
+
+    fn end(&mut self, programs: &[Program]) {
+        self.starts.retain(|start| !programs.contains(&start.program));
+    }
+
+    fn switch_limits(&mut self, id: SubsystemId, new_state: u16) {
+        let Some(axis) = axis_of(id) else { return };
+        let limitless = &mut self.limitless[axis as usize];
+        let off = LimitsState::from_wire(new_state) == Some(LimitsState::Off);
+        if *limitless && !off {
+            // What ran without limits stops.
+            self.moves[axis as usize] = None;
+        }
+        *limitless = off;
+    }
+
+    fn disarm(&mut self, axis: Axis) {
+        let Some((up, down)) = buttons_of(axis) else { return };
+        for post in &mut self.buttons {
+            (post[up].armed, post[down].armed) = (false, false);
+        }
+    }
+
+    /// Takes over what is sensed in this step, before it is judged.
+    pub(super) fn sense(&mut self, view: &View<'_>) {
+        self.now_ms = view.now_ms;
+        if self.lock == Lock::Unknown {
+            let locked = view.told.general & GeneralFlags::LOCKED_OUT.bits() != 0;
+            self.lock = if locked { Lock::On } else { Lock::Off };
+        }
+        if !self.chain_known {
+            self.chain.retain(|id| view.device.has(*id));
+            self.chain_known = true;
+        }
+        let locked = self.lock == Lock::On || self.restart_ms.is_some();
+        for (post, states) in self.buttons.iter_mut().zip(view.inputs.buttons) {
+            for (track, state) in post.iter_mut().zip(states) {
+                track.held_before = track.held;
+                track.armed = match state {
+                    ButtonState::Released => true,
+                    ButtonState::Pressed => track.armed && !locked,
+                    ButtonState::Short | ButtonState::Open => false,
+                };
+                track.held = track.armed && state == ButtonState::Pressed;
+            }
+        }
+        if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {
+            self.note_early_buttons();
+        }
+        let aims = |track: &[ButtonTrack; 8]| track.iter().take(6).any(|button| button.held);
+        if self.buttons.iter().any(aims) {
+            self.manual_ms = Some(self.now_ms);
+        }
+        self.follow_currents(view);
+        self.follow_faults(view);
+    }
+
+    /// What is asked for while the outputs are still inert may be done afterwards.
+    fn note_early_buttons(&mut self) {
+        for post in [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS] {
+            for (open, output) in [(true, ValveOutput::Opening), (false, ValveOutput::Closing)] {
+                if self.pressed(post, open) {
+                    let (cause, at_ms) = (Cause::Button(post), self.now_ms);
+                    for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {
+                        works.push(Work { output, cause, at_ms, travel_ms });
+                    }
+                }
+            }
+        }
+    }
+
+    fn follow_currents(&mut self, view: &View<'_>) {
+        for axis in Axis::ALL {
+            let max = view.params.drive(axis, DriveParam::MaxCurrent);
+            let over = i32::from(view.inputs.drives[axis as usize].current_da) > max;
+            let ms = &mut self.over_ms[axis as usize];
+            *ms = if over { *ms + STEP_MS } else { 0 };
+        }
+        for valve in ValveNo::ALL {
+            let max = Param::of_valve(valve.id(), ValveParam::MaxCurrent)
+                .map_or(0, |param| view.params.get(param));
+            let over = i32::from(view.inputs.valves[valve as usize].current_da) > max;
+            let ms = &mut self.valve_over_ms[valve as usize];
+            *ms = if over { *ms + STEP_MS } else { 0 };
+        }
+    }
+
+    fn follow_faults(&mut self, view: &View<'_>) {
+        for fault in view.faults {
+            match fault {
+                Fault::Drive(axis, _) => self.broken[*axis as usize] = true,
+                Fault::Valve(valve, _) => self.valve_broken[*valve as usize] = true,
+                Fault::Unit(unit, _) => {
+                    let index = *unit as usize;
+                    match index.checked_sub(AXES) {
+                        None => self.broken[index] = true,
+                        Some(valve) => self.valve_broken[valve] = true,
+                    }
+                }
+                Fault::Single(SingleFault::FlashRead | SingleFault::FlashWrite) => {
+                    self.memory_is_sound = false;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Takes over what an output has done: what has come to its end is not permitted any more.
+    pub(super) fn settle(&mut self, step: &Step, view: &View<'_>) {
+        match step.output {
+            Output::Drive(axis) => {
+                let holds = match step.cause {
+                    Cause::Request(asked) => {
+                        self.moves[axis as usize].is_some_and(|granted| granted.asked == asked)
+                    }
+                    // What the guard holds back may go on when it lets go.
+                    Cause::Rule(rule) => is_guards(rule),
+                    Cause::Program(..) | Cause::Button(_) => false,
+                };
+                if !holds {
+                    self.moves[axis as usize] = None;
+                }
+            }
+            Output::Valve(valve) => {
+                let ended = step.after == 0 && step.before != 0;
+                if ended && matches!(step.cause, Cause::Rule(rule) if !is_guards(rule)) {
+                    self.works[valve as usize].clear();
+                }
+                let way = view.outputs.valves[valve as usize];
+                if let Cause::Button(post) = step.cause
+                    && self.pressed(post, way == ValveOutput::Opening)
+                {
+                    self.work(valve.id(), way, step.cause);
+                }
+            }
+            Output::Heater(_) => {}
+        }
+    }
+
+    /// Drops what the step has used up: programs that say that they have ended.
+    pub(super) fn forget(&mut self, view: &View<'_>) {
+        self.told = view.told;
+        // A memory that cannot be erased ends the wait for the reset (§3.19).
+        if view.told.general & GeneralFlags::RESTARTING.bits() == 0 {
+            self.restart_ms = None;
+        }
+        self.recent.clear();
+        self.note_params(view);
+        let runs = |start: &Start| is_running(start.program, &view.told);
+        let now_ms = self.now_ms;
+        self.starts.retain(|start| {
+            runs(start) && start.replaced_ms.is_none_or(|at_ms| now_ms <= at_ms + STEP_MS)
+        });
+    }
+
+    /// What requests of the next step will be judged by.
+    fn note_params(&mut self, view: &View<'_>) {
+        for axis in Axis::ALL {
+            let min = Some(view.params.drive(axis, DriveParam::MinLimit));
+            let max = Some(view.params.drive(axis, DriveParam::MaxLimit));
+            let [.., last_min, last_max] = self.past_limits[axis as usize];
+            if (last_min, last_max) != (min, max) {
+                self.past_limits[axis as usize] = [last_min, last_max, min, max];
+            }
+        }
+        let get = |param| view.params.get(param).unsigned_abs();
+        self.move_timeout_ms = get(Param::GeneralMoveTimeout);
+        self.deployer_travel_ms = get(Param::DeployerTravelTime);
+        self.valve_travel_ms = [get(Param::Valve1TravelTime), get(Param::Valve2TravelTime)];
+    }
+
+    /// Whether such a program was started and has not been stopped.
+    pub fn start_of(&self, program: Program, asked: Asked) -> Option<&Start> {
+        self.starts.iter().find(|start| start.program == program && start.asked == asked)
+    }
+
+    /// Whether a button of this post asks for this direction of a drive now.
+    pub fn holds(&self, post: SubsystemId, axis: Axis, up: bool) -> bool {
+        let Some((more, less)) = buttons_of(axis) else { return false };
+        post_index(post).is_some_and(|post| self.buttons[post][if up { more } else { less }].held)
+    }
+
+    /// Whether a button of this drive is held, or was in the step before.
+    pub fn was_held(&self, axis: Axis) -> bool {
+        let Some((more, less)) = buttons_of(axis) else { return false };
+        let held = |track: ButtonTrack| track.held || track.held_before;
+        self.buttons.iter().any(|post| held(post[more]) || held(post[less]))
+    }
+
+    /// Whether any post asks for this direction of a drive, and none for the other.
+    pub fn is_asked_by_button(&self, axis: Axis, up: bool) -> bool {
+        let any = |up| {
+            [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS]
+                .into_iter()
+                .any(|post| self.chain.contains(&post) && self.holds(post, axis, up))
+        };
+        any(up) && !any(!up)
+    }
+
+    /// Whether the button Open (true) or Close of this post was pressed in this step.
+    pub fn pressed(&self, post: SubsystemId, open: bool) -> bool {
+        post_index(post).is_some_and(|post| {
+            let button = self.buttons[post][if open { 6 } else { 7 }];
+            button.held && !button.held_before
+        })
+    }
+}
+
+/// Whether a program says of itself that it runs.
+pub fn is_running(program: Program, told: &Told) -> bool {
+    let deployer = told.drives[Axis::Deployer as usize];
+    match program {
+        Program::Quench | Program::Trajectory => told.control & ControlFlags::QUENCH.bits() != 0,
+        Program::Seek => told.detector & DetectorFlags::SEARCHING.bits() != 0,
+        Program::Justify => told.detector & DetectorFlags::JUSTIFYING.bits() != 0,
+        Program::Deploy => deployer & DeployerFlags::DEPLOYING.bits() != 0,
+        Program::Wrap => deployer & DeployerFlags::WRAPPING.bits() != 0,
+    }
+}
+
+/// Rules that hold something back only as long as their condition lasts.
+const fn is_guards(rule: Rule) -> bool {
+    matches!(
+        rule,
+        Rule::Inert
+            | Rule::Lockout
+            | Rule::NotDeployed
+            | Rule::Water
+            | Rule::Blocked
+            | Rule::Limit
+            | Rule::EndSwitch
+            | Rule::CutOff
+    )
+}
+
+fn power_up_work(at_ms: u64) -> Vec<Work> {
+    let cause = Cause::Rule(Rule::PowerUp);
+    vec![Work { output: ValveOutput::Closing, cause, at_ms, travel_ms: 0 }]
+}
+
+/// The addressee's own answer, or one of many.
+fn as_a_whole_or(to: SubsystemId, from: SubsystemId) -> bool {
+    matches!(to, SubsystemId::ALL | SubsystemId::MOTORS) || to == from
+}
+
+/// Buttons up/left/narrower and down/right/wider of a drive, in the order of §3.3.10.
+const fn buttons_of(axis: Axis) -> Option<(usize, usize)> {
+    match axis {
+        Axis::Horizontal => Some((0, 1)),
+        Axis::Vertical => Some((2, 3)),
+        Axis::Nozzle => Some((5, 4)),
+        Axis::Deployer => None,
+    }
+}
+
+const fn post_index(post: SubsystemId) -> Option<usize> {
+    match post {
+        SubsystemId::BUTTONS => Some(0),
+        SubsystemId::EXT_BUTTONS => Some(1),
+        _ => None,
+    }
+}

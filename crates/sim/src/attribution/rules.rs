@@ -1,0 +1,412 @@
+//! Whether a claimed cause explains what an output does.
+
+use lafet_device::cause::{Asked, Cause, Program, Rule};
+use lafet_device::guard::SETTLE_MS;
+use lafet_device::image::{Axis, Place, Unit, ValveNo, ValveOutput};
+use lafet_proto::flags::{ControlFlags, DriveFlags, ValveFlags};
+use lafet_proto::param::{DriveParam, Param};
+use lafet_proto::{RequestId, SubsystemId};
+
+use super::ledger::{Ledger, Lock, Move, Start, is_running};
+use super::view::axis_of;
+use super::{Bilingual, Output, View};
+
+/// How near a target is there, arc-minutes or mm: what a drive may pass it by, and a count.
+const TARGET_ALLOWANCE: i32 = 3;
+/// §3.1/3 A program waits this long after the last command by hand, and a step.
+const RESUME_MS: u64 = 3000 + 20;
+/// Shortest overload that stops a drive, and a valve, ms.
+const OVERLOAD_MS: u64 = 200;
+const VALVE_OVERLOAD_MS: u64 = 300;
+
+/// An output in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// Which.
+    pub output: Output,
+    /// Its value before the step.
+    pub before: i16,
+    /// Its value now.
+    pub after: i16,
+    /// What the device gives as the cause.
+    pub cause: Cause,
+    /// What it gave before.
+    pub cause_before: Cause,
+}
+
+/// Why a cause does not explain.
+pub type Why = Bilingual;
+
+/// Whether what an output does is explained; otherwise why not.
+pub fn explain(ledger: &Ledger, view: &View<'_>, step: &Step) -> Result<(), Why> {
+    match step.output {
+        Output::Drive(axis) => drive(ledger, view, step, axis),
+        Output::Valve(valve) => work(ledger, view, step, valve),
+        Output::Heater(place) => heater(ledger, view, step, place),
+    }
+}
+
+fn no<T>(en: &str, ru: &str) -> Result<T, Why> {
+    Err(Bilingual { en: en.to_owned(), ru: ru.to_owned() })
+}
+
+fn holds(condition: bool, en: &str, ru: &str) -> Result<(), Why> {
+    if condition { Ok(()) } else { no(en, ru) }
+}
+
+fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<(), Why> {
+    let Step { before, after, cause, .. } = *step;
+    let turns = after != 0 && after.signum() != before.signum();
+    let grows = turns || after.unsigned_abs() > before.unsigned_abs();
+    if after == 0 && before == 0 {
+        return Ok(());
+    }
+    match cause {
+        Cause::Request(asked) if after == 0 && stops(ledger, asked, axis) => Ok(()),
+        Cause::Request(asked) => {
+            let Some(granted) = ledger.moves[axis as usize].filter(|g| g.asked == asked) else {
+                return no("no such Move is in force", "такой Move не действует");
+            };
+            let leads =
+                ledger.limitless[axis as usize] || !grows || leads_to(view, &granted, axis, after);
+            holds(leads, "it moves away from the destination", "движение прочь от точки назначения")
+        }
+        Cause::Program(program, asked) => {
+            holds(
+                moves(program, axis),
+                "this program has no business with this drive",
+                "эта программа не управляет этим приводом",
+            )?;
+            if ledger.start_of(program, asked).is_none() {
+                return no("no such program is in force", "такая программа не действует");
+            }
+            // The speed of this step was computed before the program ended in it.
+            let runs = is_running(program, &view.told) || !grows;
+            holds(runs, "the program has ended", "программа завершена")
+        }
+        Cause::Button(post) => {
+            // One that is held for the other way brakes first.
+            let held = ledger.holds(post, axis, after > 0)
+                || !grows && ledger.holds(post, axis, after <= 0);
+            holds(held, "no such button is held", "кнопка не нажата")
+        }
+        Cause::Rule(_) if grows => {
+            no("a rule may only take away", "правило может только останавливать")
+        }
+        Cause::Rule(_) if after != 0 => {
+            no("a rule stops, it does not slow down", "правило останавливает, а не замедляет")
+        }
+        Cause::Rule(rule) => drive_rule(ledger, view, step, axis, rule),
+    }
+}
+
+/// Whether an accepted request of this step ends the motion of a drive.
+fn stops(ledger: &Ledger, asked: Asked, axis: Axis) -> bool {
+    let aiming = axis != Axis::Deployer;
+    let concerns = match asked.request {
+        RequestId::STOP => match asked.to {
+            SubsystemId::ALL | SubsystemId::MOTORS => true,
+            SubsystemId::CONTROL => aiming,
+            SubsystemId::DETECTOR | SubsystemId::DEPLOYER => axis != Axis::Nozzle,
+            other => axis_of(other) == Some(axis),
+        },
+        RequestId::LOCKOUT | RequestId::RESTART | RequestId::CLEAN_FLASH | RequestId::WRAP => true,
+        RequestId::DEPLOY
+        | RequestId::START_QUENCH
+        | RequestId::START_TRAJECTORY
+        | RequestId::START_SEEK => axis != Axis::Nozzle,
+        RequestId::MOVE | RequestId::SET_PARAM => axis_of(asked.to) == Some(axis),
+        RequestId::SWITCH_LIMITS => {
+            matches!(asked.to, SubsystemId::ALL | SubsystemId::MOTORS)
+                || axis_of(asked.to) == Some(axis)
+        }
+        _ => false,
+    };
+    concerns && ledger.recent.iter().any(|(known, _)| *known == asked)
+}
+
+/// Which drives a program moves.
+const fn moves(program: Program, axis: Axis) -> bool {
+    match program {
+        Program::Quench | Program::Trajectory => !matches!(axis, Axis::Deployer),
+        Program::Seek | Program::Justify => matches!(axis, Axis::Horizontal | Axis::Vertical),
+        Program::Deploy => matches!(axis, Axis::Deployer),
+        Program::Wrap => !matches!(axis, Axis::Nozzle),
+    }
+}
+
+/// Position as the monitor counts it.
+fn position(view: &View<'_>, axis: Axis) -> i32 {
+    let zero = view.params.drive(axis, DriveParam::ZeroPoint);
+    view.inputs.drives[axis as usize].position.saturating_sub(zero)
+}
+
+/// How far it is to where a Move leads: its destination inside the limits of now, and inside those
+/// that were in force when it was accepted.
+fn ways(view: &View<'_>, granted: &Move, axis: Axis) -> [i32; 2] {
+    let min = view.params.drive(axis, DriveParam::MinLimit);
+    let max = view.params.drive(axis, DriveParam::MaxLimit);
+    let now = granted.destination.min(max).max(min);
+    [now, granted.target].map(|target| target.saturating_sub(position(view, axis)))
+}
+
+fn leads_to(view: &View<'_>, granted: &Move, axis: Axis, speed: i16) -> bool {
+    ways(view, granted, axis).into_iter().any(|way| {
+        way.saturating_abs() <= TARGET_ALLOWANCE || way.signum() == i32::from(speed.signum())
+    })
+}
+
+fn drive_rule(
+    ledger: &Ledger,
+    view: &View<'_>,
+    step: &Step,
+    axis: Axis,
+    rule: Rule,
+) -> Result<(), Why> {
+    let input = &view.inputs.drives[axis as usize];
+    let max_current = view.params.drive(axis, DriveParam::MaxCurrent);
+    let upwards = step.before > 0;
+    let condition = match rule {
+        Rule::Inert => is_settling(ledger, view),
+        Rule::Lockout => ledger.lock == Lock::On,
+        Rule::NotDeployed => axis != Axis::Deployer && !is_working(ledger, view),
+        Rule::Water => axis == Axis::Deployer && is_wet(view),
+        Rule::Limit => is_beyond(view, axis, upwards),
+        Rule::EndSwitch if upwards => input.max_switch,
+        Rule::EndSwitch => input.min_switch,
+        Rule::Overload => ledger.over_ms[axis as usize] >= OVERLOAD_MS,
+        Rule::CutOff => i32::from(input.current_da) > 2 * max_current,
+        Rule::Timeout => is_late(ledger, view, axis),
+        Rule::Fault => is_broken(ledger, view, axis),
+        Rule::ConnLost => !view.inputs.units[axis.unit() as usize].online,
+        Rule::Arrived => has_arrived(ledger, view, step, axis),
+        Rule::ProgramEnd => {
+            let ended = |program| moves(program, axis) && !is_running(program, &view.told);
+            // It may have been started and have ended within this very step.
+            matches!(step.cause_before, Cause::Program(program, _) if ended(program))
+                || ledger.starts.iter().any(|start| ended(start.program))
+        }
+        Rule::Paused => {
+            let recently = |at_ms: u64| view.now_ms <= at_ms + RESUME_MS;
+            let waits = [Program::Quench, Program::Trajectory];
+            ledger.starts.iter().any(|start| waits.contains(&start.program))
+                && view.told.control & ControlFlags::PAUSED.bits() != 0
+                && ledger.manual_ms.is_some_and(recently)
+        }
+        Rule::Released => {
+            let was = matches!(step.cause_before, Cause::Button(_)) || ledger.was_held(axis);
+            let asked = |up| ledger.is_asked_by_button(axis, up);
+            was && !asked(true) && !asked(false)
+                || matches!(step.cause_before, Cause::Button(_)) && !asked(upwards)
+        }
+        Rule::Refused => {
+            let busy = [Program::Seek, Program::Justify];
+            matches!(step.cause_before, Cause::Button(_))
+                && (!is_working(ledger, view)
+                    || busy.iter().any(|program| is_running(*program, &view.told))
+                    || ledger.starts.iter().any(|start| busy.contains(&start.program))
+                    || is_broken(ledger, view, axis))
+        }
+        Rule::PowerUp
+        | Rule::Blocked
+        | Rule::Cold
+        | Rule::Warm
+        | Rule::NoTemperature
+        | Rule::HeaterFault => {
+            return no("this rule is not for drives", "это правило не для приводов");
+        }
+        Rule::Absent => !view.device.has(axis.id()),
+    };
+    holds(condition, "the condition of the rule does not hold", "условие правила не выполнено")
+}
+
+fn is_settling(ledger: &Ledger, view: &View<'_>) -> bool {
+    view.now_ms < ledger.powered_ms + u64::from(SETTLE_MS)
+}
+
+/// The sensors say deployed, and nothing folds.
+fn is_working(ledger: &Ledger, view: &View<'_>) -> bool {
+    let deployer = &view.inputs.drives[Axis::Deployer as usize];
+    let folds = [Program::Deploy, Program::Wrap];
+    let wanted = ledger.moves[Axis::Deployer as usize].is_some()
+        || ledger.starts.iter().any(|start| folds.contains(&start.program));
+    !view.device.has(SubsystemId::DEPLOYER)
+        || deployer.max_switch && !deployer.min_switch && !wanted
+}
+
+fn is_wet(view: &View<'_>) -> bool {
+    let wet = |valve: ValveNo| {
+        view.device.has(valve.id()) && !view.inputs.valves[valve as usize].close_switch
+    };
+    ValveNo::ALL.into_iter().any(wet)
+}
+
+fn is_beyond(view: &View<'_>, axis: Axis, upwards: bool) -> bool {
+    let at = position(view, axis);
+    match upwards {
+        true => at > view.params.drive(axis, DriveParam::MaxLimit),
+        false => at < view.params.drive(axis, DriveParam::MinLimit),
+    }
+}
+
+/// A Move that was not repeated within MoveTimeout; a deployment within TravelTime.
+fn is_late(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
+    let age = |at_ms: u64| view.now_ms.saturating_sub(at_ms);
+    let moved = ledger.moves[axis as usize].is_some_and(|granted| {
+        granted.timeout_ms > 0 && age(granted.at_ms) >= u64::from(granted.timeout_ms)
+    });
+    let folds = |start: &Start| {
+        matches!(start.program, Program::Deploy | Program::Wrap)
+            && age(start.at_ms) >= u64::from(start.travel_ms)
+    };
+    moved || axis != Axis::Nozzle && ledger.starts.iter().any(folds)
+}
+
+/// The monitor tells a fault of the drive, and there is or was one, or its parameters are bad.
+fn is_broken(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
+    const FAULTS: DriveFlags = DriveFlags::POSITION_WAY_FAULT
+        .union(DriveFlags::POS_ENCODER_FAULT)
+        .union(DriveFlags::SPEED_ENCODER_FAULT)
+        .union(DriveFlags::MOTOR_BROKEN)
+        .union(DriveFlags::SPEED_WAY_FAULT)
+        .union(DriveFlags::INTERNAL_FAULT)
+        .union(DriveFlags::CONFIG_INVALID)
+        .union(DriveFlags::CONN_LOST);
+    let told = view.told.drives[axis as usize] & FAULTS.bits() != 0;
+    let min = view.params.drive(axis, DriveParam::MinLimit);
+    let bad = view.params.is_incomplete(axis.id())
+        || min >= view.params.drive(axis, DriveParam::MaxLimit);
+    // What is set faster than the drive can go seems not to turn.
+    let unit = if axis == Axis::Nozzle { 1.0 } else { 60.0 };
+    let speed = f64::from(view.params.drive(axis, DriveParam::Speed)) * unit;
+    told && (ledger.broken[axis as usize] || bad || speed > view.max_speeds[axis as usize])
+}
+
+fn has_arrived(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> bool {
+    let near =
+        |way: i32| ledger.limitless[axis as usize] || way.saturating_abs() <= TARGET_ALLOWANCE;
+    let by_move =
+        || ledger.moves[axis as usize].is_some_and(|m| ways(view, &m, axis).into_iter().any(near));
+    // A button drives to the limit.
+    let by_button = || {
+        let at = position(view, axis);
+        let min = view.params.drive(axis, DriveParam::MinLimit);
+        let max = view.params.drive(axis, DriveParam::MaxLimit);
+        let past = ledger.past_limits[axis as usize].iter().flatten().copied();
+        (matches!(step.cause_before, Cause::Button(_)) || ledger.was_held(axis))
+            && past.chain([min, max]).any(|limit| near(at - limit))
+    };
+    // Only a program knows where it goes; that it stops there takes nothing.
+    let by_program = || ledger.starts.iter().any(|start| moves(start.program, axis));
+    by_move() || by_button() || by_program()
+}
+
+fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result<(), Why> {
+    let Step { before, after, cause, .. } = *step;
+    let way = view.outputs.valves[valve as usize];
+    if after == 0 && before == 0 {
+        return Ok(());
+    }
+    let granted =
+        ledger.works[valve as usize].iter().any(|work| work.output == way && work.cause == cause);
+    match (cause, way) {
+        (_, ValveOutput::Opening | ValveOutput::Closing) if granted => Ok(()),
+        (Cause::Button(post), ValveOutput::Opening | ValveOutput::Closing) => holds(
+            ledger.pressed(post, way == ValveOutput::Opening),
+            "no such button was pressed",
+            "кнопку не нажимали",
+        ),
+        (Cause::Rule(Rule::Lockout), ValveOutput::Closing) => {
+            holds(ledger.lock == Lock::On, "there is no lockout", "блокировки нет")
+        }
+        (Cause::Rule(_), ValveOutput::Opening) => {
+            no("a rule never opens", "правило никогда не открывает")
+        }
+        (Cause::Program(..), _) => {
+            no("no program drives valves", "программы не управляют затворами")
+        }
+        (_, ValveOutput::Opening | ValveOutput::Closing) => {
+            no("no such request is in force", "такой запрос не действует")
+        }
+        (Cause::Request(asked), ValveOutput::Off) => {
+            let concerns = matches!(asked.request, RequestId::STOP | RequestId::RESTART)
+                && (asked.to == SubsystemId::ALL || asked.to == valve.id());
+            holds(
+                concerns && ledger.recent.iter().any(|(known, _)| *known == asked),
+                "no such stop was accepted",
+                "такой останов не принимался",
+            )
+        }
+        (Cause::Button(_), ValveOutput::Off) => {
+            no("no button stops a valve", "кнопки не останавливают затвор")
+        }
+        (Cause::Rule(rule), ValveOutput::Off) => {
+            let condition = valve_rule(ledger, view, step, valve, rule);
+            holds(
+                condition,
+                "the condition of the rule does not hold",
+                "условие правила не выполнено",
+            )
+        }
+    }
+}
+
+fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rule: Rule) -> bool {
+    let input = &view.inputs.valves[valve as usize];
+    // What was asked for since the last step is judged in it too.
+    let asked = |way: ValveOutput| {
+        let works = &ledger.works[valve as usize];
+        works.iter().any(|work| work.output == way)
+    };
+    let opened = step.before > 0 || asked(ValveOutput::Opening);
+    let closed = step.before < 0 || asked(ValveOutput::Closing);
+    match rule {
+        Rule::Inert => is_settling(ledger, view),
+        Rule::Lockout => opened && ledger.lock == Lock::On,
+        Rule::NotDeployed => opened && !is_working(ledger, view),
+        Rule::Blocked => opened && input.blocked,
+        // Closed, or released from the lockout, it is left where it stands.
+        _ if step.cause_before == Cause::Rule(Rule::Lockout) => {
+            ledger.lock == Lock::Off || input.close_switch
+        }
+        Rule::Arrived => opened && input.open_switch || closed && input.close_switch,
+        Rule::Overload => ledger.valve_over_ms[valve as usize] >= VALVE_OVERLOAD_MS,
+        Rule::Timeout => ledger.works[valve as usize]
+            .iter()
+            .any(|work| view.now_ms.saturating_sub(work.at_ms) >= u64::from(work.travel_ms)),
+        Rule::Fault => {
+            let told = view.told.valves[valve as usize] & ValveFlags::INTERNAL_FAULT.bits() != 0;
+            opened && told && ledger.valve_broken[valve as usize]
+        }
+        Rule::ConnLost => {
+            let unit = [Unit::Valve1, Unit::Valve2][valve as usize];
+            !view.inputs.units[unit as usize].online
+        }
+        Rule::Absent => !view.device.has(valve.id()),
+        _ => false,
+    }
+}
+
+fn heater(ledger: &Ledger, view: &View<'_>, step: &Step, place: Place) -> Result<(), Why> {
+    let input = &view.inputs.places[place as usize];
+    let on_below = view.params.get(Param::ClimaticsHeatOn);
+    let off_above = view.params.get(Param::ClimaticsHeatOff).max(on_below);
+    let temperature = input.temperature_dc.map(i32::from);
+    let Step { before, after, cause, .. } = *step;
+    let condition = match (cause, after) {
+        // Between the thresholds it stays as it was, also over the time of settling.
+        (Cause::Rule(Rule::Cold), 1) => {
+            let began = before == 0 && view.now_ms > ledger.powered_ms + u64::from(2 * SETTLE_MS);
+            let most = if began { on_below - 1 } else { off_above };
+            temperature.is_some_and(|value| value <= most) && !input.heater_fault
+        }
+        (_, 1) => return no("only cold switches heat on", "подогрев включает только холод"),
+        _ if before == 0 => true,
+        (Cause::Rule(Rule::Warm), _) => temperature.is_some_and(|value| value > off_above),
+        (Cause::Rule(Rule::NoTemperature), _) => temperature.is_none(),
+        (Cause::Rule(Rule::HeaterFault), _) => input.heater_fault,
+        (Cause::Rule(Rule::Inert), _) => is_settling(ledger, view),
+        _ => return no("heaters follow rules alone", "подогрев подчиняется только правилам"),
+    };
+    holds(condition, "the condition of the rule does not hold", "условие правила не выполнено")
+}

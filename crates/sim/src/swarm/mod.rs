@@ -1,0 +1,62 @@
+//! Swarm simulation: seeds × profiles × faults × requests, each step under the check of
+//! [`crate::attribution`].
+//!
+//! A seed is a whole life of a monitor: what it is built of, what burns, the wind, the clock near
+//! its wrap, what operators, adversaries, buttons, faults and power cuts do. The same seed gives
+//! the same life, so a failure is replayed by its number: `lafet sim --replay SEED`.
+
+mod mission;
+mod plan;
+mod requests;
+mod tally;
+mod watched;
+
+pub use plan::setting;
+pub use tally::Tally;
+pub use watched::{Entry, Log};
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::attribution::Violation;
+use plan::Life;
+use watched::Watched;
+
+/// Virtual time of one seed, ms.
+pub const LIFE_MS: u64 = 300_000;
+
+/// How a seed ended.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The seed.
+    pub seed: u64,
+    /// What was seen.
+    pub tally: Tally,
+    /// What must never happen; the life ends there.
+    pub failure: Option<Violation>,
+}
+
+impl Outcome {
+    /// What to tell about a failure: seed, step, explanation, and how to see it again.
+    pub fn failure_text(&self) -> Option<String> {
+        let Violation { at_ms, text, .. } = self.failure.as_ref()?;
+        let (seed, step) = (self.seed, at_ms / crate::world::STEP_MS);
+        let seconds = *at_ms as f64 / 1000.0;
+        let from = (seconds - 5.0).max(0.0);
+        Some(format!(
+            "seed {seed}, step {step} ({seconds:.2} s): {}\n  lafet sim --replay {seed} --from \
+             {from:.0}",
+            text.en
+        ))
+    }
+}
+
+/// Lives one seed. A panic of the device is a failure like any other.
+pub fn run(seed: u64, log: &mut dyn Log) -> Outcome {
+    let mut watched = Watched::new(seed, log);
+    let lived = catch_unwind(AssertUnwindSafe(|| Life::new(seed).live(&mut watched)));
+    if lived.is_err() {
+        watched.panicked();
+    }
+    let (tally, failure) = watched.end();
+    Outcome { seed, tally, failure }
+}

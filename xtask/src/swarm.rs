@@ -1,0 +1,26 @@
+//! `cargo xtask swarm`: random lives of simulated monitors, for as long as one likes.
+
+use std::process::ExitCode;
+
+use crate::TaskResult;
+use crate::run::{StepResult, cargo, show};
+
+/// What a change must pass: enough seeds to witness everything, and no longer than two minutes.
+const SHORT: [&str; 4] = ["--seeds", "0..600", "--minutes", "2"];
+
+pub fn swarm(arguments: &[String]) -> TaskResult {
+    let status = command(arguments).status().map_err(|e| format!("cannot run cargo: {e}"))?;
+    Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The short run of `cargo xtask ci`.
+pub fn check() -> StepResult {
+    show(&mut command(&SHORT.map(String::from)))
+}
+
+fn command(arguments: &[String]) -> std::process::Command {
+    let mut command =
+        cargo(&["run", "--quiet", "--release", "--package", "lafet-sim", "--example", "swarm"]);
+    command.arg("--").args(arguments);
+    command
+}

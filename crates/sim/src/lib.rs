@@ -21,13 +21,17 @@ pub mod event;
 pub mod fault;
 pub mod faults_table;
 pub mod fire;
+pub mod fires;
 pub mod flash;
 pub mod gust;
 pub mod jet;
 pub mod nozzle;
+pub mod obstacle;
 pub mod rng;
 pub mod scenario;
 pub mod sim;
+pub mod site;
+
 pub mod unit;
 pub mod validation;
 pub mod valve;

@@ -52,6 +52,11 @@ impl Fires {
         self.all.len() - 1
     }
 
+    /// Whether it burns or has burnt.
+    pub fn has_caught(&self, index: usize) -> bool {
+        self.caught.get(index).copied().unwrap_or(false)
+    }
+
     /// Lights what does not burn; whether it did not.
     pub fn ignite(&mut self, index: usize) -> bool {
         let Some(fire) = self.all.get_mut(index).filter(|fire| !fire.burns()) else {

@@ -18,6 +18,7 @@ pub mod condition;
 pub mod detector;
 pub mod drive;
 pub mod event;
+pub mod exercise;
 pub mod fault;
 pub mod faults_table;
 pub mod fire;

@@ -3,6 +3,7 @@
 pub mod calibrate;
 pub mod decode;
 pub mod demo;
+pub mod exercise;
 pub mod dissector;
 pub mod install;
 pub mod jog;

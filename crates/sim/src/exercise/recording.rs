@@ -210,7 +210,10 @@ impl Recording {
                 on.push((None, BarKind::Cause, label));
             }
         }
-        let serious = told.iter().filter(|(_, _, severity)| *severity >= Severity::Warning);
+        // A fire found is no trouble of the monitor's.
+        let serious = told.iter().filter(|(_, flag, severity)| {
+            *severity >= Severity::Warning && flag != "Detector Found"
+        });
         on.extend(serious.map(|(monitor, flag, _)| {
             (Some(*monitor), BarKind::Told, Both::same(flag.clone()))
         }));

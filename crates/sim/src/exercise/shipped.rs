@@ -23,6 +23,13 @@ macro_rules! shipped {
 }
 
 shipped! {
+    "tank-farm",
+    "hangar",
+    "turbine-hall",
+    "winter-start",
+    "two-fires",
+    "jammed-drive",
+    "lost-pressure",
     "radio-loss",
 }
 

@@ -76,14 +76,15 @@ fn grid(canvas: &mut Canvas, map: &Map, at: (f64, f64), size: (f64, f64)) {
     let style = format!("stroke=\"{GRID}\"");
     let small = Type::new(10.0, SOFT);
     let high = (map.low.0 + size.0 / map.scale, map.low.1 + size.1 / map.scale);
-    let mut x = libm::ceil(map.low.0 / step) * step;
+    let mut x = libm::ceil(map.low.0 / step) * step + 0.0;
     while x < high.0 {
         let px = map.at((x, 0.0)).0;
         canvas.line((px, at.1), (px, at.1 + size.1), &style);
         canvas.text((px + 3.0, at.1 + 12.0), small, &format!("{x:.0}"));
         x += step;
     }
-    let mut y = libm::ceil(map.low.1 / step) * step;
+    // Plus nought, for ceil gives a negative one.
+    let mut y = libm::ceil(map.low.1 / step) * step + 0.0;
     while y < high.1 {
         let py = map.at((0.0, y)).1;
         canvas.line((at.0, py), (at.0 + size.0, py), &style);

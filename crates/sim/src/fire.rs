@@ -199,7 +199,7 @@ impl Fire {
     /// A portion of water lands: what its footprint has in common with the shadow wets the fire.
     /// Whether it does.
     pub fn catch(&mut self, portion: &Portion) -> bool {
-        let Portion { landing, litres, foam } = portion;
+        let Portion { landing, litres, foam, .. } = portion;
         let (base_m, drawn_m) = (self.spec.base_m / landing.slope, self.size_m / landing.slope);
         let (mut points, mut covered) = (0.0, 0.0);
         for (index, point) in (0..).zip(self.points()) {
@@ -293,6 +293,7 @@ pub fn spread(fires: &mut [Fire], dt_s: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::jet::Jet;
 
     /// Seconds until it is out under a constant density, `None` after 10 minutes.
     fn time_out(fire: &mut Fire, density: f64, foam: f64) -> Option<f64> {
@@ -327,7 +328,7 @@ mod tests {
             // Straight down: nothing stands in the way.
             slope: 1e6,
         };
-        let portion = Portion { litres: 2.0, foam: 0.0, landing };
+        let portion = Portion { litres: 2.0, foam: 0.0, jet: Jet::solid(0.8, 28.0, 0.3), landing };
         let catch = |azimuth_deg: f64, size_m: f64| {
             let mut fire = Fire::new(FireSpec { azimuth_deg, size_m, ..FireSpec::default() });
             (fire.catch(&portion), fire.landed_l)
@@ -352,7 +353,12 @@ mod tests {
                 heading: 0.0,
                 slope,
             };
-            fire.catch(&Portion { litres: 1.0, foam: 0.0, landing })
+            fire.catch(&Portion {
+                litres: 1.0,
+                foam: 0.0,
+                jet: Jet::solid(0.8, 28.0, 0.3),
+                landing,
+            })
         };
         assert!(catch(0.0, 0.5) && catch(2.0, 0.5) && catch(3.5, 0.5));
         assert!(!catch(5.5, 0.5) && !catch(-1.5, 0.5) && !catch(2.0, 1e6));

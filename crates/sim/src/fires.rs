@@ -68,8 +68,19 @@ impl Fires {
     }
 
     /// A portion of water lands; `note` is told which fires it reaches for the first time.
-    pub fn catch(&mut self, portion: &Portion, mut note: impl FnMut(What)) {
-        for (index, fire) in self.all.iter_mut().enumerate() {
+    pub fn catch(&mut self, portion: &Portion, note: impl FnMut(What)) {
+        self.catch_where(portion, |_| true, note);
+    }
+
+    /// As [`Fires::catch`], for those fires alone that the water can get to.
+    pub fn catch_where(
+        &mut self,
+        portion: &Portion,
+        can_reach: impl Fn(usize) -> bool,
+        mut note: impl FnMut(What),
+    ) {
+        let fires = self.all.iter_mut().enumerate();
+        for (index, fire) in fires.filter(|(index, _)| can_reach(*index)) {
             let caught = fire.catch(portion);
             if caught && !core::mem::replace(&mut self.hit[index], true) {
                 note(What::FireHit(index));

@@ -431,7 +431,8 @@ impl World {
         }
         let Some(landing) = landing else { return };
         let litres = self.water.jet_lps() * dt_s;
-        self.airborne.throw(self.now_ms, Portion { litres, foam: self.water.foam, landing });
+        let (foam, jet) = (self.water.foam, self.jet());
+        self.airborne.throw(self.now_ms, Portion { litres, foam, jet, landing });
     }
 
     fn look(&mut self) {

@@ -109,9 +109,10 @@ pub async fn serve(
             let address = exercise.site.monitors[*member].sim.address;
             let sign = if listening.url().contains('?') { '&' } else { '?' };
             let url = format!("{}{sign}addr={address}", listening.url());
-            out.show(format!("listening {name} {url}"), || {
-                json!({ "listening": url, "monitor": name, "address": address })
-            })?;
+            out.show(
+                format!("listening {name} {url}"),
+                || json!({ "listening": url, "monitor": name, "address": address }),
+            )?;
         }
         tasks.spawn(listening.serve(site.tap(members)));
     }
@@ -176,7 +177,8 @@ fn list(out: &mut Out) -> Outcome {
     let mut rows = Vec::new();
     let mut values = Vec::new();
     for shipped in SHIPPED {
-        let exercise = shipped.exercise().map_err(|problem| Failure::Usage(problem.told(lang())))?;
+        let exercise =
+            shipped.exercise().map_err(|problem| Failure::Usage(problem.told(lang())))?;
         values.push(json!({
             "name": shipped.name,
             "title": { "en": exercise.title.en, "ru": exercise.title.ru },
@@ -208,9 +210,10 @@ fn text_of(name: &str) -> Result<(String, String), Failure> {
             Some(shipped) => Ok((format!("{}.toml", shipped.name), shipped.text.to_owned())),
             None => Err(Failure::Usage(unknown(name))),
         },
-        Err(error) => {
-            Err(Failure::io(pick(format!("cannot read {name}"), format!("не читается {name}")), error))
-        }
+        Err(error) => Err(Failure::io(
+            pick(format!("cannot read {name}"), format!("не читается {name}")),
+            error,
+        )),
     }
 }
 

@@ -3,8 +3,8 @@
 pub mod calibrate;
 pub mod decode;
 pub mod demo;
-pub mod exercise;
 pub mod dissector;
+pub mod exercise;
 pub mod install;
 pub mod jog;
 pub mod limits;

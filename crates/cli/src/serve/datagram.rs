@@ -14,11 +14,7 @@ use super::Bus;
 const REST: Duration = Duration::from_millis(50);
 
 /// Answers datagrams for ever.
-pub async fn serve_datagrams(
-    socket: UdpSocket,
-    source: Source,
-    bus: impl Bus,
-) -> io::Result<()> {
+pub async fn serve_datagrams(socket: UdpSocket, source: Source, bus: impl Bus) -> io::Result<()> {
     let mut datagram = [0; WIRE_MAX + 1];
     loop {
         // An error of the socket mostly tells that a sender has gone; the others go on.

@@ -84,7 +84,8 @@ impl Checks {
             Moment::At(ms) => Some(ms),
             Moment::Mark(mark) => director.passed(mark),
         };
-        let passed = |at: Option<Moment>| at.is_some_and(|at| moment(at).is_some_and(|ms| now_ms >= ms));
+        let passed =
+            |at: Option<Moment>| at.is_some_and(|at| moment(at).is_some_and(|ms| now_ms >= ms));
         match expectation.rule {
             Rule::End if at_end => holds(expectation, director),
             Rule::At(at) if passed(Some(at)) => holds(expectation, director),

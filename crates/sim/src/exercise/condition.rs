@@ -89,13 +89,11 @@ impl Scope {
                     "heat" => condition.judge_number(fire.heat),
                     "size" => condition.judge_number(fire.size_m),
                     "density" => condition.judge_number(fire.density),
-                    _ if condition.path().len() == 2 => {
-                        condition.judge_word(match () {
-                            () if fire.burns() => "burning",
-                            () if site.fires.has_caught(index) => "out",
-                            () => "unlit",
-                        })
-                    }
+                    _ if condition.path().len() == 2 => condition.judge_word(match () {
+                        () if fire.burns() => "burning",
+                        () if site.fires.has_caught(index) => "out",
+                        () => "unlit",
+                    }),
                     _ => Err(format!("`{last}`: heat, size, density, burning, out, unlit")),
                 }
             }
@@ -149,7 +147,9 @@ fn part_of(text: &str, names: Names<'_>) -> Result<(Scope, Condition), Both> {
         [] => return Err(both("a condition is missing", "не хватает условия")),
     };
     let rest = format!("{}{}", if negated { "not " } else { "" }, rest.join(" "));
-    Condition::parse(&rest).map(|condition| (scope, condition)).map_err(|error| not_understood(&error))
+    Condition::parse(&rest)
+        .map(|condition| (scope, condition))
+        .map_err(|error| not_understood(&error))
 }
 
 /// What to say of a condition that makes no sense.

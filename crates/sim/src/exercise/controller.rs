@@ -109,7 +109,8 @@ impl Controller {
             State::Waiting | State::Done => {}
             State::Seek => {
                 let [from_az, to_az, from_el, to_el] = plan.sector.map(|deg| deg * 60.0);
-                let seek = format!("StartSeek Detector {from_az} {to_az} {from_el} {to_el} analyse");
+                let seek =
+                    format!("StartSeek Detector {from_az} {to_az} {from_el} {to_el} analyse");
                 self.command(&seek, State::Searching, plan, director, log);
             }
             State::Searching => {
@@ -231,16 +232,22 @@ impl Controller {
     fn aimed(&self, plan: &ControllerPlan, director: &mut Director) -> bool {
         let Ok(payload) = payload("GetStatus Horizontal") else { return false };
         let answers = director.request(plan.monitor, plan.over, &payload);
-        let position = answers.as_deref().and_then(first).and_then(|record| {
-            match Answer::decode(&record).ok()?.data {
-                lafet_proto::answer::Reply::Drive(status) => Some(i32::from(status.position)),
-                _ => None,
-            }
-        });
+        let position =
+            answers.as_deref().and_then(first).and_then(|record| {
+                match Answer::decode(&record).ok()?.data {
+                    lafet_proto::answer::Reply::Drive(status) => Some(i32::from(status.position)),
+                    _ => None,
+                }
+            });
         position.is_some_and(|position| (position - self.target.0).abs() <= self.target.1)
     }
 
-    fn flags(&self, who: SubsystemId, plan: &ControllerPlan, director: &mut Director) -> Option<u32> {
+    fn flags(
+        &self,
+        who: SubsystemId,
+        plan: &ControllerPlan,
+        director: &mut Director,
+    ) -> Option<u32> {
         let payload = payload(&format!("GetStatus {who}")).ok()?;
         let answers = director.request(plan.monitor, plan.over, &payload)?;
         Answer::decode(&first(&answers)?).ok()?.data.flags_bits()
@@ -261,14 +268,15 @@ fn estimate_m(hotbed: &Hotbed, eye_m: f64) -> Option<f64> {
 fn ignored(plan: &ControllerPlan, hotbed: &Hotbed) -> bool {
     let degrees = |a: i32, b: i32| f64::from(i32::midpoint(a, b)) / 60.0;
     let (azimuth, elevation) = (degrees(hotbed.x1, hotbed.x2), degrees(hotbed.y1, hotbed.y2));
-    plan.ignore
-        .iter()
-        .any(|known| libm::hypot(azimuth - known.0, elevation - known.1) < SAME_DEG)
+    plan.ignore.iter().any(|known| libm::hypot(azimuth - known.0, elevation - known.1) < SAME_DEG)
 }
 
 fn nothing_found(done: bool) -> Both {
     match done {
-        false => both("controller: nothing found, looks once more", "автомат: очагов нет, повторный поиск"),
+        false => both(
+            "controller: nothing found, looks once more",
+            "автомат: очагов нет, повторный поиск",
+        ),
         true => both("controller: nothing burns any more", "автомат: горения больше нет"),
     }
 }

@@ -135,9 +135,9 @@ impl Exercise {
             let en = format!("{other} has this address already");
             return Err(table.wrong("address", both(en, format!("адрес уже занят: {other}"))));
         }
-        config.flash = Some(commissioned(&config, &table.texts("set")?).map_err(|what| {
-            table.wrong("set", what)
-        })?);
+        config.flash = Some(
+            commissioned(&config, &table.texts("set")?).map_err(|what| table.wrong("set", what))?,
+        );
         let listen = table.texts("listen")?.into_iter().map(str::to_owned).collect();
         self.monitors.push(MonitorPlan { name, listen });
         let pose = Pose { at: (x, y), heading_deg };
@@ -162,7 +162,8 @@ impl Exercise {
             (Some([x, y]), _) => (x, y),
             (None, Some((middle, _))) => middle,
             (None, None) => {
-                let what = both("at = [x, y] or on = \"a tank\"", "at = [x, y] или on = \"резервуар\"");
+                let what =
+                    both("at = [x, y] or on = \"a tank\"", "at = [x, y] или on = \"резервуар\"");
                 return Err(table.wrong("at", what));
             }
         };
@@ -229,7 +230,8 @@ fn commissioned(config: &Config, set: &[&str]) -> Result<Flash, Both> {
     sim.advance_ms(1_000);
     let height_cm = libm::round(config.height_m * 100.0);
     let nozzle_dmm = libm::round(config.nozzle_mm * 10.0);
-    let own = [format!("Control Height {height_cm}"), format!("Control NozzleDiameter {nozzle_dmm}")];
+    let own =
+        [format!("Control Height {height_cm}"), format!("Control NozzleDiameter {nozzle_dmm}")];
     for line in own.iter().map(String::as_str).chain(set.iter().copied()) {
         set_param(&mut sim, line)?;
     }

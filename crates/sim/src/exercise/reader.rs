@@ -147,8 +147,7 @@ impl<'a> Table<'a> {
 
     /// Text that has to be there.
     pub fn needed_text(&self, key: &'static str) -> Read<&'a str> {
-        self.text(key)?
-            .ok_or_else(|| self.missing(key, "text in quotes", "текст в кавычках"))
+        self.text(key)?.ok_or_else(|| self.missing(key, "text in quotes", "текст в кавычках"))
     }
 
     /// Text in both languages: `{ en = "…", ru = "…" }`.
@@ -227,7 +226,8 @@ impl<'a> Table<'a> {
     /// One text or several; none without the key.
     pub fn texts(&self, key: &'static str) -> Read<Vec<&'a str>> {
         let Some(item) = self.item(key) else { return Ok(Vec::new()) };
-        let wrong = || self.wrong(key, both("text, or a list of texts", "текст или список текстов"));
+        let wrong =
+            || self.wrong(key, both("text, or a list of texts", "текст или список текстов"));
         if let Some(text) = item.value.as_str() {
             return Ok(vec![text]);
         }
@@ -238,9 +238,10 @@ impl<'a> Table<'a> {
     /// A table that may be missing: `[key]`, or `key = { … }`.
     pub fn table_of(&self, key: &'static str) -> Read<Option<Self>> {
         let Some(item) = self.item(key) else { return Ok(None) };
-        let table = item.value.as_table().ok_or_else(|| {
-            self.wrong(key, both("a table: { … }", "таблица: { … }"))
-        })?;
+        let table = item
+            .value
+            .as_table()
+            .ok_or_else(|| self.wrong(key, both("a table: { … }", "таблица: { … }")))?;
         Ok(Some(Self::new(self.source, self.path_of(key), item.offset, table)))
     }
 
@@ -298,9 +299,8 @@ pub fn a_time(text: &str) -> Both {
 /// Reads `500ms`, `20s`, `1.5min`; at most two hours, in steps of 100 ms.
 pub fn time_ms(text: &str) -> Option<u64> {
     let units = [("ms", 1.0), ("min", 60_000.0), ("s", 1000.0)];
-    let (number, factor) = units
-        .iter()
-        .find_map(|(unit, factor)| Some((text.trim().strip_suffix(unit)?, factor)))?;
+    let (number, factor) =
+        units.iter().find_map(|(unit, factor)| Some((text.trim().strip_suffix(unit)?, factor)))?;
     let ms = number.trim().parse::<f64>().ok()? * factor;
     (0.0..=7_200_000.0).contains(&ms).then(|| (libm::round(ms / 100.0) as u64) * 100)
 }

@@ -23,7 +23,7 @@ pub const CELL_M: f64 = 0.5;
 /// Space around what stands on the site, m.
 const MARGIN_M: f64 = 6.0;
 /// Samples of a time line at most.
-const SAMPLES: u64 = 1_500;
+const SAMPLES: u64 = 900;
 
 /// A part of the site: x and y of two corners, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,10 +161,8 @@ impl Recording {
         for row in index(y - reach_m)..=index(y + reach_m) {
             for column in index(x - reach_m)..=index(x + reach_m) {
                 let middle = (column as f64 + 0.5, row as f64 + 0.5);
-                let place = (
-                    self.bounds.low.0 + middle.0 * CELL_M,
-                    self.bounds.low.1 + middle.1 * CELL_M,
-                );
+                let place =
+                    (self.bounds.low.0 + middle.0 * CELL_M, self.bounds.low.1 + middle.1 * CELL_M);
                 let inside = (0..self.columns as i64).contains(&column) && (0..rows).contains(&row);
                 if landing.covers(place) {
                     cells.push(inside.then_some(row as usize * self.columns + column as usize));
@@ -194,7 +192,10 @@ impl Recording {
                     Link::Up => {}
                     Link::Lost => cause(both(format!("{en} lost"), format!("{ru} потеряна"))),
                     Link::AnswersLost => {
-                        cause(both(format!("{en}: answers lost"), format!("{ru}: ответы теряются")));
+                        cause(both(
+                            format!("{en}: answers lost"),
+                            format!("{ru}: ответы теряются"),
+                        ));
                     }
                 }
             }
@@ -214,9 +215,11 @@ impl Recording {
         let serious = told.iter().filter(|(_, flag, severity)| {
             *severity >= Severity::Warning && flag != "Detector Found"
         });
-        on.extend(serious.map(|(monitor, flag, _)| {
-            (Some(*monitor), BarKind::Told, Both::same(flag.clone()))
-        }));
+        on.extend(
+            serious.map(|(monitor, flag, _)| {
+                (Some(*monitor), BarKind::Told, Both::same(flag.clone()))
+            }),
+        );
         let mut open = BTreeMap::new();
         for (monitor, kind, label) in on {
             let key = (monitor, kind, label.en.clone());

@@ -40,7 +40,8 @@ pub fn text(outcome: &Outcome, lang: Lang) -> String {
     let (held, all) = (outcome.checks.len() - failed, outcome.checks.len());
     out.push(String::new());
     out.push(match failed {
-        0 => lang.pick(format!("PASSED: {held} of {all} hold"), format!("ВЫПОЛНЕНО: {held} из {all}")),
+        0 => lang
+            .pick(format!("PASSED: {held} of {all} hold"), format!("ВЫПОЛНЕНО: {held} из {all}")),
         _ => lang.pick(
             format!("FAILED: {failed} of {all} do not hold"),
             format!("НЕ ВЫПОЛНЕНО: {failed} из {all}"),

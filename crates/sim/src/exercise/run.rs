@@ -129,9 +129,11 @@ pub fn run(exercise: &Arc<Exercise>, seed: u64, trace: bool) -> Outcome {
         if run.director.now_ms().is_multiple_of(LOOK_MS) {
             run.look();
             if trace {
-                run.director.site.members.iter().zip(&exercise.monitors).for_each(|(member, plan)| {
-                    lines.push_str(&format!("{} {}\n", plan.name, member.sim.trace_line()));
-                });
+                run.director.site.members.iter().zip(&exercise.monitors).for_each(
+                    |(member, plan)| {
+                        lines.push_str(&format!("{} {}\n", plan.name, member.sim.trace_line()));
+                    },
+                );
             }
         }
         run.director.tick();
@@ -166,7 +168,8 @@ impl Run {
             if world.water.jet_lps() > 0.1 {
                 figures.water_ms += LOOK_MS;
             }
-            let speed = |axis: usize| world.drives[axis].speed.abs() / 60.0 * LOOK_MS as f64 / 1000.0;
+            let speed =
+                |axis: usize| world.drives[axis].speed.abs() / 60.0 * LOOK_MS as f64 / 1000.0;
             figures.way_deg.0 += speed(1);
             figures.way_deg.1 += speed(0);
         }
@@ -190,7 +193,9 @@ impl Run {
     }
 
     fn fire_event(&mut self, at_ms: u64, what: What) {
-        let (What::FireLit(index) | What::FireHit(index) | What::FireOut(index)
+        let (What::FireLit(index)
+        | What::FireHit(index)
+        | What::FireOut(index)
         | What::FireReignited(index)) = what
         else {
             return;
@@ -295,8 +300,11 @@ impl Run {
         for monitor in 0..self.operators.len() {
             // Several lines may be due at once.
             loop {
-                let own = exercise.operator.iter().enumerate().filter(|(_, it)| it.monitor == monitor);
-                let Some((index, line)) = own.clone().nth(self.operators[monitor].done) else { break };
+                let own =
+                    exercise.operator.iter().enumerate().filter(|(_, it)| it.monitor == monitor);
+                let Some((index, line)) = own.clone().nth(self.operators[monitor].done) else {
+                    break;
+                };
                 let mut operator = self.operators[monitor].clone();
                 let now_ms = self.director.now_ms();
                 let due = match operator.again_ms {
@@ -351,7 +359,14 @@ impl Run {
             ),
             Some(answer) => Both::same(format!("{name}: {request} → {answer}")),
         };
-        Check { line: line.line, is_answer: true, text, passed, at_ms: self.director.now_ms(), came }
+        Check {
+            line: line.line,
+            is_answer: true,
+            text,
+            passed,
+            at_ms: self.director.now_ms(),
+            came,
+        }
     }
 
     fn finish(mut self, seed: u64, trace: String) -> Outcome {
@@ -411,8 +426,15 @@ fn statuses(site: &mut Site, monitor: usize) -> Vec<(SubsystemId, u32)> {
 fn is_news(subsystem: SubsystemId, flag: &SetFlag) -> bool {
     let name = flag.info.name;
     let ordinary = [
-        "Move", "Opening", "Closing", "Deploying", "Wrapping", "MinLimitReached", "MaxLimitReached",
-        "AbsoluteMinLimitReached", "AbsoluteMaxLimitReached",
+        "Move",
+        "Opening",
+        "Closing",
+        "Deploying",
+        "Wrapping",
+        "MinLimitReached",
+        "MaxLimitReached",
+        "AbsoluteMinLimitReached",
+        "AbsoluteMaxLimitReached",
     ];
     let idle = matches!(subsystem, SubsystemId::EXTERNAL_CONN | SubsystemId::RADIO);
     !ordinary.contains(&name) || (idle && name != "ConnLost")

@@ -85,7 +85,11 @@ struct Steps<'e> {
 }
 
 impl Steps<'_> {
-    fn condition(&mut self, table: &Table<'_>, key: &'static str) -> Result<Option<SiteCondition>, Problem> {
+    fn condition(
+        &mut self,
+        table: &Table<'_>,
+        key: &'static str,
+    ) -> Result<Option<SiteCondition>, Problem> {
         let Some(text) = table.text(key)? else { return Ok(None) };
         let names = Names { monitors: &self.monitors, fires: &self.fires };
         let wrong = |what| table.wrong(key, what);
@@ -160,7 +164,8 @@ impl Steps<'_> {
             };
             actions.push(Action::Clear(self.monitor(table)?, fault));
         }
-        for (key, interface) in [("radio", Interface::Radio), ("external", Interface::ExternalConn)] {
+        for (key, interface) in [("radio", Interface::Radio), ("external", Interface::ExternalConn)]
+        {
             if let Some(link) = table.choice(key, &LINKS)? {
                 actions.push(Action::Link(self.monitor(table)?, interface, link));
             }
@@ -280,7 +285,8 @@ impl Steps<'_> {
                 return Err(table.wrong("that", what));
             }
         };
-        let expectation = Expectation { line: table.line(), text: table.needed_both("text")?, that, rule };
+        let expectation =
+            Expectation { line: table.line(), text: table.needed_both("text")?, that, rule };
         table.finish()?;
         Ok(expectation)
     }

@@ -11,6 +11,7 @@
 //! and the same seed gives the same run.
 
 mod pose;
+mod profile;
 mod supply;
 mod wind;
 
@@ -23,6 +24,8 @@ use crate::jet::Landing;
 use crate::obstacle::{Obstacle, Shape};
 use crate::sim::{Config, Sim};
 use crate::world::STEP_MS;
+
+use profile::Profile;
 
 pub use pose::Pose;
 pub use supply::{Supply, SupplySpec};
@@ -328,43 +331,55 @@ impl Site {
         self.show();
     }
 
-    /// Water comes down: on fires, or on the wall that it does not pass.
+    /// Water comes down: on the ground, on a tank, or on the wall that it does not pass.
     fn land(&mut self, monitor: usize, portion: Portion) {
-        let member = &self.members[monitor];
-        let from = (member.pose.at.0, member.pose.at.1, member.sim.world().height_m);
-        let stopped = self.stopped(from, &portion.landing);
-        let mut portion = portion;
-        match stopped {
-            Some((obstacle, place)) => {
-                portion.landing.at = place;
-                let on = self.on.iter().zip(self.fires.iter_mut());
-                let cooled = on.filter(|(on, fire)| **on == Some(obstacle) && !fire.burns());
-                cooled.for_each(|(_, fire)| fire.wet(portion.litres, portion.foam));
-            }
-            None => {
-                let (now_ms, events) = (self.now_ms, &mut self.events);
-                self.fires.catch(&portion, |what| events.note(now_ms, what));
+        let stop = self.stop(self.members[monitor].pose.at, &portion);
+        let mut fallen = portion;
+        let (now_ms, events, on) = (self.now_ms, &mut self.events, &self.on);
+        let note = |what| events.note(now_ms, what);
+        match stop {
+            None => self.fires.catch_where(&portion, |fire| on[fire].is_none(), note),
+            Some(Stop { obstacle, place, on_top }) => {
+                fallen.landing.at = place;
+                if on_top {
+                    let above = above_ground(&fallen, self.obstacles[obstacle].height_m);
+                    self.fires.catch_where(&above, |fire| on[fire] == Some(obstacle), note);
+                } else {
+                    let own = on.iter().zip(self.fires.iter_mut());
+                    let cooled = own.filter(|(on, fire)| **on == Some(obstacle) && !fire.burns());
+                    cooled.for_each(|(_, fire)| fire.wet(portion.litres, portion.foam));
+                }
             }
         }
-        let stopped_by = stopped.map(|(obstacle, _)| obstacle);
-        self.splashes.push(Splash { monitor, portion, stopped_by });
+        let stopped_by = stop.map(|stop| stop.obstacle);
+        self.splashes.push(Splash { monitor, portion: fallen, stopped_by });
     }
 
-    /// The first obstacle in the way of a jet, and where it strikes it. The height of the water on
-    /// its way is taken from a parabola through the nozzle and the place where it lands, with the
-    /// slope that it has there.
-    fn stopped(&self, from: (f64, f64, f64), landing: &Landing) -> Option<(usize, (f64, f64))> {
-        let way = (landing.at.0 - from.0, landing.at.1 - from.1);
-        let fall_m = landing.slope * libm::hypot(way.0, way.1);
-        let height_m =
-            |part: f64| from.2 + (fall_m - 2.0 * from.2) * part + (from.2 - fall_m) * part * part;
-        let strikes = self.obstacles.iter().enumerate().filter_map(|(index, obstacle)| {
-            // Water that has passed the near edge of a tank falls into it.
-            let near = obstacle.crossings((from.0, from.1), landing.at)[0]?;
-            (height_m(near) < obstacle.height_m).then_some((index, near))
+    /// The first obstacle in the way of a jet, and where the water strikes it.
+    fn stop(&self, from: (f64, f64), portion: &Portion) -> Option<Stop> {
+        let to = portion.landing.at;
+        let way = (to.0 - from.0, to.1 - from.1);
+        let crossed: Vec<_> = (0..)
+            .zip(&self.obstacles)
+            .filter_map(|(index, it)| {
+                let [near, far] = it.crossings(from, to);
+                Some((index, it, near?, far.unwrap_or(1.0)))
+            })
+            .collect();
+        if crossed.is_empty() {
+            return None;
+        }
+        let profile = Profile::of(portion);
+        let strikes = crossed.into_iter().filter_map(|(obstacle, it, near, far)| match it.shape {
+            _ if profile.height_m(near) < it.height_m => Some((near, obstacle, false)),
+            // Water that passes the near edge of a tank but not the far one falls into it.
+            Shape::Tank(..) if profile.height_m(far) < it.height_m => {
+                Some((profile.falls_to(it.height_m, near, far), obstacle, true))
+            }
+            _ => None,
         });
-        let (index, part) = strikes.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((index, (from.0 + way.0 * part, from.1 + way.1 * part)))
+        let (part, obstacle, on_top) = strikes.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(Stop { obstacle, place: (from.0 + way.0 * part, from.1 + way.1 * part), on_top })
     }
 
     /// Each monitor sees the fires and feels the wind in its own coordinates.
@@ -376,6 +391,27 @@ impl Site {
             world.fires = self.fires.iter().map(|fire| pose.fire(fire)).collect();
         }
     }
+}
+
+/// Where an obstacle ends the way of the water.
+#[derive(Clone, Copy, Debug)]
+struct Stop {
+    obstacle: usize,
+    place: (f64, f64),
+    /// On the top of a tank, not on its wall.
+    on_top: bool,
+}
+
+/// Water that has landed at a height, as if it had flown on to the ground: so it meets the shadow
+/// of what burns at that height.
+fn above_ground(portion: &Portion, height_m: f64) -> Portion {
+    let landing = &portion.landing;
+    let on_m = height_m / landing.slope;
+    let at = (
+        landing.at.0 + on_m * libm::cos(landing.heading),
+        landing.at.1 + on_m * libm::sin(landing.heading),
+    );
+    Portion { landing: Landing { at, ..*landing }, ..*portion }
 }
 
 impl SiteGlare {

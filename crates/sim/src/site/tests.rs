@@ -117,6 +117,29 @@ fn walls_stop_water_and_sight() {
     }
 }
 
+/// Water that passes the edge of a tank falls on its top, and nothing behind it gets any.
+#[test]
+fn a_tank_catches_what_falls_into_it() {
+    let tank = |middle| Obstacle { shape: Shape::Tank(middle, 8.0), height_m: 3.0 };
+    let on_top = SiteFire { on: Some(0), ..fire((0.0, 36.0)) };
+    let on_top = SiteFire { spec: FireSpec { base_m: 3.0, ..on_top.spec }, ..on_top };
+    let mut site = Site::new(SiteConfig {
+        obstacles: vec![tank((0.0, 36.0)), tank((40.0, 36.0))],
+        fires: vec![on_top, SiteFire { on: Some(1), ..on_top }, fire((0.0, 41.5))],
+        monitors: vec![monitor((0.0, 0.0), 0.0)],
+        ..SiteConfig::default()
+    });
+    site.members[0].sim.world_mut().drives[0].position = 900.0;
+    send(&mut site, 0, "Open Valve1");
+    site.advance_ms(8_000);
+    let splash = &site.splashes()[0];
+    assert_eq!(splash.stopped_by, Some(0), "{splash:?}");
+    assert!((splash.portion.landing.at.1 - 36.0).abs() < 3.0, "{splash:?}");
+    site.advance_ms(40_000);
+    let burning: Vec<bool> = site.fires.iter().map(Fire::burns).collect();
+    assert_eq!(burning, [false, true, true]);
+}
+
 /// Each monitor sees the fire in its own coordinates.
 #[test]
 fn a_fire_is_seen_from_everywhere() {

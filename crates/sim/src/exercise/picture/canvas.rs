@@ -28,13 +28,8 @@ pub const CAUSE: &str = "#8b939c";
 pub const TOLD: &str = "#e69f00";
 
 /// Depth of water on the map, l/m², from which each shade begins.
-pub const DEPTHS: [(f64, &str); 5] = [
-    (0.5, "#d9ecf7"),
-    (2.0, "#aed6ee"),
-    (8.0, "#79b8e0"),
-    (25.0, "#3f8fc6"),
-    (80.0, "#14639f"),
-];
+pub const DEPTHS: [(f64, &str); 5] =
+    [(0.5, "#d9ecf7"), (2.0, "#aed6ee"), (8.0, "#79b8e0"), (25.0, "#3f8fc6"), (80.0, "#14639f")];
 
 /// An SVG in the making.
 #[derive(Default)]
@@ -92,10 +87,8 @@ impl Canvas {
 
     pub fn circle(&mut self, middle: (f64, f64), radius: f64, style: &str) {
         let (x, y) = middle;
-        let _ = writeln!(
-            self.out,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {style}/>"
-        );
+        let _ =
+            writeln!(self.out, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {style}/>");
     }
 
     pub fn path(&mut self, data: &str, style: &str) {

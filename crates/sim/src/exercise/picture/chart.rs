@@ -54,18 +54,22 @@ pub fn draw(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), 
         width: width - LEFT - RIGHT,
         duration_ms: outcome.exercise.duration_ms as f64,
     };
-    let top = at.1 + 16.0;
+    let top = at.1 + 26.0;
     let panels = panels(outcome, lang);
     let bars_y = top + panels.len() as f64 * (PANEL + GAP);
     let rows = outcome.recording.bars.len();
     let bottom = bars_y + if rows == 0 { 0.0 } else { bar_rows(outcome) as f64 * BAR + 6.0 };
     time_axis(canvas, &time, top, bottom, lang);
     let events = events(outcome, lang);
+    let (mut last_x, mut raised) = (f64::NEG_INFINITY, 0.0);
     for (number, (at_ms, _)) in (1..).zip(&events) {
         let x = time.at(*at_ms as f64);
         canvas.line((x, top), (x, bottom), &format!("stroke=\"{SOFT}\" stroke-dasharray=\"2 3\""));
         let small = Type::new(10.0, SOFT).at(Anchor::Middle);
-        canvas.text((x, top - 4.0), small, &number.to_string());
+        // Numbers that would stand on each other go up in steps.
+        raised = if x - last_x < 14.0 { raised + 10.0 } else { 0.0 };
+        last_x = x;
+        canvas.text((x, top - 4.0 - raised), small, &number.to_string());
     }
     let step_ms = outcome.recording.step_ms as f64;
     for (index, panel) in panels.iter().enumerate() {
@@ -136,20 +140,26 @@ fn panels<'a>(outcome: &Outcome, lang: Lang) -> Vec<Panel<'a>> {
         })
     };
     if moves(|sample| sample.nozzle_mm, 1.0) {
-        panels.insert(3, Panel {
-            title: lang.pick("nozzle", "насадок"),
-            unit: lang.pick("mm", "мм"),
-            range: (0.0, 60.0),
-            series: of(|sample| sample.nozzle_mm),
-        });
+        panels.insert(
+            3,
+            Panel {
+                title: lang.pick("nozzle", "насадок"),
+                unit: lang.pick("mm", "мм"),
+                range: (0.0, 60.0),
+                series: of(|sample| sample.nozzle_mm),
+            },
+        );
     }
     if moves(|sample| sample.deployer_deg, 1.0) {
-        panels.insert(1, Panel {
-            title: lang.pick("deployer", "развёртывание"),
-            unit: "°",
-            range: (0.0, 90.0),
-            series: of(|sample| sample.deployer_deg),
-        });
+        panels.insert(
+            1,
+            Panel {
+                title: lang.pick("deployer", "развёртывание"),
+                unit: "°",
+                range: (0.0, 90.0),
+                series: of(|sample| sample.deployer_deg),
+            },
+        );
     }
     if moves(|sample| sample.coldest_c, 3.0) {
         panels.push(Panel {
@@ -195,7 +205,11 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel<'_>, time: &Time, step_ms: f64,
         canvas.text((time.x - 6.0, at + 3.5), Type::new(10.0, SOFT).at(Anchor::End), &text);
         value += step;
     }
-    canvas.line((time.x, y + PANEL), (time.x + time.width, y + PANEL), &format!("stroke=\"{FAINT}\""));
+    canvas.line(
+        (time.x, y + PANEL),
+        (time.x + time.width, y + PANEL),
+        &format!("stroke=\"{FAINT}\""),
+    );
     let mut title_y = y + 14.0;
     for line in wrapped(panel.title, LEFT - 40.0, 12.0) {
         canvas.text((x, title_y), Type::new(12.0, INK).bold(), &line);
@@ -213,15 +227,15 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel<'_>, time: &Time, step_ms: f64,
     }
 }
 
-/// A line through the values; points on a straight stretch are left out.
+/// A line through the values; points within a level stretch are left out.
 fn polyline(values: &[f64], x: impl Fn(usize) -> f64, y: impl Fn(f64) -> f64) -> String {
     let mut data = String::new();
+    let tenth = |value: f64| libm::round(y(value) * 10.0);
     for (index, value) in values.iter().enumerate() {
         let before = index.checked_sub(1).and_then(|at| values.get(at));
-        let after = values.get(index + 1);
-        if let (Some(before), Some(after)) = (before, after)
-            && (y(*before) + y(*after) - 2.0 * y(*value)).abs() < 0.05
-        {
+        let neighbours = before.zip(values.get(index + 1));
+        let level = |other: &f64| tenth(*other) == tenth(*value);
+        if neighbours.is_some_and(|(before, after)| level(before) && level(after)) {
             continue;
         }
         let sign = if data.is_empty() { 'M' } else { 'L' };
@@ -264,7 +278,13 @@ fn bars(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, time: &Time, x: f64,
         let mut end = time.x;
         for bar in own {
             let (from, until) = (time.at(bar.from_ms as f64), time.at(bar.until_ms as f64));
-            canvas.rect(from, y + 2.0, (until - from).max(1.5), BAR - 4.0, &format!("fill=\"{fill}\" rx=\"1.5\""));
+            canvas.rect(
+                from,
+                y + 2.0,
+                (until - from).max(1.5),
+                BAR - 4.0,
+                &format!("fill=\"{fill}\" rx=\"1.5\""),
+            );
             label_x.get_or_insert(from);
             end = until.max(end);
         }

@@ -43,7 +43,10 @@ fn header(canvas: &mut Canvas, outcome: &Outcome, lang: Lang) -> f64 {
     let failed = outcome.checks.iter().filter(|check| !check.passed).count();
     let all = outcome.checks.len();
     let (colour, verdict) = match failed {
-        0 => (GOOD, lang.pick(format!("✓ passed: {all} of {all}"), format!("✓ выполнено: {all} из {all}"))),
+        0 => (
+            GOOD,
+            lang.pick(format!("✓ passed: {all} of {all}"), format!("✓ выполнено: {all} из {all}")),
+        ),
         _ => (
             BAD,
             lang.pick(
@@ -59,7 +62,8 @@ fn header(canvas: &mut Canvas, outcome: &Outcome, lang: Lang) -> f64 {
     canvas.text((x + badge / 2.0, 39.0), white, &verdict);
     let seed = outcome.seed;
     let duration = clock(exercise.duration_ms);
-    let run = lang.pick(format!("{duration} min, seed {seed}"), format!("{duration} мин, seed {seed}"));
+    let run =
+        lang.pick(format!("{duration} min, seed {seed}"), format!("{duration} мин, seed {seed}"));
     canvas.text((x - 14.0, 39.0), Type::new(12.0, SOFT).at(Anchor::End), run.trim());
     let y = canvas.paragraph(
         (MARGIN, 64.0),

@@ -45,11 +45,7 @@ pub fn draw(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), 
     let scale = (size.0 / x_m).min(size.1 / y_m);
     let low = outcome.recording.bounds.low;
     let free = ((size.0 / scale - x_m) / 2.0, (size.1 / scale - y_m) / 2.0);
-    let map = Map {
-        low: (low.0 - free.0, low.1 - free.1),
-        origin: (at.0, at.1 + size.1),
-        scale,
-    };
+    let map = Map { low: (low.0 - free.0, low.1 - free.1), origin: (at.0, at.1 + size.1), scale };
     let clip = format!(
         "<clipPath id=\"plan\"><rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>\
          </clipPath>\n<g clip-path=\"url(#plan)\">\n",
@@ -61,6 +57,7 @@ pub fn draw(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), 
     tanks(canvas, outcome, &map);
     water(canvas, outcome, &map);
     walls(canvas, outcome, &map);
+    tank_names(canvas, outcome, &map);
     glares(canvas, outcome, &map);
     sectors(canvas, outcome, &map);
     fires(canvas, outcome, lang, &map);
@@ -80,7 +77,9 @@ fn grid(canvas: &mut Canvas, map: &Map, at: (f64, f64), size: (f64, f64)) {
     while x < high.0 {
         let px = map.at((x, 0.0)).0;
         canvas.line((px, at.1), (px, at.1 + size.1), &style);
-        canvas.text((px + 3.0, at.1 + 12.0), small, &format!("{x:.0}"));
+        if px + 24.0 < at.0 + size.0 {
+            canvas.text((px + 3.0, at.1 + 12.0), small, &format!("{x:.0}"));
+        }
         x += step;
     }
     // Plus nought, for ceil gives a negative one.
@@ -88,7 +87,9 @@ fn grid(canvas: &mut Canvas, map: &Map, at: (f64, f64), size: (f64, f64)) {
     while y < high.1 {
         let py = map.at((0.0, y)).1;
         canvas.line((at.0, py), (at.0 + size.0, py), &style);
-        canvas.text((at.0 + 4.0, py - 3.0), small, &format!("{y:.0}"));
+        if py > at.1 + 28.0 {
+            canvas.text((at.0 + 4.0, py - 3.0), small, &format!("{y:.0}"));
+        }
         y += step;
     }
 }
@@ -116,19 +117,28 @@ fn water(canvas: &mut Canvas, outcome: &Outcome, map: &Map) {
     }
     for (path, (_, fill)) in paths.iter().zip(DEPTHS) {
         if !path.is_empty() {
-            let style = format!("fill=\"{fill}\" fill-opacity=\"0.85\" stroke=\"{fill}\" stroke-width=\"0.4\"");
+            let style = format!(
+                "fill=\"{fill}\" fill-opacity=\"0.85\" stroke=\"{fill}\" stroke-width=\"0.4\""
+            );
             canvas.path(path, &style);
         }
     }
 }
 
 fn tanks(canvas: &mut Canvas, outcome: &Outcome, map: &Map) {
-    let exercise = &outcome.exercise;
-    for (obstacle, name) in exercise.site.obstacles.iter().zip(&exercise.obstacles) {
+    for obstacle in &outcome.exercise.site.obstacles {
         if let Shape::Tank(middle, diameter_m) = obstacle.shape {
             let radius = diameter_m / 2.0 * map.scale;
             let style = format!("fill=\"{STEEL}\" stroke=\"{SOFT}\" stroke-width=\"1.5\"");
             canvas.circle(map.at(middle), radius, &style);
+        }
+    }
+}
+
+fn tank_names(canvas: &mut Canvas, outcome: &Outcome, map: &Map) {
+    let exercise = &outcome.exercise;
+    for (obstacle, name) in exercise.site.obstacles.iter().zip(&exercise.obstacles) {
+        if let Shape::Tank(middle, diameter_m) = obstacle.shape {
             let top = map.at((middle.0, middle.1 + diameter_m / 2.0));
             let text = Type::new(12.0, INK).at(Anchor::Middle);
             canvas.label((top.0, top.1 - 5.0), text, name);
@@ -216,7 +226,8 @@ fn fires(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, map: &Map) {
             (false, Some(_)) => format!("fill=\"{colour}\" fill-opacity=\"0.22\""),
             (false, None) => "fill=\"none\"".to_owned(),
         };
-        let style = format!("{fill} stroke=\"{colour}\" stroke-width=\"2.2\" stroke-dasharray=\"{dash}\"");
+        let style =
+            format!("{fill} stroke=\"{colour}\" stroke-width=\"2.2\" stroke-dasharray=\"{dash}\"");
         canvas.circle(middle, radius(fire.spec.size_m), &style);
         let fate = match (figures.lit_ms, figures.out_ms) {
             (None, _) => lang.pick("never burned", "не загорался").to_owned(),
@@ -229,7 +240,8 @@ fn fires(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, map: &Map) {
         let name = &exercise.fires[index].name;
         let below = middle.1 + radius(largest.min(fire.spec.size_m * 2.0)) + 14.0;
         let text = Type::new(12.0, INK).at(Anchor::Middle).bold();
-        canvas.label((middle.0, below), text, &format!("{name}: {fate}"));
+        canvas.label((middle.0, below), text, name);
+        canvas.label((middle.0, below + 14.0), text, &fate);
     }
 }
 
@@ -239,8 +251,16 @@ fn monitors(canvas: &mut Canvas, outcome: &Outcome, map: &Map) {
         let (colour, _) = MONITORS[index % MONITORS.len()];
         let (x, y) = map.at(monitor.pose.at);
         let ahead = map.at(place(&monitor.pose, 0.0, 18.0 / map.scale));
-        canvas.line((x, y), ahead, &format!("stroke=\"{colour}\" stroke-width=\"4\" stroke-linecap=\"round\""));
-        canvas.circle((x, y), 7.5, &format!("fill=\"{colour}\" stroke=\"#ffffff\" stroke-width=\"2\""));
+        canvas.line(
+            (x, y),
+            ahead,
+            &format!("stroke=\"{colour}\" stroke-width=\"4\" stroke-linecap=\"round\""),
+        );
+        canvas.circle(
+            (x, y),
+            7.5,
+            &format!("fill=\"{colour}\" stroke=\"#ffffff\" stroke-width=\"2\""),
+        );
         let text = Type::new(13.0, colour).bold();
         // Behind the monitor, where its barrel is not.
         let behind = map.at(place(&monitor.pose, 180.0, 20.0 / map.scale));
@@ -252,7 +272,13 @@ fn scale_bar(canvas: &mut Canvas, lang: Lang, map: &Map, at: (f64, f64), width_m
     let length_m = tick(width_m, 6.0);
     let length = length_m * map.scale;
     let text = format!("{length_m:.0} {}", lang.pick("m", "м"));
-    canvas.rect(at.0 - 6.0, at.1 - 20.0, length + 14.0, 28.0, "fill=\"#ffffff\" fill-opacity=\"0.85\" rx=\"3\"");
+    canvas.rect(
+        at.0 - 6.0,
+        at.1 - 20.0,
+        length + 14.0,
+        28.0,
+        "fill=\"#ffffff\" fill-opacity=\"0.85\" rx=\"3\"",
+    );
     canvas.line(at, (at.0 + length, at.1), &format!("stroke=\"{INK}\" stroke-width=\"3\""));
     let middle = Type::new(11.0, INK).at(Anchor::Middle);
     canvas.text((at.0 + length / 2.0, at.1 - 6.0), middle, &text);
@@ -262,7 +288,13 @@ fn scale_bar(canvas: &mut Canvas, lang: Lang, map: &Map, at: (f64, f64), width_m
 fn compass(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64)) {
     let exercise = &outcome.exercise;
     let wind = exercise.site.wind;
-    canvas.rect(at.0 - 34.0, at.1 - 38.0, 70.0, 96.0, "fill=\"#ffffff\" fill-opacity=\"0.88\" rx=\"4\"");
+    canvas.rect(
+        at.0 - 34.0,
+        at.1 - 38.0,
+        70.0,
+        96.0,
+        "fill=\"#ffffff\" fill-opacity=\"0.88\" rx=\"4\"",
+    );
     let middle = Type::new(11.0, INK).at(Anchor::Middle);
     canvas.text((at.0, at.1 - 24.0), middle.bold(), lang.pick("N", "С"));
     let north = format!("M{:.1} {:.1}l5 10h-10z", at.0, at.1 - 21.0);
@@ -284,7 +316,11 @@ fn compass(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64)) {
                 -(toward.0 * cos - toward.1 * sin) * 8.0,
                 -(toward.0 * sin + toward.1 * cos) * 8.0,
             );
-            canvas.line(tip, (tip.0 + back.0, tip.1 + back.1), &format!("stroke=\"{INK}\" stroke-width=\"2\""));
+            canvas.line(
+                tip,
+                (tip.0 + back.0, tip.1 + back.1),
+                &format!("stroke=\"{INK}\" stroke-width=\"2\""),
+            );
         }
         let unit = lang.pick("m/s", "м/с");
         format!("{:.0} {unit}", wind.speed_mps)

@@ -1,8 +1,6 @@
 //! Beside the plan: what the signs mean, figures, expectations.
 
-use super::canvas::{
-    BAD, Canvas, DEPTHS, FAINT, GOOD, INK, MONITORS, SOFT, Type, wrapped,
-};
+use super::canvas::{BAD, Canvas, DEPTHS, FAINT, GOOD, INK, MONITORS, SOFT, Type, wrapped};
 use crate::exercise::report::clock;
 use crate::exercise::run::Outcome;
 use crate::exercise::text::Lang;
@@ -36,10 +34,7 @@ fn checks(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), wi
         );
         y = check(canvas, true, &text, (at.0, y), width);
     }
-    for it in &outcome.checks {
-        if it.is_answer && agreed == all {
-            continue;
-        }
+    for it in outcome.checks.iter().filter(|check| !(check.is_answer && check.passed)) {
         let text = it.text.of(lang);
         // An expectation on the whole time is decided at its end, which tells nothing.
         let told = it.at_ms > 0 && it.at_ms < outcome.exercise.duration_ms;
@@ -67,9 +62,12 @@ fn check(canvas: &mut Canvas, passed: bool, text: &str, at: (f64, f64), width: f
 
 fn monitors(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), width: f64) -> f64 {
     let mut y = at.1;
-    for (index, (figures, plan)) in outcome.monitors.iter().zip(&outcome.exercise.monitors).enumerate() {
+    for (index, (figures, plan)) in
+        outcome.monitors.iter().zip(&outcome.exercise.monitors).enumerate()
+    {
         let (colour, dash) = MONITORS[index % MONITORS.len()];
-        let stroke = format!("stroke=\"{colour}\" stroke-width=\"2.5\" stroke-dasharray=\"{dash}\"");
+        let stroke =
+            format!("stroke=\"{colour}\" stroke-width=\"2.5\" stroke-dasharray=\"{dash}\"");
         canvas.line((at.0, y - 4.0), (at.0 + 30.0, y - 4.0), &stroke);
         let (litres, seconds) = (figures.litres, figures.water_ms as f64 / 1000.0);
         let first = figures.first_water_ms.map(|ms| clock(ms).trim().to_owned());
@@ -78,7 +76,9 @@ fn monitors(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), 
                 format!("{}: {litres:.0} l in {seconds:.0} s, water from {first}", plan.name),
                 format!("{}: {litres:.0} л за {seconds:.0} с, вода с {first}", plan.name),
             ),
-            None => lang.pick(format!("{}: no water", plan.name), format!("{}: без воды", plan.name)),
+            None => {
+                lang.pick(format!("{}: no water", plan.name), format!("{}: без воды", plan.name))
+            }
         };
         y = canvas.paragraph((at.0 + 38.0, y), width - 38.0, Type::new(SIZE, INK), &text) + 1.0;
     }

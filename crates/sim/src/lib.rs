@@ -4,6 +4,8 @@
 //! in it. [`sim::Sim`] puts the two together on virtual time: a function of seed, configuration and
 //! requests, the same trace byte for byte. It is plain synchronous code; sockets live elsewhere.
 //!
+//! [`site::Site`] is several monitors around the same fires; [`exercise`] runs scenarios on it.
+//!
 //! ```text
 //! drive ─┐                          ┌─ detector ── fires in its field of view
 //! valve ─┤→ water → jet → fire      ├─ climate, supply

@@ -139,7 +139,12 @@ async fn tell(site: &SharedSite, out: &mut Out) -> Outcome {
     let mut ticks = tokio::time::interval(std::time::Duration::from_millis(100));
     loop {
         ticks.tick().await;
-        let happened = site.lock().take_happened();
+        let happened = {
+            let mut director = site.lock();
+            let mut happened = director.take_happened();
+            happened.extend(director.take_fires());
+            happened
+        };
         for (at_ms, text) in happened {
             let at_s = at_ms as f64 / 1000.0;
             let text = text.of(lang());

@@ -7,6 +7,7 @@ use lafet_device::Source;
 
 use super::plan::{Action, Exercise, Link, Trigger};
 use super::text::{Both, both};
+use crate::event::What;
 use crate::fault::button_name;
 use crate::site::Site;
 
@@ -76,6 +77,18 @@ impl Director {
     /// What has happened since the last call.
     pub fn take_happened(&mut self) -> Vec<(u64, Both)> {
         core::mem::take(&mut self.happened)
+    }
+
+    /// What has happened to fires since the last call, for those who watch; a run takes the events
+    /// of the site itself.
+    pub fn take_fires(&mut self) -> Vec<(u64, Both)> {
+        let events = self.site.take_events().into_iter();
+        let told = events.filter(|it| it.monitor.is_none()).filter_map(|it| {
+            let (index, (en, ru)) = fire_news(it.event.what)?;
+            let name = &self.exercise.fires[index].name;
+            Some((it.event.at_ms, both(format!("fire {name} {en}"), format!("очаг {name} {ru}"))))
+        });
+        told.collect()
     }
 
     /// When a mark was passed, ms.
@@ -247,6 +260,17 @@ impl Director {
             }
         }
     }
+}
+
+/// Which fire an event is about, and what has happened to it.
+pub const fn fire_news(what: What) -> Option<(usize, (&'static str, &'static str))> {
+    Some(match what {
+        What::FireLit(index) => (index, ("burns", "горит")),
+        What::FireHit(index) => (index, ("is reached by water", "достигнут водой")),
+        What::FireOut(index) => (index, ("is out", "потушен")),
+        What::FireReignited(index) => (index, ("flares up again", "воспламенился повторно")),
+        _ => return None,
+    })
 }
 
 /// What an interface is called.

@@ -10,7 +10,7 @@ use lafet_proto::{Answer, Request, SubsystemId};
 
 use super::checks::{Check, Checks};
 use super::controller::Controller;
-use super::director::{Director, LOOK_MS, Waiting};
+use super::director::{Director, LOOK_MS, Waiting, fire_news};
 use super::log::{Counts, Kind, Line, Log};
 use super::plan::{Exercise, Link, OperatorLine};
 use super::recording::Recording;
@@ -193,34 +193,17 @@ impl Run {
     }
 
     fn fire_event(&mut self, at_ms: u64, what: What) {
-        let (What::FireLit(index)
-        | What::FireHit(index)
-        | What::FireOut(index)
-        | What::FireReignited(index)) = what
-        else {
-            return;
-        };
+        let Some((index, (en, ru))) = fire_news(what) else { return };
         let figures = &mut self.fires[index];
-        let (en, ru) = match what {
-            What::FireLit(_) => {
+        match what {
+            What::FireHit(_) => figures.hit_ms = figures.hit_ms.or(Some(at_ms)),
+            What::FireOut(_) => figures.out_ms = Some(at_ms),
+            _ => {
                 figures.lit_ms.get_or_insert(at_ms);
                 figures.out_ms = None;
-                ("burns", "горит")
+                figures.reignited += u32::from(matches!(what, What::FireReignited(_)));
             }
-            What::FireHit(_) => {
-                figures.hit_ms.get_or_insert(at_ms);
-                ("is reached by water", "достигнут водой")
-            }
-            What::FireOut(_) => {
-                figures.out_ms = Some(at_ms);
-                ("is out", "потушен")
-            }
-            _ => {
-                figures.out_ms = None;
-                figures.reignited += 1;
-                ("flares up again", "воспламенился повторно")
-            }
-        };
+        }
         let name = &self.director.exercise().fires[index].name;
         let text = both(format!("fire {name} {en}"), format!("очаг {name} {ru}"));
         self.log.add(at_ms, None, Kind::Fire, text);

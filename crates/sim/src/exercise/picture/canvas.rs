@@ -135,7 +135,7 @@ impl Canvas {
 
 /// About how wide a text is.
 pub fn width_of(text: &str, size: f64) -> f64 {
-    text.chars().count() as f64 * size * 0.56
+    text.chars().count() as f64 * size * 0.6
 }
 
 /// A text in lines that are not wider.

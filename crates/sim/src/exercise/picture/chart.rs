@@ -13,7 +13,7 @@ use crate::exercise::run::Outcome;
 use crate::exercise::text::Lang;
 
 /// Space for the names and numbers on the left.
-const LEFT: f64 = 118.0;
+const LEFT: f64 = 140.0;
 const RIGHT: f64 = 14.0;
 const PANEL: f64 = 66.0;
 const GAP: f64 = 12.0;

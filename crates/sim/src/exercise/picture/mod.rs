@@ -39,7 +39,6 @@ pub fn svg(outcome: &Outcome, lang: Lang) -> String {
 /// Title, what it is about, verdict; the place below.
 fn header(canvas: &mut Canvas, outcome: &Outcome, lang: Lang) -> f64 {
     let exercise = &outcome.exercise;
-    canvas.text((MARGIN, 40.0), Type::new(22.0, INK).bold(), exercise.title.of(lang));
     let failed = outcome.checks.iter().filter(|check| !check.passed).count();
     let all = outcome.checks.len();
     let (colour, verdict) = match failed {
@@ -65,6 +64,11 @@ fn header(canvas: &mut Canvas, outcome: &Outcome, lang: Lang) -> f64 {
     let run =
         lang.pick(format!("{duration} min, seed {seed}"), format!("{duration} мин, seed {seed}"));
     canvas.text((x - 14.0, 39.0), Type::new(12.0, SOFT).at(Anchor::End), run.trim());
+    // Letters of a title are wider than those of text.
+    let title = exercise.title.of(lang);
+    let room = x - 40.0 - canvas::width_of(run.trim(), 12.0) - MARGIN;
+    let size = libm::floor((22.0 * room / canvas::width_of(title, 25.0)).min(22.0));
+    canvas.text((MARGIN, 40.0), Type::new(size, INK).bold(), title);
     let y = canvas.paragraph(
         (MARGIN, 64.0),
         WIDTH - 2.0 * MARGIN,

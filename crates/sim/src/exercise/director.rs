@@ -171,7 +171,7 @@ impl Director {
                 site.members[monitor].sim.world_mut().clear(fault);
             }
             Action::Clear(monitor, None) => site.members[monitor].sim.world_mut().clear_all(),
-            Action::Wind(wind) => site.wind.spec = wind,
+            Action::Wind(wind) => site.wind.set(wind),
             Action::Temperature(celsius) => site.set_ambient_c(celsius),
             Action::Ignite(fire) => site.ignite(fire),
             Action::Link(monitor, over, link) => self.links[monitor][of_interface(over)] = link,

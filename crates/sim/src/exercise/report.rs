@@ -99,7 +99,7 @@ fn fires(outcome: &Outcome, lang: Lang) -> Vec<String> {
         };
         let FireFigures { hit_ms, out_ms, reignited, size_m, .. } = figures;
         let time = |at_ms: &Option<u64>| at_ms.as_ref().map_or_else(|| "—".to_owned(), clock);
-        let (lit, hit, out) = (clock(&lit_ms), time(hit_ms), time(out_ms));
+        let (lit, hit, out) = (clock(lit_ms), time(hit_ms), time(out_ms));
         lang.pick(
             format!(
                 "  {name}: burned from {lit}, reached by water {hit}, out {out}; flared up again \

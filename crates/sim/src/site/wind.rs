@@ -1,14 +1,10 @@
-//! The wind over a site: a mean, and gusts around it.
-//!
-//! Gusts are a random walk that returns to the mean within about 4 s (an Ornstein–Uhlenbeck
-//! process), of speed and of direction; `gusts` is how far the speed goes up at most times (two
-//! standard deviations). Ours: for training, no measured spectrum.
+//! The wind over a site, 10 m above ground: one for all monitors, with the [gusts](crate::gust) of
+//! a world. How much faster gusts are than the mean, 2.2 times their deviation, is what people say.
 
-use crate::rng::Rng;
+use crate::gust::Gusts;
 
-const RETURN_S: f64 = 4.0;
-/// Swing of the direction when gusts are as strong as the wind, radians.
-const SWING: f64 = 0.4;
+/// The fastest gusts over their standard deviation.
+const PEAK: f64 = 2.2;
 
 /// What the wind is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,42 +17,47 @@ pub struct WindSpec {
     pub gusts_mps: f64,
 }
 
+impl WindSpec {
+    /// The mean motion of the air, m/s east and north.
+    fn mean_mps(&self) -> (f64, f64) {
+        let from = self.from_deg.to_radians();
+        (-self.speed_mps * libm::sin(from), -self.speed_mps * libm::cos(from))
+    }
+}
+
 /// The wind.
 #[derive(Clone, Debug)]
 pub struct Wind {
-    /// What it is now.
-    pub spec: WindSpec,
-    rng: Rng,
-    /// Gust and swing, standard deviations.
-    gust: (f64, f64),
+    spec: WindSpec,
+    gusts: Gusts,
 }
 
 impl Wind {
     /// A wind whose gusts follow from the seed.
     pub fn new(spec: WindSpec, seed: u64) -> Self {
-        // Another sequence than that of the first monitor.
-        Self { spec, rng: Rng::new(!seed), gust: (0.0, 0.0) }
+        let mut wind = Self { spec, gusts: Gusts::new(0.0, seed) };
+        wind.set(spec);
+        wind
+    }
+
+    /// What it is.
+    pub const fn spec(&self) -> WindSpec {
+        self.spec
+    }
+
+    /// The wind changes.
+    pub fn set(&mut self, spec: WindSpec) {
+        self.spec = spec;
+        self.gusts.intensity = spec.gusts_mps / PEAK / spec.speed_mps.max(0.1);
     }
 
     /// Runs for `dt_s`.
     pub fn step(&mut self, dt_s: f64) {
-        let (keep, fresh) = (1.0 - dt_s / RETURN_S, libm::sqrt(2.0 * dt_s / RETURN_S));
-        self.gust.0 = self.gust.0 * keep + fresh * self.rng.noise();
-        self.gust.1 = self.gust.1 * keep + fresh * self.rng.noise();
-    }
-
-    /// Speed and bearing that it comes from now: m/s, degrees.
-    pub fn now(&self) -> (f64, f64) {
-        let WindSpec { from_deg, speed_mps, gusts_mps } = self.spec;
-        let speed = (speed_mps + gusts_mps / 2.0 * self.gust.0).max(0.0);
-        let swing = SWING / 2.0 * self.gust.1 * gusts_mps / speed_mps.max(gusts_mps).max(1e-9);
-        (speed, from_deg + swing.to_degrees())
+        self.gusts.step(self.spec.mean_mps(), dt_s);
     }
 
     /// The air's motion now, m/s east and north.
     pub fn now_mps(&self) -> (f64, f64) {
-        let (speed, from_deg) = self.now();
-        let from = from_deg.to_radians();
-        (-speed * libm::sin(from), -speed * libm::cos(from))
+        self.gusts.around(self.spec.mean_mps())
     }
 }

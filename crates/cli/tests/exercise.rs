@@ -39,7 +39,7 @@ fn exit_codes_and_json() {
     let run = Run::of(&["sim", "run", path, "--lang", "ru"]);
     assert_eq!((run.code, run.out.as_str()), (2, ""));
     assert!(
-        run.err.contains("x.toml:22: monitor.heding: ") && run.err.contains("heading"),
+        run.err.contains("x.toml:23: monitor.heding: ") && run.err.contains("heading"),
         "{}",
         run.err
     );

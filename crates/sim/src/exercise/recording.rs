@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use lafet_device::Source;
-use lafet_device::image::Axis;
+use lafet_device::image::{Axis, Place};
 use lafet_proto::SubsystemId;
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::Severity;
@@ -49,8 +49,8 @@ pub struct Sample {
     pub pressure_atm: f64,
     /// Flow, l/s.
     pub flow_lps: f64,
-    /// Temperature of the coldest drive, °C.
-    pub coldest_c: f64,
+    /// Temperature of the vertical drive, °C.
+    pub drive_c: f64,
 }
 
 /// What a bar of the time line shows.
@@ -142,7 +142,7 @@ impl Recording {
                 deployer_deg: degrees(Axis::Deployer),
                 pressure_atm: world.water.pressure_atm(),
                 flow_lps: world.water.flow_lps,
-                coldest_c: world.climate.places_c.iter().copied().fold(f64::INFINITY, f64::min),
+                drive_c: world.climate.places_c[Place::Vertical as usize],
             });
         }
         for (series, fire) in self.fires.iter_mut().zip(director.site.fires.iter()) {

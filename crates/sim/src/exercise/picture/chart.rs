@@ -161,12 +161,12 @@ fn panels<'a>(outcome: &Outcome, lang: Lang) -> Vec<Panel<'a>> {
             },
         );
     }
-    if moves(|sample| sample.coldest_c, 3.0) {
+    if moves(|sample| sample.drive_c, 3.0) {
         panels.push(Panel {
-            title: lang.pick("coldest part", "самый холодный узел"),
+            title: lang.pick("vertical drive", "привод по вертикали"),
             unit: "°C",
             range: (-5.0, 5.0),
-            series: of(|sample| sample.coldest_c),
+            series: of(|sample| sample.drive_c),
         });
     }
     panels

@@ -243,9 +243,12 @@ impl Site {
     pub fn tick(&mut self) {
         self.now_ms += STEP_MS;
         for member in &mut self.members {
-            member.sim.tick();
-            let jet_lps = member.sim.world().water.jet_lps();
-            member.litres += jet_lps * (STEP_MS as f64 / 1000.0);
+            // One whose program has waited for its flash with an answer is ahead, and waits.
+            while member.sim.now_ms() < self.now_ms {
+                member.sim.tick();
+                let jet_lps = member.sim.world().water.jet_lps();
+                member.litres += jet_lps * (STEP_MS as f64 / 1000.0);
+            }
         }
         self.share_water();
         if self.now_ms.is_multiple_of(SLOW_MS) {

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::citation::citations;
 use crate::run::{self, StepResult};
-use crate::{TaskResult, flag, links};
+use crate::{TaskResult, flag, links, pictures};
 
 const PAGE: &str = "docs/protocol.md";
 /// The sections that list flags, and the classes of the dictionary that have them. The common flags
@@ -31,6 +31,7 @@ pub fn docs(arguments: &[String]) -> TaskResult {
         let new = regenerate(&old, &schema()?)?;
         std::fs::write(run::root().join(PAGE), &new).map_err(|e| format!("{PAGE}: {e}"))?;
         println!("   {PAGE}: {}", if old == new { "was up to date" } else { "written" });
+        pictures::write()?;
     }
     check().map(|()| ExitCode::SUCCESS)
 }
@@ -38,6 +39,7 @@ pub fn docs(arguments: &[String]) -> TaskResult {
 /// Fails on a table that is out of date and on a link that leads nowhere.
 pub fn check() -> StepResult {
     run::verdict("links that lead nowhere", &links::broken()?)?;
+    pictures::check()?;
     let page = run::read(PAGE)?;
     let fresh = regenerate(&page, &schema()?)?;
     if page == fresh {

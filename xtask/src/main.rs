@@ -16,6 +16,7 @@ mod links;
 mod metadata;
 mod no_std;
 mod physics;
+mod pictures;
 mod run;
 mod setup;
 mod source;

@@ -56,7 +56,7 @@ pub struct Global {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Simulate a monitor that others can connect to
-    Sim(cmd::sim::SimArgs),
+    Sim(Box<cmd::sim::SimArgs>),
     /// Watch a simulated monitor find a fire and put it out
     Demo(cmd::demo::DemoArgs),
     /// Show the state of the monitor and what its flags mean

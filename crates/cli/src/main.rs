@@ -80,7 +80,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Completions(args) => cmd::install::run_completions(&args, out),
         Command::Man(args) => cmd::install::run_man(&args, out),
         Command::Schema(args) => cmd::schema::run(&args, out),
-        Command::Sim(args) => cmd::sim::run(args, out).await,
+        Command::Sim(args) => cmd::sim::run(*args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,
         Command::Status(args) => cmd::status::run(args, global, out).await,
         Command::Watch(args) => cmd::watch::run(args, global, out).await,

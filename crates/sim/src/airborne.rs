@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use crate::jet::Landing;
+use crate::jet::{Jet, Landing};
 
 const PORTIONS_MAX: usize = 256;
 
@@ -17,6 +17,8 @@ pub struct Portion {
     pub litres: f64,
     /// Part of it that is foam, 0 … 1.
     pub foam: f64,
+    /// The jet that it left in.
+    pub jet: Jet,
     /// Where it lands.
     pub landing: Landing,
 }
@@ -55,7 +57,7 @@ mod tests {
             heading: 0.0,
             slope: 1.0,
         };
-        let portion = Portion { litres: 2.0, foam: 0.0, landing };
+        let portion = Portion { litres: 2.0, foam: 0.0, jet: Jet::solid(0.8, 28.0, 0.3), landing };
         let mut airborne = Airborne::default();
         airborne.throw(100, portion);
         assert_eq!(airborne.land(1_590), None);

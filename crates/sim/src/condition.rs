@@ -112,8 +112,27 @@ impl Condition {
         let path: Vec<&str> = self.path.iter().map(String::as_str).collect();
         let value = look_up(&path, sim)
             .ok_or_else(|| format!("`{}` leads nowhere here", path.join(" ")))?;
-        let holds = self.compare(&value)?;
-        Ok((holds != self.negated, format!("{} = {value}", path.join(" "))))
+        self.judge(&value)
+    }
+
+    /// The words before the operator.
+    pub(crate) fn path(&self) -> &[String] {
+        &self.path
+    }
+
+    /// As [`Condition::holds`], with a number that the path has led to elsewhere.
+    pub(crate) fn judge_number(&self, number: f64) -> Result<(bool, String), String> {
+        self.judge(&Value::Number(number))
+    }
+
+    /// As [`Condition::holds`], with a word that the path has led to elsewhere.
+    pub(crate) fn judge_word(&self, word: &'static str) -> Result<(bool, String), String> {
+        self.judge(&Value::Word(word))
+    }
+
+    fn judge(&self, value: &Value) -> Result<(bool, String), String> {
+        let holds = self.compare(value)?;
+        Ok((holds != self.negated, format!("{} = {value}", self.path.join(" "))))
     }
 
     fn compare(&self, value: &Value) -> Result<bool, String> {

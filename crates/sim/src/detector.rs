@@ -18,6 +18,7 @@ use lafet_device::image::{DetectorInput, SPOTS, Spot};
 
 use crate::fault::{Faults, SingleFault};
 use crate::fire::Fire;
+use crate::obstacle::Obstacle;
 use crate::rng::Rng;
 
 /// Time between two pictures, ms.
@@ -134,6 +135,8 @@ pub struct Detector {
     pub glares: Vec<Glare>,
     /// What stands in its way.
     pub walls: Vec<Wall>,
+    /// What stands in its way on a site.
+    pub obstacles: Vec<Obstacle>,
 }
 
 impl Default for Detector {
@@ -143,6 +146,7 @@ impl Default for Detector {
             misalignment: (0.0, 0.0),
             glares: Vec::new(),
             walls: Vec::new(),
+            obstacles: Vec::new(),
         }
     }
 }
@@ -189,7 +193,10 @@ impl Detector {
     fn is_hidden(&self, fire: &Fire, eye_m: f64) -> bool {
         let azimuth_deg = libm::atan2(fire.at.1, fire.at.0).to_degrees();
         let range_m = libm::hypot(fire.at.0, fire.at.1);
-        self.walls.iter().any(|wall| wall.hides(azimuth_deg, range_m, fire.size_m / 2.0, eye_m))
+        let middle_m = fire.spec.base_m + fire.size_m / 2.0;
+        let eye = (0.0, 0.0, eye_m);
+        self.walls.iter().any(|wall| wall.hides(azimuth_deg, range_m, middle_m, eye_m))
+            || self.obstacles.iter().any(|it| it.hides(eye, (fire.at.0, fire.at.1, middle_m)))
     }
 
     fn spot(&self, aim: Aim, source: Source, glass: f64, rng: &mut Rng) -> Option<Spot> {
@@ -221,7 +228,7 @@ impl Source {
         let range = libm::hypot(fire.at.0, fire.at.1);
         Self {
             azimuth: arcmin(libm::atan2(fire.at.1, fire.at.0)),
-            elevation: arcmin(libm::atan2(fire.size_m / 2.0 - eye_m, range)),
+            elevation: arcmin(libm::atan2(fire.spec.base_m + fire.size_m / 2.0 - eye_m, range)),
             half: arcmin(libm::atan2(fire.size_m / 2.0, range)),
             brightness: 1000.0 * fire.power_kw() / (range * range),
         }

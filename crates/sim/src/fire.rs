@@ -47,6 +47,13 @@ pub struct FireSpec {
     pub reignites: bool,
     /// Whether it burns from the start; if not, it is a thing that another fire can light.
     pub lit: bool,
+    /// Height of what burns above ground, m: the edge of a tank. Water that falls short of it does
+    /// not reach the fire.
+    pub base_m: f64,
+    /// Heat release of the burning disc, kW/m².
+    pub kw_m2: f64,
+    /// Density of water below which it does not care, l/(s·m²).
+    pub critical: f64,
 }
 
 impl Default for FireSpec {
@@ -58,6 +65,9 @@ impl Default for FireSpec {
             growth_mps: 0.0,
             reignites: false,
             lit: true,
+            base_m: 0.0,
+            kw_m2: HEAT_KW_M2,
+            critical: CRITICAL_DENSITY,
         }
     }
 }
@@ -146,6 +156,11 @@ impl Fire {
     pub fn new(spec: FireSpec) -> Self {
         let azimuth = spec.azimuth_deg.to_radians();
         let at = (spec.range_m * libm::cos(azimuth), spec.range_m * libm::sin(azimuth));
+        Self::at(spec, at)
+    }
+
+    /// Lights a fire at a place, m, whatever direction and distance the specification says.
+    pub fn at(spec: FireSpec, at: (f64, f64)) -> Self {
         Self {
             spec,
             at,
@@ -171,7 +186,7 @@ impl Fire {
 
     /// Heat release, kW.
     pub fn power_kw(&self) -> f64 {
-        HEAT_KW_M2 * self.area_m2() * self.heat
+        self.spec.kw_m2 * self.area_m2() * self.heat
     }
 
     /// What it radiates on a thing at a place, kW/m².
@@ -184,19 +199,20 @@ impl Fire {
     /// A portion of water lands: what its footprint has in common with the shadow wets the fire.
     /// Whether it does.
     pub fn catch(&mut self, portion: &Portion) -> bool {
-        let Portion { landing, litres, foam } = portion;
-        let drawn_m = self.size_m / landing.slope;
+        let Portion { landing, litres, foam, .. } = portion;
+        let (base_m, drawn_m) = (self.spec.base_m / landing.slope, self.size_m / landing.slope);
         let (mut points, mut covered) = (0.0, 0.0);
         for (index, point) in (0..).zip(self.points()) {
             // Multiples of the golden ratio spread evenly between 0 and 1.
             let part = f64::from(index) * 0.618_033_988_749_895 % 1.0;
             points += 1.0;
-            covered += f64::from(u8::from(landing.covers(along(point, landing, drawn_m * part))));
+            covered +=
+                f64::from(u8::from(landing.covers(along(point, landing, base_m + drawn_m * part))));
         }
         let shadow_m2 = self.area_m2() + self.size_m * drawn_m;
         let (dx, dy) = (landing.at.0 - self.at.0, landing.at.1 - self.at.1);
         let behind_m = dx * libm::cos(landing.heading) + dy * libm::sin(landing.heading);
-        let nearest = along(self.at, landing, behind_m.clamp(0.0, drawn_m));
+        let nearest = along(self.at, landing, behind_m.clamp(base_m, base_m + drawn_m));
         let off_m = libm::hypot(nearest.0 - landing.at.0, nearest.1 - landing.at.1);
         // A footprint smaller than the gaps between the points lies wholly in the shadow.
         let inside_m2 = if off_m < self.size_m / 2.0 { landing.area_m2() } else { 0.0 };
@@ -232,7 +248,7 @@ impl Fire {
         self.density += (falling - self.density) * (dt_s / WETTING_S);
         let useful = self.density.min(USEFUL_DENSITY);
         self.dose += useful * dt_s;
-        self.dry_s = if self.density > 0.1 * CRITICAL_DENSITY { 0.0 } else { self.dry_s + dt_s };
+        self.dry_s = if self.density > 0.1 * self.spec.critical { 0.0 } else { self.dry_s + dt_s };
         if !self.burns() {
             let embers = self.spec.reignites && self.dose > 0.0 && self.dose < DOSE_EMBERS;
             if embers && self.dry_s > REIGNITE_S {
@@ -240,8 +256,8 @@ impl Fire {
             }
             return;
         }
-        if useful > CRITICAL_DENSITY {
-            self.heat = (self.heat - (useful - CRITICAL_DENSITY) / DOSE_OUT * dt_s).max(0.0);
+        if useful > self.spec.critical {
+            self.heat = (self.heat - (useful - self.spec.critical) / DOSE_OUT * dt_s).max(0.0);
         } else {
             self.heat += (1.0 - self.heat) / RECOVERY_S * dt_s;
             let most = 2.0 * self.spec.size_m;
@@ -265,7 +281,7 @@ pub fn spread(fires: &mut [Fire], dt_s: f64) {
         let others = fires.iter().filter(|other| other.burns());
         let flux: f64 = others.map(|other| other.flux_kw_m2(at)).sum();
         let fire = &mut fires[index];
-        let wet = fire.density > CRITICAL_DENSITY;
+        let wet = fire.density > fire.spec.critical;
         let surplus = if wet { -IGNITION_KW_M2 } else { flux.min(CONTACT_KW_M2) - IGNITION_KW_M2 };
         fire.warmed = (fire.warmed + surplus * dt_s).max(0.0);
         if fire.warmed >= IGNITION_KJ_M2 {
@@ -277,6 +293,7 @@ pub fn spread(fires: &mut [Fire], dt_s: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::jet::Jet;
 
     /// Seconds until it is out under a constant density, `None` after 10 minutes.
     fn time_out(fire: &mut Fire, density: f64, foam: f64) -> Option<f64> {
@@ -311,7 +328,7 @@ mod tests {
             // Straight down: nothing stands in the way.
             slope: 1e6,
         };
-        let portion = Portion { litres: 2.0, foam: 0.0, landing };
+        let portion = Portion { litres: 2.0, foam: 0.0, jet: Jet::solid(0.8, 28.0, 0.3), landing };
         let catch = |azimuth_deg: f64, size_m: f64| {
             let mut fire = Fire::new(FireSpec { azimuth_deg, size_m, ..FireSpec::default() });
             (fire.catch(&portion), fire.landed_l)
@@ -336,7 +353,12 @@ mod tests {
                 heading: 0.0,
                 slope,
             };
-            fire.catch(&Portion { litres: 1.0, foam: 0.0, landing })
+            fire.catch(&Portion {
+                litres: 1.0,
+                foam: 0.0,
+                jet: Jet::solid(0.8, 28.0, 0.3),
+                landing,
+            })
         };
         assert!(catch(0.0, 0.5) && catch(2.0, 0.5) && catch(3.5, 0.5));
         assert!(!catch(5.5, 0.5) && !catch(-1.5, 0.5) && !catch(2.0, 1e6));

@@ -4,6 +4,8 @@
 //! in it. [`sim::Sim`] puts the two together on virtual time: a function of seed, configuration and
 //! requests, the same trace byte for byte. It is plain synchronous code; sockets live elsewhere.
 //!
+//! [`site::Site`] is several monitors around the same fires; [`exercise`] runs scenarios on it.
+//!
 //! ```text
 //! drive ─┐                          ┌─ detector ── fires in its field of view
 //! valve ─┤→ water → jet → fire      ├─ climate, supply
@@ -19,18 +21,23 @@ pub mod condition;
 pub mod detector;
 pub mod drive;
 pub mod event;
+pub mod exercise;
 pub mod fault;
 pub mod faults_table;
 pub mod fire;
+pub mod fires;
 pub mod flash;
 pub mod gust;
 pub mod jet;
 pub mod line;
 pub mod nozzle;
+pub mod obstacle;
 pub mod rng;
 pub mod scenario;
 pub mod sim;
+pub mod site;
 pub mod swarm;
+
 pub mod unit;
 pub mod validation;
 pub mod valve;

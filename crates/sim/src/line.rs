@@ -237,7 +237,7 @@ mod tests {
         line.set_echo(2, true);
         line.send(0, 1_000, &[1, 2, 3]);
         let heard = run(&mut line);
-        assert_eq!(bytes(&heard, 0), []);
+        assert!(bytes(&heard, 0).is_empty());
         assert_eq!(bytes(&heard, 1), [1, 2, 3]);
         assert_eq!(line.now_ns(), 1_000 + 3 * line.byte_ns());
         assert_eq!((line.byte_ns(), line.busy_ns()), (86_805, 3 * 86_805));

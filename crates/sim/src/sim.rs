@@ -19,6 +19,7 @@ use crate::event::What;
 use crate::fault::axis_name;
 use crate::fire::FireSpec;
 use crate::flash::{Cut, Flash};
+use crate::obstacle::Obstacle;
 use crate::world::{STEP_MS, World, WorldConfig};
 
 /// Time without power in a power cycle, ms.
@@ -57,6 +58,12 @@ pub struct Config {
     pub flash: Option<Flash>,
     /// Keep a line of trace for each 100 ms.
     pub trace: bool,
+    /// Height of the nozzle above ground, m. The monitor's own figure is its parameter Height.
+    pub height_m: f64,
+    /// What stands around it, in its own coordinates.
+    pub obstacles: Vec<Obstacle>,
+    /// The ground is a [site](crate::site)'s.
+    pub shared_ground: bool,
 }
 
 impl Default for Config {
@@ -77,6 +84,9 @@ impl Default for Config {
             clock_ms: 0,
             flash: None,
             trace: false,
+            height_m: world.height_m,
+            obstacles: Vec::new(),
+            shared_ground: false,
         }
     }
 }
@@ -99,6 +109,9 @@ impl Config {
         config.detector.misalignment = self.misalignment;
         config.detector.glares.clone_from(&self.glares);
         config.detector.walls.clone_from(&self.walls);
+        config.detector.obstacles.clone_from(&self.obstacles);
+        config.height_m = self.height_m;
+        config.shared_ground = self.shared_ground;
         config
     }
 }
@@ -114,6 +127,7 @@ pub struct Sim {
     booted_ms: u64,
     resets: u32,
     cuts: VecDeque<Cut>,
+    powered: bool,
     trace: Option<String>,
 }
 
@@ -142,6 +156,7 @@ impl Sim {
             booted_ms: 0,
             resets: 0,
             cuts: VecDeque::new(),
+            powered: true,
             trace: config.trace.then(String::new),
         }
     }
@@ -179,7 +194,7 @@ impl Sim {
     /// One step of 10 ms. While the flash is being written or erased the program stands still.
     pub fn tick(&mut self) {
         self.world.advance(STEP_MS);
-        if !self.world.is_stalled() {
+        if self.powered && !self.world.is_stalled() {
             self.run();
         }
         if self.now_ms().is_multiple_of(TRACE_MS) && self.trace.is_some() {
@@ -221,6 +236,9 @@ impl Sim {
     /// Gives the monitor the records of a frame; returns the records that it answers. Time passes
     /// when the program stands still.
     pub fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
+        if !self.powered {
+            return Vec::new();
+        }
         self.wait_for_flash();
         let mut out = [0; PAYLOAD_MAX];
         let len = self.device.handle(self.device_ms(), source, payload, &mut out);
@@ -244,8 +262,11 @@ impl Sim {
         mut bytes: &[u8],
         mut receive: impl FnMut(u32, &mut Device, &[u8], &mut [u8]) -> (usize, usize),
     ) -> Vec<u8> {
-        self.wait_for_flash();
         let (mut answers, mut out) = (Vec::new(), [0; WIRE_MAX]);
+        if !self.powered {
+            return answers;
+        }
+        self.wait_for_flash();
         while !bytes.is_empty() {
             let now_ms = self.device_ms();
             let (taken, len) = receive(now_ms, &mut self.device, bytes, &mut out);
@@ -257,6 +278,9 @@ impl Sim {
 
     /// Gives the monitor a datagram, which is one link frame; returns that of its answer.
     pub fn datagram(&mut self, source: Source, bytes: &[u8]) -> Option<Vec<u8>> {
+        if !self.powered {
+            return None;
+        }
         self.wait_for_flash();
         let mut out = [0; WIRE_MAX];
         let now_ms = self.device_ms();
@@ -295,6 +319,26 @@ impl Sim {
         self.cuts = cuts.iter().copied().collect();
         let next = self.cuts.pop_front();
         self.world.flash.cut(next);
+    }
+
+    /// Takes the supply away, until [`Sim::power_on`]: nothing is driven, nothing is answered.
+    pub fn power_off(&mut self) {
+        self.world.cut_power();
+        self.powered = false;
+    }
+
+    /// Gives the supply back. What is stored has survived; time in the monitor begins anew.
+    pub fn power_on(&mut self) {
+        if !self.powered {
+            self.powered = true;
+            self.world.note(What::PoweredUp);
+            self.start(None);
+        }
+    }
+
+    /// Whether the monitor has power.
+    pub const fn is_powered(&self) -> bool {
+        self.powered
     }
 
     /// The program fails as on a hard fault: nothing is driven any more, and it starts again with

@@ -60,6 +60,11 @@ pub struct Water {
     pub filled: f64,
     /// Part of the flow that comes through the foam valve, 0 … 1.
     pub foam: f64,
+    /// Pressure of the pump without flow, MPa; of a main that several monitors share, what is left
+    /// of it for this one.
+    pub head_mpa: f64,
+    /// What the pump loses at the nominal flow, MPa.
+    pub pump_drop_mpa: f64,
 }
 
 impl Water {
@@ -74,6 +79,8 @@ impl Water {
             upstream_mpa: PUMP_MPA,
             filled: zero,
             foam: zero,
+            head_mpa: PUMP_MPA,
+            pump_drop_mpa: PUMP_DROP_MPA,
         }
     }
 
@@ -103,13 +110,13 @@ impl Water {
         let (nominal, k, share) = (self.nominal_lps(), self.nozzle_k(), self.share());
         let pump_mpa = match () {
             () if faults.single(SingleFault::PumpOff) => 0.0,
-            () if faults.single(SingleFault::PumpWeak) => PUMP_MPA / 4.0,
-            () => PUMP_MPA,
+            () if faults.single(SingleFault::PumpWeak) => self.head_mpa / 4.0,
+            () => self.head_mpa,
         };
         let inertia = INERTIA_MPA_S / nominal;
         let before_lps = self.flow_lps;
         self.flow_lps = if area > LEAST_AREA {
-            let drop = PUMP_DROP_MPA + PIPE_DROP_MPA + VALVE_DROP_MPA / (area * area);
+            let drop = self.pump_drop_mpa + PIPE_DROP_MPA + VALVE_DROP_MPA / (area * area);
             let resistance = drop / (nominal * nominal) + share * share / (k * k);
             self.foam = areas[1] / area;
             // The flow at the end of the step is the positive root of
@@ -137,7 +144,7 @@ impl Water {
     /// A column that slows down presses on the valve that slows it.
     fn hammer(&mut self, pump_mpa: f64, change_lps2: f64) {
         let nominal = self.nominal_lps();
-        let drop = (PUMP_DROP_MPA + PIPE_DROP_MPA) / (nominal * nominal);
+        let drop = (self.pump_drop_mpa + PIPE_DROP_MPA) / (nominal * nominal);
         let steady = pump_mpa - drop * self.flow_lps * self.flow_lps;
         self.upstream_mpa = (steady - INERTIA_MPA_S / nominal * change_lps2).max(0.0);
     }

@@ -18,7 +18,8 @@ use crate::detector::{Aim, Detector, PICTURE_MS};
 use crate::drive::{Drive, DriveSpec, Load};
 use crate::event::{Event, Events, What};
 use crate::fault::{ButtonFault, Fault, Faults, Post, UNITS};
-use crate::fire::{Fire, FireSpec, spread};
+use crate::fire::{Fire, FireSpec};
+use crate::fires::Fires;
 use crate::flash::Flash;
 use crate::gust::Gusts;
 use crate::jet::{Jet, Landing};
@@ -64,6 +65,9 @@ pub struct WorldConfig {
     pub detector: Detector,
     /// What burns from the start.
     pub fires: Vec<FireSpec>,
+    /// The ground belongs to a site: water that lands is handed over by [`World::take_landed`], and
+    /// `fires` only shows what burns there.
+    pub shared_ground: bool,
 }
 
 impl WorldConfig {
@@ -98,6 +102,7 @@ impl Default for WorldConfig {
             ambient_c: 20.0,
             detector: Detector::default(),
             fires: Vec::new(),
+            shared_ground: false,
         }
     }
 }
@@ -112,7 +117,7 @@ pub struct World {
     /// Pump, pipe, nozzle.
     pub water: Water,
     /// Everything that was lit, burning or out.
-    pub fires: Vec<Fire>,
+    pub fires: Fires,
     /// The fire detector.
     pub detector: Detector,
     /// Temperatures, humidity, supply.
@@ -137,8 +142,8 @@ pub struct World {
     sensed: Inputs,
     airborne: Airborne,
     events: Events,
-    hit: Vec<bool>,
-    caught: Vec<bool>,
+    /// Water that has landed on a site's ground; `None` where the ground is the world's own.
+    landed: Option<Vec<Portion>>,
     jet_on: bool,
     flooded: bool,
     reset_requested: bool,
@@ -159,7 +164,7 @@ impl World {
             }),
             valves: ValveNo::ALL.map(|number| Valve::new(number, config.valve_travel_s)),
             water,
-            fires: Vec::new(),
+            fires: Fires::default(),
             detector: config.detector,
             climate: Climate::new(config.ambient_c),
             flash: Flash::new(config.seed),
@@ -177,8 +182,7 @@ impl World {
             sensed: Inputs::default(),
             airborne: Airborne::default(),
             events: Events::default(),
-            hit: Vec::new(),
-            caught: Vec::new(),
+            landed: config.shared_ground.then(Vec::new),
             jet_on: false,
             flooded: false,
             reset_requested: false,
@@ -210,13 +214,16 @@ impl World {
 
     /// Lights a fire, or puts a thing there that can catch fire; its number is its place in `fires`.
     pub fn light(&mut self, spec: FireSpec) -> usize {
-        self.fires.push(Fire::new(spec));
-        self.hit.push(false);
-        self.caught.push(spec.lit);
+        let index = self.fires.add(Fire::new(spec));
         if spec.lit {
-            self.note(What::FireLit(self.fires.len() - 1));
+            self.note(What::FireLit(index));
         }
-        self.fires.len() - 1
+        index
+    }
+
+    /// The water that has landed since the last call, where the ground is a site's.
+    pub fn take_landed(&mut self) -> Vec<Portion> {
+        self.landed.as_mut().map(core::mem::take).unwrap_or_default()
     }
 
     /// Presses or releases a button.
@@ -387,34 +394,24 @@ impl World {
         let dt_s = SLOW_MS as f64 / 1000.0;
         self.gusts.step(self.wind, dt_s);
         self.throw(dt_s);
-        while let Some(portion) = self.airborne.land(self.now_ms) {
-            for index in 0..self.fires.len() {
-                let caught = self.fires[index].catch(&portion);
-                if caught && !core::mem::replace(&mut self.hit[index], true) {
-                    self.note(What::FireHit(index));
-                }
-            }
-        }
-        self.burn(dt_s);
+        self.land(dt_s);
         let motors_a: f64 = self.drives.iter().map(|drive| drive.current_a).sum::<f64>()
             + self.valves.iter().map(|valve| valve.current_a).sum::<f64>();
         self.climate.step(self.applied.heaters, motors_a, dt_s, &self.faults);
     }
 
-    fn burn(&mut self, dt_s: f64) {
-        let burned: Vec<bool> = self.fires.iter().map(Fire::burns).collect();
-        self.fires.iter_mut().for_each(|fire| fire.step(dt_s));
-        spread(&mut self.fires, dt_s);
-        for (index, burned) in burned.into_iter().enumerate() {
-            match (burned, self.fires[index].burns()) {
-                (true, false) => self.note(What::FireOut(index)),
-                (false, true) if self.caught[index] => self.note(What::FireReignited(index)),
-                (false, true) => {
-                    self.caught[index] = true;
-                    self.note(What::FireLit(index));
-                }
-                _ => {}
+    /// Water reaches the ground, and fires burn, unless the ground is a site's.
+    fn land(&mut self, dt_s: f64) {
+        let (now_ms, events) = (self.now_ms, &mut self.events);
+        let mut note = |what| events.note(now_ms, what);
+        while let Some(portion) = self.airborne.land(now_ms) {
+            match &mut self.landed {
+                Some(landed) => landed.push(portion),
+                None => self.fires.catch(&portion, &mut note),
             }
+        }
+        if self.landed.is_none() {
+            self.fires.burn(dt_s, note);
         }
     }
 
@@ -434,7 +431,8 @@ impl World {
         }
         let Some(landing) = landing else { return };
         let litres = self.water.jet_lps() * dt_s;
-        self.airborne.throw(self.now_ms, Portion { litres, foam: self.water.foam, landing });
+        let (foam, jet) = (self.water.foam, self.jet());
+        self.airborne.throw(self.now_ms, Portion { litres, foam, jet, landing });
     }
 
     fn look(&mut self) {

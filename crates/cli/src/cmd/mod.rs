@@ -4,6 +4,7 @@ pub mod calibrate;
 pub mod decode;
 pub mod demo;
 pub mod dissector;
+pub mod exercise;
 pub mod install;
 pub mod jog;
 pub mod life;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use lafet_device::Composition;
 use lafet_sim::fire::FireSpec;
 use lafet_sim::flash::Flash;
@@ -13,6 +13,7 @@ use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use super::life::{LIFE_S, Replay, replay};
+use crate::cmd::exercise;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::pick;
@@ -27,15 +28,26 @@ const KEEP: Duration = Duration::from_millis(500);
 /// Simulated time that the monitor still has at the end.
 const LAST_MS: u64 = 1000;
 
+/// The seed when none is given.
+const SEED: u64 = 7;
+
 /// `lafet sim`
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  lafet sim\n  \
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  lafet sim\n  \
                         lafet sim --listen tcp://127.0.0.1:0 --listen pty --fire az=30,range=25\n  \
                         lafet sim --fire az=30,range=25 --wind -5,0 --gusts 0.15\n  \
                         lafet sim --fire az=30,range=25 --wall from=20,to=40,range=15,height=3\n  \
                         lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486\n  \
-                        lafet sim --replay 7 --from 20 --to 30")]
+                        lafet sim --replay 7 --from 20 --to 30\n  \
+                        lafet sim --site tank-farm\n  \
+                        lafet sim run radio-loss --svg report.svg"
+)]
 pub struct SimArgs {
+    /// What to do instead of serving one monitor
+    #[command(subcommand)]
+    command: Option<SimCommand>,
     /// Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; radio+ before it makes it the radio
     /// interface; port 0 takes a free one. May be repeated (default tcp://127.0.0.1:10485)
     #[arg(long, value_name = "WHERE")]
@@ -51,9 +63,9 @@ pub struct SimArgs {
         value_parser = clap::value_parser!(u8).range(1..=127)
     )]
     addr: u8,
-    /// Everything random follows from this number (default 7)
-    #[arg(long, value_name = "N", default_value_t = 7)]
-    seed: u64,
+    /// Everything random follows from this number (default 7, or the scenario's)
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// Simulated time runs this many times as fast (default 1)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = simulator::speed)]
     speed: f64,
@@ -80,10 +92,21 @@ pub struct SimArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = LIFE_S, requires = "replay",
           value_parser = moment)]
     to: f64,
+    /// Serve all monitors of this scenario (a file, or the name of one that comes with lafet), with
+    /// its fires and events, where it says; --listen puts all of them on one bus elsewhere
+    #[arg(long, value_name = "SCENARIO", conflicts_with_all = ["profile", "addr", "fire", "wind", "gusts", "glare", "wall", "flash"])]
+    site: Option<String>,
 }
 
 fn moment(text: &str) -> Result<f64, String> {
     crate::cli::seconds(text, 0.0)
+}
+
+/// What `lafet sim` can do besides serving.
+#[derive(Debug, Subcommand)]
+enum SimCommand {
+    /// Run a scenario in virtual time and report what came of it
+    Run(exercise::RunArgs),
 }
 
 /// Serves until SIGINT or SIGTERM.
@@ -91,13 +114,19 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
     if let Some(seed) = args.replay {
         return replay(&Replay { seed, from_s: args.from, to_s: args.to }, out);
     }
+    if let Some(SimCommand::Run(args)) = args.command {
+        return exercise::run(&args, out);
+    }
+    if let Some(scenario) = &args.site {
+        return exercise::serve(scenario, args.seed, args.speed, args.listen, out).await;
+    }
     let mut interrupt = Interrupt::catch()?;
     let flash = match &args.flash {
         Some(path) => load(path)?,
         None => None,
     };
     let sim = Shared::new(simulator::power_up(Config {
-        seed: args.seed,
+        seed: args.seed.unwrap_or(SEED),
         composition: args.profile,
         address: args.addr,
         fires: args.fire,
@@ -150,7 +179,8 @@ async fn run_time(sim: Shared, speed: f64) -> io::Result<()> {
     Ok(())
 }
 
-fn cannot_listen(place: &Listen, error: io::Error) -> Failure {
+/// Why a place to listen at cannot be opened.
+pub fn cannot_listen(place: &Listen, error: io::Error) -> Failure {
     let what = pick(
         format!("cannot listen at {place} (is another simulator running? port 0 takes a free one)"),
         format!("нельзя открыть {place} (не запущен ли другой имитатор? порт 0 — любой свободный)"),

@@ -7,14 +7,14 @@ use lafet_device::Source;
 use lafet_proto::link::WIRE_MAX;
 use tokio::net::UdpSocket;
 
-use super::Shared;
+use super::Bus;
 
 /// Rest after an error of the socket, lest a lasting one keeps the processor busy; also the longest
 /// wait for room to send.
 const REST: Duration = Duration::from_millis(50);
 
 /// Answers datagrams for ever.
-pub async fn serve_datagrams(socket: UdpSocket, source: Source, sim: Shared) -> io::Result<()> {
+pub async fn serve_datagrams(socket: UdpSocket, source: Source, bus: impl Bus) -> io::Result<()> {
     let mut datagram = [0; WIRE_MAX + 1];
     loop {
         // An error of the socket mostly tells that a sender has gone; the others go on.
@@ -22,7 +22,7 @@ pub async fn serve_datagrams(socket: UdpSocket, source: Source, sim: Shared) -> 
             tokio::time::sleep(REST).await;
             continue;
         };
-        let answer = sim.lock().datagram(source, &datagram[..count]);
+        let answer = bus.datagram(source, &datagram[..count]);
         if let Some(answer) = answer {
             // A datagram that cannot be sent is lost, like any other.
             let _ = tokio::time::timeout(REST, socket.send_to(&answer, sender)).await;

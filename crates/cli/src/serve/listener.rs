@@ -8,7 +8,7 @@ use std::time::Duration;
 use lafet_device::Source;
 use tokio::net::{TcpListener, TcpStream, UdpSocket};
 
-use super::Shared;
+use super::Bus;
 use super::connections::Connections;
 use super::datagram::serve_datagrams;
 use super::stream::{Habits, Wire, serve_stream};
@@ -97,24 +97,24 @@ impl Listening {
     }
 
     /// Serves clients until the end of the program; an error is one that nobody can mend.
-    pub async fn serve(self, sim: Shared) -> io::Result<()> {
+    pub async fn serve(self, bus: impl Bus) -> io::Result<()> {
         match self.socket {
             Socket::Tcp { listener, records } => {
                 let wire = if records { Wire::records } else { Wire::link };
-                accept(listener, || wire(self.source), sim).await
+                accept(listener, || wire(self.source), bus).await
             }
-            Socket::Udp(socket) => serve_datagrams(socket, self.source, sim).await,
+            Socket::Udp(socket) => serve_datagrams(socket, self.source, bus).await,
             #[cfg(unix)]
             Socket::Pty(pty) => {
                 let habits = Habits { write_timeout: PTY_WRITE, drop_slow: false };
                 let (line, _open) = pty.split();
-                serve_stream(line, Wire::link(self.source), &sim, habits, || {}).await
+                serve_stream(line, Wire::link(self.source), &bus, habits, || {}).await
             }
         }
     }
 }
 
-async fn accept(listener: TcpListener, wire: impl Fn() -> Wire, sim: Shared) -> io::Result<()> {
+async fn accept(listener: TcpListener, wire: impl Fn() -> Wire, bus: impl Bus) -> io::Result<()> {
     let mut connections = Connections::new();
     loop {
         let Ok((stream, _)) = listener.accept().await else {
@@ -122,7 +122,7 @@ async fn accept(listener: TcpListener, wire: impl Fn() -> Wire, sim: Shared) -> 
             continue;
         };
         let heard = connections.heard();
-        let task = tokio::spawn(serve_client(stream, wire(), sim.clone(), {
+        let task = tokio::spawn(serve_client(stream, wire(), bus.clone(), {
             let heard = heard.clone();
             move || heard.now()
         }));
@@ -130,11 +130,11 @@ async fn accept(listener: TcpListener, wire: impl Fn() -> Wire, sim: Shared) -> 
     }
 }
 
-async fn serve_client(stream: TcpStream, wire: Wire, sim: Shared, heard: impl FnMut()) {
+async fn serve_client(stream: TcpStream, wire: Wire, bus: impl Bus, heard: impl FnMut()) {
     // Answers are small and somebody waits for each of them. A connection that breaks concerns
     // nobody but its client.
     let _ = stream.set_nodelay(true);
-    let _ = serve_stream(stream, wire, &sim, Habits::default(), heard).await;
+    let _ = serve_stream(stream, wire, &bus, Habits::default(), heard).await;
 }
 
 impl FromStr for Listen {

@@ -9,15 +9,30 @@ mod listener;
 mod pace;
 #[cfg(unix)]
 mod pty;
+mod site;
 mod stream;
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use lafet_device::Source;
 use lafet_sim::sim::Sim;
 
 pub use listener::Listen;
 pub use pace::pace;
+pub use site::SharedSite;
 pub use stream::{Habits, Wire, serve_stream};
+
+/// What answers the frames of a connection: one simulated monitor, or those of a site.
+pub trait Bus: Clone + Send + Sync + 'static {
+    /// Gives bytes of a stream to all monitors on it; their answers.
+    fn receive(&self, wire: &mut Wire, bytes: &[u8]) -> Vec<u8>;
+
+    /// Gives a datagram to all monitors; the answer, if one of them has one.
+    fn datagram(&self, source: Source, bytes: &[u8]) -> Option<Vec<u8>>;
+
+    /// Moves simulated time.
+    fn advance_ms(&self, ms: u64);
+}
 
 /// The simulation that all connections share.
 #[derive(Clone)]
@@ -32,5 +47,19 @@ impl Shared {
     /// The simulation. Do not keep it while waiting for anything.
     pub fn lock(&self) -> MutexGuard<'_, Sim> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Bus for Shared {
+    fn receive(&self, wire: &mut Wire, bytes: &[u8]) -> Vec<u8> {
+        wire.receive(0, &mut self.lock(), bytes)
+    }
+
+    fn datagram(&self, source: Source, bytes: &[u8]) -> Option<Vec<u8>> {
+        self.lock().datagram(source, bytes)
+    }
+
+    fn advance_ms(&self, ms: u64) {
+        self.lock().advance_ms(ms);
     }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-use super::Shared;
+use super::Bus;
 
 /// How often simulated time is brought forward.
 const PERIOD: Duration = Duration::from_millis(5);
@@ -17,7 +17,7 @@ const STEPS_AT_ONCE: u64 = 20;
 const LAG_MAX_MS: f64 = 500.0;
 
 /// Moves simulated time `speed` times as fast as the clock, for ever.
-pub async fn pace(sim: Shared, speed: f64) {
+pub async fn pace(bus: impl Bus, speed: f64) {
     let mut ticks = interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut last = Instant::now();
@@ -32,7 +32,7 @@ pub async fn pace(sim: Shared, speed: f64) {
         due_ms -= (steps * STEP_MS) as f64;
         while steps > 0 {
             let now = steps.min(STEPS_AT_ONCE);
-            sim.lock().advance_ms(now * STEP_MS);
+            bus.advance_ms(now * STEP_MS);
             steps -= now;
             tokio::task::yield_now().await;
         }

@@ -5,37 +5,54 @@ use std::time::Duration;
 
 use lafet_device::Source;
 use lafet_device::port::{Port, RecordPort};
+use lafet_sim::sim::Sim;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
-use super::Shared;
+use super::Bus;
 
 /// Bytes read at a time. The answers to them are written before more is read, which bounds the
 /// memory of a connection: each frame of 12 bytes or more has one answer of at most 512.
 const CHUNK: usize = 512;
 
-/// What the bytes of a stream are.
-pub enum Wire {
-    /// Link frames.
+/// What the bytes of a stream are, and how much of a frame each monitor on it has.
+pub struct Wire {
+    source: Source,
+    records: bool,
+    ports: Vec<Framing>,
+}
+
+enum Framing {
     Link(Box<Port>),
-    /// Bare records.
     Records(Box<RecordPort>),
 }
 
 impl Wire {
     /// Link frames of this interface.
-    pub fn link(source: Source) -> Self {
-        Self::Link(Box::new(Port::new(source)))
+    pub const fn link(source: Source) -> Self {
+        Self { source, records: false, ports: Vec::new() }
     }
 
     /// Bare records of this interface.
-    pub fn records(source: Source) -> Self {
-        Self::Records(Box::new(RecordPort::new(source)))
+    pub const fn records(source: Source) -> Self {
+        Self { source, records: true, ports: Vec::new() }
     }
 
-    fn receive(&mut self, sim: &Shared, bytes: &[u8]) -> Vec<u8> {
-        match self {
-            Self::Link(port) => sim.lock().receive(port, bytes),
-            Self::Records(port) => sim.lock().receive_records(port, bytes),
+    /// The interface at which the bytes arrive.
+    pub const fn source(&self) -> Source {
+        self.source
+    }
+
+    /// Gives bytes to the monitor of this number on the stream; its answers.
+    pub fn receive(&mut self, number: usize, sim: &mut Sim, bytes: &[u8]) -> Vec<u8> {
+        while self.ports.len() <= number {
+            self.ports.push(match self.records {
+                false => Framing::Link(Box::new(Port::new(self.source))),
+                true => Framing::Records(Box::new(RecordPort::new(self.source))),
+            });
+        }
+        match &mut self.ports[number] {
+            Framing::Link(port) => sim.receive(port, bytes),
+            Framing::Records(port) => sim.receive_records(port, bytes),
         }
     }
 }
@@ -57,10 +74,10 @@ impl Default for Habits {
 /// Answers the frames of a stream until it ends; `heard` is called when there was one.
 ///
 /// Bytes that are no frame, and frames for other addresses, are answered by nothing.
-pub async fn serve_stream<S>(
+pub async fn serve_stream<S, B: Bus>(
     stream: S,
     mut wire: Wire,
-    sim: &Shared,
+    bus: &B,
     habits: Habits,
     mut heard: impl FnMut(),
 ) -> io::Result<()>
@@ -74,7 +91,7 @@ where
         if count == 0 {
             return Ok(());
         }
-        let answers = wire.receive(sim, &chunk[..count]);
+        let answers = bus.receive(&mut wire, &chunk[..count]);
         if !answers.is_empty() {
             heard();
             let write = tokio::time::timeout(habits.write_timeout, stream.write_all(&answers));

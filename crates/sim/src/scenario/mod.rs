@@ -18,6 +18,7 @@ use crate::fire::FireSpec;
 use crate::flash::{Cut, Torn};
 use crate::sim::Config;
 use run::Run;
+pub(crate) use run::answers_text;
 
 /// Longest time that a line may take, ms.
 const WAIT_MAX_MS: u64 = 3_600_000;

@@ -260,7 +260,7 @@ impl<'a> Run<'a> {
 }
 
 /// Answers as text; each beside its request where it is clear which one that is.
-fn answers_text(payload: &[u8], bytes: &[u8]) -> Vec<String> {
+pub(crate) fn answers_text(payload: &[u8], bytes: &[u8]) -> Vec<String> {
     let requests: Vec<Record<'_>> = Records::new(payload).flatten().collect();
     let answers: Vec<Record<'_>> = Records::new(bytes).flatten().collect();
     let paired = requests.len() == answers.len() || requests.len() == 1;

@@ -41,6 +41,7 @@ pub fn setting(seed: u64) -> Config {
             growth_mps: if rng.chance(0.2) { 0.005 } else { 0.0 },
             reignites: rng.chance(0.2),
             lit: index == 0 || rng.chance(0.7),
+            ..FireSpec::default()
         })
         .collect();
     let glares = (0..u64::from(rng.chance(0.3))).map(|_| Glare {

@@ -1,0 +1,247 @@
+//! `lafet sim run`: a scenario in virtual time; `lafet sim --site`: its monitors on the network.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::{Args, ValueEnum};
+use lafet_sim::exercise::{self, Director, Exercise, SHIPPED, Shipped};
+use serde_json::json;
+use tokio::task::JoinSet;
+
+use super::sim::cannot_listen;
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lang::{current, pick};
+use crate::out::{Out, columns};
+use crate::serve::{Listen, SharedSite, pace};
+
+/// Simulated time before anybody can ask: the monitors read their sensors for the first time.
+const POWER_UP_MS: u64 = 200;
+
+/// `lafet sim run`
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  lafet sim run --list\n  lafet sim run tank-farm --svg tank-farm.svg\n  \
+                  lafet sim run my-site.toml --seed 3 --report json"
+)]
+pub struct RunArgs {
+    /// A scenario file, or the name of one that comes with lafet (see --list)
+    #[arg(value_name = "SCENARIO", required_unless_present = "list")]
+    file: Option<String>,
+    /// Everything random follows from this number (without it: the scenario's)
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Form of the report: text or json (default text; --json is the same as json)
+    #[arg(long, value_name = "FORM", value_enum, default_value_t = Form::Text)]
+    report: Form,
+    /// Write a picture into this file: plan view and time lines
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    /// Write the state of all monitors each 100 ms into this file
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Show the scenarios that come with lafet
+    #[arg(long)]
+    list: bool,
+    /// Print the text of the scenario: a pattern for your own
+    #[arg(long)]
+    show: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Form {
+    Text,
+    Json,
+}
+
+/// Runs a scenario; success is that every expectation holds.
+pub fn run(args: &RunArgs, out: &mut Out) -> Outcome {
+    let Some(name) = args.file.as_deref().filter(|_| !args.list) else { return list(out) };
+    if args.show {
+        let text = text_of(name)?.1;
+        return out.show(text.trim_end(), || json!({ "scenario": text }));
+    }
+    let exercise = Arc::new(read(name)?);
+    let seed = args.seed.unwrap_or(exercise.site.seed);
+    let outcome = exercise::run(&exercise, seed, args.trace.is_some());
+    if let Some(path) = &args.svg {
+        write(path, &exercise::svg(&outcome, lang()))?;
+    }
+    if let Some(path) = &args.trace {
+        write(path, &outcome.trace)?;
+    }
+    match args.report {
+        Form::Json => out.value(&exercise::json(&outcome))?,
+        Form::Text => {
+            out.show(exercise::text(&outcome, lang()), || exercise::json(&outcome))?;
+        }
+    }
+    if outcome.passed() {
+        return Ok(());
+    }
+    let failed = outcome.checks.iter().filter(|check| !check.passed).count();
+    Err(Failure::Ended(pick(
+        format!("Expectations that do not hold: {failed}."),
+        format!("Не выполнено ожиданий: {failed}."),
+    )))
+}
+
+/// Serves the monitors of a scenario until SIGINT or SIGTERM.
+pub async fn serve(
+    scenario: &str,
+    seed: Option<u64>,
+    speed: f64,
+    listen: Vec<Listen>,
+    out: &mut Out,
+) -> Outcome {
+    let mut interrupt = Interrupt::catch()?;
+    let exercise = Arc::new(read(scenario)?);
+    let places = places(&exercise, listen)?;
+    let mut director = Director::new(Arc::clone(&exercise), seed.unwrap_or(exercise.site.seed));
+    director.advance_ms(POWER_UP_MS);
+    let site = SharedSite::new(director);
+    let mut tasks = JoinSet::new();
+    for (place, members) in places {
+        let listening = place.open().await.map_err(|error| cannot_listen(&place, error))?;
+        for member in &members {
+            let name = &exercise.monitors[*member].name;
+            let address = exercise.site.monitors[*member].sim.address;
+            let sign = if listening.url().contains('?') { '&' } else { '?' };
+            let url = format!("{}{sign}addr={address}", listening.url());
+            out.show(
+                format!("listening {name} {url}"),
+                || json!({ "listening": url, "monitor": name, "address": address }),
+            )?;
+        }
+        tasks.spawn(listening.serve(site.tap(members)));
+    }
+    let all = site.tap(Vec::new());
+    tasks.spawn(async move {
+        pace(all, speed).await;
+        Ok(())
+    });
+    let told = tell(&site, out);
+    let ended = tokio::select! {
+        () = interrupt.wait() => return Ok(()),
+        ended = told => ended.err(),
+        Some(ended) = tasks.join_next() => match ended {
+            Ok(Err(error)) => Some(Failure::io(pick("simulator", "имитатор"), error)),
+            _ => None,
+        },
+    };
+    let failed = || Failure::Ended(pick("The simulator has failed.", "Отказ имитатора.").into());
+    Err(ended.unwrap_or_else(failed))
+}
+
+/// Says what happens to the site, as it happens.
+async fn tell(site: &SharedSite, out: &mut Out) -> Outcome {
+    let mut ticks = tokio::time::interval(std::time::Duration::from_millis(100));
+    loop {
+        ticks.tick().await;
+        let happened = {
+            let mut director = site.lock();
+            let mut happened = director.take_happened();
+            happened.extend(director.take_fires());
+            happened
+        };
+        for (at_ms, text) in happened {
+            let at_s = at_ms as f64 / 1000.0;
+            let text = text.of(lang());
+            out.show(format!("{at_s:8.1} {text}"), || json!({ "at_s": at_s, "event": text }))?;
+        }
+    }
+}
+
+/// Where which monitors listen.
+fn places(exercise: &Exercise, listen: Vec<Listen>) -> Result<Vec<(Listen, Vec<usize>)>, Failure> {
+    let all: Vec<usize> = (0..exercise.monitors.len()).collect();
+    if !listen.is_empty() {
+        return Ok(listen.into_iter().map(|place| (place, all.clone())).collect());
+    }
+    let wrong = |text: &str, why: String| {
+        Failure::Usage(format!("{}: listen = \"{text}\": {why}", exercise.file))
+    };
+    let mut places = Vec::new();
+    for text in &exercise.bus {
+        places.push((text.parse().map_err(|why| wrong(text, why))?, all.clone()));
+    }
+    for (index, monitor) in exercise.monitors.iter().enumerate() {
+        for text in &monitor.listen {
+            places.push((text.parse().map_err(|why| wrong(text, why))?, vec![index]));
+        }
+    }
+    if places.is_empty() {
+        let port = lafet_proto::bus::PORT_EXTERNAL_CONN;
+        places.push((Listen::tcp(format!("127.0.0.1:{port}")), all));
+    }
+    Ok(places)
+}
+
+fn list(out: &mut Out) -> Outcome {
+    let mut rows = Vec::new();
+    let mut values = Vec::new();
+    for shipped in SHIPPED {
+        let exercise =
+            shipped.exercise().map_err(|problem| Failure::Usage(problem.told(lang())))?;
+        values.push(json!({
+            "name": shipped.name,
+            "title": { "en": exercise.title.en, "ru": exercise.title.ru },
+            "monitors": exercise.monitors.len(),
+            "duration_s": exercise.duration_ms as f64 / 1000.0,
+        }));
+        let monitors = exercise.monitors.len();
+        let minutes = exercise.duration_ms as f64 / 60_000.0;
+        rows.push(vec![
+            shipped.name.to_owned(),
+            pick(format!("{monitors} monitor(s)"), format!("стволов: {monitors}")),
+            pick(format!("{minutes:.1} min"), format!("{minutes:.1} мин")),
+            exercise.title.of(lang()).to_owned(),
+        ]);
+    }
+    out.show(columns(&rows), || json!({ "scenarios": values }))
+}
+
+fn read(name: &str) -> Result<Exercise, Failure> {
+    let (file, text) = text_of(name)?;
+    Exercise::parse(&file, &text).map_err(|problem| Failure::Usage(problem.told(lang())))
+}
+
+/// What problems call the scenario, and its text. A file comes before a name.
+fn text_of(name: &str) -> Result<(String, String), Failure> {
+    match std::fs::read_to_string(name) {
+        Ok(text) => Ok((name.to_owned(), text)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => match Shipped::by_name(name) {
+            Some(shipped) => Ok((format!("{}.toml", shipped.name), shipped.text.to_owned())),
+            None => Err(Failure::Usage(unknown(name))),
+        },
+        Err(error) => Err(Failure::io(
+            pick(format!("cannot read {name}"), format!("не читается {name}")),
+            error,
+        )),
+    }
+}
+
+fn unknown(name: &str) -> String {
+    let known: Vec<&str> = SHIPPED.iter().map(|shipped| shipped.name).collect();
+    let known = known.join(", ");
+    pick(
+        format!("There is no file `{name}`, and no scenario of this name. lafet has: {known}."),
+        format!("Нет файла `{name}` и сценария с таким именем. С lafet поставляются: {known}."),
+    )
+}
+
+fn write(path: &Path, text: &str) -> Outcome {
+    std::fs::write(path, text).map_err(|error| {
+        let path = path.display();
+        let what = pick(format!("cannot write {path}"), format!("не удаётся записать {path}"));
+        Failure::io(what, error)
+    })
+}
+
+fn lang() -> exercise::Lang {
+    match current() {
+        lafet_client::Lang::En => exercise::Lang::En,
+        lafet_client::Lang::Ru => exercise::Lang::Ru,
+    }
+}

@@ -1,0 +1,179 @@
+//! Conditions on a site: those of [`crate::condition`] with the name of a monitor in front, and a
+//! few on what belongs to nobody.
+//!
+//! ```text
+//! M1 Detector Found              short for `M1 Detector flags has Found`
+//! not M1 Valve1 Open
+//! M1 Vertical position >= 600    everything that `condition` reads; the name may be left out
+//!                                where there is one monitor alone
+//! fire T-1 out                   burning, out (it has burnt), unlit; also heat (0 … 1), size (m),
+//!                                density (l/(s·m²))
+//! fires burning = 0              how many burn
+//! water <= 5000                  litres out of all nozzles; `water M1 <= 2000`: out of one
+//! time >= 60                     seconds
+//! A and B                        both
+//! ```
+
+use lafet_proto::SubsystemId;
+use lafet_proto::flags::flags_of;
+
+use super::text::{Both, both};
+use crate::condition::Condition;
+use crate::site::Site;
+
+/// A condition on a site.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SiteCondition {
+    text: String,
+    parts: Vec<(Scope, Condition)>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scope {
+    Monitor(usize),
+    Fire(usize),
+    Fires,
+    Water(Option<usize>),
+    Time,
+}
+
+/// The names that a condition may use.
+#[derive(Clone, Copy, Debug)]
+pub struct Names<'a> {
+    /// Of monitors.
+    pub monitors: &'a [String],
+    /// Of fires.
+    pub fires: &'a [String],
+}
+
+impl core::fmt::Display for SiteCondition {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl SiteCondition {
+    /// Reads a condition.
+    pub fn parse(text: &str, names: Names<'_>) -> Result<Self, Both> {
+        let parts = text.split(" and ").map(|part| part_of(part, names));
+        Ok(Self { text: text.trim().to_owned(), parts: parts.collect::<Result<_, Both>>()? })
+    }
+
+    /// Whether it holds, and what the values are. `Err` when it makes no sense on this site.
+    pub fn holds(&self, site: &mut Site) -> Result<(bool, String), String> {
+        let (mut all, mut values) = (true, Vec::new());
+        for (scope, condition) in &self.parts {
+            let (holds, value) = scope.judge(condition, site)?;
+            all &= holds;
+            values.push(value);
+        }
+        Ok((all, values.join(", ")))
+    }
+}
+
+impl Scope {
+    fn judge(self, condition: &Condition, site: &mut Site) -> Result<(bool, String), String> {
+        let last = condition.path().last().map_or("", String::as_str);
+        match self {
+            Self::Monitor(index) => {
+                let sim = &mut site.members[index].sim;
+                if sim.is_powered() {
+                    condition.holds(sim)
+                } else {
+                    Ok((false, "no power".to_owned()))
+                }
+            }
+            Self::Fire(index) => {
+                let fire = &site.fires[index];
+                match last {
+                    "heat" => condition.judge_number(fire.heat),
+                    "size" => condition.judge_number(fire.size_m),
+                    "density" => condition.judge_number(fire.density),
+                    _ if condition.path().len() == 2 => condition.judge_word(match () {
+                        () if fire.burns() => "burning",
+                        () if site.fires.has_caught(index) => "out",
+                        () => "unlit",
+                    }),
+                    _ => Err(format!("`{last}`: heat, size, density, burning, out, unlit")),
+                }
+            }
+            Self::Fires => {
+                let burning = site.fires.iter().filter(|fire| fire.burns()).count();
+                condition.judge_number(burning as f64)
+            }
+            Self::Water(monitor) => {
+                let members = site.members.iter().enumerate();
+                let chosen = members.filter(|(index, _)| monitor.is_none_or(|m| m == *index));
+                let litres: f64 = chosen.map(|(_, member)| member.litres).sum();
+                condition.judge_number(libm::round(litres))
+            }
+            Self::Time => condition.judge_number(site.now_ms() as f64 / 1000.0),
+        }
+    }
+}
+
+fn part_of(text: &str, names: Names<'_>) -> Result<(Scope, Condition), Both> {
+    let mut words: Vec<&str> = text.split_whitespace().collect();
+    let negated = words.first() == Some(&"not");
+    if negated {
+        words.remove(0);
+    }
+    let monitor = |name: &str| names.monitors.iter().position(|known| known == name);
+    let unknown = |what: &str, name: &str, known: &[String]| {
+        let known = known.join(", ");
+        both(
+            format!("`{text}`: no {what} is called `{name}`; known: {known}"),
+            format!("`{text}`: имени `{name}` нет; есть: {known}"),
+        )
+    };
+    let (scope, rest) = match words.as_slice() {
+        ["fire", name, ..] => {
+            let index = names.fires.iter().position(|known| known == name);
+            let index = index.ok_or_else(|| unknown("fire", name, names.fires))?;
+            (Scope::Fire(index), words.clone())
+        }
+        ["fires", "burning", ..] => (Scope::Fires, words.clone()),
+        ["water", name, _, _] => {
+            let index = monitor(name).ok_or_else(|| unknown("monitor", name, names.monitors))?;
+            (Scope::Water(Some(index)), words.clone())
+        }
+        ["water", _, _] => (Scope::Water(None), words.clone()),
+        ["time", _, _] => (Scope::Time, words.clone()),
+        [name, rest @ ..] if monitor(name).is_some() => {
+            (Scope::Monitor(monitor(name).unwrap_or(0)), flags_in_full(rest))
+        }
+        _ if names.monitors.len() == 1 => (Scope::Monitor(0), flags_in_full(&words)),
+        [name, ..] => return Err(unknown("monitor", name, names.monitors)),
+        [] => return Err(both("a condition is missing", "не хватает условия")),
+    };
+    let rest = format!("{}{}", if negated { "not " } else { "" }, rest.join(" "));
+    Condition::parse(&rest)
+        .map(|condition| (scope, condition))
+        .map_err(|error| not_understood(&error))
+}
+
+/// What to say of a condition that makes no sense.
+pub fn not_understood(error: &str) -> Both {
+    both(
+        format!("the condition is not understood: {error}"),
+        format!("условие непонятно: {error} (как писать условия: docs/scenarios.ru.md)"),
+    )
+}
+
+/// `Detector Found` is short for `Detector flags has Found`.
+fn flags_in_full<'a>(words: &[&'a str]) -> Vec<&'a str> {
+    let full = || {
+        let (subsystem, flags) = words.split_first()?;
+        let class = flags_of(SubsystemId::from_name(subsystem)?);
+        let known = |flag: &&str| {
+            let name = flag.split('=').next().unwrap_or(flag);
+            class.flags.iter().any(|info| info.name == name)
+        };
+        (!flags.is_empty() && flags.iter().all(known)).then(|| {
+            let mut full = vec![*subsystem, "flags", "has"];
+            full.extend(flags);
+            full
+        })
+    };
+    full().unwrap_or_else(|| words.to_vec())
+}

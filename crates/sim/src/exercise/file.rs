@@ -1,0 +1,281 @@
+//! From the text of a scenario file to a plan: title, weather, site, monitors, fires.
+
+use lafet_device::Source as Interface;
+use lafet_device::composition::Composition;
+use lafet_proto::record::{Records, Writer};
+use lafet_proto::{Answer, Status, text};
+use toml::de::DeTable;
+
+use super::plan::{Exercise, FirePlan, MonitorPlan};
+use super::reader::{Problem, Source, Table};
+use super::text::{Both, both};
+use super::{scenes, steps};
+use crate::fire::FireSpec;
+use crate::flash::Flash;
+use crate::sim::{Config, Sim};
+use crate::site::{MonitorConfig, Pose, SiteConfig, SiteFire, SupplySpec, WindSpec};
+
+/// Monitors and fires at most: a picture with more is not legible.
+const MONITORS_MAX: usize = 16;
+const FIRES_MAX: usize = 32;
+
+impl Exercise {
+    /// Reads a scenario; `file` is what problems call it.
+    pub fn parse(file: &str, text: &str) -> Result<Self, Problem> {
+        let source = Source { file, text };
+        let root = DeTable::parse(text).map_err(|error| {
+            let offset = error.span().map_or(0, |span| span.start);
+            let message = error.message();
+            let ru = format!("файл не читается как TOML: {message}");
+            source.problem(offset, String::new(), both(format!("no TOML: {message}"), ru))
+        })?;
+        let root = Table::root(source, &root);
+        let mut exercise = Self::empty(file);
+        exercise.read_head(&root)?;
+        exercise.read_weather(&root)?;
+        scenes::read(&mut exercise, &root)?;
+        for table in root.tables("supply")? {
+            exercise.read_supply(table)?;
+        }
+        for table in root.tables("monitor")? {
+            exercise.read_monitor(table)?;
+        }
+        if exercise.monitors.is_empty() {
+            let what = both("at least one [[monitor]] is needed", "нужен хотя бы один [[monitor]]");
+            return Err(root.wrong("monitor", what));
+        }
+        for table in root.tables("fire")? {
+            exercise.read_fire(table)?;
+        }
+        steps::read(&mut exercise, &root)?;
+        root.finish()?;
+        Ok(exercise)
+    }
+
+    fn empty(file: &str) -> Self {
+        Self {
+            file: file.to_owned(),
+            title: Both::default(),
+            about: Both::default(),
+            duration_ms: 0,
+            site: SiteConfig { ambient_c: 20.0, ..SiteConfig::default() },
+            view: None,
+            indoors: false,
+            monitors: Vec::new(),
+            fires: Vec::new(),
+            obstacles: Vec::new(),
+            glares: Vec::new(),
+            supplies: Vec::new(),
+            bus: Vec::new(),
+            events: Vec::new(),
+            operator: Vec::new(),
+            controllers: Vec::new(),
+            expectations: Vec::new(),
+            marks: Vec::new(),
+        }
+    }
+
+    fn read_head(&mut self, root: &Table<'_>) -> Result<(), Problem> {
+        let needed = || root.wrong("scenario", both("[scenario] is missing", "нет [scenario]"));
+        let head = root.table_of("scenario")?.ok_or_else(needed)?;
+        self.title = head.needed_both("title")?;
+        self.about = head.needed_both("about")?;
+        let duration = head.needed_text("duration")?;
+        let wrong = || head.wrong("duration", super::reader::a_time(duration));
+        self.duration_ms = head.time("duration")?.filter(|ms| *ms > 0).ok_or_else(wrong)?;
+        self.site.seed = head.number("seed", 0.0, 1e9)?.unwrap_or(7.0) as u64;
+        self.view = head.numbers("view")?;
+        self.bus = head.texts("bus")?.into_iter().map(str::to_owned).collect();
+        head.finish()
+    }
+
+    fn read_weather(&mut self, root: &Table<'_>) -> Result<(), Problem> {
+        let Some(weather) = root.table_of("weather")? else { return Ok(()) };
+        self.site.ambient_c = weather.number("temperature", -60.0, 60.0)?.unwrap_or(20.0);
+        self.indoors = weather.truth("indoors")?.unwrap_or(false);
+        self.site.wind = steps::wind(&weather, WindSpec::default())?.unwrap_or_default();
+        weather.finish()
+    }
+
+    fn read_supply(&mut self, table: Table<'_>) -> Result<(), Problem> {
+        let name = fresh_name(&table, &self.supplies)?;
+        let closed_mpa = table.needed("pressure", 0.05, 2.5)?;
+        let flow_lps = table.needed("at_flow", 1.0, 1000.0)?;
+        let pressure_mpa = table.needed("pressure_at_flow", 0.0, closed_mpa)?;
+        self.supplies.push(name);
+        self.site.supplies.push(SupplySpec { closed_mpa, flow_lps, pressure_mpa });
+        table.finish()
+    }
+
+    fn read_monitor(&mut self, table: Table<'_>) -> Result<(), Problem> {
+        let names: Vec<String> = self.monitors.iter().map(|it| it.name.clone()).collect();
+        let name = fresh_name(&table, &names)?;
+        if names.len() == MONITORS_MAX {
+            let max = MONITORS_MAX;
+            let what = both(format!("at most {max} monitors"), format!("не более {max} стволов"));
+            return Err(table.wrong("", what));
+        }
+        let [x, y] = table.needed_numbers("at")?;
+        let heading_deg = table.number("heading", -360.0, 360.0)?.unwrap_or(0.0);
+        let supply = table.one_of_names("supply", &self.supplies)?;
+        let profiles = Composition::ALL.map(|profile| (profile.name, profile));
+        let mut config = Config {
+            composition: table.choice("profile", &profiles)?.unwrap_or(Composition::FULL),
+            address: table.number("address", 1.0, 127.0)?.unwrap_or(names.len() as f64 + 1.0) as u8,
+            height_m: table.number("height", 0.2, 60.0)?.unwrap_or(1.5),
+            nozzle_mm: table.number("nozzle", 10.0, 60.0)?.unwrap_or(28.0),
+            ..Config::default()
+        };
+        if let Some([left, up]) = table.numbers("misalignment")? {
+            config.misalignment = (left, up);
+        }
+        let twin = self.site.monitors.iter().position(|it| it.sim.address == config.address);
+        if let Some(twin) = twin {
+            let other = &self.monitors[twin].name;
+            let en = format!("{other} has this address already");
+            return Err(table.wrong("address", both(en, format!("адрес уже занят: {other}"))));
+        }
+        config.flash = Some(
+            commissioned(&config, &table.texts("set")?).map_err(|what| table.wrong("set", what))?,
+        );
+        let listen = table.texts("listen")?.into_iter().map(str::to_owned).collect();
+        self.monitors.push(MonitorPlan { name, listen });
+        let pose = Pose { at: (x, y), heading_deg };
+        self.site.monitors.push(MonitorConfig { pose, supply, sim: config });
+        table.finish()
+    }
+
+    fn read_fire(&mut self, table: Table<'_>) -> Result<(), Problem> {
+        let names: Vec<String> = self.fires.iter().map(|fire| fire.name.clone()).collect();
+        let name = fresh_name(&table, &names)?;
+        if names.len() == FIRES_MAX {
+            let max = FIRES_MAX;
+            let what = both(format!("at most {max} fires"), format!("не более {max} очагов"));
+            return Err(table.wrong("", what));
+        }
+        let on = table.one_of_names("on", &self.obstacles)?;
+        let on_tank = on.and_then(|on| scenes::top_of(&self.site.obstacles[on]));
+        if on.is_some() && on_tank.is_none() {
+            return Err(table.wrong("on", both("only a tank", "только резервуар")));
+        }
+        let at = match (table.numbers::<2>("at")?, on_tank) {
+            (Some([x, y]), _) => (x, y),
+            (None, Some((middle, _))) => middle,
+            (None, None) => {
+                let what =
+                    both("at = [x, y] or on = \"a tank\"", "at = [x, y] или on = \"резервуар\"");
+                return Err(table.wrong("at", what));
+            }
+        };
+        let kind = table.choice("kind", &KINDS)?.unwrap_or(KINDS[0].1);
+        let lit_ms = match table.text("lit")? {
+            None => Some(0),
+            Some("never") => None,
+            Some(_) => table.time("lit")?,
+        };
+        let spec = FireSpec {
+            size_m: table.needed("size", 0.2, 60.0)?,
+            growth_mps: table.number("growth", 0.0, 1.0)?.unwrap_or(kind.growth_mps),
+            reignites: table.truth("reignites")?.unwrap_or(kind.reignites),
+            kw_m2: table.number("heat", 50.0, 5000.0)?.unwrap_or(kind.kw_m2),
+            base_m: table
+                .number("base", 0.0, 60.0)?
+                .unwrap_or(on_tank.map_or(0.0, |(_, top_m)| top_m)),
+            lit: lit_ms == Some(0),
+            ..kind
+        };
+        self.fires.push(FirePlan { name, lit_ms });
+        self.site.fires.push(SiteFire { at, spec, on });
+        table.finish()
+    }
+}
+
+/// The kinds of fire. What burns in a pool floats on water and goes out for good; a pile keeps
+/// embers; a spray is fed, burns hotter and flares up again. Figures ours.
+const KINDS: [(&str, FireSpec); 3] = [
+    ("pool", FireSpec { kw_m2: 1000.0, ..PLAIN }),
+    ("pile", FireSpec { growth_mps: 0.005, reignites: true, ..PLAIN }),
+    ("spray", FireSpec { kw_m2: 1500.0, critical: 0.12, reignites: true, ..PLAIN }),
+];
+const PLAIN: FireSpec = FireSpec {
+    azimuth_deg: 0.0,
+    range_m: 0.0,
+    size_m: 1.0,
+    growth_mps: 0.0,
+    reignites: false,
+    lit: true,
+    base_m: 0.0,
+    kw_m2: 500.0,
+    critical: crate::fire::CRITICAL_DENSITY,
+};
+
+/// A name that no other has, without blanks: conditions use it.
+pub fn fresh_name(table: &Table<'_>, others: &[String]) -> Result<String, Problem> {
+    let name = table.needed_text("name")?;
+    if name.is_empty() || name.contains(char::is_whitespace) {
+        let what = both("a name without blanks", "имя без пробелов");
+        return Err(table.wrong("name", what));
+    }
+    if others.iter().any(|other| other == name) {
+        let what = both(format!("`{name}` exists already"), format!("`{name}` уже есть"));
+        return Err(table.wrong("name", what));
+    }
+    Ok(name.to_owned())
+}
+
+/// The memory of a monitor that was commissioned for its place: height, nozzle, and what the file
+/// sets, all by real requests.
+fn commissioned(config: &Config, set: &[&str]) -> Result<Flash, Both> {
+    let mut sim = Sim::new(config.clone());
+    sim.advance_ms(1_000);
+    let height_cm = libm::round(config.height_m * 100.0);
+    let nozzle_dmm = libm::round(config.nozzle_mm * 10.0);
+    let own =
+        [format!("Control Height {height_cm}"), format!("Control NozzleDiameter {nozzle_dmm}")];
+    for line in own.iter().map(String::as_str).chain(set.iter().copied()) {
+        set_param(&mut sim, line)?;
+    }
+    sim.advance_ms(1_000);
+    Ok(sim.world().flash.clone())
+}
+
+fn set_param(sim: &mut Sim, line: &str) -> Result<(), Both> {
+    let payload = payload(&format!("SetParam {line}"))?;
+    let mut status = None;
+    // A remote unit answers Cached until it has been asked.
+    for _ in 0..20 {
+        let answers = sim.request(Interface::ExternalConn, &payload);
+        let first = Records::new(&answers).flatten().next();
+        status = first.and_then(|record| Answer::decode(&record).ok()).map(|answer| answer.status);
+        sim.advance_ms(300);
+        match status {
+            Some(status) if status.is_success() => return Ok(()),
+            Some(Status::CACHED | Status::BUSY) => {}
+            _ => break,
+        }
+    }
+    let status = status.map_or_else(|| "-".to_owned(), |status| status.to_string());
+    Err(both(
+        format!("`{line}` is answered with {status}"),
+        format!("на `{line}` ствол отвечает {status}"),
+    ))
+}
+
+/// The records of requests written as text, with `;` between them.
+pub fn payload(requests: &str) -> Result<Vec<u8>, Both> {
+    let mut bytes = Vec::new();
+    for request in requests.split(';') {
+        let (mut buffer, mut record) = ([0; text::BUFFER_SIZE], [0; 260]);
+        let wrong = |error: String| {
+            both(
+                format!("`{request}` is no request: {error}"),
+                format!("`{request}` — не запрос: {error}"),
+            )
+        };
+        let parsed = text::parse(request.trim(), &mut buffer).map_err(|e| wrong(e.to_string()))?;
+        let mut writer = Writer::new(&mut record);
+        parsed.encode(&mut writer).map_err(|e| wrong(e.to_string()))?;
+        bytes.extend_from_slice(writer.written());
+    }
+    Ok(bytes)
+}

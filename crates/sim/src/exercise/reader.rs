@@ -1,0 +1,306 @@
+//! Reading a scenario file: every error says file, line, key, and what is allowed.
+
+use core::cell::RefCell;
+use core::fmt;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::text::{Both, both};
+
+/// Why a scenario file cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// The file.
+    pub file: String,
+    /// The line.
+    pub line: usize,
+    /// The key, with the tables that lead to it: `monitor.profile`.
+    pub key: String,
+    /// What is wrong, and what is allowed.
+    pub what: Both,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.told(super::text::Lang::En))
+    }
+}
+
+impl core::error::Error for Problem {}
+
+impl Problem {
+    /// The problem in a language.
+    pub fn told(&self, lang: super::text::Lang) -> String {
+        let Self { file, line, key, what } = self;
+        let key = if key.is_empty() { String::new() } else { format!("{key}: ") };
+        format!("{file}:{line}: {key}{}", what.of(lang))
+    }
+}
+
+/// The text of a file, for the numbers of its lines.
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    pub file: &'a str,
+    pub text: &'a str,
+}
+
+impl Source<'_> {
+    pub fn problem(&self, offset: usize, key: String, what: Both) -> Problem {
+        let before = self.text.get(..offset).unwrap_or(self.text);
+        let line = 1 + before.matches('\n').count();
+        Problem { file: self.file.to_owned(), line, key, what }
+    }
+}
+
+/// A table of the file. It remembers which keys it was asked for, so that others are errors.
+pub struct Table<'a> {
+    source: Source<'a>,
+    path: String,
+    offset: usize,
+    table: &'a DeTable<'a>,
+    known: RefCell<Vec<&'static str>>,
+}
+
+/// A value and where it stands.
+#[derive(Clone, Copy)]
+pub struct Item<'a> {
+    pub value: &'a DeValue<'a>,
+    pub offset: usize,
+}
+
+type Read<T> = Result<T, Problem>;
+
+impl<'a> Table<'a> {
+    pub fn root(source: Source<'a>, table: &'a Spanned<DeTable<'a>>) -> Self {
+        Self::new(source, String::new(), table.span().start, table.get_ref())
+    }
+
+    fn new(source: Source<'a>, path: String, offset: usize, table: &'a DeTable<'a>) -> Self {
+        Self { source, path, offset, table, known: RefCell::default() }
+    }
+
+    /// A problem with one of the keys.
+    pub fn wrong(&self, key: &str, what: Both) -> Problem {
+        let offset = self.table.get(key).map_or(self.offset, |value| value.span().start);
+        self.source.problem(offset, self.path_of(key), what)
+    }
+
+    fn path_of(&self, key: &str) -> String {
+        match (self.path.as_str(), key) {
+            ("", key) | (key, "") => key.to_owned(),
+            (path, key) => format!("{path}.{key}"),
+        }
+    }
+
+    /// The line on which the table begins.
+    pub fn line(&self) -> usize {
+        self.source.problem(self.offset, String::new(), Both::default()).line
+    }
+
+    /// A value that may be missing.
+    pub fn item(&self, key: &'static str) -> Option<Item<'a>> {
+        self.known.borrow_mut().push(key);
+        let value = self.table.get(key)?;
+        Some(Item { value: value.get_ref(), offset: value.span().start })
+    }
+
+    pub fn has(&self, key: &'static str) -> bool {
+        self.item(key).is_some()
+    }
+
+    fn missing(&self, key: &str, en: &str, ru: &str) -> Problem {
+        self.wrong(key, both(format!("is missing: {en}"), format!("не хватает: {ru}")))
+    }
+
+    /// A number within bounds, or nothing.
+    pub fn number(&self, key: &'static str, least: f64, most: f64) -> Read<Option<f64>> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        let number = number(item.value).filter(|number| (least..=most).contains(number));
+        number.map(Some).ok_or_else(|| {
+            let what = format!("{least} … {most}");
+            self.wrong(key, both(format!("a number, {what}"), format!("число, {what}")))
+        })
+    }
+
+    /// A number that has to be there.
+    pub fn needed(&self, key: &'static str, least: f64, most: f64) -> Read<f64> {
+        let what = format!("{least} … {most}");
+        self.number(key, least, most)?.ok_or_else(|| {
+            self.missing(key, &format!("a number, {what}"), &format!("число, {what}"))
+        })
+    }
+
+    /// Yes or no.
+    pub fn truth(&self, key: &'static str) -> Read<Option<bool>> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        let truth = item.value.as_bool();
+        truth.map(Some).ok_or_else(|| self.wrong(key, both("true or false", "true или false")))
+    }
+
+    /// Text, or nothing.
+    pub fn text(&self, key: &'static str) -> Read<Option<&'a str>> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        let text = item.value.as_str();
+        text.map(Some).ok_or_else(|| self.wrong(key, both("text in quotes", "текст в кавычках")))
+    }
+
+    /// Text that has to be there.
+    pub fn needed_text(&self, key: &'static str) -> Read<&'a str> {
+        self.text(key)?.ok_or_else(|| self.missing(key, "text in quotes", "текст в кавычках"))
+    }
+
+    /// Text in both languages: `{ en = "…", ru = "…" }`.
+    pub fn both(&self, key: &'static str) -> Read<Option<Both>> {
+        let Some(table) = self.table_of(key)? else { return Ok(None) };
+        let texts = both(table.needed_text("en")?, table.needed_text("ru")?);
+        table.finish().map(|()| Some(texts))
+    }
+
+    pub fn needed_both(&self, key: &'static str) -> Read<Both> {
+        let form = "{ en = \"…\", ru = \"…\" }";
+        self.both(key)?.ok_or_else(|| self.missing(key, form, form))
+    }
+
+    /// One of a list of texts; without it the first.
+    pub fn choice<T: Copy>(&self, key: &'static str, known: &[(&str, T)]) -> Read<Option<T>> {
+        let Some(text) = self.text(key)? else { return Ok(None) };
+        let found = known.iter().find(|(name, _)| *name == text);
+        found.map(|(_, value)| Some(*value)).ok_or_else(|| {
+            let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+            self.wrong(key, one_of(text, &names))
+        })
+    }
+
+    /// The place of a name in a list of names.
+    pub fn one_of_names(&self, key: &'static str, names: &[String]) -> Read<Option<usize>> {
+        let Some(text) = self.text(key)? else { return Ok(None) };
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let found = names.iter().position(|name| *name == text);
+        found.map(Some).ok_or_else(|| self.wrong(key, one_of(text, &names)))
+    }
+
+    /// A time: `90s`, `1.5min`, `500ms`; in ms.
+    pub fn time(&self, key: &'static str) -> Read<Option<u64>> {
+        let Some(text) = self.text(key)? else { return Ok(None) };
+        time_ms(text).map(Some).ok_or_else(|| self.wrong(key, a_time(text)))
+    }
+
+    /// Several numbers: `[1.5, -20]`.
+    pub fn numbers<const N: usize>(&self, key: &'static str) -> Read<Option<[f64; N]>> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        self.array(key, item.value).map(Some)
+    }
+
+    pub fn needed_numbers<const N: usize>(&self, key: &'static str) -> Read<[f64; N]> {
+        let what = format!("[{}]", ["…"; N].join(", "));
+        self.numbers(key)?.ok_or_else(|| self.missing(key, &what, &what))
+    }
+
+    fn array<const N: usize>(&self, key: &str, value: &DeValue<'_>) -> Read<[f64; N]> {
+        let wrong = || {
+            let (en, ru) = (format!("{N} numbers: [1, 2.5]"), format!("{N} числа: [1, 2.5]"));
+            self.wrong(key, both(en, ru))
+        };
+        let array = value.as_array().filter(|array| array.len() == N).ok_or_else(wrong)?;
+        let mut numbers = [0.0; N];
+        for (slot, value) in numbers.iter_mut().zip(array.iter()) {
+            *slot = number(value.get_ref())
+                .filter(|number| number.abs() <= 10_000.0)
+                .ok_or_else(wrong)?;
+        }
+        Ok(numbers)
+    }
+
+    /// A list of places: `[[0, 0], [10, 5]]`.
+    pub fn places(&self, key: &'static str) -> Read<Vec<(f64, f64)>> {
+        let wrong = || self.missing(key, "[[x, y], [x, y], …]", "[[x, y], [x, y], …]");
+        let item = self.item(key).ok_or_else(wrong)?;
+        let array = item.value.as_array().ok_or_else(wrong)?;
+        let place = |value: &Spanned<DeValue<'_>>| {
+            self.array::<2>(key, value.get_ref()).map(|[x, y]| (x, y))
+        };
+        array.iter().map(place).collect()
+    }
+
+    /// One text or several; none without the key.
+    pub fn texts(&self, key: &'static str) -> Read<Vec<&'a str>> {
+        let Some(item) = self.item(key) else { return Ok(Vec::new()) };
+        let wrong =
+            || self.wrong(key, both("text, or a list of texts", "текст или список текстов"));
+        if let Some(text) = item.value.as_str() {
+            return Ok(vec![text]);
+        }
+        let array = item.value.as_array().ok_or_else(wrong)?;
+        array.iter().map(|value| value.get_ref().as_str().ok_or_else(wrong)).collect()
+    }
+
+    /// A table that may be missing: `[key]`, or `key = { … }`.
+    pub fn table_of(&self, key: &'static str) -> Read<Option<Self>> {
+        let Some(item) = self.item(key) else { return Ok(None) };
+        let table = item
+            .value
+            .as_table()
+            .ok_or_else(|| self.wrong(key, both("a table: { … }", "таблица: { … }")))?;
+        Ok(Some(Self::new(self.source, self.path_of(key), item.offset, table)))
+    }
+
+    /// All tables of a list: `[[key]]`.
+    pub fn tables(&self, key: &'static str) -> Read<Vec<Self>> {
+        let Some(item) = self.item(key) else { return Ok(Vec::new()) };
+        let wrong = || {
+            let form = format!("[[{key}]]");
+            self.wrong(key, both(format!("tables: {form}"), format!("таблицы: {form}")))
+        };
+        let array = item.value.as_array().ok_or_else(wrong)?;
+        let table = |value: &'a Spanned<DeValue<'a>>| {
+            let table = value.get_ref().as_table().ok_or_else(wrong)?;
+            Ok(Self::new(self.source, self.path_of(key), value.span().start, table))
+        };
+        array.iter().map(table).collect()
+    }
+
+    /// Nothing else may stand there.
+    pub fn finish(self) -> Read<()> {
+        let known = self.known.borrow();
+        let strange = self.table.iter().find(|(key, _)| !known.contains(&key.get_ref().as_ref()));
+        let Some((key, _)) = strange else { return Ok(()) };
+        let what = one_of(key.get_ref(), &known);
+        Err(self.source.problem(key.span().start, self.path_of(key.get_ref()), what))
+    }
+}
+
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    let text = match value {
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
+        DeValue::Float(float) => float.as_str(),
+        _ => return None,
+    };
+    text.parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// What to say of a word that is none of those known.
+pub fn one_of(word: &str, known: &[&str]) -> Both {
+    let names = known.join(", ");
+    both(
+        format!("`{word}` is not known here; allowed: {names}"),
+        format!("`{word}` здесь не подходит; допустимо: {names}"),
+    )
+}
+
+/// What to say of a text that is no time.
+pub fn a_time(text: &str) -> Both {
+    both(
+        format!("`{text}` is no time: write 500ms, 20s or 1.5min"),
+        format!("`{text}` — не время: пишите 500ms, 20s или 1.5min"),
+    )
+}
+
+/// Reads `500ms`, `20s`, `1.5min`; at most two hours, in steps of 100 ms.
+pub fn time_ms(text: &str) -> Option<u64> {
+    let units = [("ms", 1.0), ("min", 60_000.0), ("s", 1000.0)];
+    let (number, factor) =
+        units.iter().find_map(|(unit, factor)| Some((text.trim().strip_suffix(unit)?, factor)))?;
+    let ms = number.trim().parse::<f64>().ok()? * factor;
+    (0.0..=7_200_000.0).contains(&ms).then(|| (libm::round(ms / 100.0) as u64) * 100)
+}

@@ -8,6 +8,7 @@ mod demo;
 mod dissector;
 mod docs;
 mod faults;
+mod fuzz;
 mod late;
 mod laws;
 mod layers;
@@ -23,6 +24,7 @@ mod source;
 mod spec;
 mod swarm;
 mod test;
+mod years;
 
 use std::process::ExitCode;
 
@@ -125,6 +127,22 @@ const TASKS: &[Task] = &[
                   invariant, and in a run of 600 seeds or more on what was never witnessed. A \
                   failure names its seed: lafet sim --replay SEED shows it.",
         run: swarm::swarm,
+    },
+    Task {
+        name: "fuzz",
+        arguments: "[target…] [--minutes N] [--merge]",
+        about: "fuzz link, records, text, device and store with libFuzzer",
+        details: "One minute each, unless told. Installs cargo-fuzz where it is missing. What fails is \
+                  kept in fuzz/artifacts; mended, it belongs in fuzz/regressions. With --merge, the \
+                  committed corpus becomes the smallest that reaches all that has been reached.",
+        run: fuzz::fuzz,
+    },
+    Task {
+        name: "years",
+        arguments: "[years] [seed]",
+        about: "years in the life of a simulated monitor, checked all the time",
+        details: "Ten years, unless told: docs/evidence-long-run.md says what happens in them.",
+        run: years::years,
     },
     Task {
         name: "licences",

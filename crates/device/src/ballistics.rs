@@ -94,7 +94,7 @@ pub struct Jet {
 }
 
 /// A point of the flight, by the way from the nozzle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Flight {
     height: f32,
     slope: f32,
@@ -119,7 +119,7 @@ pub struct Target {
 /// than that cannot do, because the jet hangs ever more than its aim is raised. So the first
 /// elevation that reaches the target is the low one; halving then narrows it down. The high one is
 /// found from the steepest slope downwards; it drops the water on what stands behind a wall.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
     jet: Jet,
     target: Target,
@@ -133,7 +133,7 @@ pub struct Solver {
     phase: Phase,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
     /// Lowering from the steepest slope, at which every shot falls short.
     Lowering { short: f32 },

@@ -33,7 +33,7 @@ struct Stored {
 }
 
 /// Every parameter's value.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Params {
     values: [i32; Param::COUNT],
     set: [u32; WORDS],

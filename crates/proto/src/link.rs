@@ -171,6 +171,8 @@ pub struct Counters {
 pub struct Decoder<const N: usize = BODY_MAX> {
     body: [u8; N],
     len: usize,
+    /// Bytes on the wire since the C0 that started the frame; an escape counts two.
+    wire_len: usize,
     state: State,
     check: Check,
     counters: Counters,
@@ -198,6 +200,7 @@ impl<const N: usize> Decoder<N> {
         Self {
             body: [0; N],
             len: 0,
+            wire_len: 0,
             state: State::Idle,
             check: Check::Crc16,
             counters: Counters {
@@ -224,6 +227,9 @@ impl<const N: usize> Decoder<N> {
     /// Takes a byte; returns the frame that it completes.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_>> {
+        if self.state != State::Idle && byte != END {
+            self.wire_len += 1;
+        }
         match (self.state, byte) {
             (State::Idle, END) => self.start(),
             (State::Idle, SYNC) => {}
@@ -239,7 +245,7 @@ impl<const N: usize> Decoder<N> {
             }
             (State::Escaped, _) => {
                 self.counters.escape_errors += 1;
-                self.drop_frame(2);
+                self.drop_frame();
             }
         }
         None
@@ -261,7 +267,7 @@ impl<const N: usize> Decoder<N> {
     pub fn reset(&mut self) {
         if self.state != State::Idle && self.len > 0 {
             self.counters.resyncs += 1;
-            self.drop_frame(1);
+            self.drop_frame();
         }
         self.state = State::Idle;
         self.len = 0;
@@ -271,6 +277,7 @@ impl<const N: usize> Decoder<N> {
         self.state = State::Inside;
         self.check = Check::Crc16;
         self.len = 0;
+        self.wire_len = 0;
     }
 
     #[inline]
@@ -280,7 +287,7 @@ impl<const N: usize> Decoder<N> {
             self.len += 1;
         } else {
             self.counters.overruns += 1;
-            self.drop_frame(2);
+            self.drop_frame();
         }
     }
 
@@ -289,9 +296,9 @@ impl<const N: usize> Decoder<N> {
         self.store(byte);
     }
 
-    /// Gives up the frame; `more` counts its start byte and the byte that spoilt it.
-    fn drop_frame(&mut self, more: u64) {
-        self.counters.bytes_skipped += self.len as u64 + more;
+    /// Gives up the frame: its start byte and what has come since.
+    fn drop_frame(&mut self) {
+        self.counters.bytes_skipped += 1 + self.wire_len as u64;
         self.state = State::Idle;
         self.len = 0;
     }
@@ -301,20 +308,16 @@ impl<const N: usize> Decoder<N> {
     fn end(&mut self) -> Option<Frame<'_>> {
         if self.state == State::Escaped {
             self.counters.escape_errors += 1;
-            self.drop_frame(2);
-        } else if self.len == 0 {
-            self.counters.bytes_skipped += 1;
         } else if self.len < self.check.overhead() {
-            self.counters.resyncs += 1;
-            self.drop_frame(1);
+            self.counters.resyncs += u64::from(self.len > 0);
         } else if verify(self.check, self.body.get(..self.len)?).is_err() {
             self.counters.crc_errors += 1;
-            self.drop_frame(1);
         } else {
             self.counters.frames += 1;
             self.state = State::Idle;
             return self.last();
         }
+        self.drop_frame();
         self.start();
         None
     }

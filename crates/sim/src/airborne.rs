@@ -37,6 +37,11 @@ impl Airborne {
         }
     }
 
+    /// Nothing is in the air.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The next portion that has reached the ground.
     pub fn land(&mut self, now_ms: u64) -> Option<Portion> {
         self.0.pop_front_if(|(lands_ms, _)| *lands_ms <= now_ms).map(|(_, portion)| portion)

@@ -17,7 +17,7 @@ const SUPPLY_OHM: f64 = 0.02;
 const HEATER_A: f64 = 4.0;
 
 /// The climate.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Climate {
     /// Air around the monitor, °C.
     pub ambient_c: f64,
@@ -48,16 +48,56 @@ impl Climate {
 
     /// Runs for `dt_s`, with the current of all motors.
     pub fn step(&mut self, heaters: [bool; PLACES], motors_a: f64, dt_s: f64, faults: &Faults) {
-        let mut current = motors_a;
-        for ((place, celsius), on) in Place::ALL.iter().zip(&mut self.places_c).zip(heaters) {
-            let heats = on && !faults.has(Fault::Heater(*place));
-            let aim = self.ambient_c + if heats { HEATER_K } else { 0.0 };
+        self.drift(self.aims(heaters, faults), dt_s);
+        self.load(heaters, motors_a, faults);
+    }
+
+    /// The same so many times in a row, as long as the humidity rounds to the same; whether it did.
+    pub(crate) fn steps(
+        &mut self,
+        heaters: [bool; PLACES],
+        dt_s: f64,
+        count: u64,
+        faults: &Faults,
+    ) -> bool {
+        let aims = self.aims(heaters, faults);
+        let percent = libm::round(self.humidity);
+        for _ in 0..count {
+            self.drift(aims, dt_s);
+            if libm::fabs(self.humidity - percent) >= 0.5 {
+                return false;
+            }
+        }
+        self.load(heaters, 0.0, faults);
+        true
+    }
+
+    fn heats(place: Place, heaters: [bool; PLACES], faults: &Faults) -> bool {
+        heaters[place as usize] && !faults.has(Fault::Heater(place))
+    }
+
+    /// Where each place's temperature goes to.
+    fn aims(&self, heaters: [bool; PLACES], faults: &Faults) -> [f64; PLACES] {
+        Place::ALL.map(|place| {
+            self.ambient_c + if Self::heats(place, heaters, faults) { HEATER_K } else { 0.0 }
+        })
+    }
+
+    #[inline]
+    fn drift(&mut self, aims: [f64; PLACES], dt_s: f64) {
+        for (celsius, aim) in self.places_c.iter_mut().zip(aims) {
             *celsius += (aim - *celsius) * dt_s / PLACE_S;
-            current += if heats { HEATER_A } else { 0.0 };
         }
         let warmer = self.places_c[Place::Box as usize] - self.ambient_c;
         let dry = (self.ambient_humidity - warmer).clamp(5.0, 100.0);
         self.humidity += (dry - self.humidity) * dt_s / HUMIDITY_S;
+    }
+
+    fn load(&mut self, heaters: [bool; PLACES], motors_a: f64, faults: &Faults) {
+        let mut current = motors_a;
+        for place in Place::ALL {
+            current += if Self::heats(place, heaters, faults) { HEATER_A } else { 0.0 };
+        }
         let supply = match () {
             () if faults.single(SingleFault::VoltageLow) => self.supply_v * 2.0 / 3.0,
             () if faults.single(SingleFault::VoltageHigh) => self.supply_v * 4.0 / 3.0,

@@ -21,7 +21,7 @@ pub const STALL_A: f64 = 15.0;
 const CURRENT_LAG_S: f64 = 0.04;
 
 /// Geometry and strength of a drive; positions in arc-minutes or mm.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DriveSpec {
     /// Position units per 0.1 °/s or 0.1 mm/s and second: 6 or 0.1.
     pub unit_per_tenth: f64,
@@ -81,8 +81,11 @@ impl DriveSpec {
     }
 }
 
+/// Currents below this are none, A.
+pub(crate) const LEAST_A: f64 = 1e-3;
+
 /// A drive.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     /// Which one.
     pub axis: Axis,
@@ -143,6 +146,9 @@ impl Drive {
             self.motoring_a(before, load, dt_s, faults)
         };
         self.current_a += (aim - self.current_a) * (dt_s / CURRENT_LAG_S).min(1.0);
+        if aim == 0.0 && self.current_a < LEAST_A {
+            self.current_a = 0.0;
+        }
         self.frozen = match self.frozen {
             _ if !faults.drive(self.axis, DriveFault::EncoderDead) => None,
             None => Some(self.position),

@@ -19,7 +19,7 @@ const ACROSS: f64 = 0.8;
 const SEED: u64 = 0x6775_7374;
 
 /// The gusts of a world.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Gusts {
     /// Turbulence intensity I; 0 is a wind without gusts.
     pub intensity: f64,

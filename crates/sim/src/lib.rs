@@ -43,3 +43,4 @@ pub mod validation;
 pub mod valve;
 pub mod water;
 pub mod world;
+pub mod years;

@@ -1,10 +1,13 @@
 //! Random numbers of the world: one seed, the same sequence on every machine and version.
 
+/// Numbers that one [`Rng::noise`] draws.
+pub(crate) const NOISE_DRAWS: u64 = 12;
+
 /// SplitMix64 (Steele, Lea, Flood: "Fast splittable pseudorandom number generators", 2014).
 ///
 /// State s += 0x9E3779B97F4A7C15; the output is s mixed by two xor-shift-multiplies. Period 2⁶⁴.
 /// Written out here because its sequence is part of the traces and must never change.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rng(u64);
 
 impl Rng {
@@ -22,6 +25,11 @@ impl Rng {
         z ^ (z >> 31)
     }
 
+    /// Leaves out so many numbers.
+    pub const fn skip(&mut self, numbers: u64) {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(numbers));
+    }
+
     /// Uniform in 0 ≤ x < 1.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
@@ -29,7 +37,7 @@ impl Rng {
 
     /// Noise of mean 0 and standard deviation 1, never beyond ±3.47: twelve uniform numbers added.
     pub fn noise(&mut self) -> f64 {
-        let sum: f64 = (0..12).map(|_| self.unit()).sum();
+        let sum: f64 = (0..NOISE_DRAWS).map(|_| self.unit()).sum();
         (sum - 6.0).clamp(-3.47, 3.47)
     }
 

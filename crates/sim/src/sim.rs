@@ -22,6 +22,8 @@ use crate::flash::{Cut, Flash};
 use crate::obstacle::Obstacle;
 use crate::world::{STEP_MS, World, WorldConfig};
 
+mod rest;
+
 /// Time without power in a power cycle, ms.
 const POWER_OFF_MS: u64 = 500;
 const TRACE_MS: u64 = 100;
@@ -128,6 +130,7 @@ pub struct Sim {
     resets: u32,
     cuts: VecDeque<Cut>,
     powered: bool,
+    passed_over_ms: u64,
     trace: Option<String>,
 }
 
@@ -157,6 +160,7 @@ impl Sim {
             resets: 0,
             cuts: VecDeque::new(),
             powered: true,
+            passed_over_ms: 0,
             trace: config.trace.then(String::new),
         }
     }

@@ -22,7 +22,7 @@ const DEADMAN_MS: u64 = 200;
 const PARAM_MS: u64 = 60;
 
 /// A remote unit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RemoteUnit {
     unit: Unit,
     params: BTreeMap<u16, i32>,
@@ -113,6 +113,22 @@ impl RemoteUnit {
             *value = new;
         }
         Ok(*value)
+    }
+
+    /// Whether the next exchange is good and changes nothing but its time.
+    pub(crate) fn rests(&self, op: Option<UnitOp>, rng: &mut Rng, faults: &Faults) -> bool {
+        let Some(answered_ms) = self.answered_ms.filter(|at| Some(*at) == self.heard_ms) else {
+            return false;
+        };
+        let mut next = self.clone();
+        let is_good = next.poll(answered_ms + POLL_MS, op, rng, faults);
+        next.rest(answered_ms);
+        is_good && next == *self
+    }
+
+    /// Exchanges like the last one went on until now.
+    pub(crate) fn rest(&mut self, now_ms: u64) {
+        (self.answered_ms, self.heard_ms) = (Some(now_ms), Some(now_ms));
     }
 
     /// Whether the exchange of this moment was good.

@@ -8,6 +8,7 @@
 
 use lafet_device::image::{ValveInput, ValveNo, ValveOutput};
 
+use crate::drive::LEAST_A;
 use crate::fault::{Faults, ValveFault};
 
 const SWITCH_ZONE: f64 = 0.005;
@@ -17,7 +18,7 @@ const STALL_A: f64 = 8.0;
 const CURRENT_LAG_S: f64 = 0.05;
 
 /// A valve.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Valve {
     /// Which one.
     pub number: ValveNo,
@@ -60,10 +61,17 @@ impl Valve {
             self.opening = (self.opening + direction * dt_s / self.travel_s).clamp(0.0, 1.0);
         }
         self.current_a += (aim - self.current_a) * (dt_s / CURRENT_LAG_S).min(1.0);
+        if aim == 0.0 && self.current_a < LEAST_A {
+            self.current_a = 0.0;
+        }
     }
 
     /// Free area as a part of the full one.
     pub fn free_area(&self) -> f64 {
+        // The seat covers the bore of the ball as long as the switch says closed.
+        if self.opening <= SWITCH_ZONE {
+            return 0.0;
+        }
         let sine = libm::sin(core::f64::consts::FRAC_PI_2 * self.opening);
         sine * sine
     }
@@ -109,6 +117,18 @@ mod tests {
         run(&mut valve, ValveOutput::Opening, 240, &faults);
         assert!(valve.sense(&faults).open_switch);
         assert_eq!(valve.sense(&faults).current_da, 80);
+    }
+
+    /// Two valves that have stopped at their switches let nothing through.
+    #[test]
+    fn closed_by_its_switch_is_tight() {
+        let faults = Faults::default();
+        let mut valve = Valve::new(ValveNo::Valve1, 4.0);
+        run(&mut valve, ValveOutput::Opening, 400, &faults);
+        while !valve.sense(&faults).close_switch {
+            valve.step(ValveOutput::Closing, 0.01, &faults);
+        }
+        assert!(valve.opening > 0.0 && valve.free_area() == 0.0, "{}", valve.opening);
     }
 
     #[test]

@@ -44,7 +44,7 @@ const FILL_S: f64 = 3.0;
 const DRAIN_S: f64 = 10.0;
 
 /// The water from the pump to the nozzle.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Water {
     /// Diameter of the nozzle's outlet, mm.
     pub nozzle_mm: f64,
@@ -135,7 +135,9 @@ impl Water {
             let next = self.filled + stays;
             self.filled = if next > 0.998 { 1.0 } else { next };
         } else {
-            self.filled -= self.filled * dt_s / DRAIN_S;
+            let next = self.filled - self.filled * dt_s / DRAIN_S;
+            // So would the last of the water.
+            self.filled = if next < 1e-4 { 0.0 } else { next };
         }
         let through = self.jet_lps() / k;
         self.pressure_mpa = through * through;

@@ -29,6 +29,8 @@ use crate::unit::{POLL_MS, RemoteUnit};
 use crate::valve::Valve;
 use crate::water::Water;
 
+mod rest;
+
 /// The step of the world, ms.
 pub const STEP_MS: u64 = 10;
 
@@ -207,6 +209,11 @@ impl World {
         &self.commanded
     }
 
+    /// The state of all that is random.
+    pub const fn rng(&self) -> &Rng {
+        &self.rng
+    }
+
     /// What the monitor senses now.
     pub const fn inputs(&self) -> &Inputs {
         &self.sensed
@@ -224,6 +231,11 @@ impl World {
     /// The water that has landed since the last call, where the ground is a site's.
     pub fn take_landed(&mut self) -> Vec<Portion> {
         self.landed.as_mut().map(core::mem::take).unwrap_or_default()
+    }
+
+    /// Clears away everything that was lit, with what is known of it.
+    pub fn sweep(&mut self) {
+        self.fires = Fires::default();
     }
 
     /// Presses or releases a button.
@@ -435,13 +447,17 @@ impl World {
         self.airborne.throw(self.now_ms, Portion { litres, foam, jet, landing });
     }
 
-    fn look(&mut self) {
-        let aim = Aim {
+    fn aim(&self) -> Aim {
+        Aim {
             azimuth: self.drives[Axis::Horizontal as usize].position,
             elevation: self.drives[Axis::Vertical as usize].position,
             height_m: self.height_m,
             deployed: self.deployed(),
-        };
+        }
+    }
+
+    fn look(&mut self) {
+        let aim = self.aim();
         self.sensed.detector = self.detector.look(aim, &self.fires, &mut self.rng, &self.faults);
     }
 

@@ -10,7 +10,7 @@ use lafet_proto::flags::{Button, ButtonState, ButtonsFlags};
 use lafet_proto::status::ButtonsStatus;
 
 /// A button post.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ButtonPost {
     states: [ButtonState; 8],
     /// Released since power-up or lockout: allowed to act.

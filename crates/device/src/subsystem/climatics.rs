@@ -8,7 +8,7 @@ use lafet_proto::param::Param;
 use lafet_proto::status::ThermoStatus;
 
 /// Heating by thresholds: on below HeatOn, off above HeatOff, between them as it was.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Climatics {
     places: [PlaceInput; PLACES],
     humidity_percent: Option<u8>,

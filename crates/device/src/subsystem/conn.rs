@@ -14,7 +14,7 @@ pub enum Source {
 }
 
 /// An interface.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Conn {
     control: Timer,
     faulty_config: bool,

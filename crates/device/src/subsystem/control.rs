@@ -60,14 +60,14 @@ enum State {
 }
 
 /// What is to be done.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Task {
     Sector(Scan),
     Trajectory(Walk),
 }
 
 /// §3.14 A sector.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Scan {
     /// Line of sight to the centre; moved by the operator's corrections.
     centre: Direction,
@@ -82,7 +82,7 @@ struct Scan {
 }
 
 /// §3.15 A trajectory.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Walk {
     path: Path,
     /// The request asks for ballistics.
@@ -98,14 +98,14 @@ struct Walk {
 
 /// Bytes of the request that the program keeps: points, numbers of stored trajectories, or
 /// corrections.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Data {
     bytes: [u8; DATA_MAX],
     len: usize,
 }
 
 /// Extinguishing.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Control {
     state: State,
     task: Task,

@@ -42,7 +42,7 @@ pub enum Position {
 }
 
 /// Deployment.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Deployer {
     position: Position,
     /// Of what it moves.
@@ -258,7 +258,7 @@ impl Deployer {
         for axis in [Axis::Horizontal, Axis::Vertical] {
             let drive = by_axis(drives, axis);
             let rest = drive.clamp(REST_ARCMIN);
-            let off = drive.position().saturating_sub(rest).abs() > 1;
+            let off = drive.position().saturating_sub(rest).unsigned_abs() > 1;
             if off && drive.is_idle() {
                 drive.go(rest, None, self.cause);
             }

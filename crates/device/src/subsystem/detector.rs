@@ -47,7 +47,7 @@ const JUSTIFY_ARCMIN: i32 = 600;
 pub(crate) const PROGRAMS: [Program; 2] = [Program::Seek, Program::Justify];
 
 /// What it does.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Idle,
     /// §3.16/3: the monitor deploys first.
@@ -70,14 +70,14 @@ enum State {
 }
 
 /// What is to be searched.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Search {
     sector: Area,
     analyse: bool,
 }
 
 /// The fire detector.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Detector {
     state: State,
     /// Of what it moves.

@@ -38,14 +38,14 @@ enum Goal {
 }
 
 /// Limits taken while limits are off; in force after SwitchLimits On (§3.17).
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Staged {
     min: Option<i32>,
     max: Option<i32>,
 }
 
 /// A drive.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     axis: Axis,
     kind: DriveKind,

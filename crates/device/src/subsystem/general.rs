@@ -35,7 +35,7 @@ pub(crate) enum Reset {
 }
 
 /// The main subsystem.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct General {
     locked: bool,
     reset: Option<Reset>,

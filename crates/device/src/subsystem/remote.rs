@@ -12,7 +12,7 @@ const FRESH_MS: u32 = 5000;
 const READS: usize = 8;
 
 /// This side of the internal bus to one unit.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Link {
     op: Option<UnitOp>,
     seq: u8,
@@ -22,7 +22,7 @@ pub struct Link {
 }
 
 /// A parameter that somebody wants to read.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Read {
     param: u16,
     /// What the unit has said; `None` until then.
@@ -31,7 +31,7 @@ struct Read {
 }
 
 /// A value that somebody wants to write.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Write {
     param: u16,
     value: i32,

@@ -34,7 +34,7 @@ enum Motion {
 }
 
 /// A valve.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Valve {
     no: ValveNo,
     remote: bool,

@@ -18,7 +18,7 @@ const WATCH_STEP_MS: u32 = 250;
 const WATCH_SPEED_TENTHS: i16 = 5;
 
 /// What has been seen of a motion since the watch began.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Watch {
     /// Direction of the commanded speed, 0 while there is nothing to judge.
     way: i16,

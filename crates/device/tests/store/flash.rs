@@ -83,6 +83,7 @@ pub struct Flash<const WORD: usize, const PAGE: usize> {
     random: Cell<u64>,
     cut: Cell<Option<Cut>>,
     off: bool,
+    pub reads: u64,
     pub steps: u64,
     /// Erases of each page.
     pub erases: Vec<u32>,
@@ -103,6 +104,7 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
             random: Cell::new(seed),
             cut: Cell::new(None),
             off: false,
+            reads: 0,
             steps: 0,
             erases: vec![0; pages],
         };
@@ -205,6 +207,7 @@ impl<const WORD: usize, const PAGE: usize> ReadNorFlash for Flash<WORD, PAGE> {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failed> {
         check_read(self, offset, bytes.len())?;
+        self.reads += 1;
         if self.off || self.deaf {
             return Err(Failed);
         }

@@ -56,7 +56,7 @@ pub(crate) enum Progress {
 }
 
 /// The way to a direction.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Approach {
     target: Option<Direction>,
     nearest: i32,

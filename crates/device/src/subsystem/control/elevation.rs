@@ -42,7 +42,7 @@ pub(super) enum Aim {
 }
 
 /// What ballistics depend on, besides the place.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Basis {
     pressure_datm: u16,
     nozzle_mm: i32,
@@ -60,7 +60,7 @@ impl Basis {
 }
 
 /// The correction in force, and the calculation of the next one.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Elevation {
     aim: Option<Aim>,
     /// What the last calculation, or that under way, is for.

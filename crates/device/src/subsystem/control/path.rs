@@ -8,7 +8,7 @@ use lafet_proto::request::TrajectoryPoint;
 pub(super) const TRAJECTORIES: u8 = 8;
 
 /// Place in a trajectory whose points, or numbers of stored trajectories, stand in [`Data`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Path {
     stored: bool,
     repeat: bool,

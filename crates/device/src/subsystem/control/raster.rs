@@ -55,7 +55,7 @@ fn clip(low: i32, high: i32, limits: Option<Limits>) -> Option<(i32, i32)> {
 }
 
 /// Ends of lines, one after another.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Raster {
     area: Area,
     lowest: i32,

@@ -10,7 +10,7 @@ use lafet_proto::status::Hotbed;
 const MARGIN_ARCMIN: i32 = 12;
 
 /// At most four, brightest first (§3.16/5).
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Hotbeds {
     list: [Hotbed; Hotbed::MAX],
     len: usize,

@@ -20,7 +20,7 @@ pub(super) struct Measured {
 }
 
 /// Pictures so far.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Samples {
     count: u8,
     sums: [i64; 5],

@@ -1,0 +1,164 @@
+//! `cargo xtask fuzz`: builds the targets of `fuzz/` with libFuzzer and lets them run.
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use crate::run::{self, StepResult};
+use crate::{TaskResult, setup};
+
+/// The targets of crates/fuzz.
+const TARGETS: [&str; 5] = ["link", "records", "text", "device", "store"];
+/// The longest input that a target looks at.
+const INPUT_MAX: usize = 2048;
+
+struct Options {
+    targets: Vec<String>,
+    minutes: f64,
+    /// Keep in the committed corpus what reaches something new, and nothing else.
+    merge: bool,
+}
+
+pub fn fuzz(arguments: &[String]) -> TaskResult {
+    let options = options(arguments)?;
+    setup::rust()?;
+    tool()?;
+    build()?;
+    let mut rows = Vec::new();
+    let mut problems = Vec::new();
+    for target in &options.targets {
+        match run_target(target, &options) {
+            Ok(row) => rows.push(row),
+            Err(error) => problems.push(error),
+        }
+    }
+    println!("\n| target | executions | per second | edges | finds |\n|---|---|---|---|---|");
+    rows.iter().for_each(|row| println!("{row}"));
+    run::verdict("finds", &problems)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn options(arguments: &[String]) -> Result<Options, String> {
+    let mut options = Options { targets: Vec::new(), minutes: 1.0, merge: false };
+    let mut rest = arguments.iter();
+    while let Some(argument) = rest.next() {
+        match argument.as_str() {
+            "--merge" => options.merge = true,
+            "--minutes" => {
+                let number = rest.next().and_then(|text| text.parse().ok());
+                options.minutes = number
+                    .filter(|minutes: &f64| *minutes > 0.0 && minutes.is_finite())
+                    .ok_or("--minutes: expected a number")?;
+            }
+            name if TARGETS.contains(&name) => options.targets.push(name.into()),
+            other => {
+                let known = TARGETS.join(", ");
+                return Err(format!("unexpected `{other}`: targets are {known}"));
+            }
+        }
+    }
+    if options.targets.is_empty() {
+        options.targets = TARGETS.map(String::from).to_vec();
+    }
+    Ok(options)
+}
+
+/// Installs cargo-fuzz where it is missing.
+fn tool() -> StepResult {
+    if run::output(&mut run::cargo(&["fuzz", "--version"])).is_ok() {
+        return Ok(());
+    }
+    if run::output(Command::new("c++").arg("--version")).is_err() {
+        setup::debian(&["g++"])?;
+    }
+    println!("   cargo-fuzz is missing: installing it");
+    run::show(&mut run::cargo(&["install", "cargo-fuzz", "--locked"]))
+}
+
+/// Without sanitizer: there is no unsafe code to sanitize, and the stable compiler will do.
+fn build() -> StepResult {
+    let mut build = run::cargo(&["fuzz", "build", "--fuzz-dir", "fuzz", "--sanitizer", "none"]);
+    build.arg("--target-dir").arg(folder("target/fuzz")).env("RUSTC_BOOTSTRAP", "1");
+    run::show(&mut build)
+}
+
+fn folder(path: &str) -> PathBuf {
+    run::root().join(path)
+}
+
+fn run_target(target: &str, options: &Options) -> Result<String, String> {
+    let committed = folder("fuzz/corpus").join(target);
+    let working = folder("target/fuzz/corpus").join(target);
+    let artifacts = folder("fuzz/artifacts").join(target);
+    for path in [&committed, &working, &artifacts] {
+        std::fs::create_dir_all(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    }
+    let mut command = Command::new(program(target)?);
+    command.current_dir(run::root());
+    command.args([format!("-max_len={INPUT_MAX}"), "-timeout=5".into()]);
+    command.arg(format!("-artifact_prefix={}/", artifacts.display()));
+    if options.merge {
+        let fresh = folder("target/fuzz/merged").join(target);
+        _ = std::fs::remove_dir_all(&fresh);
+        std::fs::create_dir_all(&fresh).map_err(|e| format!("{}: {e}", fresh.display()))?;
+        command.arg("-set_cover_merge=1").arg(&fresh).args([&committed, &working]);
+        run::show(&mut command)?;
+        std::fs::remove_dir_all(&committed).map_err(|e| e.to_string())?;
+        std::fs::rename(&fresh, &committed).map_err(|e| e.to_string())?;
+        return Ok(format!("| {target} | merged | | | |"));
+    }
+    let seconds = (options.minutes * 60.0).ceil();
+    command
+        .arg(format!("-max_total_time={seconds}"))
+        .args(["-print_final_stats=1", "-verbosity=1"]);
+    command.arg(&working).arg(&committed);
+    println!("   {target}: {seconds} s");
+    let output = command.output().map_err(|e| format!("{target}: {e}"))?;
+    let text = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        let from = text.find("panicked").unwrap_or(0);
+        let what: String = text[from..].lines().take(4).collect::<Vec<_>>().join("\n  ");
+        return Err(format!("{target}: see {}\n  {what}", artifacts.display()));
+    }
+    Ok(row(target, &text))
+}
+
+fn program(target: &str) -> Result<PathBuf, String> {
+    let version = run::output(Command::new("rustc").arg("-vV"))?;
+    let host = version.lines().find_map(|line| line.strip_prefix("host: "));
+    let host = host.ok_or("rustc -vV names no host")?;
+    Ok(folder("target/fuzz").join(host).join("release").join(target))
+}
+
+/// What libFuzzer says at its end, as a row of a table.
+fn row(target: &str, text: &str) -> String {
+    let stat = |name: &str| {
+        let line = text.lines().find_map(|line| line.strip_prefix(name));
+        line.map_or("?", str::trim)
+    };
+    let done = text.lines().rfind(|line| line.contains("cov: ")).unwrap_or_default();
+    let edges = done.split("cov: ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or("?");
+    let executions = stat("stat::number_of_executed_units:");
+    let pace = stat("stat::average_exec_per_sec:");
+    format!("| {target} | {executions} | {pace} | {edges} | 0 |")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_end_of_a_run_is_read() {
+        let text = "#9\tNEW    cov: 3 ft: 4\n#99\tDONE   cov: 344 ft: 1880 corp: 389/29Kb\n\
+                    stat::number_of_executed_units: 299160\nstat::average_exec_per_sec:     6503\n";
+        assert_eq!(row("link", text), "| link | 299160 | 6503 | 344 | 0 |");
+    }
+
+    #[test]
+    fn arguments() {
+        let read = |words: &[&str]| options(&words.iter().map(|w| (*w).into()).collect::<Vec<_>>());
+        let some = read(&["store", "--minutes", "2.5"]).unwrap();
+        assert_eq!((some.targets, some.minutes), (vec!["store".to_string()], 2.5));
+        assert_eq!(read(&[]).unwrap().targets.len(), TARGETS.len());
+        assert!(read(&["stroe"]).is_err() && read(&["--minutes", "x"]).is_err());
+    }
+}

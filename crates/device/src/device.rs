@@ -176,6 +176,7 @@ impl Device {
         self.run(now, dt_ms);
         let (wanted, mut causes) = (self.wanted(), self.wanted_causes());
         self.outputs = guard::filter(&self.rules(), &self.inputs, &wanted, &mut causes);
+        hal.write(&self.outputs);
         self.causes = causes;
         let passed = self.outputs.drives.iter().zip(&wanted.drives);
         for (drive, (passed, wanted)) in self.drives.iter_mut().zip(passed) {
@@ -183,7 +184,6 @@ impl Device {
                 drive.restrain();
             }
         }
-        hal.write(&self.outputs);
         self.params.poll_retry(now);
         if self.may_store() {
             self.params.flush(now, hal);
@@ -427,16 +427,18 @@ impl Device {
 
     /// §3.12/2, §3.19/1
     fn reset(&mut self, now: Millis, reset: Reset, hal: &mut impl Hal) {
-        if reset == Reset::Restart {
-            self.params.flush_all(now, hal);
-        }
-        if reset == Reset::CleanFlash && hal.erase().is_err() {
-            self.general.erase_failed();
-            return;
-        }
+        // Flash stops the program while it is written or erased: nothing may run on meanwhile.
         self.outputs = Outputs::default();
-        self.causes = Causes::all(Rule::Inert);
         hal.write(&self.outputs);
+        self.causes = Causes::all(Rule::Inert);
+        match reset {
+            Reset::Restart => self.params.flush_all(now, hal),
+            Reset::CleanFlash if hal.erase().is_err() => {
+                self.general.erase_failed();
+                return;
+            }
+            _ => {}
+        }
         hal.reset();
     }
 }

@@ -87,7 +87,7 @@ impl<const W: usize, const P: usize> Life<W, P> {
     /// One operation, and a power cut in it if the input says so.
     fn operate(&mut self, feed: &mut Feed<'_>) {
         let code = feed.u8();
-        if code & 0x80 != 0 {
+        if code >> 7 != 0 {
             self.cut(feed);
         }
         let mut after = self.values.clone();

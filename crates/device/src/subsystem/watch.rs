@@ -71,11 +71,14 @@ impl Watch {
         let moved = i64::from(input.position.saturating_sub(start)) * 1000;
         let sign = expected.signum();
         let (went, sensed, part) = (moved * sign, measured * sign, expected.abs() / 4);
+        // What turned round within this stretch has measured next to nothing in sum.
+        let now = i64::from(input.speed_tenths) * sign;
+        let turned = now < -i64::from(speed_tenths.abs()) / 4;
         match () {
             () if went < -part => DriveFlags::POSITION_WAY_FAULT,
             () if went < part && sensed > part => DriveFlags::POS_ENCODER_FAULT,
             () if went < part => DriveFlags::INTERNAL_FAULT,
-            () if sensed < -part => DriveFlags::SPEED_WAY_FAULT,
+            () if sensed < -part || sensed < part && turned => DriveFlags::SPEED_WAY_FAULT,
             () if sensed < part => DriveFlags::SPEED_ENCODER_FAULT,
             () => DriveFlags::empty(),
         }

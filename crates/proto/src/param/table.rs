@@ -385,7 +385,7 @@ params! {
         горячим оборудованием.");
 
     ExternalConnTimeout: EXTERNAL_CONN "Timeout", TIMEOUT, TIMEOUT_TEXT;
-    ExternalConnCheck: EXTERNAL_CONN "Check", choice(1, 0), CHECK_TEXT;
+    ExternalConnCheck: EXTERNAL_CONN "Check", choice(1, 0).optional(), CHECK_TEXT;
     RadioTimeout: RADIO "Timeout", TIMEOUT, TIMEOUT_TEXT;
-    RadioCheck: RADIO "Check", choice(1, 0), CHECK_TEXT;
+    RadioCheck: RADIO "Check", choice(1, 0).optional(), CHECK_TEXT;
 }

@@ -6,7 +6,7 @@ use lafet_device::cause::Cause;
 use lafet_device::port::Port;
 use lafet_proto::Status;
 use lafet_proto::flags::{Button, DeployerFlags, GeneralFlags};
-use lafet_proto::link::{Decoder, Frame, WIRE_MAX, encode};
+use lafet_proto::link::{Check, Decoder, Frame, WIRE_MAX, encode_with};
 use lafet_proto::record::Records;
 use lafet_proto::status::FaultInfo;
 
@@ -159,7 +159,11 @@ impl<'l> Watched<'l> {
     pub fn request_behind(&mut self, garbage: &[u8], payload: &[u8]) {
         let dst = self.sim.address();
         let mut wire = [0; WIRE_MAX];
-        let Ok(len) = encode_frame(dst, payload, &mut wire) else { return };
+        // §L/7 An interface may have been told to take nothing else.
+        let wants = self.sim.device().wants_crc32c(Source::Radio);
+        let check = if wants { Check::Crc32c } else { Check::Crc16 };
+        let frame = Frame { dst, src: SENDER, payload };
+        let Some(len) = encode_with(check, &frame, &mut wire) else { return };
         self.log.note(self.sim.now_ms(), &Entry::Garbage { len: garbage.len() });
         self.tally.see(Seen::Garbage);
         let bytes = [garbage, &wire[..len], &wire[..len]].concat();
@@ -345,9 +349,4 @@ impl<'l> Watched<'l> {
         self.tally.resets = self.sim.resets().into();
         (self.tally, self.failure)
     }
-}
-
-fn encode_frame(dst: u8, payload: &[u8], wire: &mut [u8]) -> Result<usize, ()> {
-    let frame = Frame { dst, src: SENDER, payload };
-    encode(&frame, wire).ok_or(())
 }

@@ -30,6 +30,8 @@ pub struct Board {
     pub store_fails: bool,
     pub erase_fails: bool,
     pub reset: bool,
+    /// An erase has failed since it was last looked at.
+    pub erase_failed: bool,
     /// Calls of the HAL.
     pub calls: u64,
     outputs: Outputs,
@@ -272,6 +274,7 @@ impl Storage for Board {
     fn erase(&mut self) -> Result<(), StorageError> {
         self.calls += 1;
         if self.erase_fails {
+            self.erase_failed = true;
             return Err(StorageError::Write);
         }
         self.memory.clear();

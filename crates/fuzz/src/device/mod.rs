@@ -170,6 +170,9 @@ impl Run {
         if core::mem::take(&mut self.board.reset) {
             assert_eq!(written[1..], [Outputs::default()], "§D/1: not inert before a reset");
             self.start(None);
+        } else if core::mem::take(&mut self.board.erase_failed) {
+            // Inert while the flash was at work; the reset itself does not follow.
+            assert_eq!(written[1..], [Outputs::default()], "not inert before an erase");
         } else {
             assert_eq!(written.len(), 1, "driven more than once");
         }

@@ -7,7 +7,9 @@ pub fn test(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
     setup::rust()?;
     let mut steps = Steps::default();
-    steps.step("tests of all crates", || show(&mut cargo(&["test", "--workspace"])));
+    steps.step("tests of all crates", || {
+        show(&mut cargo(&["test", "--workspace", "--no-fail-fast"]))
+    });
     steps.step("the protocol: every section has code and tests", spec::check);
     steps.step("faults: every flag and status is reached", faults::check);
     steps.step("physics: the tables of docs/physics.md", physics::check);

@@ -4,7 +4,7 @@
 //! take the place of what is outstanding without answer for too long, and remove what would undo
 //! them. A request without answer is repeated only where twice is the same as once. How late,
 //! foreign and doubled answers are kept from being believed is told in `session/doubt.rs`; how
-//! several monitors share a line, in [`line`]; how a motion ends when nobody holds it any more, in
+//! several monitors share a line, in [`mod@line`]; how a motion ends when nobody holds it any more, in
 //! [`jog`].
 //!
 //! ```text

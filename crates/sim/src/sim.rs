@@ -130,6 +130,7 @@ pub struct Sim {
     resets: u32,
     cuts: VecDeque<Cut>,
     powered: bool,
+    stood_still: bool,
     passed_over_ms: u64,
     trace: Option<String>,
 }
@@ -160,6 +161,7 @@ impl Sim {
             resets: 0,
             cuts: VecDeque::new(),
             powered: true,
+            stood_still: false,
             passed_over_ms: 0,
             trace: config.trace.then(String::new),
         }
@@ -190,6 +192,11 @@ impl Sim {
         &mut self.world
     }
 
+    /// Whether the program stood still in the last step: without power, or as its flash was busy.
+    pub const fn stood_still(&self) -> bool {
+        self.stood_still
+    }
+
     /// How often the program was reset by a request (§3.12, §3.19).
     pub const fn resets(&self) -> u32 {
         self.resets
@@ -198,7 +205,8 @@ impl Sim {
     /// One step of 10 ms. While the flash is being written or erased the program stands still.
     pub fn tick(&mut self) {
         self.world.advance(STEP_MS);
-        if self.powered && !self.world.is_stalled() {
+        self.stood_still = !self.powered || self.world.is_stalled();
+        if !self.stood_still {
             self.run();
         }
         if self.now_ms().is_multiple_of(TRACE_MS) && self.trace.is_some() {
@@ -244,6 +252,11 @@ impl Sim {
             return Vec::new();
         }
         self.wait_for_flash();
+        self.handle(source, payload)
+    }
+
+    /// The program's answer at this very moment, whatever the flash is at.
+    pub(crate) fn handle(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
         let mut out = [0; PAYLOAD_MAX];
         let len = self.device.handle(self.device_ms(), source, payload, &mut out);
         out[..len].to_vec()

@@ -69,8 +69,8 @@ pub struct SimArgs {
     /// Simulated time runs this many times as fast (default 1)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = simulator::speed)]
     speed: f64,
-    /// A fire: az=DEGREES,range=METRES[,size=METRES][,growth=M/S][,reignites=1]; left is positive;
-    /// lit=0 is a thing that other fires can light. May be repeated; without it nothing burns
+    /// A fire: az=DEGREES,range=METRES, and if wanted size=METRES, growth=M/S, reignites=1; left is
+    /// positive; lit=0 is a thing that other fires can light. May be repeated; without it nothing burns
     #[arg(long, value_name = "FIRE", value_parser = simulator::fire)]
     fire: Vec<FireSpec>,
     #[command(flatten)]

@@ -17,9 +17,6 @@ use super::{Output, Told};
 use crate::fault::{Fault, SingleFault};
 use crate::world::STEP_MS;
 
-/// A lockout that was accepted this long before a power cut is stored for certain.
-const STORED_MS: u64 = 2 * STEP_MS;
-
 /// Whether the monitor is locked out, as far as the ledger can know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lock {
@@ -91,7 +88,10 @@ pub struct Ledger {
     pub powered_ms: u64,
     /// Whether it is locked out.
     pub lock: Lock,
-    locked_ms: u64,
+    /// Since it was last changed, everything that the monitor had to store has been stored.
+    lock_is_stored: bool,
+    /// When the program has last looked at its inputs.
+    sensed_ms: u64,
     /// Waiting for a reset since.
     pub restart_ms: Option<u64>,
     /// The Move in force, by [`Axis`].
@@ -132,7 +132,8 @@ impl Ledger {
             now_ms,
             powered_ms: now_ms,
             lock: Lock::Off,
-            locked_ms: now_ms,
+            lock_is_stored: true,
+            sensed_ms: now_ms,
             restart_ms: None,
             moves: [None; AXES],
             starts: Vec::new(),
@@ -157,13 +158,10 @@ impl Ledger {
     }
 
     pub(super) fn powered_up(&mut self, now_ms: u64, memory_is_sound: bool) {
-        let sure = self.memory_is_sound
-            && memory_is_sound
-            && (self.restart_ms.is_some() || self.now_ms >= self.locked_ms + STORED_MS);
+        let sure = self.memory_is_sound && memory_is_sound && self.lock_is_stored;
         let lock = if sure { self.lock } else { Lock::Unknown };
         *self = Self {
             lock,
-            locked_ms: self.locked_ms,
             memory_is_sound,
             past_limits: self.past_limits,
             move_timeout_ms: self.move_timeout_ms,
@@ -271,9 +269,9 @@ impl Ledger {
             Body::SwitchLimits { new_state } => self.switch_limits(by, *new_state),
             Body::Lockout { key: key::ENABLE } => {
                 self.close_everything(asked);
-                (self.lock, self.locked_ms) = (Lock::On, self.now_ms);
+                (self.lock, self.lock_is_stored) = (Lock::On, false);
             }
-            Body::Lockout { .. } => (self.lock, self.locked_ms) = (Lock::Off, self.now_ms),
+            Body::Lockout { .. } => (self.lock, self.lock_is_stored) = (Lock::Off, false),
             Body::Restart | Body::CleanFlash { .. } => {
                 self.close_everything(asked);
                 self.restart_ms = Some(self.now_ms);
@@ -420,6 +418,7 @@ impl Ledger {
         }
         self.follow_currents(view);
         self.follow_faults(view);
+        self.sensed_ms = view.now_ms;
     }
 
     /// What is asked for while the outputs are still inert may be done afterwards.
@@ -437,18 +436,19 @@ impl Ledger {
     }
 
     fn follow_currents(&mut self, view: &View<'_>) {
+        let passed_ms = view.now_ms - self.sensed_ms;
         for axis in Axis::ALL {
             let max = view.params.drive(axis, DriveParam::MaxCurrent);
             let over = i32::from(view.inputs.drives[axis as usize].current_da) > max;
             let ms = &mut self.over_ms[axis as usize];
-            *ms = if over { *ms + STEP_MS } else { 0 };
+            *ms = if over { *ms + passed_ms } else { 0 };
         }
         for valve in ValveNo::ALL {
             let max = Param::of_valve(valve.id(), ValveParam::MaxCurrent)
                 .map_or(0, |param| view.params.get(param));
             let over = i32::from(view.inputs.valves[valve as usize].current_da) > max;
             let ms = &mut self.valve_over_ms[valve as usize];
-            *ms = if over { *ms + STEP_MS } else { 0 };
+            *ms = if over { *ms + passed_ms } else { 0 };
         }
     }
 
@@ -507,6 +507,7 @@ impl Ledger {
     /// Drops what the step has used up: programs that say that they have ended.
     pub(super) fn forget(&mut self, view: &View<'_>) {
         self.told = view.told;
+        self.lock_is_stored |= view.params.is_stored();
         // A memory that cannot be erased ends the wait for the reset (§3.19).
         if view.told.general & GeneralFlags::RESTARTING.bits() == 0 {
             self.restart_ms = None;

@@ -78,7 +78,22 @@ impl Attribution {
         self.outputs = Outputs::default();
     }
 
-    /// Looks at the monitor after a step.
+    /// Looks at the monitor after a step in which its program stood still: it can have seen and
+    /// done nothing.
+    pub fn stand_still(&self, view: &View<'_>) -> Vec<Violation> {
+        let changed = |output: &Output| output.value(&self.outputs) != output.value(view.outputs);
+        let violation = |output: Output| Violation {
+            at_ms: view.now_ms,
+            unexplained: true,
+            text: Bilingual {
+                en: format!("{} changed while the program stood still", output.name()),
+                ru: format!("{}: изменение при остановленной программе", output.name()),
+            },
+        };
+        Output::all().filter(changed).map(violation).collect()
+    }
+
+    /// Looks at the monitor after a step of its program.
     pub fn check(&mut self, view: &View<'_>) -> Vec<Violation> {
         let mut found = Vec::new();
         self.ledger.sense(view);

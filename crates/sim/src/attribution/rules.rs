@@ -3,7 +3,7 @@
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{Axis, Place, Unit, ValveNo, ValveOutput};
-use lafet_proto::flags::{ControlFlags, DriveFlags, ValveFlags};
+use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 
@@ -167,7 +167,7 @@ fn drive_rule(
     let max_current = view.params.drive(axis, DriveParam::MaxCurrent);
     let upwards = step.before > 0;
     let condition = match rule {
-        Rule::Inert => is_settling(ledger, view),
+        Rule::Inert => is_inert(ledger, view),
         Rule::Lockout => ledger.lock == Lock::On,
         Rule::NotDeployed => axis != Axis::Deployer && !is_working(ledger, view),
         Rule::Water => axis == Axis::Deployer && is_wet(view),
@@ -220,8 +220,11 @@ fn drive_rule(
     holds(condition, "the condition of the rule does not hold", "условие правила не выполнено")
 }
 
-fn is_settling(ledger: &Ledger, view: &View<'_>) -> bool {
-    view.now_ms < ledger.powered_ms + u64::from(SETTLE_MS)
+/// Until the sensors have settled; and before the erase after which there should have been a reset,
+/// had it not failed (§3.19).
+fn is_inert(ledger: &Ledger, view: &View<'_>) -> bool {
+    let waits = view.told.general & GeneralFlags::RESTARTING.bits() != 0;
+    view.now_ms < ledger.powered_ms + u64::from(SETTLE_MS) || ledger.restart_ms.is_some() && !waits
 }
 
 /// The sensors say deployed, and nothing folds.
@@ -361,7 +364,7 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
     let opened = step.before > 0 || asked(ValveOutput::Opening);
     let closed = step.before < 0 || asked(ValveOutput::Closing);
     match rule {
-        Rule::Inert => is_settling(ledger, view),
+        Rule::Inert => is_inert(ledger, view),
         Rule::Lockout => opened && ledger.lock == Lock::On,
         Rule::NotDeployed => opened && !is_working(ledger, view),
         Rule::Blocked => opened && input.blocked,
@@ -405,7 +408,7 @@ fn heater(ledger: &Ledger, view: &View<'_>, step: &Step, place: Place) -> Result
         (Cause::Rule(Rule::Warm), _) => temperature.is_some_and(|value| value > off_above),
         (Cause::Rule(Rule::NoTemperature), _) => temperature.is_none(),
         (Cause::Rule(Rule::HeaterFault), _) => input.heater_fault,
-        (Cause::Rule(Rule::Inert), _) => is_settling(ledger, view),
+        (Cause::Rule(Rule::Inert), _) => is_inert(ledger, view),
         _ => return no("heaters follow rules alone", "подогрев подчиняется только правилам"),
     };
     holds(condition, "the condition of the rule does not hold", "условие правила не выполнено")

@@ -28,7 +28,8 @@ pub struct Told {
 }
 
 impl Told {
-    /// Asks for the state of everything, as a client would.
+    /// Asks for the state of everything, as a client would, but without a moment's wait: also
+    /// while the flash is busy.
     pub fn ask(sim: &mut Sim) -> Self {
         let mut told = Self::default();
         let mut buffer = [0; 8];
@@ -37,7 +38,7 @@ impl Told {
             return told;
         }
         // A poll is no attempt to control, so the interface does not matter (§3.3.9).
-        let bytes = sim.request(Source::ExternalConn, writer.written());
+        let bytes = sim.handle(Source::ExternalConn, writer.written());
         for record in Records::new(&bytes).flatten() {
             let Ok(answer) = Answer::decode(&record) else { continue };
             match answer.data {

@@ -149,6 +149,7 @@ impl<'l> Watched<'l> {
 
     /// Delivers records; they must be answered with whole records.
     pub fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
+        self.wait_for_flash();
         let answer = self.sim.request(source, payload);
         self.delivered(source, payload, &answer);
         answer
@@ -166,6 +167,7 @@ impl<'l> Watched<'l> {
         let Some(len) = encode_with(check, &frame, &mut wire) else { return };
         self.log.note(self.sim.now_ms(), &Entry::Garbage { len: garbage.len() });
         self.tally.see(Seen::Garbage);
+        self.wait_for_flash();
         let bytes = [garbage, &wire[..len], &wire[..len]].concat();
         let answered = self.sim.receive(&mut self.port, &bytes);
         let mut decoder: Decoder = Decoder::new();
@@ -182,6 +184,14 @@ impl<'l> Watched<'l> {
         }
         if frames == 0 {
             self.fail("a frame behind garbage is not answered", "кадр после помех без ответа");
+        }
+    }
+
+    /// What comes while the flash is busy is looked at afterwards; the time until then is under
+    /// watch as any other.
+    fn wait_for_flash(&mut self) {
+        while self.sim.world().stays_stalled() {
+            self.tick();
         }
     }
 
@@ -218,7 +228,11 @@ impl<'l> Watched<'l> {
             self.tally.see(Seen::ClockWrap);
         }
         self.told = Told::ask(&mut self.sim);
-        let violations = self.attribution.check(&View::of(&self.sim, self.told));
+        let view = View::of(&self.sim, self.told);
+        let violations = match self.sim.stood_still() {
+            true => self.attribution.stand_still(&view),
+            false => self.attribution.check(&view),
+        };
         self.note_outputs();
         self.note_world();
         for violation in violations {

@@ -88,8 +88,10 @@ pub struct Ledger {
     pub powered_ms: u64,
     /// Whether it is locked out.
     pub lock: Lock,
-    /// Since it was last changed, everything that the monitor had to store has been stored.
+    /// It survives a power cut: all that the monitor had to store is in the flash.
     lock_is_stored: bool,
+    /// All has been given to the flash, which may be at it still.
+    lock_is_written: bool,
     /// When the program has last looked at its inputs.
     sensed_ms: u64,
     /// Waiting for a reset since.
@@ -133,6 +135,7 @@ impl Ledger {
             powered_ms: now_ms,
             lock: Lock::Off,
             lock_is_stored: true,
+            lock_is_written: true,
             sensed_ms: now_ms,
             restart_ms: None,
             moves: [None; AXES],
@@ -269,13 +272,34 @@ impl Ledger {
             Body::SwitchLimits { new_state } => self.switch_limits(by, *new_state),
             Body::Lockout { key: key::ENABLE } => {
                 self.close_everything(asked);
-                (self.lock, self.lock_is_stored) = (Lock::On, false);
+                self.set_lock(Lock::On);
             }
-            Body::Lockout { .. } => (self.lock, self.lock_is_stored) = (Lock::Off, false),
+            Body::Lockout { .. } => self.set_lock(Lock::Off),
+            Body::SetParam { id, values } => {
+                if let Some(param) = Param::find(by, *id) {
+                    self.set_time(param, values.iter().next().unwrap_or(0).unsigned_abs());
+                }
+            }
             Body::Restart | Body::CleanFlash { .. } => {
                 self.close_everything(asked);
                 self.restart_ms = Some(self.now_ms);
             }
+            _ => {}
+        }
+    }
+
+    fn set_lock(&mut self, lock: Lock) {
+        self.lock = lock;
+        (self.lock_is_stored, self.lock_is_written) = (false, false);
+    }
+
+    /// What the requests behind this one, in the same step too, will be judged by.
+    fn set_time(&mut self, param: Param, ms: u32) {
+        match param {
+            Param::GeneralMoveTimeout => self.move_timeout_ms = ms,
+            Param::DeployerTravelTime => self.deployer_travel_ms = ms,
+            Param::Valve1TravelTime => self.valve_travel_ms[0] = ms,
+            Param::Valve2TravelTime => self.valve_travel_ms[1] = ms,
             _ => {}
         }
     }
@@ -389,6 +413,8 @@ impl Ledger {
     /// Takes over what is sensed in this step, before it is judged.
     pub(super) fn sense(&mut self, view: &View<'_>) {
         self.now_ms = view.now_ms;
+        // The program runs on when the flash has done its work.
+        self.lock_is_stored |= self.lock_is_written;
         if self.lock == Lock::Unknown {
             let locked = view.told.general & GeneralFlags::LOCKED_OUT.bits() != 0;
             self.lock = if locked { Lock::On } else { Lock::Off };
@@ -507,7 +533,7 @@ impl Ledger {
     /// Drops what the step has used up: programs that say that they have ended.
     pub(super) fn forget(&mut self, view: &View<'_>) {
         self.told = view.told;
-        self.lock_is_stored |= view.params.is_stored();
+        self.lock_is_written |= view.params.is_stored();
         // A memory that cannot be erased ends the wait for the reset (§3.19).
         if view.told.general & GeneralFlags::RESTARTING.bits() == 0 {
             self.restart_ms = None;
@@ -531,10 +557,15 @@ impl Ledger {
                 self.past_limits[axis as usize] = [last_min, last_max, min, max];
             }
         }
-        let get = |param| view.params.get(param).unsigned_abs();
-        self.move_timeout_ms = get(Param::GeneralMoveTimeout);
-        self.deployer_travel_ms = get(Param::DeployerTravelTime);
-        self.valve_travel_ms = [get(Param::Valve1TravelTime), get(Param::Valve2TravelTime)];
+        const TIMES: [Param; 4] = [
+            Param::GeneralMoveTimeout,
+            Param::DeployerTravelTime,
+            Param::Valve1TravelTime,
+            Param::Valve2TravelTime,
+        ];
+        for param in TIMES {
+            self.set_time(param, view.params.get(param).unsigned_abs());
+        }
     }
 
     /// Whether such a program was started and has not been stopped.

@@ -90,6 +90,29 @@ pub struct TrajectoryArgs {
     follow: bool,
 }
 
+impl QuenchArgs {
+    /// A stored program around its own centre.
+    pub const fn stored(program: i16, follow: bool) -> Self {
+        Self {
+            program: Some(program),
+            centre: None,
+            sector: None,
+            step: None,
+            nozzle: None,
+            distance: None,
+            corrections: None,
+            follow,
+        }
+    }
+}
+
+impl TrajectoryArgs {
+    /// A stored trajectory.
+    pub fn stored(number: u8, ballistics: bool, repeat: bool, follow: bool) -> Self {
+        Self { point: Vec::new(), stored: vec![number], ballistics, repeat, follow }
+    }
+}
+
 /// Starts extinguishing a sector.
 pub async fn run_quench(args: QuenchArgs, global: &Global, out: &mut Out) -> Outcome {
     let bytes: Vec<u8> =
@@ -208,7 +231,8 @@ fn progress(states: &States, bits: u32) -> String {
     format!("{} {}  {water}  {flags}", aim[0], aim[1])
 }
 
-fn point(text: &str) -> Result<TrajectoryPoint, String> {
+/// Reads a point of a path.
+pub fn point(text: &str) -> Result<TrajectoryPoint, String> {
     let parts: Vec<&str> = text.split(',').collect();
     let wrong = || {
         pick(

@@ -87,6 +87,9 @@ pub enum Command {
     Quench(cmd::quench::QuenchArgs),
     /// Extinguish along a path
     Trajectory(cmd::quench::TrajectoryArgs),
+    /// Show, store, clear or run the programs and trajectories that the monitor keeps
+    #[command(subcommand)]
+    Program(cmd::program::ProgramCommand),
     /// Fit the ballistics to the jet, and fill the correction table
     Calibrate(cmd::calibrate::CalibrateArgs),
     /// Show the limits of motion, or switch them

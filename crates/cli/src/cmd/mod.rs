@@ -11,6 +11,7 @@ pub mod life;
 pub mod limits;
 pub mod motion;
 pub mod param;
+pub mod program;
 pub mod quench;
 pub mod record;
 pub mod replay;

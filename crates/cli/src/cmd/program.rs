@@ -45,9 +45,10 @@ pub enum ProgramCommand {
                       lafet -c tcp://127.0.0.1:10485 program run 0 --trajectory --ballistics"
     )]
     Run(RunArgs),
-    /// Delete one
-    #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program delete 3")]
-    Delete(WhichArgs),
+    /// Clear one
+    #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program clear 3\n  \
+                            lafet -c tcp://127.0.0.1:10485 program clear 0 --trajectory")]
+    Clear(WhichArgs),
 }
 
 /// Which program or trajectory.
@@ -68,12 +69,7 @@ pub struct SetArgs {
     #[arg(value_name = "N", value_parser = number)]
     number: u8,
     /// Centre of the sector: horizontal,vertical (1800,-120 or 30deg,-2deg)
-    #[arg(
-        long,
-        value_name = "H,V",
-        allow_hyphen_values = true,
-        required_unless_present = "point"
-    )]
+    #[arg(long, value_name = "H,V", allow_hyphen_values = true, required_unless_present = "point")]
     centre: Option<Pair>,
     /// Width,height of the sector (default 0,0)
     #[arg(long, value_name = "W,H")]
@@ -125,7 +121,7 @@ fn number(text: &str) -> Result<u8, String> {
     }
 }
 
-/// Lists, shows, stores, runs or deletes.
+/// Lists, shows, stores, clears or runs.
 pub async fn run(command: ProgramCommand, global: &Global, out: &mut Out) -> Outcome {
     match command {
         ProgramCommand::List => list(global, out).await,
@@ -139,14 +135,16 @@ pub async fn run(command: ProgramCommand, global: &Global, out: &mut Out) -> Out
         ProgramCommand::Run(args) => {
             run_quench(QuenchArgs::stored(args.number.into(), args.follow), global, out).await
         }
-        ProgramCommand::Delete(args) => delete(&args, global, out).await,
+        ProgramCommand::Clear(args) => clear(&args, global, out).await,
     }
 }
 
 async fn list(global: &Global, out: &mut Out) -> Outcome {
     let connection = Connection::open(global).await?;
-    let all: Vec<Stored> =
-        [false, true].into_iter().flat_map(|t| (0..COUNT).map(move |n| Stored::new(n, t))).collect();
+    let all: Vec<Stored> = [false, true]
+        .into_iter()
+        .flat_map(|t| (0..COUNT).map(move |n| Stored::new(n, t)))
+        .collect();
     let params: Vec<Param> = all.iter().filter_map(Stored::param).collect();
     let mut rows = Vec::new();
     let mut objects = Vec::new();
@@ -184,7 +182,7 @@ fn of_point(point: &TrajectoryPoint) -> [i32; 4] {
     [horizontal.into(), vertical.into(), distance.into(), dwell.into()]
 }
 
-async fn delete(args: &WhichArgs, global: &Global, out: &mut Out) -> Outcome {
+async fn clear(args: &WhichArgs, global: &Global, out: &mut Out) -> Outcome {
     // A program has always seven values; unset it is zero.
     let values: &[i32] = if args.trajectory { &[] } else { &[0; 7] };
     store(Stored::new(args.number, args.trajectory), values, global, out).await

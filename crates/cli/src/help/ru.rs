@@ -42,6 +42,7 @@ pub const VALUE_NAMES: &[(&str, &str)] = &[
     ("LIST", "СПИСОК"),
     ("METRES", "МЕТРЫ"),
     ("MM", "ММ"),
+    ("N", "N"),
     ("NAME", "ИМЯ"),
     ("P,DEG,M", "АТМ,ГРАД,М"),
     ("POSITION", "ПОЛОЖЕНИЕ"),
@@ -66,6 +67,8 @@ const FIRE: &str =
     "Очаг: az=ГРАДУСЫ,range=МЕТРЫ[,size=МЕТРЫ]; влево — положительно. Можно повторять";
 const SEED: &str = "От этого числа зависит всё случайное (по умолчанию 7)";
 const PARAM_NAME: &str = "Имя из словаря, любое другое имя или число вида 0x23fe";
+const PROGRAM_NUMBER: &str = "Номер от 0 до 7";
+const PROGRAM_TRAJECTORY: &str = "Траектория с этим номером, а не программа";
 
 /// All texts.
 pub const TEXTS: &[(&str, &str)] = &[
@@ -232,6 +235,39 @@ pub const TEXTS: &[(&str, &str)] = &[
     ("trajectory.ballistics", "Поправлять возвышение на падение струи"),
     ("trajectory.repeat", "После последней точки начать сначала"),
     ("trajectory.follow", FOLLOW),
+    ("program", "Показать, записать, очистить или исполнить программы и траектории ствола"),
+    ("program list", "Перечислить записанные программы и траектории"),
+    ("program show", "Показать одну"),
+    ("program show.number", PROGRAM_NUMBER),
+    ("program show.trajectory", PROGRAM_TRAJECTORY),
+    ("program set", "Записать одну"),
+    ("program set.number", PROGRAM_NUMBER),
+    ("program set.centre", "Центр сектора: горизонталь,вертикаль (1800,-120 или 30deg,-2deg)"),
+    ("program set.sector", "Ширина,высота сектора (по умолчанию 0,0)"),
+    (
+        "program set.step",
+        "Градусов между строками сканирования; 0 — наводка в центр (по умолчанию 0)",
+    ),
+    ("program set.nozzle", "Положение насадка, мм; 60 — самая узкая струя (по умолчанию 60)"),
+    (
+        "program set.distance",
+        "Расстояние до очага, м; возвышение поправляется на него, 0 — прямая наводка (по \
+         умолчанию 0)",
+    ),
+    (
+        "program set.point",
+        "Записать траекторию: её точка — горизонталь,вертикаль,метры,десятые доли секунды; \
+         повторяйте",
+    ),
+    ("program run", "Тушить по одной из них"),
+    ("program run.number", PROGRAM_NUMBER),
+    ("program run.trajectory", PROGRAM_TRAJECTORY),
+    ("program run.ballistics", "Поправлять возвышение на падение струи"),
+    ("program run.repeat", "После последней точки начать сначала"),
+    ("program run.follow", FOLLOW),
+    ("program clear", "Очистить одну"),
+    ("program clear.number", PROGRAM_NUMBER),
+    ("program clear.trajectory", PROGRAM_TRAJECTORY),
     ("calibrate", "Подогнать баллистику к струе и заполнить таблицу коррекции"),
     (
         "calibrate.shot",

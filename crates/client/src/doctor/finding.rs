@@ -1,0 +1,244 @@
+//! What the evidence means.
+
+use lafet_proto::bus;
+
+use super::{Evidence, Exchange};
+use crate::error::Lang;
+use crate::url::{Echo, Endpoint, Framing};
+
+/// Share of printable bytes that makes a text, in percent.
+const TEXT_PERCENT: usize = 80;
+/// The fewest bytes that can be called a text.
+const TEXT_MIN: usize = 6;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// It is as it should be.
+    Good,
+    /// It works, not well.
+    Warning,
+    /// It cannot work.
+    Fault,
+}
+
+/// Something that is so with a link.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Finding {
+    /// The monitor answers, and everything that was sent came back.
+    Well,
+    /// The link cannot be opened, or was lost.
+    NoLink,
+    /// Nothing is heard at all.
+    Nothing,
+    /// The line hears what we send.
+    Echo {
+        /// The URL says so (`echo=`).
+        told: bool,
+    },
+    /// The URL promises an echo, and none came.
+    NoEcho,
+    /// What comes is no frame: the speed is wrong.
+    WrongSpeed {
+        /// The speed at which the monitor answers.
+        answers_at: Option<u32>,
+    },
+    /// Bytes that belong to nobody, or frames that come broken.
+    Noise,
+    /// Requests or answers are lost, and nothing else is heard.
+    Loss,
+    /// Somebody else speaks unasked.
+    OtherSpeakers {
+        /// Their addresses.
+        addresses: Vec<u8>,
+    },
+    /// Somebody else speaks from the address that is ours.
+    OurAddressTaken,
+    /// The monitor's address is silent, others answer.
+    WrongAddress {
+        /// Who answers.
+        others: Vec<u8>,
+    },
+    /// Two devices answer at the monitor's address.
+    TwoWithOneAddress,
+    /// The monitor accepts frames with a CRC-32C only (§L/7).
+    Crc32cOnly,
+    /// It speaks bare records, not link frames, or the other way round (§C/3).
+    OtherFraming,
+    /// Who answers speaks another protocol.
+    OtherProtocol {
+        /// What it says.
+        text: String,
+    },
+}
+
+/// Everything that the evidence shows; the worst first.
+pub fn findings(evidence: &Evidence) -> Vec<Finding> {
+    let mut all = Vec::new();
+    if evidence.lost.is_some() {
+        all.push(Finding::NoLink);
+    }
+    silence(evidence, &mut all);
+    speakers(evidence, &mut all);
+    echo(evidence, &mut all);
+    quality(evidence, &mut all);
+    if evidence.doubled {
+        all.push(Finding::TwoWithOneAddress);
+    }
+    let bad = |finding: &Finding| finding.severity() > Severity::Good;
+    if evidence.is_answered() && !all.iter().any(bad) {
+        all.insert(0, Finding::Well);
+    }
+    all.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
+    all
+}
+
+impl Finding {
+    /// How bad it is.
+    pub const fn severity(&self) -> Severity {
+        match self {
+            Self::Well | Self::Echo { told: true } => Severity::Good,
+            Self::Crc32cOnly | Self::Noise | Self::Loss | Self::NoEcho => Severity::Warning,
+            Self::Echo { told: false } => Severity::Warning,
+            _ => Severity::Fault,
+        }
+    }
+
+    /// A name for programs.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Well => "well",
+            Self::NoLink => "no-link",
+            Self::Nothing => "nothing",
+            Self::Echo { .. } => "echo",
+            Self::NoEcho => "no-echo",
+            Self::WrongSpeed { .. } => "wrong-speed",
+            Self::Noise => "noise",
+            Self::Loss => "loss",
+            Self::OtherSpeakers { .. } => "other-speakers",
+            Self::OurAddressTaken => "our-address-taken",
+            Self::WrongAddress { .. } => "wrong-address",
+            Self::TwoWithOneAddress => "two-with-one-address",
+            Self::Crc32cOnly => "crc32c-only",
+            Self::OtherFraming => "other-framing",
+            Self::OtherProtocol { .. } => "other-protocol",
+        }
+    }
+
+    /// What was seen.
+    pub fn seen(&self, evidence: &Evidence, lang: Lang) -> String {
+        super::texts::seen(self, evidence, lang)
+    }
+
+    /// What to do about it.
+    pub fn remedy(&self, evidence: &Evidence, lang: Lang) -> String {
+        super::texts::remedy(self, evidence, lang)
+    }
+}
+
+/// Why the monitor does not answer.
+fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
+    if evidence.crc32c_only {
+        all.push(Finding::Crc32cOnly);
+    }
+    if evidence.is_answered() || evidence.lost.is_some() {
+        return;
+    }
+    let Evidence { quiet, probed, .. } = evidence;
+    let speed = evidence.speeds.iter().find(|speed| speed.answered);
+    let sample = if quiet.is_garbage() { &quiet.sample } else { &probed.sample };
+    let garbage = quiet.is_garbage() || probed.is_garbage();
+    let text = garbage.then(|| printable(sample)).flatten();
+    all.push(if evidence.other_framing {
+        Finding::OtherFraming
+    } else if !evidence.others.is_empty() {
+        Finding::WrongAddress { others: evidence.others.clone() }
+    } else if let Some(speed) = speed {
+        Finding::WrongSpeed { answers_at: Some(speed.baud) }
+    } else if let Some(text) = text {
+        Finding::OtherProtocol { text }
+    } else if probed.is_garbage() && !quiet.is_garbage() {
+        Finding::WrongSpeed { answers_at: None }
+    } else if quiet.is_garbage() {
+        // Heard before and after: from others at another speed, or from nobody.
+        match evidence.endpoint {
+            Endpoint::Serial { .. } if frames_elsewhere(evidence).is_some() => {
+                Finding::WrongSpeed { answers_at: frames_elsewhere(evidence) }
+            }
+            _ => Finding::Noise,
+        }
+    } else {
+        Finding::Nothing
+    });
+}
+
+/// A speed at which others are understood.
+fn frames_elsewhere(evidence: &Evidence) -> Option<u32> {
+    evidence.speeds.iter().find(|speed| !speed.heard.frames.is_empty()).map(|speed| speed.baud)
+}
+
+fn speakers(evidence: &Evidence, all: &mut Vec<Finding>) {
+    let own = evidence.endpoint.addresses();
+    let exchange = evidence.exchange.iter().map(|exchange| &exchange.heard);
+    let heard = [&evidence.quiet, &evidence.probed].into_iter().chain(exchange);
+    let mut addresses = Vec::new();
+    for frame in heard.flat_map(|heard| &heard.frames) {
+        // Who answers a stranger was asked by that stranger.
+        let speaker = if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };
+        if speaker != own.source && !addresses.contains(&speaker) {
+            addresses.push(speaker);
+        }
+    }
+    addresses.sort_unstable();
+    if !addresses.is_empty() {
+        all.push(Finding::OtherSpeakers { addresses });
+    }
+    let before_us = &evidence.quiet.frames;
+    if before_us.iter().any(|frame| frame.src == own.source || frame.dst == own.source) {
+        all.push(Finding::OurAddressTaken);
+    }
+}
+
+fn echo(evidence: &Evidence, all: &mut Vec<Finding>) {
+    let asked = evidence.exchange.as_ref().map_or(0, |exchange| exchange.heard.echoes);
+    let echoes = evidence.probed.echoes + asked;
+    let told = match &evidence.endpoint {
+        Endpoint::Serial { line, .. } => line.echo != Echo::Off,
+        _ => false,
+    };
+    if echoes > 0 {
+        all.push(Finding::Echo { told });
+    } else if told && evidence.is_answered() {
+        all.push(Finding::NoEcho);
+    }
+}
+
+/// How good a link is on which the monitor answers.
+fn quality(evidence: &Evidence, all: &mut Vec<Finding>) {
+    if !evidence.is_answered() || evidence.endpoint.framing() == Framing::Records {
+        return;
+    }
+    let nothing = Exchange::default();
+    let exchange = evidence.exchange.as_ref().unwrap_or(&nothing);
+    let heard = [&evidence.quiet, &evidence.probed, &exchange.heard];
+    let spoiled = heard.iter().any(|heard| heard.broken > 0 || heard.stray_bytes > 0);
+    let lost = exchange.answered < exchange.sent
+        || !evidence.crc32c_only && evidence.answered < evidence.probes;
+    if spoiled {
+        all.push(Finding::Noise);
+    } else if lost {
+        all.push(Finding::Loss);
+    }
+}
+
+/// The first line of what looks like a text.
+fn printable(sample: &[u8]) -> Option<String> {
+    let is_text = |byte: &&u8| (b' '..=b'~').contains(*byte) || matches!(**byte, b'\r' | b'\n');
+    let count = sample.iter().filter(is_text).count();
+    if sample.len() < TEXT_MIN || count * 100 < sample.len() * TEXT_PERCENT {
+        return None;
+    }
+    let text: String = sample.iter().filter(is_text).map(|byte| char::from(*byte)).collect();
+    text.lines().map(str::trim).find(|line| !line.is_empty()).map(str::to_owned)
+}

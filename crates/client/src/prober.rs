@@ -1,0 +1,166 @@
+//! A link without a session: probes are sent, and everything that is heard is kept.
+//!
+//! A client believes only what it asked for. Who wants to know what is on a line, or what is wrong
+//! with it, needs the rest too.
+
+use std::io;
+use std::time::Duration;
+
+use lafet_proto::link::{Check, Counters, Decoder, Frame, WIRE_MAX, encode_with};
+use tokio::time::{Instant, timeout};
+
+use crate::transport::Link;
+
+/// Frames and bytes that one look keeps; more are counted only.
+const FRAMES_MAX: usize = 256;
+const SAMPLE_MAX: usize = 64;
+
+/// A frame that was heard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HeardFrame {
+    /// Receiver.
+    pub dst: u8,
+    /// Sender.
+    pub src: u8,
+    /// Its records; empty in a presence probe and in the answer to one.
+    pub payload: Vec<u8>,
+    /// How it was checked.
+    pub check: Check,
+    /// How long after the beginning of the look it was complete.
+    pub after: Duration,
+}
+
+/// What was heard in a while.
+#[derive(Clone, Debug, Default)]
+pub struct Heard {
+    /// Bytes.
+    pub bytes: usize,
+    /// The first of them.
+    pub sample: Vec<u8>,
+    /// Frames without errors.
+    pub frames: Vec<HeardFrame>,
+    /// Frames that were dropped: wrong CRC, wrong escape, too long or without an end.
+    pub broken: u64,
+    /// Bytes that belong to no good frame.
+    pub stray_bytes: u64,
+    /// Frames that are what we have sent.
+    pub echoes: usize,
+}
+
+impl Heard {
+    /// Something came, and nothing of it could be read.
+    pub fn is_garbage(&self) -> bool {
+        self.bytes > 0 && self.frames.is_empty() && self.echoes == 0
+    }
+
+    /// Frames with this sender and receiver.
+    pub fn from(&self, src: u8, dst: u8) -> impl Iterator<Item = &HeardFrame> {
+        self.frames.iter().filter(move |frame| (frame.src, frame.dst) == (src, dst))
+    }
+
+    /// Adds what was heard later.
+    pub fn add(&mut self, later: Self) {
+        self.bytes += later.bytes;
+        let room = SAMPLE_MAX.saturating_sub(self.sample.len());
+        self.sample.extend(later.sample.into_iter().take(room));
+        let room = FRAMES_MAX.saturating_sub(self.frames.len());
+        self.frames.extend(later.frames.into_iter().take(room));
+        self.broken += later.broken;
+        self.stray_bytes += later.stray_bytes;
+        self.echoes += later.echoes;
+    }
+}
+
+/// Sends single frames over a link and hears what comes.
+pub struct Prober {
+    link: Link,
+    source: u8,
+    decoder: Box<Decoder>,
+    sent: Option<HeardFrame>,
+}
+
+impl Prober {
+    /// Speaks as `source`.
+    pub fn new(link: Link, source: u8) -> Self {
+        Self { link, source, decoder: Box::new(Decoder::new()), sent: None }
+    }
+
+    /// Hears for a while.
+    pub async fn listen(&mut self, time: Duration) -> io::Result<Heard> {
+        self.hear(time, |_| false).await
+    }
+
+    /// Sends a frame (a presence probe when `payload` is empty), and hears until its receiver has
+    /// answered, or for `time`.
+    pub async fn ask(
+        &mut self,
+        dst: u8,
+        payload: &[u8],
+        check: Check,
+        time: Duration,
+    ) -> io::Result<Heard> {
+        let src = self.source;
+        let mut wire = [0; WIRE_MAX];
+        let frame = Frame { dst, src, payload };
+        let len = encode_with(check, &frame, &mut wire).ok_or(io::ErrorKind::InvalidInput)?;
+        let payload = payload.to_vec();
+        self.sent = Some(HeardFrame { dst, src, payload, check, after: Duration::ZERO });
+        self.link.send(wire.get(..len).unwrap_or_default()).await?;
+        self.hear(time, |frame| (frame.src, frame.dst) == (dst, src)).await
+    }
+
+    /// Sends bytes as they are, and hears for `time`.
+    pub async fn say(&mut self, bytes: &[u8], time: Duration) -> io::Result<Heard> {
+        self.sent = None;
+        self.link.send(bytes).await?;
+        self.listen(time).await
+    }
+
+    async fn hear(
+        &mut self,
+        time: Duration,
+        enough: impl Fn(&HeardFrame) -> bool,
+    ) -> io::Result<Heard> {
+        let start = Instant::now();
+        let before = *self.decoder.counters();
+        let mut heard = Heard::default();
+        let mut buffer = [0; 2 * WIRE_MAX];
+        let mut done = false;
+        while !done {
+            let left = time.saturating_sub(start.elapsed());
+            let Ok(read) = timeout(left, self.link.recv(&mut buffer)).await else { break };
+            let bytes = buffer.get(..read?).unwrap_or_default();
+            heard.bytes += bytes.len();
+            let room = SAMPLE_MAX.saturating_sub(heard.sample.len());
+            heard.sample.extend(bytes.iter().take(room));
+            if self.link.is_datagram() {
+                // One datagram = one frame: what is left of a broken one is not its continuation.
+                self.decoder.reset();
+            }
+            for byte in bytes {
+                let Some(Frame { dst, src, payload }) = self.decoder.push(*byte) else { continue };
+                let payload = payload.to_vec();
+                let check = self.decoder.check();
+                let frame = HeardFrame { dst, src, payload, check, after: start.elapsed() };
+                if self.sent.as_ref().is_some_and(|sent| is_same(sent, &frame)) {
+                    heard.echoes += 1;
+                    continue;
+                }
+                done |= enough(&frame);
+                if heard.frames.len() < FRAMES_MAX {
+                    heard.frames.push(frame);
+                }
+            }
+        }
+        let Counters { crc_errors, escape_errors, overruns, resyncs, bytes_skipped, .. } =
+            *self.decoder.counters();
+        let broken = |c: &Counters| c.crc_errors + c.escape_errors + c.overruns + c.resyncs;
+        heard.broken = crc_errors + escape_errors + overruns + resyncs - broken(&before);
+        heard.stray_bytes = bytes_skipped - before.bytes_skipped;
+        Ok(heard)
+    }
+}
+
+fn is_same(one: &HeardFrame, other: &HeardFrame) -> bool {
+    (one.dst, one.src, &one.payload) == (other.dst, other.src, &other.payload)
+}

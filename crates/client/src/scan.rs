@@ -1,0 +1,122 @@
+//! Who is on a line: presence probes to every address (§L/5, observed).
+
+use std::io;
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+use lafet_proto::bus;
+use lafet_proto::link::Check;
+
+use crate::prober::{Heard, Prober};
+use crate::transport::Link;
+
+/// What is looked for, and how patiently.
+#[derive(Clone, Debug)]
+pub struct ScanOptions {
+    /// The addresses that are probed.
+    pub addresses: RangeInclusive<u8>,
+    /// How long each probe may take (observed on a bus: 30 ms; a network needs more).
+    pub wait: Duration,
+    /// How often an address that is silent is probed.
+    pub tries: u32,
+}
+
+impl Default for ScanOptions {
+    fn default() -> Self {
+        let wait = Duration::from_millis(bus::PROBE_TIMEOUT_MS.into());
+        Self { addresses: bus::MONITORS, wait, tries: 2 }
+    }
+}
+
+/// A device that answers probes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Present {
+    /// Its address.
+    pub address: u8,
+    /// It answers frames with this check; Crc32c: with nothing else (§L/7).
+    pub check: Check,
+    /// How long its answer took.
+    pub rtt: Duration,
+    /// More than one device answered a probe: two have the same address.
+    pub doubled: bool,
+}
+
+/// What a scan has come to.
+#[derive(Clone, Debug, Default)]
+pub struct Scan {
+    /// Who answered, by address.
+    pub present: Vec<Present>,
+    /// Addresses that speak without being asked by us: consoles, a bus controller.
+    pub speakers: Vec<u8>,
+    /// The line hears itself.
+    pub echo: bool,
+    /// Frames that came broken.
+    pub broken: u64,
+}
+
+/// Probes one address after the other; `progress` is told which.
+///
+/// On a bus with a controller or another console nobody else may speak unasked: the answers then
+/// collide. [`Scan::speakers`] tells whether there was one.
+pub async fn scan(
+    link: Link,
+    source: u8,
+    options: &ScanOptions,
+    mut progress: impl FnMut(u8),
+) -> io::Result<Scan> {
+    let mut prober = Prober::new(link, source);
+    let mut scan = Scan::default();
+    let mut sent = [0; 256];
+    // Who has set Check = 1 is rare, so that the second round is a short one.
+    for (check, tries) in [(Check::Crc16, options.tries.max(1)), (Check::Crc32c, 1)] {
+        for address in options.addresses.clone().filter(|address| *address != source) {
+            if scan.present.iter().any(|present| present.address == address) {
+                continue;
+            }
+            progress(address);
+            for _ in 0..tries {
+                let heard = prober.ask(address, &[], check, options.wait).await?;
+                sent[usize::from(address)] += 1;
+                if scan.note(heard, source, &sent) {
+                    break;
+                }
+            }
+        }
+    }
+    // What came too late for its probe is there all the same.
+    let late = prober.listen(options.wait).await?;
+    scan.note(late, source, &sent);
+    scan.present.sort_by_key(|present| present.address);
+    Ok(scan)
+}
+
+impl Scan {
+    /// Keeps what was heard; whether somebody answered. `sent`: probes to each address.
+    fn note(&mut self, heard: Heard, source: u8, sent: &[u32; 256]) -> bool {
+        self.echo |= heard.echoes > 0;
+        self.broken += heard.broken;
+        let mut answered = false;
+        for frame in heard.frames {
+            if frame.dst != source {
+                // A device that answers somebody else was asked by somebody else.
+                let speaker =
+                    if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };
+                if speaker != source && !self.speakers.contains(&speaker) {
+                    self.speakers.push(speaker);
+                }
+                continue;
+            }
+            answered = true;
+            match self.present.iter_mut().find(|present| present.address == frame.src) {
+                Some(present) => present.doubled |= sent[usize::from(frame.src)] == 1,
+                None => self.present.push(Present {
+                    address: frame.src,
+                    check: frame.check,
+                    rtt: frame.after,
+                    doubled: false,
+                }),
+            }
+        }
+        answered
+    }
+}

@@ -59,6 +59,10 @@ pub enum Command {
     Sim(Box<cmd::sim::SimArgs>),
     /// Watch a simulated monitor find a fire and put it out
     Demo(cmd::demo::DemoArgs),
+    /// Look who is on a bus, or on a network
+    Scan(cmd::scan::ScanArgs),
+    /// Find out what is wrong with a link, and what to do
+    Doctor(cmd::doctor::DoctorArgs),
     /// Show the state of the monitor and what its flags mean
     Status(cmd::status::StatusArgs),
     /// Show the state again and again

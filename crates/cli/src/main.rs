@@ -82,6 +82,8 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Schema(args) => cmd::schema::run(&args, out),
         Command::Sim(args) => cmd::sim::run(*args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,
+        Command::Scan(args) => cmd::scan::run(args, global, out).await,
+        Command::Doctor(args) => cmd::doctor::run(args, global, out).await,
         Command::Status(args) => cmd::status::run(args, global, out).await,
         Command::Watch(args) => cmd::watch::run(args, global, out).await,
         Command::Move(args) => cmd::motion::run_move(args, global, out).await,

@@ -1,5 +1,10 @@
 //! Who is on a line: presence probes to every address (§L/5, observed).
 
+mod network;
+
+pub use network::{HOSTS_MAX, Host, Place, Told, hosts, scan_network};
+pub(crate) use network::{is_answer, question};
+
 use std::io;
 use std::ops::RangeInclusive;
 use std::time::Duration;

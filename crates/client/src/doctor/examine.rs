@@ -3,14 +3,13 @@
 use std::io;
 use std::time::Duration;
 
+use lafet_proto::bus;
 use lafet_proto::link::Check;
-use lafet_proto::record::{Records, Writer};
-use lafet_proto::request::Body;
-use lafet_proto::{Request, RequestId, SubsystemId, bus};
+use lafet_proto::record::Records;
 
 use super::{Evidence, Exchange, Speed};
 use crate::prober::{Heard, Prober};
-use crate::scan::{ScanOptions, scan};
+use crate::scan::{ScanOptions, is_answer, question, scan};
 use crate::transport::Link;
 use crate::url::{Addresses, Endpoint, Framing};
 
@@ -18,8 +17,6 @@ use crate::url::{Addresses, Endpoint, Framing};
 const PROBES: u32 = 3;
 /// Speeds in use: those of the bus (observed) and others that adapters are left at.
 const SPEEDS: [u32; 7] = [19_200, 57_600, 115_200, 9_600, 38_400, 4_800, 2_400];
-/// What a record of a request without data takes.
-const RECORD: usize = 4;
 
 /// How long, and how much.
 #[derive(Clone, Debug)]
@@ -166,19 +163,8 @@ async fn look_at_records(
 async fn bare_record(prober: &mut Prober, options: &Options) -> io::Result<(Heard, bool)> {
     let heard = prober.say(&question(), options.wait).await?;
     let mut records = Records::new(&heard.sample);
-    let answered = matches!(records.next(), Some(Ok(record))
-        if record.request == RequestId::GET_STATUS && record.device == SubsystemId::GENERAL);
+    let answered = matches!(records.next(), Some(Ok(record)) if is_answer(&record));
     Ok((heard, answered))
-}
-
-/// GetStatus General as a record.
-fn question() -> Vec<u8> {
-    let mut buffer = [0; RECORD];
-    let mut writer = Writer::new(&mut buffer);
-    match Request::new(SubsystemId::GENERAL, Body::GetStatus).encode(&mut writer) {
-        Ok(()) => writer.written().to_vec(),
-        Err(_) => Vec::new(),
-    }
 }
 
 async fn exchange(
@@ -213,7 +199,7 @@ async fn speeds(
         return Ok(());
     };
     for baud in SPEEDS.into_iter().filter(|baud| *baud != line.baud) {
-        let line = crate::url::SerialLine { baud, ..line.clone() };
+        let line = crate::url::SerialLine { baud, ..line };
         let at = Endpoint::Serial { path: path.clone(), line, addresses };
         // A port that does not know a speed is no use at it.
         let Ok(link) = dial(&at).await else { continue };

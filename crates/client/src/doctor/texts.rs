@@ -156,7 +156,7 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
             network in between, and whether somebody else uses this link."
                 .into()
         }
-        Finding::OtherSpeakers { addresses } => speakers_remedy_en(addresses, evidence),
+        Finding::OtherSpeakers { addresses } => speakers_remedy_en(addresses),
         Finding::OurAddressTaken if is_controller(evidence) => TWO_CONTROLLERS.en.into(),
         Finding::OurAddressTaken => "Give this program an address of its own (src=129…254), or \
             end the other one."
@@ -179,7 +179,7 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
     }
 }
 
-fn speakers_remedy_en(addresses: &[u8], evidence: &Evidence) -> String {
+fn speakers_remedy_en(addresses: &[u8]) -> String {
     if !addresses.contains(&bus::CONTROLLER) {
         return "Two that ask unasked disturb each other: end the other program, or put a bus \
                 controller between."
@@ -311,7 +311,7 @@ fn remedy_ru(finding: &Finding, evidence: &Evidence) -> String {
         Finding::Loss => "Ответы опаздывают или теряются: увеличьте --timeout, проверьте радио \
             или сеть на пути и не пользуется ли линией кто-то ещё."
             .into(),
-        Finding::OtherSpeakers { addresses } => speakers_remedy_ru(addresses, evidence),
+        Finding::OtherSpeakers { addresses } => speakers_remedy_ru(addresses),
         Finding::OurAddressTaken if is_controller(evidence) => TWO_CONTROLLERS.ru.into(),
         Finding::OurAddressTaken => "Дайте этой программе свой адрес (src=129…254) или завершите \
             другую."
@@ -336,7 +336,7 @@ fn remedy_ru(finding: &Finding, evidence: &Evidence) -> String {
     }
 }
 
-fn speakers_remedy_ru(addresses: &[u8], evidence: &Evidence) -> String {
+fn speakers_remedy_ru(addresses: &[u8]) -> String {
     if !addresses.contains(&bus::CONTROLLER) {
         return "Двое, спрашивающие без очереди, мешают друг другу: завершите другую программу или \
                 поставьте контроллер сети."

@@ -1,0 +1,134 @@
+//! `lafet doctor`: what is wrong with a link, and what to do.
+
+use std::io;
+use std::str::FromStr;
+use std::time::Duration;
+
+use clap::Args;
+use lafet_client::doctor::{Evidence, Finding, Options, Severity, examine, findings};
+use lafet_client::transport::Link;
+use lafet_client::{Endpoint, Error};
+use lafet_proto::SubsystemId;
+use lafet_proto::flags::Severity as FlagSeverity;
+use serde_json::{Value, json};
+
+use crate::cli::{Global, seconds};
+use crate::connect::{Connection, link, url_of};
+use crate::describe::flag_lines;
+use crate::failure::{Failure, Outcome};
+use crate::lang::{current, pick};
+use crate::out::Out;
+
+/// `lafet doctor`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet doctor serial:///dev/ttyUSB0?baud=19200\n  \
+                        lafet doctor tcp://192.168.1.50:10485?addr=3\n  \
+                        lafet -c tcp://127.0.0.1:10485 doctor --listen 10")]
+pub struct DoctorArgs {
+    /// The link that is looked at; without it that of -c
+    #[arg(value_name = "URL")]
+    url: Option<String>,
+    /// Seconds to listen before anything is asked (default 1.5)
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.5, value_parser = listen)]
+    listen: f64,
+    /// Requests that tell how many are lost (default 30)
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    requests: u32,
+}
+
+fn listen(text: &str) -> Result<f64, String> {
+    seconds(text, 0.1)
+}
+
+/// Looks at a link, and says what is seen.
+pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
+    let global = Global { connect: args.url.or_else(|| global.connect.clone()), ..global.clone() };
+    let url = url_of(&global)?.to_owned();
+    let endpoint = Endpoint::from_str(&url).map_err(Error::from)?;
+    let usual = Options::of(&endpoint);
+    let options =
+        Options { quiet: Duration::from_secs_f64(args.listen), requests: args.requests, ..usual };
+    let dial = async |at: &Endpoint| -> io::Result<Link> {
+        link(&at.to_string(), at).await.map_err(|failure| match failure {
+            Failure::Client(Error::Link { source, .. }) => {
+                io::Error::new(source.kind(), source.to_string())
+            }
+            other => io::Error::other(other.message()),
+        })
+    };
+    let evidence =
+        examine(&endpoint, &options, dial, |en, ru| out.progress(format!("{}…", pick(en, ru))))
+            .await;
+    let findings = findings(&evidence);
+    let faults = match evidence.is_answered() && !evidence.crc32c_only {
+        true => faults(&global).await,
+        false => Vec::new(),
+    };
+    show(&evidence, &findings, &faults, out)?;
+    match findings.iter().map(Finding::severity).max() {
+        Some(Severity::Fault) => Err(Failure::Ended(String::new())),
+        _ => Ok(()),
+    }
+}
+
+/// What the monitor itself reports: faults and warnings of its subsystems.
+async fn faults(global: &Global) -> Vec<(SubsystemId, String)> {
+    let Ok(connection) = Connection::open(global).await else { return Vec::new() };
+    let Ok(status) = connection.monitor.status_all().await else { return Vec::new() };
+    let lines = |who: SubsystemId| {
+        let bits = status.flags(who).unwrap_or(0);
+        flag_lines(who, bits, FlagSeverity::Warning).into_iter().map(move |line| (who, line))
+    };
+    status.present().flat_map(lines).collect()
+}
+
+fn show(
+    evidence: &Evidence,
+    findings: &[Finding],
+    faults: &[(SubsystemId, String)],
+    out: &mut Out,
+) -> Outcome {
+    let mut lines = vec![evidence.endpoint.to_string()];
+    for finding in findings {
+        let mark = match finding.severity() {
+            Severity::Good => pick("good   ", "хорошо  "),
+            Severity::Warning => pick("warning", "внимание"),
+            Severity::Fault => pick("fault  ", "неисправ."),
+        };
+        lines.push(format!("{mark}  {}", finding.seen(evidence, current())));
+        lines.push(format!("{:9}→ {}", "", finding.remedy(evidence, current())));
+    }
+    if !faults.is_empty() {
+        lines.push(pick("The monitor reports:", "Сам ствол сообщает:").into());
+        lines.extend(faults.iter().map(|(who, line)| format!("  {who} {line}")));
+    }
+    let json = || {
+        let all: Vec<Value> =
+            findings.iter().map(|finding| finding_json(finding, evidence)).collect();
+        let faults: Vec<Value> = faults
+            .iter()
+            .map(|(who, line)| json!({ "subsystem": who.to_string(), "text": line }))
+            .collect();
+        json!({
+            "url": evidence.endpoint.to_string(),
+            "answers": evidence.is_answered(),
+            "findings": all,
+            "monitor": faults,
+        })
+    };
+    out.show(lines.join("\n"), json)
+}
+
+fn finding_json(finding: &Finding, evidence: &Evidence) -> Value {
+    let severity = match finding.severity() {
+        Severity::Good => "good",
+        Severity::Warning => "warning",
+        Severity::Fault => "fault",
+    };
+    json!({
+        "finding": finding.name(),
+        "severity": severity,
+        "seen": finding.seen(evidence, current()),
+        "remedy": finding.remedy(evidence, current()),
+    })
+}

@@ -1,0 +1,319 @@
+//! `lafet scan`: who is on a bus, or on a network.
+
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+use std::time::Duration;
+
+use clap::Args;
+use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
+use lafet_client::{Endpoint, Error, Framing};
+use lafet_proto::bus;
+use lafet_proto::link::Check;
+use serde_json::{Value, json};
+
+use crate::cli::Global;
+use crate::connect::{Connection, link, url_of};
+use crate::failure::{Failure, Outcome};
+use crate::lang::pick;
+use crate::out::{Out, columns};
+
+/// How long a probe may take over a network, milliseconds.
+const NETWORK_WAIT_MS: u64 = 100;
+
+/// `lafet scan`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet -c serial:///dev/ttyUSB0?baud=19200 scan\n  \
+                        lafet -c tcp://192.168.1.50:4001 scan --addresses 1-16\n  \
+                        lafet scan 192.168.1.0/24\n  \
+                        lafet scan 192.168.1.10-40 --port 10485,10486,4001 --addresses 1-8")]
+pub struct ScanArgs {
+    /// Hosts of a network: 192.168.1.0/24, 192.168.1.10-40, an address or a name; without them the
+    /// bus of -c is scanned
+    #[arg(value_name = "HOSTS", value_parser = a_range)]
+    hosts: Vec<Hosts>,
+    /// Ports of the hosts, with commas (default 10485,10486)
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_values_t = [bus::PORT_EXTERNAL_CONN, bus::PORT_RADIO],
+        value_parser = clap::value_parser!(u16).range(1..),
+        requires = "hosts"
+    )]
+    port: Vec<u16>,
+    /// Look for UDP ports, not for TCP
+    #[arg(long, requires = "hosts")]
+    udp: bool,
+    /// Addresses that are probed: 1-127, or one (default 1-127)
+    #[arg(long, value_name = "RANGE", default_value = "1-127", value_parser = addresses)]
+    addresses: RangeInclusive<u8>,
+    /// How long each probe may take, milliseconds (default 30, over a network 100)
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    wait: Option<u64>,
+    /// How often a silent address is probed (default 2)
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=10))]
+    tries: u32,
+    /// Do not ask the monitors what they consist of
+    #[arg(long)]
+    brief: bool,
+}
+
+/// Hosts that stand in one word.
+#[derive(Clone, Debug)]
+pub struct Hosts(Vec<String>);
+
+fn a_range(text: &str) -> Result<Hosts, String> {
+    hosts(text).map(Hosts).ok_or_else(|| {
+        pick(
+            "expected 192.168.1.0/24 (up to /20), 192.168.1.10-40, an address or a name",
+            "ожидается 192.168.1.0/24 (не больше /20), 192.168.1.10-40, адрес или имя",
+        )
+        .into()
+    })
+}
+
+fn addresses(text: &str) -> Result<RangeInclusive<u8>, String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let known = 1..=*bus::CONSOLES.end();
+    match (first.parse::<u8>(), last.parse::<u8>()) {
+        (Ok(first), Ok(last))
+            if first <= last && known.contains(&first) && known.contains(&last) =>
+        {
+            Ok(first..=last)
+        }
+        _ => Err(pick(
+            "expected addresses like 1-127, at most 254",
+            "ожидаются адреса, например 1-127, не больше 254",
+        )
+        .into()),
+    }
+}
+
+/// Scans a bus or a network.
+pub async fn run(args: ScanArgs, global: &Global, out: &mut Out) -> Outcome {
+    if args.hosts.is_empty() {
+        scan_bus(&args, global, out).await
+    } else {
+        network(&args, global, out).await
+    }
+}
+
+async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
+    let url = url_of(global)?;
+    let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+    if endpoint.framing() == Framing::Records {
+        return Err(Failure::Usage(
+            pick(
+                "framing=records leads to one monitor without an address: there is nothing to scan.",
+                "framing=records ведёт к одному стволу без адреса: искать нечего.",
+            )
+            .into(),
+        ));
+    }
+    let usual = match endpoint {
+        Endpoint::Serial { .. } | Endpoint::Sim { .. } => bus::PROBE_TIMEOUT_MS.into(),
+        _ => NETWORK_WAIT_MS,
+    };
+    let options = options(args, usual);
+    let probing = pick("probing address", "проба адреса");
+    let source = endpoint.addresses().source;
+    let link = link(url, &endpoint).await?;
+    let scanned =
+        scan(link, source, &options, |address| out.progress(format!("{probing} {address}")));
+    let lost = |source: std::io::Error| Error::Link { endpoint: url.into(), source: source.into() };
+    let scan = scanned.await.map_err(lost)?;
+    let mut rows = Vec::new();
+    let mut devices = Vec::new();
+    for present in &scan.present {
+        let at = at_address(&endpoint, present.address);
+        let consists = consists(args, global, &at, present).await;
+        rows.push(row(&at, present, &consists));
+        devices.push(device_json(&at, present, &consists));
+    }
+    if scan.present.is_empty() {
+        out.say(nobody(&args.addresses))?;
+    }
+    let mut text = columns(&rows);
+    for remark in remarks(&scan) {
+        text.push_str(if text.is_empty() { "" } else { "\n" });
+        text.push_str(&remark);
+    }
+    let json = || {
+        json!({
+            "devices": devices,
+            "speakers": scan.speakers,
+            "echo": scan.echo,
+            "broken_frames": scan.broken,
+        })
+    };
+    if !text.is_empty() || out.json() {
+        out.show(text, json)?;
+    }
+    found(!scan.present.is_empty())
+}
+
+async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
+    let hosts: Vec<String> = args.hosts.iter().flat_map(|hosts| hosts.0.clone()).collect();
+    let options = options(args, NETWORK_WAIT_MS);
+    let tried = pick("ports tried:", "проверено портов:");
+    let places = scan_network(&hosts, &args.port, args.udp, &options, |done, all| {
+        out.progress(format!("{tried} {done}/{all}"));
+    })
+    .await;
+    let mut rows = Vec::new();
+    let mut all = Vec::new();
+    let mut any = false;
+    for place in &places {
+        let endpoint = endpoint(place, args.udp, Framing::Link);
+        match &place.told {
+            Told::Bus(scan) => {
+                for present in &scan.present {
+                    let at = at_address(&endpoint, present.address);
+                    let consists = consists(args, global, &at, present).await;
+                    rows.push(row(&at, present, &consists));
+                    all.push(device_json(&at, present, &consists));
+                    any = true;
+                }
+            }
+            Told::Records => {
+                let at = self::endpoint(place, false, Framing::Records).to_string();
+                rows.push(vec![at.clone(), pick("bare records", "голые записи").into()]);
+                all.push(json!({ "url": at, "framing": "records" }));
+                any = true;
+            }
+            Told::Silent => {
+                let silent = pick("open, but no monitor answers", "открыт, но ствол не отвечает");
+                rows.push(vec![format!("tcp://{}:{}", place.host, place.port), silent.into()]);
+                all.push(json!({ "url": endpoint.to_string(), "silent": true }));
+            }
+        }
+    }
+    if rows.is_empty() {
+        let none = pick("No open port.", "Открытых портов нет.");
+        out.show(none, || json!([]))?;
+    } else {
+        out.show(columns(&rows), || Value::Array(all))?;
+    }
+    found(any)
+}
+
+fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
+    ScanOptions {
+        addresses: args.addresses.clone(),
+        wait: Duration::from_millis(args.wait.unwrap_or(usual_ms)),
+        tries: args.tries,
+    }
+}
+
+fn endpoint(place: &Place, udp: bool, framing: Framing) -> Endpoint {
+    let (host, port, addresses) = (place.host.clone(), place.port, Default::default());
+    match udp {
+        true => Endpoint::Udp { host, port, addresses },
+        false => Endpoint::Tcp { host, port, framing, addresses },
+    }
+}
+
+/// The URL of the device at an address of the same link.
+fn at_address(endpoint: &Endpoint, address: u8) -> String {
+    let mut endpoint = endpoint.clone();
+    match &mut endpoint {
+        Endpoint::Tcp { addresses, .. }
+        | Endpoint::Udp { addresses, .. }
+        | Endpoint::Serial { addresses, .. }
+        | Endpoint::Sim { addresses, .. } => addresses.monitor = address,
+    }
+    endpoint.to_string()
+}
+
+/// Names of the subsystems of a monitor; empty when it was not asked or did not say.
+async fn consists(args: &ScanArgs, global: &Global, url: &str, present: &Present) -> Vec<String> {
+    if args.brief || !bus::MONITORS.contains(&present.address) || present.check != Check::Crc16 {
+        return Vec::new();
+    }
+    let global = Global { connect: Some(url.to_owned()), ..global.clone() };
+    let Ok(connection) = Connection::open(&global).await else { return Vec::new() };
+    match connection.monitor.status_all().await {
+        Ok(status) => status.present().map(|who| who.to_string()).collect(),
+        Err(_) => Vec::new(),
+    }
+}
+
+fn row(url: &str, present: &Present, consists: &[String]) -> Vec<String> {
+    let mut what = match present.address {
+        bus::CONTROLLER => pick("bus controller", "контроллер сети").to_owned(),
+        address if bus::CONSOLES.contains(&address) => pick("console", "пульт").into(),
+        _ => pick("monitor", "ствол").into(),
+    };
+    if present.check == Check::Crc32c {
+        what.push_str(pick(", CRC-32C only", ", только CRC-32C"));
+    }
+    if present.doubled {
+        what.push_str(pick(", TWO devices have this address", ", этот адрес у ДВУХ устройств"));
+    }
+    let ms = format!("{:.1} {}", present.rtt.as_secs_f64() * 1000.0, pick("ms", "мс"));
+    vec![url.to_owned(), what, ms, consists.join(" ")]
+}
+
+fn device_json(url: &str, present: &Present, consists: &[String]) -> Value {
+    json!({
+        "url": url,
+        "address": present.address,
+        "rtt_ms": present.rtt.as_secs_f64() * 1000.0,
+        "crc32c_only": present.check == Check::Crc32c,
+        "doubled": present.doubled,
+        "subsystems": consists,
+    })
+}
+
+fn remarks(scan: &Scan) -> Vec<String> {
+    let mut all = Vec::new();
+    if !scan.speakers.is_empty() {
+        let who: Vec<String> = scan.speakers.iter().map(u8::to_string).collect();
+        let who = who.join(", ");
+        all.push(pick(
+            format!("Others speak on this line ({who}): answers may be missing here."),
+            format!("На линии говорят и другие ({who}): часть ответов могла пропасть."),
+        ));
+    }
+    if scan.broken > 0 {
+        let broken = scan.broken;
+        all.push(pick(
+            format!("Broken frames: {broken}. `lafet doctor` says more."),
+            format!("Испорченных кадров: {broken}. Подробнее — `lafet doctor`."),
+        ));
+    }
+    all
+}
+
+fn nobody(addresses: &RangeInclusive<u8>) -> String {
+    let (first, last) = (addresses.start(), addresses.end());
+    pick(
+        format!("Nobody answers at addresses {first}…{last}. `lafet doctor` looks for the cause."),
+        format!("По адресам {first}…{last} никто не отвечает. Причину ищет `lafet doctor`."),
+    )
+}
+
+/// A scan that finds nobody is no success.
+fn found(any: bool) -> Outcome {
+    if any {
+        Ok(())
+    } else {
+        Err(Failure::Ended(pick("No monitor found.", "Стволов не найдено.").into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_and_hosts() {
+        assert_eq!(addresses("1-127"), Ok(1..=127));
+        assert_eq!(addresses("7"), Ok(7..=7));
+        for wrong in ["", "0-5", "9-3", "1-255", "x"] {
+            assert!(addresses(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(a_range("10.0.0.1-3").unwrap().0.len(), 3);
+        assert!(a_range("10.0.0.0/8").is_err());
+    }
+}

@@ -1,0 +1,181 @@
+//! Monitors on a network: open ports of a range of hosts, then probes over each.
+
+use std::io;
+use std::net::Ipv4Addr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use lafet_proto::request::Body;
+use lafet_proto::{Request, RequestId, SubsystemId, record};
+use tokio::sync::Semaphore;
+use tokio::task::JoinSet;
+use tokio::time::timeout;
+
+use super::{Scan, ScanOptions, scan};
+use crate::prober::Prober;
+use crate::transport::Link;
+use crate::url::{Addresses, Endpoint, Framing};
+
+/// The most hosts of one scan: a /20.
+pub const HOSTS_MAX: usize = 4096;
+/// Connections that are tried at a time.
+const PARALLEL: usize = 64;
+/// How long a host of a local network may take to take a connection.
+const CONNECT: Duration = Duration::from_millis(700);
+
+/// A host, by name or address.
+pub type Host = String;
+
+/// What there is at a port.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// The URL without an address.
+    pub host: Host,
+    /// The port.
+    pub port: u16,
+    /// What was found.
+    pub told: Told,
+}
+
+/// What a port has told.
+#[derive(Clone, Debug)]
+pub enum Told {
+    /// Devices that answer probes.
+    Bus(Scan),
+    /// A monitor that speaks bare records (§C/3).
+    Records,
+    /// It is open, and nobody answers.
+    Silent,
+}
+
+/// Reads hosts: `192.168.1.0/24`, `192.168.1.10-40`, `192.168.1.7` or a name; `None` for what is no
+/// such thing, or more than [`HOSTS_MAX`].
+pub fn hosts(text: &str) -> Option<Vec<Host>> {
+    let all = |first: u32, last: u32| {
+        let count = last.checked_sub(first)? as usize;
+        (count < HOSTS_MAX)
+            .then(|| (first..=last).map(|host| Ipv4Addr::from(host).to_string()).collect())
+    };
+    if let Some((network, bits)) = text.split_once('/') {
+        let network = u32::from(network.parse::<Ipv4Addr>().ok()?);
+        let bits: u32 = bits.parse().ok().filter(|bits| *bits <= 32)?;
+        let mask = u32::MAX.checked_shl(32 - bits).unwrap_or(0);
+        let (first, last) = (network & mask, network | !mask);
+        // The first and the last one of a network are no hosts.
+        let inner = u32::from(bits < 31);
+        return all(first + inner, last - inner);
+    }
+    if let Some((first, last)) = text.split_once('-')
+        && let Ok(first) = first.parse::<Ipv4Addr>()
+    {
+        let start = u32::from(first);
+        let last = match last.parse::<u8>() {
+            Ok(last) => start & !0xFF | u32::from(last),
+            Err(_) => u32::from(last.parse::<Ipv4Addr>().ok()?),
+        };
+        return all(start, last);
+    }
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-.:_".contains(c);
+    (!text.is_empty() && text.chars().all(plain)).then(|| vec![text.to_owned()])
+}
+
+/// Tries every port of every host, many at a time. Closed ports are left out; `progress` is told
+/// how many of all have been tried.
+pub async fn scan_network(
+    hosts: &[Host],
+    ports: &[u16],
+    udp: bool,
+    options: &ScanOptions,
+    mut progress: impl FnMut(usize, usize),
+) -> Vec<Place> {
+    let turns = Arc::new(Semaphore::new(PARALLEL));
+    let mut tasks = JoinSet::new();
+    for (order, host) in hosts.iter().enumerate() {
+        for port in ports {
+            let (host, port, turns, options) =
+                (host.clone(), *port, turns.clone(), options.clone());
+            tasks.spawn(async move {
+                // The semaphore is never closed.
+                let _turn = turns.acquire().await;
+                let told = look(&host, port, udp, &options).await?;
+                Some((order, Place { host, port, told }))
+            });
+        }
+    }
+    let (mut tried, all) = (0, tasks.len());
+    let mut places = Vec::new();
+    while let Some(done) = tasks.join_next().await {
+        tried += 1;
+        progress(tried, all);
+        places.extend(done.ok().flatten());
+    }
+    places.sort_by_key(|(order, place)| (*order, place.port));
+    places.into_iter().map(|(_, place)| place).collect()
+}
+
+/// Nothing where the port is closed, or says nothing over UDP.
+async fn look(host: &str, port: u16, udp: bool, options: &ScanOptions) -> Option<Told> {
+    let addresses = Addresses::default();
+    let host = host.to_owned();
+    let endpoint = match udp {
+        true => Endpoint::Udp { host, port, addresses },
+        false => Endpoint::Tcp { host, port, framing: Framing::Link, addresses },
+    };
+    let scanned = scan(open(&endpoint).await.ok()?, addresses.source, options, |_| {}).await;
+    match scanned {
+        Ok(scan) if !scan.present.is_empty() => Some(Told::Bus(scan)),
+        _ if udp => None,
+        // Open, but not for link frames.
+        _ => Some(match speaks_records(&endpoint, options.wait).await {
+            Ok(true) => Told::Records,
+            _ => Told::Silent,
+        }),
+    }
+}
+
+async fn open(endpoint: &Endpoint) -> io::Result<Link> {
+    timeout(CONNECT, Link::open(endpoint)).await.unwrap_or(Err(io::ErrorKind::TimedOut.into()))
+}
+
+async fn speaks_records(endpoint: &Endpoint, wait: Duration) -> io::Result<bool> {
+    let mut prober = Prober::new(open(endpoint).await?, endpoint.addresses().source);
+    let heard = prober.say(&question(), wait).await?;
+    let mut records = record::Records::new(&heard.sample);
+    Ok(matches!(records.next(), Some(Ok(record)) if is_answer(&record)))
+}
+
+/// GetStatus General as a record: what a monitor without link frames answers.
+pub(crate) fn question() -> Vec<u8> {
+    let mut buffer = [0; record::HEADER_SIZE];
+    let mut writer = record::Writer::new(&mut buffer);
+    match Request::new(SubsystemId::GENERAL, Body::GetStatus).encode(&mut writer) {
+        Ok(()) => writer.written().to_vec(),
+        Err(_) => Vec::new(),
+    }
+}
+
+/// The answer to [`question`].
+pub(crate) fn is_answer(record: &record::Record<'_>) -> bool {
+    record.request == RequestId::GET_STATUS && record.device == SubsystemId::GENERAL
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_hosts() {
+        let all = |text: &str| hosts(text).unwrap_or_default();
+        assert_eq!(all("10.0.0.0/30"), ["10.0.0.1", "10.0.0.2"]);
+        assert_eq!(all("10.0.0.7/24").len(), 254);
+        assert_eq!(all("10.0.0.7/32"), ["10.0.0.7"]);
+        assert_eq!(all("10.0.0.7-9"), ["10.0.0.7", "10.0.0.8", "10.0.0.9"]);
+        assert_eq!(all("10.0.0.255-10.0.1.1").len(), 3);
+        for one in ["10.0.0.7", "monitor-7.local", "::1"] {
+            assert_eq!(all(one), [one]);
+        }
+        for wrong in ["", "10.0.0.0/8", "10.0.0.0/33", "10.0.0.9-7", "a b", "x/24", "0.0.0.0/0"] {
+            assert_eq!(hosts(wrong), None, "{wrong}");
+        }
+    }
+}

@@ -24,12 +24,14 @@ pub struct ScanOptions {
     pub wait: Duration,
     /// How often an address that is silent is probed.
     pub tries: u32,
+    /// Whether those that take a CRC-32C only (§L/7) are looked for too, in a second round.
+    pub crc32c: bool,
 }
 
 impl Default for ScanOptions {
     fn default() -> Self {
         let wait = Duration::from_millis(bus::PROBE_TIMEOUT_MS.into());
-        Self { addresses: bus::MONITORS, wait, tries: 2 }
+        Self { addresses: bus::MONITORS, wait, tries: 2, crc32c: true }
     }
 }
 
@@ -73,7 +75,8 @@ pub async fn scan(
     let mut scan = Scan::default();
     let mut sent = [0; 256];
     // Who has set Check = 1 is rare, so that the second round is a short one.
-    for (check, tries) in [(Check::Crc16, options.tries.max(1)), (Check::Crc32c, 1)] {
+    let rounds = [(Check::Crc16, options.tries.max(1)), (Check::Crc32c, options.crc32c.into())];
+    for (check, tries) in rounds.into_iter().filter(|(_, tries)| *tries > 0) {
         for address in options.addresses.clone().filter(|address| *address != source) {
             if scan.present.iter().any(|present| present.address == address) {
                 continue;

@@ -34,6 +34,9 @@ pub struct DoctorArgs {
     /// Requests that tell how many are lost (default 30)
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     requests: u32,
+    /// How long an answer may take, milliseconds (default 150, over a network 500)
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    wait: Option<u64>,
 }
 
 fn listen(text: &str) -> Result<f64, String> {
@@ -46,8 +49,13 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
     let url = url_of(&global)?.to_owned();
     let endpoint = Endpoint::from_str(&url).map_err(Error::from)?;
     let usual = Options::of(&endpoint);
-    let options =
-        Options { quiet: Duration::from_secs_f64(args.listen), requests: args.requests, ..usual };
+    let wait = args.wait.map_or(usual.wait, Duration::from_millis);
+    let options = Options {
+        quiet: Duration::from_secs_f64(args.listen),
+        wait,
+        probe_wait: usual.probe_wait.min(wait),
+        requests: args.requests,
+    };
     let dial = async |at: &Endpoint| -> io::Result<Link> {
         link(&at.to_string(), at).await.map_err(|failure| match failure {
             Failure::Client(Error::Link { source, .. }) => {

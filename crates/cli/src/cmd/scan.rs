@@ -20,6 +20,9 @@ use crate::out::{Out, columns};
 /// How long a probe may take over a network, milliseconds.
 const NETWORK_WAIT_MS: u64 = 100;
 
+/// Addresses in a line of progress.
+const BLOCK: u8 = 16;
+
 /// `lafet scan`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c serial:///dev/ttyUSB0?baud=19200 scan\n  \
@@ -115,11 +118,16 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         _ => NETWORK_WAIT_MS,
     };
     let options = options(args, usual);
-    let probing = pick("probing address", "проба адреса");
+    let probing = pick("probing addresses", "пробы по адресам");
     let source = endpoint.addresses().source;
     let link = link(url, &endpoint).await?;
-    let scanned =
-        scan(link, source, &options, |address| out.progress(format!("{probing} {address}")));
+    let scanned = scan(link, source, &options, |address| {
+        // A line for each would be too many where lines stay.
+        if address % BLOCK == 1 || address == *args.addresses.start() {
+            let last = address.saturating_add(BLOCK - 1).min(*args.addresses.end());
+            out.progress(format!("{probing} {address}…{last}"));
+        }
+    });
     let lost = |source: std::io::Error| Error::Link { endpoint: url.into(), source: source.into() };
     let scan = scanned.await.map_err(lost)?;
     let mut rows = Vec::new();
@@ -202,6 +210,7 @@ fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
         addresses: args.addresses.clone(),
         wait: Duration::from_millis(args.wait.unwrap_or(usual_ms)),
         tries: args.tries,
+        crc32c: true,
     }
 }
 

@@ -7,6 +7,7 @@ use lafet_proto::bus;
 use lafet_proto::link::Check;
 use lafet_proto::record::Records;
 
+use super::finding::speaks_text;
 use super::{Evidence, Exchange, Speed};
 use crate::prober::{Heard, Prober};
 use crate::scan::{ScanOptions, is_answer, question, scan};
@@ -80,7 +81,13 @@ async fn look(
     evidence.quiet_for = options.quiet;
     progress("probing", "вызываю ствол");
     if endpoint.framing() == Framing::Records {
-        return look_at_records(evidence, options, &mut prober).await;
+        look_at_records(evidence, options, &mut prober).await?;
+        if !evidence.is_answered() {
+            let mut prober = Prober::new(dial(&endpoint).await?, source);
+            let heard = prober.ask(monitor, &[], Check::Crc16, options.wait).await?;
+            evidence.other_framing = heard.frames.iter().any(|frame| frame.dst == source);
+        }
+        return Ok(());
     }
     probe(evidence, options, &mut prober).await?;
     if evidence.is_answered() {
@@ -89,17 +96,21 @@ async fn look(
         evidence.exchange = Some(exchange(&mut prober, monitor, check, options).await?);
         return Ok(());
     }
+    drop(prober);
+    if speaks_text(&evidence.probed) {
+        return Ok(());
+    }
     if matches!(endpoint, Endpoint::Tcp { .. }) {
+        // What has heard link frames may wait for the end of a long record.
+        let mut prober = Prober::new(dial(&endpoint).await?, source);
         evidence.other_framing = bare_record(&mut prober, options).await?.1;
         if evidence.other_framing {
             return Ok(());
         }
-        // The other side may not like what it has heard.
-        prober = Prober::new(dial(&endpoint).await?, source);
     }
-    drop(prober);
     progress("trying the other addresses", "пробую другие адреса");
-    let addresses = ScanOptions { wait: options.probe_wait, tries: 1, ..ScanOptions::default() };
+    let addresses =
+        ScanOptions { wait: options.probe_wait, tries: 1, crc32c: false, ..ScanOptions::default() };
     let found = scan(dial(&endpoint).await?, source, &addresses, |_| {}).await?;
     evidence.others = found.present.iter().map(|present| present.address).collect();
     // A monitor that was only late is no other one.
@@ -148,15 +159,10 @@ async fn look_at_records(
     options: &Options,
     prober: &mut Prober,
 ) -> io::Result<()> {
-    let Addresses { monitor, source } = evidence.endpoint.addresses();
     evidence.probes = 1;
     let (heard, answered) = bare_record(prober, options).await?;
     evidence.probed = heard;
     evidence.answered = u32::from(answered);
-    if !answered {
-        let heard = prober.ask(monitor, &[], Check::Crc16, options.wait).await?;
-        evidence.other_framing = heard.frames.iter().any(|frame| frame.dst == source);
-    }
     Ok(())
 }
 

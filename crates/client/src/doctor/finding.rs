@@ -4,6 +4,7 @@ use lafet_proto::bus;
 
 use super::{Evidence, Exchange};
 use crate::error::Lang;
+use crate::prober::Heard;
 use crate::url::{Echo, Endpoint, Framing};
 
 /// Share of printable bytes that makes a text, in percent.
@@ -230,6 +231,11 @@ fn quality(evidence: &Evidence, all: &mut Vec<Finding>) {
     } else if lost {
         all.push(Finding::Loss);
     }
+}
+
+/// What came is a text: some other protocol.
+pub(super) fn speaks_text(heard: &Heard) -> bool {
+    heard.is_garbage() && printable(&heard.sample).is_some()
 }
 
 /// The first line of what looks like a text.

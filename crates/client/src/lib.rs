@@ -86,6 +86,7 @@
 //! ```
 
 mod answers;
+pub mod backup;
 mod batch;
 pub mod blocking;
 pub mod bus;

@@ -1,5 +1,6 @@
 //! One file per subcommand, or per family of them.
 
+pub mod backup;
 pub mod calibrate;
 pub mod decode;
 pub mod demo;

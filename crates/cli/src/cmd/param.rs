@@ -6,6 +6,7 @@ use lafet_proto::param::{Access, Effect, Param, ParamSpec, Placement};
 use lafet_proto::{ParamId, Status, SubsystemId};
 use serde_json::{Value, json};
 
+use super::backup::{BackupArgs, DiffArgs, RestoreArgs, run_backup, run_diff, run_restore};
 use crate::cli::{Global, subsystem};
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
@@ -33,6 +34,24 @@ pub enum ParamCommand {
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param list\n  \
                             lafet -c tcp://127.0.0.1:10485 param list vertical --json")]
     List(ListArgs),
+    /// Write all parameters into a file
+    #[command(
+        after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param backup monitor-1.toml\n  \
+                      lafet -c tcp://127.0.0.1:10485 param backup - --firmware 2.4"
+    )]
+    Backup(BackupArgs),
+    /// Show what differs between a file and the monitor, or another file
+    #[command(
+        after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param diff monitor-1.toml\n  \
+                      lafet param diff monitor-1.toml monitor-2.toml"
+    )]
+    Diff(DiffArgs),
+    /// Write what differs from a file into the monitor; after an interruption it goes on
+    #[command(
+        after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param restore monitor-1.toml --dry-run\n  \
+                      lafet -c tcp://127.0.0.1:10485 param restore monitor-1.toml --except General.Address"
+    )]
+    Restore(RestoreArgs),
 }
 
 /// `lafet param get`
@@ -74,6 +93,9 @@ pub async fn run(command: ParamCommand, global: &Global, out: &mut Out) -> Outco
         ParamCommand::Get(args) => get(args, global, out).await,
         ParamCommand::Set(args) => set(args, global, out).await,
         ParamCommand::List(args) => list(args, global, out).await,
+        ParamCommand::Backup(args) => run_backup(args, global, out).await,
+        ParamCommand::Diff(args) => run_diff(args, global, out).await,
+        ParamCommand::Restore(args) => run_restore(args, global, out).await,
     }
 }
 
@@ -228,7 +250,7 @@ fn name(who: SubsystemId, id: ParamId) -> Option<&'static str> {
 }
 
 /// The values with their units.
-fn shown(spec: Option<&'static ParamSpec>, values: &[i32]) -> String {
+pub fn shown(spec: Option<&'static ParamSpec>, values: &[i32]) -> String {
     if values.is_empty() {
         return pick("(empty)", "(пусто)").into();
     }

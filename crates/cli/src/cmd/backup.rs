@@ -1,0 +1,430 @@
+//! `lafet param backup|diff|restore`: the parameters in a file.
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use lafet_client::backup::{Backup, Difference, Restored, Step, Verdict, of_title, title};
+use lafet_device::Composition;
+use lafet_proto::param::Param;
+use serde_json::{Value, json};
+
+use super::param::{saved_name, saved_text, shown};
+use crate::cli::Global;
+use crate::connect::Connection;
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lang::{current, pick};
+use crate::out::{Out, columns};
+
+/// `lafet param backup`
+#[derive(Debug, Args)]
+pub struct BackupArgs {
+    /// The file, TOML; - writes to standard output
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The version of the monitor's program, to be noted in the file: no request tells it
+    #[arg(long, value_name = "TEXT")]
+    firmware: Option<String>,
+    /// Replace a file that is there
+    #[arg(long)]
+    force: bool,
+}
+
+/// `lafet param diff`
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    /// A file of `param backup`
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Another one; without it, the monitor
+    #[arg(value_name = "FILE")]
+    other: Option<PathBuf>,
+}
+
+/// `lafet param restore`
+#[derive(Debug, Args)]
+pub struct RestoreArgs {
+    /// A file of `param backup`
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Show what would be written, and write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Parameters that are left alone, with commas, like General.Address,Vertical.Speed
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = param)]
+    except: Vec<Param>,
+    /// Write the file of a monitor with other subsystems, too
+    #[arg(long)]
+    force: bool,
+}
+
+fn param(text: &str) -> Result<Param, String> {
+    of_title(text).ok_or_else(|| {
+        pick(
+            "expected a subsystem and a name like Vertical.Speed",
+            "ожидаются подсистема и имя, например Vertical.Speed",
+        )
+        .into()
+    })
+}
+
+/// Reads all parameters into a file.
+pub async fn run_backup(args: BackupArgs, global: &Global, out: &mut Out) -> Outcome {
+    let to_stdout = args.file.as_os_str() == "-";
+    if !to_stdout && !args.force && args.file.exists() {
+        let name = args.file.display();
+        return Err(Failure::Usage(pick(
+            format!("{name} is there already; --force replaces it"),
+            format!("{name} уже есть; --force заменит его"),
+        )));
+    }
+    let connection = Connection::open(global).await?;
+    let backup = read(&connection, args.firmware, out).await?;
+    let text = backup.to_toml();
+    if to_stdout {
+        return out.show(text.trim_end(), || json!({ "toml": text }));
+    }
+    write_whole(&args.file, &text)?;
+    let (name, count) = (args.file.display().to_string(), backup.values.len());
+    let unread: Vec<String> = backup.unread.iter().map(|(param, _)| title(*param)).collect();
+    let mut told =
+        pick(format!("{name}: {count} parameters"), format!("{name}: параметров: {count}"));
+    if !unread.is_empty() {
+        let list = unread.join(", ");
+        told.push_str(&pick(format!("; not set: {list}"), format!("; не заданы: {list}")));
+    }
+    out.show(told, || json!({ "file": name, "parameters": count, "not_set": unread }))
+}
+
+async fn read(
+    connection: &Connection,
+    firmware: Option<String>,
+    out: &mut Out,
+) -> Result<Backup, Failure> {
+    let reading = pick("reading parameters", "чтение параметров");
+    let progress =
+        |p: lafet_client::Progress| out.progress(format!("{reading} {}/{}", p.done, p.total));
+    let mut backup = connection.monitor.backup(progress).await?;
+    backup.about.made_by = format!("lafet {}", env!("CARGO_PKG_VERSION"));
+    backup.about.firmware = firmware;
+    backup.about.profile = profile(&backup).map(str::to_owned);
+    Ok(backup)
+}
+
+/// The profile of ours with these subsystems and drives.
+fn profile(backup: &Backup) -> Option<&'static str> {
+    let value = |param: Param| backup.get(param).and_then(|values| values.first().copied());
+    let chain = value(Param::GeneralChain)?;
+    let same = |profile: &&Composition| {
+        let drives = [
+            Param::VerticalDriveType,
+            Param::HorizontalDriveType,
+            Param::NozzleDriveType,
+            Param::DeployerDriveType,
+        ];
+        let kinds = drives.iter().zip(profile.drives);
+        i32::from(profile.chain.bits()) == chain
+            && kinds.into_iter().all(|(param, kind)| value(*param).is_none_or(|v| v == kind as i32))
+    };
+    Composition::ALL.iter().find(same).map(|profile| profile.name)
+}
+
+/// Shows what differs.
+pub async fn run_diff(args: DiffArgs, global: &Global, out: &mut Out) -> Outcome {
+    let here = load(&args.file)?;
+    let there = match &args.other {
+        Some(file) => load(file)?,
+        None => read(&Connection::open(global).await?, None, out).await?,
+    };
+    let mut differences = here.differences(&there);
+    if args.other.is_none() {
+        // What the file leaves out is left alone by a restore.
+        differences.retain(|difference| difference.here.is_some());
+    }
+    if differences.is_empty() {
+        return out.show(pick("No differences.", "Различий нет."), || json!([]));
+    }
+    let mut rows = vec![vec![
+        pick("parameter", "параметр").to_owned(),
+        args.file.display().to_string(),
+        args.other
+            .as_ref()
+            .map_or_else(|| pick("monitor", "ствол").into(), |file| file.display().to_string()),
+    ]];
+    rows.extend(differences.iter().map(|Difference { param, here, there }| {
+        vec![title(*param), value(*param, here.as_deref()), value(*param, there.as_deref())]
+    }));
+    let json = || {
+        let one = |d: &Difference| json!({ "parameter": title(d.param), "file": d.here, "other": d.there });
+        differences.iter().map(one).collect()
+    };
+    out.show(columns(&rows), json)?;
+    // As diff does: 1 says that there are differences.
+    Err(Failure::Ended(String::new()))
+}
+
+fn value(param: Param, values: Option<&[i32]>) -> String {
+    values.map_or_else(|| "—".into(), |values| shown(Some(param.spec()), values))
+}
+
+/// Writes what differs.
+pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> Outcome {
+    let file = load(&args.file)?;
+    let mut interrupt = Interrupt::catch()?;
+    let connection = Connection::open(global).await?;
+    let present = connection.monitor.status_all().await?;
+    let present: Vec<String> = present.present().map(|who| who.to_string()).collect();
+    let (mut wanted, absent) = file.of(&present);
+    wanted.retain(|(param, _)| !args.except.contains(param));
+    if !absent.is_empty() {
+        let absent: Vec<String> = absent.iter().map(|param| title(*param)).collect();
+        let absent = absent.join(", ");
+        out.say(pick(
+            format!("Left out, this monitor does not have them: {absent}"),
+            format!("Пропущено, у этого ствола их нет: {absent}"),
+        ))?;
+    }
+    if args.dry_run {
+        return plan(&connection, &wanted, out).await;
+    }
+    let other = file.about.subsystems != present;
+    if other && !args.force && wanted.iter().any(|(param, _)| *param == Param::GeneralChain) {
+        return Err(Failure::Usage(another_kind(&file.about.subsystems, &present)));
+    }
+    let journal = Journal::open(&args.file, connection.client.endpoint())?;
+    let anyway = journal.unfinished.clone();
+    let told = |step: Step| {
+        journal.note(step);
+        if let Some(text) = progress(step) {
+            out.progress(text);
+        }
+    };
+    let restored = tokio::select! {
+        restored = connection.monitor.restore(&wanted, &anyway, told) => restored?,
+        () = interrupt.wait() => {
+            out.say(pick(
+                "Interrupted. The same command goes on where this one stopped.",
+                "Прервано. Та же команда продолжит с этого места.",
+            ))?;
+            return Err(Failure::Interrupted);
+        }
+    };
+    let done = restored.iter().all(Restored::is_done);
+    if done {
+        journal.remove();
+    }
+    show(&restored, out)?;
+    if done {
+        return Ok(());
+    }
+    Err(Failure::Ended(
+        pick(
+            "Not everything was restored. Mend the cause and repeat the command: it writes only \
+             what is still missing.",
+            "Восстановлено не всё. Устраните причину и повторите команду: она запишет только \
+             недостающее.",
+        )
+        .into(),
+    ))
+}
+
+fn another_kind(file: &[String], present: &[String]) -> String {
+    let (file, present) = (file.join(" "), present.join(" "));
+    pick(
+        format!(
+            "The file is of a monitor with other subsystems.\n  file:    {file}\n  monitor: \
+             {present}\n--except General.Chain leaves the monitor's own, --force writes those of \
+             the file."
+        ),
+        format!(
+            "Файл от ствола с другими подсистемами.\n  файл:  {file}\n  ствол: {present}\n\
+             --except General.Chain оставит подсистемы ствола, --force запишет те, что в файле."
+        ),
+    )
+}
+
+fn progress(step: Step) -> Option<String> {
+    Some(match step {
+        Step::Plan(0) => return None,
+        Step::Plan(count) => {
+            pick(format!("{count} parameters differ"), format!("отличается параметров: {count}"))
+        }
+        Step::Begun(param) => {
+            pick(format!("writing {}", title(param)), format!("запись {}", title(param)))
+        }
+        Step::Again(param) => pick(
+            format!("{}: busy or no answer, trying again", title(param)),
+            format!("{}: занято или нет ответа, пробую снова", title(param)),
+        ),
+        Step::Stored(_) => return None,
+        Step::Verifying => pick("reading back", "контрольное чтение").into(),
+    })
+}
+
+async fn plan(connection: &Connection, wanted: &[(Param, Vec<i32>)], out: &mut Out) -> Outcome {
+    let params: Vec<Param> = wanted.iter().map(|(param, _)| *param).collect();
+    let mut rows = Vec::new();
+    let mut all = Vec::new();
+    for ((param, wanted), now) in wanted.iter().zip(connection.monitor.params(&params).await) {
+        let now = now.ok();
+        if now.as_ref() != Some(wanted) {
+            let to = value(*param, Some(wanted));
+            rows.push(vec![title(*param), value(*param, now.as_deref()), "→".into(), to]);
+            all.push(json!({ "parameter": title(*param), "before": now, "wanted": wanted }));
+        }
+    }
+    if rows.is_empty() {
+        return out.show(nothing(), || json!([]));
+    }
+    out.show(columns(&rows), || Value::Array(all))
+}
+
+fn nothing() -> &'static str {
+    pick("Nothing differs: nothing to write.", "Различий нет: записывать нечего.")
+}
+
+fn show(restored: &[Restored], out: &mut Out) -> Outcome {
+    if restored.is_empty() {
+        return out.show(nothing(), || json!({ "written": [], "restart": [] }));
+    }
+    let mut lines: Vec<Vec<String>> = Vec::new();
+    for one in restored {
+        let before = value(one.param, one.before.as_deref());
+        let wanted = value(one.param, Some(&one.wanted));
+        lines.push(vec![title(one.param), before, "→".into(), wanted, verdict(one)]);
+    }
+    let mut text = columns(&lines);
+    let restart: Vec<String> =
+        restored.iter().filter(|one| one.needs_restart()).map(|one| title(one.param)).collect();
+    if !restart.is_empty() {
+        let list = restart.join(", ");
+        text.push_str(&pick(
+            format!("\nThese act after `lafet restart`: {list}"),
+            format!("\nПодействуют после `lafet restart`: {list}"),
+        ));
+    }
+    out.show(text, || {
+        let one = |one: &Restored| {
+            json!({
+                "parameter": title(one.param),
+                "before": one.before,
+                "wanted": one.wanted,
+                "done": one.is_done(),
+                "result": match &one.verdict {
+                    Verdict::Written(saved) => saved_name(*saved).to_owned(),
+                    Verdict::Failed(error) => error.localized(current()),
+                    Verdict::ReadsBack(values) => format!("reads back as {values:?}"),
+                },
+            })
+        };
+        let written: Vec<Value> = restored.iter().map(one).collect();
+        json!({ "written": written, "restart": restart })
+    })
+}
+
+fn verdict(one: &Restored) -> String {
+    match &one.verdict {
+        Verdict::Written(saved) => saved_text(*saved).into(),
+        Verdict::Failed(error) => error.localized(current()),
+        Verdict::ReadsBack(values) => {
+            let values = value(one.param, Some(values));
+            pick(format!("reads back as {values}"), format!("читается обратно как {values}"))
+        }
+    }
+}
+
+fn load(file: &Path) -> Result<Backup, Failure> {
+    let name = file.display().to_string();
+    let text = fs::read_to_string(file).map_err(|error| Failure::io(name.clone(), error))?;
+    Backup::from_toml(&text)
+        .map_err(|error| Failure::Usage(format!("{name}: {}", error.localized(current()))))
+}
+
+/// A power cut while the file is written leaves the old one, or none.
+fn write_whole(file: &Path, text: &str) -> Outcome {
+    let beside = beside(file, "new");
+    let name = file.display().to_string();
+    let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, file));
+    written.map_err(|error| Failure::io(name, error))
+}
+
+fn beside(file: &Path, ending: &str) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(".");
+    name.push(ending);
+    PathBuf::from(name)
+}
+
+/// What a restore has begun and what it knows to be stored, beside the file: a value that was taken
+/// but not stored reads as if all were well.
+struct Journal {
+    path: PathBuf,
+    unfinished: Vec<Param>,
+}
+
+impl Journal {
+    fn open(file: &Path, endpoint: &str) -> Result<Self, Failure> {
+        let path = beside(file, "restoring");
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
+            Err(error) => return Err(Failure::io(path.display().to_string(), error)),
+        };
+        let unfinished = unfinished(&text, endpoint);
+        let mut start = format!("monitor {endpoint}\n");
+        for param in &unfinished {
+            start.push_str(&format!("begun {}\n", title(*param)));
+        }
+        fs::write(&path, start).map_err(|error| Failure::io(path.display().to_string(), error))?;
+        Ok(Self { path, unfinished })
+    }
+
+    fn note(&self, step: Step) {
+        let line = match step {
+            Step::Begun(param) => format!("begun {}\n", title(param)),
+            Step::Stored(param) => format!("stored {}\n", title(param)),
+            _ => return,
+        };
+        // Without the journal the restore goes on; only its resumption knows less.
+        let file = OpenOptions::new().append(true).open(&self.path);
+        let _ = file.and_then(|mut file| file.write_all(line.as_bytes()));
+    }
+
+    fn remove(self) {
+        // It says nothing any more, wherever it is.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// What was begun on this monitor and is not known to be stored.
+fn unfinished(journal: &str, endpoint: &str) -> Vec<Param> {
+    let mut all: Vec<Param> = Vec::new();
+    let mut lines = journal.lines();
+    if lines.next() != Some(&format!("monitor {endpoint}")) {
+        return all;
+    }
+    for line in lines {
+        match line.split_once(' ').and_then(|(word, name)| Some((word, of_title(name)?))) {
+            Some(("begun", param)) if !all.contains(&param) => all.push(param),
+            Some(("stored", param)) => all.retain(|one| *one != param),
+            _ => {}
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_journal_tells_what_is_not_known_to_be_stored() {
+        let journal = "monitor a\nbegun Vertical.Speed\nstored Vertical.Speed\n\
+                       begun Nozzle.Speed\nbegun Gene";
+        assert_eq!(unfinished(journal, "a"), [Param::NozzleSpeed]);
+        assert_eq!(unfinished(journal, "b"), []);
+        assert_eq!(unfinished("", "a"), []);
+    }
+}

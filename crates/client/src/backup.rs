@@ -1,0 +1,148 @@
+//! The parameters of a monitor in a file, and back: what a commissioning engineer keeps.
+
+mod file;
+mod restore;
+
+pub use file::FileError;
+pub use restore::{Restored, Step, Verdict};
+
+use lafet_proto::param::{Access, Param, Storage};
+use lafet_proto::{Status, SubsystemId};
+
+use crate::batch::Progress;
+use crate::error::Error;
+use crate::monitor::Monitor;
+
+/// The stored parameters of a monitor.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Backup {
+    /// Whose they are.
+    pub about: About,
+    /// Each parameter and its values, in the order of the dictionary.
+    pub values: Vec<(Param, Vec<i32>)>,
+    /// Parameters that were never set (IncompleteConfig), or that could not be read, and why.
+    pub unread: Vec<(Param, String)>,
+}
+
+/// What a backup says about its monitor. The protocol has no request that tells the version of the
+/// monitor's program, so that it is what the engineer says.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct About {
+    /// The URL of the monitor.
+    pub url: String,
+    /// Its subsystems.
+    pub subsystems: Vec<String>,
+    /// The profile that has these subsystems, if it is a known one.
+    pub profile: Option<String>,
+    /// The program of the monitor.
+    pub firmware: Option<String>,
+    /// Which program made the file.
+    pub made_by: String,
+}
+
+/// A parameter that is not the same in two places.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// The parameter.
+    pub param: Param,
+    /// Its values here; `None`: not set, or not there.
+    pub here: Option<Vec<i32>>,
+    /// Its values there.
+    pub there: Option<Vec<i32>>,
+}
+
+impl Backup {
+    /// The values of a parameter.
+    pub fn get(&self, param: Param) -> Option<&[i32]> {
+        let found = self.values.iter().find(|(known, _)| *known == param);
+        found.map(|(_, values)| values.as_slice())
+    }
+
+    /// What differs between two backups, in the order of the dictionary. Parameters that the other
+    /// one does not have differ, too.
+    pub fn differences(&self, other: &Self) -> Vec<Difference> {
+        let both = Param::ALL.into_iter().map(|param| (param, self.get(param), other.get(param)));
+        both.filter(|(_, here, there)| here != there)
+            .map(|(param, here, there)| Difference {
+                param,
+                here: here.map(<[i32]>::to_vec),
+                there: there.map(<[i32]>::to_vec),
+            })
+            .collect()
+    }
+}
+
+/// `Vertical.Speed`
+pub fn title(param: Param) -> String {
+    format!("{}.{}", param.spec().subsystem, param.name())
+}
+
+/// The parameter of a title.
+pub fn of_title(title: &str) -> Option<Param> {
+    let (subsystem, name) = title.split_once('.')?;
+    let same = |who: &SubsystemId| who.name().is_some_and(|n| n.eq_ignore_ascii_case(subsystem));
+    Param::by_name(SubsystemId::TABLE.into_iter().find(same)?, name)
+}
+
+/// Whether a backup holds a parameter: those that outlive the power and may be set.
+pub fn is_kept(param: Param) -> bool {
+    let spec = param.spec();
+    spec.storage == Storage::Stored && spec.access == Access::ReadWrite
+}
+
+impl Monitor {
+    /// §3.4 Reads every parameter that is stored. Subsystems that the monitor does not have are left
+    /// out.
+    pub async fn backup(&self, progress: impl FnMut(Progress)) -> Result<Backup, Error> {
+        let status = self.status_all().await?;
+        let present: Vec<SubsystemId> = status.present().collect();
+        let params: Vec<Param> = Param::ALL
+            .into_iter()
+            .filter(|param| is_kept(*param) && present.contains(&param.spec().subsystem))
+            .collect();
+        let mut backup = Backup::default();
+        backup.about.url = self.client().endpoint().to_owned();
+        backup.about.subsystems = present.iter().map(SubsystemId::to_string).collect();
+        for (param, values) in params.iter().zip(self.params_with(&params, progress).await) {
+            match values {
+                Ok(values) => backup.values.push((*param, values)),
+                Err(Error::Refused { status: Status::MODULE_NOT_EXIST, .. }) => {}
+                Err(Error::Refused { status, .. }) => {
+                    backup.unread.push((*param, status.to_string()));
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(backup)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles() {
+        for param in Param::ALL {
+            assert_eq!(of_title(&title(param)), Some(param));
+        }
+        assert_eq!(of_title("vertical.speed"), Some(Param::VerticalSpeed));
+        for wrong in ["", "Speed", "Vertical.", "Vertical.Sped", "Up.Speed"] {
+            assert_eq!(of_title(wrong), None, "{wrong}");
+        }
+        assert!(is_kept(Param::VerticalSpeed) && !is_kept(Param::GeneralFaultInfo));
+    }
+
+    #[test]
+    fn differences_go_both_ways() {
+        let one = |speed: i32| Backup {
+            values: vec![(Param::VerticalSpeed, vec![speed])],
+            ..Backup::default()
+        };
+        assert!(one(8).differences(&one(8)).is_empty());
+        let differences = one(8).differences(&one(9));
+        assert_eq!(differences.len(), 1);
+        assert_eq!(differences[0].there, Some(vec![9]));
+        assert_eq!(Backup::default().differences(&one(9))[0].here, None);
+    }
+}

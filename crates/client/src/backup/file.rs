@@ -1,0 +1,286 @@
+//! The file: TOML, a table for each subsystem, units in the remarks.
+
+use std::fmt::{self, Write};
+
+use lafet_proto::param::{MAX_VALUES, Param, ParamSpec};
+use lafet_proto::{Status, SubsystemId};
+use toml::{Table, Value};
+
+use super::{About, Backup, is_kept, title};
+use crate::error::Lang;
+
+/// The version of the file's form.
+const FORMAT: i64 = 1;
+/// The table that tells whose the parameters are.
+const ABOUT: &str = "monitor";
+
+/// Why a file is no backup.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FileError {
+    /// It is no TOML.
+    Syntax {
+        /// Where, and what was expected there.
+        text: String,
+    },
+    /// It is TOML of another kind, or of a later form.
+    Format,
+    /// A table or a name that the dictionary does not have.
+    Unknown {
+        /// As it stands in the file.
+        name: String,
+    },
+    /// No whole numbers, too many or too few of them, or out of range.
+    Value {
+        /// The parameter.
+        param: Param,
+        /// What a monitor would answer to it.
+        status: Status,
+    },
+    /// The parameter cannot be set.
+    ReadOnly {
+        /// Which.
+        param: Param,
+    },
+}
+
+impl FileError {
+    /// The message in a language.
+    pub fn localized(&self, lang: Lang) -> String {
+        match (self, lang) {
+            (Self::Syntax { text }, Lang::En) => format!("this is no TOML: {text}"),
+            (Self::Syntax { text }, Lang::Ru) => format!("это не TOML: {text}"),
+            (Self::Format, Lang::En) => format!(
+                "this is no file of `lafet param backup`, or one of a later lafet: `format = \
+                 {FORMAT}` is missing"
+            ),
+            (Self::Format, Lang::Ru) => format!(
+                "это не файл `lafet param backup` либо файл более новой lafet: нет `format = \
+                 {FORMAT}`"
+            ),
+            (Self::Unknown { name }, Lang::En) => {
+                format!("{name}: the dictionary has no such parameter")
+            }
+            (Self::Unknown { name }, Lang::Ru) => {
+                format!("{name}: такого параметра нет в словаре")
+            }
+            (Self::Value { param, status }, lang) => {
+                let spec = param.spec();
+                let (title, allowed) = (title(*param), allowed(spec));
+                let count = *status == Status::WRONG_DATA;
+                let (min, max) = (spec.min_len, spec.max_len);
+                match lang {
+                    Lang::En if count => format!("{title}: {min} to {max} whole numbers expected"),
+                    Lang::En => format!("{title}: allowed are {allowed}"),
+                    Lang::Ru if count => {
+                        format!("{title}: ожидаются целые числа, от {min} до {max}")
+                    }
+                    Lang::Ru => format!("{title}: допустимо {allowed}"),
+                }
+            }
+            (Self::ReadOnly { param }, Lang::En) => {
+                format!("{}: cannot be set; remove it from the file", title(*param))
+            }
+            (Self::ReadOnly { param }, Lang::Ru) => {
+                format!("{}: не устанавливается; удалите его из файла", title(*param))
+            }
+        }
+    }
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.localized(Lang::En))
+    }
+}
+
+impl std::error::Error for FileError {}
+
+impl Backup {
+    /// The file.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = self.write(&mut text);
+        text
+    }
+
+    fn write(&self, text: &mut String) -> fmt::Result {
+        let About { url, subsystems, profile, firmware, made_by } = &self.about;
+        writeln!(
+            text,
+            "# Parameters of a fire monitor: `lafet param restore FILE` writes them back."
+        )?;
+        writeln!(
+            text,
+            "# Units and ranges stand behind the values; what is removed is left alone."
+        )?;
+        writeln!(text, "format = {FORMAT}\n\n[{ABOUT}]")?;
+        writeln!(text, "url = {}", quoted(url))?;
+        let names: Vec<String> = subsystems.iter().map(|name| quoted(name)).collect();
+        writeln!(text, "subsystems = [{}]", names.join(", "))?;
+        if let Some(profile) = profile {
+            writeln!(text, "profile = {}", quoted(profile))?;
+        }
+        if let Some(firmware) = firmware {
+            writeln!(text, "firmware = {}", quoted(firmware))?;
+        }
+        writeln!(text, "made_by = {}", quoted(made_by))?;
+        for who in SubsystemId::TABLE {
+            let of = |param: &Param| param.spec().subsystem == who;
+            let values: Vec<_> = self.values.iter().filter(|(param, _)| of(param)).collect();
+            let unread: Vec<_> = self.unread.iter().filter(|(param, _)| of(param)).collect();
+            if values.is_empty() && unread.is_empty() {
+                continue;
+            }
+            writeln!(text, "\n[{who}]")?;
+            for (param, values) in values {
+                let numbers: Vec<String> = values.iter().map(i32::to_string).collect();
+                let spec = param.spec();
+                let numbers = match (numbers.as_slice(), spec.max_len) {
+                    ([one], 1) => one.clone(),
+                    (all, _) => format!("[{}]", all.join(", ")),
+                };
+                writeln!(text, "{} = {numbers}  # {}", param.name(), allowed(spec))?;
+            }
+            for (param, why) in unread {
+                writeln!(text, "# {}: not set ({why})", param.name())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads a file: every parameter of it has to be one of the dictionary, with values in range.
+    /// What is left out is left alone.
+    pub fn from_toml(text: &str) -> Result<Self, FileError> {
+        let file: Table = text
+            .parse()
+            .map_err(|error: toml::de::Error| FileError::Syntax { text: error.to_string() })?;
+        if file.get("format").and_then(Value::as_integer) != Some(FORMAT) {
+            return Err(FileError::Format);
+        }
+        let mut backup = Self { about: about(file.get(ABOUT)), ..Self::default() };
+        for (name, table) in &file {
+            if matches!(name.as_str(), "format" | ABOUT) {
+                continue;
+            }
+            let unknown = |name: String| FileError::Unknown { name };
+            let who = SubsystemId::TABLE.into_iter().find(|who| who.name() == Some(name.as_str()));
+            let (Some(who), Some(table)) = (who, table.as_table()) else {
+                return Err(unknown(name.clone()));
+            };
+            for (key, value) in table {
+                let param = Param::by_name(who, key);
+                let param = param.ok_or_else(|| unknown(format!("{name}.{key}")))?;
+                backup.values.push((param, values(param, value)?));
+            }
+        }
+        backup.values.sort_by_key(|(param, _)| *param);
+        Ok(backup)
+    }
+}
+
+fn about(table: Option<&Value>) -> About {
+    let word = |key: &str| Some(table?.get(key)?.as_str()?.to_owned());
+    let list = || Some(table?.get("subsystems")?.as_array()?.clone());
+    let names = list().unwrap_or_default();
+    About {
+        url: word("url").unwrap_or_default(),
+        subsystems: names.iter().filter_map(|name| Some(name.as_str()?.to_owned())).collect(),
+        profile: word("profile"),
+        firmware: word("firmware"),
+        made_by: word("made_by").unwrap_or_default(),
+    }
+}
+
+fn values(param: Param, value: &Value) -> Result<Vec<i32>, FileError> {
+    if !is_kept(param) {
+        return Err(FileError::ReadOnly { param });
+    }
+    let wrong = |status| FileError::Value { param, status };
+    let one = |value: &Value| {
+        let number = value.as_integer().ok_or(wrong(Status::WRONG_DATA))?;
+        i32::try_from(number).map_err(|_| wrong(Status::INVALID_VALUE))
+    };
+    let values = match value {
+        Value::Array(all) if all.len() <= MAX_VALUES => all.iter().map(one).collect(),
+        one_value => one(one_value).map(|value| vec![value]),
+    }?;
+    param.spec().check(values.iter().copied()).map_err(wrong)?;
+    Ok(values)
+}
+
+/// Units and ranges: `-900…4500 '`.
+fn allowed(spec: &ParamSpec) -> String {
+    let one = |min: i32, max: i32, unit: &str| format!("{min}…{max} {unit}").trim_end().to_owned();
+    match spec.elements {
+        [] => one(spec.min, spec.max, spec.unit.name().en),
+        elements => {
+            let all = elements.iter().map(|e| one(e.min, e.max, e.unit.name().en));
+            all.collect::<Vec<_>>().join(", ")
+        }
+    }
+}
+
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' => quoted.push_str("\\\""),
+            '\\' => quoted.push_str("\\\\"),
+            c if c.is_control() => quoted.push(' '),
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn written_and_read_again_it_is_the_same() {
+        let backup = Backup {
+            about: About {
+                url: r#"serial:C:\"x""#.into(),
+                subsystems: vec!["General".into(), "Vertical".into()],
+                profile: Some("full".into()),
+                firmware: None,
+                made_by: "lafet".into(),
+            },
+            values: vec![
+                (Param::GeneralAddress, vec![5]),
+                (Param::VerticalMinLimit, vec![-900]),
+                (Param::ControlProgram3, vec![1800, -120, 60, 360, 120, 1, 25]),
+                (Param::ControlTrajectory0, vec![]),
+            ],
+            unread: vec![],
+        };
+        let text = backup.to_toml();
+        assert_eq!(Backup::from_toml(&text).as_ref(), Ok(&backup), "{text}");
+        assert!(text.contains("MinLimit = -900  # -32767…32767 '"), "{text}");
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let read = |text: &str| Backup::from_toml(&format!("format = 1\n{text}"));
+        assert!(matches!(Backup::from_toml("x"), Err(FileError::Syntax { .. })));
+        assert_eq!(Backup::from_toml("format = 2"), Err(FileError::Format));
+        for (text, word) in [
+            ("[Vertical]\nSped = 1", "Vertical.Sped"),
+            ("[Up]\nSpeed = 1", "Up"),
+            ("Speed = 1", "Speed"),
+            ("[Vertical]\nSpeed = 1000", "Vertical.Speed: allowed are"),
+            ("[Vertical]\nSpeed = [1, 2]", "1 to 1 whole numbers"),
+            ("[Vertical]\nSpeed = \"fast\"", "whole numbers"),
+            ("[General]\nFaultInfo = 1", "cannot be set"),
+        ] {
+            let error = read(text).expect_err(text);
+            assert!(error.to_string().contains(word), "{text}: {error}");
+            let russian = error.localized(Lang::Ru);
+            assert!(russian.chars().any(|c| ('а'..='я').contains(&c)), "{russian}");
+        }
+    }
+}

@@ -96,7 +96,7 @@ pub enum Command {
     Program(cmd::program::ProgramCommand),
     /// Fit the ballistics to the jet, and fill the correction table
     Calibrate(cmd::calibrate::CalibrateArgs),
-    /// Show the limits of motion, or switch them
+    /// Show the limits of motion, switch or teach them
     Limits(cmd::limits::LimitsArgs),
     /// Read and set parameters
     #[command(subcommand)]

@@ -106,6 +106,7 @@ mod shared;
 mod status;
 mod subscription;
 mod task;
+pub mod teach;
 pub mod transport;
 pub mod url;
 

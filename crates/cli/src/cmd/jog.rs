@@ -80,12 +80,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     let usual = if keyboard.tells_release { FIRST } else { lease };
     let first_lease = args.first.map_or(usual, Duration::from_secs_f64);
     let hold = Hold { lease, first_lease, repeat: lease };
-    let mut hands = Hands {
-        monitor: connection.monitor.clone(),
-        hold,
-        held: HashMap::new(),
-        refused: HashMap::new(),
-    };
+    let mut hands = Hands::new(connection.monitor.clone(), hold);
     let mut keys = keys();
     note(out, help());
     loop {
@@ -131,7 +126,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
 }
 
 /// What is held, by drive: which key, and the motion.
-struct Hands {
+pub struct Hands {
     monitor: Monitor,
     hold: Hold,
     held: HashMap<SubsystemId, (Toward, Jog)>,
@@ -139,15 +134,26 @@ struct Hands {
     refused: HashMap<(SubsystemId, Toward), Instant>,
 }
 
-enum Pressed {
+/// What a key asks for.
+pub enum Pressed {
+    /// Nothing to tell.
     Nothing,
+    /// A motion could not begin, and why.
     Ended(String),
+    /// Stop All is wanted.
     Stop,
+    /// The end is wanted.
     End,
 }
 
 impl Hands {
-    fn key(&mut self, key: KeyEvent) -> Pressed {
+    /// Nothing is held.
+    pub fn new(monitor: Monitor, hold: Hold) -> Self {
+        Self { monitor, hold, held: HashMap::new(), refused: HashMap::new() }
+    }
+
+    /// Holds, renews or lets go.
+    pub fn key(&mut self, key: KeyEvent) -> Pressed {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         let let_go = key.kind == KeyEventKind::Release;
         let (drive, toward) = match key.code {
@@ -204,7 +210,7 @@ impl Hands {
     }
 
     /// Motions that ended in a way that the operator should know of.
-    async fn ended(&mut self) -> Option<String> {
+    pub async fn ended(&mut self) -> Option<String> {
         let over = self.held.iter().find(|(_, (_, jog))| !jog.is_held()).map(|(id, _)| *id)?;
         let (toward, jog) = self.held.get_mut(&over)?;
         let toward = *toward;
@@ -221,7 +227,7 @@ impl Hands {
     }
 
     /// Lets everything go and waits until it stands.
-    async fn release(self) -> Vec<(SubsystemId, JogEnd)> {
+    pub async fn release(self) -> Vec<(SubsystemId, JogEnd)> {
         let mut ends = Vec::new();
         for (drive, (_, jog)) in self.held {
             ends.push((drive, jog.release().await));
@@ -261,7 +267,7 @@ fn tell(drive: SubsystemId, end: &JogEnd) -> String {
 }
 
 /// A line that stays. The terminal is raw: a new line does not begin at the left by itself.
-fn note(out: &mut Out, text: &str) {
+pub fn note(out: &mut Out, text: &str) {
     if io::stderr().is_terminal() && !out.json() {
         // What cannot be shown must not end what is held.
         let _ = write!(io::stderr(), "\r\x1b[K{text}\r\n");
@@ -278,7 +284,7 @@ fn help() -> &'static str {
 }
 
 /// Where the drives are, and which of them move.
-fn state(status: &MonitorStatus) -> String {
+pub fn state(status: &MonitorStatus) -> String {
     let drives = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE];
     let one = |id: SubsystemId| {
         let status = status.drive(id)?;
@@ -290,12 +296,13 @@ fn state(status: &MonitorStatus) -> String {
 }
 
 /// Single keys instead of lines, until it is dropped.
-struct Keyboard {
+pub struct Keyboard {
     tells_release: bool,
 }
 
 impl Keyboard {
-    fn start() -> Result<Self, Failure> {
+    /// Makes the terminal raw.
+    pub fn start() -> Result<Self, Failure> {
         terminal::enable_raw_mode()?;
         let mut keyboard = Self { tells_release: false };
         if terminal::supports_keyboard_enhancement().unwrap_or(false) {
@@ -319,7 +326,7 @@ impl Drop for Keyboard {
 }
 
 /// The keys as they come; a thread waits for them, and ends with the program.
-fn keys() -> mpsc::UnboundedReceiver<KeyEvent> {
+pub fn keys() -> mpsc::UnboundedReceiver<KeyEvent> {
     let (sender, receiver) = mpsc::unbounded_channel();
     std::thread::spawn(move || {
         while let Ok(event) = read() {

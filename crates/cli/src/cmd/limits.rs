@@ -1,12 +1,13 @@
 //! `lafet limits`: the limits of motion.
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use lafet_proto::answer::Reply;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use serde_json::{Map, Value, json};
 
 use super::motion::simple;
+use super::teach::TeachArgs;
 use crate::angle;
 use crate::cli::{Global, drive};
 use crate::connect::Connection;
@@ -16,11 +17,16 @@ use crate::out::{Out, columns};
 
 /// `lafet limits`
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 limits\n  \
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 limits\n  \
                         lafet -c tcp://127.0.0.1:10485 limits vertical\n  \
                         lafet -c tcp://127.0.0.1:10485 limits off vertical\n  \
-                        lafet -c tcp://127.0.0.1:10485 limits reject")]
+                        lafet -c tcp://127.0.0.1:10485 limits reject"
+)]
 pub struct LimitsArgs {
+    #[command(subcommand)]
+    command: Option<LimitsCommand>,
     /// A drive to show its limits; or off, on, reject to switch them off, on, or to drop new ones
     #[arg(value_name = "DRIVE|off|on|reject")]
     what: Option<String>,
@@ -29,8 +35,18 @@ pub struct LimitsArgs {
     drive: Option<SubsystemId>,
 }
 
-/// Shows or switches the limits.
+/// What takes arguments of its own.
+#[derive(Debug, Subcommand)]
+pub enum LimitsCommand {
+    /// Drive the barrel to its limits and have them taken; or take the present position as one
+    Teach(TeachArgs),
+}
+
+/// Shows, switches or teaches the limits.
 pub async fn run(args: LimitsArgs, global: &Global, out: &mut Out) -> Outcome {
+    if let Some(LimitsCommand::Teach(args)) = args.command {
+        return super::teach::run(args, global, out).await;
+    }
     let state = match args.what.as_deref() {
         Some(word) if word.eq_ignore_ascii_case("off") => Some(0),
         Some(word) if word.eq_ignore_ascii_case("on") => Some(1),

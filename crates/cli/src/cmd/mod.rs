@@ -24,4 +24,5 @@ pub mod send;
 pub mod service;
 pub mod sim;
 pub mod status;
+pub mod teach;
 pub mod watch;

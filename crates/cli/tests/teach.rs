@@ -43,7 +43,7 @@ fn the_present_position_becomes_a_limit() {
 /// A guided run; a program answers in lines.
 #[test]
 fn it_guides_to_each_limit_and_gives_up_cleanly() {
-    let sim = Sim::start(&["--speed", "40", "--profile", "ex"]);
+    let sim = Sim::start(&["--speed", "10", "--profile", "ex"]);
     sim.run(&["deploy"]);
     let start = || {
         let mut command = lafet();

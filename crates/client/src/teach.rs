@@ -1,14 +1,21 @@
 //! §3.17 Teaching limits: the drive stands at its limit, and the monitor takes that as the limit.
 
-use lafet_proto::SubsystemId;
+use std::time::Duration;
+
 use lafet_proto::answer::Reply;
 use lafet_proto::dictionary::Text;
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::request::LimitsState;
 use lafet_proto::status::Limits;
+use lafet_proto::{Status, SubsystemId};
+use tokio::time::sleep;
 
 use crate::error::Error;
 use crate::monitor::{Monitor, typed};
+
+/// A remote unit takes a limit within this many pauses.
+const TRIES: u32 = 20;
+const PAUSE: Duration = Duration::from_millis(150);
 
 /// An end of the travel of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -106,12 +113,27 @@ impl Monitor {
         taken
     }
 
+    /// Switches limits on: those that were taken come into force. A remote unit that has not got them
+    /// yet answers Busy, and is asked again.
+    pub async fn confirm_limits(&self, drive: SubsystemId) -> Result<(), Error> {
+        let mut tries = 0;
+        loop {
+            match self.switch_limits(drive, LimitsState::On).await {
+                Err(Error::Refused { status: Status::BUSY, .. }) if tries < TRIES => {
+                    tries += 1;
+                    sleep(PAUSE).await;
+                }
+                other => return other.map(|_| ()),
+            }
+        }
+    }
+
     async fn take(&self, side: Side, was_off: bool) -> Result<Taken, Error> {
         let drive = side.drive();
         let position = self.drive_now(drive).await?.0;
         self.set_param(drive, side.param(), &[position.into()]).await?;
         if !was_off {
-            self.switch_limits(drive, LimitsState::On).await?;
+            self.confirm_limits(drive).await?;
         }
         let limits = self.limits(drive).await?;
         Ok(Taken { side, position, in_force: !was_off, limits })

@@ -158,7 +158,7 @@ async fn teach(
             }
         }
     }
-    monitor.switch_limits(drive, LimitsState::On).await?;
+    monitor.confirm_limits(drive).await?;
     let limits = monitor.limits(drive).await?;
     let range = limits_text(drive, limits);
     note(

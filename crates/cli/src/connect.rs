@@ -14,7 +14,7 @@ use lafet_sim::sim;
 use tokio::io::DuplexStream;
 
 use crate::cli::Global;
-use crate::failure::Failure;
+use crate::failure::{Asked, Failure};
 use crate::lang::{current, pick};
 use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::simulator;
@@ -49,7 +49,14 @@ impl Connection {
 
     /// Sends a request; a refusal is a failure.
     pub async fn ask(&self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Failure> {
-        Ok(self.client.request(&Request::new(to, body)).await?.accepted()?)
+        self.send(&Request::new(to, body)).await
+    }
+
+    /// Sends a request; a refusal is a failure that shows both.
+    pub async fn send(&self, request: &Request<'_>) -> Result<Answers, Failure> {
+        let answers = self.client.request(request).await?;
+        let refusal = answers.refusal().map(|refusal| Asked::new(request, refusal));
+        answers.accepted().map_err(|error| Failure::Client(error).asked(refusal))
     }
 }
 

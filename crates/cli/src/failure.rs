@@ -2,11 +2,15 @@
 
 use std::io;
 
-use lafet_client::Error;
-use lafet_proto::{RequestId, Status, SubsystemId};
+use lafet_client::refusal::{Reason, reason};
+use lafet_client::{AnswerBuf, Error};
+use lafet_proto::text::AnswerText;
+use lafet_proto::{Request, RequestId, Status, SubsystemId};
 use serde_json::{Value, json};
 
-use crate::lang::{current, pick};
+use crate::describe::hex;
+use crate::exchange;
+use crate::lang::{current, of, pick};
 
 /// Result of a command.
 pub type Outcome = Result<(), Failure>;
@@ -16,6 +20,13 @@ pub type Outcome = Result<(), Failure>;
 pub enum Failure {
     /// The monitor refused, nobody answered, or the request could not be made.
     Client(Error),
+    /// The monitor refused a request that can be shown.
+    Asked {
+        /// The request and the answer.
+        asked: Asked,
+        /// The refusal.
+        error: Error,
+    },
     /// Some of several requests were refused; the answers have been shown.
     Refused {
         /// The first of the refusals.
@@ -38,7 +49,44 @@ pub enum Failure {
     Interrupted,
 }
 
+/// A request and the answer that refused it, as text and as bytes.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    request: String,
+    sent: String,
+    answer: String,
+    received: String,
+}
+
+impl Asked {
+    /// Of a request and its refusal.
+    pub fn new(request: &Request<'_>, refusal: &AnswerBuf) -> Self {
+        let record = refusal.record();
+        let mut received = vec![
+            record.request.0,
+            record.device.0,
+            record.status.0,
+            record.data.len().min(255) as u8,
+        ];
+        received.extend(record.data);
+        Self {
+            request: request.to_string(),
+            sent: hex(&exchange::bytes(request)),
+            answer: AnswerText(record).to_string(),
+            received: hex(&received),
+        }
+    }
+}
+
 impl Failure {
+    /// Shows the request and the answer, too, where there is a refusal.
+    pub fn asked(self, asked: Option<Asked>) -> Self {
+        match (self, asked) {
+            (Self::Client(error), Some(asked)) => Self::Asked { asked, error },
+            (failure, _) => failure,
+        }
+    }
+
     /// A failure of the file system or of the network of this computer.
     pub fn io(what: impl Into<String>, source: io::Error) -> Self {
         Self::Io { what: what.into(), source }
@@ -50,7 +98,7 @@ impl Failure {
             Self::Client(error) if error.is_refused() => 1,
             Self::Client(error) if error.is_usage() => 2,
             Self::Client(_) => 3,
-            Self::Refused { .. } | Self::Ended(_) => 1,
+            Self::Asked { .. } | Self::Refused { .. } | Self::Ended(_) => 1,
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => 0,
             Self::Usage(_) | Self::Io { .. } => 2,
             Self::Interrupted => 130,
@@ -60,10 +108,11 @@ impl Failure {
     /// What a person reads; empty where there is nothing to say.
     pub fn message(&self) -> String {
         match self {
-            Self::Client(error) => told(error),
-            Self::Refused { first, count: 1 } => told(first),
+            Self::Client(error) => told(error, None),
+            Self::Asked { asked, error } => told(error, Some(asked)),
+            Self::Refused { first, count: 1 } => told(first, None),
             Self::Refused { first, count } => {
-                let first = told(first);
+                let first = told(first, None);
                 pick(
                     format!("{count} requests refused; the first: {first}"),
                     format!("Отклонено запросов: {count}; первый: {first}"),
@@ -90,9 +139,17 @@ impl Failure {
             "exit_code": self.exit_code(),
             "message": self.message(),
         });
-        if let Self::Client(cause) | Self::Refused { first: cause, .. } = self
-            && let Error::Refused { request, to, status, by } = cause
-        {
+        if let Self::Asked { asked, .. } = self {
+            error["asked"] = json!(asked.request);
+            error["sent"] = json!(asked.sent);
+            error["received"] = json!(asked.received);
+        }
+        if let Some(Error::Refused { request, to, status, by }) = self.cause() {
+            let reason = reason(*request, *to, *status, *by);
+            error["scenario"] = json!(reason.scenario);
+            error["why"] = json!(of(&reason.why));
+            error["remedy"] = json!(of(&reason.remedy));
+            error["try"] = json!(command(*request, *to, *status, *by));
             error["request"] = json!(request.to_string());
             error["to"] = json!(to.to_string());
             error["status"] = json!(status.to_string());
@@ -103,30 +160,92 @@ impl Failure {
 
     /// Whether the monitor refused with this status.
     pub fn is_refused_with(&self, status: Status) -> bool {
-        matches!(self, Self::Client(Error::Refused { status: refused, .. }) if *refused == status)
+        matches!(self.cause(), Some(Error::Refused { status: refused, .. }) if *refused == status)
+    }
+
+    const fn cause(&self) -> Option<&Error> {
+        match self {
+            Self::Client(cause)
+            | Self::Asked { error: cause, .. }
+            | Self::Refused { first: cause, .. } => Some(cause),
+            _ => None,
+        }
     }
 }
 
-/// The error, and the command that helps most likely.
-fn told(error: &Error) -> String {
-    let message = error.localized(current());
-    let Error::Refused { request, status, by, .. } = error else { return message };
-    let command = match (*status, *by) {
-        // Stop All is never denied (§3.2/1).
-        (Status::DENIED, _) if *request == RequestId::STOP => "lafet stop",
-        (Status::DENIED, SubsystemId::DEPLOYER) => "lafet deploy",
-        (Status::DENIED, SubsystemId::DETECTOR) => "lafet stop detector",
-        (Status::DENIED, SubsystemId::CONTROL) => "lafet stop control",
-        (Status::DENIED, SubsystemId::VALVE1) => "lafet close valve1",
-        (Status::DENIED, SubsystemId::VALVE2) => "lafet close valve2",
-        (Status::DENIED, SubsystemId::GENERAL) => "lafet lockout off",
-        (Status::INVALID_ID, _) => "lafet param list",
-        (Status::MODULE_NOT_EXIST, _) => "lafet status",
-        (Status::MODULE_FAULT, _) => "lafet status",
-        (Status::INVALID_VALUE, SubsystemId::DETECTOR | SubsystemId::CONTROL) => "lafet limits",
-        _ => return message,
+/// The error; of a refusal the request, the answer, why, and what helps most likely.
+fn told(error: &Error, asked: Option<&Asked>) -> String {
+    let Error::Refused { request, to, status, by } = error else {
+        return error.localized(current());
     };
-    format!("{message}\n{}: {command}", pick("Try", "Попробуйте"))
+    let answers = pick("answers", "отвечает");
+    let mut lines = Vec::new();
+    match asked {
+        Some(Asked { request, sent, answer, received }) => {
+            lines.push(format!("{request}: {by} {answers} {status}."));
+            lines.push(format!("  {}  {request}  [{sent}]", pick("request", "запрос")));
+            lines.push(format!("  {}  {answer}  [{received}]", pick("answer ", "ответ ")));
+        }
+        None => lines.push(format!("{request} {to}: {by} {answers} {status}.")),
+    }
+    let Reason { scenario, why, remedy } = reason(*request, *to, *status, *by);
+    lines.push(format!("{}: {} ({scenario})", pick("Why", "Почему"), of(&why)));
+    let try_it = pick("Try", "Попробуйте");
+    lines.push(match command(*request, *to, *status, *by) {
+        Some(command) => format!("{try_it}: {command}\n  {}", of(&remedy)),
+        None => format!("{try_it}: {}", of(&remedy)),
+    });
+    lines.join("\n")
+}
+
+/// The command that helps most likely.
+fn command(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId) -> Option<String> {
+    Some(match (status, by) {
+        // Stop All is never denied (§3.2/1).
+        (Status::DENIED, by) if request == RequestId::STOP && by != SubsystemId::GENERAL => {
+            "lafet stop".into()
+        }
+        (Status::DENIED, SubsystemId::DEPLOYER) => "lafet deploy".into(),
+        (Status::DENIED, SubsystemId::CONTROL)
+            if matches!(request, RequestId::START_QUENCH | RequestId::START_TRAJECTORY) =>
+        {
+            "lafet limits on".into()
+        }
+        (Status::DENIED, SubsystemId::DETECTOR) => "lafet stop detector".into(),
+        (Status::DENIED, SubsystemId::CONTROL) => "lafet stop control".into(),
+        (Status::DENIED, by) if by.is_valve() => {
+            format!("lafet close {}", by.to_string().to_lowercase())
+        }
+        (Status::DENIED, SubsystemId::GENERAL) => "lafet lockout off".into(),
+        (Status::INVALID_ID, _) if request == RequestId::START_TRAJECTORY => {
+            "lafet program list".into()
+        }
+        (Status::INVALID_VALUE, _) if request == RequestId::SWITCH_LIMITS => {
+            format!("lafet limits reject {to}")
+        }
+        (Status::INVALID_VALUE, SubsystemId::DETECTOR | SubsystemId::CONTROL)
+            if request != RequestId::SET_PARAM =>
+        {
+            "lafet limits".into()
+        }
+        (
+            Status::INVALID_ID
+            | Status::INVALID_VALUE
+            | Status::WRONG_DATA
+            | Status::ACCESS_DENIED
+            | Status::INCOMPLETE_CONFIG,
+            _,
+        ) if matches!(request, RequestId::SET_PARAM | RequestId::GET_PARAM) => {
+            format!("lafet param list {}", to.to_string().to_lowercase())
+        }
+        (Status::MODULE_NOT_EXIST, _) => "lafet status".into(),
+        (Status::MODULE_FAULT, by) => format!("lafet status {}", by.to_string().to_lowercase()),
+        (Status::NOT_SUPPORTED, by) if by.is_drive() => {
+            format!("lafet param get {} DriveType", by.to_string().to_lowercase())
+        }
+        (Status::SYSTEM_FAULT, _) => "lafet crash".into(),
+        _ => return None,
+    })
 }
 
 /// The refusal of a request that an answer tells.
@@ -173,5 +292,21 @@ mod tests {
         assert_eq!(json["error"]["kind"], "refused");
         assert_eq!(json["error"]["status"], "Denied");
         assert_eq!(json["error"]["by"], "Deployer");
+        assert_eq!(json["error"]["scenario"], "§3.1/1");
+        assert_eq!(json["error"]["try"], "lafet deploy");
+    }
+
+    #[test]
+    fn every_refusal_says_why_and_what_to_try() {
+        for status in (2..=19).map(Status) {
+            for request in lafet_proto::dictionary::REQUESTS.iter().map(|info| info.id) {
+                for by in SubsystemId::TABLE {
+                    let text = told(&refusal(request, by, status, by), None);
+                    for word in ["answers", "\nWhy: ", "(§", "\nTry: "] {
+                        assert!(text.contains(word), "{word}: {text}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -15,7 +15,14 @@ fn a_refusal_says_who_why_and_what_to_do() {
     let sim = Sim::start(FAST);
     let run = sim.run(&["move", "vertical", "10deg"]);
     assert_eq!(run.code, 1, "{run:?}");
-    for word in ["Move", "Vertical", "Denied", "Deployer", "lafet deploy"] {
+    for word in [
+        "Move Vertical 600: Deployer answers Denied.",
+        "[4d 0d 00 02 58 02]",
+        "[4d a2 03 00]",
+        "Why: The barrel is not deployed",
+        "(§3.1/1)",
+        "Try: lafet deploy",
+    ] {
         assert!(run.err.contains(word), "{word}: {run:?}");
     }
     let run = sim.run(&["--json", "move", "vertical", "10deg"]);
@@ -23,6 +30,10 @@ fn a_refusal_says_who_why_and_what_to_do() {
     assert_eq!(
         (run.code, &error["status"], &error["by"]),
         (1, &json!("Denied"), &json!("Deployer"))
+    );
+    assert_eq!(
+        (&error["scenario"], &error["received"], &error["try"]),
+        (&json!("§3.1/1"), &json!("4d a2 03 00"), &json!("lafet deploy"))
     );
     let run = sim.run(&["--lang", "ru", "move", "vertical", "10deg"]);
     assert!(run.err.contains("отвечает Denied") && run.err.contains("Попробуйте"), "{run:?}");

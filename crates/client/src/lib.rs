@@ -99,6 +99,7 @@ mod jog;
 mod monitor;
 mod plan;
 pub mod prober;
+pub mod refusal;
 mod saving;
 pub mod scan;
 pub mod session;

@@ -136,7 +136,7 @@ pub async fn run_wrap(args: WrapArgs, global: &Global, out: &mut Out) -> Outcome
 /// Sends a request that is over with its answers, and shows them.
 pub async fn simple(request: Request<'_>, global: &Global, out: &mut Out) -> Outcome {
     let connection = Connection::open(global).await?;
-    let answers = connection.client.request(&request).await?.accepted()?;
+    let answers = connection.send(&request).await?;
     out.show(exchange::text(request.to, &answers), || exchange::json(&request, &answers))
 }
 
@@ -154,7 +154,7 @@ async fn start(
     let connection = Connection::open(global).await?;
     let who = request.to;
     let follow = Follow { connection: &connection, watch: &[who], stop: who };
-    let begin = async { Ok(connection.client.request(&request).await?.accepted()?) };
+    let begin = connection.send(&request);
     let states = follow.run(out, begin, judge).await?;
     let Some(answer) = states.of(who) else { return Ok(()) };
     let text = match answer.decode() {

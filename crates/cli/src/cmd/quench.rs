@@ -190,7 +190,7 @@ async fn start(body: Body<'_>, wait: bool, global: &Global, out: &mut Out) -> Ou
     ];
     let stop = SubsystemId::CONTROL;
     let follow = Follow { connection: &connection, watch: &watch, stop };
-    let begin = async { Ok(connection.client.request(&request).await?.accepted()?) };
+    let begin = connection.send(&request);
     let mut ran = false;
     follow.run(out, begin, |states| judge(states, &mut ran)).await?;
     out.show(

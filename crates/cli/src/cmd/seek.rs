@@ -82,7 +82,7 @@ pub async fn run_seek(args: SeekArgs, global: &Global, out: &mut Out) -> Outcome
     ];
     let stop = SubsystemId::DETECTOR;
     let follow = Follow { connection: &connection, watch: &watch, stop };
-    let begin = async { Ok(connection.client.request(&request).await?.accepted()?) };
+    let begin = connection.send(&request);
     let mut searched = false;
     follow.run(out, begin, |states| judge_seek(states, &mut searched)).await?;
     let hotbeds = connection.monitor.hotbeds().await?;
@@ -106,7 +106,7 @@ pub async fn run_justify(args: JustifyArgs, global: &Global, out: &mut Out) -> O
     let watch = [SubsystemId::DETECTOR, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
     let stop = SubsystemId::DETECTOR;
     let follow = Follow { connection: &connection, watch: &watch, stop };
-    let begin = async { Ok(connection.client.request(&request).await?.accepted()?) };
+    let begin = connection.send(&request);
     follow.run(out, begin, judge_justify).await?;
     let mut angles = Vec::new();
     for name in ["JustifyHorizontal", "JustifyVertical"] {

@@ -23,7 +23,7 @@ pub enum Failure {
     /// The monitor refused a request that can be shown.
     Asked {
         /// The request and the answer.
-        asked: Asked,
+        asked: Box<Asked>,
         /// The refusal.
         error: Error,
     },
@@ -82,7 +82,7 @@ impl Failure {
     /// Shows the request and the answer, too, where there is a refusal.
     pub fn asked(self, asked: Option<Asked>) -> Self {
         match (self, asked) {
-            (Self::Client(error), Some(asked)) => Self::Asked { asked, error },
+            (Self::Client(error), Some(asked)) => Self::Asked { asked: Box::new(asked), error },
             (failure, _) => failure,
         }
     }

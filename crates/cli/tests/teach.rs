@@ -92,3 +92,47 @@ fn what_cannot_be_taught_says_why() {
         assert!(run.code == 2 && run.err.contains(word), "{arguments:?}: {run:?}");
     }
 }
+
+/// At a terminal the arrow keys move the drive, and Enter takes where it stands.
+#[cfg(unix)]
+#[test]
+fn the_arrow_keys_move_it() {
+    use std::fs::File;
+    use std::io::Read;
+
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+    let sim = Sim::start(&["--speed", "10"]);
+    sim.done(&["deploy"]);
+    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&ours).unwrap();
+    unlockpt(&ours).unwrap();
+    let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
+    let mut keys = File::from(ours);
+    let mut screen = keys.try_clone().unwrap();
+    std::thread::spawn(move || {
+        let mut buffer = [0; 1024];
+        while let Ok(1..) = screen.read(&mut buffer) {}
+    });
+    let terminal = File::options().read(true).write(true).open(&path).unwrap();
+    let mut command = lafet();
+    command.args(["-c", sim.url(), "limits", "teach", "horizontal"]).stdin(terminal);
+    let mut running = Running::stderr(&mut command);
+    while !running.line().contains("its left limit") {}
+    let position = || {
+        let status = sim.value(&["status", "horizontal"]);
+        status["Horizontal"]["position_arcmin"].as_i64().unwrap()
+    };
+    let moved = (0..200).any(|_| {
+        keys.write_all(b"\x1b[D").unwrap();
+        sim.flags("horizontal").contains(&"Move".to_owned())
+    });
+    assert!(moved, "the key moves the drive");
+    keys.write_all(b"\r").unwrap();
+    while !running.line().contains("its right limit") {}
+    let left = position();
+    assert!(left > 0, "{left}");
+    keys.write_all(b"s").unwrap();
+    assert_eq!(running.code(), Some(0));
+    assert_eq!(limits(&sim, "horizontal").1, json!(left));
+}

@@ -26,12 +26,15 @@ pub struct ScanOptions {
     pub tries: u32,
     /// Whether those that take a CRC-32C only (§L/7) are looked for too, in a second round.
     pub crc32c: bool,
+    /// How long to hear before the first probe. When somebody else speaks meanwhile, nothing is
+    /// probed: a probe would collide with what they say, be it a Stop.
+    pub listen: Duration,
 }
 
 impl Default for ScanOptions {
     fn default() -> Self {
         let wait = Duration::from_millis(bus::PROBE_TIMEOUT_MS.into());
-        Self { addresses: bus::MONITORS, wait, tries: 2, crc32c: true }
+        Self { addresses: bus::MONITORS, wait, tries: 2, crc32c: true, listen: Duration::ZERO }
     }
 }
 
@@ -59,12 +62,14 @@ pub struct Scan {
     pub echo: bool,
     /// Frames that came broken.
     pub broken: u64,
+    /// Nothing was probed, because others speak: see [`ScanOptions::listen`].
+    pub held_back: bool,
 }
 
 /// Probes one address after the other; `progress` is told which.
 ///
-/// On a bus with a controller or another console nobody else may speak unasked: the answers then
-/// collide. [`Scan::speakers`] tells whether there was one.
+/// On a bus with a controller or another console nobody else may speak unasked.
+/// [`Scan::speakers`] tells whether there was one.
 pub async fn scan(
     link: Link,
     source: u8,
@@ -73,6 +78,12 @@ pub async fn scan(
 ) -> io::Result<Scan> {
     let mut prober = Prober::new(link, source);
     let mut scan = Scan::default();
+    let heard = prober.listen(options.listen).await?;
+    scan.note(heard, source, &[0; 256]);
+    if !scan.speakers.is_empty() {
+        scan.held_back = true;
+        return Ok(scan);
+    }
     let mut sent = [0; 256];
     // Who has set Check = 1 is rare, so that the second round is a short one.
     let rounds = [(Check::Crc16, options.tries.max(1)), (Check::Crc32c, options.crc32c.into())];

@@ -137,7 +137,8 @@ fn encoded(check: Check, dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
 async fn evidence(url: &str, plant: &Plant) -> Evidence {
     let endpoint: Endpoint = url.parse().unwrap();
     let dial = async |at: &Endpoint| Ok(plant.link(at));
-    examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await
+    let options = Options { insist: true, ..Options::of(&endpoint) };
+    examine(&endpoint, &options, dial, |_, _| {}).await
 }
 
 /// What the doctor finds; every text is there in both languages.
@@ -229,6 +230,22 @@ async fn others_that_speak() {
     let same = Plant { chatter: &[(129, 5)], ..monitors(&[5]) };
     assert_eq!(found(SERIAL, &same).await, [Finding::OurAddressTaken]);
     assert_eq!(found(SERIAL, &monitors(&[5, 5])).await, [Finding::TwoWithOneAddress]);
+}
+
+/// Others are at work: a probe could collide with their Stop, so neither says a word.
+#[tokio::test(start_paused = true)]
+async fn nobody_is_disturbed() {
+    let plant = Plant { chatter: &[(CONTROLLER, 130)], ..monitors(&[5]) };
+    let endpoint: Endpoint = SERIAL.parse().unwrap();
+    let dial = async |at: &Endpoint| Ok(plant.link(at));
+    let seen = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    assert_eq!((seen.probes, seen.held_back), (0, true));
+    assert_eq!(findings(&seen), [Finding::OtherSpeakers { addresses: vec![CONTROLLER] }]);
+    let listen = Duration::from_secs(1);
+    let options = ScanOptions { listen, ..ScanOptions::default() };
+    let mut probed = 0;
+    let scanned = scan(plant.link(&endpoint), 129, &options, |_| probed += 1).await.unwrap();
+    assert_eq!((probed, scanned.held_back, scanned.speakers), (0, true, vec![CONTROLLER]));
 }
 
 #[tokio::test(start_paused = true)]

@@ -37,6 +37,9 @@ pub struct DoctorArgs {
     /// How long an answer may take, milliseconds (default 150, over a network 500)
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     wait: Option<u64>,
+    /// Ask even when others speak on the line: it may collide with what they say
+    #[arg(long)]
+    insist: bool,
 }
 
 fn listen(text: &str) -> Result<f64, String> {
@@ -55,6 +58,7 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
         wait,
         probe_wait: usual.probe_wait.min(wait),
         requests: args.requests,
+        insist: args.insist,
     };
     let dial = async |at: &Endpoint| -> io::Result<Link> {
         link(&at.to_string(), at).await.map_err(|failure| match failure {

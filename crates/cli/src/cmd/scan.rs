@@ -20,6 +20,8 @@ use crate::out::{Out, columns};
 /// How long a probe may take over a network, milliseconds.
 const NETWORK_WAIT_MS: u64 = 100;
 
+/// How long a line is heard before it is probed: a controller speaks once a second.
+const LISTEN: Duration = Duration::from_millis(1200);
 /// Addresses in a line of progress.
 const BLOCK: u8 = 16;
 
@@ -59,6 +61,9 @@ pub struct ScanArgs {
     /// Do not ask the monitors what they consist of
     #[arg(long)]
     brief: bool,
+    /// Probe even when others speak on the line: it may collide with what they say
+    #[arg(long)]
+    insist: bool,
 }
 
 /// Hosts that stand in one word.
@@ -117,7 +122,11 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         Endpoint::Serial { .. } | Endpoint::Sim { .. } => bus::PROBE_TIMEOUT_MS.into(),
         _ => NETWORK_WAIT_MS,
     };
-    let options = options(args, usual);
+    let listen = match endpoint {
+        Endpoint::Serial { .. } | Endpoint::Tcp { .. } if !args.insist => LISTEN,
+        _ => Duration::ZERO,
+    };
+    let options = ScanOptions { listen, ..options(args, usual) };
     let probing = pick("probing addresses", "пробы по адресам");
     let source = endpoint.addresses().source;
     let link = link(url, &endpoint).await?;
@@ -137,6 +146,20 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         let consists = consists(args, global, &at, present).await;
         rows.push(row(&at, present, &consists));
         devices.push(device_json(&at, present, &consists));
+    }
+    if scan.held_back {
+        let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+        return Err(Failure::Ended(pick(
+            format!(
+                "Others speak on this line ({who}); a probe could collide with a Stop of theirs, so \
+                 nothing was probed. --insist probes all the same; a bus controller knows who is \
+                 there."
+            ),
+            format!(
+                "На линии говорят другие ({who}); проба могла бы столкнуться с их Stop, поэтому проб \
+                 не было. --insist всё же выполнит их; кто есть на линии, знает контроллер сети."
+            ),
+        )));
     }
     if scan.present.is_empty() {
         out.say(nobody(&args.addresses))?;
@@ -211,6 +234,7 @@ fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
         wait: Duration::from_millis(args.wait.unwrap_or(usual_ms)),
         tries: args.tries,
         crc32c: true,
+        listen: Duration::ZERO,
     }
 }
 

@@ -9,7 +9,7 @@ use lafet_proto::record::Records;
 
 use super::finding::speaks_text;
 use super::{Evidence, Exchange, Speed};
-use crate::prober::{Heard, Prober};
+use crate::prober::{Heard, HeardFrame, Prober};
 use crate::scan::{ScanOptions, is_answer, question, scan};
 use crate::transport::Link;
 use crate::url::{Addresses, Endpoint, Framing};
@@ -30,6 +30,9 @@ pub struct Options {
     pub probe_wait: Duration,
     /// Requests that tell how many are lost.
     pub requests: u32,
+    /// Ask even when others speak on the line: what is asked may collide with what they say, be it
+    /// a Stop.
+    pub insist: bool,
 }
 
 impl Options {
@@ -46,6 +49,7 @@ impl Options {
             wait: Duration::from_millis(wait.into()),
             probe_wait: Duration::from_millis(probe_wait.into()),
             requests: 30,
+            insist: false,
         }
     }
 }
@@ -79,6 +83,11 @@ async fn look(
     progress("listening", "слушаю");
     evidence.quiet = prober.listen(options.quiet).await?;
     evidence.quiet_for = options.quiet;
+    let others = |frame: &HeardFrame| frame.src != source && frame.dst != source;
+    evidence.held_back = !options.insist && evidence.quiet.frames.iter().any(others);
+    if evidence.held_back {
+        return Ok(());
+    }
     progress("probing", "вызываю ствол");
     if endpoint.framing() == Framing::Records {
         look_at_records(evidence, options, &mut prober).await?;

@@ -143,7 +143,7 @@ fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
     if evidence.crc32c_only {
         all.push(Finding::Crc32cOnly);
     }
-    if evidence.is_answered() || evidence.lost.is_some() {
+    if evidence.is_answered() || evidence.lost.is_some() || evidence.held_back {
         return;
     }
     let Evidence { quiet, probed, .. } = evidence;

@@ -42,6 +42,8 @@ pub struct Evidence {
     pub crc32c_only: bool,
     /// What answered in the other framing than the URL's: bare records, or link frames.
     pub other_framing: bool,
+    /// Nothing was asked, because others speak on this line.
+    pub held_back: bool,
     /// Other addresses that answer probes.
     pub others: Vec<u8>,
     /// What came at other speeds, and whether the monitor answered; serial lines only.
@@ -89,6 +91,7 @@ impl Evidence {
             doubled: false,
             crc32c_only: false,
             other_framing: false,
+            held_back: false,
             others: Vec::new(),
             speeds: Vec::new(),
             exchange: None,

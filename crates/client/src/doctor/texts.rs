@@ -82,9 +82,10 @@ fn seen_en(finding: &Finding, evidence: &Evidence) -> String {
             exchange(evidence, Lang::En)
         ),
         Finding::OtherSpeakers { addresses } => format!(
-            "Somebody else speaks on this line: {}. {} of their frames were heard.",
+            "Somebody else speaks on this line: {}. {} of their frames were heard.{}",
             list(addresses, Lang::En),
-            quiet.frames.len() + strangers(evidence)
+            quiet.frames.len() + strangers(evidence),
+            if evidence.held_back { " So nothing was asked (--insist asks)." } else { "" }
         ),
         Finding::OurAddressTaken => format!(
             "Frames from or to our own address {} were heard before we had said anything.",
@@ -239,9 +240,14 @@ fn seen_ru(finding: &Finding, evidence: &Evidence) -> String {
             exchange(evidence, Lang::Ru)
         ),
         Finding::OtherSpeakers { addresses } => format!(
-            "На линии говорит кто-то ещё: {}. Услышано кадров: {}.",
+            "На линии говорит кто-то ещё: {}. Услышано кадров: {}.{}",
             list(addresses, Lang::Ru),
-            quiet.frames.len() + strangers(evidence)
+            quiet.frames.len() + strangers(evidence),
+            if evidence.held_back {
+                " Поэтому ничего не спрошено (--insist спросит)."
+            } else {
+                ""
+            }
         ),
         Finding::OurAddressTaken => format!(
             "Кадры с нашего адреса {0} или на него слышны раньше, чем мы что-либо сказали.",

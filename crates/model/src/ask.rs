@@ -30,11 +30,13 @@ pub const CLEAN: Ask =
     ask(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH });
 /// Align detector and barrel.
 pub const JUSTIFY: Ask = ask(SubsystemId::DETECTOR, Body::StartJustify);
-/// A search of one line, left and right of the barrel's rest.
-pub const SEEK: Ask = seek(0);
+/// A search to the right of the barrel's rest.
+pub const SEEK: Ask = seek(-300, 0);
 /// The same, with a second pass that measures.
-pub const ANALYSE: Ask = seek(1);
-/// A sector of one line above the barrel's rest.
+pub const ANALYSE: Ask = seek(-300, 1);
+/// A search straight ahead.
+pub const SEEK_AHEAD: Ask = seek(0, 0);
+/// A sector of one line, left and right of the barrel's rest.
 pub const QUENCH: Ask = ask(
     SubsystemId::CONTROL,
     Body::StartQuench(Quench::Full { sector: SECTOR, distance: 0 }),
@@ -43,8 +45,8 @@ pub const QUENCH: Ask = ask(
 pub const RAISED: Ask = ask(
     SubsystemId::CONTROL,
     Body::StartQuench(Quench::Corrected {
-        sector: Sector { centre_v: 0, ..SECTOR },
-        corrections: Bytes(&[0, 10]),
+        sector: Sector { nozzle: 0, ..SECTOR },
+        corrections: Bytes(&[0, 5]),
     }),
 );
 /// Two points, then the end.
@@ -55,7 +57,7 @@ pub const TRAJECTORY: Ask = ask(
         repeat: false,
         path: Path::Points(Points::Values(&[
             TrajectoryPoint { horizontal: 300, vertical: 0, distance: 0, dwell: 2 },
-            TrajectoryPoint { horizontal: -300, vertical: 300, distance: 0, dwell: 0 },
+            TrajectoryPoint { horizontal: -300, vertical: 0, distance: 0, dwell: 0 },
         ])),
     }),
 );
@@ -66,10 +68,10 @@ pub const LIMITS_ON: Ask = limits(1);
 /// Limits on as they were.
 pub const LIMITS_REJECT: Ask = limits(2);
 /// The present position, if it is this, becomes the upper limit of Horizontal.
-pub const TAKE_LIMIT: Ask = take(Param::HorizontalMaxLimit, &[900]);
+pub const TAKE_LIMIT: Ask = take(Param::HorizontalMaxLimit, &[600]);
 
 const SECTOR: Sector =
-    Sector { centre_h: 0, centre_v: 300, nozzle: 0, width: 600, height: 0, step: 1 };
+    Sector { centre_h: 0, centre_v: 0, nozzle: 60, width: 600, height: 0, step: 1 };
 
 /// Stop of a subsystem.
 pub const fn stop(to: SubsystemId) -> Ask {
@@ -91,8 +93,8 @@ pub const fn close(valve: ValveNo) -> Ask {
     ask(valve.id(), Body::Close { key: key::CLOSE })
 }
 
-const fn seek(analyse: i16) -> Ask {
-    let seek = Seek { start_h: -600, end_h: 600, start_v: 0, end_v: 0, analyse };
+const fn seek(at: i16, analyse: i16) -> Ask {
+    let seek = Seek { start_h: at, end_h: at, start_v: 0, end_v: 0, analyse };
     ask(SubsystemId::DETECTOR, Body::StartSeek(seek))
 }
 

@@ -20,6 +20,8 @@ pub struct Configuration {
     pub about: &'static str,
     /// Of what the monitor consists.
     pub composition: Composition,
+    /// Where the fire is, arc-minutes to the left.
+    pub fire_at: i32,
     /// What may be asked, at any time.
     pub asks: &'static [&'static [Ask]],
     /// Buttons that may be pressed.
@@ -28,8 +30,10 @@ pub struct Configuration {
     pub faults: &'static [Fault],
     /// How many faults may come in one run.
     pub fault_budget: u8,
-    /// Fire and pressure may come and go.
-    pub changes: bool,
+    /// Fire may come and go.
+    pub fires: bool,
+    /// Pressure may come and go.
+    pub pressures: bool,
     /// The power may fail.
     pub power_loss: bool,
     /// What must be seen to happen.
@@ -52,8 +56,10 @@ impl Configuration {
             }
             None => {}
         }
-        if self.changes {
+        if self.fires {
             actions.push(Action::Fire(!world.plant.fire));
+        }
+        if self.pressures {
             actions.push(Action::Pressure(!world.plant.pressure));
         }
         if self.power_loss {
@@ -68,11 +74,17 @@ impl Configuration {
 }
 
 /// Small travels, so that there are few places.
-const SETTINGS: &[(Param, i32)] = &[
-    (Param::HorizontalMinLimit, -600),
-    (Param::HorizontalMaxLimit, 600),
+const SETTINGS: &[(Param, i32)] = &SETTING;
+/// Elevation is not corrected: no timer goes round while a program runs.
+const STRAIGHT: &[(Param, i32)] = &{
+    let [a, b, c, d, e, f, g, h, i] = SETTING;
+    [a, b, c, d, e, f, g, h, i, (Param::ControlBallistics, 0)]
+};
+const SETTING: [(Param, i32); 9] = [
+    (Param::HorizontalMinLimit, -300),
+    (Param::HorizontalMaxLimit, 300),
     (Param::VerticalMinLimit, 0),
-    (Param::VerticalMaxLimit, 600),
+    (Param::VerticalMaxLimit, 300),
     (Param::DeployerMaxLimit, 1200),
     (Param::DeployerTravelTime, 3000),
     (Param::Valve1TravelTime, 3000),
@@ -89,10 +101,11 @@ const SINGLE: Composition = Composition {
         SubsystemId::RADIO,
         SubsystemId::EXT_BUTTONS,
     ]),
+    settings: STRAIGHT,
     ..FULL
 };
 const REMOTE: Composition = Composition { settings: SETTINGS, ..Composition::REMOTE };
-const MINI: Composition = Composition { settings: SETTINGS, ..Composition::MINI };
+const MINI: Composition = Composition { settings: STRAIGHT, ..Composition::MINI };
 const EX: Composition =
     Composition { drives: [DriveKind::Remote; AXES], remote_valves: [true; 2], ..SINGLE };
 const SWITCHES: Composition =
@@ -125,15 +138,40 @@ macro_rules! amid {
 /// Every run, in the order of their length.
 pub static ALL: &[Configuration] = &[
     Configuration {
+        name: "small",
+        about: "a little of everything, for the tests",
+        composition: SINGLE,
+        fire_at: -300,
+        asks: &[POSITION, EMERGENCY, &[WATER, LEFT, ask::QUENCH, ask::SEEK]],
+        buttons: &[],
+        faults: &[],
+        fault_budget: 0,
+        fires: false,
+        pressures: false,
+        power_loss: true,
+        witnesses: &[
+            &[on(Event::Deployed), on(Event::Wrapped), on(Event::WaterOn), on(Event::WaterOff),
+                on(Event::Aimed), on(Event::DeployedForProgram), on(Event::DeployedForSearch),
+                on(Event::QuenchRuns), on(Event::Paused), on(Event::Resumed), on(Event::Found),
+                on(Event::Released)],
+            amid!(Lockout: Deploying Wrapping Moving Opening Water Waiting Program Paused Searching),
+            amid!(Stop: Deploying Wrapping Moving Opening Water Waiting Program Paused Searching),
+            amid!(PowerLoss: Deploying Wrapping Moving Opening Water Waiting Program Paused
+                Searching),
+        ],
+    },
+    Configuration {
         name: "water",
         about: "deployment, both valves and every way to stop them",
         composition: FULL,
+        fire_at: -300,
         asks: &[POSITION, EMERGENCY, &[WATER, NO_WATER, FOAM, NO_FOAM, FOLD, UNFOLD, ask::RESTART,
             ask::stop(SubsystemId::VALVE1), ask::stop(SubsystemId::DEPLOYER)]],
-        buttons: &[Button::Open, Button::Close],
+        buttons: &[Button::Open],
         faults: &[],
         fault_budget: 0,
-        changes: false,
+        fires: false,
+        pressures: false,
         power_loss: true,
         witnesses: &[
             &[on(Event::Deployed), on(Event::Wrapped), on(Event::WaterOn), on(Event::FoamOn),
@@ -149,34 +187,38 @@ pub static ALL: &[Configuration] = &[
         name: "programs",
         about: "programs, searches and alignment with deployment, water and the operator's hand",
         composition: SINGLE,
+        fire_at: -300,
         asks: &[POSITION, EMERGENCY, &[WATER, NO_WATER, LEFT, ask::QUENCH, ask::TRAJECTORY,
-            ask::SEEK, ask::JUSTIFY, ask::stop(SubsystemId::CONTROL),
+            ask::SEEK, ask::stop(SubsystemId::CONTROL),
             ask::stop(SubsystemId::DETECTOR)]],
         buttons: &[],
         faults: &[],
         fault_budget: 0,
-        changes: true,
+        fires: true,
+        pressures: false,
         power_loss: false,
         witnesses: &[
             &[on(Event::Deployed), on(Event::Wrapped), on(Event::WaterOn), on(Event::Aimed),
                 on(Event::DeployedForProgram), on(Event::DeployedForSearch),
                 on(Event::QuenchRuns), on(Event::TrajectoryFinished), on(Event::Paused),
                 on(Event::Resumed), on(Event::Found), on(Event::NothingFound),
-                on(Event::Justified), on(Event::Released)],
-            amid!(Lockout: Waiting Program Paused Searching Justifying),
-            amid!(Stop: Waiting Program Paused Searching Justifying),
+                on(Event::Released)],
+            amid!(Lockout: Waiting Program Paused Searching),
+            amid!(Stop: Waiting Program Paused Searching),
         ],
     },
     Configuration {
         name: "limits",
         about: "limits off, taken and on again, with aiming by hand and a program",
         composition: SINGLE,
+        fire_at: -300,
         asks: &[POSITION, EMERGENCY, &[LEFT, RIGHT, ask::LIMITS_OFF, ask::LIMITS_ON,
             ask::LIMITS_REJECT, ask::TAKE_LIMIT, ask::QUENCH]],
         buttons: &[Button::Left],
         faults: &[],
         fault_budget: 0,
-        changes: false,
+        fires: false,
+        pressures: false,
         power_loss: true,
         witnesses: &[
             &[on(Event::Deployed), on(Event::Aimed), on(Event::AimedByButton),
@@ -191,7 +233,8 @@ pub static ALL: &[Configuration] = &[
         name: "faults",
         about: "every fault of the model in the middle of everything",
         composition: SINGLE,
-        asks: &[POSITION, EMERGENCY, &[WATER, NO_WATER, LEFT, ask::RAISED, ask::ANALYSE]],
+        fire_at: -300,
+        asks: &[POSITION, EMERGENCY, &[WATER, NO_WATER, LEFT, ask::QUENCH, ask::ANALYSE]],
         buttons: &[],
         faults: &[
             Fault::Encoder(Axis::Horizontal), Fault::Jam(Axis::Horizontal),
@@ -200,7 +243,8 @@ pub static ALL: &[Configuration] = &[
             Fault::ValveBlocked(ValveNo::Valve1), Fault::Flash, Fault::Detector,
         ],
         fault_budget: 1,
-        changes: false,
+        fires: false,
+        pressures: false,
         power_loss: true,
         witnesses: &[
             &[on(Event::ToldFault), on(Event::RecoveredDeployed), on(Event::RecoveredAimed),
@@ -212,13 +256,15 @@ pub static ALL: &[Configuration] = &[
         name: "ex",
         about: "the explosion-proof execution, whose units may be lost",
         composition: EX,
+        fire_at: -300,
         asks: &[POSITION, EMERGENCY, &[WATER, NO_WATER, LEFT, ask::QUENCH, ask::SEEK,
             ask::LIMITS_OFF, ask::LIMITS_ON]],
         buttons: &[],
         faults: &[Fault::Offline(Unit::Horizontal), Fault::Offline(Unit::Deployer),
             Fault::Offline(Unit::Valve1)],
         fault_budget: 1,
-        changes: false,
+        fires: false,
+        pressures: false,
         power_loss: false,
         witnesses: &[
             &[on(Event::Deployed), on(Event::Wrapped), on(Event::WaterOn), on(Event::Aimed),
@@ -231,12 +277,14 @@ pub static ALL: &[Configuration] = &[
         name: "remote",
         about: "a remote-controlled monitor, always deployed",
         composition: REMOTE,
+        fire_at: -300,
         asks: &[EMERGENCY, &[WATER, NO_WATER, LEFT, RIGHT, UP, ask::RAISED, ask::TRAJECTORY,
             ask::RESTART, ask::stop(SubsystemId::CONTROL), ask::stop(SubsystemId::HORIZONTAL)]],
         buttons: &[Button::Left],
         faults: &[],
         fault_budget: 0,
-        changes: true,
+        fires: false,
+        pressures: true,
         power_loss: false,
         witnesses: &[
             &[on(Event::WaterOn), on(Event::WaterOff), on(Event::Aimed),
@@ -252,12 +300,14 @@ pub static ALL: &[Configuration] = &[
         name: "mini",
         about: "a mini robot: no deployment, a detector",
         composition: MINI,
-        asks: &[EMERGENCY, &[WATER, NO_WATER, LEFT, ask::QUENCH, ask::SEEK, ask::JUSTIFY,
+        fire_at: 0,
+        asks: &[EMERGENCY, &[WATER, NO_WATER, LEFT, ask::QUENCH, ask::SEEK_AHEAD, ask::JUSTIFY,
             ask::stop(SubsystemId::DETECTOR)]],
         buttons: &[Button::Right],
         faults: &[Fault::Jam(Axis::Horizontal), Fault::Detector],
         fault_budget: 1,
-        changes: false,
+        fires: false,
+        pressures: false,
         power_loss: true,
         witnesses: &[
             &[on(Event::WaterOn), on(Event::Aimed), on(Event::AimedByButton),
@@ -272,12 +322,14 @@ pub static ALL: &[Configuration] = &[
         name: "limit-switch",
         about: "drives with limit switches",
         composition: SWITCHES,
+        fire_at: -300,
         asks: &[POSITION, EMERGENCY, &[WATER, NO_WATER, LEFT, RIGHT, ask::LIMITS_OFF, ask::QUENCH,
             ask::SEEK]],
         buttons: &[],
         faults: &[Fault::Jam(Axis::Deployer)],
         fault_budget: 1,
-        changes: false,
+        fires: false,
+        pressures: false,
         power_loss: false,
         witnesses: &[
             &[on(Event::Deployed), on(Event::Wrapped), on(Event::WaterOn), on(Event::Aimed),

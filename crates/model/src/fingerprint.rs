@@ -6,47 +6,68 @@
 use std::fmt::{self, Debug, Write};
 use std::hash::{DefaultHasher, Hasher};
 
-/// Fields that decide nothing, wherever they stand.
+/// Fields that decide nothing that the model could see, wherever they stand.
 ///
-/// The composition and the clock of the last step are the same in all states of a run. The
-/// interfaces keep only when somebody last asked (§3.3.9), and climate is not modelled.
-const IGNORED: &[&str] =
-    &["chain", "address", "outputs", "climatics", "external_conn", "radio", "last_step", "crash"];
+/// The composition and the clock of the last step are the same in all states of a run; the interfaces
+/// keep only when somebody last asked (§3.3.9); climate is not modelled; the plant knows no speeds,
+/// only directions; how long a motion has been watched decides when a fault is told, not whether.
+const IGNORED: &[&str] = &[
+    "chain",
+    "address",
+    "outputs",
+    "climatics",
+    "external_conn",
+    "radio",
+    "last_step",
+    "crash",
+    "watch",
+    "nearest",
+    "speed_cap_tenths",
+];
 
-/// Fields that are set anew before they are next looked at, while their part is at rest.
-const DORMANT: &[Dormant] = &[
-    Dormant { part: "Drive", field: "goal", at_rest: "Hold", ignored: &["cause", "speed_cap_tenths"] },
-    Dormant {
-        part: "Control",
+/// Numbers of which only the sign decides.
+const SIGNS: &[&str] = &["speed_milli", "speed_tenths"];
+
+/// What else can be left out of a part.
+const PARTS: &[Part] = &[
+    Part { name: "Drive", field: "goal", at_rest: "Hold", never: &[], dormant: &["cause"] },
+    // What only reports: the flags of the last program or search.
+    Part {
+        name: "Control",
         field: "state",
         at_rest: "Idle",
-        ignored: &[
+        never: &["latched"],
+        dormant: &[
             "task",
             "data",
             "nozzle",
             "nozzle_kept",
             "nozzle_goal",
+            "elevation",
             "approach",
-            "aim",
-            "basis",
-            "solver",
-            "interval",
-            "unsuited",
-            "rising",
         ],
     },
-    Dormant { part: "Detector", field: "state", at_rest: "Idle", ignored: &["approach", "silence"] },
+    Part {
+        name: "Detector",
+        field: "state",
+        at_rest: "Idle",
+        never: &["latched"],
+        dormant: &["hotbeds", "approach", "silence"],
+    },
 ];
 
-/// Nothing in the device looks further back than this, ms (§3.3.6: steady pressure).
-const PAST_MS: i32 = 2000;
+/// Moments count by how far they are ahead, in steps of two: a timer has just begun, is half over,
+/// nearly over. Nothing in the device looks back but for steady pressure (§3.3.6).
+const CLASSES_MS: &[i32] = &[0, 100, 200, 400, 800, 1600, 3200];
 
-/// While `field` of `part` says `at_rest`, `ignored` decide nothing.
-struct Dormant {
-    part: &'static str,
+/// `never` decides anything, and `dormant` not while `field` says `at_rest`: it is set anew before
+/// it is next looked at.
+struct Part {
+    name: &'static str,
     field: &'static str,
     at_rest: &'static str,
-    ignored: &'static [&'static str],
+    never: &'static [&'static str],
+    dormant: &'static [&'static str],
 }
 
 /// What in a device decides how it goes on.
@@ -74,6 +95,8 @@ struct Reader {
     open: Vec<Level>,
     /// The next number is a moment.
     moment: bool,
+    /// Of the number that follows only the sign counts.
+    sign: bool,
     /// Nothing counts until the field at this depth ends.
     mute: Option<usize>,
 }
@@ -82,7 +105,7 @@ struct Reader {
 #[derive(Default)]
 struct Level {
     braces: bool,
-    dormant: Option<&'static Dormant>,
+    part: Option<&'static Part>,
     /// The value that is read says whether it is at rest.
     telling: bool,
     asleep: bool,
@@ -96,15 +119,18 @@ impl Reader {
             word: String::new(),
             open: Vec::with_capacity(16),
             moment: false,
+            sign: false,
             mute: None,
         }
     }
 
     fn is_ignored(&self, field: &str) -> bool {
-        let asleep = |level: &Level| {
-            level.asleep && level.dormant.is_some_and(|dormant| dormant.ignored.contains(&field))
-        };
-        IGNORED.contains(&field) || self.open.iter().any(asleep)
+        let innermost = self.open.last().and_then(|level| level.part);
+        IGNORED.contains(&field)
+            || innermost.is_some_and(|part| part.never.contains(&field))
+            || self.open.iter().any(|level| {
+                level.asleep && level.part.is_some_and(|part| part.dormant.contains(&field))
+            })
     }
 
     /// The last word was the name of a field.
@@ -113,8 +139,9 @@ impl Reader {
             self.mute = Some(self.open.len());
         }
         if let Some(level) = self.open.last_mut() {
-            level.telling = level.dormant.is_some_and(|dormant| dormant.field == self.word);
+            level.telling = level.part.is_some_and(|part| part.field == self.word);
         }
+        self.sign = SIGNS.contains(&self.word.as_str());
         self.word.clear();
     }
 
@@ -134,9 +161,8 @@ impl Reader {
     }
 
     fn open(&mut self, braces: bool) {
-        let part = self.word.as_str();
-        let dormant = DORMANT.iter().find(|dormant| braces && dormant.part == part);
-        self.open.push(Level { braces, dormant, ..Level::default() });
+        let part = PARTS.iter().find(|part| braces && part.name == self.word);
+        self.open.push(Level { braces, part, ..Level::default() });
         self.flush();
     }
 
@@ -144,10 +170,12 @@ impl Reader {
         if let Some(level) = self.open.last_mut()
             && level.telling
         {
-            level.asleep = level.dormant.is_some_and(|dormant| dormant.at_rest == text);
+            level.asleep = level.part.is_some_and(|part| part.at_rest == text);
             level.telling = false;
         }
         self.flush();
+        let is_number = text.starts_with(|c: char| c.is_ascii_digit());
+        let text = if self.sign && is_number && text != "0" { "n" } else { text };
         self.word.push_str(text);
     }
 
@@ -161,8 +189,9 @@ impl Reader {
     fn number_of_moment(&mut self, text: &str) -> fmt::Result {
         self.moment = false;
         let moment: u32 = text.parse().map_err(|_| fmt::Error)?;
-        let ahead_ms = moment.wrapping_sub(self.now_ms).cast_signed().max(-PAST_MS);
-        self.keep(&ahead_ms.to_string());
+        let ahead_ms = moment.wrapping_sub(self.now_ms).cast_signed();
+        let class = CLASSES_MS.iter().filter(|begin| ahead_ms > **begin).count();
+        self.keep(&class.to_string());
         Ok(())
     }
 }
@@ -210,7 +239,7 @@ mod tests {
     use lafet_proto::{Request, SubsystemId};
 
     fn device_at(now_ms: u32) -> (Device, Plant) {
-        let mut plant = Plant::new(&Composition::FULL);
+        let mut plant = Plant::new(&Composition::FULL, 0);
         let device = Device::power_up(now_ms, &Composition::FULL, ADDRESS, None, &mut plant);
         (device, plant)
     }
@@ -227,12 +256,12 @@ mod tests {
     fn every_name_is_a_field() {
         let (device, _) = device_at(0);
         let text = format!("{device:?}");
-        let all = DORMANT.iter().flat_map(|d| d.ignored.iter().chain([&d.field]));
-        for field in IGNORED.iter().chain(all) {
+        let of_parts = PARTS.iter().flat_map(|p| p.never.iter().chain(p.dormant).chain([&p.field]));
+        for field in IGNORED.iter().chain(SIGNS).chain(of_parts) {
             assert!(text.contains(&format!(" {field}: ")), "no field is called {field}");
         }
-        for Dormant { part, at_rest, field, .. } in DORMANT {
-            assert!(text.contains(&format!("{part} {{ ")), "no part is called {part}");
+        for Part { name, at_rest, field, .. } in PARTS {
+            assert!(text.contains(&format!("{name} {{ ")), "no part is called {name}");
             assert!(text.contains(&format!("{field}: {at_rest}, ")), "{field} is never {at_rest}");
         }
     }
@@ -241,16 +270,17 @@ mod tests {
     fn the_clock_does_not_count_and_what_runs_does() {
         let ((mut early, mut plant), (mut late, _)) = (device_at(0), device_at(u32::MAX - 50));
         assert_eq!(of(&early, 0), of(&late, u32::MAX - 50));
-        assert!(text(&early, 0).contains("Timer { Some(Millis(100)) }"), "{}", text(&early, 0));
+        assert!(text(&early, 0).contains("Timer { Some(Millis(1)) }"), "{}", text(&early, 0));
         for (ms, device) in [(100, &mut early), (49, &mut late)] {
             device.step(ms, &mut plant);
         }
         assert_eq!(of(&early, 100), of(&late, 49));
-        assert_ne!(of(&early, 100), of(&late, 50));
         let before = of(&early, 100);
         ask(&mut early, 100, SubsystemId::ALL, Body::GetStatus);
         assert_eq!(of(&early, 100), before);
         ask(&mut early, 100, SubsystemId::DEPLOYER, Body::Deploy);
         assert_ne!(of(&early, 100), before);
+        // The time it is given for that runs out.
+        assert_ne!(of(&early, 100), of(&early, 20_000));
     }
 }

@@ -7,19 +7,58 @@ use crate::witness::{COUNT, Witness};
 use crate::world::{Action, World};
 use stateright::{Model, Property};
 use std::marker::PhantomData;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// A configuration with a monitor in it.
 #[derive(Clone, Debug)]
 pub struct Interlock<M> {
     /// What may happen.
     pub configuration: &'static Configuration,
+    deadline: Option<Instant>,
+    clock: Arc<Clock>,
     monitor: PhantomData<fn() -> M>,
 }
 
 impl<M> Interlock<M> {
-    /// The model of a configuration.
-    pub const fn new(configuration: &'static Configuration) -> Self {
-        Self { configuration, monitor: PhantomData }
+    /// The model of a configuration. After the deadline no state has a successor: stateright's own
+    /// timeout is not looked at by a single thread.
+    pub fn new(configuration: &'static Configuration, deadline: Option<Instant>) -> Self {
+        Self { configuration, deadline, clock: Arc::default(), monitor: PhantomData }
+    }
+
+    /// To stop the clock when the walk is over: stateright goes the ways it found once more.
+    pub fn clock(&self) -> Arc<Clock> {
+        Arc::clone(&self.clock)
+    }
+
+    fn is_late(&self) -> bool {
+        let running = !self.clock.stopped.load(Ordering::Relaxed);
+        let late = running && self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        if late {
+            self.clock.cut.store(true, Ordering::Relaxed);
+        }
+        late
+    }
+}
+
+/// Whether the deadline holds, and whether it has cut something off.
+#[derive(Debug, Default)]
+pub struct Clock {
+    stopped: AtomicBool,
+    cut: AtomicBool,
+}
+
+impl Clock {
+    /// The deadline does not hold any more.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// Something was cut off.
+    pub fn has_cut(&self) -> bool {
+        self.cut.load(Ordering::Relaxed)
     }
 }
 
@@ -43,12 +82,13 @@ impl<M: Monitor> Model for Interlock<M> {
     type Action = Action;
 
     fn init_states(&self) -> Vec<Self::State> {
-        vec![World::new(&self.configuration.composition, self.configuration.fault_budget)]
+        let Configuration { composition, fire_at, fault_budget, .. } = self.configuration;
+        vec![World::new(composition, *fire_at, *fault_budget)]
     }
 
     /// Nothing after a broken law: the shortest way there is what is looked for.
     fn actions(&self, world: &Self::State, actions: &mut Vec<Self::Action>) {
-        if world.broken.is_empty() {
+        if world.broken.is_empty() && !self.is_late() {
             self.configuration.actions(world, actions);
         }
     }

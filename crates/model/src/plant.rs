@@ -16,7 +16,9 @@ pub const ADDRESS: u8 = 1;
 /// From place to place: arc-minutes; mm at the nozzle.
 const STEP: [i32; AXES] = [300, 300, 60, 600];
 /// The outermost places of each drive, where its end switches close.
-const ENDS: [(i8, i8); AXES] = [(-1, 3), (-3, 3), (-1, 2), (0, 2)];
+const ENDS: [(i8, i8); AXES] = [(-1, 2), (-2, 2), (-1, 2), (0, 2)];
+/// Where they are at first: level, straight ahead, the jet narrow, wrapped.
+const FIRST: [i8; AXES] = [0, 0, 1, 0];
 /// A valve is closed, between or open.
 const OPEN: i8 = 2;
 /// Current of a motor that is jammed: over MaxCurrent, under what the guard cuts off at once.
@@ -57,8 +59,10 @@ pub struct Plant {
     frozen: Option<i32>,
     /// What the monitor drives now.
     pub outputs: Outputs,
-    /// A fire stands in front of the barrel at its rest.
+    /// There is a fire.
     pub fire: bool,
+    /// Where, arc-minutes to the left of the barrel's rest.
+    fire_at: i32,
     /// The pressure sensor answers.
     pub pressure: bool,
     /// The button that somebody holds on the post.
@@ -75,16 +79,17 @@ pub struct Plant {
 
 impl Plant {
     /// Wrapped or at its rest, dry, nothing broken, the memory as the factory leaves it.
-    pub fn new(composition: &Composition) -> Self {
+    pub fn new(composition: &Composition, fire_at: i32) -> Self {
         let drive = |axis: Axis| composition.drives.get(axis as usize) == Some(&DriveKind::Remote);
         let [vertical, horizontal, nozzle, deployer] = Axis::ALL.map(drive);
         let [valve1, valve2] = composition.remote_valves;
         let mut plant = Self {
-            places: [0; AXES],
+            places: FIRST,
             valves: [0; VALVES],
             frozen: None,
             outputs: Outputs::default(),
             fire: true,
+            fire_at,
             pressure: true,
             held: None,
             fault: None,
@@ -222,9 +227,8 @@ impl Plant {
         }
     }
 
-    /// The fire is at 0', 0'.
     fn spot(&self) -> Option<Spot> {
-        let right = -self.position(Axis::Horizontal);
+        let right = self.fire_at - self.position(Axis::Horizontal);
         let up = -self.position(Axis::Vertical);
         let seen = self.fire && self.is_deployed() && right.abs().max(up.abs()) <= SEEN_ARCMIN;
         let (left, right) = (right as i16 + 30, right as i16 - 30);

@@ -68,7 +68,8 @@ impl Outcome {
 /// Walks the states of a configuration with this monitor.
 pub fn run<M: Monitor>(configuration: &'static Configuration, effort: Effort) -> Outcome {
     let start = Instant::now();
-    let model = Interlock::<M>::new(configuration);
+    let model = Interlock::<M>::new(configuration, effort.timeout.map(|timeout| start + timeout));
+    let clock = model.clock();
     let properties = model.properties();
     let mut builder = model.checker().threads(effort.threads);
     builder = builder.finish_when(HasDiscoveries::AnyFailures);
@@ -78,10 +79,8 @@ pub fn run<M: Monitor>(configuration: &'static Configuration, effort: Effort) ->
     if let Some(depth) = effort.depth {
         builder = builder.target_max_depth(depth);
     }
-    if let Some(timeout) = effort.timeout {
-        builder = builder.timeout(timeout);
-    }
     let checker = builder.spawn_bfs().join();
+    clock.stop();
     let (states, depth) = (checker.state_count(), checker.max_depth());
     let time = start.elapsed();
     let mut found = checker.discoveries();
@@ -93,7 +92,7 @@ pub fn run<M: Monitor>(configuration: &'static Configuration, effort: Effort) ->
         properties: properties.len(),
         exhausted: effort.states.is_none_or(|most| states < most)
             && effort.depth.is_none_or(|most| depth < most)
-            && effort.timeout.is_none_or(|most| time < most),
+            && !clock.has_cut(),
         time,
         broken: Vec::new(),
         unseen: Vec::new(),

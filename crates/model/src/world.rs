@@ -103,8 +103,8 @@ impl<M> PartialEq for World<M> {
 
 impl<M: Monitor> World<M> {
     /// Switched on for the first time, wrapped.
-    pub fn new(composition: &Composition, faults: u8) -> Self {
-        let mut plant = Plant::new(composition);
+    pub fn new(composition: &Composition, fire_at: i32, faults: u8) -> Self {
+        let mut plant = Plant::new(composition, fire_at);
         let monitor = M::power_up(0, composition, &mut plant);
         let mandate = Mandate::after_reset(false);
         let mut world = Self {
@@ -366,7 +366,7 @@ impl<M: Monitor> World<M> {
         happened.note(Event::NothingFound, searched && !found && !canceled);
         let justified = |view: &View| view.detector().contains(DetectorFlags::JUSTIFIED);
         happened.note(Event::Justified, is_new(justified(before), justified(now)));
-        let beyond = plant.position(Axis::Horizontal).abs() > 600;
+        let beyond = plant.position(Axis::Horizontal).abs() > 300;
         happened.note(Event::BeyondLimits, now.is_limitless() && beyond);
         happened.note(Event::RecoveredDeployed, *mended && deployed);
         happened.note(Event::RecoveredAimed, *mended && aimed);

@@ -47,6 +47,7 @@ fn main() -> ExitCode {
         states: arguments.states,
         depth: arguments.depth,
         timeout: arguments.seconds.map(Duration::from_secs),
+        until: None,
     };
     let chosen = |configuration: &&Configuration| {
         arguments.names.is_empty() || arguments.names.iter().any(|n| n == configuration.name)

@@ -2,6 +2,7 @@
 
 use crate::configuration::Configuration;
 use crate::interlock::Interlock;
+use crate::law::Law;
 use crate::monitor::Monitor;
 use crate::world::{Action, World};
 use stateright::{Checker, Expectation, HasDiscoveries, Model, Path};
@@ -19,11 +20,13 @@ pub struct Effort {
     pub depth: Option<usize>,
     /// Longest time.
     pub timeout: Option<Duration>,
+    /// Look for a way to break this law; otherwise the first broken law ends the walk.
+    pub until: Option<Law>,
 }
 
 impl Effort {
     /// Everything there is, on one thread: the shortest paths.
-    pub const ALL: Self = Self { threads: 1, states: None, depth: None, timeout: None };
+    pub const ALL: Self = Self { threads: 1, states: None, depth: None, timeout: None, until: None };
 }
 
 /// What a run has found.
@@ -72,7 +75,10 @@ pub fn run<M: Monitor>(configuration: &'static Configuration, effort: Effort) ->
     let clock = model.clock();
     let properties = model.properties();
     let mut builder = model.checker().threads(effort.threads);
-    builder = builder.finish_when(HasDiscoveries::AnyFailures);
+    builder = builder.finish_when(match effort.until {
+        Some(law) => HasDiscoveries::AnyOf([law.text()].into()),
+        None => HasDiscoveries::AnyFailures,
+    });
     if let Some(states) = effort.states {
         builder = builder.target_state_count(states);
     }

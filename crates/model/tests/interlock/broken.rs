@@ -35,8 +35,10 @@ pub trait Defect: Clone + Copy + Debug + Default + PartialEq + Send + Sync + 'st
         None
     }
 
-    /// What is read of the memory.
-    fn remembers(&self, _value: &mut [u8]) {}
+    /// Whether a value of this length is still in the memory.
+    fn remembers(&self, _len: usize) -> bool {
+        true
+    }
 
     /// What it remembers.
     fn extra(&self) -> u32 {
@@ -62,11 +64,8 @@ impl<D: Defect> Storage for Bent<'_, D> {
         key: Key,
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, StorageError> {
-        let len = self.plant.load(key, buffer)?.map(<[u8]>::len);
-        Ok(len.map(|len| {
-            self.defect.remembers(&mut buffer[..len]);
-            &buffer[..len]
-        }))
+        let value = self.plant.load(key, buffer)?;
+        Ok(value.filter(|value| self.defect.remembers(value.len())))
     }
 
     fn store(&mut self, key: Key, value: &[u8]) -> Result<(), StorageError> {
@@ -155,10 +154,10 @@ macro_rules! defect {
 }
 
 defect! {
-    /// Says no to everything and does nothing: no law is broken.
+    /// Is always Busy and does nothing: no law is broken.
     Deaf Nothing {
         fn answers(&self, body: &Body<'_>) -> Option<Status> {
-            (*body != Body::GetStatus).then_some(Status::UNIMPLEMENTED)
+            (*body != Body::GetStatus).then_some(Status::BUSY)
         }
     }
 }
@@ -175,11 +174,9 @@ defect! {
 defect! {
     /// Its memory loses the lockout.
     ForgetsLockout LockoutLost {
-        fn remembers(&self, value: &mut [u8]) {
+        fn remembers(&self, len: usize) -> bool {
             // The lockout is the only value as short as this.
-            if value.len() <= 4 {
-                value[0] = 0;
-            }
+            len > 4
         }
     }
 }

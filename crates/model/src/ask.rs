@@ -26,8 +26,7 @@ pub const LOCK: Ask = ask(SubsystemId::ALL, Body::Lockout { key: key::ENABLE });
 /// Lockout off.
 pub const UNLOCK: Ask = ask(SubsystemId::ALL, Body::Lockout { key: key::DISABLE });
 /// Erase the memory.
-pub const CLEAN: Ask =
-    ask(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH });
+pub const CLEAN: Ask = ask(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH });
 /// Align detector and barrel.
 pub const JUSTIFY: Ask = ask(SubsystemId::DETECTOR, Body::StartJustify);
 /// A search to the right of the barrel's rest.
@@ -37,10 +36,8 @@ pub const ANALYSE: Ask = seek(-300, 1);
 /// A search straight ahead.
 pub const SEEK_AHEAD: Ask = seek(0, 0);
 /// A sector of one line, left and right of the barrel's rest.
-pub const QUENCH: Ask = ask(
-    SubsystemId::CONTROL,
-    Body::StartQuench(Quench::Full { sector: SECTOR, distance: 0 }),
-);
+pub const QUENCH: Ask =
+    ask(SubsystemId::CONTROL, Body::StartQuench(Quench::Full { sector: SECTOR, distance: 0 }));
 /// The same sector with the nozzle as asked, raised by a table when there is pressure.
 pub const RAISED: Ask = ask(
     SubsystemId::CONTROL,
@@ -56,7 +53,7 @@ pub const TRAJECTORY: Ask = ask(
         ballistics: false,
         repeat: false,
         path: Path::Points(Points::Values(&[
-            TrajectoryPoint { horizontal: 300, vertical: 0, distance: 0, dwell: 2 },
+            TrajectoryPoint { horizontal: 300, vertical: 0, distance: 0, dwell: 0 },
             TrajectoryPoint { horizontal: -300, vertical: 0, distance: 0, dwell: 0 },
         ])),
     }),

@@ -37,15 +37,7 @@ const PARTS: &[Part] = &[
         field: "state",
         at_rest: "Idle",
         never: &["latched"],
-        dormant: &[
-            "task",
-            "data",
-            "nozzle",
-            "nozzle_kept",
-            "nozzle_goal",
-            "elevation",
-            "approach",
-        ],
+        dormant: &["task", "data", "nozzle", "nozzle_kept", "nozzle_goal", "elevation", "approach"],
     },
     Part {
         name: "Detector",

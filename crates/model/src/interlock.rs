@@ -83,7 +83,13 @@ impl<M: Monitor> Model for Interlock<M> {
 
     fn init_states(&self) -> Vec<Self::State> {
         let Configuration { composition, fire_at, fault_budget, .. } = self.configuration;
-        vec![World::new(composition, *fire_at, *fault_budget)]
+        let wrapped = World::new(composition, *fire_at, *fault_budget);
+        if !wrapped.view().has_deployer() {
+            return vec![wrapped];
+        }
+        // From the working position too: most of what can happen begins there.
+        let deployed = wrapped.deployed(composition);
+        vec![wrapped, deployed]
     }
 
     /// Nothing after a broken law: the shortest way there is what is looked for.
@@ -101,7 +107,8 @@ impl<M: Monitor> Model for Interlock<M> {
         const LAWS: usize = Law::ALL.len();
         let keeps: [Condition<M>; LAWS] = numbered!(keeps: 0 1 2 3 4 5 6 7 8 9 10 11);
         let sees: [Condition<M>; COUNT] = numbered!(sees: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63 64 65 66 67 68 69 70 71 72 73 74 75 76 77 78 79 80 81 82);
-        let laws = Law::ALL.iter().zip(keeps).map(|(law, keeps)| Property::always(law.text(), keeps));
+        let laws =
+            Law::ALL.iter().zip(keeps).map(|(law, keeps)| Property::always(law.text(), keeps));
         let witness = |witness: Witness| (witness.text(), sees[witness.index()]);
         let witnesses = self.configuration.witnesses.iter().flat_map(|all| all.iter().copied());
         let seen = witnesses.map(witness).map(|(text, sees)| Property::sometimes(text, sees));

@@ -63,8 +63,8 @@ impl Laws {
 impl fmt::Display for Laws {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let broken = Law::ALL.iter().filter(|law| self.contains(**law));
-        broken.enumerate().try_for_each(|(i, law)| {
-            write!(f, "{}{}", if i > 0 { "; " } else { "" }, law.text())
-        })
+        broken
+            .enumerate()
+            .try_for_each(|(i, law)| write!(f, "{}{}", if i > 0 { "; " } else { "" }, law.text()))
     }
 }

@@ -43,7 +43,8 @@ impl Mandate {
     /// Everything is stopped.
     fn stop(&mut self, closes: bool) {
         let Self { locked, sure, seen, .. } = *self;
-        *self = Self { closes: [closes; VALVES], locked, sure, seen, stopped: true, ..Self::default() };
+        *self =
+            Self { closes: [closes; VALVES], locked, sure, seen, stopped: true, ..Self::default() };
     }
 
     /// A request has been answered.
@@ -186,7 +187,13 @@ impl Mandate {
         way == 0
             || by_hand
             || match axis {
-                Axis::Deployer => if way > 0 { self.deploys } else { self.wraps },
+                Axis::Deployer => {
+                    if way > 0 {
+                        self.deploys
+                    } else {
+                        self.wraps
+                    }
+                }
                 Axis::Nozzle => self.program,
                 Axis::Vertical | Axis::Horizontal => {
                     self.program || self.search || self.alignment || self.wraps
@@ -243,7 +250,9 @@ pub fn due_refusal(request: &Request<'_>, view: &View) -> Vec<SubsystemId> {
         // §3.1/1, §3.1/2
         Body::Move { .. } if to != Id::DEPLOYER => &[(folded, Id::DEPLOYER), (busy, Id::DETECTOR)],
         // §3.2/2
-        Body::Stop if to != Id::ALL && view.is_on_the_way() => &[(to != Id::DEPLOYER, Id::DEPLOYER)],
+        Body::Stop if to != Id::ALL && view.is_on_the_way() => {
+            &[(to != Id::DEPLOYER, Id::DEPLOYER)]
+        }
         // §3.2/3, §3.2/4
         Body::Stop if to != Id::ALL => &[
             (busy && to != Id::DETECTOR, Id::DETECTOR),

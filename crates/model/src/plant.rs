@@ -7,6 +7,7 @@ use lafet_device::image::{
     ValveInput, ValveNo, ValveOutput,
 };
 use lafet_device::{Composition, Device};
+use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Button, ButtonState};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -75,6 +76,7 @@ pub struct Plant {
     /// The program asks for its reset.
     pub reset: bool,
     remote: [bool; UNITS],
+    folds: bool,
 }
 
 impl Plant {
@@ -96,6 +98,7 @@ impl Plant {
             memory: Arc::default(),
             stored: 0,
             reset: false,
+            folds: composition.chain.contains(SubsystemId::DEPLOYER),
             remote: [vertical, horizontal, nozzle, deployer, valve1, valve2],
         };
         Device::provision(&mut plant, composition, ADDRESS).expect("an empty memory takes it all");
@@ -229,10 +232,11 @@ impl Plant {
 
     fn spot(&self) -> Option<Spot> {
         let right = self.fire_at - self.position(Axis::Horizontal);
-        let up = -self.position(Axis::Vertical);
-        let seen = self.fire && self.is_deployed() && right.abs().max(up.abs()) <= SEEN_ARCMIN;
+        let above = -self.position(Axis::Vertical);
+        let up = !self.folds || self.is_deployed();
+        let seen = self.fire && up && right.abs().max(above.abs()) <= SEEN_ARCMIN;
         let (left, right) = (right as i16 + 30, right as i16 - 30);
-        let (bottom, top) = (up as i16 - 30, up as i16 + 30);
+        let (bottom, top) = (above as i16 - 30, above as i16 + 30);
         seen.then_some(Spot { left, right, bottom, top, brightness: 500 })
     }
 }

@@ -26,7 +26,8 @@ pub struct Effort {
 
 impl Effort {
     /// Everything there is, on one thread: the shortest paths.
-    pub const ALL: Self = Self { threads: 1, states: None, depth: None, timeout: None, until: None };
+    pub const ALL: Self =
+        Self { threads: 1, states: None, depth: None, timeout: None, until: None };
 }
 
 /// What a run has found.
@@ -118,8 +119,12 @@ pub fn run<M: Monitor>(configuration: &'static Configuration, effort: Effort) ->
 
 /// A path as somebody would tell it.
 fn lines<M: Monitor>(path: Path<World<M>, Action>) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut steps = path.into_vec().into_iter().peekable();
+    let steps = path.into_vec();
+    let first = steps.first().map(|(world, _)| world);
+    let deployed = first.is_some_and(|world| world.view().is_deployed());
+    let place = if deployed { "deployed" } else { "wrapped, just switched on" };
+    let mut lines = vec![format!("start     {place}")];
+    let mut steps = steps.into_iter().peekable();
     while let Some((_, action)) = steps.next() {
         let (Some(action), Some((after, _))) = (action, steps.peek()) else { break };
         let mut line = action.to_string();

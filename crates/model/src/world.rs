@@ -9,8 +9,8 @@ use crate::monitor::Monitor;
 use crate::plant::{Fault, Plant};
 use crate::view::{Replies, View};
 use crate::witness::{Activity, Disturbance, Event, Happened, Witness};
-use lafet_device::image::{Axis, ValveNo, ValveOutput};
 use lafet_device::Composition;
+use lafet_device::image::{Axis, ValveNo, ValveOutput};
 use lafet_proto::flags::{
     Button, ControlFlags, DeployerFlags, DetectorFlags, DriveFlags, GeneralFlags, ValveFlags,
 };
@@ -119,6 +119,20 @@ impl<M: Monitor> World<M> {
             answers: [None],
             fingerprint: 0,
         };
+        world.take_fingerprint();
+        world
+    }
+
+    /// The same, deployed since.
+    pub fn deployed(&self, composition: &Composition) -> Self {
+        let mut world = self.after(&Action::Ask(crate::ask::DEPLOY), composition);
+        for _ in 0..CYCLES_MAX {
+            world = world.after(&Action::Wait, composition);
+            if world.view().is_deployed() {
+                break;
+            }
+        }
+        world.happened = Happened::default();
         world.take_fingerprint();
         world
     }
@@ -276,8 +290,11 @@ impl<M: Monitor> World<M> {
             let opens = output == ValveOutput::Opening;
             opening |= opens;
             let blocked = plant.fault == Some(Fault::ValveBlocked(valve));
-            let forbidden =
-                !up || has_deployer && folding != 0 || blocked || mandate.locked || before.is_searching();
+            let forbidden = !up
+                || has_deployer && folding != 0
+                || blocked
+                || mandate.locked
+                || before.is_searching();
             broken.judge(Law::NoOpeningWhereForbidden, !(opens && forbidden));
             broken.judge(Law::NothingUnasked, !opens || mandate.allows_opening(valve));
             let closes = output == ValveOutput::Closing;
@@ -303,7 +320,8 @@ impl<M: Monitor> World<M> {
             let position = plant.position(axis) - value(DriveParam::ZeroPoint);
             let (min, max) = (value(DriveParam::MinLimit), value(DriveParam::MaxLimit));
             let way = plant.way(axis);
-            let out = way > 0 && position > max + ALLOWANCE || way < 0 && position < min - ALLOWANCE;
+            let out =
+                way > 0 && position > max + ALLOWANCE || way < 0 && position < min - ALLOWANCE;
             broken.judge(Law::WithinLimits, off || blind || !out);
         }
     }
@@ -334,13 +352,18 @@ impl<M: Monitor> World<M> {
         happened.note(Event::DeployedForSearch, deployed && now.is_searching());
         let wrapped = now.deployer().contains(DeployerFlags::WRAPPED);
         happened.note(Event::Wrapped, wrapped && before.is_on_the_way());
-        let opened = |valve| is_new(
-            before.valve(valve).contains(ValveFlags::OPEN),
-            now.valve(valve).contains(ValveFlags::OPEN),
-        );
+        let opened = |valve| {
+            is_new(
+                before.valve(valve).contains(ValveFlags::OPEN),
+                now.valve(valve).contains(ValveFlags::OPEN),
+            )
+        };
         happened.note(Event::WaterOn, opened(ValveNo::Valve1));
         happened.note(Event::FoamOn, opened(ValveNo::Valve2));
-        happened.note(Event::OpenedByButton, opened(ValveNo::Valve1) && plant.held == Some(Button::Open));
+        happened.note(
+            Event::OpenedByButton,
+            opened(ValveNo::Valve1) && plant.held == Some(Button::Open),
+        );
         happened.note(Event::WaterOff, wet_before && !plant.is_wet());
         let aims = |axis| mandate.moves(axis) && plant.way(axis) != 0;
         let aimed = aims(Axis::Horizontal) || aims(Axis::Vertical) || aims(Axis::Nozzle);
@@ -355,10 +378,16 @@ impl<M: Monitor> World<M> {
         let sound = !now.control().intersects(faults);
         let ended = before.is_quenching() && !now.is_quenching() && mandate.has_program();
         happened.note(Event::TrajectoryFinished, ended && program && sound);
-        happened.note(Event::Paused, is_new(is_paused(before), is_paused(now)) || is_paused(now) && aimed);
+        happened.note(
+            Event::Paused,
+            is_new(is_paused(before), is_paused(now)) || is_paused(now) && aimed,
+        );
         happened.note(Event::Resumed, is_paused(before) && !is_paused(now) && now.is_quenching());
         let pressure = ControlFlags::TRAJECTORY_PRESSURE_FAULT;
-        happened.note(Event::DirectAim, now.control().contains(pressure) && plant.way(Axis::Nozzle) > 0);
+        happened.note(
+            Event::DirectAim,
+            now.control().contains(pressure) && plant.way(Axis::Nozzle) > 0,
+        );
         let searched = before.is_searching() && !now.is_searching();
         let canceled = now.detector().contains(DetectorFlags::CANCELED);
         let found = now.detector().contains(DetectorFlags::FOUND);

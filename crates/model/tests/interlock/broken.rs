@@ -112,7 +112,11 @@ impl<D: Defect> Monitor for Broken<D> {
             let mut writer = Writer::new(out);
             let from = if status == Status::DENIED { SubsystemId::GENERAL } else { record.device };
             Answer::bare(from, record.request, status).encode(&mut writer).unwrap();
-            return if status == Status::OK && request.body == Body::Deploy { 0 } else { writer.len() };
+            return if status == Status::OK && request.body == Body::Deploy {
+                0
+            } else {
+                writer.len()
+            };
         }
         if self.defect.hears(&request.body) {
             return Monitor::handle(&mut self.device, now_ms, payload, out);

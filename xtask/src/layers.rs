@@ -12,6 +12,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-device", &["lafet-proto"]),
     ("lafet-sim", &["lafet-device", "lafet-proto"]),
     ("lafet-fuzz", &["lafet-device", "lafet-proto"]),
+    ("lafet-model", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),
     ("lafet-capture", &["lafet-proto"]),
     ("lafet", &["lafet-capture", "lafet-client", "lafet-sim", "lafet-device", "lafet-proto"]),

@@ -15,6 +15,7 @@ mod layers;
 mod licences;
 mod links;
 mod metadata;
+mod model;
 mod no_std;
 mod physics;
 mod pictures;
@@ -143,6 +144,16 @@ const TASKS: &[Task] = &[
         about: "years in the life of a simulated monitor, checked all the time",
         details: "Ten years, unless told: docs/evidence-long-run.md says what happens in them.",
         run: years::years,
+    },
+    Task {
+        name: "model",
+        arguments: "[arguments of lafet-model…]",
+        about: "check the interlock on every state that a request, a fault or time can lead to",
+        details: "Prints states, unique states, depth and properties of each configuration; a law \
+                  that can be broken with the way there. Without arguments about ten minutes. \
+                  Arguments: --list, --seconds S, --states N, --depth N, --threads N, and names of \
+                  configurations. docs/model.md says what is checked and what is not.",
+        run: model::model,
     },
     Task {
         name: "licences",

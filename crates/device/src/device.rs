@@ -10,6 +10,7 @@ use crate::subsystem::buttons::{ButtonPost, Demand, Held, direction};
 use crate::subsystem::climatics::Climatics;
 use crate::subsystem::conn::{Conn, Source};
 use crate::subsystem::control::Control;
+use crate::subsystem::control::approach::AIMING;
 use crate::subsystem::deployer::Deployer;
 use crate::subsystem::detector::Detector;
 use crate::subsystem::drive::Drive;
@@ -262,10 +263,24 @@ impl Device {
             let [_, _, _, deployer] = &inputs.drives;
             self.deployer.step(now, deployer, &mut self.drives, params);
         }
+        if !self.is_deployed() {
+            self.end_aims();
+        }
         self.run_buttons(now);
         let (control, detector, mut env) = self.programs();
         detector.step(now, &mut env);
         control.step(now, &mut env);
+    }
+
+    /// §3.1/1 What aims ends with the working position, and does not go on when that is reached
+    /// again; programs end by themselves.
+    fn end_aims(&mut self) {
+        for axis in AIMING {
+            let drive = by_axis(&mut self.drives, axis);
+            if matches!(drive.mover(), Some(Cause::Request(_) | Cause::Button(_))) {
+                drive.stop(Cause::Rule(Rule::NotDeployed));
+            }
+        }
     }
 
     /// §3.3.10/1 Buttons act as requests would, and are refused where those would be.

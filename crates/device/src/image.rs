@@ -8,7 +8,7 @@ use lafet_proto::SubsystemId;
 use lafet_proto::flags::ButtonState;
 
 /// The four drives, as they index the process image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Axis {
     /// Elevation.
@@ -50,7 +50,7 @@ impl Axis {
 }
 
 /// The two valves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum ValveNo {
     /// Water.
@@ -109,7 +109,7 @@ impl Place {
 }
 
 /// Remote units of the explosion-proof execution, on the internal bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Unit {
     /// Elevation drive.

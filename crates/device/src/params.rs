@@ -26,10 +26,17 @@ const WORDS: usize = Param::COUNT.div_ceil(32);
 const RETRY_MS: u32 = 60_000;
 
 /// A stored trajectory.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Default, PartialEq)]
 struct Stored {
     points: [TrajectoryPoint; POINTS],
     len: u8,
+}
+
+/// The points there are: what stands behind them means nothing.
+impl core::fmt::Debug for Stored {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_list().entries(self.points.iter().take(self.len.into())).finish()
+    }
 }
 
 /// Every parameter's value.

@@ -53,6 +53,26 @@ fn all() -> [Rig; 5] {
     [wrapped(), deploying(), Rig::deployed(), wrapping(), between()]
 }
 
+/// §3.1/1 What aims ends with the working position: it goes on neither as a fault nor later.
+#[test]
+fn an_aim_ends_when_the_barrel_is_folded() {
+    let mut rig = Rig::deployed();
+    rig.move_to(Axis::Horizontal, 21_600);
+    rig.run(200);
+    assert!(rig.speed(Axis::Horizontal) > 0);
+    rig.move_to(Axis::Deployer, -21_600);
+    rig.run(20);
+    assert!(rig.speed(Axis::Deployer) < 0);
+    let flags = rig.drive_flags(Axis::Horizontal);
+    assert!(!flags.intersects(DriveFlags::MOVE | DriveFlags::INTERNAL_FAULT), "{flags:?}");
+    rig.run(1000);
+    rig.deploy();
+    rig.run_while(500, |rig| rig.speed(Axis::Horizontal) == 0);
+    rig.move_to(Axis::Horizontal, 21_600);
+    rig.run(200);
+    assert!(rig.speed(Axis::Horizontal) > 0);
+}
+
 /// §3.10/1, §3.10/2, §3.11/1, §3.11/2, §3.3.8/1 From each position to each end; one flag at a time.
 #[test]
 fn every_transition() {

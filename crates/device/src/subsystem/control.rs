@@ -98,10 +98,16 @@ struct Walk {
 
 /// Bytes of the request that the program keeps: points, numbers of stored trajectories, or
 /// corrections.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub(crate) struct Data {
     bytes: [u8; DATA_MAX],
     len: usize,
+}
+
+impl core::fmt::Debug for Data {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.bytes().fmt(f)
+    }
 }
 
 /// Extinguishing.

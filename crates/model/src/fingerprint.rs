@@ -1,0 +1,294 @@
+//! When two states of the device are one: its `Debug` text, read while it is written.
+//!
+//! The text names every field of every part, so nothing that is added to the device can be forgotten
+//! here: it counts until it is named below. Moments are taken relative to now.
+
+use std::fmt::{self, Debug, Write};
+use std::hash::{DefaultHasher, Hasher};
+
+/// Fields that decide nothing that the model could see, wherever they stand.
+///
+/// The composition and the clock of the last step are the same in all states of a run; the interfaces
+/// keep only when somebody last asked (§3.3.9); climate is not modelled; the plant knows no speeds,
+/// only directions; how long a motion has been watched decides when a fault is told, not whether.
+const IGNORED: &[&str] = &[
+    "chain",
+    "address",
+    "outputs",
+    "causes",
+    "climatics",
+    "external_conn",
+    "radio",
+    "last_step",
+    "crash",
+    "watch",
+    "nearest",
+    "speed_cap_tenths",
+];
+
+/// Numbers of which only the sign decides.
+const SIGNS: &[&str] = &["speed_milli", "speed_tenths"];
+
+/// What else can be left out of a part.
+const PARTS: &[Part] = &[
+    // Whether a request, a button or a program moves it decides; which request does not.
+    Part { name: "Asked", rest: None, never: &["request", "to", "source"], dormant: &[] },
+    Part { name: "Drive", rest: Some(("goal", "Hold")), never: &["driven"], dormant: &["cause"] },
+    Part { name: "Valve", rest: None, never: &["cause"], dormant: &[] },
+    // Its cause follows from where it is on the way to.
+    Part { name: "Deployer", rest: None, never: &["cause"], dormant: &[] },
+    // What only reports: the flags of the last program or search.
+    Part {
+        name: "Control",
+        rest: Some(("state", "Idle")),
+        never: &["latched"],
+        dormant: &[
+            "task",
+            "cause",
+            "data",
+            "nozzle",
+            "nozzle_kept",
+            "nozzle_goal",
+            "elevation",
+            "approach",
+        ],
+    },
+    Part {
+        name: "Detector",
+        rest: Some(("state", "Idle")),
+        never: &["latched"],
+        dormant: &["cause", "hotbeds", "approach", "silence"],
+    },
+];
+
+/// Moments count by how far they are ahead, in steps of two: a timer has just begun, is half over,
+/// nearly over. Nothing in the device looks back but for steady pressure (§3.3.6).
+const CLASSES_MS: &[i32] = &[0, 100, 200, 400, 800, 1600, 3200];
+
+/// `never` decides anything, and `dormant` not while the field that is named says that the part is
+/// at rest: it is set anew before it is next looked at.
+struct Part {
+    name: &'static str,
+    rest: Option<(&'static str, &'static str)>,
+    never: &'static [&'static str],
+    dormant: &'static [&'static str],
+}
+
+/// What in a device decides how it goes on.
+pub fn of(device: &impl Debug, now_ms: u32) -> u64 {
+    let mut reader = Reader::new(now_ms);
+    write!(reader, "{device:?}").expect("the reader takes everything");
+    let mut hasher = DefaultHasher::new();
+    hasher.write(&reader.kept);
+    hasher.finish()
+}
+
+/// The text that is kept, for those who look for the difference between two states.
+pub fn text(device: &impl Debug, now_ms: u32) -> String {
+    let mut reader = Reader::new(now_ms);
+    write!(reader, "{device:?}").expect("the reader takes everything");
+    String::from_utf8_lossy(&reader.kept).into_owned()
+}
+
+/// Follows derived `Debug` text: `Part { field: value, … }`, `Variant(value)`, `[value, …]`.
+struct Reader {
+    now_ms: u32,
+    kept: Vec<u8>,
+    /// What may turn out to be the name of a field or a part.
+    word: String,
+    open: Vec<Level>,
+    /// The next number is a moment.
+    moment: bool,
+    /// Of the number that follows only the sign counts.
+    sign: bool,
+    /// Nothing counts until the field at this depth ends.
+    mute: Option<usize>,
+}
+
+/// What has been opened: a brace, a parenthesis or a bracket.
+#[derive(Default)]
+struct Level {
+    braces: bool,
+    part: Option<&'static Part>,
+    /// The value that is read says whether it is at rest.
+    telling: bool,
+    asleep: bool,
+}
+
+impl Reader {
+    fn new(now_ms: u32) -> Self {
+        Self {
+            now_ms,
+            kept: Vec::with_capacity(16 * 1024),
+            word: String::new(),
+            open: Vec::with_capacity(16),
+            moment: false,
+            sign: false,
+            mute: None,
+        }
+    }
+
+    fn is_ignored(&self, field: &str) -> bool {
+        let innermost = self.open.last().and_then(|level| level.part);
+        IGNORED.contains(&field)
+            || innermost.is_some_and(|part| part.never.contains(&field))
+            || self.open.iter().any(|level| {
+                level.asleep && level.part.is_some_and(|part| part.dormant.contains(&field))
+            })
+    }
+
+    /// The last word was the name of a field.
+    fn begin_field(&mut self) {
+        if self.mute.is_none() && self.is_ignored(&self.word) {
+            self.mute = Some(self.open.len());
+        }
+        if let Some(level) = self.open.last_mut() {
+            level.telling =
+                level.part.and_then(|part| part.rest).is_some_and(|(field, _)| field == self.word);
+        }
+        self.sign = SIGNS.contains(&self.word.as_str());
+        self.word.clear();
+    }
+
+    /// The last word was a value, or the name of a part.
+    fn flush(&mut self) {
+        if self.mute.is_none() {
+            self.kept.extend_from_slice(self.word.as_bytes());
+        }
+        self.word.clear();
+    }
+
+    fn end_field(&mut self) {
+        let depth = self.open.len();
+        if self.open.last().is_some_and(|level| level.braces) && self.mute == Some(depth) {
+            self.mute = None;
+        }
+    }
+
+    fn open(&mut self, braces: bool) {
+        let part = PARTS.iter().find(|part| braces && part.name == self.word);
+        self.open.push(Level { braces, part, ..Level::default() });
+        self.flush();
+    }
+
+    fn value(&mut self, text: &str) {
+        if let Some(level) = self.open.last_mut()
+            && level.telling
+        {
+            level.asleep =
+                level.part.and_then(|part| part.rest).is_some_and(|(_, at_rest)| at_rest == text);
+            level.telling = false;
+        }
+        self.flush();
+        let is_number = text.starts_with(|c: char| c.is_ascii_digit());
+        let text = if self.sign && is_number && text != "0" { "n" } else { text };
+        self.word.push_str(text);
+    }
+
+    /// Names of fields are the same in every state, so they are left out.
+    fn keep(&mut self, text: &str) {
+        if self.mute.is_none() {
+            self.kept.extend_from_slice(text.as_bytes());
+        }
+    }
+
+    fn number_of_moment(&mut self, text: &str) -> fmt::Result {
+        self.moment = false;
+        let moment: u32 = text.parse().map_err(|_| fmt::Error)?;
+        let ahead_ms = moment.wrapping_sub(self.now_ms).cast_signed();
+        let class = CLASSES_MS.iter().filter(|begin| ahead_ms > **begin).count();
+        self.keep(&class.to_string());
+        Ok(())
+    }
+}
+
+impl Write for Reader {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        match text.as_bytes() {
+            b": " => {
+                self.begin_field();
+                return Ok(());
+            }
+            b", " => {
+                self.flush();
+                self.end_field();
+            }
+            b" }" | b")" | b"]" => {
+                self.flush();
+                self.end_field();
+                self.open.pop();
+            }
+            b"(" | b"[" => self.open(false),
+            b" { " => self.open(true),
+            b"Millis" => {
+                self.flush();
+                self.moment = true;
+            }
+            _ if self.moment => return self.number_of_moment(text),
+            _ => {
+                self.value(text);
+                return Ok(());
+            }
+        }
+        self.keep(text);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::{ADDRESS, Plant};
+    use lafet_device::{Composition, Device, Source};
+    use lafet_proto::record::Writer;
+    use lafet_proto::request::Body;
+    use lafet_proto::{Request, SubsystemId};
+
+    fn device_at(now_ms: u32) -> (Device, Plant) {
+        let mut plant = Plant::new(&Composition::FULL, 0);
+        let device = Device::power_up(now_ms, &Composition::FULL, ADDRESS, None, &mut plant);
+        (device, plant)
+    }
+
+    fn ask(device: &mut Device, now_ms: u32, to: SubsystemId, body: Body<'_>) {
+        let mut payload = [0; 64];
+        let mut writer = Writer::new(&mut payload);
+        Request::new(to, body).encode(&mut writer).unwrap();
+        let len = writer.len();
+        device.handle(now_ms, Source::ExternalConn, &payload[..len], &mut [0; 512]);
+    }
+
+    #[test]
+    fn every_name_is_a_field() {
+        let (mut device, _) = device_at(0);
+        ask(&mut device, 0, SubsystemId::DEPLOYER, Body::Deploy);
+        let text = format!("{device:?}");
+        let of_parts = PARTS.iter().flat_map(|part| part.never.iter().chain(part.dormant));
+        for field in IGNORED.iter().chain(SIGNS).chain(of_parts) {
+            assert!(text.contains(&format!(" {field}: ")), "no field is called {field}");
+        }
+        for Part { name, rest, .. } in PARTS {
+            assert!(text.contains(&format!("{name} {{ ")), "no part is called {name}");
+            let Some((field, at_rest)) = rest else { continue };
+            assert!(text.contains(&format!("{field}: {at_rest}, ")), "{field} is never {at_rest}");
+        }
+    }
+
+    #[test]
+    fn the_clock_does_not_count_and_what_runs_does() {
+        let ((mut early, mut plant), (mut late, _)) = (device_at(0), device_at(u32::MAX - 50));
+        assert_eq!(of(&early, 0), of(&late, u32::MAX - 50));
+        assert!(text(&early, 0).contains("Timer { Some(Millis(1)) }"), "{}", text(&early, 0));
+        for (ms, device) in [(100, &mut early), (49, &mut late)] {
+            device.step(ms, &mut plant);
+        }
+        assert_eq!(of(&early, 100), of(&late, 49));
+        let before = of(&early, 100);
+        ask(&mut early, 100, SubsystemId::ALL, Body::GetStatus);
+        assert_eq!(of(&early, 100), before);
+        ask(&mut early, 100, SubsystemId::DEPLOYER, Body::Deploy);
+        assert_ne!(of(&early, 100), before);
+        // The time it is given for that runs out.
+        assert_ne!(of(&early, 100), of(&early, 20_000));
+    }
+}

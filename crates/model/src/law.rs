@@ -1,0 +1,70 @@
+//! What must always hold, whatever is asked and whatever breaks.
+
+use std::fmt;
+
+/// Names the laws once: the enumeration, its texts and the set of all.
+macro_rules! laws {
+    ($($law:ident $text:literal;)*) => {
+        /// A law of the interlock.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[repr(u8)]
+        pub enum Law { $(#[doc = $text] $law,)* }
+
+        impl Law {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$law,)*];
+
+            /// What it says.
+            pub const fn text(self) -> &'static str {
+                match self { $(Self::$law => $text,)* }
+            }
+        }
+    };
+}
+
+laws! {
+    WaterOnlyDeployed "no water while wrapped or between the positions";
+    NoOpeningWhereForbidden "no valve opens while wrapped, between, turning, searching, blocked or locked out";
+    NoAimingUnlessDeployed "nothing aims unless deployed";
+    NoFoldingWithWater "the barrel is not folded with water on";
+    LockedOutIsStill "nothing moves or opens when locked out, and open valves close";
+    LockoutStays "the lockout holds until it is switched off, over resets and power loss";
+    WithinLimits "no motion beyond the limits while they are on";
+    NothingUnasked "nothing starts that was not asked for since it last ended or was stopped";
+    OneAnswer "every request is answered, by the one or the ones it concerns";
+    DeniedWhereDue "what the state forbids is Denied, by the subsystem whose state it is";
+    OnePosition "wrapped, deploying, deployed and wrapping exclude each other, and the switches agree";
+    StopStops "a cycle after Stop All or Lockout no drive turns and no valve opens";
+}
+
+/// A set of laws: those that were broken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Laws(u16);
+
+impl Laws {
+    /// With this one, if it is broken.
+    pub fn judge(&mut self, law: Law, holds: bool) {
+        if !holds {
+            self.0 |= 1 << law as u8;
+        }
+    }
+
+    /// Whether it is among them.
+    pub const fn contains(self, law: Law) -> bool {
+        self.0 >> law as u8 & 1 == 1
+    }
+
+    /// None is broken.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl fmt::Display for Laws {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let broken = Law::ALL.iter().filter(|law| self.contains(**law));
+        broken
+            .enumerate()
+            .try_for_each(|(i, law)| write!(f, "{}{}", if i > 0 { "; " } else { "" }, law.text()))
+    }
+}

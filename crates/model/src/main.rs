@@ -1,0 +1,65 @@
+//! `lafet-model`: checks the interlock and prints what was looked at.
+
+use clap::Parser;
+use lafet_device::Device;
+use lafet_model::configuration::{ALL, Configuration};
+use lafet_model::report::{Effort, run};
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Check the interlock of the monitor on the functions that the firmware links
+#[derive(Parser)]
+struct Arguments {
+    /// Configurations to check; all when none is named
+    names: Vec<String>,
+    /// Longest time for each configuration, s
+    #[arg(long, value_name = "S")]
+    seconds: Option<u64>,
+    /// Stop each configuration after about this many states, repeats included
+    #[arg(long, value_name = "N")]
+    states: Option<usize>,
+    /// Longest path
+    #[arg(long, value_name = "N")]
+    depth: Option<usize>,
+    /// Threads; with one, paths to a broken law are the shortest there are
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    threads: usize,
+    /// List the configurations
+    #[arg(long)]
+    list: bool,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    if arguments.list {
+        for configuration in ALL {
+            println!("{:<13}{}", configuration.name, configuration.about);
+        }
+        return ExitCode::SUCCESS;
+    }
+    let unknown = arguments.names.iter().find(|name| Configuration::by_name(name).is_none());
+    if let Some(name) = unknown {
+        eprintln!("error: no configuration `{name}`; --list shows them");
+        return ExitCode::from(2);
+    }
+    let effort = Effort {
+        threads: arguments.threads.max(1),
+        states: arguments.states,
+        depth: arguments.depth,
+        timeout: arguments.seconds.map(Duration::from_secs),
+        until: None,
+    };
+    let chosen = |configuration: &&Configuration| {
+        arguments.names.is_empty() || arguments.names.iter().any(|n| n == configuration.name)
+    };
+    let (mut good, mut states, mut unique) = (true, 0, 0);
+    for configuration in ALL.iter().filter(chosen) {
+        let outcome = run::<Device>(configuration, effort);
+        println!("{outcome}");
+        good &= outcome.is_good();
+        states += outcome.states;
+        unique += outcome.unique;
+    }
+    println!("together     {states:>10} states {unique:>10} unique");
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

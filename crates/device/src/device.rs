@@ -185,6 +185,12 @@ impl Device {
                 drive.restrain();
             }
         }
+        let passed = self.outputs.valves.iter().zip(&wanted.valves);
+        for (valve, (passed, wanted)) in self.valves.iter_mut().zip(passed) {
+            if passed != wanted {
+                valve.restrain();
+            }
+        }
         self.params.poll_retry(now);
         if self.may_store() {
             self.params.flush(now, hal);

@@ -5,7 +5,7 @@ mod common;
 use common::{Plant, Rig};
 use lafet_device::image::{Axis, ValveOutput};
 use lafet_device::{Composition, Device};
-use lafet_proto::flags::{DeployerFlags as F, DriveFlags};
+use lafet_proto::flags::{DeployerFlags as F, DriveFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
@@ -356,6 +356,25 @@ fn pushed_out_of_position() {
     assert_eq!(rig.speed(Axis::Horizontal), 0);
     let answer = rig.one(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
     assert_eq!(answer, (DEPLOYER, Status::DENIED));
+}
+
+/// §3.3.5 A valve that is held back because the working position is lost is not a broken valve: it
+/// opens when the position is back, or its time ends without a fault.
+#[test]
+fn a_valve_held_back_is_not_broken() {
+    for back_after_ms in [1_000, 30_000] {
+        let mut rig = Rig::deployed();
+        rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+        rig.plant.place(Axis::Deployer, 5000);
+        rig.run_while(back_after_ms, |rig| rig.valve_output(0) == ValveOutput::Off);
+        assert!(!rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
+        rig.plant.place(Axis::Deployer, 5400);
+        rig.run(20);
+        let opens = back_after_ms < 10_000;
+        assert_eq!(rig.valve_output(0) == ValveOutput::Opening, opens);
+        rig.run(3_000);
+        assert!(!rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
+    }
 }
 
 /// §1/8, §3.8/1 What is opened and folded in one frame is opened only.

@@ -44,6 +44,8 @@ pub struct Valve {
     travel: Timer,
     /// Runs while the valve is driven away from the end it stands at.
     leaving: Timer,
+    /// Held back by the guard since it was told to move.
+    restrained: bool,
     input: ValveInput,
     latched: ValveFlags,
     overload_ms: u32,
@@ -70,6 +72,7 @@ impl Valve {
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
             leaving: Timer::default(),
+            restrained: false,
             input,
             latched: ValveFlags::empty(),
             overload_ms: 0,
@@ -164,6 +167,12 @@ impl Valve {
         self.watch_travel(now);
     }
 
+    /// The guard holds it back: that it does not move says nothing about its motor.
+    pub(crate) fn restrain(&mut self) {
+        self.leaving.stop();
+        self.restrained = true;
+    }
+
     pub(crate) fn output(&self) -> ValveOutput {
         match self.motion {
             Motion::Still => ValveOutput::Off,
@@ -223,6 +232,7 @@ impl Valve {
         }
         self.motion = motion;
         self.cause = cause;
+        self.restrained = false;
         self.latched = ValveFlags::empty();
         let travel_ms = param(self.no, ValveParam::TravelTime, params).unsigned_abs();
         // A valve in the cold is slower than its nameplate: half as much again is allowed.
@@ -286,8 +296,10 @@ impl Valve {
         } else if self.travel.poll(now) {
             self.stop(Cause::Rule(Rule::Timeout));
             // It has left the one end and not shown at the other: the sensor there; otherwise
-            // the valve itself has not moved.
-            self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
+            // the valve itself has not moved. What was held back had not all the time.
+            if !self.restrained {
+                self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
+            }
         }
     }
 }

@@ -10,6 +10,7 @@ use lafet_proto::{RequestId, SubsystemId};
 use super::ledger::{Ledger, Lock, Move, Start, is_running};
 use super::view::axis_of;
 use super::{Bilingual, Output, View};
+use crate::world::STEP_MS;
 
 /// How near a target is there, arc-minutes or mm: what a drive may pass it by, and a count.
 const TARGET_ALLOWANCE: i32 = 3;
@@ -172,6 +173,8 @@ fn drive_rule(
         Rule::NotDeployed => axis != Axis::Deployer && !is_working(ledger, view),
         Rule::Water => axis == Axis::Deployer && is_wet(view),
         Rule::Limit => is_beyond(view, axis, upwards),
+        // What was asked for since the last step may lead the other way.
+        Rule::EndSwitch if is_renewed(ledger, view, axis) => input.max_switch || input.min_switch,
         Rule::EndSwitch if upwards => input.max_switch,
         Rule::EndSwitch => input.min_switch,
         Rule::Overload => ledger.over_ms[axis as usize] >= OVERLOAD_MS,
@@ -242,6 +245,13 @@ fn is_wet(view: &View<'_>) -> bool {
         view.device.has(valve.id()) && !view.inputs.valves[valve as usize].close_switch
     };
     ValveNo::ALL.into_iter().any(wet)
+}
+
+/// Whether this drive was told something since the last step.
+fn is_renewed(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
+    let is_new = |at_ms: u64| view.now_ms <= at_ms + STEP_MS;
+    ledger.moves[axis as usize].is_some_and(|granted| is_new(granted.at_ms))
+        || ledger.starts.iter().any(|start| is_new(start.at_ms) && moves(start.program, axis))
 }
 
 fn is_beyond(view: &View<'_>, axis: Axis, upwards: bool) -> bool {

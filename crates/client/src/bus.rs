@@ -22,7 +22,7 @@ pub use roster::{Change, Roster};
 
 use lafet_proto::RequestId;
 use lafet_proto::bus::CONTROLLER;
-use lafet_proto::link::{Decoder, Frame};
+use lafet_proto::link::{Check, Decoder};
 use lafet_proto::record::Records;
 
 /// What the controller wants of a console.
@@ -56,7 +56,7 @@ impl Active {
             rest = &rest[taken..];
             if let Some(frame) = frame {
                 let ours = (frame.dst, frame.src) == (self.address, CONTROLLER);
-                word = if ours { wanted(&frame) } else { None };
+                word = if ours { wanted(frame.payload) } else { None };
             }
         }
         word
@@ -64,12 +64,18 @@ impl Active {
 
     /// The empty frame to the controller.
     pub fn nothing(&self) -> Vec<u8> {
-        controller::wire(CONTROLLER, self.address, &[])
+        nothing_from(self.address)
     }
 }
 
-fn wanted(frame: &Frame<'_>) -> Option<Word> {
-    match Records::new(frame.payload).next() {
+/// The empty frame to the controller.
+pub(crate) fn nothing_from(address: u8) -> Vec<u8> {
+    controller::wire(Check::Crc16, CONTROLLER, address, &[])
+}
+
+/// What the controller wants with a frame to a console.
+pub(crate) fn wanted(payload: &[u8]) -> Option<Word> {
+    match Records::new(payload).next() {
         None => Some(Word::Probed),
         Some(Ok(record)) if record.request == RequestId::ACCESS_GRANTED => Some(Word::Granted),
         Some(_) => None,

@@ -4,6 +4,7 @@ use std::io;
 use std::sync::Arc;
 
 use lafet_proto::Request;
+use lafet_proto::link::Check;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use tokio::time::Instant;
@@ -15,7 +16,7 @@ use crate::shared::{LinkEvent, LinkState, Shared, lock};
 use crate::task::{Ended, Job, Redial, Reply, Task};
 use crate::transport::Link;
 use crate::transport::memory::Memory;
-use crate::url::{Endpoint, Framing};
+use crate::url::{Endpoint, Framing, Manner};
 
 /// The controlling side of one monitor. Clones share one connection, and so do the clients of the
 /// other monitors on the same link: [`Client::at`].
@@ -53,7 +54,10 @@ impl Client {
             Endpoint::Serial { line, .. } => (line.echo, line.turnaround),
             _ => (config.echo, config.turnaround),
         };
+        let Manner { check, role } = endpoint.manner();
         let config = Config {
+            check,
+            role,
             addresses: endpoint.addresses(),
             framing: endpoint.framing(),
             duplicates: config.duplicates || link.is_datagram(),
@@ -144,6 +148,12 @@ impl Client {
         lock(&self.shared.stats).total
     }
 
+    /// The check that frames to this monitor bear now (§L/7): a CRC-32C where it was found out that
+    /// the monitor has it.
+    pub fn check(&self) -> Check {
+        if self.stats().crc32c > 0 { Check::Crc32c } else { Check::Crc16 }
+    }
+
     /// Every frame from now on that is sent or received on the link.
     pub fn trace(&self) -> broadcast::Receiver<Traced> {
         self.shared.trace.subscribe()
@@ -186,6 +196,13 @@ impl Client {
             Some(Ok(Ended { outcome: Outcome::Silence { tries }, .. })) => {
                 Err(Error::Absent { endpoint, tries })
             }
+            Some(Ok(Ended {
+                outcome:
+                    outcome @ (Outcome::CheckMissing
+                    | Outcome::NoGrant { .. }
+                    | Outcome::ControllerPresent),
+                ..
+            })) => Err(Error::NotProbed { endpoint, cause: bus_cause(&outcome) }),
             Some(Ok(ended)) => Err(Error::Link { endpoint, source: ended.source() }),
             Some(Err(QueueFull)) => Err(Error::Absent { endpoint, tries: 0 }),
         }
@@ -229,6 +246,10 @@ impl Client {
                 Outcome::LinkLost => unknown(Cause::Link(ended.source())),
                 Outcome::NotConnected => not_sent(request, Cause::Link(ended.source())),
                 Outcome::Expired => not_sent(request, Cause::Expired),
+                Outcome::CheckMissing => not_sent(request, Cause::CheckMissing),
+                Outcome::NoGrant { .. } | Outcome::ControllerPresent => {
+                    not_sent(request, bus_cause(&ended.outcome))
+                }
                 Outcome::Superseded { by, sent: true } => unknown(Cause::Superseded { by }),
                 Outcome::Superseded { by, sent: false } => {
                     not_sent(request, Cause::Superseded { by })
@@ -260,6 +281,16 @@ impl WeakClient {
         let Self { endpoint, config, address, jobs, shared } = self;
         let (endpoint, config, shared) = (endpoint.clone(), config.clone(), shared.clone());
         Some(Client { endpoint, config, address: *address, jobs: jobs.upgrade()?, shared })
+    }
+}
+
+/// Why a session refused to send.
+const fn bus_cause(outcome: &Outcome) -> Cause {
+    match outcome {
+        Outcome::CheckMissing => Cause::CheckMissing,
+        Outcome::NoGrant { controller: false } => Cause::NoController,
+        Outcome::NoGrant { controller: true } => Cause::NotGranted,
+        _ => Cause::ControllerPresent,
     }
 }
 

@@ -53,6 +53,13 @@ pub enum Error {
         /// How often the probe was sent.
         tries: u32,
     },
+    /// Nobody was asked whether somebody is there.
+    NotProbed {
+        /// Where.
+        endpoint: Arc<str>,
+        /// Why not.
+        cause: Cause,
+    },
     /// The request was sent; whether it was executed is not known.
     OutcomeUnknown {
         /// What was asked.
@@ -137,6 +144,14 @@ pub enum Cause {
     Expired,
     /// Another request of the same batch failed.
     EarlierFailed,
+    /// The monitor has no CRC-32C, which is insisted on.
+    CheckMissing,
+    /// A console waits for leave to speak, and there is no controller to give it.
+    NoController,
+    /// There is a controller, and it gives this console no leave to speak.
+    NotGranted,
+    /// There is a controller whose leave to speak was not waited for.
+    ControllerPresent,
 }
 
 impl Error {
@@ -184,6 +199,9 @@ impl Error {
                 "Nobody answers at {endpoint} (probes: {tries}). Check the power, the cable, the \
                  address (addr=) and, on a serial line, the speed (baud=)."
             ),
+            Self::NotProbed { endpoint, cause } => {
+                format!("Nothing was sent to {endpoint}, because {}.", cause.english())
+            }
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
                 "{request} {to}: sent to {endpoint}, but {}. It may have been executed. {}",
                 cause.english(),
@@ -242,6 +260,9 @@ impl Error {
                 "На {endpoint} никто не отвечает, проб: {tries}. Проверьте питание, кабель, адрес \
                  (addr=), а на последовательной линии и скорость (baud=)."
             ),
+            Self::NotProbed { endpoint, cause } => {
+                format!("На {endpoint} ничего не отправлено, так как {}.", cause.russian())
+            }
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
                 "{request} {to}: отправлено на {endpoint}, но {}. Запрос мог быть исполнен. {}",
                 cause.russian(),
@@ -296,6 +317,20 @@ impl Cause {
             Self::QueueFull => "too many requests are waiting".into(),
             Self::Expired => "its time was over before its turn came".into(),
             Self::EarlierFailed => "another request of the batch failed".into(),
+            Self::CheckMissing => {
+                "the monitor answers frames with a CRC-16 only (use check=auto)".into()
+            }
+            Self::NoController => {
+                "there is no controller on the bus to give access (use role=direct)".into()
+            }
+            Self::NotGranted => {
+                "the controller of the bus gives this address no access (is src= one \
+                                 that it looks for, and nobody else's?)"
+                    .into()
+            }
+            Self::ControllerPresent => {
+                "there is a controller on the bus (use role=active, and a src= of your own)".into()
+            }
         }
     }
 
@@ -307,6 +342,18 @@ impl Cause {
             Self::QueueFull => "слишком много запросов в очереди".into(),
             Self::Expired => "его время вышло раньше, чем подошла очередь".into(),
             Self::EarlierFailed => "не удался другой запрос пакета".into(),
+            Self::CheckMissing => {
+                "ствол отвечает только на кадры с CRC-16 (укажите check=auto)".into()
+            }
+            Self::NoController => {
+                "на магистрали нет контроллера, который дал бы доступ (укажите role=direct)".into()
+            }
+            Self::NotGranted => "контроллер магистрали не даёт доступа этому адресу (ищет ли он \
+                                 src=, и не занят ли этот адрес другим?)"
+                .into(),
+            Self::ControllerPresent => {
+                "на магистрали есть контроллер (укажите role=active и свой src=)".into()
+            }
         }
     }
 }
@@ -371,6 +418,10 @@ mod tests {
             Error::NotSent { request, to, cause: Cause::QueueFull },
             Error::NotSent { request, to, cause: Cause::EarlierFailed },
             Error::NotSent { request, to, cause: Cause::Expired },
+            Error::NotSent { request, to, cause: Cause::CheckMissing },
+            Error::NotSent { request, to, cause: Cause::NoController },
+            Error::NotProbed { endpoint: endpoint.clone(), cause: Cause::NotGranted },
+            Error::NotProbed { endpoint: endpoint.clone(), cause: Cause::ControllerPresent },
             Error::NotARead { request, to },
             Error::Address { address: 129, endpoint: endpoint.clone() },
             Error::Link { endpoint, source },

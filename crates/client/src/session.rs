@@ -14,6 +14,8 @@
 //!                                         └─ handle_timeout ─▶ tries used up ─▶ poll_outcome
 //! ```
 
+mod bus_ear;
+mod check;
 pub(crate) mod doubt;
 pub mod echo;
 mod input;
@@ -31,10 +33,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use lafet_proto::RequestId;
-use lafet_proto::link::{self, Frame};
+use lafet_proto::link::{Check, Frame};
 
 use crate::answers::RequestBuf;
-use crate::url::{Addresses, Echo as EchoMode, Framing};
+use crate::url::{Addresses, Echo as EchoMode, Framing, Role};
+pub use check::CheckMode;
+use check::{Forms, Negotiation};
 use doubt::{Suspicion, Tag, Tags, looks_like_tag};
 use input::Input;
 pub use matching::Slot;
@@ -77,6 +81,10 @@ pub struct Config {
     pub duplicates: bool,
     /// Number frames in doubt; without it they wait for `drain_bound`.
     pub tags: bool,
+    /// What this side is on its bus.
+    pub role: Role,
+    /// Which check frames bear.
+    pub check: CheckMode,
     /// Whether what is sent comes back, as on RS-485 adapters that hear themselves.
     pub echo: EchoMode,
     /// Silence that is kept between the last byte heard and a frame: a transceiver needs it to turn
@@ -99,6 +107,8 @@ impl Default for Config {
             drain_bound: Duration::from_secs(3),
             duplicates: false,
             tags: true,
+            role: Role::Direct,
+            check: CheckMode::Crc16,
             echo: EchoMode::Off,
             turnaround: Duration::ZERO,
             resume: Duration::from_secs(10),
@@ -158,6 +168,15 @@ pub enum Outcome {
     NotConnected,
     /// Its time was over before its turn came; it was not sent.
     Expired,
+    /// The monitor has no CRC-32C, which is insisted on; it was not executed.
+    CheckMissing,
+    /// No controller gave leave to speak (`role=active`); it was not sent.
+    NoGrant {
+        /// Whether there is a controller.
+        controller: bool,
+    },
+    /// There is a controller that gives leave to speak, and we did not wait for it; not sent.
+    ControllerPresent,
 }
 
 /// The core: see the module's documentation.
@@ -173,6 +192,7 @@ pub struct Session {
     suspicion: Suspicion,
     tags: Tags,
     echo: Echo,
+    check: Negotiation,
     recent: VecDeque<Recent>,
     /// The last urgent requests.
     stops: VecDeque<(Ticket, Vec<RequestBuf>)>,
@@ -190,6 +210,7 @@ impl Session {
         let next_ticket = u64::from(config.addresses.monitor) << Ticket::ADDRESS_SHIFT;
         Self {
             input: Input::new(config.framing),
+            check: Negotiation::new(config.check, config.framing),
             config,
             urgent: VecDeque::new(),
             queue: VecDeque::new(),
@@ -216,7 +237,8 @@ impl Session {
 
     /// What it has seen.
     pub fn stats(&self) -> Stats {
-        self.input.counted(self.stats)
+        let crc32c = u32::from(self.check() == Check::Crc32c && self.stats.believed > 0);
+        self.input.counted(Stats { crc32c, ..self.stats })
     }
 
     /// Tries in a row without answer: the connection may be half open.
@@ -291,6 +313,9 @@ impl Session {
         (self.connected, self.was_connected) = (true, true);
         self.silent_tries = 0;
         self.input.reset();
+        if self.config.framing == Framing::Link {
+            self.check.connected();
+        }
         if self.echo == Echo::No {
             self.echo = Echo::Unknown { untagged: 0 };
         }
@@ -299,6 +324,7 @@ impl Session {
     /// The connection is lost. What is outstanding waits for the next one if it may be repeated.
     pub fn handle_disconnected(&mut self, now: Now) {
         self.connected = false;
+        self.check.disconnected();
         self.input.reset();
         if let Some(outstanding) = self.outstanding.take() {
             let Outstanding { mut operation, .. } = self.give_up(outstanding);
@@ -335,6 +361,7 @@ impl Session {
             self.expire(now);
             return;
         }
+        self.check_timed_out(now);
         if let Some(outstanding) = self.outstanding.take_if(|o| !o.due && now >= o.deadline) {
             self.try_failed(now, outstanding);
         }
@@ -351,6 +378,11 @@ impl Session {
         let waiting = self.urgent.iter().chain(&self.queue);
         if !self.connected {
             return waiting.map(|operation| operation.submitted + self.config.timeout).min();
+        }
+        if let Some(until) = self.probed_until(self.next_is_urgent())
+            && self.outstanding.as_ref().is_none_or(|outstanding| outstanding.due)
+        {
+            return Some(until);
         }
         match &self.outstanding {
             Some(outstanding) if outstanding.due => Some(now),
@@ -370,9 +402,21 @@ impl Session {
         if !self.connected {
             return None;
         }
+        if self.outstanding.as_ref().is_none_or(|outstanding| outstanding.due) {
+            self.refuse_missing(now);
+            let urgent = self.next_is_urgent();
+            if !urgent && let Some(probe) = self.poll_check(now) {
+                return Some(probe);
+            }
+            if self.probed_until(urgent).is_some_and(|until| now < until) {
+                return None;
+            }
+            self.probe_failed();
+        }
         if self.outstanding.is_none() {
             self.outstanding = self.next(now);
         }
+        let form = self.outstanding.as_ref().map_or(Check::Crc16, |o| self.next_form(o));
         let wait = self.outstanding.as_ref().map_or(Duration::ZERO, |o| self.wait(&o.operation));
         let outstanding = self.outstanding.as_mut().filter(|outstanding| outstanding.due)?;
         outstanding.due = false;
@@ -384,12 +428,13 @@ impl Session {
         outstanding.operation.sent = true;
         outstanding.operation.first_sent.get_or_insert(now);
         outstanding.tries += 1;
+        outstanding.forms.add(form);
         if let Some(tag) = outstanding.tag {
             self.tags.sent(now, tag);
         }
         self.stats.frames_sent += 1;
         self.stats.retries += u64::from(outstanding.tries > 1);
-        Some(self.frame())
+        Some(self.frame(form))
     }
 
     /// An operation that has ended.
@@ -403,7 +448,7 @@ impl Session {
     }
 
     /// The bytes of the outstanding frame.
-    fn frame(&mut self) -> Vec<u8> {
+    fn frame(&mut self, form: Check) -> Vec<u8> {
         let Some(Outstanding { operation, tag, .. }) = &self.outstanding else { return vec![] };
         let requests: Vec<u8> =
             operation.requests.iter().flat_map(RequestBuf::bytes).copied().collect();
@@ -416,11 +461,7 @@ impl Session {
             Framing::Records => [&requests, tag].concat(),
             Framing::Link => {
                 let payload = [tag, &requests].concat();
-                let mut wire = vec![0; link::wire_max(payload.len())];
-                let frame = Frame { dst, src, payload: &payload };
-                let len = link::encode(&frame, &mut wire).unwrap_or(0);
-                wire.truncate(len);
-                wire
+                check::wire(form, &Frame { dst, src, payload: &payload })
             }
         };
         self.trace(Verdict::Sent, dst, src, tagged, &requests);
@@ -457,11 +498,26 @@ impl Session {
             due: true,
             believe_from,
             untagged: false,
+            forms: Forms::default(),
         })
     }
 
     /// Whether there is a frame to be sent now, and whether it is urgent.
     fn wants(&self, now: Now) -> Option<bool> {
+        let wants = self.wants_now(now)?;
+        // What waits for the answer to a probe, but for what is urgent, waits on.
+        (wants || !self.check.is_probing()).then_some(wants)
+    }
+
+    /// Whether what is to be sent next is urgent.
+    fn next_is_urgent(&self) -> bool {
+        match &self.outstanding {
+            Some(outstanding) => outstanding.operation.is_urgent(),
+            None => !self.urgent.is_empty(),
+        }
+    }
+
+    fn wants_now(&self, now: Now) -> Option<bool> {
         match &self.outstanding {
             _ if !self.connected => None,
             Some(outstanding) => outstanding.due.then(|| outstanding.operation.is_urgent()),
@@ -472,6 +528,9 @@ impl Session {
 
     /// Since when the line is taken by a frame that is out, and until when.
     fn occupies(&self, now: Now) -> Option<(Now, Now)> {
+        if let Some(probe) = self.check.occupies().filter(|(_, until)| now < *until) {
+            return Some(probe);
+        }
         let outstanding = self.outstanding.as_ref().filter(|outstanding| !outstanding.due)?;
         let until = outstanding.deadline.min(outstanding.sent + self.config.timeout);
         (now < until).then_some((outstanding.sent, until))
@@ -511,6 +570,23 @@ impl Session {
         queue.push_front(operation);
     }
 
+    /// What waits is not sent; what is urgent only if `urgent`.
+    fn refuse_waiting(&mut self, outcome: &Outcome, urgent: bool) {
+        let due = |o: &mut Outstanding| o.due && (urgent || !o.operation.is_urgent());
+        let mut refused = Vec::new();
+        if let Some(outstanding) = self.outstanding.take_if(due) {
+            refused.push(self.give_up(outstanding).operation);
+        }
+        if urgent {
+            refused.extend(self.urgent.drain(..));
+        }
+        refused.extend(self.queue.drain(..));
+        for Operation { ticket, sent, tries, .. } in refused {
+            let outcome = if sent { Outcome::Silence { tries } } else { outcome.clone() };
+            self.outcomes.push_back((ticket, outcome));
+        }
+    }
+
     /// Without connection nothing waits longer than an answer would be waited for.
     fn expire(&mut self, now: Now) {
         let (timeout, outcomes) = (self.config.timeout, &mut self.outcomes);
@@ -539,6 +615,7 @@ impl Session {
         // An urgent frame is repeated sooner than silence means anything.
         let long = now >= outstanding.sent + self.config.timeout;
         self.silent_tries += u32::from(long);
+        self.check.silence(now);
         self.note_untagged(&mut outstanding);
         let operation = &outstanding.operation;
         let again = self.may_try_again(now, operation);

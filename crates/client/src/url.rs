@@ -4,6 +4,7 @@
 //! (observed).
 
 mod error;
+mod manner;
 mod serial;
 
 use std::collections::HashSet;
@@ -19,6 +20,7 @@ use url::{Host, Url};
 use crate::error::Lang;
 pub use error::UrlError;
 use error::{FRAMINGS, MONITOR_ADDRESSES, PORTS, SOURCE_ADDRESSES};
+pub use manner::{Manner, Role};
 pub use serial::{Echo, Rs485, SerialLine};
 
 /// Where a monitor is and how it is reached.
@@ -34,6 +36,8 @@ pub enum Endpoint {
         framing: Framing,
         /// Who talks to whom.
         addresses: Addresses,
+        /// How this side behaves.
+        manner: Manner,
     },
     /// One datagram = one link frame.
     Udp {
@@ -43,6 +47,8 @@ pub enum Endpoint {
         port: u16,
         /// Who talks to whom.
         addresses: Addresses,
+        /// How this side behaves.
+        manner: Manner,
     },
     /// RS-485 or RS-232, 8N1.
     Serial {
@@ -52,6 +58,8 @@ pub enum Endpoint {
         line: SerialLine,
         /// Who talks to whom.
         addresses: Addresses,
+        /// How this side behaves.
+        manner: Manner,
     },
     /// A simulated monitor in the same process. The caller brings it: see `Client::over`.
     Sim {
@@ -59,6 +67,8 @@ pub enum Endpoint {
         query: Vec<(String, String)>,
         /// Who talks to whom.
         addresses: Addresses,
+        /// How this side behaves.
+        manner: Manner,
     },
 }
 
@@ -98,6 +108,16 @@ impl Endpoint {
         }
     }
 
+    /// How this side behaves.
+    pub const fn manner(&self) -> Manner {
+        match self {
+            Self::Tcp { manner, .. }
+            | Self::Udp { manner, .. }
+            | Self::Serial { manner, .. }
+            | Self::Sim { manner, .. } => *manner,
+        }
+    }
+
     /// What travels: link frames everywhere but over `tcp://…?framing=records`.
     pub const fn framing(&self) -> Framing {
         match self {
@@ -121,21 +141,27 @@ impl FromStr for Endpoint {
                 let (host, port) = host_and_port(text, &url, "tcp")?;
                 let framing = options.framing()?;
                 let addresses = options.addresses()?;
-                options.finish(&["addr", "src", "framing"])?;
-                Ok(Self::Tcp { host, port, framing, addresses })
+                let manner = match framing {
+                    Framing::Link => Manner::read(&mut options, addresses)?,
+                    Framing::Records => Manner::default(),
+                };
+                options.finish(&["addr", "src", "framing", "check", "role"])?;
+                Ok(Self::Tcp { host, port, framing, addresses, manner })
             }
             "udp" => {
                 let (host, port) = host_and_port(text, &url, "udp")?;
                 let addresses = options.addresses()?;
-                options.finish(&["addr", "src"])?;
-                Ok(Self::Udp { host, port, addresses })
+                let manner = Manner { check: options.check()?, ..Manner::default() };
+                options.finish(&["addr", "src", "check"])?;
+                Ok(Self::Udp { host, port, addresses, manner })
             }
             "serial" => {
                 let path = device(text, &url)?;
                 let line = SerialLine::read(&mut options)?;
                 let addresses = options.addresses()?;
+                let manner = Manner::read(&mut options, addresses)?;
                 options.finish(&serial::OPTIONS)?;
-                Ok(Self::Serial { path, line, addresses })
+                Ok(Self::Serial { path, line, addresses, manner })
             }
             "sim" => {
                 let rest = format!("{}{}", url.host_str().unwrap_or(""), url.path());
@@ -143,7 +169,8 @@ impl FromStr for Endpoint {
                     return Err(UrlError::Part { url: text.into(), part: rest });
                 }
                 let addresses = options.addresses()?;
-                Ok(Self::Sim { query: options.rest, addresses })
+                let manner = Manner { check: options.check()?, ..Manner::default() };
+                Ok(Self::Sim { query: options.rest, addresses, manner })
             }
             scheme => Err(UrlError::Scheme { url: text.into(), scheme: scheme.into() }),
         }
@@ -202,7 +229,7 @@ impl Options {
         let rest: Vec<(String, String)> = url.query_pairs().into_owned().collect();
         // A simulator may be given several fires; nothing else makes sense twice.
         let mut seen = HashSet::new();
-        let single = |key: &str| url.scheme() != "sim" || matches!(key, "addr" | "src");
+        let single = |key: &str| url.scheme() != "sim" || matches!(key, "addr" | "src" | "check");
         match rest.iter().find(|(key, _)| single(key) && !seen.insert(key.clone())) {
             Some((key, _)) => Err(UrlError::Twice { key: key.clone() }),
             None => Ok(Self { rest }),
@@ -260,27 +287,31 @@ const PATH: &AsciiSet = &CONTROLS.add(b' ').add(b'?').add(b'#').add(b'%').add(b'
 impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Tcp { host, port, framing, addresses } => {
+            Self::Tcp { host, port, framing, addresses, manner } => {
                 write!(f, "tcp://{}:{port}?addr={}", Bracketed(host), addresses.monitor)?;
                 write_source(f, *addresses)?;
+                manner.write(f)?;
                 if *framing == Framing::Records { f.write_str("&framing=records") } else { Ok(()) }
             }
-            Self::Udp { host, port, addresses } => {
+            Self::Udp { host, port, addresses, manner } => {
                 write!(f, "udp://{}:{port}?addr={}", Bracketed(host), addresses.monitor)?;
-                write_source(f, *addresses)
+                write_source(f, *addresses)?;
+                manner.write(f)
             }
-            Self::Serial { path, line, addresses } => {
+            Self::Serial { path, line, addresses, manner } => {
                 let path = path.to_string_lossy();
                 let slashes = if path.starts_with('/') { "//" } else { "" };
                 let path = utf8_percent_encode(&path, PATH);
                 let SerialLine { baud, .. } = line;
                 write!(f, "serial:{slashes}{path}?baud={baud}&addr={}", addresses.monitor)?;
                 write_source(f, *addresses)?;
-                line.write(f)
+                line.write(f)?;
+                manner.write(f)
             }
-            Self::Sim { query, addresses } => {
+            Self::Sim { query, addresses, manner } => {
                 write!(f, "sim:?addr={}", addresses.monitor)?;
                 write_source(f, *addresses)?;
+                manner.write(f)?;
                 for (key, value) in query {
                     let pair = url::form_urlencoded::Serializer::new(String::new())
                         .append_pair(key, value)
@@ -326,15 +357,20 @@ mod tests {
             port,
             framing: Framing::Link,
             addresses,
+            manner: Manner::default(),
         };
+        let manner = Manner::default();
         assert_eq!(parse("tcp://monitor.local"), tcp("monitor.local", 10_485));
         assert_eq!(parse("tcp://10.0.0.7:4001/"), tcp("10.0.0.7", 4001));
         assert_eq!(parse("tcp://[fe80::1]"), tcp("fe80::1", 10_485));
         assert_eq!(parse("tcp://[::1]:9"), tcp("::1", 9));
         let (path, line) = (PathBuf::from("/dev/ttyUSB0"), SerialLine::default());
         assert_eq!(line.baud, 19_200);
-        assert_eq!(parse("serial:///dev/ttyUSB0"), Endpoint::Serial { path, line, addresses });
-        assert_eq!(parse("sim:"), Endpoint::Sim { query: vec![], addresses });
+        assert_eq!(
+            parse("serial:///dev/ttyUSB0"),
+            Endpoint::Serial { path, line, addresses, manner }
+        );
+        assert_eq!(parse("sim:"), Endpoint::Sim { query: vec![], addresses, manner });
     }
 
     #[test]
@@ -342,7 +378,7 @@ mod tests {
         let endpoint = parse("tcp://h?addr=127&src=200&framing=records");
         assert_eq!(endpoint.addresses(), Addresses { monitor: 127, source: 200 });
         assert_eq!(endpoint.framing(), Framing::Records);
-        let Endpoint::Sim { query, addresses } =
+        let Endpoint::Sim { query, addresses, .. } =
             parse("sim:?profile=full&fire=az%3D30,range%3D25&addr=3&fire=az=1")
         else {
             panic!("a sim")
@@ -363,6 +399,10 @@ mod tests {
             "serial:///dev/ttyUSB0?baud=57600&addr=127",
             "serial:///dev/serial/by-id/a%20b%25?src=130",
             "serial:COM3",
+            "serial:///dev/ttyUSB0?src=130&role=active&check=crc32c",
+            "tcp://h?check=auto&role=active",
+            "udp://h?check=crc32c",
+            "sim:?check=auto&seed=7",
             "serial:///dev/ttyS1?rs485=rts&rts_before=1&rts_after=2&echo=verify&turnaround=5",
             "serial:///dev/ttyS1?rs485=rts-low&terminate=on&echo=strip",
             "sim:",
@@ -397,6 +437,11 @@ mod tests {
             ("tcp://h?baud=9600", "`baud`"),
             ("tcp://h?framing=slip", "framing=slip"),
             ("udp://h?framing=records", "`framing`"),
+            ("udp://h?role=active", "`role`"),
+            ("tcp://h?framing=records&check=auto", "`check`"),
+            ("tcp://h?check=32", "check=32"),
+            ("serial:///dev/x?role=boss", "role=boss"),
+            ("serial:///dev/x?role=active&src=128", "src=128"),
             ("serial://", "serial://"),
             ("serial:///dev/x?baud=fast", "baud=fast"),
             ("serial:///dev/x?echo=loud", "echo=loud"),

@@ -7,7 +7,7 @@ use lafet_proto::bus::{
     ACCESS_GRANTED, BAUD_DEFAULT, CONSOLES, CONTROLLER, MONITORS, NetworkStatus, PROBE_TIMEOUT_MS,
     REPLY_TIMEOUT_MS, TRIES,
 };
-use lafet_proto::link::{Decoder, Frame, PAYLOAD_MAX, WIRE_MAX, encode};
+use lafet_proto::link::{Check, Decoder, Frame, PAYLOAD_MAX, WIRE_MAX, encode_with};
 use lafet_proto::record::{Record, Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::{Request, RequestId, Status, SubsystemId};
@@ -57,6 +57,9 @@ pub struct ControllerConfig {
     pub tries: u32,
     /// From one probe of a device that was dropped to the next (observed: about 1 s).
     pub probe_again: Duration,
+    /// Monitors that are there and have not been heard for this long are probed (ours); without it
+    /// they are noticed to be gone only by whoever asks them.
+    pub watch: Option<Duration>,
     /// Silence between the last byte heard and the next frame.
     pub turnaround: Duration,
     /// Frames of the controller's own between two grants, as long as it has some (ours).
@@ -75,6 +78,7 @@ impl Default for ControllerConfig {
             probe_timeout: Duration::from_millis(PROBE_TIMEOUT_MS.into()),
             tries: TRIES,
             probe_again: Duration::from_secs(1),
+            watch: None,
             turnaround: Duration::ZERO,
             own_share: 8,
             epoch_s: 0,
@@ -125,11 +129,19 @@ enum Turn {
     Asked {
         monitor: u8,
         console: u8,
-        wire: Vec<u8>,
+        request: Relayed,
         tries: u32,
     },
     /// A monitor was asked by the controller's own client, which repeats by itself.
     Own(u8),
+}
+
+/// A console's frame to a monitor.
+#[derive(Clone, Debug)]
+struct Relayed {
+    wire: Vec<u8>,
+    /// §L/7: a probe of a form that the monitor may not have; its silence says nothing.
+    tells_nothing: bool,
 }
 
 /// The controller of a bus.
@@ -153,6 +165,11 @@ pub struct Controller {
     own_left: u32,
     probed: bool,
     misses: BTreeMap<u8, u32>,
+    heard: BTreeMap<u8, Now>,
+    /// Something of the controller's own is urgent.
+    urgent: bool,
+    /// A console's request that is to be repeated after what is urgent.
+    parked: Option<Turn>,
     stats: BusStats,
 }
 
@@ -173,6 +190,9 @@ impl Controller {
             round: VecDeque::new(),
             probed: false,
             misses: BTreeMap::new(),
+            heard: BTreeMap::new(),
+            urgent: false,
+            parked: None,
             stats: BusStats::default(),
         }
     }
@@ -197,6 +217,21 @@ impl Controller {
         self.stats
     }
 
+    /// Whether the controller's own client has a Stop, Close or Lockout to send: it goes before
+    /// everything but the answer that is being waited for, and before repetitions.
+    pub const fn set_urgent(&mut self, urgent: bool) {
+        self.urgent = urgent;
+    }
+
+    /// The line was lost, and is there again: nobody has the word.
+    pub fn line_lost(&mut self) {
+        self.turn = Turn::Nobody;
+        self.deadline = None;
+        self.parked = None;
+        self.replies.clear();
+        self.decoders = Default::default();
+    }
+
     /// When [`Controller::handle_timeout`] or [`Controller::poll_transmit`] is to be called.
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
         match self.deadline {
@@ -204,7 +239,11 @@ impl Controller {
             None if !self.round.is_empty() || !self.replies.is_empty() => {
                 Some(self.quiet_until.max(now))
             }
-            None => self.roster.next_due().map(|due| due.max(self.quiet_until)),
+            None if self.parked.is_some() => Some(self.quiet_until.max(now)),
+            None => {
+                let due = self.roster.next_due().into_iter().chain(self.next_watch()).min();
+                due.map(|due| due.max(self.quiet_until))
+            }
         }
     }
 
@@ -224,7 +263,8 @@ impl Controller {
             rest = &rest[taken..];
             if let Some(Frame { dst, src, payload }) = frame {
                 let payload = payload.to_vec();
-                self.handle_frame(now, dst, src, &payload);
+                let check = self.decoders[index].check();
+                self.handle_frame(now, check, dst, src, &payload);
             }
         }
     }
@@ -236,28 +276,66 @@ impl Controller {
         }
         self.deadline = None;
         match std::mem::replace(&mut self.turn, Turn::Nobody) {
-            Turn::Nobody | Turn::Probed(_) => {}
+            Turn::Nobody => {}
+            Turn::Probed(address) => {
+                if self.roster.present().contains(address) {
+                    self.missed(address, now);
+                }
+            }
             Turn::Granted { console, tries } if tries < self.config.tries => {
                 self.stats.repeated += 1;
                 self.grant(now, console, tries + 1);
             }
             Turn::Granted { console, .. } => self.dropped(console, now),
-            Turn::Asked { monitor, console, wire, tries } if tries < self.config.tries => {
-                self.stats.repeated += 1;
-                self.queue(Port::Monitors, wire.clone());
-                let timeout = self.config.reply_timeout * (1 << tries);
-                self.wait(now, wire.len(), timeout);
-                self.turn = Turn::Asked { monitor, console, wire, tries: tries + 1 };
-            }
+            Turn::Asked { request, .. } if request.tells_nothing => {}
+            turn @ Turn::Asked { tries, .. } if tries < self.config.tries => match self.urgent {
+                true => self.parked = Some(turn),
+                false => self.ask_again(now, turn),
+            },
             Turn::Asked { monitor, .. } => self.dropped(monitor, now),
-            Turn::Own(monitor) => {
-                let misses = self.misses.entry(monitor).or_default();
-                *misses += 1;
-                if *misses >= self.config.tries {
-                    self.dropped(monitor, now);
-                }
-            }
+            Turn::Own(monitor) => self.missed(monitor, now),
         }
+    }
+
+    /// A console's request once more.
+    fn ask_again(&mut self, now: Now, turn: Turn) {
+        let Turn::Asked { monitor, console, request, tries } = turn else { return };
+        self.stats.repeated += 1;
+        self.queue(Port::Monitors, request.wire.clone());
+        self.wait(now, request.wire.len(), self.config.reply_timeout * (1 << tries));
+        self.turn = Turn::Asked { monitor, console, request, tries: tries + 1 };
+    }
+
+    /// It has not answered the controller itself.
+    fn missed(&mut self, address: u8, now: Now) {
+        let misses = self.misses.entry(address).or_default();
+        *misses += 1;
+        if *misses >= self.config.tries {
+            self.dropped(address, now);
+        }
+    }
+
+    /// When the next monitor is due that has not been heard for long.
+    fn next_watch(&self) -> Option<Now> {
+        let watch = self.config.watch?;
+        self.monitors_heard().map(|(_, heard)| heard + watch).min()
+    }
+
+    /// The monitor that has not been heard for longest, if that is too long.
+    fn to_watch(&mut self, now: Now) -> Option<u8> {
+        let watch = self.config.watch?;
+        let (address, heard) = self.monitors_heard().min_by_key(|(_, heard)| *heard)?;
+        let due = heard + watch <= now;
+        // Not again at once, answered or not: the others have their turns.
+        due.then(|| {
+            self.heard.insert(address, now.saturating_sub(watch) + self.config.probe_timeout)
+        });
+        due.then_some(address)
+    }
+
+    fn monitors_heard(&self) -> impl Iterator<Item = (u8, Now)> {
+        let present = self.present().iter().filter(|address| MONITORS.contains(address));
+        present.map(|address| (address, self.heard.get(&address).copied().unwrap_or_default()))
     }
 
     /// The next frame for the line. `own` is asked for one of the controller's own client (source
@@ -278,15 +356,19 @@ impl Controller {
         if !matches!(self.turn, Turn::Nobody) {
             return None;
         }
-        if self.own_left > 0
+        if (self.own_left > 0 || self.urgent)
             && let Some(wire) = own()
         {
-            self.own_left -= 1;
+            self.own_left = self.own_left.saturating_sub(1);
             self.begin_own(now, &wire);
             return Some(self.sent(Port::Monitors, wire));
         }
+        if let Some(turn) = self.parked.take() {
+            self.ask_again(now, turn);
+            return self.replies.pop_front().inspect(|_| self.stats.sent += 1);
+        }
         if !self.probed
-            && let Some(address) = self.roster.due(now)
+            && let Some(address) = self.roster.due(now).or_else(|| self.to_watch(now))
         {
             self.probed = true;
             let wire = frame(address, &[]);
@@ -305,7 +387,7 @@ impl Controller {
             }
             None => {
                 let wire = own()?;
-                self.own_left -= 1;
+                self.own_left = self.own_left.saturating_sub(1);
                 self.begin_own(now, &wire);
                 Some(self.sent(Port::Monitors, wire))
             }
@@ -348,14 +430,15 @@ impl Controller {
         self.deadline = Some(now + sending + timeout);
     }
 
-    fn handle_frame(&mut self, now: Now, dst: u8, src: u8, payload: &[u8]) {
+    fn handle_frame(&mut self, now: Now, check: Check, dst: u8, src: u8, payload: &[u8]) {
+        self.heard.insert(src, now);
         self.appeared(src);
         match std::mem::replace(&mut self.turn, Turn::Nobody) {
             Turn::Probed(address) if src == address => self.deadline = None,
             Turn::Own(monitor) if src == monitor && dst == CONTROLLER => self.deadline = None,
             Turn::Granted { console, .. } if src == console => {
                 self.deadline = None;
-                self.word_of(now, console, dst, payload);
+                self.word_of(now, check, console, dst, payload);
             }
             // The console's frame was spoilt for us alone.
             Turn::Granted { console, .. } if dst == console && MONITORS.contains(&src) => {
@@ -367,7 +450,7 @@ impl Controller {
                 self.stats.answers += 1;
                 if self.config.ports == Ports::Two {
                     self.stats.passed_on += 1;
-                    self.queue(Port::Consoles, wire(dst, src, payload));
+                    self.queue(Port::Consoles, wire(check, dst, src, payload));
                 }
             }
             turn => {
@@ -378,29 +461,32 @@ impl Controller {
     }
 
     /// A console has used its grant.
-    fn word_of(&mut self, now: Now, console: u8, dst: u8, payload: &[u8]) {
+    fn word_of(&mut self, now: Now, check: Check, console: u8, dst: u8, payload: &[u8]) {
         if dst == CONTROLLER {
             if payload.is_empty() {
                 self.stats.idle_grants += 1;
             } else {
-                self.serve(console, payload);
+                let answers = self.services(payload);
+                self.queue(Port::Consoles, wire(check, console, CONTROLLER, &answers));
             }
         } else if MONITORS.contains(&dst) {
             self.stats.requests += 1;
             self.journal.note(self.time_s(now), dst, console, payload);
-            let wire = wire(dst, console, payload);
+            let wire = wire(check, dst, console, payload);
             self.wait(now, 0, self.config.reply_timeout);
             if self.config.ports == Ports::Two {
                 self.stats.passed_on += 1;
                 self.queue(Port::Monitors, wire.clone());
                 self.wait(now, wire.len(), self.config.reply_timeout);
             }
-            self.turn = Turn::Asked { monitor: dst, console, wire, tries: 1 };
+            let tells_nothing = check == Check::Crc32c && payload.is_empty();
+            let request = Relayed { wire, tells_nothing };
+            self.turn = Turn::Asked { monitor: dst, console, request, tries: 1 };
         }
     }
 
-    /// The controller's own services (§B/1).
-    fn serve(&mut self, console: u8, payload: &[u8]) {
+    /// The controller's own services (§B/1): the answers to a frame.
+    pub fn services(&self, payload: &[u8]) -> Vec<u8> {
         let mut buffer = [0; PAYLOAD_MAX];
         let mut out = Writer::new(&mut buffer);
         for record in Records::new(payload).map_while(Result::ok) {
@@ -420,8 +506,7 @@ impl Controller {
                 break;
             }
         }
-        let wire = frame(console, out.written());
-        self.queue(Port::Consoles, wire);
+        out.written().to_vec()
     }
 
     fn appeared(&mut self, address: u8) {
@@ -450,12 +535,12 @@ const fn refusal(request: RequestId, status: Status) -> Record<'static> {
 
 /// A frame from the controller.
 fn frame(dst: u8, payload: &[u8]) -> Vec<u8> {
-    wire(dst, CONTROLLER, payload)
+    wire(Check::Crc16, dst, CONTROLLER, payload)
 }
 
-pub(super) fn wire(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+pub(super) fn wire(check: Check, dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
     let mut out = [0; WIRE_MAX];
     // What was received in a frame fits into one.
-    let len = encode(&Frame { dst, src, payload }, &mut out).unwrap_or(0);
+    let len = encode_with(check, &Frame { dst, src, payload }, &mut out).unwrap_or(0);
     out.get(..len).unwrap_or_default().to_vec()
 }

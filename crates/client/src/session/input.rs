@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use lafet_proto::Expected;
-use lafet_proto::link::{self, BODY_MAX, Decoder};
+use lafet_proto::link::{self, BODY_MAX, Check, Decoder};
 use lafet_proto::record::Records;
 
 use super::Stats;
@@ -33,6 +33,8 @@ pub struct Incoming {
     pub addresses: Option<(u8, u8)>,
     /// Its records.
     pub payload: Vec<u8>,
+    /// What it was checked by.
+    pub check: Check,
 }
 
 impl Input {
@@ -67,7 +69,9 @@ impl Input {
             rest = &rest[taken..];
             let Some(frame) = frame else { return };
             let addresses = Some((frame.dst, frame.src));
-            self.frames.push_back(Incoming { addresses, payload: frame.payload.to_vec() });
+            let payload = frame.payload.to_vec();
+            let check = self.decoder.check();
+            self.frames.push_back(Incoming { addresses, payload, check });
         }
     }
 
@@ -78,7 +82,8 @@ impl Input {
             Ok(frame) => {
                 self.datagram_errors.frames_received += 1;
                 let addresses = Some((frame.dst, frame.src));
-                self.frames.push_back(Incoming { addresses, payload: frame.payload.to_vec() });
+                let (payload, check) = (frame.payload.to_vec(), link::check_of(datagram));
+                self.frames.push_back(Incoming { addresses, payload, check });
             }
             Err(error) if matches!(error.expected, Expected::Crc(_) | Expected::Crc32c(_)) => {
                 self.datagram_errors.crc_errors += 1;
@@ -108,7 +113,7 @@ impl Input {
             None => return None,
         };
         self.records_frames += 1;
-        Some(Incoming { addresses: None, payload })
+        Some(Incoming { addresses: None, payload, check: Check::Crc16 })
     }
 
     /// Adds what was counted here.

@@ -6,11 +6,12 @@
 //! requests go first, whosesoever they are, and wait for a frame that is out no longer than
 //! [`Config::patience`].
 
+use super::bus_ear::BusEar;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
 use crate::answers::RequestBuf;
-use crate::url::{Addresses, Framing};
+use crate::url::{Addresses, Framing, Role};
 
 /// When the line may be used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,16 +27,17 @@ pub enum Access {
 /// The sessions of a link: see the module's documentation.
 #[derive(Debug)]
 pub struct Line {
-    config: Config,
-    sessions: Vec<Session>,
+    pub(super) config: Config,
+    pub(super) sessions: Vec<Session>,
     input: Input,
     echo: EchoFilter,
     /// Whose turn is looked at first.
     turn: usize,
     access: Access,
-    granted: bool,
+    pub(super) granted: bool,
     connected: bool,
-    heard: Option<Now>,
+    pub(super) heard: Option<Now>,
+    pub(super) bus: BusEar,
     foreign: u64,
     tracing: bool,
 }
@@ -46,13 +48,17 @@ impl Line {
         Self {
             input: Input::new(Framing::Link),
             echo: EchoFilter::new(config.echo),
+            access: match config.role {
+                Role::Direct => Access::Free,
+                Role::Active => Access::Granted,
+            },
             config,
             sessions: Vec::new(),
             turn: 0,
-            access: Access::Free,
             granted: false,
             connected: false,
             heard: None,
+            bus: BusEar::default(),
             foreign: 0,
             tracing: false,
         }
@@ -102,6 +108,7 @@ impl Line {
     pub fn handle_connected(&mut self) {
         self.connected = true;
         self.granted = false;
+        self.bus = BusEar::default();
         self.input.reset();
         self.echo.reset();
         self.sessions.iter_mut().for_each(Session::handle_connected);
@@ -137,18 +144,26 @@ impl Line {
     /// Time has passed: see [`Line::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Now) {
         self.sessions.iter_mut().for_each(|session| session.handle_timeout(now));
+        self.mind_the_bus(now);
     }
 
     /// When [`Line::handle_timeout`] or [`Line::poll_transmit`] is to be called at the latest.
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
         let waiting = |session: &&Session| !self.connected || session.wants(now).is_none();
         let timers = self.sessions.iter().filter(waiting).filter_map(|s| s.poll_timeout(now));
-        timers.chain(self.send_from(now)).min()
+        timers.chain(self.send_from(now)).chain(self.bus_timeout(now)).min()
     }
 
     /// Bytes to send, if any.
     pub fn poll_transmit(&mut self, now: Now) -> Option<Vec<u8>> {
         self.handle_timeout(now);
+        if let Some(word) = self.word(now) {
+            return self.answer_controller(now, word);
+        }
+        self.poll_sessions(now)
+    }
+
+    pub(super) fn poll_sessions(&mut self, now: Now) -> Option<Vec<u8>> {
         if self.send_from(now)? > now {
             return None;
         }
@@ -233,6 +248,9 @@ impl Line {
 
     fn handle_input(&mut self, now: Now) {
         while let Some(frame) = self.input.poll_frame(None) {
+            if self.heard_controller(now, &frame) {
+                continue;
+            }
             let to_us = |(dst, _)| dst == self.config.addresses.source;
             let from = frame.addresses.filter(|addresses| to_us(*addresses)).map(|(_, src)| src);
             match from.and_then(|address| self.find(address)) {
@@ -240,6 +258,10 @@ impl Line {
                 None => self.count_foreign(&frame),
             }
         }
+    }
+
+    pub(super) fn echo_sent(&mut self, bytes: &[u8]) {
+        self.echo.sent(bytes);
     }
 
     fn count_foreign(&mut self, frame: &Incoming) {

@@ -2,6 +2,7 @@
 
 use lafet_proto::RequestId;
 
+use super::check::Forms;
 use super::doubt::Tag;
 use super::{Now, Ticket};
 use crate::answers::RequestBuf;
@@ -39,6 +40,8 @@ pub struct Outstanding {
     pub believe_from: Now,
     /// An answer without the tag has come.
     pub untagged: bool,
+    /// The forms in which it has been sent.
+    pub forms: Forms,
 }
 
 /// Whether the monitor answers tags.

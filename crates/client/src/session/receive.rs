@@ -1,10 +1,11 @@
 //! What comes in: which frames are believed, and what the others are.
 
+use lafet_proto::link::Check;
 use lafet_proto::{Record, RequestId, SubsystemId};
 
 use super::input::Incoming;
 use super::matching::deal;
-use super::operation::{Echo, Operation, Recent};
+use super::operation::{Echo, Operation, Outstanding, Recent};
 use super::{Now, Outcome, Session, Tag, Verdict};
 use crate::answers::records;
 use crate::url::{Addresses, Framing};
@@ -27,16 +28,26 @@ impl Session {
             self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
             return;
         }
-        let (verdict, tagged, payload) = self.handle_payload(now, &frame.payload);
+        let (verdict, tagged, payload) = match self.check_heard(now, frame) {
+            true => (Verdict::Believed, false, &frame.payload[..]),
+            false => self.handle_payload(now, &frame.payload, frame.check),
+        };
         *self.stats.count(verdict) += 1;
         self.trace(verdict, dst, src, tagged, payload);
     }
 
     /// A frame from the monitor to us: what it is, whether it has a tag, and what else is in it.
-    fn handle_payload<'p>(&mut self, now: Now, payload: &'p [u8]) -> (Verdict, bool, &'p [u8]) {
+    fn handle_payload<'p>(
+        &mut self,
+        now: Now,
+        payload: &'p [u8],
+        check: Check,
+    ) -> (Verdict, bool, &'p [u8]) {
         let Some(all) = records(payload) else { return (Verdict::Unmatched, false, payload) };
         let at_end = self.config.framing == Framing::Records;
-        let Some(outstanding) = self.outstanding.as_mut().filter(|o| o.tries > 0) else {
+        // It answers in the form in which it was asked (§L/7).
+        let asked = |o: &&mut Outstanding| o.tries > 0 && o.forms.has(check);
+        let Some(outstanding) = self.outstanding.as_mut().filter(asked) else {
             return (self.classify(&all), false, payload);
         };
         let (rest, bytes) = match outstanding.tag {

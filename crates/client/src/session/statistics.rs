@@ -87,7 +87,8 @@ impl fmt::Display for LinkStatistics {
         }
         let permille = |n: u32| (n / 10, n % 10);
         let ((a, b), (c, d)) = (permille(last.loss_permille()), permille(total.loss_permille()));
-        write!(f, " loss={a}.{b}%({c}.{d}%)")
+        write!(f, " loss={a}.{b}%({c}.{d}%)")?;
+        if total.crc32c > 0 { write!(f, " crc32c={}", total.crc32c) } else { Ok(()) }
     }
 }
 

@@ -35,6 +35,8 @@ pub struct Stats {
     pub collisions: u64,
     /// Frames whose echo did not come (`echo=verify`).
     pub echoes_missing: u64,
+    /// Monitors with which frames bear a CRC-32C now (`check=`).
+    pub crc32c: u32,
     /// Round trip of the last frame that was answered at the first try.
     pub rtt_last: Option<Duration>,
     /// The shortest.
@@ -69,6 +71,7 @@ impl Stats {
             reconnects: self.reconnects + other.reconnects,
             collisions: self.collisions + other.collisions,
             echoes_missing: self.echoes_missing + other.echoes_missing,
+            crc32c: self.crc32c + other.crc32c,
             ..self
         }
     }

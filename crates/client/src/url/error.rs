@@ -136,6 +136,9 @@ pub const PORTS: &str = "a number, 1…65535";
 pub const RS485: &str = "off, rts or rts-low";
 pub const ECHOES: &str = "off, strip or verify";
 pub const DELAYS: &str = "a time in milliseconds, 0…1000";
+pub const CHECKS: &str = "crc16, auto or crc32c";
+pub const ROLES: &str = "direct or active";
+pub const CONSOLE_ADDRESSES: &str = "a console's address, 129…254, with role=active";
 pub const SWITCH: &str = "on or off";
 pub const WITH_RS485: &str = "left out unless rs485=rts or rs485=rts-low is given";
 
@@ -149,6 +152,9 @@ fn allowed_ru(allowed: &'static str) -> &'static str {
         RS485 => "off, rts или rts-low",
         ECHOES => "off, strip или verify",
         DELAYS => "время в миллисекундах, 0…1000",
+        CHECKS => "crc16, auto или crc32c",
+        ROLES => "direct или active",
+        CONSOLE_ADDRESSES => "адрес пульта, 129…254, вместе с role=active",
         SWITCH => "on или off",
         WITH_RS485 => "только вместе с rs485=rts или rs485=rts-low",
         other => other,

@@ -9,8 +9,19 @@ use super::error::{BAUDS, DELAYS, ECHOES, RS485, SWITCH, WITH_RS485};
 use super::{Options, UrlError};
 
 /// The options of `serial:` URLs.
-pub const OPTIONS: [&str; 9] =
-    ["addr", "src", "baud", "rs485", "rts_before", "rts_after", "terminate", "echo", "turnaround"];
+pub const OPTIONS: [&str; 11] = [
+    "addr",
+    "src",
+    "baud",
+    "rs485",
+    "rts_before",
+    "rts_after",
+    "terminate",
+    "echo",
+    "turnaround",
+    "check",
+    "role",
+];
 
 /// Delays of more than this are a mistake.
 const DELAY_MS_MAX: u64 = 1000;
@@ -127,7 +138,7 @@ impl Echo {
 }
 
 impl Options {
-    fn one_of<T: Copy>(
+    pub(super) fn one_of<T: Copy>(
         &mut self,
         key: &str,
         names: &[(&str, T)],

@@ -1,0 +1,147 @@
+//! What a line hears of a bus controller (observed): leave to speak, and that it is needed.
+//!
+//! In the role `active` a frame goes out for each grant, and an empty frame to the controller when
+//! there is nothing to say; in the role `direct` a grant that is heard means that somebody else
+//! orders the line, and speaking on it would garble what others say.
+
+use std::time::Duration;
+
+use lafet_proto::bus::CONTROLLER;
+
+use super::input::Incoming;
+use super::line::Line;
+use super::{Now, Outcome};
+use crate::bus::{Word, nothing_from, wanted};
+use crate::url::{Framing, Role};
+
+/// A grant is for now: the controller waits 30 ms for a frame to begin (observed).
+const GRANT_LIFE: Duration = Duration::from_millis(25);
+/// A controller that has not been heard for this long is not there.
+const CONTROLLER_SILENT: Duration = Duration::from_secs(3);
+/// With a controller on the bus, leave to speak is waited for longer: it looks for new consoles one
+/// address after the other.
+const GRANT_WAIT: Duration = Duration::from_secs(30);
+
+/// What was heard of a controller.
+#[derive(Debug, Default)]
+pub struct BusEar {
+    /// What it wants of us, and since when.
+    word: Option<(Word, Now)>,
+    /// Its last frame.
+    controller: Option<Now>,
+    /// Its last grant to anybody.
+    granting: Option<Now>,
+    /// Since when something waits for a grant.
+    waiting: Option<Now>,
+}
+
+impl Line {
+    /// Takes what the controller says to us.
+    pub(super) fn heard_controller(&mut self, now: Now, frame: &Incoming) -> bool {
+        let own = self.config.addresses.source;
+        // Whatever follows a grant, the word is somebody else's.
+        if self.bus.word.take().is_some() {
+            self.granted = false;
+        }
+        let Some((dst, CONTROLLER)) = frame.addresses else { return false };
+        if own == CONTROLLER || self.config.framing == Framing::Records {
+            return false;
+        }
+        let word = wanted(&frame.payload);
+        self.bus.controller = Some(now);
+        if word == Some(Word::Granted) {
+            self.bus.granting = Some(now);
+        }
+        if dst != own || self.config.role != Role::Active {
+            return false;
+        }
+        match word {
+            // A probe is empty, and so is nothing that it answers us: we do not probe it.
+            Some(word) => {
+                self.bus.word = Some((word, now));
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// What the controller waits for.
+    pub(super) fn word(&mut self, now: Now) -> Option<Word> {
+        let (word, since) = self.bus.word?;
+        if now > since + GRANT_LIFE {
+            self.bus.word = None;
+            return None;
+        }
+        Some(word)
+    }
+
+    /// One frame of ours, or the empty one.
+    pub(super) fn answer_controller(&mut self, now: Now, word: Word) -> Option<Vec<u8>> {
+        if self.quiet_until().is_some_and(|until| now < until) {
+            return None;
+        }
+        self.bus.word = None;
+        let mut ours = None;
+        if word == Word::Granted {
+            self.bus.waiting = None;
+            self.granted = true;
+            ours = self.poll_sessions(now);
+            self.granted = false;
+        }
+        let bytes = ours.unwrap_or_else(|| {
+            let nothing = nothing_from(self.config.addresses.source);
+            self.echo_sent(&nothing);
+            nothing
+        });
+        Some(bytes)
+    }
+
+    fn quiet_until(&self) -> Option<Now> {
+        self.heard.map(|heard| heard + self.config.turnaround)
+    }
+
+    /// Tells those who wait in vain.
+    pub(super) fn mind_the_bus(&mut self, now: Now) {
+        match self.config.role {
+            Role::Direct => {
+                if self.is_ordered(now) {
+                    let outcome = Outcome::ControllerPresent;
+                    self.sessions.iter_mut().for_each(|s| s.refuse_waiting(&outcome, false));
+                }
+            }
+            Role::Active => {
+                if !self.sessions.iter().any(|session| session.wants(now).is_some()) {
+                    self.bus.waiting = None;
+                    return;
+                }
+                self.bus.waiting.get_or_insert(now);
+                let Some(until) = self.patience_until() else { return };
+                if now >= until {
+                    self.bus.waiting = None;
+                    let controller =
+                        self.bus.controller.is_some_and(|heard| now < heard + CONTROLLER_SILENT);
+                    let outcome = Outcome::NoGrant { controller };
+                    self.sessions.iter_mut().for_each(|s| s.refuse_waiting(&outcome, true));
+                }
+            }
+        }
+    }
+
+    /// Somebody else gives leave to speak on this line.
+    fn is_ordered(&self, now: Now) -> bool {
+        self.bus.granting.is_some_and(|granted| now < granted + CONTROLLER_SILENT)
+    }
+
+    /// Until when leave to speak is waited for.
+    fn patience_until(&self) -> Option<Now> {
+        let since = self.bus.waiting?;
+        let silent = since.max(self.bus.controller.unwrap_or_default()) + CONTROLLER_SILENT;
+        Some(silent.min(since + GRANT_WAIT))
+    }
+
+    /// When [`Line::mind_the_bus`] or the answer to the controller is due.
+    pub(super) fn bus_timeout(&self, now: Now) -> Option<Now> {
+        let word = self.bus.word.map(|_| self.quiet_until().unwrap_or(now).max(now));
+        word.into_iter().chain(self.patience_until()).min()
+    }
+}

@@ -1,0 +1,297 @@
+//! §L/7 Which check the frames to a monitor bear: found out by presence probes, and never believed
+//! to last (ours).
+//!
+//! A monitor answers each frame in the form in which it was asked, and one that does not know a
+//! form is silent to it. So a probe tells, and costs a moment when nobody answers it:
+//!
+//! - before the first frame of a connection, and now and then, one that bears a CRC-32C;
+//! - after silence, one in the form in use and one in the other: the monitor may have been replaced.
+//!
+//! Probes are sent only while something waits to be sent, and Stop, Close and Lockout on never wait
+//! for them: their tries go out in one form and the other by turns. An answer is believed only in a
+//! form in which its request was sent.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use lafet_proto::link::{self, Check, Frame};
+
+use super::input::Incoming;
+use super::operation::Outstanding;
+use super::{Now, Outcome, Session, Verdict};
+use crate::url::{Addresses, Framing};
+
+/// Which check frames bear, `check=`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CheckMode {
+    /// CRC-16/MODBUS (observed).
+    #[default]
+    Crc16,
+    /// CRC-32C (ours) with every monitor that has it, CRC-16 with the others.
+    Auto,
+    /// CRC-32C; a monitor that does not have it is an error.
+    Crc32c,
+}
+
+/// The shortest wait for the answer to a probe, when the usual round trip is known.
+const PROBE_LEAST: Duration = Duration::from_millis(30);
+/// Silence makes the session probe both forms, but not again sooner than this.
+const SILENCE_PAUSE: Duration = Duration::from_secs(5);
+/// From one look whether a plain monitor has a CRC-32C to the next: the first may have been lost.
+const LOOKS: [Duration; 3] =
+    [Duration::from_secs(1), Duration::from_secs(10), Duration::from_secs(300)];
+
+/// A probe that is out.
+#[derive(Clone, Copy, Debug)]
+struct Probe {
+    check: Check,
+    sent: Now,
+    deadline: Now,
+}
+
+/// What is known of a monitor's checks.
+#[derive(Debug)]
+pub struct Negotiation {
+    mode: CheckMode,
+    form: Check,
+    /// It answers, but not with a CRC-32C, which is insisted on.
+    missing: bool,
+    probe: Option<Probe>,
+    /// Probes that come before anything else.
+    plan: VecDeque<Check>,
+    looks: usize,
+    next_look: Now,
+    next_after_silence: Now,
+    /// When a probe with a CRC-32C was sent last.
+    last_long: Option<Now>,
+}
+
+impl Negotiation {
+    pub fn new(mode: CheckMode, framing: Framing) -> Self {
+        let mode = if framing == Framing::Records { CheckMode::Crc16 } else { mode };
+        let form = if mode == CheckMode::Crc32c { Check::Crc32c } else { Check::Crc16 };
+        Self {
+            mode,
+            form,
+            missing: false,
+            probe: None,
+            plan: VecDeque::new(),
+            looks: 0,
+            next_look: Now::ZERO,
+            next_after_silence: Now::ZERO,
+            last_long: None,
+        }
+    }
+
+    /// The check in use.
+    pub const fn form(&self) -> Check {
+        self.form
+    }
+
+    /// A probe is out.
+    pub const fn is_probing(&self) -> bool {
+        self.probe.is_some()
+    }
+
+    /// Since when, and until when, a probe takes the line.
+    pub fn occupies(&self) -> Option<(Now, Now)> {
+        self.probe.map(|probe| (probe.sent, probe.deadline))
+    }
+
+    /// A new connection: everything is found out anew.
+    pub fn connected(&mut self) {
+        *self = Self::new(self.mode, Framing::Link);
+        match self.mode {
+            CheckMode::Crc16 => {}
+            CheckMode::Auto => self.plan.push_back(Check::Crc32c),
+            CheckMode::Crc32c => self.plan.extend([Check::Crc32c, Check::Crc32c, Check::Crc16]),
+        }
+    }
+
+    pub fn disconnected(&mut self) {
+        self.probe = None;
+        self.plan.clear();
+    }
+
+    /// A frame was not answered.
+    pub fn silence(&mut self, now: Now) {
+        if self.mode != CheckMode::Crc16 && now >= self.next_after_silence && self.plan.is_empty() {
+            self.next_after_silence = now + SILENCE_PAUSE;
+            self.plan.extend([self.form, other(self.form)]);
+        }
+    }
+
+    /// The probe that is to be sent now.
+    fn due(&mut self, now: Now) -> Option<Check> {
+        let plain = self.mode == CheckMode::Auto && self.form == Check::Crc16;
+        if self.plan.is_empty() && (plain || self.missing) && now >= self.next_look {
+            self.plan.push_back(Check::Crc32c);
+        }
+        self.plan.pop_front()
+    }
+
+    fn sent(&mut self, check: Check, now: Now, wait: Duration) {
+        self.probe = Some(Probe { check, sent: now, deadline: now + wait });
+        if check == Check::Crc32c {
+            self.last_long = Some(now);
+            let pause = LOOKS[self.looks.min(LOOKS.len() - 1)];
+            self.looks += 1;
+            self.next_look = now + pause;
+        }
+    }
+
+    /// The form in which a try of an operation goes out.
+    fn form_of(&self, urgent: bool, tries: u32) -> Check {
+        let turned = urgent && self.mode != CheckMode::Crc16 && !tries.is_multiple_of(2);
+        if turned { other(self.form) } else { self.form }
+    }
+}
+
+const fn other(check: Check) -> Check {
+    match check {
+        Check::Crc16 => Check::Crc32c,
+        Check::Crc32c => Check::Crc16,
+    }
+}
+
+/// The forms in which an operation has been sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Forms {
+    crc16: bool,
+    crc32c: bool,
+}
+
+impl Forms {
+    pub const fn add(&mut self, check: Check) {
+        match check {
+            Check::Crc16 => self.crc16 = true,
+            Check::Crc32c => self.crc32c = true,
+        }
+    }
+
+    pub const fn has(self, check: Check) -> bool {
+        match check {
+            Check::Crc16 => self.crc16,
+            Check::Crc32c => self.crc32c,
+        }
+    }
+}
+
+impl Session {
+    /// The check that frames to this monitor bear now.
+    pub const fn check(&self) -> Check {
+        self.check.form()
+    }
+
+    /// The next try of what is outstanding goes out in this form.
+    pub(super) fn next_form(&self, outstanding: &Outstanding) -> Check {
+        self.check.form_of(outstanding.operation.is_urgent(), outstanding.tries)
+    }
+
+    /// A probe, if one is to be sent before what waits.
+    pub(super) fn poll_check(&mut self, now: Now) -> Option<Vec<u8>> {
+        let waits = self.outstanding.is_some() || !self.queue.is_empty();
+        if !waits || self.check.is_probing() {
+            return None;
+        }
+        let check = self.check.due(now)?;
+        let usual = self.stats.rtt_average.map(|rtt| PROBE_LEAST.max(rtt * 3));
+        let wait = usual.unwrap_or(self.config.patience).min(self.config.timeout);
+        self.check.sent(check, now, wait);
+        self.stats.frames_sent += 1;
+        let Addresses { monitor: dst, source: src } = self.config.addresses;
+        self.trace(Verdict::Sent, dst, src, false, &[]);
+        Some(wire(check, &Frame { dst, src, payload: &[] }))
+    }
+
+    /// Until when a probe that is out keeps what waits from being sent.
+    pub(super) fn probed_until(&self, urgent: bool) -> Option<Now> {
+        let (sent, until) = self.check.occupies()?;
+        Some(if urgent { until.min(sent + self.config.patience) } else { until })
+    }
+
+    /// The probe that is out has not been answered.
+    pub(super) fn probe_failed(&mut self) {
+        let Some(probe) = self.check.probe.take() else { return };
+        if probe.check == Check::Crc16 {
+            self.suspicion.raise(None, probe.sent);
+        }
+    }
+
+    pub(super) fn check_timed_out(&mut self, now: Now) {
+        if self.check.probe.is_some_and(|probe| now >= probe.deadline) {
+            self.probe_failed();
+        }
+        self.refuse_missing(now);
+    }
+
+    /// What a frame from the monitor says of its checks; whether it is the answer to our probe.
+    pub(super) fn check_heard(&mut self, now: Now, frame: &Incoming) -> bool {
+        if self.check.mode == CheckMode::Crc16 {
+            return false;
+        }
+        let answers = |probe: &Probe| probe.check == frame.check && frame.payload.is_empty();
+        let probe = self.check.probe.filter(answers);
+        if let Some(probe) = probe {
+            self.check.probe = None;
+            self.check.plan.clear();
+            self.stats.note_rtt(now.saturating_sub(probe.sent));
+            self.silent_tries = 0;
+            if self.config.duplicates {
+                self.suspicion.raise(None, probe.sent);
+            }
+        }
+        // Nothing but a monitor that has it sends a CRC-32C, however late.
+        if frame.check == Check::Crc32c {
+            self.use_crc32c();
+        } else if probe.is_some() {
+            self.use_crc16();
+        }
+        probe.is_some()
+    }
+
+    fn use_crc32c(&mut self) {
+        if self.check.form == Check::Crc16
+            && let Some(sent) = self.check.last_long
+        {
+            self.suspicion.raise(None, sent);
+        }
+        self.check.form = Check::Crc32c;
+        self.check.missing = false;
+        self.check.plan.clear();
+    }
+
+    fn use_crc16(&mut self) {
+        match self.check.mode {
+            CheckMode::Crc32c => self.check.missing = true,
+            _ if self.check.form == Check::Crc32c => {
+                self.check.form = Check::Crc16;
+                self.check.looks = 0;
+            }
+            _ => {}
+        }
+    }
+
+    /// A monitor without the check that is insisted on gets nothing but what stops it.
+    pub(super) fn refuse_missing(&mut self, now: Now) {
+        let settled = !self.check.is_probing() && self.check.plan.is_empty();
+        if !self.check.missing || !settled || now >= self.check.next_look {
+            return;
+        }
+        // What was sent in a form that it does not read was not executed either.
+        let due = |o: &mut Outstanding| o.due && !o.operation.is_urgent();
+        if let Some(outstanding) = self.outstanding.take_if(due) {
+            let ticket = self.give_up(outstanding).operation.ticket;
+            self.outcomes.push_back((ticket, Outcome::CheckMissing));
+        }
+        self.refuse_waiting(&Outcome::CheckMissing, false);
+    }
+}
+
+/// A frame as it goes on the wire.
+pub(super) fn wire(check: Check, frame: &Frame<'_>) -> Vec<u8> {
+    let mut wire = vec![0; link::wire_max(frame.payload.len())];
+    let len = link::encode_with(check, frame, &mut wire).unwrap_or(0);
+    wire.truncate(len);
+    wire
+}

@@ -1,0 +1,60 @@
+//! How this side behaves: which check its frames bear, and what it is on its bus.
+
+use std::fmt;
+
+use lafet_proto::bus::CONTROLLER;
+
+use super::error::{CHECKS, CONSOLE_ADDRESSES, ROLES};
+use super::{Addresses, Options, UrlError};
+use crate::session::CheckMode;
+
+/// How this side behaves on a link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Manner {
+    /// Which check frames bear, `check=`.
+    pub check: CheckMode,
+    /// What this side is on its bus, `role=`.
+    pub role: Role,
+}
+
+/// What a client is on its bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Role {
+    /// Alone with its monitors: it speaks when it wants to.
+    #[default]
+    Direct,
+    /// A console on a bus with a controller (observed): it speaks when it has access.
+    Active,
+}
+
+const CHECK_NAMES: &[(&str, CheckMode)] =
+    &[("crc16", CheckMode::Crc16), ("auto", CheckMode::Auto), ("crc32c", CheckMode::Crc32c)];
+const ROLE_NAMES: &[(&str, Role)] = &[("direct", Role::Direct), ("active", Role::Active)];
+
+impl Manner {
+    pub(super) fn read(options: &mut Options, addresses: Addresses) -> Result<Self, UrlError> {
+        let check = options.check()?;
+        let role = options.one_of("role", ROLE_NAMES, ROLES)?.unwrap_or_default();
+        if role == Role::Active && addresses.source == CONTROLLER {
+            let value = CONTROLLER.to_string();
+            return Err(UrlError::Value { key: "src".into(), value, allowed: CONSOLE_ADDRESSES });
+        }
+        Ok(Self { check, role })
+    }
+
+    /// The options that are not as usual.
+    pub(super) fn write(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, check) in CHECK_NAMES {
+            if *check == self.check && *check != CheckMode::default() {
+                write!(f, "&check={name}")?;
+            }
+        }
+        f.write_str(if self.role == Role::Active { "&role=active" } else { "" })
+    }
+}
+
+impl Options {
+    pub(super) fn check(&mut self) -> Result<CheckMode, UrlError> {
+        Ok(self.one_of("check", CHECK_NAMES, CHECKS)?.unwrap_or_default())
+    }
+}

@@ -5,9 +5,10 @@ mod fake;
 use std::time::Duration;
 
 use fake::{answer, encode};
-use lafet_client::session::line::{Access, Line};
+use lafet_client::session::line::Line;
 use lafet_client::session::{Config, Now, Outcome, QUEUE_MAX, Terms, Ticket};
-use lafet_client::{Echo, RequestBuf};
+use lafet_client::{Echo, RequestBuf, Role};
+use lafet_proto::bus::CONTROLLER;
 use lafet_proto::link::Decoder;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
@@ -15,6 +16,8 @@ use lafet_proto::{Request, SubsystemId};
 const MS: Duration = Duration::from_millis(1);
 const SECOND: Duration = Duration::from_secs(1);
 const STOP: [u8; 4] = [0x46, 0x5D, 0, 0];
+/// AccessGranted (observed).
+const GRANT: [u8; 4] = [0xE6, 0xC2, 0, 0];
 
 fn read() -> Vec<RequestBuf> {
     buf(Request::new(SubsystemId::VERTICAL, Body::GetStatus))
@@ -191,17 +194,86 @@ fn a_stop_overtakes_everything() {
 /// A console on a bus with a controller speaks once for each grant.
 #[test]
 fn with_a_controller_it_speaks_when_granted() {
-    let mut line = connected(Config::default());
-    line.set_access(Access::Granted);
+    let mut line = connected(Config { role: Role::Active, ..Config::default() });
     ask(&mut line, Now::ZERO, 1, read());
     ask(&mut line, Now::ZERO, 2, stop());
-    assert_eq!((sent(&mut line, Now::ZERO), line.poll_timeout(Now::ZERO)), (None, None));
-    line.grant();
+    assert_eq!(sent(&mut line, Now::ZERO), None);
+    // Somebody else's grant is none of ours.
+    line.handle_bytes(MS, &encode(130, CONTROLLER, &GRANT));
+    assert_eq!(sent(&mut line, MS), None);
+    line.handle_bytes(MS, &encode(129, CONTROLLER, &GRANT));
     assert_eq!(sent(&mut line, MS).unwrap().0, 2, "what is urgent goes first");
     reply(&mut line, 2 * MS, 2, &STOP);
     assert_eq!(sent(&mut line, 3 * MS), None, "one frame for one grant");
-    line.grant();
+    line.handle_bytes(4 * MS, &encode(129, CONTROLLER, &GRANT));
     assert_eq!(sent(&mut line, 4 * MS).unwrap().0, 1);
+    reply(&mut line, 5 * MS, 1, read()[0].bytes());
+    // Nothing to say, or only asked whether it is there: the empty frame to the controller.
+    for payload in [&GRANT[..], &[]] {
+        line.handle_bytes(6 * MS, &encode(129, CONTROLLER, payload));
+        assert_eq!(sent(&mut line, 6 * MS), Some((CONTROLLER, vec![])));
+    }
+}
+
+/// A grant is for now: who comes too late would speak into somebody else's turn.
+#[test]
+fn a_grant_passes() {
+    let active = || connected(Config { role: Role::Active, ..Config::default() });
+    let mut line = active();
+    ask(&mut line, Now::ZERO, 1, read());
+    line.handle_bytes(MS, &encode(129, CONTROLLER, &GRANT));
+    assert_eq!(sent(&mut line, 40 * MS), None, "too late");
+    let mut line = active();
+    ask(&mut line, Now::ZERO, 1, read());
+    let heard = [encode(129, CONTROLLER, &GRANT), encode(130, CONTROLLER, &GRANT)].concat();
+    line.handle_bytes(MS, &heard);
+    assert_eq!(sent(&mut line, MS), None, "the word is another's by now");
+}
+
+/// Without a controller a console says so after 3 s; with one that passes it over, after 30 s.
+#[test]
+fn waiting_for_a_grant_in_vain() {
+    let active = || connected(Config { role: Role::Active, ..Config::default() });
+    let mut line = active();
+    ask(&mut line, Now::ZERO, 1, read());
+    let end = |line: &mut Line, from: Now, each: &mut dyn FnMut(&mut Line, Now)| {
+        for step in 0..4000u32 {
+            let now = from + step * 10 * MS;
+            each(line, now);
+            assert_eq!(sent(line, now), None);
+            if let Some((_, outcome)) = line.poll_outcome() {
+                return (outcome, now);
+            }
+        }
+        panic!("it waits for ever");
+    };
+    let (outcome, at) = end(&mut line, Now::ZERO, &mut |_, _| {});
+    assert_eq!((outcome, at), (Outcome::NoGrant { controller: false }, 3000 * MS));
+    let mut line = active();
+    ask(&mut line, Now::ZERO, 1, read());
+    let (outcome, at) = end(&mut line, Now::ZERO, &mut |line, now| {
+        line.handle_bytes(now, &encode(130, CONTROLLER, &GRANT));
+    });
+    assert_eq!((outcome, at), (Outcome::NoGrant { controller: true }, 30_000 * MS));
+}
+
+/// In the role `direct` it does not speak where a controller gives leave to speak.
+#[test]
+fn who_is_alone_does_not_speak_on_an_ordered_line() {
+    let mut line = connected(Config::default());
+    line.handle_bytes(MS, &encode(130, CONTROLLER, &GRANT));
+    ask(&mut line, 2 * MS, 1, read());
+    assert_eq!(sent(&mut line, 2 * MS), None);
+    assert_eq!(line.poll_outcome().map(|(_, outcome)| outcome), Some(Outcome::ControllerPresent));
+    // A Stop goes out all the same: better garbled than not sent.
+    ask(&mut line, 3 * MS, 1, stop());
+    assert_eq!(sent(&mut line, 3 * MS).unwrap().0, 1);
+    // The controller is gone for 3 s.
+    let later = 3100 * MS;
+    line.handle_timeout(later);
+    while line.poll_outcome().is_some() {}
+    ask(&mut line, later, 2, read());
+    assert_eq!(sent(&mut line, later).unwrap().0, 2);
 }
 
 #[test]

@@ -133,7 +133,11 @@ enum Turn {
         tries: u32,
     },
     /// A monitor was asked by the controller's own client, which repeats by itself.
-    Own(u8),
+    Own {
+        monitor: u8,
+        source: u8,
+        tells_nothing: bool,
+    },
 }
 
 /// A console's frame to a monitor.
@@ -293,7 +297,8 @@ impl Controller {
                 false => self.ask_again(now, turn),
             },
             Turn::Asked { monitor, .. } => self.dropped(monitor, now),
-            Turn::Own(monitor) => self.missed(monitor, now),
+            Turn::Own { tells_nothing: true, .. } => {}
+            Turn::Own { monitor, .. } => self.missed(monitor, now),
         }
     }
 
@@ -338,8 +343,15 @@ impl Controller {
         present.map(|address| (address, self.heard.get(&address).copied().unwrap_or_default()))
     }
 
+    /// From when on `own` of [`Controller::poll_transmit`] may be asked; `None` while an answer is
+    /// waited for.
+    pub fn own_from(&self, now: Now) -> Option<Now> {
+        matches!(self.turn, Turn::Nobody).then(|| self.quiet_until.max(now))
+    }
+
     /// The next frame for the line. `own` is asked for one of the controller's own client (source
-    /// address 128) when its turn has come; it must be a whole link frame.
+    /// address 128, or one that [`super::Gateway`] lends) when its turn has come; it must be a whole
+    /// link frame.
     pub fn poll_transmit(
         &mut self,
         now: Now,
@@ -402,8 +414,10 @@ impl Controller {
     fn begin_own(&mut self, now: Now, wire: &[u8]) {
         let mut decoder: Box<Decoder> = Box::default();
         if let (_, Some(frame)) = decoder.push_slice(wire) {
-            self.turn = Turn::Own(frame.dst);
-            self.journal.note(self.time_s(now), frame.dst, CONTROLLER, frame.payload);
+            let Frame { dst: monitor, src: source, payload } = frame;
+            self.journal.note(self.time_s(now), monitor, source, payload);
+            let tells_nothing = payload.is_empty() && decoder.check() == Check::Crc32c;
+            self.turn = Turn::Own { monitor, source, tells_nothing };
         }
         self.wait(now, wire.len(), self.config.reply_timeout);
     }
@@ -435,7 +449,9 @@ impl Controller {
         self.appeared(src);
         match std::mem::replace(&mut self.turn, Turn::Nobody) {
             Turn::Probed(address) if src == address => self.deadline = None,
-            Turn::Own(monitor) if src == monitor && dst == CONTROLLER => self.deadline = None,
+            Turn::Own { monitor, source, .. } if (src, dst) == (monitor, source) => {
+                self.deadline = None;
+            }
             Turn::Granted { console, .. } if src == console => {
                 self.deadline = None;
                 self.word_of(now, check, console, dst, payload);

@@ -13,17 +13,6 @@ use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Trac
 use crate::answers::RequestBuf;
 use crate::url::{Addresses, Framing, Role};
 
-/// When the line may be used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Access {
-    /// Always: nobody else begins on it.
-    #[default]
-    Free,
-    /// A frame for each grant: [`Line::grant`].
-    Granted,
-}
-
 /// The sessions of a link: see the module's documentation.
 #[derive(Debug)]
 pub struct Line {
@@ -33,7 +22,7 @@ pub struct Line {
     echo: EchoFilter,
     /// Whose turn is looked at first.
     turn: usize,
-    access: Access,
+    /// One frame may be sent now, in the role `active`.
     pub(super) granted: bool,
     connected: bool,
     pub(super) heard: Option<Now>,
@@ -48,10 +37,6 @@ impl Line {
         Self {
             input: Input::new(Framing::Link),
             echo: EchoFilter::new(config.echo),
-            access: match config.role {
-                Role::Direct => Access::Free,
-                Role::Active => Access::Granted,
-            },
             config,
             sessions: Vec::new(),
             turn: 0,
@@ -67,22 +52,6 @@ impl Line {
     /// How it behaves; the monitor's address is the first one's.
     pub const fn config(&self) -> &Config {
         &self.config
-    }
-
-    /// Speak always, or once for each [`Line::grant`]: a console on a bus with a controller.
-    pub const fn set_access(&mut self, access: Access) {
-        self.access = access;
-        self.granted = false;
-    }
-
-    /// One frame may be sent now.
-    pub const fn grant(&mut self) {
-        self.granted = true;
-    }
-
-    /// The grant is gone: nothing was to be sent.
-    pub const fn revoke(&mut self) {
-        self.granted = false;
     }
 
     /// Queues requests to the monitor at an address.
@@ -233,7 +202,7 @@ impl Line {
 
     /// From when on the next frame may go out; `None` if there is none, or no grant.
     fn send_from(&self, now: Now) -> Option<Now> {
-        if !self.connected || (self.access == Access::Granted && !self.granted) {
+        if !self.connected || (self.config.role == Role::Active && !self.granted) {
             return None;
         }
         let urgent = self.sessions.iter().filter_map(|session| session.wants(now)).max()?;

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use lafet_client::bus::{Active, Controller, ControllerConfig, Port, Word};
-use lafet_client::session::line::{Access, Line as Client};
+use lafet_client::bus::{Controller, ControllerConfig, Port};
+use lafet_client::session::line::Line as Client;
 use lafet_client::session::{Outcome, Terms};
-use lafet_client::{Addresses, Config, RequestBuf};
+use lafet_client::{Addresses, Config, RequestBuf, Role};
 use lafet_device::Source;
 use lafet_device::port::Port as MonitorPort;
 use lafet_proto::bus::CONTROLLER;
@@ -29,7 +29,6 @@ pub struct Monitor {
 /// A console on the line: a client that speaks when it is granted.
 pub struct Console {
     pub client: Client,
-    active: Active,
     pub outcomes: Vec<Outcome>,
 }
 
@@ -52,13 +51,14 @@ pub fn status_of_all() -> RequestBuf {
     request(Body::GetStatus, SubsystemId::ALL)
 }
 
-fn client(source: u8, access: Access) -> Client {
+fn client(source: u8, role: Role) -> Client {
     let addresses = Addresses { monitor: 1, source };
     // The controller tries three times, 150, 300 and 600 ms; its own client does so itself.
-    let tries = if access == Access::Granted { 1 } else { 3 };
+    let tries = if role == Role::Active { 1 } else { 3 };
     let timeout = Duration::from_millis(1_200);
-    let mut client = Client::new(Config { addresses, timeout, tries, ..Config::default() });
-    client.set_access(access);
+    let turnaround = if role == Role::Active { TURNAROUND } else { Duration::ZERO };
+    let config = Config { addresses, timeout, tries, role, turnaround, ..Config::default() };
+    let mut client = Client::new(config);
     client.handle_connected();
     client
 }
@@ -76,15 +76,12 @@ impl Bus {
             stepped_ns: 0,
             silent: false,
         };
-        let console = |address| Console {
-            client: client(address, Access::Granted),
-            active: Active::new(address),
-            outcomes: Vec::new(),
-        };
+        let console =
+            |address| Console { client: client(address, Role::Active), outcomes: Vec::new() };
         Self {
             line: Line::new(baud, stations, noise, 7),
             controller: Controller::new(config),
-            own: client(CONTROLLER, Access::Free),
+            own: client(CONTROLLER, Role::Direct),
             own_outcomes: Vec::new(),
             monitors: (1..=monitors).map(monitor).collect(),
             consoles: (129..129 + consoles).map(console).collect(),
@@ -117,18 +114,26 @@ impl Bus {
         }
     }
 
-    /// The controller sends when it is its turn.
+    /// The controller sends when it is its turn, and a console when it has access.
     fn transmit(&mut self) {
-        if self.line.sends(0) {
-            return;
-        }
         let now = self.now();
         let own = &mut self.own;
-        if let Some(transmit) = self.controller.poll_transmit(now, || own.poll_transmit(now)) {
+        if !self.line.sends(0)
+            && let Some(transmit) = self.controller.poll_transmit(now, || own.poll_transmit(now))
+        {
             self.line.send(0, self.line.now_ns(), &transmit.bytes);
         }
         while let Some((_, outcome)) = self.own.poll_outcome() {
             self.own_outcomes.push(outcome);
+        }
+        for (number, console) in self.consoles.iter_mut().enumerate() {
+            let station = 1 + self.monitors.len() + number;
+            if let Some(bytes) = console.client.poll_transmit(now) {
+                self.line.send(station, self.line.now_ns(), &bytes);
+            }
+            while let Some((_, outcome)) = console.client.poll_outcome() {
+                console.outcomes.push(outcome);
+            }
         }
     }
 
@@ -143,7 +148,9 @@ impl Bus {
         }
         let now = self.now();
         let timers = [self.controller.poll_timeout(now), self.own.poll_timeout(now)];
-        let next = timers.into_iter().flatten().map(|time| time.as_nanos() as u64).min();
+        let consoles = self.consoles.iter().map(|console| console.client.poll_timeout(now));
+        let next =
+            timers.into_iter().chain(consoles).flatten().map(|time| time.as_nanos() as u64).min();
         let next = next.unwrap_or(until_ns).max(self.line.now_ns() + 10_000).min(until_ns);
         self.line.wait_until(next);
         let now = self.now();
@@ -188,19 +195,5 @@ impl Bus {
         let now = self.now();
         let console = &mut self.consoles[station - 1 - self.monitors.len()];
         console.client.handle_bytes(now, &[byte]);
-        while let Some((_, outcome)) = console.client.poll_outcome() {
-            console.outcomes.push(outcome);
-        }
-        let bytes = match console.active.heard(&[byte]) {
-            None => return,
-            Some(Word::Probed) => console.active.nothing(),
-            Some(Word::Granted) => {
-                console.client.grant();
-                let bytes = console.client.poll_transmit(now);
-                console.client.revoke();
-                bytes.unwrap_or_else(|| console.active.nothing())
-            }
-        };
-        self.line.send(station, self.line.now_ns() + TURNAROUND.as_nanos() as u64, &bytes);
     }
 }

@@ -1,0 +1,395 @@
+//! A bus controller on real links: moves bytes between [`Controller`], [`Gateway`], the lines and
+//! the programs that connect, and opens a lost line again.
+
+use std::future::{Future, pending};
+use std::io;
+use std::pin::Pin;
+use std::time::Duration;
+
+use lafet_proto::link::WIRE_MAX;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::mpsc;
+use tokio::time::{Instant, sleep, sleep_until, timeout};
+
+use super::{Change, Controller, ControllerConfig, Entry, Gateway, Port, Ports};
+use crate::session::Now;
+use crate::session::echo::EchoFilter;
+use crate::transport::Link;
+use crate::url::{Echo, Endpoint};
+
+/// Pause before a lost line is opened again.
+const REDIAL: Duration = Duration::from_secs(1);
+/// A peer that does not take a frame in this time is as good as lost.
+const SEND_TIMEOUT: Duration = Duration::from_secs(1);
+/// A TCP connection on which nothing has been heard for this long may be half open.
+const HALF_OPEN: Duration = Duration::from_secs(20);
+/// Answers to a program that it has not read; more are dropped.
+const UNREAD_MAX: usize = 64;
+/// What programs have said and the controller has not heard yet.
+const INBOX: usize = 64;
+
+/// Where a controller works.
+#[derive(Debug)]
+pub struct DriverConfig {
+    /// How it behaves; its `ports` follow from `consoles`.
+    pub controller: ControllerConfig,
+    /// The line of the monitors, and of the consoles if they have none of their own.
+    pub monitors: Endpoint,
+    /// The line of the consoles.
+    pub consoles: Option<Endpoint>,
+    /// Where programs connect.
+    pub programs: Option<TcpListener>,
+}
+
+/// What happens on a bus.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// A line is open.
+    Up(Port),
+    /// A line is lost or cannot be opened; it is tried again each second.
+    Down(Port, String),
+    /// Somebody has come or gone.
+    Change(Change),
+    /// A control request has gone over the bus.
+    Asked(Entry),
+    /// A program has connected: where from, and the address that it is lent.
+    Program(String, u8),
+    /// A program has gone.
+    ProgramGone(u8),
+}
+
+/// A running controller.
+#[derive(Debug)]
+pub struct Driver {
+    controller: Controller,
+    gateway: Gateway,
+    lines: Vec<Wire>,
+    programs: Option<TcpListener>,
+    /// The ways to the programs, with the address that each is lent.
+    connected: Vec<(u8, mpsc::Sender<Vec<u8>>)>,
+    said: mpsc::Sender<Said>,
+    heard: mpsc::Receiver<Said>,
+    noted: u64,
+    start: Instant,
+}
+
+/// What a program says; no bytes: it has gone.
+#[derive(Debug)]
+struct Said {
+    program: u8,
+    bytes: Vec<u8>,
+}
+
+type Dialing = Pin<Box<dyn Future<Output = io::Result<Link>> + Send>>;
+
+/// One of the lines.
+struct Wire {
+    port: Port,
+    endpoint: Endpoint,
+    link: Option<Link>,
+    dialing: Option<Dialing>,
+    echo: EchoFilter,
+    /// Nothing is sent before.
+    free: Now,
+    turnaround: Duration,
+    heard: Now,
+}
+
+impl std::fmt::Debug for Wire {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Wire").field("endpoint", &self.endpoint).field("link", &self.link).finish()
+    }
+}
+
+enum Happened {
+    Read(usize, io::Result<usize>),
+    Dialed(usize, io::Result<Link>),
+    Came(io::Result<TcpStream>),
+    Said(Said),
+    Time,
+}
+
+impl Driver {
+    /// A controller whose lines are not open yet.
+    pub fn new(config: DriverConfig) -> Self {
+        let DriverConfig { mut controller, monitors, consoles, programs } = config;
+        controller.ports = if consoles.is_some() { Ports::Two } else { Ports::One };
+        let mut lines = vec![Wire::new(Port::Monitors, monitors)];
+        lines.extend(consoles.map(|endpoint| Wire::new(Port::Consoles, endpoint)));
+        let (said, heard) = mpsc::channel(INBOX);
+        Self {
+            controller: Controller::new(controller),
+            gateway: Gateway::default(),
+            lines,
+            programs,
+            connected: Vec::new(),
+            said,
+            heard,
+            noted: 0,
+            start: Instant::now(),
+        }
+    }
+
+    /// Who is there, what was exchanged.
+    pub const fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// What programs have wanted that was not sent.
+    pub const fn gateway(&self) -> &Gateway {
+        &self.gateway
+    }
+
+    /// Runs until it is dropped.
+    pub async fn run(&mut self, mut tell: impl FnMut(Event)) {
+        let mut buffers = [[0; 2 * WIRE_MAX], [0; 2 * WIRE_MAX]];
+        loop {
+            self.transmit(&mut tell).await;
+            self.report(&mut tell);
+            self.lines.iter_mut().for_each(Wire::dial);
+            let due = self.poll_timeout();
+            let [first, second] = &mut buffers;
+            let (monitors, consoles) = self.lines.split_at_mut(1);
+            let happened = tokio::select! {
+                event = monitors[0].event(0, first) => event,
+                event = other(consoles, second) => event,
+                stream = accepted(&mut self.programs) => Happened::Came(stream),
+                Some(said) = self.heard.recv() => Happened::Said(said),
+                () = until(due.map(|due| self.start + due)) => Happened::Time,
+            };
+            let now = self.start.elapsed();
+            match happened {
+                Happened::Read(line, Ok(len)) => self.received(now, line, &buffers[line][..len]),
+                Happened::Read(line, Err(error)) => self.lost(line, &error, &mut tell),
+                Happened::Dialed(line, Ok(link)) => {
+                    let line = &mut self.lines[line];
+                    line.link = Some(link);
+                    line.heard = now;
+                    line.echo.reset();
+                    tell(Event::Up(line.port));
+                }
+                Happened::Dialed(line, Err(error)) => {
+                    tell(Event::Down(self.lines[line].port, error.to_string()));
+                }
+                Happened::Came(Ok(stream)) => self.came(stream, &mut tell),
+                // No file descriptor is left: not again at once.
+                Happened::Came(Err(_)) => sleep(Duration::from_millis(100)).await,
+                Happened::Said(said) => self.said(now, &said, &mut tell),
+                Happened::Time => self.half_open(now, &mut tell),
+            }
+        }
+    }
+
+    fn is_up(&self) -> bool {
+        self.lines.iter().all(|line| line.link.is_some())
+    }
+
+    fn poll_timeout(&self) -> Option<Now> {
+        if !self.is_up() {
+            return None;
+        }
+        let now = self.start.elapsed();
+        let own = self.controller.own_from(now).filter(|_| self.gateway.waits());
+        let free = self.lines.iter().map(|line| line.free).max().unwrap_or_default();
+        let controller = self.controller.poll_timeout(now);
+        let due = controller.into_iter().chain(own).min().map(|due| match due > now {
+            true => due,
+            // What is due and was not sent waits for the line to turn round.
+            false => due.max(free),
+        });
+        let silent = self.lines.iter().filter_map(Wire::half_open_at);
+        due.into_iter().chain(silent).min()
+    }
+
+    async fn transmit(&mut self, tell: &mut impl FnMut(Event)) {
+        while self.is_up() {
+            let now = self.start.elapsed();
+            if self.lines.iter().any(|line| now < line.free) {
+                return;
+            }
+            self.controller.set_urgent(self.gateway.is_urgent());
+            let gateway = &mut self.gateway;
+            let transmit = self.controller.poll_transmit(now, || gateway.poll_transmit(now));
+            let Some(transmit) = transmit else { return };
+            let index = if transmit.port == Port::Consoles { self.lines.len() - 1 } else { 0 };
+            let line = &mut self.lines[index];
+            line.echo.sent(&transmit.bytes);
+            let Some(link) = &mut line.link else { return };
+            let sent = timeout(SEND_TIMEOUT, link.send(&transmit.bytes)).await;
+            if let Err(error) = sent.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into())) {
+                self.lost(index, &error, tell);
+            }
+        }
+    }
+
+    fn received(&mut self, now: Now, index: usize, bytes: &[u8]) {
+        let line = &mut self.lines[index];
+        line.heard = now;
+        line.free = now + line.turnaround;
+        let bytes = line.echo.received(bytes);
+        self.controller.handle_bytes(now, line.port, &bytes);
+        if line.port == Port::Monitors {
+            for (program, answer) in self.gateway.handle_line(&bytes) {
+                self.answer(program, answer);
+            }
+        }
+    }
+
+    fn answer(&self, program: u8, bytes: Vec<u8>) {
+        let to = self.connected.iter().find(|(address, _)| *address == program);
+        if let Some((_, to)) = to {
+            // Who does not read loses answers, and nobody else waits for it.
+            _ = to.try_send(bytes);
+        }
+    }
+
+    fn came(&mut self, stream: TcpStream, tell: &mut impl FnMut(Event)) {
+        let Some(program) = self.gateway.connect() else { return };
+        let from = stream.peer_addr().map_or_else(|_| String::new(), |place| place.to_string());
+        let (answers, waiting) = mpsc::channel(UNREAD_MAX);
+        self.connected.push((program, answers));
+        tokio::spawn(serve(stream, program, self.said.clone(), waiting));
+        tell(Event::Program(from, program));
+    }
+
+    fn said(&mut self, now: Now, said: &Said, tell: &mut impl FnMut(Event)) {
+        if said.bytes.is_empty() {
+            self.connected.retain(|(address, _)| *address != said.program);
+            self.gateway.disconnect(said.program);
+            tell(Event::ProgramGone(said.program));
+            return;
+        }
+        let answers = self.gateway.handle_program(now, said.program, &said.bytes, &self.controller);
+        if !answers.is_empty() {
+            self.answer(said.program, answers);
+        }
+    }
+
+    fn lost(&mut self, index: usize, error: &io::Error, tell: &mut impl FnMut(Event)) {
+        let line = &mut self.lines[index];
+        line.link = None;
+        self.controller.line_lost();
+        tell(Event::Down(line.port, error.to_string()));
+    }
+
+    fn half_open(&mut self, now: Now, tell: &mut impl FnMut(Event)) {
+        for index in 0..self.lines.len() {
+            if self.lines[index].half_open_at().is_some_and(|at| now >= at) {
+                self.lost(index, &io::ErrorKind::TimedOut.into(), tell);
+            }
+        }
+        self.controller.handle_timeout(now);
+    }
+
+    fn report(&mut self, tell: &mut impl FnMut(Event)) {
+        while let Some(change) = self.controller.poll_change() {
+            tell(Event::Change(change));
+        }
+        let journal = self.controller.journal();
+        let dropped = journal.dropped();
+        let told = self.noted.saturating_sub(dropped);
+        for entry in journal.lines().skip(told as usize) {
+            tell(Event::Asked(entry.clone()));
+        }
+        self.noted = dropped + journal.lines().count() as u64;
+    }
+}
+
+impl Wire {
+    fn new(port: Port, endpoint: Endpoint) -> Self {
+        let (echo, turnaround) = match &endpoint {
+            Endpoint::Serial { line, .. } => (line.echo, line.turnaround),
+            _ => (Echo::Off, Duration::ZERO),
+        };
+        let echo = EchoFilter::new(echo);
+        let (free, heard) = (Now::ZERO, Now::ZERO);
+        // The first time it is opened at once.
+        let dialing = Some(dial(endpoint.clone(), Duration::ZERO));
+        Self { port, endpoint, link: None, dialing, echo, free, turnaround, heard }
+    }
+
+    fn dial(&mut self) {
+        if self.link.is_none() && self.dialing.is_none() {
+            self.dialing = Some(dial(self.endpoint.clone(), REDIAL));
+        }
+    }
+
+    fn half_open_at(&self) -> Option<Now> {
+        self.link.as_ref().filter(|link| link.can_be_half_open()).map(|_| self.heard + HALF_OPEN)
+    }
+
+    async fn event(&mut self, index: usize, buffer: &mut [u8]) -> Happened {
+        if let Some(dialing) = &mut self.dialing {
+            let link = dialing.await;
+            self.dialing = None;
+            return Happened::Dialed(index, link);
+        }
+        match &mut self.link {
+            Some(link) => Happened::Read(index, link.recv(buffer).await),
+            None => pending().await,
+        }
+    }
+}
+
+fn dial(endpoint: Endpoint, pause: Duration) -> Dialing {
+    Box::pin(async move {
+        sleep(pause).await;
+        Link::open(&endpoint).await
+    })
+}
+
+async fn other(lines: &mut [Wire], buffer: &mut [u8]) -> Happened {
+    match lines {
+        [line, ..] => line.event(1, buffer).await,
+        [] => pending().await,
+    }
+}
+
+async fn accepted(listener: &mut Option<TcpListener>) -> io::Result<TcpStream> {
+    match listener {
+        Some(listener) => listener.accept().await.map(|(stream, _)| stream),
+        None => pending().await,
+    }
+}
+
+async fn until(time: Option<Instant>) {
+    match time {
+        Some(time) => sleep_until(time).await,
+        None => pending().await,
+    }
+}
+
+/// Passes on what a program says, and what it is told, until it goes.
+async fn serve(
+    mut stream: TcpStream,
+    program: u8,
+    said: mpsc::Sender<Said>,
+    mut answers: mpsc::Receiver<Vec<u8>>,
+) {
+    // Answers are small, and somebody waits for each.
+    _ = stream.set_nodelay(true);
+    let mut buffer = [0; WIRE_MAX];
+    loop {
+        tokio::select! {
+            read = stream.read(&mut buffer) => match read {
+                Ok(0) | Err(_) => break,
+                Ok(len) => {
+                    let bytes = buffer[..len].to_vec();
+                    if said.send(Said { program, bytes }).await.is_err() {
+                        return;
+                    }
+                }
+            },
+            answer = answers.recv() => {
+                let Some(answer) = answer else { break };
+                let sent = timeout(SEND_TIMEOUT, stream.write_all(&answer)).await;
+                if !matches!(sent, Ok(Ok(()))) {
+                    break;
+                }
+            }
+        }
+    }
+    // The controller has ended when nobody hears it.
+    _ = said.send(Said { program, bytes: Vec::new() }).await;
+}

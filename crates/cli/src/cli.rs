@@ -111,6 +111,8 @@ pub enum Command {
     Send(cmd::send::SendArgs),
     /// Make text of captured bytes
     Decode(cmd::decode::DecodeArgs),
+    /// Be the controller of a bus with several monitors and consoles, or ask it
+    Bus(Box<cmd::bus::BusArgs>),
     /// Record what goes over the line, as MCAP or pcapng
     Record(cmd::record::RecordArgs),
     /// Show a recording in the rhythm in which it was made

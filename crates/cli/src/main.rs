@@ -74,6 +74,7 @@ fn run(command: Command, global: &Global, out: &mut Out) -> Outcome {
 async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
     match command {
         Command::Decode(args) => cmd::decode::run(&args, out),
+        Command::Bus(args) => cmd::bus::run(*args, global, out).await,
         Command::Record(args) => cmd::record::run(args, global, out).await,
         Command::Replay(args) => cmd::replay::run(args, out).await,
         Command::Dissector(args) => cmd::dissector::run(&args, out),

@@ -1,6 +1,8 @@
 //! One file per subcommand, or per family of them.
 
 pub mod backup;
+pub mod bus;
+pub mod bus_ask;
 pub mod calibrate;
 pub mod decode;
 pub mod demo;

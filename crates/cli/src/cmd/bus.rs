@@ -1,0 +1,417 @@
+//! `lafet bus`: the network controller of a bus (observed), and questions to one.
+
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use clap::{Args, Subcommand};
+use lafet_client::bus::{Change, ControllerConfig, Driver, DriverConfig, Entry, Event, LENT, Port};
+use lafet_client::{Endpoint, Error, Framing, Role};
+use lafet_proto::bus::{BAUD_DEFAULT, CONSOLES, CONTROLLER, MONITORS};
+use lafet_proto::{Record, Request, Status};
+use serde_json::{Value, json};
+use time::OffsetDateTime;
+use tokio::net::TcpListener;
+use tokio::time::sleep;
+
+use super::bus_ask;
+use crate::cli::{Global, seconds};
+use crate::connect::url_of;
+use crate::describe::hex;
+use crate::exchange::name;
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lang::pick;
+use crate::out::Out;
+
+/// Silence between a byte heard and a frame where the URL does not say it.
+const TURNAROUND: Duration = Duration::from_millis(1);
+
+/// `lafet bus`
+#[derive(Debug, Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:\n  lafet bus serial:///dev/ttyUSB0?baud=115200\n  \
+                  lafet bus serial:///dev/ttyUSB0 serial:///dev/ttyUSB1 --addresses 1-8,129-131\n  \
+                  lafet bus serial:///dev/ttyUSB0 --listen 127.0.0.1:10485\n  \
+                  lafet -c 'serial:///dev/ttyUSB2?role=active&src=130' bus who\n  \
+                  lafet -c tcp://127.0.0.1:10485 bus log"
+)]
+pub struct BusArgs {
+    /// What to ask a controller that is at work, instead of being one
+    #[command(subcommand)]
+    command: Option<BusCommand>,
+    /// The line (without it -c says which), and a second one if the consoles have their own: then
+    /// everything is passed on between the two
+    #[arg(value_name = "URL", num_args = 1..=2)]
+    urls: Vec<String>,
+    /// Let programs connect here and talk to all monitors, in the controller's own turns: to them it
+    /// is as if each monitor were at tcp://ADDRESS?addr=N
+    #[arg(long, value_name = "ADDRESS")]
+    listen: Option<String>,
+    /// Addresses that may be used, like 1-8,129; others are never looked for (default all)
+    #[arg(long, value_name = "LIST", value_parser = addresses)]
+    addresses: Option<Addresses>,
+    /// Look whether a monitor is still there that has been silent for so long (default 5)
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
+    watch: f64,
+    /// Speed of the line behind a TCP or UDP link (default 19200; a serial URL says its own)
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
+    baud: Option<u32>,
+    /// What the links add to the time of an answer: serial servers, radio modems (default 0, or
+    /// 0.02 when a URL is not serial)
+    #[arg(long, value_name = "SECONDS", value_parser = delay)]
+    latency: Option<f64>,
+    /// End after so many seconds; otherwise Ctrl-C ends
+    #[arg(long = "for", value_name = "SECONDS", value_parser = positive)]
+    duration: Option<f64>,
+}
+
+/// What to ask a controller.
+#[derive(Debug, Subcommand)]
+enum BusCommand {
+    /// Show who is on the bus
+    Who(bus_ask::WhoArgs),
+    /// Show the control requests that went over the bus
+    Log(bus_ask::LogArgs),
+}
+
+/// A list of addresses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Addresses(Vec<u8>);
+
+fn positive(text: &str) -> Result<f64, String> {
+    seconds(text, 0.1)
+}
+
+fn delay(text: &str) -> Result<f64, String> {
+    seconds(text, 0.0)
+}
+
+fn addresses(text: &str) -> Result<Addresses, String> {
+    let range = |part: &str| -> Option<RangeInclusive<u8>> {
+        let (from, to) = part.split_once('-').unwrap_or((part, part));
+        let (from, to) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
+        let range: RangeInclusive<u8> = from..=to;
+        let valid = |a: u8| MONITORS.contains(&a) || CONSOLES.contains(&a);
+        (from <= to && range.clone().all(|a| valid(a) || a == CONTROLLER)).then_some(range)
+    };
+    let ranges: Option<Vec<_>> = text.split(',').map(range).collect();
+    ranges.map(|ranges| Addresses(ranges.into_iter().flatten().collect())).ok_or_else(|| {
+        pick(
+            "expected addresses like 1-8,129: monitors have 1…127, consoles 129…254",
+            "ожидаются адреса вида 1-8,129: у стволов 1…127, у пультов 129…254",
+        )
+        .into()
+    })
+}
+
+/// Is the controller until it is told to end, or asks one.
+pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
+    match args.command {
+        Some(BusCommand::Who(_)) => return bus_ask::who(global, out).await,
+        Some(BusCommand::Log(args)) => return bus_ask::log(&args, global, out).await,
+        None => {}
+    }
+    let mut interrupt = Interrupt::catch()?;
+    let urls = match &args.urls[..] {
+        [] => vec![url_of(global)?.to_owned()],
+        urls => urls.to_vec(),
+    };
+    let lines = urls.iter().map(|url| line(url)).collect::<Result<Vec<_>, _>>()?;
+    let programs = match &args.listen {
+        Some(place) => Some(listen(place, out).await?),
+        None => None,
+    };
+    let controller = configured(&args, &lines, programs.is_some())?;
+    let mut lines = lines.into_iter();
+    let Some(monitors) = lines.next() else { return Ok(()) };
+    let config = DriverConfig { controller, monitors, consoles: lines.next(), programs };
+    let mut driver = Driver::new(config);
+    let mut told = Ok(());
+    {
+        let duration = args.duration.map_or(Duration::MAX, Duration::from_secs_f64);
+        let (stop, mut stopped) = tokio::sync::mpsc::channel(1);
+        let running = driver.run(|event| {
+            if told.is_ok() {
+                told = tell(&event, &urls, out);
+            }
+            if told.is_err() {
+                // Once is enough.
+                let _ = stop.try_send(());
+            }
+        });
+        tokio::select! {
+            () = running => {}
+            () = sleep(duration) => {}
+            () = interrupt.wait() => {}
+            _ = stopped.recv() => {}
+        }
+    }
+    told?;
+    finish(&driver, out)
+}
+
+fn line(url: &str) -> Result<Endpoint, Failure> {
+    let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+    let wrong = |english: &str, russian: &str| {
+        Failure::Usage(pick(format!("`{url}`: {english}"), format!("`{url}`: {russian}")))
+    };
+    if matches!(endpoint, Endpoint::Sim { .. }) {
+        return Err(wrong(
+            "a bus needs a line; start `lafet sim` and give the URL that it listens at.",
+            "нужна линия; запустите `lafet sim` и укажите URL, на котором он слушает.",
+        ));
+    }
+    if endpoint.framing() == Framing::Records {
+        return Err(wrong(
+            "bare records bear no addresses, so there is no bus of them.",
+            "у записей без кадров нет адресов, и магистрали из них не бывает.",
+        ));
+    }
+    if endpoint.manner().role == Role::Active {
+        return Err(wrong(
+            "role=active is for consoles; this is the controller.",
+            "role=active — для пультов, а это контроллер.",
+        ));
+    }
+    Ok(endpoint)
+}
+
+async fn listen(place: &str, out: &mut Out) -> Result<TcpListener, Failure> {
+    let place = place.strip_prefix("tcp://").unwrap_or(place);
+    let cannot = |error| {
+        let what = pick(format!("cannot listen at {place}"), format!("нельзя открыть {place}"));
+        Failure::io(what, error)
+    };
+    let listener = TcpListener::bind(place).await.map_err(cannot)?;
+    let bound = listener.local_addr()?;
+    out.show(
+        format!("listening tcp://{bound}"),
+        || json!({ "listening": format!("tcp://{bound}") }),
+    )?;
+    Ok(listener)
+}
+
+#[expect(clippy::disallowed_methods, reason = "the journal of a bus bears the time of day")]
+fn configured(
+    args: &BusArgs,
+    lines: &[Endpoint],
+    programs: bool,
+) -> Result<ControllerConfig, Failure> {
+    let serial = |endpoint: &Endpoint| match endpoint {
+        Endpoint::Serial { line, .. } => Some(line.baud),
+        _ => None,
+    };
+    let baud = lines.iter().filter_map(serial).min().or(args.baud).unwrap_or(BAUD_DEFAULT);
+    let usual_s = if lines.iter().all(|line| serial(line).is_some()) { 0.0 } else { 0.02 };
+    let latency = Duration::from_secs_f64(args.latency.unwrap_or(usual_s));
+    let usual = ControllerConfig::default();
+    let lent = |address: &u8| programs && LENT.contains(address);
+    let addresses = match &args.addresses {
+        Some(Addresses(chosen)) => match chosen.iter().find(|address| lent(address)) {
+            Some(address) => return Err(lent_to_programs(*address)),
+            None => chosen.clone(),
+        },
+        None => usual.addresses.into_iter().filter(|address| !lent(address)).collect(),
+    };
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
+    Ok(ControllerConfig {
+        baud,
+        addresses,
+        reply_timeout: usual.reply_timeout + latency,
+        probe_timeout: usual.probe_timeout + latency,
+        watch: Some(Duration::from_secs_f64(args.watch)),
+        turnaround: TURNAROUND,
+        // The field of the journal has 32 bits (observed).
+        epoch_s: now as u32,
+        ..usual
+    })
+}
+
+fn lent_to_programs(address: u8) -> Failure {
+    let (first, last) = (LENT.start(), LENT.end());
+    Failure::Usage(pick(
+        format!(
+            "With --listen the addresses {first}…{last} are lent to programs, so no console can have {address}."
+        ),
+        format!(
+            "С --listen адреса {first}…{last} выдаются программам, поэтому {address} не может быть адресом пульта."
+        ),
+    ))
+}
+
+fn tell(event: &Event, urls: &[String], out: &mut Out) -> Outcome {
+    let url = |port: Port| match port {
+        Port::Consoles => urls.last(),
+        Port::Monitors => urls.first(),
+    };
+    match event {
+        Event::Up(port) => {
+            let url = url(*port).map_or("", String::as_str);
+            let text = pick(format!("{url}: open"), format!("{url}: открыта"));
+            out.show(text, || json!({ "open": url }))
+        }
+        Event::Down(port, why) => {
+            let url = url(*port).map_or("", String::as_str);
+            let text =
+                pick(format!("{url}: {why}; trying again"), format!("{url}: {why}; пробую снова"));
+            out.show(text, || json!({ "lost": url, "why": why }))
+        }
+        Event::Change(change) => told_change(*change, out),
+        Event::Asked(entry) => told_entry(entry, out),
+        Event::Program(from, address) => {
+            out.progress(pick(
+                format!("program at {from}: lent the address {address}"),
+                format!("программа на {from}: выдан адрес {address}"),
+            ));
+            json_only(out, &json!({ "program": from, "address": address }))
+        }
+        Event::ProgramGone(address) => {
+            out.progress(pick(
+                format!("the program with the address {address} has gone"),
+                format!("программа с адресом {address} отключилась"),
+            ));
+            json_only(out, &json!({ "program_gone": address }))
+        }
+    }
+}
+
+fn json_only(out: &mut Out, value: &Value) -> Outcome {
+    if out.json() { out.value(value) } else { Ok(()) }
+}
+
+/// What stands at an address.
+pub fn called(address: u8) -> String {
+    match address {
+        CONTROLLER => pick("controller", "контроллер").into(),
+        a if MONITORS.contains(&a) => pick(format!("monitor {a}"), format!("ствол {a}")),
+        a => pick(format!("console {a}"), format!("пульт {a}")),
+    }
+}
+
+fn told_change(change: Change, out: &mut Out) -> Outcome {
+    match change {
+        Change::Appeared(address) => {
+            let who = called(address);
+            out.show(
+                pick(format!("{who}: here"), format!("{who}: на связи")),
+                || json!({ "appeared": address }),
+            )
+        }
+        Change::Dropped(address) => {
+            let who = called(address);
+            let text = pick(
+                format!("{who}: does not answer, dropped; probed each second"),
+                format!("{who}: не отвечает, отключён; опрашивается каждую секунду"),
+            );
+            out.show(text, || json!({ "dropped": address }))
+        }
+    }
+}
+
+fn told_entry(entry: &Entry, out: &mut Out) -> Outcome {
+    let Entry { time_s, dst, src, request, device, data } = entry;
+    let record = Record { request: *request, device: *device, status: Status::OK, data };
+    out.show(logged(*time_s, *dst, *src, &record), || logged_json(*time_s, *dst, *src, &record))
+}
+
+/// A line of the journal.
+pub fn logged(time_s: u32, dst: u8, src: u8, record: &Record<'_>) -> String {
+    format!("{} {src} → {dst}  {}", moment(time_s), spelt(record))
+}
+
+/// The same for programs.
+pub fn logged_json(time_s: u32, dst: u8, src: u8, record: &Record<'_>) -> Value {
+    json!({
+        "time": moment(time_s), "time_s": time_s, "src": src, "dst": dst,
+        "request": spelt(record), "bytes": hex(record.data),
+    })
+}
+
+fn spelt(record: &Record<'_>) -> String {
+    match Request::decode(record) {
+        Ok(request) => request.to_string(),
+        Err(_) => format!("{} {} {}", name(record.request), record.device, hex(record.data)),
+    }
+}
+
+/// Universal time of day, as in ISO 8601.
+fn moment(time_s: u32) -> String {
+    let Ok(time) = OffsetDateTime::from_unix_timestamp(time_s.into()) else {
+        return time_s.to_string();
+    };
+    let (year, month, day) = time.to_calendar_date();
+    let (hour, minute, second) = time.to_hms();
+    format!("{year}-{:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z", u8::from(month))
+}
+
+fn finish(driver: &Driver, out: &mut Out) -> Outcome {
+    let stats = driver.controller().stats();
+    let dropped = driver.gateway().dropped();
+    let present: Vec<u8> = driver.controller().present().iter().collect();
+    let text = pick(
+        format!(
+            "frames sent {}, passed on {}; requests of consoles {}, answers {}, repeated {}; strays {}; \
+             of programs not sent {dropped}",
+            stats.sent,
+            stats.passed_on,
+            stats.requests,
+            stats.answers,
+            stats.repeated,
+            stats.strays
+        ),
+        format!(
+            "кадров отправлено {}, переслано {}; запросов пультов {}, ответов {}, повторов {}; \
+             посторонних {}; не отправлено от программ {dropped}",
+            stats.sent,
+            stats.passed_on,
+            stats.requests,
+            stats.answers,
+            stats.repeated,
+            stats.strays
+        ),
+    );
+    out.show(text, || {
+        json!({
+            "sent": stats.sent, "passed_on": stats.passed_on, "requests": stats.requests,
+            "answers": stats.answers, "repeated": stats.repeated, "idle_grants": stats.idle_grants,
+            "strays": stats.strays, "programs_dropped": dropped, "present": present,
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_addresses() {
+        assert_eq!(addresses("1-3,129"), Ok(Addresses(vec![1, 2, 3, 129])));
+        assert_eq!(addresses("127-130").map(|a| a.0.len()), Ok(4));
+        for text in ["", "0", "255", "3-1", "a", "1-", "1,,2"] {
+            assert!(addresses(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn moments() {
+        assert_eq!(moment(0), "1970-01-01T00:00:00Z");
+        assert_eq!(moment(1_792_573_512), "2026-10-21T09:05:12Z");
+        assert_eq!(moment(u32::MAX), "2106-02-07T06:28:15Z");
+    }
+
+    #[test]
+    fn a_line_of_the_journal() {
+        let data = [0xB0, 4];
+        let record = Record {
+            request: lafet_proto::RequestId::MOVE,
+            device: lafet_proto::SubsystemId::VERTICAL,
+            status: Status::OK,
+            data: &data,
+        };
+        assert_eq!(logged(0, 1, 129, &record), "1970-01-01T00:00:00Z 129 → 1  Move Vertical 1200");
+        let cut = Record { data: &data[..1], ..record };
+        assert_eq!(logged(0, 1, 129, &cut), "1970-01-01T00:00:00Z 129 → 1  Move Vertical b0");
+    }
+}

@@ -1,0 +1,213 @@
+//! `lafet bus`: the controller between simulated monitors, consoles and programs, as processes.
+#![cfg(unix)]
+
+mod support;
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::{Arc, Mutex};
+
+use support::{Run, Running, Sim, lafet};
+
+/// A line that several processes are on: each hears what the others send, as on RS-485.
+struct Hub {
+    place: String,
+    stations: Arc<Mutex<Vec<TcpStream>>>,
+}
+
+impl Hub {
+    fn new() -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let place = listener.local_addr().unwrap().to_string();
+        let hub = Self { place, stations: Arc::default() };
+        let stations = hub.stations.clone();
+        std::thread::spawn(move || {
+            for stream in listener.incoming().map_while(Result::ok) {
+                join(&stations, stream);
+            }
+        });
+        hub
+    }
+
+    /// A simulated monitor becomes a station.
+    fn joined_by(&self, sim: &Sim) {
+        join(&self.stations, TcpStream::connect(sim.place()).unwrap());
+    }
+
+    fn url(&self, options: &str) -> String {
+        format!("tcp://{}?{options}", self.place)
+    }
+}
+
+fn join(stations: &Arc<Mutex<Vec<TcpStream>>>, mut stream: TcpStream) {
+    stream.set_nodelay(true).unwrap();
+    let name = stream.peer_addr().unwrap();
+    stations.lock().unwrap().push(stream.try_clone().unwrap());
+    let stations = stations.clone();
+    std::thread::spawn(move || {
+        let mut buffer = [0; 1024];
+        while let Ok(len @ 1..) = stream.read(&mut buffer) {
+            // A station that has gone hears nothing.
+            stations.lock().unwrap().retain_mut(|other| match other.peer_addr() {
+                Ok(peer) => peer == name || other.write_all(&buffer[..len]).is_ok(),
+                Err(_) => false,
+            });
+        }
+        stations.lock().unwrap().retain(|other| other.peer_addr().is_ok_and(|peer| peer != name));
+    });
+}
+
+/// Two serial ports that are connected; their paths.
+fn cable() -> (String, String) {
+    let end = || {
+        let flags = rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY;
+        let ours = rustix::pty::openpt(flags).unwrap();
+        rustix::pty::grantpt(&ours).unwrap();
+        rustix::pty::unlockpt(&ours).unwrap();
+        let path = rustix::pty::ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
+        // Kept open, so that the line does not hang up between two programs.
+        let kept = File::options().read(true).write(true).open(&path).unwrap();
+        let mut settings = rustix::termios::tcgetattr(&kept).unwrap();
+        settings.make_raw();
+        let now = rustix::termios::OptionalActions::Now;
+        rustix::termios::tcsetattr(&kept, now, &settings).unwrap();
+        (File::from(ours), kept, path)
+    };
+    let ((a, kept_a, path_a), (b, kept_b, path_b)) = (end(), end());
+    for (from, to, kept) in
+        [(a.try_clone().unwrap(), b.try_clone().unwrap(), kept_a), (b, a, kept_b)]
+    {
+        std::thread::spawn(move || {
+            let (mut from, mut to, _kept) = (from, to, kept);
+            std::io::copy(&mut from, &mut to)
+        });
+    }
+    (path_a, path_b)
+}
+
+fn controller(arguments: &[&str]) -> Running {
+    Running::stdout(lafet().arg("--json").arg("bus").args(arguments))
+}
+
+/// Waits until the controller has told all of these.
+fn told(bus: &Running, mut expected: Vec<&str>) {
+    while !expected.is_empty() {
+        let line = bus.line();
+        expected.retain(|text| !line.contains(text));
+    }
+}
+
+fn done(url: &str, arguments: &[&str]) -> Run {
+    let run = Run::of(&[&["-c", url], arguments].concat());
+    assert_eq!(run.code, 0, "{arguments:?}: {run:?}");
+    run
+}
+
+#[test]
+fn monitors_and_consoles_on_one_line() {
+    let (one, two) = (Sim::start(&["--addr", "1"]), Sim::start(&["--addr", "2"]));
+    let hub = Hub::new();
+    hub.joined_by(&one);
+    hub.joined_by(&two);
+    let bus = controller(&[&hub.url(""), "--addresses", "1-2,130-131"]);
+    told(&bus, vec![r#""appeared":1}"#, r#""appeared":2}"#]);
+    let console = hub.url("role=active&src=130&addr=2");
+    done(&console, &["deploy", "--no-wait"]);
+    let status = done(&console, &["--json", "status", "Deployer"]);
+    assert!(status.out.contains("Deploying"), "{status:?}");
+    told(&bus, vec![r#""request":"Deploy Deployer""#]);
+    // Another console is told by the controller itself.
+    let other = hub.url("role=active&src=131");
+    let who = done(&other, &["--json", "bus", "who"]);
+    assert_eq!(who.json()[0]["present"].as_array().unwrap()[..2], [1, 2]);
+    let log = done(&other, &["--json", "bus", "log"]).json();
+    assert_eq!(log.len(), 1, "{log:?}");
+    assert_eq!((&log[0]["src"], &log[0]["dst"]), (&130.into(), &2.into()));
+    // Two at a time, each in its turn.
+    std::thread::scope(|scope| {
+        for (src, addr) in [(130, 1), (131, 2)] {
+            let url = hub.url(&format!("role=active&src={src}&addr={addr}"));
+            scope.spawn(move || {
+                let watch = ["--json", "watch", "Valve1", "--count", "3", "--interval", "0.1"];
+                assert_eq!(done(&url, &watch).json().len(), 3);
+            });
+        }
+    });
+    // Nobody gives access at a monitor of one's own.
+    let alone = Run::of(&["-c", &format!("{}?role=active", one.url()), "status"]);
+    assert!(alone.code == 3 && alone.err.contains("role=direct"), "{alone:?}");
+}
+
+#[test]
+fn consoles_on_a_serial_line_of_their_own() {
+    let sim = Sim::listening(&["pty"], &["--addr", "5"]);
+    let (ours, theirs) = cable();
+    let mut bus =
+        controller(&[sim.url(), &format!("serial://{ours}"), "--addresses", "4-5,129-130"]);
+    told(&bus, vec![r#""appeared":5}"#]);
+    let console = format!("serial://{theirs}?role=active&src=129&addr=5");
+    assert_eq!(done(&console, &["lockout", "on"]).code, 0);
+    let absent = format!("serial://{theirs}?role=active&src=129&addr=4");
+    assert_eq!(Run::of(&["-c", &absent, "status"]).code, 3);
+    told(&bus, vec![r#""request":"Lockout All on""#]);
+    bus.signal("TERM");
+    let last = loop {
+        let line = bus.line();
+        if line.contains("passed_on") {
+            break line;
+        }
+    };
+    let last: serde_json::Value = serde_json::from_str(&last).unwrap();
+    assert!(last["passed_on"].as_u64().unwrap() >= 4, "{last}");
+    assert_eq!(bus.code(), Some(0));
+}
+
+/// A monitor that goes is dropped and found again; programs share the controller's turns.
+#[test]
+fn programs_and_a_monitor_that_goes() {
+    let sim = Sim::listening(&["tcp://127.0.0.1:0"], &["--addr", "1"]);
+    let arguments = [sim.url(), "--addresses", "1", "--watch", "0.2", "--listen", "127.0.0.1:0"];
+    let bus = controller(&arguments);
+    let place = bus.line();
+    let place: serde_json::Value = serde_json::from_str(&place).unwrap();
+    let url = place["listening"].as_str().unwrap().to_owned();
+    told(&bus, vec![r#""appeared":1}"#]);
+    std::thread::scope(|scope| {
+        for name in ["Vertical", "Horizontal", "Valve1", "Control"] {
+            let url = &url;
+            scope.spawn(move || {
+                for _ in 0..3 {
+                    assert!(done(url, &["status", name]).out.starts_with(name));
+                }
+            });
+        }
+    });
+    let checked = done(&format!("{url}?check=crc32c"), &["--json", "status", "Vertical"]);
+    assert_eq!(checked.json().len(), 1);
+    assert_eq!(done(&url, &["--json", "bus", "who"]).json()[0]["present"][0], 1);
+    sim.running.signal("STOP");
+    told(&bus, vec![r#""dropped":1}"#]);
+    assert_eq!(
+        done(&url, &["--json", "bus", "who"]).json()[0]["present"][0],
+        serde_json::Value::Null
+    );
+    sim.running.signal("CONT");
+    told(&bus, vec![r#""appeared":1}"#]);
+    done(&url, &["stop"]);
+}
+
+#[test]
+fn wrong_usage() {
+    let usage = |arguments: &[&str], expected: &str| {
+        let run = Run::of(&[&["bus"], arguments].concat());
+        assert!(run.code == 2 && run.err.contains(expected), "{arguments:?}: {run:?}");
+    };
+    usage(&["sim:"], "lafet sim");
+    usage(&["tcp://h?framing=records"], "no bus");
+    usage(&["tcp://h?role=active"], "for consoles");
+    usage(&["tcp://h", "--addresses", "0"], "1-8,129");
+    usage(&["tcp://h", "--addresses", "240", "--listen", "127.0.0.1:0"], "lent to programs");
+    usage(&["tcp://a", "tcp://b", "tcp://c"], "");
+    usage(&[], "-c");
+}

@@ -21,6 +21,9 @@ const BITS: u32 = 10;
 /// An answer that has begun may pause this long.
 const PAUSE: Duration = Duration::from_millis(20);
 
+/// A bus that nobody has used for this long is idle: there is time to look for new devices.
+const BUSY: Duration = Duration::from_millis(500);
+
 /// How consoles and monitors are connected (ours).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ports {
@@ -163,6 +166,8 @@ pub struct Controller {
     turn: Turn,
     deadline: Option<Now>,
     quiet_until: Now,
+    /// Somebody had something to say not long before.
+    busy_until: Now,
     replies: VecDeque<Transmit>,
     /// Consoles in the order of their next turns.
     round: VecDeque<u8>,
@@ -190,6 +195,7 @@ impl Controller {
             turn: Turn::Nobody,
             deadline: None,
             quiet_until: Now::ZERO,
+            busy_until: Now::ZERO,
             replies: VecDeque::new(),
             round: VecDeque::new(),
             probed: false,
@@ -245,7 +251,8 @@ impl Controller {
             }
             None if self.parked.is_some() => Some(self.quiet_until.max(now)),
             None => {
-                let due = self.roster.next_due().into_iter().chain(self.next_watch()).min();
+                let idle = now >= self.busy_until;
+                let due = self.roster.next_due(idle).into_iter().chain(self.next_watch()).min();
                 due.map(|due| due.max(self.quiet_until))
             }
         }
@@ -380,7 +387,8 @@ impl Controller {
             return self.replies.pop_front().inspect(|_| self.stats.sent += 1);
         }
         if !self.probed
-            && let Some(address) = self.roster.due(now).or_else(|| self.to_watch(now))
+            && let Some(address) =
+                self.roster.due(now, now >= self.busy_until).or_else(|| self.to_watch(now))
         {
             self.probed = true;
             let wire = frame(address, &[]);
@@ -412,6 +420,7 @@ impl Controller {
     }
 
     fn begin_own(&mut self, now: Now, wire: &[u8]) {
+        self.busy_until = now + BUSY;
         let mut decoder: Box<Decoder> = Box::default();
         if let (_, Some(frame)) = decoder.push_slice(wire) {
             let Frame { dst: monitor, src: source, payload } = frame;
@@ -487,6 +496,7 @@ impl Controller {
             }
         } else if MONITORS.contains(&dst) {
             self.stats.requests += 1;
+            self.busy_until = now + BUSY;
             self.journal.note(self.time_s(now), dst, console, payload);
             let wire = wire(check, dst, console, payload);
             self.wait(now, 0, self.config.reply_timeout);

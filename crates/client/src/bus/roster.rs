@@ -7,6 +7,9 @@ use lafet_proto::bus::{CONSOLES, MONITORS, NetworkStatus};
 
 use crate::session::Now;
 
+/// Looks in a period at addresses nobody has ever answered at, while the bus is idle.
+const IDLE_LOOKS: u32 = 10;
+
 /// Somebody has come or gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
@@ -22,8 +25,8 @@ pub struct Roster {
     present: NetworkStatus,
     /// Absent addresses in the order in which they are looked for, with the time from which on.
     absent: VecDeque<(u8, Now)>,
-    /// Between two looks at addresses nobody has ever answered at.
-    next_look: Now,
+    /// The last look at an address nobody has ever answered at.
+    looked: Now,
     again: Duration,
     known: NetworkStatus,
     changes: VecDeque<Change>,
@@ -36,7 +39,7 @@ impl Roster {
         Self {
             present: NetworkStatus::default(),
             absent: addresses.filter(valid).map(|address| (address, Now::ZERO)).collect(),
-            next_look: Now::ZERO,
+            looked: Now::ZERO,
             again,
             known: NetworkStatus::default(),
             changes: VecDeque::new(),
@@ -52,9 +55,9 @@ impl Roster {
     ///
     /// Those who were there are looked for once in each period. Of the addresses where nobody ever
     /// was, one is looked at in each period once all have been tried, so that an almost empty bus
-    /// is not filled with probes.
-    pub fn due(&mut self, now: Now) -> Option<u8> {
-        let next_look = self.next_look;
+    /// is not filled with probes; ten of them while the bus is idle.
+    pub fn due(&mut self, now: Now, idle: bool) -> Option<u8> {
+        let next_look = self.next_look(idle);
         let due = |(address, from): &(u8, Now)| {
             let first = *from == Now::ZERO;
             *from <= now && (first || self.known.contains(*address) || next_look <= now)
@@ -62,17 +65,22 @@ impl Roster {
         let at = self.absent.iter().position(due)?;
         let (address, from) = self.absent.remove(at)?;
         if from > Now::ZERO && !self.known.contains(address) {
-            self.next_look = now + self.again;
+            self.looked = now;
         }
         self.absent.push_back((address, now + self.again));
         Some(address)
     }
 
+    fn next_look(&self, idle: bool) -> Now {
+        self.looked + if idle { self.again / IDLE_LOOKS } else { self.again }
+    }
+
     /// When [`Roster::due`] has somebody next.
-    pub fn next_due(&self) -> Option<Now> {
+    pub fn next_due(&self, idle: bool) -> Option<Now> {
+        let next_look = self.next_look(idle);
         let when = |(address, from): &(u8, Now)| {
             let known = *from == Now::ZERO || self.known.contains(*address);
-            if known { *from } else { (*from).max(self.next_look) }
+            if known { *from } else { (*from).max(next_look) }
         };
         self.absent.iter().map(when).min()
     }

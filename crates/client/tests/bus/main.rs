@@ -4,7 +4,7 @@ mod world;
 
 use std::time::Duration;
 
-use lafet_client::bus::Change;
+use lafet_client::bus::{Change, Controller, ControllerConfig};
 use lafet_client::session::{Outcome, Slot};
 use lafet_proto::request::Body;
 use lafet_proto::{RequestId, Status, SubsystemId};
@@ -83,6 +83,23 @@ fn a_silent_monitor_is_dropped_and_found_again() {
     bus.monitors[0].silent = false;
     bus.run(3 * SECOND, |_| {});
     assert_eq!(bus.controller.poll_change(), Some(Change::Appeared(1)));
+}
+
+/// A console that is switched on late is found soon while the bus is idle, on any free address.
+#[test]
+fn whoever_comes_late_is_found() {
+    let mut bus = Bus::new(19_200, 1, 2, Noise::default());
+    bus.controller = Controller::new(ControllerConfig {
+        turnaround: world::TURNAROUND,
+        ..ControllerConfig::default()
+    });
+    bus.consoles[1].silent = true;
+    bus.run(20 * SECOND, |_| {});
+    assert!(bus.controller.present().iter().eq([1, 129]));
+    bus.consoles[1].silent = false;
+    bus.run(30 * SECOND, |_| {});
+    assert!(bus.controller.present().iter().eq([1, 129, 130]));
+    assert_eq!(bus.line.collisions(), 0);
 }
 
 /// §B/1: who is there, and what was asked, in the controller's own words.

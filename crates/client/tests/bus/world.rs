@@ -30,6 +30,7 @@ pub struct Monitor {
 pub struct Console {
     pub client: Client,
     pub outcomes: Vec<Outcome>,
+    pub silent: bool,
 }
 
 /// Everything on one line: station 0 is the controller, then monitors, then consoles.
@@ -76,8 +77,11 @@ impl Bus {
             stepped_ns: 0,
             silent: false,
         };
-        let console =
-            |address| Console { client: client(address, Role::Active), outcomes: Vec::new() };
+        let console = |address| Console {
+            client: client(address, Role::Active),
+            outcomes: Vec::new(),
+            silent: false,
+        };
         Self {
             line: Line::new(baud, stations, noise, 7),
             controller: Controller::new(config),
@@ -128,7 +132,9 @@ impl Bus {
         }
         for (number, console) in self.consoles.iter_mut().enumerate() {
             let station = 1 + self.monitors.len() + number;
-            if let Some(bytes) = console.client.poll_transmit(now) {
+            if let Some(bytes) = console.client.poll_transmit(now)
+                && !console.silent
+            {
                 self.line.send(station, self.line.now_ns(), &bytes);
             }
             while let Some((_, outcome)) = console.client.poll_outcome() {

@@ -33,6 +33,15 @@ pub fn component(name: &str, subcommand: &str) -> Result<(), String> {
         .map_err(|e| format!("{e}\n{name} is needed: rustup component add {name}"))
 }
 
+/// Makes sure of a program that a Debian package has.
+pub fn program(name: &str, package: &str) -> Result<(), String> {
+    if run::output(Command::new(name).arg("--version")).is_ok() {
+        return Ok(());
+    }
+    println!("   {name} is missing: installing it");
+    debian(&[package])
+}
+
 /// Installs Debian packages when we may, else says how.
 pub fn debian(packages: &[&str]) -> Result<(), String> {
     let advice = format!("apt-get install -y --no-install-recommends {}", packages.join(" "));

@@ -6,6 +6,7 @@ use crate::{TaskResult, docs, faults, flag, layers, physics, setup, spec};
 pub fn test(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
     setup::rust()?;
+    setup::program("python3", "python3")?;
     let mut steps = Steps::default();
     steps.step("tests of all crates", || {
         show(&mut cargo(&["test", "--workspace", "--no-fail-fast"]))

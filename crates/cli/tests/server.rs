@@ -226,3 +226,50 @@ fn ctrl_c_stops_the_drive() {
     assert!(position < 10_000, "{status}");
     assert_eq!(status["Horizontal"]["flags"].as_array().unwrap().len(), 0, "{status}");
 }
+
+#[test]
+fn modems_carry_frames_of_every_medium_or_lose_them() {
+    let places = ["radio+tcp://127.0.0.1:0", "radio+udp://127.0.0.1:0", "tcp://127.0.0.1:0"];
+    let sim = Sim::listening(&places, &["--radio", "rate=115200,latency=5"]);
+    for url in &sim.urls {
+        assert_eq!(Run::of(&["-c", url, "status", "Vertical"]).code, 0, "{url}");
+    }
+    // Everybody on the channel hears everybody.
+    let (mut first, mut second) = (connect(&sim), connect(&sim));
+    second.write_all(&frame(7, 133, &[])).unwrap();
+    assert_eq!(receive(&mut first), (7, 133, vec![]));
+    first.write_all(&frame(1, 130, STATUS_VALVE1)).unwrap();
+    assert_eq!(receive(&mut second).1, 130, "the request");
+    assert_eq!(receive(&mut second).1, 1, "and its answer");
+    // Nothing arrives by radio; the wire is another way.
+    let sim = Sim::listening(&places, &["--radio", "loss=1"]);
+    let status = |url: &str| Run::of(&["-c", url, "--timeout", "0.1", "status", "Vertical"]).code;
+    assert_eq!([status(&sim.urls[0]), status(&sim.urls[1]), status(&sim.urls[2])], [3, 3, 0]);
+}
+
+#[test]
+fn a_site_by_radio() {
+    let mut command = lafet();
+    command.args(["sim", "--site", "tank-farm", "--listen", "radio+tcp://127.0.0.1:0"]);
+    let running = Running::stdout(command.args(["--radio", "rate=115200,latency=5"]));
+    let urls: Vec<String> = (0..2)
+        .map(|_| running.line().split(' ').next_back().unwrap_or_default().to_owned())
+        .collect();
+    for url in urls {
+        let run = Run::of(&["-c", &url, "status", "Vertical"]);
+        assert_eq!(run.code, 0, "{url}: {run:?}");
+    }
+}
+
+/// A client that shares nothing with ours talks to the simulated monitor.
+#[test]
+fn an_independent_client_is_answered_as_the_page_says() {
+    let sim = Sim::start(&[]);
+    let (host, port) = sim.place().split_once(':').unwrap();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../conformance/interop/link.py");
+    let output = std::process::Command::new("python3").args([script, "talk", host, port]).output();
+    let output = output.expect("python3 is needed; `cargo xtask test` installs it");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{error}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("12 frames"));
+}

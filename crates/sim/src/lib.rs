@@ -32,6 +32,7 @@ pub mod jet;
 pub mod line;
 pub mod nozzle;
 pub mod obstacle;
+pub mod radio;
 pub mod rng;
 pub mod scenario;
 pub mod sim;

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use lafet_sim::exercise::{self, Director, Exercise, SHIPPED, Shipped};
+use lafet_sim::radio::RadioConfig;
 use serde_json::json;
 use tokio::task::JoinSet;
 
-use super::sim::cannot_listen;
+use super::sim::{by_radio, cannot_listen};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::{current, pick};
@@ -87,21 +88,40 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Outcome {
     )))
 }
 
+/// How the monitors of a scenario are served.
+pub struct Serving<'a> {
+    /// A file, or the name of a scenario that comes with lafet.
+    pub scenario: &'a str,
+    /// Instead of the scenario's.
+    pub seed: Option<u64>,
+    /// How many times as fast as the clock.
+    pub speed: f64,
+    /// Instead of where the scenario says.
+    pub listen: Vec<Listen>,
+    /// The channel between the radio interfaces and their clients.
+    pub radio: Option<RadioConfig>,
+}
+
 /// Serves the monitors of a scenario until SIGINT or SIGTERM.
-pub async fn serve(
-    scenario: &str,
-    seed: Option<u64>,
-    speed: f64,
-    listen: Vec<Listen>,
-    out: &mut Out,
-) -> Outcome {
+pub async fn serve(serving: Serving<'_>, out: &mut Out) -> Outcome {
+    let Serving { scenario, seed, speed, listen, radio } = serving;
     let mut interrupt = Interrupt::catch()?;
     let exercise = Arc::new(read(scenario)?);
-    let places = places(&exercise, listen)?;
-    let mut director = Director::new(Arc::clone(&exercise), seed.unwrap_or(exercise.site.seed));
+    let seed = seed.unwrap_or(exercise.site.seed);
+    let mut places = places(&exercise, listen)?;
+    let members: Vec<usize> = (0..exercise.monitors.len()).collect();
+    let mut radios: Vec<Listen> =
+        places.iter().map(|(place, _)| place.clone()).filter(Listen::is_radio).collect();
+    let listed = radios.len();
+    let air = by_radio(radio, seed, &mut radios)?;
+    places.extend(radios.into_iter().skip(listed).map(|place| (place, members.clone())));
+    let mut director = Director::new(Arc::clone(&exercise), seed);
     director.advance_ms(POWER_UP_MS);
     let site = SharedSite::new(director);
     let mut tasks = JoinSet::new();
+    if let Some(air) = &air {
+        tasks.spawn(air.clone().carry(site.tap(members)));
+    }
     for (place, members) in places {
         let listening = place.open().await.map_err(|error| cannot_listen(&place, error))?;
         for member in &members {
@@ -114,7 +134,7 @@ pub async fn serve(
                 || json!({ "listening": url, "monitor": name, "address": address }),
             )?;
         }
-        tasks.spawn(listening.serve(site.tap(members)));
+        tasks.spawn(listening.serve_over(air.clone(), site.tap(members)));
     }
     let all = site.tap(Vec::new());
     tasks.spawn(async move {

@@ -8,6 +8,7 @@ use clap::{Args, Subcommand};
 use lafet_device::Composition;
 use lafet_sim::fire::FireSpec;
 use lafet_sim::flash::Flash;
+use lafet_sim::radio::RadioConfig;
 use lafet_sim::sim::Config;
 use tokio::task::JoinSet;
 use tokio::time::sleep;
@@ -18,7 +19,7 @@ use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::pick;
 use crate::out::Out;
-use crate::serve::{Listen, Shared, pace};
+use crate::serve::{Air, Listen, Shared, pace};
 use crate::simulator;
 use crate::surroundings::Surroundings;
 
@@ -40,6 +41,7 @@ const SEED: u64 = 7;
                         lafet sim --fire az=30,range=25 --wind -5,0 --gusts 0.15\n  \
                         lafet sim --fire az=30,range=25 --wall from=20,to=40,range=15,height=3\n  \
                         lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486\n  \
+                        lafet sim --radio rate=9600,latency=80,loss=0.05\n  \
                         lafet sim --replay 7 --from 20 --to 30\n  \
                         lafet sim --site tank-farm\n  \
                         lafet sim run radio-loss --svg report.svg"
@@ -75,13 +77,18 @@ pub struct SimArgs {
     fire: Vec<FireSpec>,
     #[command(flatten)]
     surroundings: Surroundings,
+    /// Put radio modems between the radio+ listeners and the monitor, all on one half-duplex channel:
+    /// rate=BITS/S,latency=MS,loss=SHARE,errors=SHARE (of bits); what is left out is as in
+    /// rate=9600,latency=40,loss=0,errors=0. Without such a listener: radio+tcp://127.0.0.1:10486
+    #[arg(long, value_name = "CHANNEL", value_parser = channel)]
+    radio: Option<RadioConfig>,
     /// Keep the monitor's memory (parameters, lockout) in this file
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// Instead: live this seed of the swarm (cargo xtask swarm) once more, and tell every request,
     /// answer and change of an output with its cause
     #[arg(long, value_name = "SEED", conflicts_with_all = [
-        "listen", "profile", "addr", "seed", "speed", "fire", "flash"
+        "listen", "profile", "addr", "seed", "speed", "fire", "flash", "radio"
     ])]
     replay: Option<u64>,
     /// Tell of the replay from this second on (default 0)
@@ -118,7 +125,14 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         return exercise::run(&args, out);
     }
     if let Some(scenario) = &args.site {
-        return exercise::serve(scenario, args.seed, args.speed, args.listen, out).await;
+        let place = exercise::Serving {
+            scenario,
+            seed: args.seed,
+            speed: args.speed,
+            listen: args.listen,
+            radio: args.radio,
+        };
+        return exercise::serve(place, out).await;
     }
     let mut interrupt = Interrupt::catch()?;
     let flash = match &args.flash {
@@ -138,14 +152,18 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
     if listen.is_empty() {
         listen.push(Listen::tcp(format!("127.0.0.1:{}", lafet_proto::bus::PORT_EXTERNAL_CONN)));
     }
+    let air = by_radio(args.radio, args.seed.unwrap_or(SEED), &mut listen)?;
     let mut tasks = JoinSet::new();
+    if let Some(air) = &air {
+        tasks.spawn(air.clone().carry(sim.clone()));
+    }
     for place in &listen {
         let listening = place.open().await.map_err(|error| cannot_listen(place, error))?;
         out.show(
             format!("listening {}", listening.url()),
             || serde_json::json!({ "listening": listening.url() }),
         )?;
-        tasks.spawn(listening.serve(sim.clone()));
+        tasks.spawn(listening.serve_over(air.clone(), sim.clone()));
     }
     if !burns {
         out.say(pick(
@@ -172,6 +190,38 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         Err(Ok(Err(error))) => Err(Failure::io(pick("simulator", "имитатор"), error)),
         Err(_) => Err(Failure::Ended(pick("The simulator has failed.", "Отказ имитатора.").into())),
     }
+}
+
+/// The radio channel, and a place to reach it.
+pub fn by_radio(
+    config: Option<RadioConfig>,
+    seed: u64,
+    listen: &mut Vec<Listen>,
+) -> Result<Option<Air>, Failure> {
+    let Some(config) = config else { return Ok(None) };
+    if !listen.iter().any(Listen::is_radio) {
+        listen.push(Listen::radio(format!("127.0.0.1:{}", lafet_proto::bus::PORT_RADIO)));
+    }
+    if let Some(place) = listen.iter().find(|place| place.is_radio() && place.has_records()) {
+        return Err(Failure::Usage(pick(
+            format!("{place}: with --radio frames are needed, so that what is lost is noticed."),
+            format!("{place}: с --radio нужны кадры, иначе потери незаметны."),
+        )));
+    }
+    Ok(Some(Air::new(config, seed)))
+}
+
+fn channel(text: &str) -> Result<RadioConfig, String> {
+    text.parse().map_err(|part: String| {
+        pick(
+            format!(
+                "`{part}`: expected rate=300…10000000, latency=0…10000 (ms), loss=0…1, errors=0…1"
+            ),
+            format!(
+                "`{part}`: ожидается rate=300…10000000, latency=0…10000 (мс), loss=0…1, errors=0…1"
+            ),
+        )
+    })
 }
 
 async fn run_time(sim: Shared, speed: f64) -> io::Result<()> {

@@ -8,6 +8,7 @@ use std::time::Duration;
 use lafet_device::Source;
 use tokio::net::{TcpListener, TcpStream, UdpSocket};
 
+use super::Air;
 use super::Bus;
 use super::connections::Connections;
 use super::datagram::serve_datagrams;
@@ -58,6 +59,21 @@ impl Listen {
         Self { radio: false, medium: Medium::Tcp { place: place.into(), records: false } }
     }
 
+    /// A TCP port of the radio interface.
+    pub fn radio(place: impl Into<String>) -> Self {
+        Self { radio: true, ..Self::tcp(place) }
+    }
+
+    /// Whether it is the radio interface.
+    pub const fn is_radio(&self) -> bool {
+        self.radio
+    }
+
+    /// Whether bare records go over it, which no modem carries.
+    pub const fn has_records(&self) -> bool {
+        matches!(self.medium, Medium::Tcp { records: true, .. })
+    }
+
     /// Opens it.
     pub async fn open(&self) -> io::Result<Listening> {
         let source = if self.radio { Source::Radio } else { Source::ExternalConn };
@@ -96,6 +112,23 @@ impl Listening {
         &self.url
     }
 
+    /// Serves clients until the end of the program; those of the radio interface over a channel,
+    /// if there is one.
+    pub async fn serve_over(self, air: Option<Air>, bus: impl Bus) -> io::Result<()> {
+        let Some(air) = air.filter(|_| self.source == Source::Radio) else {
+            return self.serve(bus).await;
+        };
+        match self.socket {
+            Socket::Tcp { listener, .. } => accept_by_radio(listener, air).await,
+            Socket::Udp(socket) => air.serve_datagrams(socket).await,
+            #[cfg(unix)]
+            Socket::Pty(pty) => {
+                let (line, _open) = pty.split();
+                air.serve_stream(line).await
+            }
+        }
+    }
+
     /// Serves clients until the end of the program; an error is one that nobody can mend.
     pub async fn serve(self, bus: impl Bus) -> io::Result<()> {
         match self.socket {
@@ -111,6 +144,20 @@ impl Listening {
                 serve_stream(line, Wire::link(self.source), &bus, habits, || {}).await
             }
         }
+    }
+}
+
+async fn accept_by_radio(listener: TcpListener, air: Air) -> io::Result<()> {
+    let mut connections = Connections::new();
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            tokio::time::sleep(ACCEPT_REST).await;
+            continue;
+        };
+        let _ = stream.set_nodelay(true);
+        let heard = connections.heard();
+        let task = tokio::spawn(air.clone().serve_stream(stream));
+        connections.add(heard, task.abort_handle());
     }
 }
 

@@ -9,6 +9,7 @@ mod listener;
 mod pace;
 #[cfg(unix)]
 mod pty;
+mod radio;
 mod site;
 mod stream;
 
@@ -19,6 +20,7 @@ use lafet_sim::sim::Sim;
 
 pub use listener::Listen;
 pub use pace::pace;
+pub use radio::Air;
 pub use site::SharedSite;
 pub use stream::{Habits, Wire, serve_stream};
 

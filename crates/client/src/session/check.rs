@@ -245,7 +245,7 @@ impl Session {
         if frame.check == Check::Crc32c {
             self.use_crc32c();
         } else if probe.is_some() {
-            self.use_crc16();
+            self.use_crc16(now);
         }
         probe.is_some()
     }
@@ -261,12 +261,14 @@ impl Session {
         self.check.plan.clear();
     }
 
-    fn use_crc16(&mut self) {
+    fn use_crc16(&mut self, now: Now) {
         match self.check.mode {
             CheckMode::Crc32c => self.check.missing = true,
             _ if self.check.form == Check::Crc32c => {
                 self.check.form = Check::Crc16;
+                // The probe with a CRC-32C may just have been lost.
                 self.check.looks = 0;
+                self.check.next_look = now + LOOKS[0];
             }
             _ => {}
         }

@@ -1,7 +1,7 @@
-//! What noise lets through: `cargo run --release -p lafet-sim --example noise -- [FRAMES]`.
+//! What noise lets through: `cargo run --release -p lafet-sim --example noise -- [FRAMES [WORD…]]`.
 //!
 //! Requests go over lines with bit errors, bursts and slips; how many frames are accepted that were
-//! never sent, with each of the two checks.
+//! never sent, with each of the two checks. With words, only the rows that have all of them.
 
 use lafet_proto::link::Check;
 use lafet_sim::line::Noise;
@@ -16,6 +16,7 @@ fn main() {
             std::process::exit(2);
         }
     };
+    let words: Vec<String> = std::env::args().skip(2).collect();
     let errors = |bit_error_rate| Noise { bit_error_rate, ..Noise::default() };
     let bursts = Noise { burst_rate: 1e-3, burst_bytes: 8, ..errors(1e-4) };
     let slips = Noise { loss_rate: 1e-3, double_rate: 1e-3, ..errors(1e-4) };
@@ -32,11 +33,15 @@ fn main() {
         [(Check::Crc16, Takes::Both), (Check::Crc32c, Takes::Both), (Check::Crc32c, Takes::Only)];
     for (name, noise) in lines {
         for (check, takes) in receivers {
+            let only = if takes == Takes::Both { "both" } else { "this alone" };
+            let row = format!("{name} | {check:?} | {only}");
+            if !words.iter().all(|word| row.contains(word.as_str())) {
+                continue;
+            }
             let Exposure { sent, accepted, wrong, executed, .. } =
                 expose(check, takes, noise, frames, 7);
             let lost = 100.0 * (sent - (accepted - wrong)) as f64 / sent as f64;
-            let takes = if takes == Takes::Both { "both" } else { "this alone" };
-            println!("| {name} | {check:?} | {takes} | {lost:.2} % | {wrong} | {executed} |");
+            println!("| {row} | {lost:.2} % | {wrong} | {executed} |");
         }
     }
 }

@@ -334,7 +334,7 @@ impl Controller {
     }
 
     /// The monitor that has not been heard for longest, if that is too long.
-    fn to_watch(&mut self, now: Now) -> Option<u8> {
+    fn due_for_watch(&mut self, now: Now) -> Option<u8> {
         let watch = self.config.watch?;
         let (address, heard) = self.monitors_heard().min_by_key(|(_, heard)| *heard)?;
         let due = heard + watch <= now;
@@ -388,7 +388,7 @@ impl Controller {
         }
         if !self.probed
             && let Some(address) =
-                self.roster.due(now, now >= self.busy_until).or_else(|| self.to_watch(now))
+                self.roster.due(now, now >= self.busy_until).or_else(|| self.due_for_watch(now))
         {
             self.probed = true;
             let wire = frame(address, &[]);

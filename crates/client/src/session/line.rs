@@ -6,12 +6,17 @@
 //! requests go first, whosesoever they are, and wait for a frame that is out no longer than
 //! [`Config::patience`].
 
+use std::time::Duration;
+
 use super::bus_ear::BusEar;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
 use crate::answers::RequestBuf;
 use crate::url::{Addresses, Framing, Role};
+
+/// A controller has tried three times by then: 150, 300 and 600 ms (observed), and the frames.
+const CONTROLLER_GIVES_UP: Duration = Duration::from_millis(1200);
 
 /// The sessions of a link: see the module's documentation.
 #[derive(Debug)]
@@ -34,6 +39,11 @@ pub struct Line {
 impl Line {
     /// A line without connection; sessions come into being with the first request to an address.
     pub fn new(config: Config) -> Self {
+        let timeout = match config.role {
+            Role::Direct => config.timeout,
+            Role::Active => config.timeout.max(CONTROLLER_GIVES_UP),
+        };
+        let config = Config { timeout, ..config };
         Self {
             input: Input::new(Framing::Link),
             echo: EchoFilter::new(config.echo),

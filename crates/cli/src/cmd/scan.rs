@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
-use lafet_client::{Endpoint, Error, Framing};
+use lafet_client::{Endpoint, Error, Framing, Manner};
 use lafet_proto::bus;
 use lafet_proto::link::Check;
 use serde_json::{Value, json};
@@ -240,9 +240,10 @@ fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
 
 fn endpoint(place: &Place, udp: bool, framing: Framing) -> Endpoint {
     let (host, port, addresses) = (place.host.clone(), place.port, Default::default());
+    let manner = Manner::default();
     match udp {
-        true => Endpoint::Udp { host, port, addresses },
-        false => Endpoint::Tcp { host, port, framing, addresses },
+        true => Endpoint::Udp { host, port, addresses, manner },
+        false => Endpoint::Tcp { host, port, framing, addresses, manner },
     }
 }
 

@@ -210,12 +210,12 @@ async fn speeds(
     options: &Options,
     dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
 ) -> io::Result<()> {
-    let Endpoint::Serial { path, line, addresses } = evidence.endpoint.clone() else {
+    let Endpoint::Serial { path, line, addresses, manner } = evidence.endpoint.clone() else {
         return Ok(());
     };
     for baud in SPEEDS.into_iter().filter(|baud| *baud != line.baud) {
         let line = crate::url::SerialLine { baud, ..line };
-        let at = Endpoint::Serial { path: path.clone(), line, addresses };
+        let at = Endpoint::Serial { path: path.clone(), line, addresses, manner };
         // A port that does not know a speed is no use at it.
         let Ok(link) = dial(&at).await else { continue };
         let mut prober = Prober::new(link, addresses.source);

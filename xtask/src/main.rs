@@ -150,9 +150,9 @@ const TASKS: &[Task] = &[
         arguments: "[arguments of lafet-model…]",
         about: "check the interlock on every state that a request, a fault or time can lead to",
         details: "Prints states, unique states, depth and properties of each configuration; a law \
-                  that can be broken with the way there. Without arguments about ten minutes. \
-                  Arguments: --list, --seconds S, --states N, --depth N, --threads N, and names of \
-                  configurations. docs/model.md says what is checked and what is not.",
+                  that can be broken with the way there. Without arguments about 12 minutes. \
+                  Arguments: --list, --quick, --seconds S, --states N, --depth N, --threads N, and \
+                  names of configurations. docs/model.md says what is checked and what is not.",
         run: model::model,
     },
     Task {

@@ -36,6 +36,8 @@ pub struct Configuration {
     pub pressures: bool,
     /// The power may fail.
     pub power_loss: bool,
+    /// After about this many states everything that must be seen has been seen.
+    pub quick_states: usize,
     /// What must be seen to happen.
     pub witnesses: &'static [&'static [Witness]],
 }
@@ -147,6 +149,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: true,
+        quick_states: 140_000,
         witnesses: &[
             &[
                 on(Event::Deployed),
@@ -194,6 +197,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: true,
+        quick_states: 180_000,
         witnesses: &[
             &[
                 on(Event::Deployed),
@@ -236,6 +240,7 @@ pub static ALL: &[Configuration] = &[
         fires: true,
         pressures: false,
         power_loss: false,
+        quick_states: 320_000,
         witnesses: &[
             &[
                 on(Event::Deployed),
@@ -280,6 +285,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: true,
+        quick_states: 180_000,
         witnesses: &[
             &[
                 on(Event::Deployed),
@@ -315,6 +321,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: false,
+        quick_states: 180_000,
         witnesses: &[
             &[
                 on(Event::ToldFault),
@@ -342,6 +349,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: true,
+        quick_states: 180_000,
         witnesses: &[
             &[on(Event::ToldFault), on(Event::RecoveredDeployed), on(Event::RecoveredWater)],
             amid!(Fault: Deploying Wrapping Opening Water),
@@ -367,6 +375,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: false,
+        quick_states: 480_000,
         witnesses: &[
             &[
                 on(Event::Deployed),
@@ -395,6 +404,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: true,
         power_loss: false,
+        quick_states: 320_000,
         witnesses: &[
             &[
                 on(Event::WaterOn),
@@ -437,6 +447,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: true,
+        quick_states: 180_000,
         witnesses: &[
             &[
                 on(Event::WaterOn),
@@ -469,6 +480,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: false,
+        quick_states: 180_000,
         witnesses: &[
             &[
                 on(Event::Deployed),

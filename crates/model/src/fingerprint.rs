@@ -3,10 +3,14 @@
 //! The text names every field of every part, so nothing that is added to the device can be forgotten
 //! here: it counts until it is named below. Moments are taken relative to now.
 
+use lafet_device::Device;
+use lafet_device::params::Params;
+use std::cell::RefCell;
 use std::fmt::{self, Debug, Write};
 use std::hash::{DefaultHasher, Hasher};
 
-/// Fields that decide nothing that the model could see, wherever they stand.
+/// Fields that decide nothing that the model could see, wherever they stand; and the parameters, which
+/// are read by themselves, because they are long and rarely change.
 ///
 /// The composition and the clock of the last step are the same in all states of a run; the interfaces
 /// keep only when somebody last asked (§3.3.9); climate is not modelled; the plant knows no speeds,
@@ -16,6 +20,7 @@ const IGNORED: &[&str] = &[
     "address",
     "outputs",
     "causes",
+    "params",
     "climatics",
     "external_conn",
     "radio",
@@ -74,20 +79,43 @@ struct Part {
     dormant: &'static [&'static str],
 }
 
+/// Sets of parameters whose hash is kept.
+const PARAMS_KEPT: usize = 16;
+
+thread_local! {
+    static PARAMS: RefCell<Vec<(Params, u64)>> = const { RefCell::new(Vec::new()) };
+}
+
 /// What in a device decides how it goes on.
-pub fn of(device: &impl Debug, now_ms: u32) -> u64 {
-    let mut reader = Reader::new(now_ms);
-    write!(reader, "{device:?}").expect("the reader takes everything");
+pub fn of(device: &Device, now_ms: u32) -> u64 {
     let mut hasher = DefaultHasher::new();
-    hasher.write(&reader.kept);
+    hasher.write(&Reader::read(device, now_ms).kept);
+    hasher.write_u64(of_params(device.params(), now_ms));
     hasher.finish()
 }
 
+fn of_params(params: &Params, now_ms: u32) -> u64 {
+    PARAMS.with_borrow_mut(|kept| {
+        if let Some((_, hash)) = kept.iter().find(|(known, _)| known == params) {
+            return *hash;
+        }
+        let reader = Reader::read(params, now_ms);
+        let mut hasher = DefaultHasher::new();
+        hasher.write(&reader.kept);
+        let hash = hasher.finish();
+        // A moment in them is nearer or further off the next time.
+        if !reader.any_moment && kept.len() < PARAMS_KEPT {
+            kept.push((params.clone(), hash));
+        }
+        hash
+    })
+}
+
 /// The text that is kept, for those who look for the difference between two states.
-pub fn text(device: &impl Debug, now_ms: u32) -> String {
-    let mut reader = Reader::new(now_ms);
-    write!(reader, "{device:?}").expect("the reader takes everything");
-    String::from_utf8_lossy(&reader.kept).into_owned()
+pub fn text(device: &Device, now_ms: u32) -> String {
+    let mut kept = Reader::read(device, now_ms).kept;
+    kept.extend(Reader::read(device.params(), now_ms).kept);
+    String::from_utf8_lossy(&kept).into_owned()
 }
 
 /// Follows derived `Debug` text: `Part { field: value, … }`, `Variant(value)`, `[value, …]`.
@@ -99,6 +127,7 @@ struct Reader {
     open: Vec<Level>,
     /// The next number is a moment.
     moment: bool,
+    any_moment: bool,
     /// Of the number that follows only the sign counts.
     sign: bool,
     /// Nothing counts until the field at this depth ends.
@@ -116,6 +145,12 @@ struct Level {
 }
 
 impl Reader {
+    fn read(part: &impl Debug, now_ms: u32) -> Self {
+        let mut reader = Self::new(now_ms);
+        write!(reader, "{part:?}").expect("the reader takes everything");
+        reader
+    }
+
     fn new(now_ms: u32) -> Self {
         Self {
             now_ms,
@@ -123,6 +158,7 @@ impl Reader {
             word: String::new(),
             open: Vec::with_capacity(16),
             moment: false,
+            any_moment: false,
             sign: false,
             mute: None,
         }
@@ -172,6 +208,9 @@ impl Reader {
     }
 
     fn value(&mut self, text: &str) {
+        if self.mute.is_some() {
+            return;
+        }
         if let Some(level) = self.open.last_mut()
             && level.telling
         {
@@ -194,6 +233,7 @@ impl Reader {
 
     fn number_of_moment(&mut self, text: &str) -> fmt::Result {
         self.moment = false;
+        self.any_moment = true;
         let moment: u32 = text.parse().map_err(|_| fmt::Error)?;
         let ahead_ms = moment.wrapping_sub(self.now_ms).cast_signed();
         let class = CLASSES_MS.iter().filter(|begin| ahead_ms > **begin).count();
@@ -239,7 +279,7 @@ impl Write for Reader {
 mod tests {
     use super::*;
     use crate::plant::{ADDRESS, Plant};
-    use lafet_device::{Composition, Device, Source};
+    use lafet_device::{Composition, Source};
     use lafet_proto::record::Writer;
     use lafet_proto::request::Body;
     use lafet_proto::{Request, SubsystemId};

@@ -1,7 +1,7 @@
 //! §3.3.5 «Флаги состояния Valve1, Valve2»: a valve.
 //!
 //! ```text
-//!  Still ──Open──▶ Opening ──open switch, Stop, fault, time over──▶ Still
+//!  Still ──Open──▶ Opening ──open switch, Stop, block, fault, time over──▶ Still
 //!  Still ──Close─▶ Closing ──closed switch, Stop, fault, time over─▶ Still
 //! ```
 //! Against water hammer stands the travel itself: the motor knows three commands, and no request,
@@ -159,9 +159,20 @@ impl Valve {
         if self.online {
             self.input = *input;
         }
+        if self.input.blocked {
+            self.end_opening(Rule::Blocked);
+        }
         self.watch_current(now, dt_ms, params);
         self.watch_leaving(now, params);
         self.watch_travel(now);
+    }
+
+    /// What forbids Open also ends it: an opening that waits behind a block, or for the working
+    /// position, would come by itself when nobody expects it any more.
+    pub(crate) fn end_opening(&mut self, why: Rule) {
+        if self.motion == Motion::Opening {
+            self.stop(Cause::Rule(why));
+        }
     }
 
     pub(crate) fn output(&self) -> ValveOutput {

@@ -41,6 +41,10 @@ pub struct Move {
     pub at_ms: u64,
     /// MoveTimeout at that time, ms.
     pub timeout_ms: u32,
+    /// Limits were off at that time.
+    pub limitless: bool,
+    /// §3.17 Up/left (true) or down/right until stopped: a direct drive without limits.
+    pub runs: Option<bool>,
 }
 
 /// A program that a request has started.
@@ -92,8 +96,13 @@ pub struct Ledger {
     lock_is_stored: bool,
     /// All has been given to the flash, which may be at it still.
     lock_is_written: bool,
-    /// When the program has last looked at its inputs.
+    /// When the program has last looked at its inputs, and when before that.
     sensed_ms: u64,
+    before_ms: u64,
+    /// Positions as the monitor tells them.
+    positions: [i32; AXES],
+    /// Drives that are remote units.
+    remote: [bool; AXES],
     /// Waiting for a reset since.
     pub restart_ms: Option<u64>,
     /// The Move in force, by [`Axis`].
@@ -107,15 +116,15 @@ pub struct Ledger {
     /// Whether limits are off, by [`Axis`].
     pub limitless: [bool; AXES],
     /// When somebody has last aimed by hand.
-    pub manual_ms: Option<u64>,
+    manual_ms: Option<u64>,
     /// For how long each drive has drawn more than MaxCurrent, ms.
     pub over_ms: [u64; AXES],
     /// For how long each valve has drawn more than MaxCurrent, ms.
     pub valve_over_ms: [u64; VALVES],
-    /// Whether a fault was in force at a drive or its unit since power-up.
-    pub broken: [bool; AXES],
-    /// Whether a fault was in force at a valve or its unit since power-up.
-    pub valve_broken: [bool; VALVES],
+    /// When a fault was last in force at a drive or its unit.
+    pub broken_ms: [Option<u64>; AXES],
+    /// When a fault was last in force at a valve or its unit.
+    pub valve_broken_ms: [Option<u64>; VALVES],
     memory_is_sound: bool,
     buttons: [[ButtonTrack; 8]; 2],
     told: Told,
@@ -123,7 +132,8 @@ pub struct Ledger {
     pub past_limits: [[Option<i32>; 4]; AXES],
     move_timeout_ms: u32,
     deployer_travel_ms: u32,
-    valve_travel_ms: [u32; VALVES],
+    /// TravelTime of each valve, ms.
+    pub valve_travel_ms: [u32; VALVES],
     chain_known: bool,
     chain: Vec<SubsystemId>,
 }
@@ -137,17 +147,20 @@ impl Ledger {
             lock_is_stored: true,
             lock_is_written: true,
             sensed_ms: now_ms,
+            before_ms: now_ms,
+            positions: [0; AXES],
+            remote: [false; AXES],
             restart_ms: None,
             moves: [None; AXES],
             starts: Vec::new(),
-            works: [power_up_work(now_ms), power_up_work(now_ms)],
+            works: [power_up_work(now_ms, 0), power_up_work(now_ms, 0)],
             recent: Vec::new(),
             limitless: [false; AXES],
             manual_ms: None,
             over_ms: [0; AXES],
             valve_over_ms: [0; VALVES],
-            broken: [false; AXES],
-            valve_broken: [false; VALVES],
+            broken_ms: [None; AXES],
+            valve_broken_ms: [None; VALVES],
             memory_is_sound: true,
             buttons: Default::default(),
             told: Told::default(),
@@ -307,10 +320,21 @@ impl Ledger {
     fn moved(&mut self, asked: &Asked, destination: i32) {
         let Some(axis) = axis_of(asked.to) else { return };
         let [.., min, max] = self.past_limits[axis as usize];
-        let target = destination.min(max.unwrap_or(i32::MAX)).max(min.unwrap_or(i32::MIN));
-        let (at_ms, timeout_ms) = (self.now_ms, self.move_timeout_ms);
-        self.moves[axis as usize] =
-            Some(Move { asked: *asked, destination, target, at_ms, timeout_ms });
+        let limitless = self.limitless[axis as usize];
+        let target = match limitless {
+            true => destination,
+            false => destination.min(max.unwrap_or(i32::MAX)).max(min.unwrap_or(i32::MIN)),
+        };
+        let runs = limitless && !self.remote[axis as usize];
+        self.moves[axis as usize] = Some(Move {
+            asked: *asked,
+            destination,
+            target,
+            at_ms: self.now_ms,
+            timeout_ms: self.move_timeout_ms,
+            limitless,
+            runs: runs.then_some(destination > self.positions[axis as usize]),
+        });
         if axis == Axis::Deployer {
             self.end(&[Program::Deploy, Program::Wrap]);
         } else {
@@ -422,6 +446,13 @@ impl Ledger {
         if !self.chain_known {
             self.chain.retain(|id| view.device.has(*id));
             self.chain_known = true;
+            self.note_params(view);
+            for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {
+                let by_power_up = |work: &&mut Work| work.cause == Cause::Rule(Rule::PowerUp);
+                for work in works.iter_mut().filter(by_power_up) {
+                    work.travel_ms = travel_ms;
+                }
+            }
         }
         let locked = self.lock == Lock::On || self.restart_ms.is_some();
         for (post, states) in self.buttons.iter_mut().zip(view.inputs.buttons) {
@@ -444,7 +475,7 @@ impl Ledger {
         }
         self.follow_currents(view);
         self.follow_faults(view);
-        self.sensed_ms = view.now_ms;
+        (self.before_ms, self.sensed_ms) = (self.sensed_ms, view.now_ms);
     }
 
     /// What is asked for while the outputs are still inert may be done afterwards.
@@ -479,15 +510,16 @@ impl Ledger {
     }
 
     fn follow_faults(&mut self, view: &View<'_>) {
+        let now = Some(view.now_ms);
         for fault in view.faults {
             match fault {
-                Fault::Drive(axis, _) => self.broken[*axis as usize] = true,
-                Fault::Valve(valve, _) => self.valve_broken[*valve as usize] = true,
+                Fault::Drive(axis, _) => self.broken_ms[*axis as usize] = now,
+                Fault::Valve(valve, _) => self.valve_broken_ms[*valve as usize] = now,
                 Fault::Unit(unit, _) => {
                     let index = *unit as usize;
                     match index.checked_sub(AXES) {
-                        None => self.broken[index] = true,
-                        Some(valve) => self.valve_broken[valve] = true,
+                        None => self.broken_ms[index] = now,
+                        Some(valve) => self.valve_broken_ms[valve] = now,
                     }
                 }
                 Fault::Single(SingleFault::FlashRead | SingleFault::FlashWrite) => {
@@ -507,7 +539,7 @@ impl Ledger {
                         self.moves[axis as usize].is_some_and(|granted| granted.asked == asked)
                     }
                     // What the guard holds back may go on when it lets go.
-                    Cause::Rule(rule) => is_guards(rule),
+                    Cause::Rule(rule) => is_passing(rule),
                     Cause::Program(..) | Cause::Button(_) => false,
                 };
                 if !holds {
@@ -515,8 +547,9 @@ impl Ledger {
                 }
             }
             Output::Valve(valve) => {
-                let ended = step.after == 0 && step.before != 0;
-                if ended && matches!(step.cause, Cause::Rule(rule) if !is_guards(rule)) {
+                // Off by a rule: also what was asked for and has ended before it began.
+                let ended = step.after == 0;
+                if ended && matches!(step.cause, Cause::Rule(rule) if !is_passing(rule)) {
                     self.works[valve as usize].clear();
                 }
                 let way = view.outputs.valves[valve as usize];
@@ -549,7 +582,9 @@ impl Ledger {
 
     /// What requests of the next step will be judged by.
     fn note_params(&mut self, view: &View<'_>) {
+        self.positions = view.told.positions.map(i32::from);
         for axis in Axis::ALL {
+            self.remote[axis as usize] = view.params.drive(axis, DriveParam::DriveType) == 1;
             let min = Some(view.params.drive(axis, DriveParam::MinLimit));
             let max = Some(view.params.drive(axis, DriveParam::MaxLimit));
             let [.., last_min, last_max] = self.past_limits[axis as usize];
@@ -596,12 +631,19 @@ impl Ledger {
         any(up) && !any(!up)
     }
 
-    /// Whether the button Open (true) or Close of this post was pressed in this step.
+    /// Whether the button Open (true) or Close of this post was pressed in this step; beside a Close
+    /// that is held, Open is none.
     pub fn pressed(&self, post: SubsystemId, open: bool) -> bool {
         post_index(post).is_some_and(|post| {
-            let button = self.buttons[post][if open { 6 } else { 7 }];
-            button.held && !button.held_before
+            let [.., opens, closes] = self.buttons[post];
+            let button = if open { opens } else { closes };
+            button.held && !button.held_before && !(open && closes.held)
         })
+    }
+
+    /// Whether somebody has aimed by hand since the last step of the program.
+    pub fn has_just_aimed(&self) -> bool {
+        self.manual_ms.is_some_and(|at_ms| at_ms >= self.before_ms)
     }
 }
 
@@ -617,24 +659,18 @@ pub fn is_running(program: Program, told: &Told) -> bool {
     }
 }
 
-/// Rules that hold something back only as long as their condition lasts.
-const fn is_guards(rule: Rule) -> bool {
+/// Rules that hold something back only as long as their condition lasts. What needs the working
+/// position, and what a block has stopped, does not come back by itself.
+const fn is_passing(rule: Rule) -> bool {
     matches!(
         rule,
-        Rule::Inert
-            | Rule::Lockout
-            | Rule::NotDeployed
-            | Rule::Water
-            | Rule::Blocked
-            | Rule::Limit
-            | Rule::EndSwitch
-            | Rule::CutOff
+        Rule::Inert | Rule::Lockout | Rule::Water | Rule::Limit | Rule::EndSwitch | Rule::CutOff
     )
 }
 
-fn power_up_work(at_ms: u64) -> Vec<Work> {
+fn power_up_work(at_ms: u64, travel_ms: u32) -> Vec<Work> {
     let cause = Cause::Rule(Rule::PowerUp);
-    vec![Work { output: ValveOutput::Closing, cause, at_ms, travel_ms: 0 }]
+    vec![Work { output: ValveOutput::Closing, cause, at_ms, travel_ms }]
 }
 
 /// The addressee's own answer, or one of many.

@@ -4,16 +4,18 @@ use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
-use lafet_proto::flags::{ButtonState, ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
+use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::{DriveParam, Param, ValveParam};
 use lafet_proto::record::{Record, Records};
 use lafet_proto::request::{Body, LimitsState};
-use lafet_proto::{RequestId, Status, SubsystemId, dictionary};
+use lafet_proto::{RequestId, Status, SubsystemId};
 
+use super::answers;
+use super::buttons::{Button, Posts};
 use super::rules::Step;
 use super::view::{View, axis_of};
-use super::{Output, Told};
+use super::{Bilingual, Output, Told};
 use crate::fault::{Fault, SingleFault};
 use crate::world::STEP_MS;
 
@@ -75,15 +77,6 @@ pub struct Work {
     pub travel_ms: u32,
 }
 
-/// A button as the ledger follows it.
-#[derive(Clone, Copy, Debug, Default)]
-struct ButtonTrack {
-    /// Released since power-up, lockout and the last stop of its drive.
-    armed: bool,
-    held: bool,
-    held_before: bool,
-}
-
 /// The ledger of a monitor.
 #[derive(Clone, Debug)]
 pub struct Ledger {
@@ -126,7 +119,8 @@ pub struct Ledger {
     /// When a fault was last in force at a valve or its unit.
     pub valve_broken_ms: [Option<u64>; VALVES],
     memory_is_sound: bool,
-    buttons: [[ButtonTrack; 8]; 2],
+    /// The button posts.
+    pub buttons: Posts,
     told: Told,
     /// Limits of each drive before the last change of them, and those of the last step.
     pub past_limits: [[Option<i32>; 4]; AXES],
@@ -162,7 +156,7 @@ impl Ledger {
             broken_ms: [None; AXES],
             valve_broken_ms: [None; VALVES],
             memory_is_sound: true,
-            buttons: Default::default(),
+            buttons: Posts::default(),
             told: Told::default(),
             past_limits: [[None; 4]; AXES],
             move_timeout_ms: 0,
@@ -187,39 +181,54 @@ impl Ledger {
         };
     }
 
-    pub(super) fn delivered(&mut self, now_ms: u64, source: Source, payload: &[u8], answer: &[u8]) {
+    /// Takes over what was asked for and answered; otherwise says what is wrong with the answers.
+    pub(super) fn delivered(
+        &mut self,
+        now_ms: u64,
+        source: Source,
+        payload: &[u8],
+        answer: &[u8],
+    ) -> Result<(), Bilingual> {
         self.now_ms = now_ms;
         let answers: Vec<Record<'_>> = Records::new(answer).flatten().collect();
         let mut rest = answers.as_slice();
         let mut full = false;
+        let mut whole = Ok(());
         for record in Records::new(payload).flatten() {
             let asked = Asked { request: record.request, to: record.device, source };
-            let taken = self.answers_to(&asked, rest);
+            let taken = answers::count(&self.chain, &asked, rest);
             let (mine, others) = rest.split_at(taken);
             rest = others;
+            let behind = full;
             full |= mine.iter().any(|answer| answer.status == Status::NO_ROOM);
-            let Ok(body) = Body::decode(record.request, record.data) else { continue };
-            let as_a_whole =
-                matches!(record.request, RequestId::STOP | RequestId::LOCKOUT | RequestId::RESTART)
-                    && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
-            // §1/9 Stop All and Lockout on take effect though their answers find no room.
-            let silent = full && as_a_whole && !self.refuses(record.request);
-            if silent {
-                self.accepted(&asked, &body, asked.to, Status::OK);
-                continue;
+            if !behind && !full {
+                whole = whole.and(answers::complete(&self.chain, &asked, mine));
             }
-            for answer in mine {
-                let closes =
-                    record.request == RequestId::CLOSE || record.request == RequestId::STOP;
-                // A faulty valve is told to close all the same, a faulty drive stops.
-                let acts =
-                    answer.status.is_success() || closes && answer.status == Status::MODULE_FAULT;
-                let own = as_a_whole_or(record.device, answer.device);
-                if acts && own {
-                    self.accepted(&asked, &body, answer.device, answer.status);
-                    if as_a_whole {
-                        break;
-                    }
+            self.judge(&record, &asked, mine, full);
+        }
+        let cut = usize::from(Records::new(payload).any(|record| record.is_err()));
+        whole.and_then(|()| answers::nothing_more(rest, if full { 1 } else { cut }))
+    }
+
+    /// What a request and its answers permit and end.
+    fn judge(&mut self, record: &Record<'_>, asked: &Asked, mine: &[Record<'_>], full: bool) {
+        let Ok(body) = Body::decode(record.request, record.data) else { return };
+        let as_a_whole =
+            matches!(record.request, RequestId::STOP | RequestId::LOCKOUT | RequestId::RESTART)
+                && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
+        // §1/9 Stop All and Lockout on take effect though their answers find no room.
+        if full && as_a_whole && !self.refuses(record.request) {
+            return self.accepted(asked, &body, asked.to, Status::OK);
+        }
+        for answer in mine {
+            let closes = record.request == RequestId::CLOSE || record.request == RequestId::STOP;
+            // A faulty valve is told to close all the same, a faulty drive stops.
+            let acts =
+                answer.status.is_success() || closes && answer.status == Status::MODULE_FAULT;
+            if acts && as_a_whole_or(record.device, answer.device) {
+                self.accepted(asked, &body, answer.device, answer.status);
+                if as_a_whole {
+                    return;
                 }
             }
         }
@@ -227,39 +236,6 @@ impl Ledger {
 
     fn refuses(&self, request: RequestId) -> bool {
         self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some()
-    }
-
-    /// How many of the answers belong to this request: one, or those of all who handle it.
-    fn answers_to(&self, asked: &Asked, answers: &[Record<'_>]) -> usize {
-        let Some(first) = answers.first() else { return 0 };
-        if first.request != asked.request {
-            return 0;
-        }
-        if !matches!(asked.to, SubsystemId::ALL | SubsystemId::MOTORS) {
-            return 1;
-        }
-        let place = |id: SubsystemId| SubsystemId::CHAIN.iter().position(|known| *known == id);
-        let mut last = None;
-        answers
-            .iter()
-            .take_while(|answer| {
-                let at = place(answer.device);
-                let next = answer.request == asked.request
-                    && self.handles(answer.device, asked)
-                    && (last.is_none() || at > last);
-                last = at;
-                next
-            })
-            .count()
-            .max(1)
-    }
-
-    fn handles(&self, id: SubsystemId, asked: &Asked) -> bool {
-        let whole = matches!(asked.request, RequestId::RESTART | RequestId::LOCKOUT);
-        let known = dictionary::request(asked.request)
-            .is_some_and(|info| info.addressees.is_empty() || info.addressees.contains(&id));
-        let motors = asked.to != SubsystemId::MOTORS || id.is_drive();
-        self.chain.contains(&id) && (whole || known) && motors
     }
 
     /// What an accepted request permits and ends.
@@ -346,7 +322,7 @@ impl Ledger {
         self.starts.clear();
         self.moves = [None; AXES];
         for axis in Axis::ALL {
-            self.disarm(axis);
+            self.buttons.disarm(axis);
         }
         if valves {
             self.works = Default::default();
@@ -364,7 +340,7 @@ impl Ledger {
         }
         if let Some(axis) = axis_of(id) {
             self.moves[axis as usize] = None;
-            self.disarm(axis);
+            self.buttons.disarm(axis);
         }
     }
 
@@ -427,13 +403,6 @@ impl Ledger {
         *limitless = off;
     }
 
-    fn disarm(&mut self, axis: Axis) {
-        let Some((up, down)) = buttons_of(axis) else { return };
-        for post in &mut self.buttons {
-            (post[up].armed, post[down].armed) = (false, false);
-        }
-    }
-
     /// Takes over what is sensed in this step, before it is judged.
     pub(super) fn sense(&mut self, view: &View<'_>) {
         self.now_ms = view.now_ms;
@@ -455,22 +424,11 @@ impl Ledger {
             }
         }
         let locked = self.lock == Lock::On || self.restart_ms.is_some();
-        for (post, states) in self.buttons.iter_mut().zip(view.inputs.buttons) {
-            for (track, state) in post.iter_mut().zip(states) {
-                track.held_before = track.held;
-                track.armed = match state {
-                    ButtonState::Released => true,
-                    ButtonState::Pressed => track.armed && !locked,
-                    ButtonState::Short | ButtonState::Open => false,
-                };
-                track.held = track.armed && state == ButtonState::Pressed;
-            }
-        }
+        self.buttons.sense(&view.inputs.buttons, locked);
         if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {
             self.note_early_buttons();
         }
-        let aims = |track: &[ButtonTrack; 8]| track.iter().take(6).any(|button| button.held);
-        if self.buttons.iter().any(aims) {
+        if self.buttons.aims() {
             self.manual_ms = Some(self.now_ms);
         }
         self.follow_currents(view);
@@ -481,8 +439,10 @@ impl Ledger {
     /// What is asked for while the outputs are still inert may be done afterwards.
     fn note_early_buttons(&mut self) {
         for post in [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS] {
-            for (open, output) in [(true, ValveOutput::Opening), (false, ValveOutput::Closing)] {
-                if self.pressed(post, open) {
+            for (button, output) in
+                [(Button::Open, ValveOutput::Opening), (Button::Close, ValveOutput::Closing)]
+            {
+                if self.buttons.pressed(post, button) {
                     let (cause, at_ms) = (Cause::Button(post), self.now_ms);
                     for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {
                         works.push(Work { output, cause, at_ms, travel_ms });
@@ -554,7 +514,7 @@ impl Ledger {
                 }
                 let way = view.outputs.valves[valve as usize];
                 if let Cause::Button(post) = step.cause
-                    && self.pressed(post, way == ValveOutput::Opening)
+                    && self.buttons.pressed(post, valve_button(way))
                 {
                     self.work(valve.id(), way, step.cause);
                 }
@@ -608,37 +568,14 @@ impl Ledger {
         self.starts.iter().find(|start| start.program == program && start.asked == asked)
     }
 
-    /// Whether a button of this post asks for this direction of a drive now.
-    pub fn holds(&self, post: SubsystemId, axis: Axis, up: bool) -> bool {
-        let Some((more, less)) = buttons_of(axis) else { return false };
-        post_index(post).is_some_and(|post| self.buttons[post][if up { more } else { less }].held)
-    }
-
-    /// Whether a button of this drive is held, or was in the step before.
-    pub fn was_held(&self, axis: Axis) -> bool {
-        let Some((more, less)) = buttons_of(axis) else { return false };
-        let held = |track: ButtonTrack| track.held || track.held_before;
-        self.buttons.iter().any(|post| held(post[more]) || held(post[less]))
-    }
-
-    /// Whether any post asks for this direction of a drive, and none for the other.
+    /// Whether any post of this monitor asks for this direction of a drive, and none for the other.
     pub fn is_asked_by_button(&self, axis: Axis, up: bool) -> bool {
         let any = |up| {
             [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS]
                 .into_iter()
-                .any(|post| self.chain.contains(&post) && self.holds(post, axis, up))
+                .any(|post| self.chain.contains(&post) && self.buttons.holds(post, axis, up))
         };
         any(up) && !any(!up)
-    }
-
-    /// Whether the button Open (true) or Close of this post was pressed in this step; beside a Close
-    /// that is held, Open is none.
-    pub fn pressed(&self, post: SubsystemId, open: bool) -> bool {
-        post_index(post).is_some_and(|post| {
-            let [.., opens, closes] = self.buttons[post];
-            let button = if open { opens } else { closes };
-            button.held && !button.held_before && !(open && closes.held)
-        })
     }
 
     /// Whether somebody has aimed by hand since the last step of the program.
@@ -678,20 +615,10 @@ fn as_a_whole_or(to: SubsystemId, from: SubsystemId) -> bool {
     matches!(to, SubsystemId::ALL | SubsystemId::MOTORS) || to == from
 }
 
-/// Buttons up/left/narrower and down/right/wider of a drive, in the order of §3.3.10.
-const fn buttons_of(axis: Axis) -> Option<(usize, usize)> {
-    match axis {
-        Axis::Horizontal => Some((0, 1)),
-        Axis::Vertical => Some((2, 3)),
-        Axis::Nozzle => Some((5, 4)),
-        Axis::Deployer => None,
-    }
-}
-
-const fn post_index(post: SubsystemId) -> Option<usize> {
-    match post {
-        SubsystemId::BUTTONS => Some(0),
-        SubsystemId::EXT_BUTTONS => Some(1),
-        _ => None,
+/// The button that asks for this way of a valve.
+pub const fn valve_button(way: ValveOutput) -> Button {
+    match way {
+        ValveOutput::Opening => Button::Open,
+        ValveOutput::Off | ValveOutput::Closing => Button::Close,
     }
 }

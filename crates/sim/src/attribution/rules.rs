@@ -7,7 +7,7 @@ use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 
-use super::ledger::{Ledger, Lock, Move, Start, is_running};
+use super::ledger::{Ledger, Lock, Move, Start, is_running, valve_button};
 use super::view::axis_of;
 use super::{Bilingual, Output, View};
 use crate::world::STEP_MS;
@@ -108,8 +108,8 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
         }
         Cause::Button(post) => {
             // One that is held for the other way brakes first.
-            let held = ledger.holds(post, axis, after > 0)
-                || !grows && ledger.holds(post, axis, after <= 0);
+            let held = ledger.buttons.holds(post, axis, after > 0)
+                || !grows && ledger.buttons.holds(post, axis, after <= 0);
             holds(held, "no such button is held", "кнопка не нажата")
         }
         Cause::Rule(_) if grows => {
@@ -222,7 +222,8 @@ fn drive_rule(
                 && ledger.has_just_aimed()
         }
         Rule::Released => {
-            let was = matches!(step.cause_before, Cause::Button(_)) || ledger.was_held(axis);
+            let was =
+                matches!(step.cause_before, Cause::Button(_)) || ledger.buttons.was_held(axis);
             let asked = |up| ledger.is_asked_by_button(axis, up);
             was && !asked(true) && !asked(false)
                 || matches!(step.cause_before, Cause::Button(_)) && !asked(upwards)
@@ -333,26 +334,41 @@ fn has_arrived(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> boo
     let by_move = ledger.moves[axis as usize]
         .is_some_and(|m| m.runs.is_none() && ways(view, &m, axis).into_iter().any(near));
     // A button drives to the limit that was in force when it was pressed.
-    let by_button = (matches!(step.cause_before, Cause::Button(_)) || ledger.was_held(axis))
+    let by_button = (matches!(step.cause_before, Cause::Button(_))
+        || ledger.buttons.was_held(axis))
         && limits().any(|limit| near(at - limit));
-    let by_program = match step.cause_before {
-        Cause::Program(program, asked) if ledger.start_of(program, asked).is_some() => {
-            let input = &view.inputs.drives[axis as usize];
-            match (program, axis) {
-                (Program::Deploy, Axis::Deployer) => {
-                    input.max_switch || limits().any(|limit| near(at - limit - SEAT))
-                }
-                (Program::Wrap, Axis::Deployer) => {
-                    input.min_switch || limits().any(|limit| near(at - limit + SEAT))
-                }
-                (Program::Wrap, _) => near(at) || limits().any(|limit| near(at - limit)),
-                // Only the program knows where it goes; that it stops there takes nothing.
-                _ => moves(program, axis),
-            }
-        }
-        _ => false,
-    };
+    // A program takes a drive over a step before it shows, and may find it where it is to go.
+    let paused = view.told.control & ControlFlags::PAUSED.bits() != 0;
+    let by_program = ledger.starts.iter().any(|start| {
+        let was = step.cause_before == Cause::Program(start.program, start.asked);
+        let takes_over = moves(start.program, axis) && !(is_extinguishing(start.program) && paused);
+        (was || takes_over) && is_end_of(start.program, view, axis, limits())
+    });
     by_move || by_button || by_program
+}
+
+/// Whether a drive may stop here, as far as it can be known where a program goes: the deployer to
+/// its switches or a little beyond its limits, a barrel that is to be wrapped straight ahead. Where
+/// extinguishing and searching go only the program knows; that it stops there takes nothing.
+fn is_end_of(
+    program: Program,
+    view: &View<'_>,
+    axis: Axis,
+    mut limits: impl Iterator<Item = i32>,
+) -> bool {
+    let at = position(view, axis);
+    let near = |way: i32| way.saturating_abs() <= PASSED;
+    let input = &view.inputs.drives[axis as usize];
+    match (program, axis) {
+        (Program::Deploy, Axis::Deployer) => {
+            input.max_switch || limits.any(|limit| near(at - limit - SEAT))
+        }
+        (Program::Wrap, Axis::Deployer) => {
+            input.min_switch || limits.any(|limit| near(at - limit + SEAT))
+        }
+        (Program::Wrap, _) => near(at) || limits.any(|limit| near(at - limit)),
+        _ => true,
+    }
 }
 
 fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result<(), Why> {
@@ -366,7 +382,7 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
     match (cause, way) {
         (_, ValveOutput::Opening | ValveOutput::Closing) if granted => Ok(()),
         (Cause::Button(post), ValveOutput::Opening | ValveOutput::Closing) => holds(
-            ledger.pressed(post, way == ValveOutput::Opening),
+            ledger.buttons.pressed(post, valve_button(way)),
             "no such button was pressed",
             "кнопку не нажимали",
         ),

@@ -173,6 +173,8 @@ impl Ledger {
         *self = Self {
             lock,
             memory_is_sound,
+            // What is asked for before the first step meets the same monitor.
+            chain: core::mem::take(&mut self.chain),
             past_limits: self.past_limits,
             move_timeout_ms: self.move_timeout_ms,
             deployer_travel_ms: self.deployer_travel_ms,
@@ -413,7 +415,8 @@ impl Ledger {
             self.lock = if locked { Lock::On } else { Lock::Off };
         }
         if !self.chain_known {
-            self.chain.retain(|id| view.device.has(*id));
+            let is_built_in = |id: &SubsystemId| view.device.has(*id);
+            self.chain = SubsystemId::CHAIN.into_iter().filter(is_built_in).collect();
             self.chain_known = true;
             self.note_params(view);
             for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {

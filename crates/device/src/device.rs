@@ -185,12 +185,6 @@ impl Device {
                 drive.restrain();
             }
         }
-        let passed = self.outputs.valves.iter().zip(&wanted.valves);
-        for (valve, (passed, wanted)) in self.valves.iter_mut().zip(passed) {
-            if passed != wanted {
-                valve.restrain();
-            }
-        }
         self.params.poll_retry(now);
         if self.may_store() {
             self.params.flush(now, hal);
@@ -279,8 +273,11 @@ impl Device {
     }
 
     /// §3.1/1 What aims ends with the working position, and does not go on when that is reached
-    /// again; programs end by themselves.
+    /// again; nor does what opens (§3.8/1). Programs end by themselves.
     fn end_aims(&mut self) {
+        for valve in &mut self.valves {
+            valve.end_opening(Rule::NotDeployed);
+        }
         for axis in AIMING {
             let drive = by_axis(&mut self.drives, axis);
             if matches!(drive.mover(), Some(Cause::Request(_) | Cause::Button(_))) {

@@ -6,7 +6,7 @@ use common::Rig;
 use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::image::{Axis, ValveOutput};
-use lafet_proto::flags::ButtonState;
+use lafet_proto::flags::{ButtonState, ValveFlags};
 use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Quench, Sector};
 use lafet_proto::{Request, RequestId, SubsystemId};
@@ -122,4 +122,38 @@ fn a_replaced_program_moves_nothing() {
         assert!(held || cause(&rig, axis) == Cause::Program(Program::Quench, by), "{axis:?}");
     }
     assert_eq!(rig.speed(Axis::Nozzle), 0);
+}
+
+/// §3.8/1, §3.3.5/1 What opens ends with the working position, and with a block; it neither waits
+/// for them nor is called faulty for having waited.
+#[test]
+fn an_opening_does_not_wait() {
+    fn lies(rig: &mut Rig, on: bool) {
+        rig.plant.drive(Axis::Deployer).switches.0 = if on { i64::MAX } else { i64::MIN };
+    }
+    fn blocks(rig: &mut Rig, on: bool) {
+        rig.plant.inputs.valves[0].blocked = on;
+    }
+    let holds: [(fn(&mut Rig, bool), Rule); 2] =
+        [(lies, Rule::NotDeployed), (blocks, Rule::Blocked)];
+    for (hold, rule) in holds {
+        for opens_for_ms in [0, 1_000] {
+            let mut rig = Rig::deployed();
+            let open = Request::open(SubsystemId::VALVE1);
+            rig.accepts(open.to, open.body);
+            rig.run(opens_for_ms);
+            hold(&mut rig, true);
+            rig.run(20);
+            assert_eq!(rig.valve_output(0), ValveOutput::Off);
+            assert_eq!(rig.device.causes().valves[0], Cause::Rule(rule));
+            rig.run(1_000);
+            hold(&mut rig, false);
+            rig.run_while(2_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+            let flags = rig.valve(SubsystemId::VALVE1);
+            assert!((flags - ValveFlags::CLOSED).is_empty(), "{flags:?}");
+            let open = Request::open(SubsystemId::VALVE1);
+            rig.accepts(open.to, open.body);
+            rig.run_until(6_000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
+        }
+    }
 }

@@ -358,23 +358,20 @@ fn pushed_out_of_position() {
     assert_eq!(answer, (DEPLOYER, Status::DENIED));
 }
 
-/// §3.3.5 A valve that is held back because the working position is lost is not a broken valve: it
-/// opens when the position is back, or its time ends without a fault.
+/// §3.3.5, §3.8/1 A valve whose opening ends because the working position is lost is not a broken
+/// valve; it does not open by itself when the position is back, but when it is asked to.
 #[test]
-fn a_valve_held_back_is_not_broken() {
-    for back_after_ms in [1_000, 30_000] {
-        let mut rig = Rig::deployed();
-        rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
-        rig.plant.place(Axis::Deployer, 5000);
-        rig.run_while(back_after_ms, |rig| rig.valve_output(0) == ValveOutput::Off);
-        assert!(!rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
-        rig.plant.place(Axis::Deployer, 5400);
-        rig.run(20);
-        let opens = back_after_ms < 10_000;
-        assert_eq!(rig.valve_output(0) == ValveOutput::Opening, opens);
-        rig.run(3_000);
-        assert!(!rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
-    }
+fn an_opening_ends_without_a_fault() {
+    let mut rig = Rig::deployed();
+    rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+    rig.plant.place(Axis::Deployer, 5000);
+    rig.run_while(1_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+    assert!(!rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
+    rig.plant.place(Axis::Deployer, 5400);
+    rig.run_while(1_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+    rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+    rig.run(20);
+    assert_eq!(rig.valve_output(0), ValveOutput::Opening);
 }
 
 /// §1/8, §3.8/1 What is opened and folded in one frame is opened only.

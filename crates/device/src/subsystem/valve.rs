@@ -1,7 +1,7 @@
 //! §3.3.5 «Флаги состояния Valve1, Valve2»: a valve.
 //!
 //! ```text
-//!  Still ──Open──▶ Opening ──open switch, Stop, fault, time over──▶ Still
+//!  Still ──Open──▶ Opening ──open switch, Stop, block, fault, time over──▶ Still
 //!  Still ──Close─▶ Closing ──closed switch, Stop, fault, time over─▶ Still
 //! ```
 //! Against water hammer stands the travel itself: the motor knows three commands, and no request,
@@ -44,8 +44,6 @@ pub struct Valve {
     travel: Timer,
     /// Runs while the valve is driven away from the end it stands at.
     leaving: Timer,
-    /// Held back by the guard since it was told to move.
-    restrained: bool,
     input: ValveInput,
     latched: ValveFlags,
     overload_ms: u32,
@@ -72,7 +70,6 @@ impl Valve {
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
             leaving: Timer::default(),
-            restrained: false,
             input,
             latched: ValveFlags::empty(),
             overload_ms: 0,
@@ -162,15 +159,20 @@ impl Valve {
         if self.online {
             self.input = *input;
         }
+        if self.input.blocked {
+            self.end_opening(Rule::Blocked);
+        }
         self.watch_current(now, dt_ms, params);
         self.watch_leaving(now, params);
         self.watch_travel(now);
     }
 
-    /// The guard holds it back: that it does not move says nothing about its motor.
-    pub(crate) fn restrain(&mut self) {
-        self.leaving.stop();
-        self.restrained = true;
+    /// What forbids Open also ends it: an opening that waits behind a block, or for the working
+    /// position, would come by itself when nobody expects it any more.
+    pub(crate) fn end_opening(&mut self, why: Rule) {
+        if self.motion == Motion::Opening {
+            self.stop(Cause::Rule(why));
+        }
     }
 
     pub(crate) fn output(&self) -> ValveOutput {
@@ -232,7 +234,6 @@ impl Valve {
         }
         self.motion = motion;
         self.cause = cause;
-        self.restrained = false;
         self.latched = ValveFlags::empty();
         let travel_ms = param(self.no, ValveParam::TravelTime, params).unsigned_abs();
         // A valve in the cold is slower than its nameplate: half as much again is allowed.
@@ -296,10 +297,8 @@ impl Valve {
         } else if self.travel.poll(now) {
             self.stop(Cause::Rule(Rule::Timeout));
             // It has left the one end and not shown at the other: the sensor there; otherwise
-            // the valve itself has not moved. What was held back had not all the time.
-            if !self.restrained {
-                self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
-            }
+            // the valve itself has not moved.
+            self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
         }
     }
 }

@@ -1,50 +1,46 @@
 //! What must never be, whatever the cause; looked at in the true world.
 //!
-//! Allowances. A switch or an encoder that lies ([`Fault`]s `min-switch`, `max-switch` of the
-//! deployer, `encoder-…` of a drive) cannot be seen through, so what depends on it is not judged
-//! while it lies and for [`LIE_MS`] after. A remote unit hears of a change late: its bus is polled
-//! every 20 ms, and it stops by itself after 200 ms without one.
+//! Allowances, and why there are any. A switch or an encoder that lies ([`Fault`]s `min-switch`,
+//! `max-switch` of the deployer, `encoder-…` of a drive) cannot be seen through, so what depends on
+//! it is not judged while it lies, nor for the step in which it tells the truth again. A remote unit
+//! is seen through its bus, which is polled every 20 ms and counts as online until it has been silent
+//! for 100 ms: what is told of it may be [`REMOTE_LAG_MS`] old. Everything else is judged in the very
+//! step in which it is sensed: the program acts on no older inputs.
 
 use lafet_device::guard::SETTLE_MS;
-use lafet_device::image::{AXES, Axis, Outputs, ValveNo, ValveOutput};
+use lafet_device::image::{AXES, Axis, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::GeneralFlags;
-use lafet_proto::param::DriveParam;
+use lafet_proto::param::{DriveParam, Param, ValveParam};
 
 use super::ledger::{Ledger, Lock};
 use super::{Bilingual, View, Violation};
 use crate::fault::{DriveFault, Fault, axis_name, valve_name};
 use crate::world::STEP_MS;
 
-/// What was sensed wrongly is put right by then.
-const LIE_MS: u64 = 2000;
-/// Allowance of the guard beyond a limit and one count of the encoder, arc-minutes or mm.
-const LIMIT_ALLOWANCE: f64 = 3.0;
-/// How old what is sensed may be: a step, and at a remote unit as long as it counts as online.
-const LAG_MS: u64 = 2 * STEP_MS;
+/// Allowance of the guard beyond a limit, and what the encoder rounds off, arc-minutes or mm.
+const LIMIT_ALLOWANCE: f64 = 2.5;
+/// How old what is sensed of a remote unit may be: as long as it counts as online, and a poll.
 const REMOTE_LAG_MS: u64 = 120;
-/// How long after leaving the working position water may still be asked for.
-const FOLDED_MS: u64 = 2 * STEP_MS;
-/// How long after a request its effect may take to show in the outputs.
-const OBEY_MS: u64 = STEP_MS;
 
 #[derive(Clone, Debug, Default)]
 pub struct Invariants {
     lie_until_ms: [u64; AXES],
     folded_ms: u64,
+    wet_ms: [u64; VALVES],
     /// Water got in while nobody could know.
     excused: bool,
-    locked_ms: u64,
     /// One report of each kind until it ends.
     reported: Vec<&'static str>,
 }
 
 impl Invariants {
     pub fn check(&mut self, ledger: &Ledger, view: &View<'_>, found: &mut Vec<Violation>) {
-        self.follow(ledger, view);
+        self.follow(view);
         let mut broken: Vec<(&'static str, Bilingual)> = Vec::new();
         inert(ledger, view, &mut broken);
         self.water(view, &mut broken);
+        self.folding(view, &mut broken);
         self.lockout(ledger, view, &mut broken);
         self.limits(ledger, view, &mut broken);
         self.reported.retain(|kind| broken.iter().any(|(other, _)| other == kind));
@@ -56,7 +52,7 @@ impl Invariants {
         }
     }
 
-    fn follow(&mut self, ledger: &Ledger, view: &View<'_>) {
+    fn follow(&mut self, view: &View<'_>) {
         for fault in view.faults {
             let Fault::Drive(axis, fault) = fault else { continue };
             let lies = match axis {
@@ -69,12 +65,14 @@ impl Invariants {
                 ),
             };
             if lies {
-                self.lie_until_ms[*axis as usize] = view.now_ms + LIE_MS;
+                self.lie_until_ms[*axis as usize] = view.now_ms + STEP_MS + lag_ms(view, *axis);
             }
         }
         self.excused = view.flooded && (self.excused || !self.believes(Axis::Deployer, view));
         self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
-        self.locked_ms = if ledger.lock == Lock::On { self.locked_ms + STEP_MS } else { 0 };
+        for (ms, wet) in self.wet_ms.iter_mut().zip(view.wet) {
+            *ms = if wet { *ms + STEP_MS } else { 0 };
+        }
     }
 
     fn believes(&self, axis: Axis, view: &View<'_>) -> bool {
@@ -86,7 +84,7 @@ impl Invariants {
         if !view.device.has(SubsystemId::DEPLOYER) || !self.believes(Axis::Deployer, view) {
             return;
         }
-        let lag_ms = FOLDED_MS + lag_ms(view, Axis::Deployer);
+        let lag_ms = lag_ms(view, Axis::Deployer);
         for valve in ValveNo::ALL {
             let opens = view.outputs.valves[valve as usize] == ValveOutput::Opening;
             if opens && self.folded_ms > lag_ms {
@@ -111,6 +109,44 @@ impl Invariants {
         }
     }
 
+    /// §3.1/1, §3.11/6: a folded barrel is not aimed, and none is folded with water in it.
+    fn folding(&self, view: &View<'_>, broken: &mut Vec<(&'static str, Bilingual)>) {
+        if !view.device.has(SubsystemId::DEPLOYER) {
+            return;
+        }
+        let speed = |axis: Axis| view.outputs.drives[axis as usize].speed_tenths;
+        let believed = self.believes(Axis::Deployer, view);
+        for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
+            let folded = self.folded_ms > lag_ms(view, Axis::Deployer);
+            if believed && folded && speed(axis) != 0 {
+                let name = axis_name(axis);
+                broken.push((
+                    "aim",
+                    Bilingual {
+                        en: format!("{name} is driven though the barrel is not deployed"),
+                        ru: format!("{name} движется, хотя ствол не развёрнут"),
+                    },
+                ));
+            }
+        }
+        for valve in ValveNo::ALL {
+            let index = valve as usize;
+            let remote = Param::of_valve(valve.id(), ValveParam::ValveType)
+                .is_some_and(|param| view.params.get(param) == 1);
+            let lag_ms = if remote { REMOTE_LAG_MS } else { 0 };
+            if self.wet_ms[index] > lag_ms && speed(Axis::Deployer) < 0 {
+                let name = valve_name(valve);
+                broken.push((
+                    "folding",
+                    Bilingual {
+                        en: format!("the barrel is folded though {name} is open"),
+                        ru: format!("ствол сворачивается, хотя {name} открыт"),
+                    },
+                ));
+            }
+        }
+    }
+
     /// §3.18/1: nothing moves, nothing opens, what is not closed closes; and it is told.
     fn lockout(
         &self,
@@ -128,7 +164,7 @@ impl Invariants {
                 },
             ));
         }
-        if self.locked_ms <= OBEY_MS {
+        if ledger.lock != Lock::On {
             return;
         }
         for axis in Axis::ALL {
@@ -143,7 +179,7 @@ impl Invariants {
                 ));
             }
         }
-        let settled = view.now_ms >= ledger.powered_ms + u64::from(SETTLE_MS) + STEP_MS;
+        let settled = view.now_ms >= ledger.powered_ms + u64::from(SETTLE_MS);
         for valve in ValveNo::ALL {
             let output = view.outputs.valves[valve as usize];
             let left_open = view.device.has(valve.id())
@@ -177,7 +213,7 @@ impl Invariants {
             let zero = view.params.drive(axis, DriveParam::ZeroPoint);
             let min = f64::from(view.params.drive(axis, DriveParam::MinLimit) + zero);
             let max = f64::from(view.params.drive(axis, DriveParam::MaxLimit) + zero);
-            let lag_s = (LAG_MS + lag_ms(view, axis)) as f64 / 1000.0;
+            let lag_s = lag_ms(view, axis) as f64 / 1000.0;
             let allowance = LIMIT_ALLOWANCE + view.speeds[axis as usize].abs() * lag_s;
             let (at, speed) =
                 (view.positions[axis as usize], view.outputs.drives[axis as usize].speed_tenths);

@@ -4,16 +4,18 @@ use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
-use lafet_proto::flags::{ButtonState, ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
+use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::{DriveParam, Param, ValveParam};
 use lafet_proto::record::{Record, Records};
 use lafet_proto::request::{Body, LimitsState};
-use lafet_proto::{RequestId, Status, SubsystemId, dictionary};
+use lafet_proto::{RequestId, Status, SubsystemId};
 
+use super::answers;
+use super::buttons::{Button, Posts};
 use super::rules::Step;
 use super::view::{View, axis_of};
-use super::{Output, Told};
+use super::{Bilingual, Output, Told};
 use crate::fault::{Fault, SingleFault};
 use crate::world::STEP_MS;
 
@@ -41,6 +43,10 @@ pub struct Move {
     pub at_ms: u64,
     /// MoveTimeout at that time, ms.
     pub timeout_ms: u32,
+    /// Limits were off at that time.
+    pub limitless: bool,
+    /// §3.17 Up/left (true) or down/right until stopped: a direct drive without limits.
+    pub runs: Option<bool>,
 }
 
 /// A program that a request has started.
@@ -71,15 +77,6 @@ pub struct Work {
     pub travel_ms: u32,
 }
 
-/// A button as the ledger follows it.
-#[derive(Clone, Copy, Debug, Default)]
-struct ButtonTrack {
-    /// Released since power-up, lockout and the last stop of its drive.
-    armed: bool,
-    held: bool,
-    held_before: bool,
-}
-
 /// The ledger of a monitor.
 #[derive(Clone, Debug)]
 pub struct Ledger {
@@ -92,8 +89,13 @@ pub struct Ledger {
     lock_is_stored: bool,
     /// All has been given to the flash, which may be at it still.
     lock_is_written: bool,
-    /// When the program has last looked at its inputs.
+    /// When the program has last looked at its inputs, and when before that.
     sensed_ms: u64,
+    before_ms: u64,
+    /// Positions as the monitor tells them.
+    positions: [i32; AXES],
+    /// Drives that are remote units.
+    remote: [bool; AXES],
     /// Waiting for a reset since.
     pub restart_ms: Option<u64>,
     /// The Move in force, by [`Axis`].
@@ -107,23 +109,25 @@ pub struct Ledger {
     /// Whether limits are off, by [`Axis`].
     pub limitless: [bool; AXES],
     /// When somebody has last aimed by hand.
-    pub manual_ms: Option<u64>,
+    manual_ms: Option<u64>,
     /// For how long each drive has drawn more than MaxCurrent, ms.
     pub over_ms: [u64; AXES],
     /// For how long each valve has drawn more than MaxCurrent, ms.
     pub valve_over_ms: [u64; VALVES],
-    /// Whether a fault was in force at a drive or its unit since power-up.
-    pub broken: [bool; AXES],
-    /// Whether a fault was in force at a valve or its unit since power-up.
-    pub valve_broken: [bool; VALVES],
+    /// When a fault was last in force at a drive or its unit.
+    pub broken_ms: [Option<u64>; AXES],
+    /// When a fault was last in force at a valve or its unit.
+    pub valve_broken_ms: [Option<u64>; VALVES],
     memory_is_sound: bool,
-    buttons: [[ButtonTrack; 8]; 2],
+    /// The button posts.
+    pub buttons: Posts,
     told: Told,
     /// Limits of each drive before the last change of them, and those of the last step.
     pub past_limits: [[Option<i32>; 4]; AXES],
     move_timeout_ms: u32,
     deployer_travel_ms: u32,
-    valve_travel_ms: [u32; VALVES],
+    /// TravelTime of each valve, ms.
+    pub valve_travel_ms: [u32; VALVES],
     chain_known: bool,
     chain: Vec<SubsystemId>,
 }
@@ -137,19 +141,22 @@ impl Ledger {
             lock_is_stored: true,
             lock_is_written: true,
             sensed_ms: now_ms,
+            before_ms: now_ms,
+            positions: [0; AXES],
+            remote: [false; AXES],
             restart_ms: None,
             moves: [None; AXES],
             starts: Vec::new(),
-            works: [power_up_work(now_ms), power_up_work(now_ms)],
+            works: [power_up_work(now_ms, 0), power_up_work(now_ms, 0)],
             recent: Vec::new(),
             limitless: [false; AXES],
             manual_ms: None,
             over_ms: [0; AXES],
             valve_over_ms: [0; VALVES],
-            broken: [false; AXES],
-            valve_broken: [false; VALVES],
+            broken_ms: [None; AXES],
+            valve_broken_ms: [None; VALVES],
             memory_is_sound: true,
-            buttons: Default::default(),
+            buttons: Posts::default(),
             told: Told::default(),
             past_limits: [[None; 4]; AXES],
             move_timeout_ms: 0,
@@ -166,6 +173,8 @@ impl Ledger {
         *self = Self {
             lock,
             memory_is_sound,
+            // What is asked for before the first step meets the same monitor.
+            chain: core::mem::take(&mut self.chain),
             past_limits: self.past_limits,
             move_timeout_ms: self.move_timeout_ms,
             deployer_travel_ms: self.deployer_travel_ms,
@@ -174,39 +183,54 @@ impl Ledger {
         };
     }
 
-    pub(super) fn delivered(&mut self, now_ms: u64, source: Source, payload: &[u8], answer: &[u8]) {
+    /// Takes over what was asked for and answered; otherwise says what is wrong with the answers.
+    pub(super) fn delivered(
+        &mut self,
+        now_ms: u64,
+        source: Source,
+        payload: &[u8],
+        answer: &[u8],
+    ) -> Result<(), Bilingual> {
         self.now_ms = now_ms;
         let answers: Vec<Record<'_>> = Records::new(answer).flatten().collect();
         let mut rest = answers.as_slice();
         let mut full = false;
+        let mut whole = Ok(());
         for record in Records::new(payload).flatten() {
             let asked = Asked { request: record.request, to: record.device, source };
-            let taken = self.answers_to(&asked, rest);
+            let taken = answers::count(&self.chain, &asked, rest);
             let (mine, others) = rest.split_at(taken);
             rest = others;
+            let behind = full;
             full |= mine.iter().any(|answer| answer.status == Status::NO_ROOM);
-            let Ok(body) = Body::decode(record.request, record.data) else { continue };
-            let as_a_whole =
-                matches!(record.request, RequestId::STOP | RequestId::LOCKOUT | RequestId::RESTART)
-                    && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
-            // §1/9 Stop All and Lockout on take effect though their answers find no room.
-            let silent = full && as_a_whole && !self.refuses(record.request);
-            if silent {
-                self.accepted(&asked, &body, asked.to, Status::OK);
-                continue;
+            if !behind && !full {
+                whole = whole.and(answers::complete(&self.chain, &asked, mine));
             }
-            for answer in mine {
-                let closes =
-                    record.request == RequestId::CLOSE || record.request == RequestId::STOP;
-                // A faulty valve is told to close all the same, a faulty drive stops.
-                let acts =
-                    answer.status.is_success() || closes && answer.status == Status::MODULE_FAULT;
-                let own = as_a_whole_or(record.device, answer.device);
-                if acts && own {
-                    self.accepted(&asked, &body, answer.device, answer.status);
-                    if as_a_whole {
-                        break;
-                    }
+            self.judge(&record, &asked, mine, full);
+        }
+        let cut = usize::from(Records::new(payload).any(|record| record.is_err()));
+        whole.and_then(|()| answers::nothing_more(rest, if full { 1 } else { cut }))
+    }
+
+    /// What a request and its answers permit and end.
+    fn judge(&mut self, record: &Record<'_>, asked: &Asked, mine: &[Record<'_>], full: bool) {
+        let Ok(body) = Body::decode(record.request, record.data) else { return };
+        let as_a_whole =
+            matches!(record.request, RequestId::STOP | RequestId::LOCKOUT | RequestId::RESTART)
+                && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
+        // §1/9 Stop All and Lockout on take effect though their answers find no room.
+        if full && as_a_whole && !self.refuses(record.request) {
+            return self.accepted(asked, &body, asked.to, Status::OK);
+        }
+        for answer in mine {
+            let closes = record.request == RequestId::CLOSE || record.request == RequestId::STOP;
+            // A faulty valve is told to close all the same, a faulty drive stops.
+            let acts =
+                answer.status.is_success() || closes && answer.status == Status::MODULE_FAULT;
+            if acts && as_a_whole_or(record.device, answer.device) {
+                self.accepted(asked, &body, answer.device, answer.status);
+                if as_a_whole {
+                    return;
                 }
             }
         }
@@ -214,39 +238,6 @@ impl Ledger {
 
     fn refuses(&self, request: RequestId) -> bool {
         self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some()
-    }
-
-    /// How many of the answers belong to this request: one, or those of all who handle it.
-    fn answers_to(&self, asked: &Asked, answers: &[Record<'_>]) -> usize {
-        let Some(first) = answers.first() else { return 0 };
-        if first.request != asked.request {
-            return 0;
-        }
-        if !matches!(asked.to, SubsystemId::ALL | SubsystemId::MOTORS) {
-            return 1;
-        }
-        let place = |id: SubsystemId| SubsystemId::CHAIN.iter().position(|known| *known == id);
-        let mut last = None;
-        answers
-            .iter()
-            .take_while(|answer| {
-                let at = place(answer.device);
-                let next = answer.request == asked.request
-                    && self.handles(answer.device, asked)
-                    && (last.is_none() || at > last);
-                last = at;
-                next
-            })
-            .count()
-            .max(1)
-    }
-
-    fn handles(&self, id: SubsystemId, asked: &Asked) -> bool {
-        let whole = matches!(asked.request, RequestId::RESTART | RequestId::LOCKOUT);
-        let known = dictionary::request(asked.request)
-            .is_some_and(|info| info.addressees.is_empty() || info.addressees.contains(&id));
-        let motors = asked.to != SubsystemId::MOTORS || id.is_drive();
-        self.chain.contains(&id) && (whole || known) && motors
     }
 
     /// What an accepted request permits and ends.
@@ -307,10 +298,21 @@ impl Ledger {
     fn moved(&mut self, asked: &Asked, destination: i32) {
         let Some(axis) = axis_of(asked.to) else { return };
         let [.., min, max] = self.past_limits[axis as usize];
-        let target = destination.min(max.unwrap_or(i32::MAX)).max(min.unwrap_or(i32::MIN));
-        let (at_ms, timeout_ms) = (self.now_ms, self.move_timeout_ms);
-        self.moves[axis as usize] =
-            Some(Move { asked: *asked, destination, target, at_ms, timeout_ms });
+        let limitless = self.limitless[axis as usize];
+        let target = match limitless {
+            true => destination,
+            false => destination.min(max.unwrap_or(i32::MAX)).max(min.unwrap_or(i32::MIN)),
+        };
+        let runs = limitless && !self.remote[axis as usize];
+        self.moves[axis as usize] = Some(Move {
+            asked: *asked,
+            destination,
+            target,
+            at_ms: self.now_ms,
+            timeout_ms: self.move_timeout_ms,
+            limitless,
+            runs: runs.then_some(destination > self.positions[axis as usize]),
+        });
         if axis == Axis::Deployer {
             self.end(&[Program::Deploy, Program::Wrap]);
         } else {
@@ -322,7 +324,7 @@ impl Ledger {
         self.starts.clear();
         self.moves = [None; AXES];
         for axis in Axis::ALL {
-            self.disarm(axis);
+            self.buttons.disarm(axis);
         }
         if valves {
             self.works = Default::default();
@@ -340,7 +342,7 @@ impl Ledger {
         }
         if let Some(axis) = axis_of(id) {
             self.moves[axis as usize] = None;
-            self.disarm(axis);
+            self.buttons.disarm(axis);
         }
     }
 
@@ -403,13 +405,6 @@ impl Ledger {
         *limitless = off;
     }
 
-    fn disarm(&mut self, axis: Axis) {
-        let Some((up, down)) = buttons_of(axis) else { return };
-        for post in &mut self.buttons {
-            (post[up].armed, post[down].armed) = (false, false);
-        }
-    }
-
     /// Takes over what is sensed in this step, before it is judged.
     pub(super) fn sense(&mut self, view: &View<'_>) {
         self.now_ms = view.now_ms;
@@ -420,38 +415,37 @@ impl Ledger {
             self.lock = if locked { Lock::On } else { Lock::Off };
         }
         if !self.chain_known {
-            self.chain.retain(|id| view.device.has(*id));
+            let is_built_in = |id: &SubsystemId| view.device.has(*id);
+            self.chain = SubsystemId::CHAIN.into_iter().filter(is_built_in).collect();
             self.chain_known = true;
-        }
-        let locked = self.lock == Lock::On || self.restart_ms.is_some();
-        for (post, states) in self.buttons.iter_mut().zip(view.inputs.buttons) {
-            for (track, state) in post.iter_mut().zip(states) {
-                track.held_before = track.held;
-                track.armed = match state {
-                    ButtonState::Released => true,
-                    ButtonState::Pressed => track.armed && !locked,
-                    ButtonState::Short | ButtonState::Open => false,
-                };
-                track.held = track.armed && state == ButtonState::Pressed;
+            self.note_params(view);
+            for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {
+                let by_power_up = |work: &&mut Work| work.cause == Cause::Rule(Rule::PowerUp);
+                for work in works.iter_mut().filter(by_power_up) {
+                    work.travel_ms = travel_ms;
+                }
             }
         }
+        let locked = self.lock == Lock::On || self.restart_ms.is_some();
+        self.buttons.sense(&view.inputs.buttons, locked);
         if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {
             self.note_early_buttons();
         }
-        let aims = |track: &[ButtonTrack; 8]| track.iter().take(6).any(|button| button.held);
-        if self.buttons.iter().any(aims) {
+        if self.buttons.aims() {
             self.manual_ms = Some(self.now_ms);
         }
         self.follow_currents(view);
         self.follow_faults(view);
-        self.sensed_ms = view.now_ms;
+        (self.before_ms, self.sensed_ms) = (self.sensed_ms, view.now_ms);
     }
 
     /// What is asked for while the outputs are still inert may be done afterwards.
     fn note_early_buttons(&mut self) {
         for post in [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS] {
-            for (open, output) in [(true, ValveOutput::Opening), (false, ValveOutput::Closing)] {
-                if self.pressed(post, open) {
+            for (button, output) in
+                [(Button::Open, ValveOutput::Opening), (Button::Close, ValveOutput::Closing)]
+            {
+                if self.buttons.pressed(post, button) {
                     let (cause, at_ms) = (Cause::Button(post), self.now_ms);
                     for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {
                         works.push(Work { output, cause, at_ms, travel_ms });
@@ -479,15 +473,16 @@ impl Ledger {
     }
 
     fn follow_faults(&mut self, view: &View<'_>) {
+        let now = Some(view.now_ms);
         for fault in view.faults {
             match fault {
-                Fault::Drive(axis, _) => self.broken[*axis as usize] = true,
-                Fault::Valve(valve, _) => self.valve_broken[*valve as usize] = true,
+                Fault::Drive(axis, _) => self.broken_ms[*axis as usize] = now,
+                Fault::Valve(valve, _) => self.valve_broken_ms[*valve as usize] = now,
                 Fault::Unit(unit, _) => {
                     let index = *unit as usize;
                     match index.checked_sub(AXES) {
-                        None => self.broken[index] = true,
-                        Some(valve) => self.valve_broken[valve] = true,
+                        None => self.broken_ms[index] = now,
+                        Some(valve) => self.valve_broken_ms[valve] = now,
                     }
                 }
                 Fault::Single(SingleFault::FlashRead | SingleFault::FlashWrite) => {
@@ -507,7 +502,7 @@ impl Ledger {
                         self.moves[axis as usize].is_some_and(|granted| granted.asked == asked)
                     }
                     // What the guard holds back may go on when it lets go.
-                    Cause::Rule(rule) => is_guards(rule),
+                    Cause::Rule(rule) => is_passing(rule),
                     Cause::Program(..) | Cause::Button(_) => false,
                 };
                 if !holds {
@@ -515,13 +510,14 @@ impl Ledger {
                 }
             }
             Output::Valve(valve) => {
-                let ended = step.after == 0 && step.before != 0;
-                if ended && matches!(step.cause, Cause::Rule(rule) if !is_guards(rule)) {
+                // Off by a rule: also what was asked for and has ended before it began.
+                let ended = step.after == 0;
+                if ended && matches!(step.cause, Cause::Rule(rule) if !is_passing(rule)) {
                     self.works[valve as usize].clear();
                 }
                 let way = view.outputs.valves[valve as usize];
                 if let Cause::Button(post) = step.cause
-                    && self.pressed(post, way == ValveOutput::Opening)
+                    && self.buttons.pressed(post, valve_button(way))
                 {
                     self.work(valve.id(), way, step.cause);
                 }
@@ -549,7 +545,9 @@ impl Ledger {
 
     /// What requests of the next step will be judged by.
     fn note_params(&mut self, view: &View<'_>) {
+        self.positions = view.told.positions.map(i32::from);
         for axis in Axis::ALL {
+            self.remote[axis as usize] = view.params.drive(axis, DriveParam::DriveType) == 1;
             let min = Some(view.params.drive(axis, DriveParam::MinLimit));
             let max = Some(view.params.drive(axis, DriveParam::MaxLimit));
             let [.., last_min, last_max] = self.past_limits[axis as usize];
@@ -573,35 +571,19 @@ impl Ledger {
         self.starts.iter().find(|start| start.program == program && start.asked == asked)
     }
 
-    /// Whether a button of this post asks for this direction of a drive now.
-    pub fn holds(&self, post: SubsystemId, axis: Axis, up: bool) -> bool {
-        let Some((more, less)) = buttons_of(axis) else { return false };
-        post_index(post).is_some_and(|post| self.buttons[post][if up { more } else { less }].held)
-    }
-
-    /// Whether a button of this drive is held, or was in the step before.
-    pub fn was_held(&self, axis: Axis) -> bool {
-        let Some((more, less)) = buttons_of(axis) else { return false };
-        let held = |track: ButtonTrack| track.held || track.held_before;
-        self.buttons.iter().any(|post| held(post[more]) || held(post[less]))
-    }
-
-    /// Whether any post asks for this direction of a drive, and none for the other.
+    /// Whether any post of this monitor asks for this direction of a drive, and none for the other.
     pub fn is_asked_by_button(&self, axis: Axis, up: bool) -> bool {
         let any = |up| {
             [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS]
                 .into_iter()
-                .any(|post| self.chain.contains(&post) && self.holds(post, axis, up))
+                .any(|post| self.chain.contains(&post) && self.buttons.holds(post, axis, up))
         };
         any(up) && !any(!up)
     }
 
-    /// Whether the button Open (true) or Close of this post was pressed in this step.
-    pub fn pressed(&self, post: SubsystemId, open: bool) -> bool {
-        post_index(post).is_some_and(|post| {
-            let button = self.buttons[post][if open { 6 } else { 7 }];
-            button.held && !button.held_before
-        })
+    /// Whether somebody has aimed by hand since the last step of the program.
+    pub fn has_just_aimed(&self) -> bool {
+        self.manual_ms.is_some_and(|at_ms| at_ms >= self.before_ms)
     }
 }
 
@@ -617,24 +599,18 @@ pub fn is_running(program: Program, told: &Told) -> bool {
     }
 }
 
-/// Rules that hold something back only as long as their condition lasts.
-const fn is_guards(rule: Rule) -> bool {
+/// Rules that hold something back only as long as their condition lasts. What needs the working
+/// position, and what a block has stopped, does not come back by itself.
+const fn is_passing(rule: Rule) -> bool {
     matches!(
         rule,
-        Rule::Inert
-            | Rule::Lockout
-            | Rule::NotDeployed
-            | Rule::Water
-            | Rule::Blocked
-            | Rule::Limit
-            | Rule::EndSwitch
-            | Rule::CutOff
+        Rule::Inert | Rule::Lockout | Rule::Water | Rule::Limit | Rule::EndSwitch | Rule::CutOff
     )
 }
 
-fn power_up_work(at_ms: u64) -> Vec<Work> {
+fn power_up_work(at_ms: u64, travel_ms: u32) -> Vec<Work> {
     let cause = Cause::Rule(Rule::PowerUp);
-    vec![Work { output: ValveOutput::Closing, cause, at_ms, travel_ms: 0 }]
+    vec![Work { output: ValveOutput::Closing, cause, at_ms, travel_ms }]
 }
 
 /// The addressee's own answer, or one of many.
@@ -642,20 +618,10 @@ fn as_a_whole_or(to: SubsystemId, from: SubsystemId) -> bool {
     matches!(to, SubsystemId::ALL | SubsystemId::MOTORS) || to == from
 }
 
-/// Buttons up/left/narrower and down/right/wider of a drive, in the order of §3.3.10.
-const fn buttons_of(axis: Axis) -> Option<(usize, usize)> {
-    match axis {
-        Axis::Horizontal => Some((0, 1)),
-        Axis::Vertical => Some((2, 3)),
-        Axis::Nozzle => Some((5, 4)),
-        Axis::Deployer => None,
-    }
-}
-
-const fn post_index(post: SubsystemId) -> Option<usize> {
-    match post {
-        SubsystemId::BUTTONS => Some(0),
-        SubsystemId::EXT_BUTTONS => Some(1),
-        _ => None,
+/// The button that asks for this way of a valve.
+pub const fn valve_button(way: ValveOutput) -> Button {
+    match way {
+        ValveOutput::Opening => Button::Open,
+        ValveOutput::Off | ValveOutput::Closing => Button::Close,
     }
 }

@@ -14,6 +14,8 @@
 //! Beside it stand the invariants: no water from a folded barrel, no motion under lockout or out of
 //! the limits, outputs inert after power-up; these look at the true world, not at the sensors.
 
+mod answers;
+mod buttons;
 mod invariants;
 pub mod ledger;
 mod output;
@@ -67,9 +69,17 @@ impl Attribution {
         }
     }
 
-    /// A frame was delivered through this interface, and this was answered.
-    pub fn delivered(&mut self, now_ms: u64, source: Source, payload: &[u8], answer: &[u8]) {
-        self.ledger.delivered(now_ms, source, payload, answer);
+    /// A frame was delivered through this interface, and this was answered: something is wrong when
+    /// an answer is missing, or there is one that nobody has asked for.
+    pub fn delivered(
+        &mut self,
+        now_ms: u64,
+        source: Source,
+        payload: &[u8],
+        answer: &[u8],
+    ) -> Option<Violation> {
+        let text = self.ledger.delivered(now_ms, source, payload, answer).err()?;
+        Some(Violation { at_ms: now_ms, unexplained: false, text })
     }
 
     /// The program begins anew: after a power cut, a crash or a reset.

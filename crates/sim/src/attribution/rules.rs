@@ -2,23 +2,35 @@
 
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::guard::SETTLE_MS;
-use lafet_device::image::{Axis, Place, Unit, ValveNo, ValveOutput};
+use lafet_device::image::{Axis, Place, ValveNo, ValveOutput};
 use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 
-use super::ledger::{Ledger, Lock, Move, Start, is_running};
+use super::ledger::{Ledger, Lock, Move, Start, is_running, valve_button};
 use super::view::axis_of;
 use super::{Bilingual, Output, View};
 use crate::world::STEP_MS;
 
-/// How near a target is there, arc-minutes or mm: what a drive may pass it by, and a count.
-const TARGET_ALLOWANCE: i32 = 3;
-/// §3.1/3 A program waits this long after the last command by hand, and a step.
-const RESUME_MS: u64 = 3000 + 20;
-/// Shortest overload that stops a drive, and a valve, ms.
+/// A drive that has passed its target by so much has arrived, arc-minutes or mm.
+const PASSED: i32 = 2;
+/// Deployment aims so far beyond its limits, where the switches are.
+const SEAT: i32 = 60;
+/// §D/5 The guard lets a drive pass a limit by so much.
+const BEYOND: i32 = 2;
+/// A drive and a valve stop when they have drawn too much for longer than this, ms.
 const OVERLOAD_MS: u64 = 200;
 const VALVE_OVERLOAD_MS: u64 = 300;
+/// A driven valve has to leave its switch within this part of TravelTime, and this time at least.
+const LEAVING_PART: u64 = 15;
+const LEAVING_MIN_MS: u64 = 400;
+/// Over this way the motion of a drive is judged at least, counts; over this time, ms; and from
+/// this speed on, 0.1 °/s or 0.1 mm/s. What breaks shows at the end of a stretch, so a fault that
+/// is gone again may still be found for as long.
+const WATCH_COUNTS: f64 = 4.0;
+const WATCH_MS: f64 = 400.0;
+/// A drive that goes less than a quarter of its commanded way does not turn.
+const SEEMS_STILL: f64 = 4.0;
 
 /// An output in a step.
 #[derive(Clone, Copy, Debug)]
@@ -68,9 +80,11 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
             let Some(granted) = ledger.moves[axis as usize].filter(|g| g.asked == asked) else {
                 return no("no such Move is in force", "такой Move не действует");
             };
-            let leads =
-                ledger.limitless[axis as usize] || !grows || leads_to(view, &granted, axis, after);
-            holds(leads, "it moves away from the destination", "движение прочь от точки назначения")
+            holds(
+                !grows || leads_to(view, &granted, axis, after),
+                "it moves away from the destination",
+                "движение прочь от точки назначения",
+            )
         }
         Cause::Program(program, asked) => {
             holds(
@@ -81,14 +95,21 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
             if ledger.start_of(program, asked).is_none() {
                 return no("no such program is in force", "такая программа не действует");
             }
-            // The speed of this step was computed before the program ended in it.
-            let runs = is_running(program, &view.told) || !grows;
-            holds(runs, "the program has ended", "программа завершена")
+            // The speed of this step was computed before the program ended or paused in it.
+            holds(
+                is_running(program, &view.told) || !grows,
+                "the program has ended",
+                "программа завершена",
+            )?;
+            let waits = is_extinguishing(program)
+                && view.told.control & ControlFlags::PAUSED.bits() != 0
+                && !ledger.has_just_aimed();
+            holds(!waits || !grows, "the program is paused", "программа приостановлена")
         }
         Cause::Button(post) => {
             // One that is held for the other way brakes first.
-            let held = ledger.holds(post, axis, after > 0)
-                || !grows && ledger.holds(post, axis, after <= 0);
+            let held = ledger.buttons.holds(post, axis, after > 0)
+                || !grows && ledger.buttons.holds(post, axis, after <= 0);
             holds(held, "no such button is held", "кнопка не нажата")
         }
         Cause::Rule(_) if grows => {
@@ -126,6 +147,10 @@ fn stops(ledger: &Ledger, asked: Asked, axis: Axis) -> bool {
     concerns && ledger.recent.iter().any(|(known, _)| *known == asked)
 }
 
+const fn is_extinguishing(program: Program) -> bool {
+    matches!(program, Program::Quench | Program::Trajectory)
+}
+
 /// Which drives a program moves.
 const fn moves(program: Program, axis: Axis) -> bool {
     match program {
@@ -142,19 +167,23 @@ fn position(view: &View<'_>, axis: Axis) -> i32 {
     view.inputs.drives[axis as usize].position.saturating_sub(zero)
 }
 
-/// How far it is to where a Move leads: its destination inside the limits of now, and inside those
-/// that were in force when it was accepted.
+/// How far it is to where a Move leads: to its destination inside the limits that were in force when
+/// it was accepted, or that were set together with it.
 fn ways(view: &View<'_>, granted: &Move, axis: Axis) -> [i32; 2] {
     let min = view.params.drive(axis, DriveParam::MinLimit);
     let max = view.params.drive(axis, DriveParam::MaxLimit);
-    let now = granted.destination.min(max).max(min);
+    let now =
+        if granted.limitless { granted.destination } else { granted.destination.min(max).max(min) };
     [now, granted.target].map(|target| target.saturating_sub(position(view, axis)))
 }
 
 fn leads_to(view: &View<'_>, granted: &Move, axis: Axis, speed: i16) -> bool {
-    ways(view, granted, axis).into_iter().any(|way| {
-        way.saturating_abs() <= TARGET_ALLOWANCE || way.signum() == i32::from(speed.signum())
-    })
+    match granted.runs {
+        Some(up) => up == (speed > 0),
+        None => ways(view, granted, axis)
+            .into_iter()
+            .any(|way| way.signum() == i32::from(speed.signum())),
+    }
 }
 
 fn drive_rule(
@@ -171,16 +200,19 @@ fn drive_rule(
         Rule::Inert => is_inert(ledger, view),
         Rule::Lockout => ledger.lock == Lock::On,
         Rule::NotDeployed => axis != Axis::Deployer && !is_working(ledger, view),
-        Rule::Water => axis == Axis::Deployer && is_wet(view),
-        Rule::Limit => is_beyond(view, axis, upwards),
-        // What was asked for since the last step may lead the other way.
-        Rule::EndSwitch if is_renewed(ledger, view, axis) => input.max_switch || input.min_switch,
-        Rule::EndSwitch if upwards => input.max_switch,
-        Rule::EndSwitch => input.min_switch,
-        Rule::Overload => ledger.over_ms[axis as usize] >= OVERLOAD_MS,
+        Rule::Water => axis == Axis::Deployer && !upwards && is_wet(view),
+        Rule::Limit => !ledger.limitless[axis as usize] && is_beyond(view, axis, upwards),
+        Rule::EndSwitch => {
+            let (ahead, behind) = match upwards {
+                true => (input.max_switch, input.min_switch),
+                false => (input.min_switch, input.max_switch),
+            };
+            ahead || behind && may_turn(ledger, view, axis)
+        }
+        Rule::Overload => ledger.over_ms[axis as usize] > OVERLOAD_MS,
         Rule::CutOff => i32::from(input.current_da) > 2 * max_current,
         Rule::Timeout => is_late(ledger, view, axis),
-        Rule::Fault => is_broken(ledger, view, axis),
+        Rule::Fault => is_broken(ledger, view, axis, step.before),
         Rule::ConnLost => !view.inputs.units[axis.unit() as usize].online,
         Rule::Arrived => has_arrived(ledger, view, step, axis),
         Rule::ProgramEnd => {
@@ -190,14 +222,13 @@ fn drive_rule(
                 || ledger.starts.iter().any(|start| ended(start.program))
         }
         Rule::Paused => {
-            let recently = |at_ms: u64| view.now_ms <= at_ms + RESUME_MS;
-            let waits = [Program::Quench, Program::Trajectory];
-            ledger.starts.iter().any(|start| waits.contains(&start.program))
+            ledger.starts.iter().any(|start| is_extinguishing(start.program))
                 && view.told.control & ControlFlags::PAUSED.bits() != 0
-                && ledger.manual_ms.is_some_and(recently)
+                && ledger.has_just_aimed()
         }
         Rule::Released => {
-            let was = matches!(step.cause_before, Cause::Button(_)) || ledger.was_held(axis);
+            let was =
+                matches!(step.cause_before, Cause::Button(_)) || ledger.buttons.was_held(axis);
             let asked = |up| ledger.is_asked_by_button(axis, up);
             was && !asked(true) && !asked(false)
                 || matches!(step.cause_before, Cause::Button(_)) && !asked(upwards)
@@ -208,7 +239,7 @@ fn drive_rule(
                 && (!is_working(ledger, view)
                     || busy.iter().any(|program| is_running(*program, &view.told))
                     || ledger.starts.iter().any(|start| busy.contains(&start.program))
-                    || is_broken(ledger, view, axis))
+                    || is_broken(ledger, view, axis, step.before))
         }
         Rule::PowerUp
         | Rule::Blocked
@@ -247,22 +278,26 @@ fn is_wet(view: &View<'_>) -> bool {
     ValveNo::ALL.into_iter().any(wet)
 }
 
-/// Whether this drive was told something since the last step.
-fn is_renewed(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
+/// Whether this drive may be meant to turn round in this step: a program is at it, or it was told
+/// something since the last step.
+fn may_turn(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
     let is_new = |at_ms: u64| view.now_ms <= at_ms + STEP_MS;
     ledger.moves[axis as usize].is_some_and(|granted| is_new(granted.at_ms))
-        || ledger.starts.iter().any(|start| is_new(start.at_ms) && moves(start.program, axis))
+        || ledger.starts.iter().any(|start| moves(start.program, axis))
 }
 
 fn is_beyond(view: &View<'_>, axis: Axis, upwards: bool) -> bool {
     let at = position(view, axis);
     match upwards {
-        true => at > view.params.drive(axis, DriveParam::MaxLimit),
-        false => at < view.params.drive(axis, DriveParam::MinLimit),
+        true => at > view.params.drive(axis, DriveParam::MaxLimit).saturating_add(BEYOND),
+        false => at < view.params.drive(axis, DriveParam::MinLimit).saturating_sub(BEYOND),
     }
 }
 
-/// A Move that was not repeated within MoveTimeout; a deployment within TravelTime.
+/// A Move that was not repeated within MoveTimeout; a deployment within TravelTime. Wrap has that
+/// time for the way to its rest, and again for folding: when the one ends and the other begins is the
+/// monitor's own business, so it is not held against a wrapping that lasts between once and twice as
+/// long which of the two was late.
 fn is_late(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
     let age = |at_ms: u64| view.now_ms.saturating_sub(at_ms);
     let moved = ledger.moves[axis as usize].is_some_and(|granted| {
@@ -270,13 +305,15 @@ fn is_late(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
     });
     let folds = |start: &Start| {
         matches!(start.program, Program::Deploy | Program::Wrap)
+            && moves(start.program, axis)
             && age(start.at_ms) >= u64::from(start.travel_ms)
     };
-    moved || axis != Axis::Nozzle && ledger.starts.iter().any(folds)
+    moved || ledger.starts.iter().any(folds)
 }
 
-/// The monitor tells a fault of the drive, and there is or was one, or its parameters are bad.
-fn is_broken(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
+/// The monitor tells a fault of the drive, and there is one, or was in the stretch over which its
+/// motion was judged last, or its parameters are bad.
+fn is_broken(ledger: &Ledger, view: &View<'_>, axis: Axis, speed: i16) -> bool {
     const FAULTS: DriveFlags = DriveFlags::POSITION_WAY_FAULT
         .union(DriveFlags::POS_ENCODER_FAULT)
         .union(DriveFlags::SPEED_ENCODER_FAULT)
@@ -289,29 +326,62 @@ fn is_broken(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
     let min = view.params.drive(axis, DriveParam::MinLimit);
     let bad = view.params.is_incomplete(axis.id())
         || min >= view.params.drive(axis, DriveParam::MaxLimit);
-    // What is set faster than the drive can go seems not to turn.
     let unit = if axis == Axis::Nozzle { 1.0 } else { 60.0 };
-    let speed = f64::from(view.params.drive(axis, DriveParam::Speed)) * unit;
-    told && (ledger.broken[axis as usize] || bad || speed > view.max_speeds[axis as usize])
+    // What is set four times as fast as the drive can go seems not to turn.
+    let set = f64::from(view.params.drive(axis, DriveParam::Speed)) * unit;
+    let seems = set > SEEMS_STILL * view.max_speeds[axis as usize];
+    let counts_per_s = f64::from(speed.unsigned_abs().max(1)) / 10.0 * unit;
+    let stretch_ms = (WATCH_COUNTS * 1000.0 / counts_per_s).max(WATCH_MS) as u64 + STEP_MS;
+    let lately = |at_ms: u64| view.now_ms <= at_ms + stretch_ms;
+    told && (ledger.broken_ms[axis as usize].is_some_and(lately) || bad || seems)
 }
 
 fn has_arrived(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> bool {
-    let near =
-        |way: i32| ledger.limitless[axis as usize] || way.saturating_abs() <= TARGET_ALLOWANCE;
-    let by_move =
-        || ledger.moves[axis as usize].is_some_and(|m| ways(view, &m, axis).into_iter().any(near));
-    // A button drives to the limit.
-    let by_button = || {
-        let at = position(view, axis);
+    let near = |way: i32| way.saturating_abs() <= PASSED;
+    let limits = || {
         let min = view.params.drive(axis, DriveParam::MinLimit);
         let max = view.params.drive(axis, DriveParam::MaxLimit);
-        let past = ledger.past_limits[axis as usize].iter().flatten().copied();
-        (matches!(step.cause_before, Cause::Button(_)) || ledger.was_held(axis))
-            && past.chain([min, max]).any(|limit| near(at - limit))
+        ledger.past_limits[axis as usize].iter().flatten().copied().chain([min, max])
     };
-    // Only a program knows where it goes; that it stops there takes nothing.
-    let by_program = || ledger.starts.iter().any(|start| moves(start.program, axis));
-    by_move() || by_button() || by_program()
+    let at = position(view, axis);
+    let by_move = ledger.moves[axis as usize]
+        .is_some_and(|m| m.runs.is_none() && ways(view, &m, axis).into_iter().any(near));
+    // A button drives to the limit that was in force when it was pressed.
+    let by_button = (matches!(step.cause_before, Cause::Button(_))
+        || ledger.buttons.was_held(axis))
+        && limits().any(|limit| near(at - limit));
+    // A program takes a drive over a step before it shows, and may find it where it is to go.
+    let paused = view.told.control & ControlFlags::PAUSED.bits() != 0;
+    let by_program = ledger.starts.iter().any(|start| {
+        let was = step.cause_before == Cause::Program(start.program, start.asked);
+        let takes_over = moves(start.program, axis) && !(is_extinguishing(start.program) && paused);
+        (was || takes_over) && is_end_of(start.program, view, axis, limits())
+    });
+    by_move || by_button || by_program
+}
+
+/// Whether a drive may stop here, as far as it can be known where a program goes: the deployer to
+/// its switches or a little beyond its limits, a barrel that is to be wrapped straight ahead. Where
+/// extinguishing and searching go only the program knows; that it stops there takes nothing.
+fn is_end_of(
+    program: Program,
+    view: &View<'_>,
+    axis: Axis,
+    mut limits: impl Iterator<Item = i32>,
+) -> bool {
+    let at = position(view, axis);
+    let near = |way: i32| way.saturating_abs() <= PASSED;
+    let input = &view.inputs.drives[axis as usize];
+    match (program, axis) {
+        (Program::Deploy, Axis::Deployer) => {
+            input.max_switch || limits.any(|limit| near(at - limit - SEAT))
+        }
+        (Program::Wrap, Axis::Deployer) => {
+            input.min_switch || limits.any(|limit| near(at - limit + SEAT))
+        }
+        (Program::Wrap, _) => near(at) || limits.any(|limit| near(at - limit)),
+        _ => true,
+    }
 }
 
 fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result<(), Why> {
@@ -325,7 +395,7 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
     match (cause, way) {
         (_, ValveOutput::Opening | ValveOutput::Closing) if granted => Ok(()),
         (Cause::Button(post), ValveOutput::Opening | ValveOutput::Closing) => holds(
-            ledger.pressed(post, way == ValveOutput::Opening),
+            ledger.buttons.pressed(post, valve_button(way)),
             "no such button was pressed",
             "кнопку не нажимали",
         ),
@@ -378,26 +448,34 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
         Rule::Lockout => opened && ledger.lock == Lock::On,
         Rule::NotDeployed => opened && !is_working(ledger, view),
         Rule::Blocked => opened && input.blocked,
-        // Closed, or released from the lockout, it is left where it stands.
-        _ if step.cause_before == Cause::Rule(Rule::Lockout) => {
+        // Closed, or released from the lockout, it is left where it stands, and what had ended its
+        // own closing before shows again.
+        Rule::Arrived | Rule::Overload | Rule::Timeout | Rule::Fault
+            if step.cause_before == Cause::Rule(Rule::Lockout) =>
+        {
             ledger.lock == Lock::Off || input.close_switch
         }
         Rule::Arrived => opened && input.open_switch || closed && input.close_switch,
-        Rule::Overload => ledger.valve_over_ms[valve as usize] >= VALVE_OVERLOAD_MS,
-        Rule::Timeout => ledger.works[valve as usize]
-            .iter()
-            .any(|work| view.now_ms.saturating_sub(work.at_ms) >= u64::from(work.travel_ms)),
-        Rule::Fault => {
-            let told = view.told.valves[valve as usize] & ValveFlags::INTERNAL_FAULT.bits() != 0;
-            opened && told && ledger.valve_broken[valve as usize]
-        }
-        Rule::ConnLost => {
-            let unit = [Unit::Valve1, Unit::Valve2][valve as usize];
-            !view.inputs.units[unit as usize].online
-        }
+        Rule::Overload => ledger.valve_over_ms[valve as usize] > VALVE_OVERLOAD_MS,
+        // Half as much again as TravelTime, for the cold.
+        Rule::Timeout => ledger.works[valve as usize].iter().any(|work| {
+            let travel_ms = u64::from(work.travel_ms);
+            view.now_ms.saturating_sub(work.at_ms) >= travel_ms + travel_ms / 2
+        }),
+        Rule::Fault => opened && sticks(ledger, view, valve),
         Rule::Absent => !view.device.has(valve.id()),
         _ => false,
     }
+}
+
+/// The monitor tells that the valve does not leave its switch, and there is a fault, or was one in the
+/// time it has for that.
+fn sticks(ledger: &Ledger, view: &View<'_>, valve: ValveNo) -> bool {
+    let travel_ms = u64::from(ledger.valve_travel_ms[valve as usize]);
+    let leaving_ms = (travel_ms / LEAVING_PART).max(LEAVING_MIN_MS) + STEP_MS;
+    let lately = |at_ms: u64| view.now_ms <= at_ms + leaving_ms;
+    view.told.valves[valve as usize] & ValveFlags::INTERNAL_FAULT.bits() != 0
+        && ledger.valve_broken_ms[valve as usize].is_some_and(lately)
 }
 
 fn heater(ledger: &Ledger, view: &View<'_>, step: &Step, place: Place) -> Result<(), Why> {
@@ -407,9 +485,9 @@ fn heater(ledger: &Ledger, view: &View<'_>, step: &Step, place: Place) -> Result
     let temperature = input.temperature_dc.map(i32::from);
     let Step { before, after, cause, .. } = *step;
     let condition = match (cause, after) {
-        // Between the thresholds it stays as it was, also over the time of settling.
+        // Between the thresholds it stays as it was, also while it is held back.
         (Cause::Rule(Rule::Cold), 1) => {
-            let began = before == 0 && view.now_ms > ledger.powered_ms + u64::from(2 * SETTLE_MS);
+            let began = before == 0 && step.cause_before != Cause::Rule(Rule::Inert);
             let most = if began { on_below - 1 } else { off_above };
             temperature.is_some_and(|value| value <= most) && !input.heater_fault
         }

@@ -1,7 +1,7 @@
 //! What there is to see of a monitor after a step.
 
 use lafet_device::cause::Causes;
-use lafet_device::image::{AXES, Axis, Inputs, Outputs, VALVES};
+use lafet_device::image::{AXES, Axis, Inputs, Outputs, VALVES, ValveNo};
 use lafet_device::params::Params;
 use lafet_device::{Device, Source};
 use lafet_proto::SubsystemId;
@@ -25,6 +25,8 @@ pub struct Told {
     pub drives: [u32; AXES],
     /// Valves, by number.
     pub valves: [u32; VALVES],
+    /// Positions of the drives, by [`Axis`].
+    pub positions: [i16; AXES],
 }
 
 impl Told {
@@ -45,10 +47,14 @@ impl Told {
                 Reply::General(status) => told.general = status.flags.bits(),
                 Reply::Control(status) => told.control = status.flags.bits(),
                 Reply::Detector(status) => told.detector = status.flags.bits(),
-                Reply::Deployer(s) => told.drives[Axis::Deployer as usize] = s.flags.bits(),
+                Reply::Deployer(status) => {
+                    told.drives[Axis::Deployer as usize] = status.flags.bits();
+                    told.positions[Axis::Deployer as usize] = status.position;
+                }
                 Reply::Drive(status) => {
                     if let Some(axis) = axis_of(answer.from) {
                         told.drives[axis as usize] = status.flags.bits();
+                        told.positions[axis as usize] = status.position;
                     }
                 }
                 Reply::Valve(status) => {
@@ -89,6 +95,8 @@ pub struct View<'a> {
     pub deployed: bool,
     /// Whether water truly flows into a folded barrel.
     pub flooded: bool,
+    /// Which valves of the monitor truly are not closed.
+    pub wet: [bool; VALVES],
     /// What is broken.
     pub faults: &'a [Fault],
 }
@@ -113,6 +121,9 @@ impl<'a> View<'a> {
             max_speeds: Axis::ALL.map(|axis| world.drives[axis as usize].spec.max_speed),
             deployed: world.deployed(),
             flooded: world.flooded(),
+            wet: ValveNo::ALL.map(|valve| {
+                device.has(valve.id()) && world.valves[valve as usize].free_area() > 0.0
+            }),
             faults: world.faults.active(),
         }
     }

@@ -13,7 +13,7 @@ mod watched;
 
 pub use plan::setting;
 pub use tally::Tally;
-pub use watched::{Entry, Log};
+pub use watched::{Entry, Log, Wrong};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -52,7 +52,16 @@ impl Outcome {
 
 /// Lives one seed. A panic of the device is a failure like any other.
 pub fn run(seed: u64, log: &mut dyn Log) -> Outcome {
-    let mut watched = Watched::new(seed, log);
+    live(seed, None, log)
+}
+
+/// Lives one seed with a monitor that does something wrong: it must end in a failure.
+pub fn run_wrong(seed: u64, wrong: &mut dyn Wrong) -> Outcome {
+    live(seed, Some(wrong), &mut ())
+}
+
+fn live<'l>(seed: u64, wrong: Option<&'l mut dyn Wrong>, log: &'l mut dyn Log) -> Outcome {
+    let mut watched = Watched::new(seed, wrong, log);
     let lived = catch_unwind(AssertUnwindSafe(|| Life::new(seed).live(&mut watched)));
     if lived.is_err() {
         watched.panicked();

@@ -2,7 +2,9 @@
 //! the check, into the counts, and into the log.
 
 use lafet_device::Source;
-use lafet_device::cause::Cause;
+use lafet_device::cause::{Cause, Causes};
+use lafet_device::hal::Hal;
+use lafet_device::image::Outputs;
 use lafet_device::port::Port;
 use lafet_proto::Status;
 use lafet_proto::flags::{Button, DeployerFlags, GeneralFlags};
@@ -88,6 +90,32 @@ impl Log for () {
     fn note(&mut self, _at_ms: u64, _entry: &Entry<'_>) {}
 }
 
+/// A monitor that does something wrong: stands between device, world and client, to prove that the
+/// check finds it out.
+pub trait Wrong {
+    /// May change what a step drives, and what is given as the cause.
+    fn drives(
+        &mut self,
+        view: &View<'_>,
+        stood_still: bool,
+        outputs: &mut Outputs,
+        causes: &mut Causes,
+    ) {
+        let _ = (view, stood_still, outputs, causes);
+    }
+
+    /// May change an answer.
+    fn answers(&mut self, payload: &[u8], answer: &mut Vec<u8>) {
+        let _ = (payload, answer);
+    }
+
+    /// May have the device do, just before this frame, what nobody has asked for.
+    fn asks(&mut self, source: Source, payload: &[u8]) -> Vec<Vec<u8>> {
+        let _ = (source, payload);
+        Vec::new()
+    }
+}
+
 /// A monitor under watch.
 pub(super) struct Watched<'l> {
     /// The monitor.
@@ -103,11 +131,12 @@ pub(super) struct Watched<'l> {
     was_deployed: bool,
     clock_ms: u32,
     booted_ms: u64,
+    wrong: Option<&'l mut dyn Wrong>,
     log: &'l mut dyn Log,
 }
 
 impl<'l> Watched<'l> {
-    pub fn new(seed: u64, log: &'l mut dyn Log) -> Self {
+    pub fn new(seed: u64, wrong: Option<&'l mut dyn Wrong>, log: &'l mut dyn Log) -> Self {
         let config = setting(seed);
         log.note(0, &Entry::Begin { config: &config });
         let mut tally = Tally::new();
@@ -128,6 +157,7 @@ impl<'l> Watched<'l> {
             clock_ms,
             booted_ms: 0,
             sim,
+            wrong,
             log,
         }
     }
@@ -150,7 +180,15 @@ impl<'l> Watched<'l> {
     /// Delivers records; they must be answered with whole records.
     pub fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
         self.wait_for_flash();
-        let answer = self.sim.request(source, payload);
+        if let Some(wrong) = &mut self.wrong {
+            for hidden in wrong.asks(source, payload) {
+                self.sim.request(source, &hidden);
+            }
+        }
+        let mut answer = self.sim.request(source, payload);
+        if let Some(wrong) = &mut self.wrong {
+            wrong.answers(payload, &mut answer);
+        }
         self.delivered(source, payload, &answer);
         answer
     }
@@ -200,7 +238,9 @@ impl<'l> Watched<'l> {
         self.log.note(now_ms, &Entry::Frame { source, payload, answer });
         self.tally.frames += 1;
         self.tally.requests += Records::new(payload).count() as u64;
-        self.attribution.delivered(now_ms, source, payload, answer);
+        if let Some(violation) = self.attribution.delivered(now_ms, source, payload, answer) {
+            self.fail_with(violation);
+        }
         if answer.is_empty() != payload.is_empty() {
             self.fail("a frame is not answered", "кадр остался без ответа");
         }
@@ -228,7 +268,8 @@ impl<'l> Watched<'l> {
             self.tally.see(Seen::ClockWrap);
         }
         self.told = Told::ask(&mut self.sim);
-        let view = View::of(&self.sim, self.told);
+        let causes = self.tamper();
+        let view = View { causes: &causes, ..View::of(&self.sim, self.told) };
         let violations = match self.sim.stood_still() {
             true => self.attribution.stand_still(&view),
             false => self.attribution.check(&view),
@@ -241,6 +282,19 @@ impl<'l> Watched<'l> {
             self.log.note(violation.at_ms, &Entry::Violation(&violation));
             self.failure.get_or_insert(violation);
         }
+    }
+
+    /// What the world is driven by instead, and why, if there is a wrong.
+    fn tamper(&mut self) -> Causes {
+        let mut causes = *self.sim.device().causes();
+        let Some(wrong) = &mut self.wrong else { return causes };
+        let mut outputs = *self.sim.world().outputs();
+        let view = View::of(&self.sim, self.told);
+        wrong.drives(&view, self.sim.stood_still(), &mut outputs, &mut causes);
+        if outputs != *self.sim.world().outputs() {
+            self.sim.world_mut().write(&outputs);
+        }
+        causes
     }
 
     fn device_ms(&self, now_ms: u64) -> u32 {
@@ -351,7 +405,10 @@ impl<'l> Watched<'l> {
 
     fn fail(&mut self, en: &str, ru: &str) {
         let text = Bilingual { en: en.to_owned(), ru: ru.to_owned() };
-        let violation = Violation { at_ms: self.sim.now_ms(), unexplained: false, text };
+        self.fail_with(Violation { at_ms: self.sim.now_ms(), unexplained: false, text });
+    }
+
+    fn fail_with(&mut self, violation: Violation) {
         self.tally.violations += 1;
         self.log.note(violation.at_ms, &Entry::Violation(&violation));
         self.failure.get_or_insert(violation);

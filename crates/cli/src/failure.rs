@@ -34,6 +34,8 @@ pub enum Failure {
         /// How many there are.
         count: usize,
     },
+    /// Nobody answered, as has been shown.
+    Silent(String),
     /// The monitor took the request but did not carry it through.
     Ended(String),
     /// The arguments make no sense.
@@ -97,7 +99,7 @@ impl Failure {
         match self {
             Self::Client(error) if error.is_refused() => 1,
             Self::Client(error) if error.is_usage() => 2,
-            Self::Client(_) => 3,
+            Self::Client(_) | Self::Silent(_) => 3,
             Self::Asked { .. } | Self::Refused { .. } | Self::Ended(_) => 1,
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => 0,
             Self::Usage(_) | Self::Io { .. } => 2,
@@ -118,7 +120,7 @@ impl Failure {
                     format!("Отклонено запросов: {count}; первый: {first}"),
                 )
             }
-            Self::Ended(message) | Self::Usage(message) => message.clone(),
+            Self::Ended(message) | Self::Usage(message) | Self::Silent(message) => message.clone(),
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => String::new(),
             Self::Io { what, source } => format!("{what}: {source}"),
             Self::Interrupted => pick("Interrupted.", "Прервано.").into(),

@@ -27,4 +27,5 @@ pub mod service;
 pub mod sim;
 pub mod status;
 pub mod teach;
+pub mod top;
 pub mod watch;

@@ -25,6 +25,7 @@ pub fn value_name(name: &str) -> Option<&'static str> {
 pub const VALUE_NAMES: &[(&str, &str)] = &[
     ("DRIVE|off|on|reject", "ПРИВОД|off|on|reject"),
     ("HEX|FILE", "HEX|ФАЙЛ"),
+    ("WxH", "ШxВ"),
     ("ADDRESS", "АДРЕС"),
     ("ANGLE", "УГОЛ"),
     ("CHANNEL", "КАНАЛ"),
@@ -49,6 +50,7 @@ pub const VALUE_NAMES: &[(&str, &str)] = &[
     ("NAME", "ИМЯ"),
     ("NUMBER", "ЧИСЛО"),
     ("P,DEG,M", "АТМ,ГРАД,М"),
+    ("PAGE", "СТРАНИЦА"),
     ("POSITION", "ПОЛОЖЕНИЕ"),
     ("RANGE", "ДИАПАЗОН"),
     ("REQUEST", "ЗАПРОС"),
@@ -196,6 +198,15 @@ pub const TEXTS: &[(&str, &str)] = &[
     ("watch.subsystem", SUBSYSTEM),
     ("watch.interval", "Секунд между опросами (по умолчанию 1)"),
     ("watch.count", "Закончить после этого числа опросов"),
+    ("top", "Показывать несколько стволов на одном экране"),
+    ("top.monitors", "Стволы; без них — ствол из --connect"),
+    ("top.interval", "Секунды между опросами состояния (по умолчанию 0.5)"),
+    ("top.page", "Что показать сначала: list (список), detail (ствол) или link (линия)"),
+    (
+        "top.once",
+        "Напечатать одну картину текстом и закончить: для сценариев. С --json — объект на ствол",
+    ),
+    ("top.size", "Размер этой картины (по умолчанию 80x24)"),
     ("move", "Переместить привод и следить, пока он не встанет"),
     ("move.drive", "Vertical, Horizontal, Nozzle или Deployer"),
     (

@@ -73,6 +73,8 @@ pub enum Command {
     Watch(cmd::watch::WatchArgs),
     /// Show several monitors on one screen, live
     Top(cmd::top::TopArgs),
+    /// Run commands on one connection, typed or from a script
+    Shell(cmd::shell::ShellArgs),
     /// Move a drive, and follow it until it stands
     Move(cmd::motion::MoveArgs),
     /// Move drives with the arrow keys, as long as one is held

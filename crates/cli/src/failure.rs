@@ -47,6 +47,8 @@ pub enum Failure {
         /// What the system says.
         source: io::Error,
     },
+    /// It has been told already; the exit code.
+    Told(u8),
     /// Ctrl-C or a signal.
     Interrupted,
 }
@@ -103,6 +105,7 @@ impl Failure {
             Self::Asked { .. } | Self::Refused { .. } | Self::Ended(_) => 1,
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => 0,
             Self::Usage(_) | Self::Io { .. } => 2,
+            Self::Told(code) => *code,
             Self::Interrupted => 130,
         }
     }
@@ -123,6 +126,7 @@ impl Failure {
             Self::Ended(message) | Self::Usage(message) | Self::Silent(message) => message.clone(),
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => String::new(),
             Self::Io { what, source } => format!("{what}: {source}"),
+            Self::Told(_) => String::new(),
             Self::Interrupted => pick("Interrupted.", "Прервано.").into(),
         }
     }

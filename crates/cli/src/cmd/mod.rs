@@ -24,6 +24,7 @@ pub mod schema;
 pub mod seek;
 pub mod send;
 pub mod service;
+pub mod shell;
 pub mod sim;
 pub mod status;
 pub mod teach;

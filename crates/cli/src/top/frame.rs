@@ -17,8 +17,7 @@ use crate::lang::pick;
 pub fn render(frame: &mut Frame<'_>, scene: &Scene) {
     let area = frame.area();
     // Stop first: a terminal of one line shows it alone.
-    let [above, stop] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(1)]).areas(area);
+    let [above, stop] = Layout::vertical([Constraint::Min(0), Constraint::Length(1)]).areas(area);
     frame.render_widget(stop_line(scene, stop.width), stop);
     let notice = u16::from(scene.notice.is_some());
     let [title, page, notices, keys] = Layout::vertical([

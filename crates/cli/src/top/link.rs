@@ -51,18 +51,14 @@ fn lines(seen: &Seen) -> Vec<Line<'static>> {
             (format!("{down}: {why}"), style(lafet_proto::flags::Severity::Alarm))
         }
     };
-    let title =
-        vec![Span::styled(format!("{}  ", seen.url), bold), Span::styled(state, look)];
+    let title = vec![Span::styled(format!("{}  ", seen.url), bold), Span::styled(state, look)];
     let mut lines = vec![Line::from(title)];
     let Some(figures) = &seen.figures else {
         let wait = pick("The first figures come after a second.", "Первые цифры — через секунду.");
         lines.push(Line::raw(wait));
         return lines;
     };
-    let heads = pick(
-        ["", "last second", "link", "monitor"],
-        ["", "за секунду", "линия", "ствол"],
-    );
+    let heads = pick(["", "last second", "link", "monitor"], ["", "за секунду", "линия", "ствол"]);
     lines.push(row(heads.map(str::to_owned), bold));
     let [last, total, own] = [&figures.last, &figures.total, &seen.own].map(counts);
     for (index, (name, is_trouble)) in names().into_iter().enumerate() {

@@ -134,7 +134,8 @@ pub fn fault_lines(seen: &Seen) -> Vec<Line<'static>> {
         lines.push(Line::styled(text, look(severity)));
     }
     if lines.is_empty() && seen.is_known() {
-        let nothing = pick("Nothing: no flag tells of a fault.", "Ничего: флагов неисправности нет.");
+        let nothing =
+            pick("Nothing: no flag tells of a fault.", "Ничего: флагов неисправности нет.");
         lines.push(Line::raw(nothing));
     }
     lines

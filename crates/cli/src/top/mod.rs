@@ -17,3 +17,4 @@ mod tests;
 mod words;
 
 pub use frame::{plain, render};
+pub use words::trouble;

@@ -153,9 +153,7 @@ impl Seen {
     pub fn severity(&self) -> Severity {
         let of = |answer: &AnswerBuf| match answer.decode() {
             _ if !answer.status().is_success() => Severity::Warning,
-            Ok(decoded) => {
-                flags_of(answer.from()).severity(decoded.data.flags_bits().unwrap_or(0))
-            }
+            Ok(decoded) => flags_of(answer.from()).severity(decoded.data.flags_bits().unwrap_or(0)),
             Err(_) => Severity::Warning,
         };
         let unknown = if self.is_known() { Severity::Info } else { Severity::Alarm };

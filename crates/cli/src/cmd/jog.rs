@@ -305,5 +305,5 @@ pub fn state(status: &MonitorStatus) -> String {
         Some(format!("{id} {}{moves}", angle::show(id, i32::from(status.position))))
     };
     let drives: Vec<String> = drives.into_iter().filter_map(one).collect();
-    format!("{}  [{}]", drives.join("  "), pick("arrows + - space q", "стрелки + - пробел q"))
+    drives.join("  ")
 }

@@ -30,7 +30,7 @@ use crate::shell::editor::{Editor, Input, Notices};
 use crate::shell::words::{is_stop, words};
 use crate::top::feed::Feed;
 use crate::top::scene::Seen;
-use crate::top::trouble;
+use crate::top::silence;
 
 /// How often the state is asked for while a shell waits.
 const POLL: Duration = Duration::from_millis(500);
@@ -65,8 +65,9 @@ pub async fn run(args: ShellArgs, global: &Global) -> Outcome {
     }
     let connection = Connection::new(&global).await?;
     global.open = Some(connection.clone());
+    let ahead = VecDeque::new();
     let mut shell =
-        Shell { global, connection, interrupt, feed: None, acted: None, ahead: VecDeque::new() };
+        Shell { global, connection, interrupt, feed: None, acted: None, ahead, ending: false };
     if io::stdin().is_terminal() && io::stderr().is_terminal() {
         shell.converse(!args.no_history).await
     } else {
@@ -84,6 +85,8 @@ struct Shell {
     acted: Option<Instant>,
     /// Lines typed while a command ran.
     ahead: VecDeque<String>,
+    /// The program is to end.
+    ending: bool,
 }
 
 /// What a line wants.
@@ -119,6 +122,9 @@ impl Shell {
             };
             if matches!(self.line(&line).await, Ended::Leave) {
                 break;
+            }
+            if self.ending {
+                return Err(Failure::Interrupted);
             }
         }
         changes.abort();
@@ -164,7 +170,10 @@ impl Shell {
         loop {
             let line = tokio::select! {
                 line = lines.recv() => line,
-                _ = self.interrupt.next() => return Err(Failure::Interrupted),
+                _ = self.interrupt.next() => {
+                    self.stop_all().await;
+                    return Err(Failure::Interrupted);
+                }
             };
             let Some(line) = line else { break };
             number += 1;
@@ -259,8 +268,10 @@ impl Shell {
             let mut work = Box::pin(crate::dispatch(command, &global, &mut out));
             loop {
                 tokio::select! {
-                    outcome = &mut work => break outcome,
-                    _ = self.interrupt.next() => {
+                    // Everything stops before the command does anything about it.
+                    biased;
+                    caught = self.interrupt.next() => {
+                        self.ending = caught == Caught::End;
                         if acts || self.moves() {
                             self.stop_all().await;
                         }
@@ -280,6 +291,7 @@ impl Shell {
                             self.ahead.push_back(line);
                         }
                     }
+                    outcome = &mut work => break outcome,
                 }
             }
         };
@@ -313,7 +325,9 @@ impl Shell {
             Ok(answers) => exchange::text(SubsystemId::ALL, &answers),
             Err(error) => error.localized(current()),
         };
-        eprintln!("{text}");
+        // The progress of a command may stand in this line.
+        let clear = if self.feed.is_some() { "\r\x1b[K" } else { "" };
+        eprintln!("{clear}{text}");
     }
 }
 
@@ -361,10 +375,10 @@ async fn tell_changes(feed: Arc<Feed>, notices: Notices) {
     loop {
         looks.tick().await;
         let seen = feed.seen();
-        let trouble = trouble(&seen);
-        if trouble.is_some() != lost {
-            lost = trouble.is_some();
-            notices.tell(trouble.map_or_else(|| back(&seen), |why| gone(&seen, &why)));
+        let silence = silence(&seen);
+        if silence.is_some() != lost {
+            lost = silence.is_some();
+            notices.tell(silence.map_or_else(|| back(&seen), |why| gone(&seen, why)));
         }
         if seen.condition() != shown {
             shown = seen.condition();
@@ -375,7 +389,8 @@ async fn tell_changes(feed: Arc<Feed>, notices: Notices) {
 
 fn gone(seen: &Seen, why: &str) -> String {
     let name = &seen.name;
-    pick(format!("{name} cannot be heard: {why}"), format!("{name} не слышно: {why}"))
+    let why = if why.is_empty() { String::new() } else { format!(": {why}") };
+    pick(format!("{name} cannot be heard{why}"), format!("{name} не слышно{why}"))
 }
 
 fn back(seen: &Seen) -> String {
@@ -385,9 +400,10 @@ fn back(seen: &Seen) -> String {
 
 fn greeting() -> &'static str {
     pick(
-        "Commands as of lafet, without the URL; help, Tab completes, exit. Ctrl-C stops what moves.",
-        "Команды lafet без URL; help — справка, Tab дополняет, exit — выход. Ctrl-C останавливает \
-         движение.",
+        "help: the commands of lafet, without the URL. Tab completes. exit leaves.\n\
+         stop and Ctrl-C stop whatever moves.",
+        "help — команды lafet, без URL. Tab дополняет. exit — выход.\n\
+         stop и Ctrl-C останавливают любое движение.",
     )
 }
 

@@ -201,6 +201,16 @@ impl Completer for Grammar {
             append_whitespace: true,
             ..Suggestion::default()
         };
+        if all.is_empty() {
+            // What is there stands for itself: an empty menu would speak English.
+            let value = line.get(start..pos).unwrap_or_default().to_owned();
+            let span = Span::new(start, pos);
+            return CompletionResult::fresh(vec![Suggestion {
+                value,
+                span,
+                ..Suggestion::default()
+            }]);
+        }
         CompletionResult::fresh(all.into_iter().map(suggestion).collect::<Vec<_>>())
     }
 }

@@ -91,7 +91,7 @@ impl Editor {
                     Ok(Signal::Success(text)) => Input::Line(text),
                     Ok(Signal::CtrlC) => Input::CtrlC,
                     Ok(_) => Input::End,
-                    Err(error) => Input::Failed(error.into()),
+                    Err(error) => Input::Failed(error),
                 };
                 typing.store(false, Ordering::Release);
                 if sender.send(input).is_err() {
@@ -133,7 +133,7 @@ fn reedline(remember: bool) -> Reedline {
         ReedlineEvent::UntilFound(vec![ReedlineEvent::Menu(MENU.into()), ReedlineEvent::MenuNext]),
     );
     keys.add_binding(KeyModifiers::SHIFT, KeyCode::BackTab, ReedlineEvent::MenuPrevious);
-    let menu = ColumnarMenu::default().with_name(MENU).with_columns(1);
+    let menu = ColumnarMenu::default().with_name(MENU).with_marker("> ").with_columns(1);
     let line = Reedline::create()
         .with_completer(Box::new(Grammar::new()))
         .with_quick_completions(true)

@@ -33,6 +33,9 @@ pub struct Feed {
     slot: Arc<Mutex<Slot>>,
 }
 
+/// A monitor of a line, and where what is known of it goes.
+type Member = (Endpoint, Arc<Mutex<Slot>>);
+
 /// What the background knows of a monitor.
 #[derive(Default)]
 struct Slot {
@@ -54,7 +57,7 @@ struct Open {
 impl Feed {
     /// Feeds of several monitors. Those on the same line share it.
     pub fn start(urls: &[Endpoint], global: &Global, period: Duration) -> Vec<Self> {
-        let mut groups: Vec<(Option<Endpoint>, Vec<(Endpoint, Arc<Mutex<Slot>>)>)> = Vec::new();
+        let mut groups: Vec<(Option<Endpoint>, Vec<Member>)> = Vec::new();
         let mut feeds = Vec::new();
         for endpoint in urls {
             let slot = Arc::new(Mutex::new(Slot::default()));
@@ -161,7 +164,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Connects, and connects again until that has succeeded; then the client keeps the link itself.
-async fn keep(members: Vec<(Endpoint, Arc<Mutex<Slot>>)>, global: Global, period: Duration) {
+async fn keep(members: Vec<Member>, global: Global, period: Duration) {
     let Some((first, _)) = members.first() else { return };
     let global = Global { connect: Some(first.to_string()), open: None, ..global };
     let connection = loop {

@@ -17,4 +17,4 @@ mod tests;
 mod words;
 
 pub use frame::{plain, render};
-pub use words::trouble;
+pub use words::silence;

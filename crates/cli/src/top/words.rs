@@ -6,7 +6,7 @@ use lafet_proto::SubsystemId;
 use lafet_proto::flags::Severity;
 use ratatui::style::{Color, Modifier, Style};
 
-use super::scene::Seen;
+use super::scene::{Connected, Seen};
 use crate::angle;
 use crate::lang::pick;
 
@@ -51,15 +51,19 @@ pub fn age(age: Duration) -> String {
     }
 }
 
+/// Why the monitor cannot be heard.
+pub fn silence(seen: &Seen) -> Option<&str> {
+    match (&seen.connected, &seen.error) {
+        (Connected::Down(why), _) => Some(why),
+        (_, Some(why)) => Some(why),
+        (_, None) if seen.stale => Some(""),
+        _ => None,
+    }
+}
+
 /// Why what is shown may not be so any more, or is not there.
 pub fn trouble(seen: &Seen) -> Option<String> {
-    use super::scene::Connected;
-    let why = match (&seen.connected, &seen.error) {
-        (Connected::Down(why), _) => why,
-        (_, Some(why)) => why,
-        (_, None) if seen.stale => "",
-        _ => return None,
-    };
+    let why = silence(seen)?;
     let stale = if seen.is_known() { pick("stale", "устарело") } else { "" };
     let parts: Vec<&str> = [stale, why].into_iter().filter(|part| !part.is_empty()).collect();
     Some(parts.join(": "))

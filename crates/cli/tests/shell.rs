@@ -210,7 +210,9 @@ mod terminal {
         typed.sees("Deploying");
         typed.types("стоп\n");
         typed.sees("Stop All → Ok");
-        typed.sees("остановлен");
+        typed.sees("> ");
+        let flags = sim.flags("deployer");
+        assert!(!flags.contains(&"Deploying".into()), "{flags:?}");
         sim.running.child.kill().unwrap();
         typed.sees("не слышно");
         typed.types("exit\r");

@@ -78,6 +78,9 @@ fn size(text: &str) -> Result<(u16, u16), String> {
 
 /// Shows the monitors until q.
 pub async fn run(args: TopArgs, global: &Global, out: &mut Out) -> Outcome {
+    let period = Duration::from_secs_f64(args.interval);
+    let shared = global.open.as_ref().filter(|_| args.monitors.is_empty());
+    let endpoints = if shared.is_some() { Vec::new() } else { endpoints(&args, global)? };
     let on_screen = io::stdout().is_terminal() && io::stdin().is_terminal() && !out.json();
     if !args.once && !on_screen {
         return Err(Failure::Usage(
@@ -90,10 +93,9 @@ pub async fn run(args: TopArgs, global: &Global, out: &mut Out) -> Outcome {
             .into(),
         ));
     }
-    let period = Duration::from_secs_f64(args.interval);
-    let feeds = match &global.open {
-        Some(open) if args.monitors.is_empty() => vec![Feed::over(open, period)?],
-        _ => Feed::start(&endpoints(&args, global)?, global, period),
+    let feeds = match shared {
+        Some(open) => vec![Feed::over(open, period)?],
+        None => Feed::start(&endpoints, global, period),
     };
     if args.once {
         return once(&args, &feeds, global, out).await;

@@ -43,14 +43,15 @@ impl Grammar {
     /// What may stand at the end of this text, and from which byte on it is replaced.
     pub fn candidates(&self, text: &str) -> (usize, Vec<Candidate>) {
         let mut words = split(text);
+        let end = words.last().map_or(0, |word| word.span.end);
+        if text[end..].contains('#') {
+            // A remark.
+            return (text.len(), Vec::new());
+        }
         let apart = words.last().is_none_or(|word| !word.open && word.span.end < text.len());
         let part = if apart { None } else { words.pop() };
         let start = part.as_ref().map_or(text.len(), |word| word.span.start);
         let part = part.map_or_else(String::new, |word| word.text);
-        // In a remark there is nothing to complete.
-        if text[..start].trim_end().ends_with('#') || part.starts_with('#') {
-            return (start, Vec::new());
-        }
         let mut all = self.all(&words, &part);
         let wanted = part.to_lowercase();
         all.retain(|candidate| candidate.text.to_lowercase().starts_with(&wanted));

@@ -51,9 +51,9 @@ pub struct Global {
         value_parser = timeout
     )]
     pub timeout: f64,
-    /// The connection that a shell has made for all its commands.
+    /// The connection that a shell has made for all its commands, and its URL.
     #[arg(skip)]
-    pub open: Option<Connection>,
+    pub open: Option<(String, Connection)>,
 }
 
 /// The commands.

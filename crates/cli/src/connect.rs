@@ -34,7 +34,9 @@ pub struct Connection {
 impl Connection {
     /// Connects as `--connect` says, or takes the connection that is there already.
     pub async fn open(global: &Global) -> Result<Self, Failure> {
-        if let Some(open) = &global.open {
+        if let Some((url, open)) = &global.open
+            && global.connect.as_ref() == Some(url)
+        {
             return Ok(open.clone());
         }
         Self::new(global).await

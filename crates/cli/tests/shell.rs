@@ -76,6 +76,8 @@ fn what_is_fixed_is_told() {
         assert_eq!(run.code, 2, "{line}: {run:?}");
         assert!(run.err.contains(word), "{line}: {run:?}");
     }
+    let run = Run::fed(&["shell", "sim:"], b"doctor\n");
+    assert!(run.code == 2 && run.err.contains("without the shell"), "{run:?}");
     let run = script(&sim, &[], "help move\n");
     assert!(run.code == 0 && run.out.contains("--no-wait"), "{run:?}");
     let run = Run::fed(&["shell", "tcp://127.0.0.1:1"], b"status\n");

@@ -5,18 +5,21 @@
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, IsTerminal};
+use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use clap::parser::ValueSource;
 use clap::{Args, FromArgMatches};
+use lafet_client::Endpoint;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, interval, timeout};
 
+use super::program::ProgramCommand;
 use crate::cli::{Cli, Command, Global};
-use crate::connect::Connection;
+use crate::connect::{Connection, url_of};
 use crate::exchange;
 use crate::failure::{Failure, Outcome};
 use crate::follow::is_anything_active;
@@ -64,7 +67,8 @@ pub async fn run(args: ShellArgs, global: &Global) -> Outcome {
         global.connect = Some(url);
     }
     let connection = Connection::new(&global).await?;
-    global.open = Some(connection.clone());
+    let url = url_of(&global)?.to_owned();
+    global.open = Some((url, connection.clone()));
     let ahead = VecDeque::new();
     let mut shell =
         Shell { global, connection, interrupt, feed: None, acted: None, ahead, ending: false };
@@ -250,12 +254,22 @@ impl Shell {
                 eprintln!("{}", pick("This is the shell.", "Это и есть оболочка."));
                 Wish::Told(2)
             }
+            Ok(cli) if needs_line(&cli.command) && self.is_alone() => {
+                eprintln!("{}", taken());
+                Wish::Told(2)
+            }
             Ok(cli) => Wish::Run(Box::new(cli.command), cli.global.json),
             Err(error) => {
                 help::show(&error);
                 Wish::Told(2)
             }
         }
+    }
+
+    /// Whether the line can be open only once.
+    fn is_alone(&self) -> bool {
+        let endpoint = self.global.connect.as_deref().and_then(|url| Endpoint::from_str(url).ok());
+        matches!(endpoint, Some(Endpoint::Serial { .. } | Endpoint::Sim { .. }))
     }
 
     /// Runs a command; its exit code.
@@ -346,6 +360,8 @@ const fn acts(command: &Command) -> bool {
             | Command::Quench(_)
             | Command::Trajectory(_)
             | Command::Calibrate(_)
+            | Command::Program(ProgramCommand::Run(_))
+            | Command::Limits(_)
             | Command::Send(_)
     )
 }
@@ -365,7 +381,13 @@ const fn leaves_keyboard(command: &Command) -> bool {
             | Command::Justify(_)
             | Command::Quench(_)
             | Command::Trajectory(_)
+            | Command::Program(_)
     )
+}
+
+/// Whether a command talks over the bare line: one that nobody else can have open.
+const fn needs_line(command: &Command) -> bool {
+    matches!(command, Command::Record(_) | Command::Scan(_) | Command::Doctor(_))
 }
 
 /// Tells when the monitor cannot be heard any more, and when it can be heard again.
@@ -411,6 +433,13 @@ fn fixed(name: &str) -> String {
     pick(
         format!("--{name} is set when the shell starts: `exit`, and start it anew."),
         format!("--{name} задаётся при запуске оболочки: `exit` и запустите её заново."),
+    )
+}
+
+fn taken() -> &'static str {
+    pick(
+        "The shell has this line; the command needs it for itself: run it without the shell.",
+        "Линию держит оболочка, а команде она нужна целиком: выполните её без оболочки.",
     )
 }
 

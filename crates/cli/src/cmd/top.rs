@@ -94,7 +94,7 @@ pub async fn run(args: TopArgs, global: &Global, out: &mut Out) -> Outcome {
         ));
     }
     let feeds = match shared {
-        Some(open) => vec![Feed::over(open, period)?],
+        Some((_, open)) => vec![Feed::over(open, period)?],
         None => Feed::start(&endpoints, global, period),
     };
     if args.once {

@@ -144,7 +144,7 @@ impl Seen {
             () if moves => pick("moving", "движение"),
             () if deployer.contains(DeployerFlags::WRAPPED) => pick("wrapped", "свёрнут"),
             () if deployer.contains(DeployerFlags::DEPLOYED) => pick("deployed", "развёрнут"),
-            () if self.of(SubsystemId::DEPLOYER).is_some() => pick("in between", "между"),
+            () if self.of(SubsystemId::DEPLOYER).is_some() => pick("in between", "на полпути"),
             () => pick("ready", "готов"),
         }
     }

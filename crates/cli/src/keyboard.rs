@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 use ratatui::crossterm::event::{
@@ -15,6 +15,8 @@ use tokio::sync::mpsc;
 
 use crate::failure::Failure;
 
+/// A terminal that has gone away may keep the thread for ever; it is not waited for longer.
+const PATIENCE: Duration = Duration::from_secs(1);
 /// How soon the terminal is left to others when nobody wants keys any more.
 const GLANCE: Duration = Duration::from_millis(50);
 
@@ -53,7 +55,8 @@ impl Drop for Keyboard {
 pub struct Keys {
     keys: mpsc::UnboundedReceiver<KeyEvent>,
     over: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    /// Closed by the thread when it ends.
+    ended: Receiver<()>,
 }
 
 impl Keys {
@@ -61,9 +64,11 @@ impl Keys {
     pub fn listen() -> Self {
         let (sender, keys) = mpsc::unbounded_channel();
         let over = Arc::new(AtomicBool::new(false));
-        let ended = over.clone();
-        let thread = std::thread::spawn(move || {
-            while !ended.load(Ordering::Relaxed) {
+        let (running, ended) = channel();
+        let wanted = over.clone();
+        std::thread::spawn(move || {
+            let _running = running;
+            while !wanted.load(Ordering::Relaxed) {
                 match poll(GLANCE) {
                     Ok(false) => continue,
                     Ok(true) => {}
@@ -77,7 +82,7 @@ impl Keys {
                 }
             }
         });
-        Self { keys, over, thread: Some(thread) }
+        Self { keys, over, ended }
     }
 
     /// The next key; `None` when the terminal is gone.
@@ -90,6 +95,6 @@ impl Drop for Keys {
     fn drop(&mut self) {
         self.over.store(true, Ordering::Relaxed);
         // It must not take a key that is meant for what comes next.
-        let _ = self.thread.take().map(JoinHandle::join);
+        let _ = self.ended.recv_timeout(PATIENCE);
     }
 }

@@ -202,6 +202,20 @@ mod terminal {
         assert_eq!(typed.shell.wait().unwrap().code(), Some(0));
     }
 
+    #[test]
+    fn a_signal_ends_it_at_the_prompt() {
+        let sim = Sim::start(&[]);
+        for signal in ["TERM", "HUP"] {
+            let mut typed = Typed::start(&sim, "en");
+            typed.sees("wrapped");
+            let id = typed.shell.id().to_string();
+            let mut kill = std::process::Command::new("kill");
+            let sent = kill.args([&format!("-{signal}"), &id]).status();
+            assert!(sent.unwrap().success());
+            assert_eq!(typed.shell.wait().unwrap().code(), Some(130), "{signal}");
+        }
+    }
+
     /// `stop` does not wait for the command that goes on, and the link's loss is told.
     #[test]
     fn stop_is_heard_while_a_command_runs() {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, SyncSender, channel};
+use std::time::Duration;
 
 use reedline::{
     ColumnarMenu, DefaultHinter, Emacs, ExternalPrinter, FileBackedHistory, KeyCode, KeyModifiers,
@@ -13,6 +14,7 @@ use reedline::{
     ReedlineMenu, Signal, default_emacs_keybindings,
 };
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+use tokio::time::timeout;
 
 use super::complete::Grammar;
 use crate::top::feed::Feed;
@@ -20,6 +22,8 @@ use crate::top::feed::Feed;
 const MENU: &str = "completion";
 /// Lines that are remembered.
 const HISTORY_MAX: usize = 2000;
+/// The editor leaves the terminal within this time.
+const PATIENCE: Duration = Duration::from_secs(1);
 /// Notices that may wait until the editor shows them.
 const NOTICES_MAX: usize = 32;
 
@@ -121,7 +125,8 @@ impl Editor {
     /// Gives up the line that is being typed, so that the terminal is as it was.
     pub async fn give_up(&mut self) {
         self.over.store(true, Ordering::Release);
-        self.next().await;
+        // A terminal that has gone away may keep the thread for ever.
+        let _ = timeout(PATIENCE, self.next()).await;
     }
 }
 

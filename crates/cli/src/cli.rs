@@ -5,6 +5,7 @@ use lafet_proto::SubsystemId;
 use lafet_proto::dictionary::SUBSYSTEMS;
 
 use crate::cmd;
+use crate::connect::Connection;
 use crate::lang::pick;
 
 /// Control, simulate and inspect robotic fire monitors.
@@ -50,6 +51,9 @@ pub struct Global {
         value_parser = timeout
     )]
     pub timeout: f64,
+    /// The connection that a shell has made for all its commands, and its URL.
+    #[arg(skip)]
+    pub open: Option<(String, Connection)>,
 }
 
 /// The commands.
@@ -67,6 +71,10 @@ pub enum Command {
     Status(cmd::status::StatusArgs),
     /// Show the state again and again
     Watch(cmd::watch::WatchArgs),
+    /// Show several monitors on one screen, live
+    Top(cmd::top::TopArgs),
+    /// Run commands on one connection, typed or from a script
+    Shell(cmd::shell::ShellArgs),
     /// Move a drive, and follow it until it stands
     Move(cmd::motion::MoveArgs),
     /// Move drives with the arrow keys, as long as one is held

@@ -22,7 +22,8 @@ use crate::simulator;
 /// Bytes that a pipe to the simulator in this process holds.
 const PIPE: usize = 4096;
 
-/// A connection to a monitor.
+/// A connection to a monitor; clones share it.
+#[derive(Clone, Debug)]
 pub struct Connection {
     /// Requests of any kind.
     pub client: Client,
@@ -31,8 +32,18 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// Connects as `--connect` says. `sim:` starts a simulator inside this process.
+    /// Connects as `--connect` says, or takes the connection that is there already.
     pub async fn open(global: &Global) -> Result<Self, Failure> {
+        if let Some((url, open)) = &global.open
+            && global.connect.as_ref() == Some(url)
+        {
+            return Ok(open.clone());
+        }
+        Self::new(global).await
+    }
+
+    /// Connects as `--connect` says. `sim:` starts a simulator inside this process.
+    pub async fn new(global: &Global) -> Result<Self, Failure> {
         let url = url_of(global)?;
         let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
         let timeout = Duration::from_secs_f64(global.timeout);

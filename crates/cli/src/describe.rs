@@ -2,7 +2,7 @@
 
 use lafet_client::AnswerBuf;
 use lafet_proto::answer::Reply;
-use lafet_proto::flags::{FlagInfo, Severity, flags_of};
+use lafet_proto::flags::{FlagInfo, SetFlag, Severity, flags_of};
 use lafet_proto::status::{GeneralStatus, Hotbed, ThermoStatus};
 use lafet_proto::{Answer, SubsystemId};
 use serde_json::{Map, Value, json};
@@ -118,16 +118,18 @@ pub fn state_json(answer: &AnswerBuf) -> Value {
 /// Lines that tell what the flags of a state mean: those that matter at least as much as `least`.
 pub fn flag_lines(subsystem: SubsystemId, bits: u32, least: Severity) -> Vec<String> {
     let set = flags_of(subsystem).set(bits).filter(|flag| flag.severity() >= least);
-    set.map(|flag| {
-        let meaning =
-            button_meaning(flag.info, bits).unwrap_or_else(|| of(&flag.info.meaning).into());
-        let advice = match flag.severity() {
-            Severity::Info => String::new(),
-            _ => format!(" {}", of(&flag.info.remedy)),
-        };
-        format!("{} [{}]: {meaning}{advice}", flag, of(&flag.severity().text()))
-    })
-    .collect()
+    set.map(flag_line).collect()
+}
+
+/// What a flag means, and what to do about it.
+pub fn flag_line(flag: SetFlag) -> String {
+    let SetFlag { info, bits } = flag;
+    let meaning = button_meaning(info, bits).unwrap_or_else(|| of(&info.meaning).into());
+    let advice = match flag.severity() {
+        Severity::Info => String::new(),
+        _ => format!(" {}", of(&info.remedy)),
+    };
+    format!("{} [{}]: {meaning}{advice}", flag, of(&flag.severity().text()))
 }
 
 fn button_meaning(info: &FlagInfo, bits: u32) -> Option<String> {

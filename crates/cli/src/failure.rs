@@ -34,6 +34,8 @@ pub enum Failure {
         /// How many there are.
         count: usize,
     },
+    /// Nobody answered, as has been shown.
+    Silent(String),
     /// The monitor took the request but did not carry it through.
     Ended(String),
     /// The arguments make no sense.
@@ -45,6 +47,8 @@ pub enum Failure {
         /// What the system says.
         source: io::Error,
     },
+    /// It has been told already; the exit code.
+    Told(u8),
     /// Ctrl-C or a signal.
     Interrupted,
 }
@@ -97,10 +101,11 @@ impl Failure {
         match self {
             Self::Client(error) if error.is_refused() => 1,
             Self::Client(error) if error.is_usage() => 2,
-            Self::Client(_) => 3,
+            Self::Client(_) | Self::Silent(_) => 3,
             Self::Asked { .. } | Self::Refused { .. } | Self::Ended(_) => 1,
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => 0,
             Self::Usage(_) | Self::Io { .. } => 2,
+            Self::Told(code) => *code,
             Self::Interrupted => 130,
         }
     }
@@ -118,9 +123,10 @@ impl Failure {
                     format!("Отклонено запросов: {count}; первый: {first}"),
                 )
             }
-            Self::Ended(message) | Self::Usage(message) => message.clone(),
+            Self::Ended(message) | Self::Usage(message) | Self::Silent(message) => message.clone(),
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => String::new(),
             Self::Io { what, source } => format!("{what}: {source}"),
+            Self::Told(_) => String::new(),
             Self::Interrupted => pick("Interrupted.", "Прервано.").into(),
         }
     }

@@ -143,6 +143,14 @@ impl Follow<'_> {
     }
 }
 
+/// Whether any of these subsystems is doing something which Stop ends.
+pub fn is_anything_active(states: &[AnswerBuf]) -> bool {
+    states.iter().any(|state| {
+        let bits = state.decode().ok().and_then(|answer| answer.data.flags_bits());
+        bits.unwrap_or(0) & active_bits(state.from()) != 0
+    })
+}
+
 /// The flags that say that a subsystem is doing something which Stop ends.
 fn active_bits(subsystem: SubsystemId) -> u32 {
     match subsystem {

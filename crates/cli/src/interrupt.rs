@@ -4,6 +4,15 @@ use crate::failure::Failure;
 #[cfg(unix)]
 use crate::lang::pick;
 
+/// What has been caught.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Caught {
+    /// Ctrl-C: what is being done is not wanted any more.
+    CtrlC,
+    /// The program is to end.
+    End,
+}
+
 /// Catches the signals from the moment it is made, so that none is lost before it is awaited.
 pub struct Interrupt {
     #[cfg(unix)]
@@ -30,23 +39,29 @@ impl Interrupt {
         Ok(Self {})
     }
 
-    /// Waits for the next one.
+    /// Waits for the next one and tells which it is.
     #[cfg(unix)]
-    pub async fn wait(&mut self) {
+    pub async fn next(&mut self) -> Caught {
         let [interrupt, terminate, hangup] = &mut self.signals;
         tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
-            _ = hangup.recv() => {}
+            _ = interrupt.recv() => Caught::CtrlC,
+            _ = terminate.recv() => Caught::End,
+            _ = hangup.recv() => Caught::End,
         }
     }
 
-    /// Waits for the next one.
+    /// Waits for the next one and tells which it is.
     #[cfg(not(unix))]
-    pub async fn wait(&mut self) {
+    pub async fn next(&mut self) -> Caught {
         if tokio::signal::ctrl_c().await.is_err() {
             std::future::pending::<()>().await;
         }
+        Caught::CtrlC
+    }
+
+    /// Waits for any of them.
+    pub async fn wait(&mut self) {
+        self.next().await;
     }
 }
 

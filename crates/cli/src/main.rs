@@ -20,12 +20,15 @@ mod failure;
 mod follow;
 mod help;
 mod interrupt;
+mod keyboard;
 mod lang;
 mod out;
 mod serve;
+mod shell;
 mod simulator;
 mod surroundings;
 mod texts;
+mod top;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -86,6 +89,8 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Scan(args) => cmd::scan::run(args, global, out).await,
         Command::Doctor(args) => cmd::doctor::run(args, global, out).await,
         Command::Status(args) => cmd::status::run(args, global, out).await,
+        Command::Top(args) => cmd::top::run(args, global, out).await,
+        Command::Shell(args) => cmd::shell::run(args, global).await,
         Command::Watch(args) => cmd::watch::run(args, global, out).await,
         Command::Move(args) => cmd::motion::run_move(args, global, out).await,
         Command::Jog(args) => cmd::jog::run(args, global, out).await,

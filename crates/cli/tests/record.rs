@@ -8,7 +8,10 @@ use support::{Run, Running, Sim, lafet};
 
 /// A file of this test's own.
 fn file(name: &str) -> String {
-    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name).display().to_string()
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    // What an earlier run has left is no recording of this one.
+    let _ = std::fs::remove_file(&path);
+    path.display().to_string()
 }
 
 #[test]

@@ -11,13 +11,8 @@ use clap::Args;
 use lafet_client::{Error, Hold, Jog, JogEnd, Monitor, MonitorStatus, StatusUpdate, Toward};
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::DriveFlags;
-use ratatui::crossterm::event::{
-    Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, KeyboardEnhancementFlags,
-    PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags, read,
-};
-use ratatui::crossterm::{execute, terminal};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::json;
-use tokio::sync::mpsc;
 use tokio::time::Instant;
 
 use crate::angle;
@@ -25,6 +20,7 @@ use crate::cli::{Global, seconds};
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::keyboard::{Keyboard, Keys};
 use crate::lang::{current, pick};
 use crate::out::Out;
 
@@ -81,20 +77,21 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     let first_lease = args.first.map_or(usual, Duration::from_secs_f64);
     let hold = Hold { lease, first_lease, repeat: lease };
     let mut hands = Hands::new(connection.monitor.clone(), hold);
-    let mut keys = keys();
+    let mut keys = Keys::listen();
     note(out, help());
     loop {
         let mut shown = None;
         let notice = tokio::select! {
             () = interrupt.wait() => break,
-            key = keys.recv() => match key.map(|key| hands.key(key)) {
+            key = keys.next() => match key.map(|key| hands.key(key)) {
                 None | Some(Pressed::End) => break,
                 Some(Pressed::Nothing) => None,
                 Some(Pressed::Ended(text)) => Some(text),
-                Some(Pressed::Stop) => Some(match connection.monitor.stop(SubsystemId::ALL).await {
-                    Ok(_) => "Stop All".into(),
-                    Err(error) => error.localized(current()),
-                }),
+                Some(Pressed::Stop) => Some(stop_all(&connection.monitor).await),
+                Some(Pressed::StopAndEnd) => {
+                    note(out, &stop_all(&connection.monitor).await);
+                    break;
+                }
             },
             update = watch.next() => match update {
                 StatusUpdate::Value(sample) => {
@@ -114,6 +111,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
         }
     }
     let ends = hands.release().await;
+    drop(keys);
     drop(keyboard);
     let all_stand = ends.iter().all(|(_, end)| stands(end));
     let texts: Vec<String> = ends.iter().map(|(drive, end)| tell(*drive, end)).collect();
@@ -122,6 +120,14 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     match all_stand {
         true => out.show(&text, || json!({ "ended": texts })),
         false => Err(Failure::Ended(text)),
+    }
+}
+
+/// Stops everything, and says so.
+async fn stop_all(monitor: &Monitor) -> String {
+    match monitor.stop(SubsystemId::ALL).await {
+        Ok(_) => "Stop All".into(),
+        Err(error) => error.localized(current()),
     }
 }
 
@@ -142,6 +148,8 @@ pub enum Pressed {
     Ended(String),
     /// Stop All is wanted.
     Stop,
+    /// Stop All is wanted, and the end: Ctrl-C while something is held.
+    StopAndEnd,
     /// The end is wanted.
     End,
 }
@@ -169,7 +177,12 @@ impl Hands {
                 return Pressed::Stop;
             }
             KeyCode::Esc | KeyCode::Char('q') => return Pressed::End,
-            KeyCode::Char('c' | 'd') if control => return Pressed::End,
+            KeyCode::Char('c' | 'с') if control => {
+                let moves = !self.held.is_empty();
+                self.held.clear();
+                return if moves { Pressed::StopAndEnd } else { Pressed::End };
+            }
+            KeyCode::Char('d') if control => return Pressed::End,
             // Any other key lets go.
             _ => {
                 self.held.clear();
@@ -292,50 +305,5 @@ pub fn state(status: &MonitorStatus) -> String {
         Some(format!("{id} {}{moves}", angle::show(id, i32::from(status.position))))
     };
     let drives: Vec<String> = drives.into_iter().filter_map(one).collect();
-    format!("{}  [{}]", drives.join("  "), pick("arrows + - space q", "стрелки + - пробел q"))
-}
-
-/// Single keys instead of lines, until it is dropped.
-pub struct Keyboard {
-    tells_release: bool,
-}
-
-impl Keyboard {
-    /// Makes the terminal raw.
-    pub fn start() -> Result<Self, Failure> {
-        terminal::enable_raw_mode()?;
-        let mut keyboard = Self { tells_release: false };
-        if terminal::supports_keyboard_enhancement().unwrap_or(false) {
-            let flags = KeyboardEnhancementFlags::REPORT_EVENT_TYPES
-                | KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES;
-            keyboard.tells_release =
-                execute!(io::stderr(), PushKeyboardEnhancementFlags(flags)).is_ok();
-        }
-        Ok(keyboard)
-    }
-}
-
-impl Drop for Keyboard {
-    fn drop(&mut self) {
-        // A terminal that is gone needs no restoring.
-        if self.tells_release {
-            let _ = execute!(io::stderr(), PopKeyboardEnhancementFlags);
-        }
-        let _ = terminal::disable_raw_mode();
-    }
-}
-
-/// The keys as they come; a thread waits for them, and ends with the program.
-pub fn keys() -> mpsc::UnboundedReceiver<KeyEvent> {
-    let (sender, receiver) = mpsc::unbounded_channel();
-    std::thread::spawn(move || {
-        while let Ok(event) = read() {
-            if let Event::Key(key) = event
-                && sender.send(key).is_err()
-            {
-                return;
-            }
-        }
-    });
-    receiver
+    drives.join("  ")
 }

@@ -9,16 +9,17 @@ use lafet_client::{Hold, StatusUpdate};
 use lafet_proto::SubsystemId;
 use lafet_proto::request::LimitsState;
 use lafet_proto::status::Limits;
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind};
+use ratatui::crossterm::event::{KeyCode, KeyEventKind};
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
 
-use super::jog::{Hands, Keyboard, Pressed, keys, note, state};
+use super::jog::{Hands, Pressed, note, state};
 use crate::angle;
 use crate::cli::{Global, drive};
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::keyboard::{Keyboard, Keys};
 use crate::lang::{current, of, pick};
 use crate::out::Out;
 
@@ -219,14 +220,14 @@ enum Word {
 
 /// How: with keys that also move the drives, or with lines from a program.
 enum Hand {
-    Keys { keys: mpsc::UnboundedReceiver<KeyEvent>, _keyboard: Keyboard },
+    Keys { keys: Keys, _keyboard: Keyboard },
     Lines(mpsc::UnboundedReceiver<String>),
 }
 
 impl Hand {
     fn keyboard() -> Result<Self, Failure> {
         let keyboard = Keyboard::start()?;
-        Ok(Self::Keys { keys: keys(), _keyboard: keyboard })
+        Ok(Self::Keys { keys: Keys::listen(), _keyboard: keyboard })
     }
 
     fn lines() -> Self {
@@ -256,7 +257,7 @@ impl Hand {
 
 /// Moves the drives with the keys of `lafet jog`, until Enter, s or q.
 async fn wait_for_key(
-    keys: &mut mpsc::UnboundedReceiver<KeyEvent>,
+    keys: &mut Keys,
     connection: &Connection,
     out: &mut Out,
 ) -> Result<Word, Failure> {
@@ -265,7 +266,7 @@ async fn wait_for_key(
     let mut watch = connection.monitor.watch(SHOW)?;
     let word = loop {
         tokio::select! {
-            key = keys.recv() => {
+            key = keys.next() => {
                 let Some(key) = key else { break Word::Quit };
                 match key.code {
                     KeyCode::Enter if key.kind == KeyEventKind::Press => break Word::Take,
@@ -274,6 +275,10 @@ async fn wait_for_key(
                 }
                 match hands.key(key) {
                     Pressed::End => break Word::Quit,
+                    Pressed::StopAndEnd => {
+                        connection.monitor.stop(SubsystemId::ALL).await?;
+                        break Word::Quit;
+                    }
                     Pressed::Stop => {
                         connection.monitor.stop(SubsystemId::ALL).await?;
                     }

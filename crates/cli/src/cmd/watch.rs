@@ -59,7 +59,8 @@ pub async fn run(args: WatchArgs, global: &Global, out: &mut Out) -> Outcome {
         };
         let at_s = began.elapsed().as_secs_f64();
         match answers {
-            Ok(answers) => show(out, live, at_s, &answers)?,
+            Ok(answers) if live => screen(out, at_s, &answers, global)?,
+            Ok(answers) => show(out, at_s, &answers)?,
             // A monitor that is off for a while comes back; one that refuses will do so again.
             Err(failure) if failure.exit_code() == 3 && args.count.is_none() => {
                 report(out, at_s, &failure)?;
@@ -70,19 +71,25 @@ pub async fn run(args: WatchArgs, global: &Global, out: &mut Out) -> Outcome {
     Ok(())
 }
 
-fn show(out: &mut Out, live: bool, at_s: f64, answers: &[AnswerBuf]) -> Outcome {
+fn show(out: &mut Out, at_s: f64, answers: &[AnswerBuf]) -> Outcome {
     if out.json() {
         let mut json = status::json(answers);
         json["t_s"] = serde_json::json!((at_s * 1000.0).round() / 1000.0);
         return out.value(&json);
     }
-    if live {
-        let hint = pick("Ctrl-C ends", "Ctrl-C — конец");
-        // Home, each line to its end, and what is below the last one.
-        let table = status::table(answers).replace('\n', "\x1b[K\n");
-        return out.say(format!("\x1b[H{table}\x1b[K\n\x1b[K\n{at_s:.1} s  {hint}\x1b[J"));
-    }
     out.say(line(at_s, answers))
+}
+
+/// A table in the place of the one before.
+fn screen(out: &mut Out, at_s: f64, answers: &[AnswerBuf], global: &Global) -> Outcome {
+    let hint = match global.open {
+        // In a shell Ctrl-C stops what moves, too.
+        Some(_) => pick("Enter ends", "Enter — конец"),
+        None => pick("Ctrl-C ends", "Ctrl-C — конец"),
+    };
+    // Home, each line to its end, and what is below the last one.
+    let table = status::table(answers).replace('\n', "\x1b[K\n");
+    out.say(format!("\x1b[H{table}\x1b[K\n\x1b[K\n{at_s:.1} s  {hint}\x1b[J"))
 }
 
 fn report(out: &mut Out, at_s: f64, failure: &Failure) -> Outcome {

@@ -1,0 +1,457 @@
+//! `lafet shell`: the commands without the URL, one after the other, on one connection.
+//!
+//! At a terminal it asks for them; otherwise standard input is a script. `stop` is always
+//! understood, and Ctrl-C stops whatever moves before it does anything else.
+
+use std::collections::VecDeque;
+use std::io::{self, BufRead, IsTerminal};
+use std::str::FromStr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::parser::ValueSource;
+use clap::{Args, FromArgMatches};
+use lafet_client::Endpoint;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
+use tokio::sync::mpsc;
+use tokio::time::{Instant, interval, timeout};
+
+use super::program::ProgramCommand;
+use crate::cli::{Cli, Command, Global};
+use crate::connect::{Connection, url_of};
+use crate::exchange;
+use crate::failure::{Failure, Outcome};
+use crate::follow::is_anything_active;
+use crate::help;
+use crate::interrupt::{Caught, Interrupt};
+use crate::lang::{current, pick};
+use crate::out::Out;
+use crate::shell::ahead::Ahead;
+use crate::shell::complete::FIXED;
+use crate::shell::editor::{Editor, Input, Notices};
+use crate::shell::words::{is_stop, words};
+use crate::top::feed::Feed;
+use crate::top::scene::Seen;
+use crate::top::silence;
+
+/// How often the state is asked for while a shell waits.
+const POLL: Duration = Duration::from_millis(500);
+/// A state that is younger than a command by less than this may not show yet what it started.
+const SHOWS_IN: Duration = Duration::from_millis(300);
+/// What Ctrl-C has interrupted ends by itself within this time, or is left.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// `lafet shell`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet shell tcp://127.0.0.1:10485\n  \
+                        lafet shell sim: < commands.txt\n  \
+                        printf 'deploy\\nmove vertical 20deg\\n' | lafet shell tcp://127.0.0.1:10485")]
+pub struct ShellArgs {
+    /// The monitor; without it that of --connect
+    #[arg(value_name = "URL")]
+    monitor: Option<String>,
+    /// Go on with a script after a command that fails; the exit code is that of the first one
+    #[arg(short, long)]
+    keep_going: bool,
+    /// Leave no history of what was typed
+    #[arg(long)]
+    no_history: bool,
+}
+
+/// Runs commands until there are no more.
+pub async fn run(args: ShellArgs, global: &Global) -> Outcome {
+    let interrupt = Interrupt::catch()?;
+    let mut global = global.clone();
+    if let Some(url) = args.monitor {
+        global.connect = Some(url);
+    }
+    let connection = Connection::new(&global).await?;
+    let url = url_of(&global)?.to_owned();
+    global.open = Some((url, connection.clone()));
+    let ahead = VecDeque::new();
+    let mut shell =
+        Shell { global, connection, interrupt, feed: None, acted: None, ahead, ending: false };
+    if io::stdin().is_terminal() && io::stderr().is_terminal() {
+        shell.converse(!args.no_history).await
+    } else {
+        shell.script(args.keep_going).await
+    }
+}
+
+struct Shell {
+    global: Global,
+    connection: Connection,
+    interrupt: Interrupt,
+    /// The state of the monitor, at a terminal.
+    feed: Option<Arc<Feed>>,
+    /// When the last command that may move something has ended.
+    acted: Option<Instant>,
+    /// Lines typed while a command ran.
+    ahead: VecDeque<String>,
+    /// The program is to end.
+    ending: bool,
+}
+
+/// What a line wants.
+enum Wish {
+    Nothing,
+    Leave,
+    Run(Box<Command>, bool),
+    /// It was told what is wrong, or what was asked.
+    Told(u8),
+}
+
+/// How a line ended.
+enum Ended {
+    /// With this exit code.
+    Code(u8),
+    Leave,
+}
+
+impl Shell {
+    async fn converse(&mut self, remember: bool) -> Outcome {
+        let feed = Arc::new(Feed::over(&self.connection, POLL)?);
+        self.feed = Some(feed.clone());
+        let mut editor = Editor::start(feed.clone(), remember);
+        let changes = tokio::spawn(tell_changes(feed, editor.notices()));
+        eprintln!("{}", greeting());
+        loop {
+            let line = match self.ahead.pop_front() {
+                Some(line) => line,
+                None => match self.ask(&mut editor).await? {
+                    Some(line) => line,
+                    None => break,
+                },
+            };
+            if matches!(self.line(&line).await, Ended::Leave) {
+                break;
+            }
+            if self.ending {
+                return Err(Failure::Interrupted);
+            }
+        }
+        changes.abort();
+        if self.moves() {
+            eprintln!("{}", pick("It goes on moving.", "Движение продолжается."));
+        }
+        Ok(())
+    }
+
+    /// The next line; none at the end.
+    async fn ask(&mut self, editor: &mut Editor) -> Result<Option<String>, Failure> {
+        editor.ask();
+        loop {
+            let input = tokio::select! {
+                input = editor.next() => input,
+                caught = self.interrupt.next() => {
+                    editor.give_up().await;
+                    match caught {
+                        Caught::CtrlC => Input::CtrlC,
+                        Caught::End => return Err(Failure::Interrupted),
+                    }
+                }
+            };
+            match input {
+                Input::Line(line) => return Ok(Some(line)),
+                Input::End => return Ok(None),
+                Input::Failed(error) => return Err(error.into()),
+                Input::CtrlC => {
+                    if self.moves() {
+                        self.stop_all().await;
+                    }
+                    editor.ask();
+                }
+            }
+        }
+    }
+
+    /// Runs the lines of standard input.
+    async fn script(&mut self, keep_going: bool) -> Outcome {
+        let mut lines = lines();
+        let mut number = 0_u64;
+        let mut first = 0;
+        loop {
+            let line = tokio::select! {
+                line = lines.recv() => line,
+                _ = self.interrupt.next() => {
+                    self.stop_all().await;
+                    return Err(Failure::Interrupted);
+                }
+            };
+            let Some(line) = line else { break };
+            number += 1;
+            let code = match self.line(&line).await {
+                Ended::Leave => break,
+                Ended::Code(code) => code,
+            };
+            if code == 0 {
+                continue;
+            }
+            eprintln!(
+                "{}",
+                pick(format!("Line {number}: {line}"), format!("Строка {number}: {line}"))
+            );
+            first = if first == 0 { code } else { first };
+            // Who interrupts a script wants no more of it.
+            if !keep_going || code == Failure::Interrupted.exit_code() {
+                break;
+            }
+        }
+        if first == 0 { Ok(()) } else { Err(Failure::Told(first)) }
+    }
+
+    async fn line(&mut self, line: &str) -> Ended {
+        match self.wish(line) {
+            Wish::Nothing => Ended::Code(0),
+            Wish::Leave => Ended::Leave,
+            // What follows a stop may be misspelt: then everything stops.
+            Wish::Told(code) if is_stop(line) && code != 0 => {
+                self.stop_all().await;
+                Ended::Code(code)
+            }
+            Wish::Told(code) => Ended::Code(code),
+            Wish::Run(command, json) => Ended::Code(self.run(*command, json).await),
+        }
+    }
+
+    /// Reads a line by the grammar of the command line.
+    fn wish(&self, line: &str) -> Wish {
+        let mut words = match words(line) {
+            Ok(words) => words,
+            Err(why) => {
+                eprintln!("{why}");
+                return Wish::Told(2);
+            }
+        };
+        let Some(first) = words.first_mut() else { return Wish::Nothing };
+        if is_stop(line) {
+            *first = "stop".into();
+        }
+        match first.as_str() {
+            "exit" | "quit" | "выход" => return Wish::Leave,
+            "help" | "?" => {
+                words.remove(0);
+                words.push("--help".into());
+            }
+            _ => {}
+        }
+        let parsed = help::command().no_binary_name(true).try_get_matches_from(&words);
+        let mut matches = match parsed {
+            Ok(matches) => matches,
+            Err(error) => {
+                help::show(&error);
+                return Wish::Told(u8::try_from(error.exit_code()).unwrap_or(2));
+            }
+        };
+        let given = |name: &&str| matches.value_source(name) == Some(ValueSource::CommandLine);
+        if let Some(name) = FIXED.iter().find(|name| given(name)) {
+            eprintln!("{}", fixed(name));
+            return Wish::Told(2);
+        }
+        match Cli::from_arg_matches_mut(&mut matches) {
+            Ok(Cli { command: Command::Shell(_), .. }) => {
+                eprintln!("{}", pick("This is the shell.", "Это и есть оболочка."));
+                Wish::Told(2)
+            }
+            Ok(cli) if needs_line(&cli.command) && self.is_alone() => {
+                eprintln!("{}", taken());
+                Wish::Told(2)
+            }
+            Ok(cli) => Wish::Run(Box::new(cli.command), cli.global.json),
+            Err(error) => {
+                help::show(&error);
+                Wish::Told(2)
+            }
+        }
+    }
+
+    /// Whether the line can be open only once.
+    fn is_alone(&self) -> bool {
+        let endpoint = self.global.connect.as_deref().and_then(|url| Endpoint::from_str(url).ok());
+        matches!(endpoint, Some(Endpoint::Serial { .. } | Endpoint::Sim { .. }))
+    }
+
+    /// Runs a command; its exit code.
+    async fn run(&mut self, command: Command, json: bool) -> u8 {
+        let global = Global { json: json || self.global.json, ..self.global.clone() };
+        let mut out = Out::new(global.json);
+        let (acts, watches) = (acts(&command), matches!(command, Command::Watch(_)));
+        let mut ahead = Ahead::listen(self.feed.is_some() && leaves_keyboard(&command));
+        let outcome = {
+            let mut work = Box::pin(crate::dispatch(command, &global, &mut out));
+            loop {
+                tokio::select! {
+                    // Everything stops before the command does anything about it.
+                    biased;
+                    caught = self.interrupt.next() => {
+                        self.ending = caught == Caught::End;
+                        if acts || self.moves() {
+                            self.stop_all().await;
+                        }
+                        // What follows its motion stops it, too, and says how it ended.
+                        let outcome = timeout(GRACE, &mut work).await;
+                        break outcome.unwrap_or(Err(Failure::Interrupted));
+                    }
+                    line = ahead.next() => {
+                        if is_stop(&line) {
+                            self.stop_all().await;
+                        } else if watches {
+                            // A line ends it, and stops nothing.
+                            let only_ends = ["", "q", "й"].contains(&line.as_str());
+                            self.ahead.extend((!only_ends).then_some(line));
+                            break Ok(());
+                        } else {
+                            self.ahead.push_back(line);
+                        }
+                    }
+                    outcome = &mut work => break outcome,
+                }
+            }
+        };
+        if acts {
+            self.acted = Some(Instant::now());
+        }
+        out.end_progress();
+        match outcome {
+            Ok(()) => 0,
+            Err(failure) => {
+                crate::report(&failure, &mut out);
+                failure.exit_code()
+            }
+        }
+    }
+
+    /// Whether something moves, as far as is known; what is not known may move.
+    fn moves(&self) -> bool {
+        let Some(feed) = &self.feed else { return true };
+        let seen = feed.seen();
+        let known = seen.is_known() && !seen.stale;
+        let old = self.acted.is_some_and(|acted| seen.age + SHOWS_IN > acted.elapsed());
+        !known || old || is_anything_active(&seen.answers)
+    }
+
+    /// Stops everything that moves, and tells what came of it.
+    async fn stop_all(&self) {
+        let stop = Request::new(SubsystemId::ALL, Body::Stop);
+        let text = match self.connection.client.request(&stop).await {
+            Ok(answers) if answers.refusal().is_none() => "Stop All → Ok".to_owned(),
+            Ok(answers) => exchange::text(SubsystemId::ALL, &answers),
+            Err(error) => error.localized(current()),
+        };
+        // The progress of a command may stand in this line.
+        let clear = if self.feed.is_some() { "\r\x1b[K" } else { "" };
+        eprintln!("{clear}{text}");
+    }
+}
+
+/// Whether a command may move something, or let water flow.
+const fn acts(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Move(_)
+            | Command::Jog(_)
+            | Command::Open(_)
+            | Command::Close(_)
+            | Command::Deploy(_)
+            | Command::Wrap(_)
+            | Command::Seek(_)
+            | Command::Justify(_)
+            | Command::Quench(_)
+            | Command::Trajectory(_)
+            | Command::Calibrate(_)
+            | Command::Program(ProgramCommand::Run(_))
+            | Command::Limits(_)
+            | Command::Send(_)
+    )
+}
+
+/// Whether nobody else reads the keyboard while it runs.
+const fn leaves_keyboard(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Watch(_)
+            | Command::Record(_)
+            | Command::Move(_)
+            | Command::Open(_)
+            | Command::Close(_)
+            | Command::Deploy(_)
+            | Command::Wrap(_)
+            | Command::Seek(_)
+            | Command::Justify(_)
+            | Command::Quench(_)
+            | Command::Trajectory(_)
+            | Command::Program(_)
+    )
+}
+
+/// Whether a command talks over the bare line: one that nobody else can have open.
+const fn needs_line(command: &Command) -> bool {
+    matches!(command, Command::Record(_) | Command::Scan(_) | Command::Doctor(_))
+}
+
+/// Tells when the monitor cannot be heard any more, and when it can be heard again.
+async fn tell_changes(feed: Arc<Feed>, notices: Notices) {
+    let mut looks = interval(POLL / 2);
+    let (mut lost, mut shown) = (false, "");
+    loop {
+        looks.tick().await;
+        let seen = feed.seen();
+        let silence = silence(&seen);
+        if silence.is_some() != lost {
+            lost = silence.is_some();
+            notices.tell(silence.map_or_else(|| back(&seen), |why| gone(&seen, why)));
+        }
+        if seen.condition() != shown {
+            shown = seen.condition();
+            notices.repaint();
+        }
+    }
+}
+
+fn gone(seen: &Seen, why: &str) -> String {
+    let name = &seen.name;
+    let why = if why.is_empty() { String::new() } else { format!(": {why}") };
+    pick(format!("{name} cannot be heard{why}"), format!("{name} не слышно{why}"))
+}
+
+fn back(seen: &Seen) -> String {
+    let (name, state) = (&seen.name, seen.condition());
+    pick(format!("{name} answers again: {state}."), format!("{name} снова отвечает: {state}."))
+}
+
+fn greeting() -> &'static str {
+    pick(
+        "help: the commands of lafet, without the URL. Tab completes. exit leaves.\n\
+         stop and Ctrl-C stop whatever moves.",
+        "help — команды lafet, без URL. Tab дополняет. exit — выход.\n\
+         stop и Ctrl-C останавливают любое движение.",
+    )
+}
+
+fn fixed(name: &str) -> String {
+    pick(
+        format!("--{name} is set when the shell starts: `exit`, and start it anew."),
+        format!("--{name} задаётся при запуске оболочки: `exit` и запустите её заново."),
+    )
+}
+
+fn taken() -> &'static str {
+    pick(
+        "The shell has this line; the command needs it for itself: run it without the shell.",
+        "Линию держит оболочка, а команде она нужна целиком: выполните её без оболочки.",
+    )
+}
+
+/// The lines of standard input as they come; a thread waits for them.
+fn lines() -> mpsc::UnboundedReceiver<String> {
+    let (sender, lines) = mpsc::unbounded_channel();
+    std::thread::spawn(move || {
+        for line in io::stdin().lock().lines().map_while(Result::ok) {
+            if sender.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    lines
+}

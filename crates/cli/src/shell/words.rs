@@ -1,0 +1,108 @@
+//! A line as words: blanks separate, quotes keep together, `#` begins a remark.
+
+use std::ops::Range;
+
+use crate::lang::pick;
+
+/// A word and where it stands in the line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word {
+    /// What it says, without its quotes.
+    pub text: String,
+    /// Its bytes in the line, with its quotes.
+    pub span: Range<usize>,
+    /// Its closing quote is missing.
+    pub open: bool,
+}
+
+/// Takes a line apart. Only a quote at the beginning of a word quotes: angles are written `12°30'`.
+pub fn split(line: &str) -> Vec<Word> {
+    let mut words = Vec::new();
+    let mut rest = line;
+    loop {
+        rest = rest.trim_start();
+        let start = line.len() - rest.len();
+        let Some(first) = rest.chars().next().filter(|first| *first != '#') else { return words };
+        let quoted = matches!(first, '"' | '\'');
+        let (text, length, open) = if quoted {
+            let inside = &rest[1..];
+            match inside.find(first) {
+                Some(end) => (&inside[..end], end + 2, false),
+                None => (inside, rest.len(), true),
+            }
+        } else {
+            let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
+            (&rest[..end], end, false)
+        };
+        words.push(Word { text: text.to_owned(), span: start..start + length, open });
+        rest = &rest[length..];
+    }
+}
+
+/// The words of a whole line.
+pub fn words(line: &str) -> Result<Vec<String>, String> {
+    let words = split(line);
+    if words.iter().any(|word| word.open) {
+        return Err(pick("A quote is not closed.", "Кавычка не закрыта.").into());
+    }
+    Ok(words.into_iter().map(|word| word.text).collect())
+}
+
+/// Whether a line wants a stop: whatever follows, in Russian, or with the keyboard's layout not
+/// switched.
+pub fn is_stop(line: &str) -> bool {
+    let first = split(line).into_iter().next();
+    first.is_some_and(|word| ["stop", "стоп", "ыещз"].contains(&word.text.to_lowercase().as_str()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_taken_apart() {
+        for (line, expected) in [
+            ("", &[][..]),
+            ("  move  vertical 20deg ", &["move", "vertical", "20deg"]),
+            ("move vertical 12°30'", &["move", "vertical", "12°30'"]),
+            (
+                "send \"Open Valve1\" 'GetStatus Valve1'",
+                &["send", "Open Valve1", "GetStatus Valve1"],
+            ),
+            ("stop # at once", &["stop"]),
+            ("# nothing", &[]),
+            ("send \"\"", &["send", ""]),
+            ("a#b", &["a#b"]),
+        ] {
+            assert_eq!(words(line).as_deref(), Ok(expected.map_str().as_slice()), "{line}");
+        }
+        assert!(words("send \"Open").is_err());
+    }
+
+    trait MapStr {
+        fn map_str(&self) -> Vec<String>;
+    }
+
+    impl MapStr for [&str] {
+        fn map_str(&self) -> Vec<String> {
+            self.iter().map(|text| (*text).to_owned()).collect()
+        }
+    }
+
+    #[test]
+    fn a_word_knows_its_place() {
+        let line = "send \"Open V";
+        let word = split(line).pop().unwrap();
+        assert_eq!((word.text.as_str(), &line[word.span], word.open), ("Open V", "\"Open V", true));
+    }
+
+    #[test]
+    fn a_stop_is_understood() {
+        for line in ["stop", " STOP", "стоп", "ыещз", "stop verticla", "stop # now"] {
+            assert!(is_stop(line), "{line}");
+        }
+        for line in ["", "move vertical 3", "stopp", "# stop"] {
+            assert!(!is_stop(line), "{line}");
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! One monitor: its axes between their limits, valves, programs, hotbeds, climate.
+
+use lafet_proto::SubsystemId;
+use lafet_proto::answer::Reply;
+use lafet_proto::flags::{Severity, flags_of};
+use lafet_proto::status::Limits;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::list::fault_lines;
+use super::scene::{Scene, Seen};
+use super::words::{GREY, age, left, position, right, style};
+use crate::describe::{self, tenths};
+use crate::lang::pick;
+use crate::out::columns;
+
+/// Columns of an axis beside its bar.
+const BESIDE_BAR: usize = 58;
+const BAR_MAX: usize = 60;
+/// Columns of a subsystem's name.
+const NAME: usize = 12;
+
+/// Draws the page.
+pub fn render(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
+    let Some(seen) = scene.current() else { return };
+    let lines = lines(seen, usize::from(area.width));
+    let text = Paragraph::new(lines).wrap(Wrap { trim: false });
+    frame.render_widget(text.scroll((scene.scroll, 0)), area);
+}
+
+fn lines(seen: &Seen, width: usize) -> Vec<Line<'static>> {
+    let bold = Style::new().add_modifier(Modifier::BOLD);
+    let mut lines = vec![title(seen)];
+    let drives = [
+        SubsystemId::HORIZONTAL,
+        SubsystemId::VERTICAL,
+        SubsystemId::NOZZLE,
+        SubsystemId::DEPLOYER,
+    ];
+    for who in drives {
+        lines.extend(axis(seen, who, width));
+    }
+    let others = [
+        SubsystemId::VALVE1,
+        SubsystemId::VALVE2,
+        SubsystemId::GENERAL,
+        SubsystemId::CONTROL,
+        SubsystemId::DETECTOR,
+    ];
+    lines.extend(others.iter().filter_map(|who| subsystem(seen, *who)));
+    if !seen.hotbeds.is_empty() {
+        lines.extend(hotbeds(seen));
+    }
+    lines.push(Line::styled(pick("What is not as it should be", "Что не так"), bold));
+    lines.extend(fault_lines(seen));
+    lines.extend(climate(seen));
+    let links = [
+        SubsystemId::CLIMATICS,
+        SubsystemId::EXTERNAL_CONN,
+        SubsystemId::RADIO,
+        SubsystemId::BUTTONS,
+        SubsystemId::EXT_BUTTONS,
+    ];
+    lines.extend(links.iter().filter_map(|who| subsystem(seen, *who)));
+    if seen.stale { lines.into_iter().map(|line| line.patch_style(GREY)).collect() } else { lines }
+}
+
+fn title(seen: &Seen) -> Line<'static> {
+    let bold = Style::new().add_modifier(Modifier::BOLD);
+    let mut spans = vec![
+        Span::styled(format!("{}  ", seen.name), bold),
+        Span::styled(seen.condition(), style(seen.severity()).add_modifier(Modifier::BOLD)),
+    ];
+    if seen.is_known() {
+        let old = if seen.stale { pick("STALE, ", "УСТАРЕЛО, ") } else { "" };
+        let ago = pick("ago", "назад");
+        spans.push(Span::raw(format!("  {old}{} {ago}", age(seen.age))));
+    }
+    Line::from(spans)
+}
+
+/// A drive between its limits, and what its flags say.
+fn axis(seen: &Seen, who: SubsystemId, width: usize) -> Vec<Line<'static>> {
+    let Some((at, current, speed)) = seen.drive(who) else {
+        return subsystem(seen, who).into_iter().collect();
+    };
+    let limits = seen.limits.iter().find(|(id, _)| *id == who).map(|(_, limits)| limits);
+    let bar_width = width.saturating_sub(BESIDE_BAR).min(BAR_MAX);
+    let (min, max, bar) = match limits {
+        Some(limits) => {
+            (position(who, limits.min), position(who, limits.max), bar(limits, at, bar_width))
+        }
+        None => Default::default(),
+    };
+    let unit = match who {
+        SubsystemId::NOZZLE => pick("mm/s", "мм/с"),
+        _ => pick("°/s", "°/с"),
+    };
+    let bold = Style::new().add_modifier(Modifier::BOLD);
+    let current = format!("{} {}", tenths(current.into()), pick("A", "А"));
+    let mut lines = vec![Line::from(vec![
+        Span::raw(left(&who.to_string(), NAME)),
+        Span::styled(right(&position(who, at), 8), bold),
+        Span::raw(format!("  {} {} ", right(&min, 8), left(&bar, bar_width))),
+        Span::raw(left(&max, 8)),
+        Span::raw(format!("{} {}", right(&current, 7), right(&format!("{speed} {unit}"), 8))),
+    ])];
+    let flags = flag_spans(seen, who);
+    if !flags.is_empty() {
+        let indent = std::iter::once(Span::raw(" ".repeat(NAME + 1)));
+        lines.push(Line::from_iter(indent.chain(flags)));
+    }
+    lines
+}
+
+/// Where a drive is between its limits: `├──●─────┤`.
+fn bar(limits: &Limits, at: i32, width: usize) -> String {
+    let inside = width.saturating_sub(2);
+    let span = i64::from(limits.max) - i64::from(limits.min);
+    if span <= 0 || inside == 0 {
+        return String::new();
+    }
+    let from = (i64::from(at) - i64::from(limits.min)).clamp(0, span);
+    let last = i64::try_from(inside - 1).unwrap_or(0);
+    let place = usize::try_from(from * last / span).unwrap_or(0);
+    let cells = (0..inside).map(|cell| if cell == place { '●' } else { '─' });
+    format!("├{}┤", cells.collect::<String>())
+}
+
+fn flag_spans(seen: &Seen, who: SubsystemId) -> Vec<Span<'static>> {
+    let bits = seen.flags(who);
+    let class = flags_of(who);
+    let set = class.set(bits).map(|flag| {
+        let mark = super::words::mark(flag.severity());
+        Span::styled(format!("{mark}{flag} "), style(flag.severity()))
+    });
+    let unnamed = class.unnamed(bits);
+    let unnamed = (unnamed != 0).then(|| Span::raw(format!("{unnamed:#x} ")));
+    set.chain(unnamed).collect()
+}
+
+/// A subsystem in a line: its flags, then its values; none when it does not exist.
+fn subsystem(seen: &Seen, who: SubsystemId) -> Option<Line<'static>> {
+    let answer = seen.answers.iter().find(|answer| answer.from() == who)?;
+    let mut spans = vec![Span::raw(left(&who.to_string(), NAME)), Span::raw(" ")];
+    match seen.of(who) {
+        Some(decoded) => {
+            if !matches!(decoded.data, Reply::Thermo(_)) {
+                let values = describe::values(&decoded);
+                let gap = if values.is_empty() { "" } else { "  " };
+                spans.push(Span::raw(format!("{values}{gap}")));
+            }
+            spans.extend(flag_spans(seen, who));
+        }
+        None => spans.push(Span::styled(answer.status().to_string(), style(Severity::Warning))),
+    }
+    Some(Line::from(spans))
+}
+
+fn hotbeds(seen: &Seen) -> Vec<Line<'static>> {
+    let rows = columns(&describe::hotbed_rows(&seen.hotbeds));
+    rows.lines().map(|row| Line::raw(row.to_owned())).collect()
+}
+
+fn climate(seen: &Seen) -> Option<Line<'static>> {
+    let answer = seen.of(SubsystemId::CLIMATICS)?;
+    Some(Line::raw(describe::values(&answer)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_shows_where_it_is() {
+        let limits = Limits { min: -100, max: 100 };
+        for (at, shown) in [
+            (-100, "├●────┤"),
+            (0, "├──●──┤"),
+            (100, "├────●┤"),
+            (500, "├────●┤"),
+            (-500, "├●────┤"),
+        ] {
+            assert_eq!(bar(&limits, at, 7), shown, "{at}");
+        }
+        assert_eq!(bar(&limits, 0, 2), "");
+        assert_eq!(bar(&Limits { min: 5, max: 5 }, 5, 9), "");
+        let all = Limits { min: i32::MIN, max: i32::MAX };
+        assert_eq!(bar(&all, i32::MAX, 5), "├──●┤");
+    }
+}

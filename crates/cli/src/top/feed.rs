@@ -1,0 +1,322 @@
+//! The links behind the dashboard: connected in the background, subscribed, and kept so.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use lafet_client::{
+    Answers, Client, Endpoint, Framing, LinkEvent, LinkStatistics, Monitor, Subscription,
+};
+use lafet_proto::answer::Reply;
+use lafet_proto::request::Body;
+use lafet_proto::{ParamId, Request, SubsystemId};
+use tokio::sync::broadcast::error::RecvError;
+use tokio::time::sleep;
+
+use super::scene::{Connected, Seen};
+use crate::cli::Global;
+use crate::connect::Connection;
+use crate::failure::Failure;
+use crate::lang::current;
+
+/// How soon a link that cannot be made is tried again.
+const AGAIN: Duration = Duration::from_secs(2);
+/// Limits and hotbeds change seldom.
+const SELDOM: Duration = Duration::from_secs(3);
+/// Round trips that are kept: a column each.
+const ROUND_TRIPS_MAX: usize = 400;
+
+/// A monitor, and what keeps it in view.
+pub struct Feed {
+    name: String,
+    url: String,
+    slot: Arc<Mutex<Slot>>,
+}
+
+/// A monitor of a line, and where what is known of it goes.
+type Member = (Endpoint, Arc<Mutex<Slot>>);
+
+/// What the background knows of a monitor.
+#[derive(Default)]
+struct Slot {
+    connected: Connected,
+    /// The link will not be made: the URL makes no sense.
+    hopeless: Option<Failure>,
+    open: Option<Open>,
+    figures: Option<LinkStatistics>,
+    round_trips: VecDeque<u64>,
+}
+
+struct Open {
+    monitor: Monitor,
+    state: Subscription,
+    /// Asked for as long as somebody looks at them.
+    details: Option<(Subscription, Subscription)>,
+}
+
+impl Feed {
+    /// Feeds of several monitors. Those on the same line share it.
+    pub fn start(urls: &[Endpoint], global: &Global, period: Duration) -> Vec<Self> {
+        let mut groups: Vec<(Option<Endpoint>, Vec<Member>)> = Vec::new();
+        let mut feeds = Vec::new();
+        for endpoint in urls {
+            let slot = Arc::new(Mutex::new(Slot::default()));
+            let (name, url) = (name(endpoint), endpoint.to_string());
+            feeds.push(Self { name, url, slot: slot.clone() });
+            let line = line(endpoint);
+            let member = (endpoint.clone(), slot);
+            match groups.iter_mut().find(|(known, _)| line.is_some() && *known == line) {
+                Some((_, members)) => members.push(member),
+                None => groups.push((line, vec![member])),
+            }
+        }
+        for (_, members) in groups {
+            tokio::spawn(keep(members, global.clone(), period));
+        }
+        feeds
+    }
+
+    /// A feed over a connection that is there already.
+    pub fn over(connection: &Connection, period: Duration) -> Result<Self, Failure> {
+        let client = connection.client.clone();
+        let url = client.endpoint().to_owned();
+        let name = url.parse().map_or_else(|_| url.clone(), |endpoint| name(&endpoint));
+        let slot = Arc::new(Mutex::new(Slot::default()));
+        tokio::spawn(listen(client.clone(), vec![slot.clone()]));
+        subscribe(client, &slot, period)?;
+        Ok(Self { name, url, slot })
+    }
+
+    /// What is known now.
+    pub fn seen(&self) -> Seen {
+        let slot = lock(&self.slot);
+        let mut seen = Seen {
+            name: self.name.clone(),
+            url: self.url.clone(),
+            connected: slot.connected.clone(),
+            figures: slot.figures,
+            round_trips: slot.round_trips.iter().copied().collect(),
+            ..Seen::default()
+        };
+        let Some(open) = &slot.open else { return seen };
+        seen.own = open.monitor.client().stats();
+        seen.error = open.state.error().map(|error| error.localized(current()));
+        if let Some(sample) = open.state.latest() {
+            // One refusal is that of the whole request.
+            match sample.answers().clone().accepted() {
+                Err(error) if sample.answers().len() == 1 => {
+                    seen.error = Some(error.localized(current()));
+                }
+                _ => seen.answers = sample.answers().to_vec(),
+            }
+            (seen.age, seen.stale) = (sample.age(), sample.is_stale());
+        }
+        if let Some((limits, hotbeds)) = &open.details {
+            seen.limits = limits.latest().map(|of| all_limits(of.answers())).unwrap_or_default();
+            seen.hotbeds = hotbeds.latest().map(|of| all_hotbeds(of.answers())).unwrap_or_default();
+        }
+        seen
+    }
+
+    /// Asks for limits and hotbeds, or does so no more.
+    pub fn look_closer(&self, closer: bool) {
+        let mut slot = lock(&self.slot);
+        let Some(open) = &mut slot.open else { return };
+        match (closer, &open.details) {
+            (true, None) => open.details = details(open.monitor.client()).ok(),
+            (false, Some(_)) => open.details = None,
+            _ => {}
+        }
+    }
+
+    /// Whether everything that was asked for is there, or will not be.
+    pub fn is_settled(&self, closer: bool, figures: bool) -> bool {
+        let slot = lock(&self.slot);
+        if matches!(slot.connected, Connected::Down(_)) {
+            return true;
+        }
+        let Some(open) = &slot.open else { return false };
+        let come = |of: &Subscription| of.latest().is_some() || of.error().is_some();
+        let silent = open.state.error().is_some();
+        let details = open.details.as_ref().is_some_and(|(a, b)| come(a) && come(b));
+        let is_there = come(&open.state);
+        is_there && (silent || ((details || !closer) && (slot.figures.is_some() || !figures)))
+    }
+
+    /// Why there will never be a link.
+    pub fn hopeless(&self) -> Option<Failure> {
+        lock(&self.slot).hopeless.take()
+    }
+
+    /// The monitor, once there was a link.
+    pub fn monitor(&self) -> Option<Monitor> {
+        lock(&self.slot).open.as_ref().map(|open| open.monitor.clone())
+    }
+
+    /// Its short name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Connects, and connects again until that has succeeded; then the client keeps the link itself.
+async fn keep(members: Vec<Member>, global: Global, period: Duration) {
+    let Some((first, _)) = members.first() else { return };
+    let global = Global { connect: Some(first.to_string()), open: None, ..global };
+    let connection = loop {
+        match Connection::new(&global).await {
+            Ok(connection) => break connection,
+            Err(failure) => {
+                let hopeless = failure.exit_code() == 2;
+                for (_, slot) in &members {
+                    lock(slot).connected = Connected::Down(failure.message());
+                }
+                if hopeless {
+                    lock(&members[0].1).hopeless = Some(failure);
+                    return;
+                }
+                sleep(AGAIN).await;
+            }
+        }
+    };
+    for (endpoint, slot) in &members {
+        let client = connection.client.at(endpoint.addresses().monitor);
+        let started = client.map_err(Failure::from);
+        if let Err(failure) = started.and_then(|client| subscribe(client, slot, period)) {
+            lock(slot).connected = Connected::Down(failure.message());
+        }
+    }
+    let slots = members.into_iter().map(|(_, slot)| slot).collect();
+    listen(connection.client, slots).await;
+}
+
+fn subscribe(client: Client, slot: &Mutex<Slot>, period: Duration) -> Result<(), Failure> {
+    let request = Request::new(SubsystemId::ALL, Body::GetStatus);
+    let state = client.subscribe(&request, period)?;
+    let mut slot = lock(slot);
+    slot.open = Some(Open { monitor: Monitor::new(client), state, details: None });
+    slot.connected = Connected::Up;
+    Ok(())
+}
+
+fn details(client: &Client) -> Result<(Subscription, Subscription), lafet_client::Error> {
+    let limits = Request::new(SubsystemId::ALL, Body::RetrieveLimits);
+    let hotbeds = Request::new(SubsystemId::DETECTOR, Body::GetParam { id: ParamId::HOTBEDS });
+    Ok((client.subscribe(&limits, SELDOM)?, client.subscribe(&hotbeds, SELDOM)?))
+}
+
+/// Hears of the link: lost, made again, and its figures.
+async fn listen(client: Client, slots: Vec<Arc<Mutex<Slot>>>) {
+    let mut events = client.events();
+    // Monitors that are shown keep the link open; this must not.
+    drop(client);
+    loop {
+        let event = match events.recv().await {
+            Ok(event) => event,
+            Err(RecvError::Lagged(_)) => continue,
+            Err(RecvError::Closed) => return,
+        };
+        for slot in &slots {
+            note(&mut lock(slot), &event);
+        }
+    }
+}
+
+fn note(slot: &mut Slot, event: &LinkEvent) {
+    match event {
+        LinkEvent::Up => slot.connected = Connected::Up,
+        LinkEvent::Down(error) => slot.connected = Connected::Down(error.to_string()),
+        LinkEvent::Statistics(figures) => {
+            slot.figures = Some(**figures);
+            let trip = match figures.last.believed {
+                0 => None,
+                _ => figures.last.rtt_last,
+            };
+            let trip_us = trip.and_then(|trip| u64::try_from(trip.as_micros()).ok()).unwrap_or(0);
+            slot.round_trips.push_back(trip_us);
+            if slot.round_trips.len() > ROUND_TRIPS_MAX {
+                slot.round_trips.pop_front();
+            }
+        }
+        _ => {}
+    }
+}
+
+fn all_limits(answers: &Answers) -> Vec<(SubsystemId, lafet_proto::status::Limits)> {
+    let limits = answers.iter().filter_map(|answer| match answer.decode().ok()?.data {
+        Reply::Limits(limits) => Some((answer.from(), limits)),
+        _ => None,
+    });
+    limits.collect()
+}
+
+fn all_hotbeds(answers: &Answers) -> Vec<lafet_proto::status::Hotbed> {
+    let decoded = answers.first().decode().ok();
+    decoded.and_then(|answer| Some(answer.hotbeds()?.collect())).unwrap_or_default()
+}
+
+/// What the monitors of a line have in common; none where each has a line of its own.
+fn line(endpoint: &Endpoint) -> Option<Endpoint> {
+    if endpoint.framing() == Framing::Records {
+        return None;
+    }
+    let mut line = endpoint.clone();
+    match &mut line {
+        Endpoint::Tcp { addresses, .. }
+        | Endpoint::Udp { addresses, .. }
+        | Endpoint::Serial { addresses, .. } => addresses.monitor = 1,
+        Endpoint::Sim { .. } => return None,
+    }
+    Some(line)
+}
+
+/// A name as short as it stays clear: `10.0.0.5:10485/1`, `ttyUSB0/12`, `sim/1`.
+fn name(endpoint: &Endpoint) -> String {
+    let place = match endpoint {
+        Endpoint::Tcp { host, port, .. } | Endpoint::Udp { host, port, .. } => {
+            if host.contains(':') { format!("[{host}]:{port}") } else { format!("{host}:{port}") }
+        }
+        Endpoint::Serial { path, .. } => {
+            path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+        }
+        Endpoint::Sim { .. } => "sim".into(),
+    };
+    format!("{place}/{}", endpoint.addresses().monitor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn endpoint(url: &str) -> Endpoint {
+        url.parse().expect(url)
+    }
+
+    #[test]
+    fn names_are_short() {
+        for (url, short) in [
+            ("tcp://10.0.0.5:10485?addr=3", "10.0.0.5:10485/3"),
+            ("tcp://[::1]:7", "[::1]:7/1"),
+            ("serial:///dev/ttyUSB0?addr=12", "ttyUSB0/12"),
+            ("sim:?seed=4", "sim/1"),
+        ] {
+            assert_eq!(name(&endpoint(url)), short);
+        }
+    }
+
+    #[test]
+    fn monitors_of_a_line_share_it() {
+        let line_of = |url| line(&endpoint(url));
+        let (a, b) = ("serial:///dev/ttyUSB0?addr=1", "serial:///dev/ttyUSB0?addr=2");
+        assert!(line_of(a).is_some());
+        assert_eq!(line_of(a), line_of(b));
+        assert_ne!(line_of(a), line_of("serial:///dev/ttyUSB1?addr=1"));
+        // Bare records name no monitor, and each simulator is one of its own.
+        assert_eq!(line_of("tcp://h:1?framing=records"), None);
+        assert_eq!(line_of("sim:"), None);
+    }
+}

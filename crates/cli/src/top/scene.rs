@@ -1,0 +1,193 @@
+//! What the dashboard shows, as plain data.
+
+use std::time::Duration;
+
+use lafet_client::{AnswerBuf, LinkStatistics, Stats};
+use lafet_proto::answer::Reply;
+use lafet_proto::flags::{
+    ControlFlags, DeployerFlags, DetectorFlags, DriveFlags, GeneralFlags, Severity, flags_of,
+};
+use lafet_proto::status::{Hotbed, Limits};
+use lafet_proto::{Answer, SubsystemId};
+
+use crate::describe::flag_line;
+use crate::lang::pick;
+
+/// Everything on the screen.
+#[derive(Debug, Default)]
+pub struct Scene {
+    /// The monitors, in the order of the command line.
+    pub monitors: Vec<Seen>,
+    /// The one that Stop goes to.
+    pub selected: usize,
+    /// What is shown.
+    pub page: Page,
+    /// Lines of the page that have gone up out of sight.
+    pub scroll: u16,
+    /// The keys are explained.
+    pub help: bool,
+    /// What the last key has led to.
+    pub notice: Option<String>,
+}
+
+/// A page of the dashboard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Page {
+    /// All monitors.
+    #[default]
+    List,
+    /// One of them.
+    Detail,
+    /// Its link.
+    Link,
+}
+
+/// Whether there is a connection.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Connected {
+    /// Not yet.
+    #[default]
+    Soon,
+    /// There is.
+    Up,
+    /// There is none, and why.
+    Down(String),
+}
+
+/// What is known of a monitor.
+#[derive(Debug, Default)]
+pub struct Seen {
+    /// A short name of the place: `10.0.0.5:10485/1`.
+    pub name: String,
+    /// The URL.
+    pub url: String,
+    /// The connection.
+    pub connected: Connected,
+    /// The latest state, an answer for each subsystem.
+    pub answers: Vec<AnswerBuf>,
+    /// How old it is.
+    pub age: Duration,
+    /// It was not to be had since.
+    pub stale: bool,
+    /// Why not.
+    pub error: Option<String>,
+    /// Limits of the drives.
+    pub limits: Vec<(SubsystemId, Limits)>,
+    /// What the last search has found.
+    pub hotbeds: Vec<Hotbed>,
+    /// The link in figures.
+    pub figures: Option<LinkStatistics>,
+    /// What was exchanged with this monitor alone.
+    pub own: Stats,
+    /// Round trips of the last seconds, microseconds; 0 where none was measured.
+    pub round_trips: Vec<u64>,
+}
+
+impl Scene {
+    /// The selected monitor.
+    pub fn current(&self) -> Option<&Seen> {
+        self.monitors.get(self.selected)
+    }
+}
+
+impl Seen {
+    /// The state of a subsystem that told one.
+    pub fn of(&self, who: SubsystemId) -> Option<Answer<'_>> {
+        let answer = self.answers.iter().find(|answer| answer.from() == who)?;
+        if answer.status().is_success() { answer.decode().ok() } else { None }
+    }
+
+    /// The status word of a subsystem; none when it does not exist.
+    pub fn flags(&self, who: SubsystemId) -> u32 {
+        self.of(who).and_then(|answer| answer.data.flags_bits()).unwrap_or(0)
+    }
+
+    /// Position, current and speed of a drive.
+    pub fn drive(&self, who: SubsystemId) -> Option<(i32, u8, u8)> {
+        match self.of(who)?.data {
+            Reply::Drive(s) => Some((s.position.into(), s.current, s.speed)),
+            Reply::Deployer(s) => Some((s.position.into(), s.current, s.speed)),
+            _ => None,
+        }
+    }
+
+    /// Whether anything of its state is known.
+    pub fn is_known(&self) -> bool {
+        !self.answers.is_empty()
+    }
+
+    /// What it does, in a word.
+    pub fn condition(&self) -> &'static str {
+        if !self.is_known() {
+            return match (&self.connected, &self.error) {
+                (Connected::Down(_), _) => pick("no link", "нет связи"),
+                (_, Some(_)) => pick("no answer", "нет ответа"),
+                _ => pick("connecting", "соединение"),
+            };
+        }
+        let deployer = DeployerFlags::from_bits_retain(self.flags(SubsystemId::DEPLOYER));
+        let detector = DetectorFlags::from_bits_retain(self.flags(SubsystemId::DETECTOR));
+        let control = ControlFlags::from_bits_retain(self.flags(SubsystemId::CONTROL));
+        let general = GeneralFlags::from_bits_retain(self.flags(SubsystemId::GENERAL));
+        let moves = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE]
+            .iter()
+            .any(|who| self.flags(*who) & DriveFlags::MOVE.bits() != 0);
+        match () {
+            () if general.contains(GeneralFlags::LOCKED_OUT) => pick("LOCKED OUT", "БЛОКИРОВКА"),
+            () if deployer.contains(DeployerFlags::DEPLOYING) => pick("deploying", "разворот"),
+            () if deployer.contains(DeployerFlags::WRAPPING) => pick("wrapping", "сворачивание"),
+            () if control.contains(ControlFlags::PAUSED) => pick("paused", "пауза"),
+            () if control.contains(ControlFlags::QUENCH) => pick("quench", "тушение"),
+            () if control.contains(ControlFlags::TRAJECTORY) => pick("trajectory", "траектория"),
+            () if detector.contains(DetectorFlags::SEARCHING) => pick("seek", "поиск"),
+            () if detector.contains(DetectorFlags::JUSTIFYING) => pick("justify", "юстировка"),
+            () if moves => pick("moving", "движение"),
+            () if deployer.contains(DeployerFlags::WRAPPED) => pick("wrapped", "свёрнут"),
+            () if deployer.contains(DeployerFlags::DEPLOYED) => pick("deployed", "развёрнут"),
+            () if self.of(SubsystemId::DEPLOYER).is_some() => pick("in between", "на полпути"),
+            () => pick("ready", "готов"),
+        }
+    }
+
+    /// How bad the worst of it is.
+    pub fn severity(&self) -> Severity {
+        let of = |answer: &AnswerBuf| match answer.decode() {
+            _ if !answer.status().is_success() => Severity::Warning,
+            Ok(decoded) => flags_of(answer.from()).severity(decoded.data.flags_bits().unwrap_or(0)),
+            Err(_) => Severity::Warning,
+        };
+        let unknown = if self.is_known() { Severity::Info } else { Severity::Alarm };
+        self.answers.iter().map(of).max().unwrap_or(unknown)
+    }
+
+    /// Flags by their names, the worst first: `Detector Found`.
+    pub fn flag_names(&self) -> Vec<(Severity, String)> {
+        self.each_flag(Severity::Info, |who, flag| format!("{who} {flag}"))
+    }
+
+    /// What is not as it should be, in words, the worst first; and what to do.
+    pub fn faults(&self) -> Vec<(Severity, String)> {
+        self.each_flag(Severity::Notice, |who, flag| format!("{who} {}", flag_line(flag)))
+    }
+
+    fn each_flag(
+        &self,
+        least: Severity,
+        tell: impl Fn(SubsystemId, lafet_proto::flags::SetFlag) -> String,
+    ) -> Vec<(Severity, String)> {
+        let mut all = Vec::new();
+        for answer in &self.answers {
+            let who = answer.from();
+            let Ok(decoded) = answer.decode() else { continue };
+            if !answer.status().is_success() {
+                all.push((Severity::Warning, format!("{who} → {}", answer.status())));
+                continue;
+            }
+            let set = flags_of(who).set(decoded.data.flags_bits().unwrap_or(0));
+            let set = set.filter(|flag| flag.severity() >= least);
+            all.extend(set.map(|flag| (flag.severity(), tell(who, flag))));
+        }
+        all.sort_by_key(|(severity, _)| std::cmp::Reverse(*severity));
+        all
+    }
+}

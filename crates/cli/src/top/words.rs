@@ -1,0 +1,90 @@
+//! Small pieces of text and colour that several pages have in common.
+
+use std::time::Duration;
+
+use lafet_proto::SubsystemId;
+use lafet_proto::flags::Severity;
+use ratatui::style::{Color, Modifier, Style};
+
+use super::scene::{Connected, Seen};
+use crate::angle;
+use crate::lang::pick;
+
+/// How a severity looks.
+pub const fn style(severity: Severity) -> Style {
+    match severity {
+        Severity::Info => Style::new(),
+        Severity::Notice => Style::new().fg(Color::Cyan),
+        Severity::Warning => Style::new().fg(Color::Yellow),
+        Severity::Alarm => Style::new().fg(Color::Red).add_modifier(Modifier::BOLD),
+    }
+}
+
+/// How what may not be so any more looks.
+pub const GREY: Style = Style::new().fg(Color::DarkGray);
+
+/// A severity without colour.
+pub const fn mark(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Info | Severity::Notice => "",
+        Severity::Warning => "!",
+        Severity::Alarm => "!!",
+    }
+}
+
+/// A position as short as it can be understood.
+pub fn position(who: SubsystemId, position: i32) -> String {
+    match who {
+        SubsystemId::NOZZLE => angle::show(who, position),
+        _ => angle::degrees(position),
+    }
+}
+
+/// How old something is.
+pub fn age(age: Duration) -> String {
+    let (s, min, h) = pick(("s", "min", "h"), ("с", "мин", "ч"));
+    match age.as_secs() {
+        0..10 => format!("{:.1} {s}", age.as_secs_f64()),
+        secs @ 10..120 => format!("{secs} {s}"),
+        secs @ 120..7200 => format!("{} {min}", secs / 60),
+        secs => format!("{} {h}", secs / 3600),
+    }
+}
+
+/// Why the monitor cannot be heard.
+pub fn silence(seen: &Seen) -> Option<&str> {
+    match (&seen.connected, &seen.error) {
+        (Connected::Down(why), _) => Some(why),
+        (_, Some(why)) => Some(why),
+        (_, None) if seen.stale => Some(""),
+        _ => None,
+    }
+}
+
+/// Why what is shown may not be so any more, or is not there.
+pub fn trouble(seen: &Seen) -> Option<String> {
+    let why = silence(seen)?;
+    let stale = if seen.is_known() { pick("stale", "устарело") } else { "" };
+    let parts: Vec<&str> = [stale, why].into_iter().filter(|part| !part.is_empty()).collect();
+    Some(parts.join(": "))
+}
+
+/// Text cut to a number of columns.
+pub fn cut(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.to_owned();
+    }
+    let mut short: String = text.chars().take(width.saturating_sub(1)).collect();
+    short.push('…');
+    short.chars().take(width).collect()
+}
+
+/// Text in a number of columns, to the left.
+pub fn left(text: &str, width: usize) -> String {
+    format!("{:<width$}", cut(text, width))
+}
+
+/// Text in a number of columns, to the right.
+pub fn right(text: &str, width: usize) -> String {
+    format!("{:>width$}", cut(text, width))
+}

@@ -240,7 +240,7 @@ pub static ALL: &[Configuration] = &[
         fires: true,
         pressures: false,
         power_loss: false,
-        quick_states: 320_000,
+        quick_states: 560_000,
         witnesses: &[
             &[
                 on(Event::Deployed),
@@ -321,7 +321,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: false,
-        quick_states: 180_000,
+        quick_states: 140_000,
         witnesses: &[
             &[
                 on(Event::ToldFault),
@@ -349,7 +349,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: true,
-        quick_states: 180_000,
+        quick_states: 120_000,
         witnesses: &[
             &[on(Event::ToldFault), on(Event::RecoveredDeployed), on(Event::RecoveredWater)],
             amid!(Fault: Deploying Wrapping Opening Water),
@@ -404,7 +404,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: true,
         power_loss: false,
-        quick_states: 320_000,
+        quick_states: 400_000,
         witnesses: &[
             &[
                 on(Event::WaterOn),
@@ -447,7 +447,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: true,
-        quick_states: 180_000,
+        quick_states: 150_000,
         witnesses: &[
             &[
                 on(Event::WaterOn),
@@ -480,7 +480,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: false,
-        quick_states: 180_000,
+        quick_states: 150_000,
         witnesses: &[
             &[
                 on(Event::Deployed),

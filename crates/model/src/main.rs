@@ -3,8 +3,10 @@
 use clap::Parser;
 use lafet_device::Device;
 use lafet_model::configuration::{ALL, Configuration};
-use lafet_model::report::{Effort, run};
+use lafet_model::report::{Effort, Outcome, run};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 use std::time::Duration;
 
 /// Check the interlock of the monitor on the functions that the firmware links
@@ -18,7 +20,7 @@ struct Arguments {
     /// Stop each configuration after about this many states, repeats included
     #[arg(long, value_name = "N")]
     states: Option<usize>,
-    /// Stop each configuration once it has had the states to see what it must see: a minute together
+    /// Stop each configuration once it has had the states to see what it must see: a minute on two cores
     #[arg(long, conflicts_with = "states")]
     quick: bool,
     /// Longest path
@@ -55,15 +57,41 @@ fn main() -> ExitCode {
     let chosen = |configuration: &&Configuration| {
         arguments.names.is_empty() || arguments.names.iter().any(|n| n == configuration.name)
     };
+    let chosen: Vec<_> = ALL.iter().filter(chosen).collect();
     let (mut good, mut all, mut unique) = (true, 0, 0);
-    for configuration in ALL.iter().filter(chosen) {
-        let states = if arguments.quick { Some(configuration.quick_states) } else { effort.states };
-        let outcome = run::<Device>(configuration, Effort { states, ..effort });
+    let mut tell = |outcome: Outcome| {
         println!("{outcome}");
         good &= outcome.is_good();
         all += outcome.states;
         unique += outcome.unique;
+    };
+    if arguments.quick {
+        quickly(&chosen, effort).into_iter().for_each(tell);
+    } else {
+        chosen.into_iter().for_each(|configuration| tell(run::<Device>(configuration, effort)));
     }
     println!("together     {all:>10} states {unique:>10} unique");
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Each configuration on one thread, so that every run sees the same states; `threads` of them at a
+/// time.
+fn quickly(chosen: &[&'static Configuration], effort: Effort) -> Vec<Outcome> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut outcomes = Vec::new();
+        loop {
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(configuration) = chosen.get(place) else { return outcomes };
+            let effort = Effort { threads: 1, states: Some(configuration.quick_states), ..effort };
+            outcomes.push((place, run::<Device>(configuration, effort)));
+        }
+    };
+    let mut outcomes = thread::scope(|scope| {
+        let workers: Vec<_> = (0..effort.threads).map(|_| scope.spawn(work)).collect();
+        let joined = workers.into_iter().map(|worker| worker.join().expect("a walk ends"));
+        joined.flatten().collect::<Vec<_>>()
+    });
+    outcomes.sort_by_key(|(place, _)| *place);
+    outcomes.into_iter().map(|(_, outcome)| outcome).collect()
 }

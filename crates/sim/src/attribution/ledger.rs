@@ -220,6 +220,10 @@ impl Ledger {
                 && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
         // §1/9 Stop All and Lockout on take effect though their answers find no room.
         if full && as_a_whole && !self.refuses(record.request) {
+            if self.lock == Lock::Unknown {
+                // Carried out or refused: it depends on a lockout of which nobody has told yet.
+                return self.recent.push((*asked, Status::OK));
+            }
             return self.accepted(asked, &body, asked.to, Status::OK);
         }
         for answer in mine {

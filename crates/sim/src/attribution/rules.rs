@@ -74,6 +74,10 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
     if after == 0 && before == 0 {
         return Ok(());
     }
+    let set = 10 * view.params.drive(axis, DriveParam::Speed).max(0);
+    if grows && i32::from(after).abs() > set {
+        return no("it goes faster than it is set to", "скорость выше заданной");
+    }
     match cause {
         Cause::Request(asked) if after == 0 && stops(ledger, asked, axis) => Ok(()),
         Cause::Request(asked) => {
@@ -95,16 +99,15 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
             if ledger.start_of(program, asked).is_none() {
                 return no("no such program is in force", "такая программа не действует");
             }
-            // The speed of this step was computed before the program ended or paused in it.
+            // What ends or pauses a program stops its drives in the same step.
             holds(
-                is_running(program, &view.told) || !grows,
+                is_running(program, &view.told) || after == 0,
                 "the program has ended",
                 "программа завершена",
             )?;
-            let waits = is_extinguishing(program)
-                && view.told.control & ControlFlags::PAUSED.bits() != 0
-                && !ledger.has_just_aimed();
-            holds(!waits || !grows, "the program is paused", "программа приостановлена")
+            let waits =
+                is_extinguishing(program) && view.told.control & ControlFlags::PAUSED.bits() != 0;
+            holds(!waits || after == 0, "the program is paused", "программа приостановлена")
         }
         Cause::Button(post) => {
             // One that is held for the other way brakes first.

@@ -212,6 +212,61 @@ fn outputs_that_are_tampered_with() {
     let mut wrapped = Bench::new();
     wrapped.is_caught(100, &opens, "opened though the barrel is not deployed");
     wrapped.is_caught(3_000, &opens, "water flows into a folded barrel");
+    let mut wrapped = Bench::new();
+    wrapped.is_caught(10, &moves, "vertical is driven though the barrel is not deployed");
+    let mut wet = Bench::deployed();
+    wet.ask("Open Valve1");
+    wet.is_fine(6_000);
+    let folds = |outputs: &mut Outputs, _: &mut Causes| {
+        outputs.drives[Axis::Deployer as usize].speed_tenths = -10;
+    };
+    wet.is_caught(10, &folds, "the barrel is folded though valve1 is open");
+}
+
+/// Times are those of the law: TravelTime and half of it, also one that was set in the same moment,
+/// after the first Open of a frame and before the second.
+#[test]
+fn a_valve_has_its_time() {
+    let opens = |bench: &mut Bench| {
+        for request in ["Open Valve1", "SetParam Valve1 TravelTime 1000", "Open Valve1"] {
+            bench.ask(request);
+        }
+    };
+    let mut bench = Bench::deployed();
+    opens(&mut bench);
+    bench.is_fine(1_490);
+    assert_eq!(bench.sim.world().outputs().valves[0], ValveOutput::Opening);
+    bench.is_fine(20);
+    assert_eq!(bench.sim.world().outputs().valves[0], ValveOutput::Off);
+    let mut bench = Bench::deployed();
+    opens(&mut bench);
+    bench.is_fine(1_400);
+    let stops = |outputs: &mut Outputs, causes: &mut Causes| {
+        (outputs.valves[0], causes.valves[0]) = (ValveOutput::Off, Cause::Rule(Rule::Timeout));
+    };
+    bench.is_caught(10, &stops, "the condition of the rule does not hold");
+}
+
+/// What the swarm has found: an opening that a lying switch had held back went on when the switch was
+/// repaired, and was stopped as faulty because it had not left its switch meanwhile.
+#[test]
+fn an_opening_that_waits() {
+    let lie = Fault::Drive(Axis::Deployer, DriveFault::MinSwitch);
+    let open = Cause::Request(Asked { request: RequestId::OPEN, to: SubsystemId::VALVE1, ..MOVE });
+    let mut bench = Bench::deployed();
+    bench.sim.world_mut().inject(lie);
+    bench.ask("Open Valve1");
+    bench.is_fine(700);
+    bench.sim.world_mut().clear(lie);
+    bench.is_fine(100);
+    assert_eq!(bench.sim.world().outputs().valves[0], ValveOutput::Off);
+    let goes_on = |outputs: &mut Outputs, causes: &mut Causes| {
+        (outputs.valves[0], causes.valves[0]) = (ValveOutput::Opening, open);
+    };
+    bench.is_caught(10, &goes_on, "no such request is in force");
+    bench.ask("Open Valve1");
+    bench.is_fine(6_000);
+    assert!(bench.sim.world().inputs().valves[0].open_switch);
 }
 
 /// Lockout, limits and power-up are judged by the world alone.

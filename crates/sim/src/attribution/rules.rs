@@ -99,14 +99,16 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
             if ledger.start_of(program, asked).is_none() {
                 return no("no such program is in force", "такая программа не действует");
             }
-            // What ends or pauses a program stops its drives in the same step.
+            // What ends or pauses a program stops its drives in the same step; but a button takes
+            // its drive over a step before that shows.
             holds(
                 is_running(program, &view.told) || after == 0,
                 "the program has ended",
                 "программа завершена",
             )?;
-            let waits =
-                is_extinguishing(program) && view.told.control & ControlFlags::PAUSED.bits() != 0;
+            let waits = is_extinguishing(program)
+                && view.told.control & ControlFlags::PAUSED.bits() != 0
+                && !ledger.buttons.was_held(axis);
             holds(!waits || after == 0, "the program is paused", "программа приостановлена")
         }
         Cause::Button(post) => {

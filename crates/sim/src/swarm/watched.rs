@@ -258,7 +258,8 @@ impl<'l> Watched<'l> {
     pub fn tick(&mut self) {
         self.sim.tick();
         let now_ms = self.sim.now_ms();
-        if self.sim.resets() != self.resets {
+        let reset = self.sim.resets() != self.resets;
+        if reset {
             self.resets = self.sim.resets();
             self.tally.see(Seen::Reset);
             self.powered_up();
@@ -270,7 +271,8 @@ impl<'l> Watched<'l> {
         self.told = Told::ask(&mut self.sim);
         let causes = self.tamper();
         let view = View { causes: &causes, ..View::of(&self.sim, self.told) };
-        let violations = match self.sim.stood_still() {
+        // What has begun anew has not looked at anything yet.
+        let violations = match reset || self.sim.stood_still() {
             true => self.attribution.stand_still(&view),
             false => self.attribution.check(&view),
         };

@@ -207,12 +207,10 @@ fn drive_rule(
         Rule::NotDeployed => axis != Axis::Deployer && !is_working(ledger, view),
         Rule::Water => axis == Axis::Deployer && !upwards && is_wet(view),
         Rule::Limit => !ledger.limitless[axis as usize] && is_beyond(view, axis, upwards),
+        // The switch there, or the one where it has been told to turn round to.
         Rule::EndSwitch => {
-            let (ahead, behind) = match upwards {
-                true => (input.max_switch, input.min_switch),
-                false => (input.min_switch, input.max_switch),
-            };
-            ahead || behind && may_turn(ledger, view, axis)
+            let at_end = |up: bool| if up { input.max_switch } else { input.min_switch };
+            at_end(upwards) || at_end(!upwards) && may_go(ledger, view, axis, !upwards)
         }
         Rule::Overload => ledger.over_ms[axis as usize] > OVERLOAD_MS,
         Rule::CutOff => i32::from(input.current_da) > 2 * max_current,
@@ -283,11 +281,12 @@ fn is_wet(view: &View<'_>) -> bool {
     ValveNo::ALL.into_iter().any(wet)
 }
 
-/// Whether this drive may be meant to turn round in this step: a program is at it, or it was told
-/// something since the last step.
-fn may_turn(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
-    let is_new = |at_ms: u64| view.now_ms <= at_ms + STEP_MS;
-    ledger.moves[axis as usize].is_some_and(|granted| is_new(granted.at_ms))
+/// Whether somebody may want the drive to go up/left (true) or down/right: a Move, a button, or a
+/// program, which alone knows where it goes.
+fn may_go(ledger: &Ledger, view: &View<'_>, axis: Axis, up: bool) -> bool {
+    let speed = if up { 1 } else { -1 };
+    ledger.moves[axis as usize].is_some_and(|granted| leads_to(view, &granted, axis, speed))
+        || ledger.is_asked_by_button(axis, up)
         || ledger.starts.iter().any(|start| moves(start.program, axis))
 }
 

@@ -15,12 +15,17 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-model", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),
     ("lafet-capture", &["lafet-proto"]),
-    ("lafet", &["lafet-capture", "lafet-client", "lafet-sim", "lafet-device", "lafet-proto"]),
+    // Its tests stand on a wire of their own, for the tester trusts no other.
+    ("lafet-conform", &["lafet-client", "lafet-proto"]),
+    ("lafet", &["lafet-capture", "lafet-client", "lafet-conform", "lafet-sim", "lafet-device", "lafet-proto"]),
     ("xtask", &[]),
 ];
 
 /// What tests may need beyond that.
-const TEST_ARROWS: &[(&str, &[&str])] = &[("lafet-client", &["lafet-sim", "lafet-device"])];
+const TEST_ARROWS: &[(&str, &[&str])] = &[
+    ("lafet-client", &["lafet-sim", "lafet-device"]),
+    ("lafet-conform", &["lafet-sim", "lafet-device"]),
+];
 
 pub fn layers(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;

@@ -1,0 +1,547 @@
+//! The bench on which a monitor is tested: one frame, one answer, and what travelled.
+
+use lafet_client::Framing;
+use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
+
+use crate::Options;
+use crate::checks::Erased;
+use crate::line::Line;
+use crate::raw::{self, Incoming, Rec, Splitter};
+use crate::safety::{Found, Undo};
+use crate::verdict::{Halt, Note, Step, fail, must, not_applicable};
+
+/// A read may be lost on a radio link: it is repeated so often. Tests that count answers are not.
+const TRIES: u32 = 3;
+/// How often a parameter of a remote unit is asked for, and the pause between.
+const FETCHES: u32 = 40;
+const FETCH_MS: u64 = 100;
+/// Exchanges kept of one test: the first ones and the last.
+const LOG_MAX: usize = 60;
+/// Pause between two looks at a state.
+const POLL_MS: u64 = 100;
+
+/// What was sent, and what came.
+#[derive(Clone, Debug)]
+pub struct Exchange {
+    /// When, ms from the start.
+    pub at_ms: u64,
+    /// Bytes as they went.
+    pub sent: Vec<u8>,
+    /// Bytes as they came.
+    pub received: Vec<u8>,
+    /// The same in words.
+    pub words: String,
+}
+
+/// The bench.
+pub struct Bench<'a> {
+    pub line: &'a mut dyn Line,
+    pub options: &'a Options,
+    pub log: Vec<Exchange>,
+    /// Frames sent and answered since the start, and those repeated.
+    pub frames: u64,
+    pub repeats: u64,
+    /// What was found at the start.
+    pub found: Found,
+    pub undo: Vec<Undo>,
+    /// Something other than a read was sent.
+    pub dirty: bool,
+    /// What may move now.
+    pub movers: Vec<S>,
+    pub water: bool,
+    /// It is being put back, whatever the user wants meanwhile.
+    pub restoring: bool,
+    /// What was seen while the memory was empty.
+    pub erased: Option<Erased>,
+    splitter: Splitter,
+    records_in: Vec<u8>,
+    started_ms: u64,
+}
+
+impl<'a> Bench<'a> {
+    pub fn new(line: &'a mut dyn Line, options: &'a Options) -> Self {
+        let started_ms = line.now_ms();
+        Self {
+            line,
+            options,
+            log: Vec::new(),
+            frames: 0,
+            repeats: 0,
+            found: Found::default(),
+            undo: Vec::new(),
+            dirty: false,
+            movers: Vec::new(),
+            water: false,
+            restoring: false,
+            erased: None,
+            splitter: Splitter::default(),
+            records_in: Vec::new(),
+            started_ms,
+        }
+    }
+
+    pub fn now_ms(&self) -> u64 {
+        self.line.now_ms().saturating_sub(self.started_ms)
+    }
+
+    pub const fn is_framed(&self) -> bool {
+        matches!(self.options.framing, Framing::Link)
+    }
+
+    /// The link itself can be tested.
+    pub fn framed(&self) -> Step {
+        if self.is_framed() {
+            return Ok(());
+        }
+        not_applicable("the connection carries bare records", "соединение передаёт одни записи")
+    }
+
+    /// A connection of bare records answers each record by itself.
+    pub fn several(&self) -> Step {
+        self.framed()
+    }
+
+    fn interrupted(&self) -> Step {
+        use std::sync::atomic::Ordering;
+        if !self.restoring && self.options.interrupt.load(Ordering::Relaxed) {
+            return Err(Halt::Abort(Note::new("interrupted", "прервано")));
+        }
+        Ok(())
+    }
+
+    fn push_log(&mut self, sent: &[u8], received: &[u8], words: String) {
+        if self.log.len() >= LOG_MAX {
+            self.log.remove(LOG_MAX / 2);
+        }
+        let at_ms = self.now_ms();
+        self.log.push(Exchange { at_ms, sent: sent.to_vec(), received: received.to_vec(), words });
+    }
+
+    /// A link frame to the monitor.
+    pub fn framed_bytes(&self, payload: &[u8]) -> Vec<u8> {
+        match self.options.framing {
+            Framing::Link => raw::frame(self.options.monitor, self.options.source, payload),
+            Framing::Records => payload.to_vec(),
+        }
+    }
+
+    /// Bytes that came although nothing was asked.
+    fn drain(&mut self) -> Step {
+        let bytes = self.line.recv(0).map_err(Halt::Link)?;
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let mut frames = 0;
+        for byte in &bytes {
+            frames += usize::from(self.splitter.push(*byte).is_some());
+        }
+        self.push_log(&[], &bytes, "?".into());
+        if frames == 0 && self.is_framed() {
+            return Ok(());
+        }
+        fail(
+            Note::new("§1/10: one answer to a frame", "§1/10: один ответ на кадр"),
+            Note::new("another frame came after it", "вслед пришёл ещё один кадр"),
+        )
+    }
+
+    /// Sends bytes and takes what comes: whole frames (or records), until `wanted` of them have
+    /// come or the time is over.
+    pub fn exchange(&mut self, sent: &[u8], wanted: usize, wait_ms: u64) -> Step<Vec<Incoming>> {
+        self.interrupted()?;
+        self.drain()?;
+        self.line.send(sent).map_err(Halt::Link)?;
+        self.frames += 1;
+        self.collect(sent, wanted, wait_ms)
+    }
+
+    /// Takes what comes.
+    pub fn collect(&mut self, sent: &[u8], wanted: usize, wait_ms: u64) -> Step<Vec<Incoming>> {
+        let end = self.line.now_ms() + wait_ms;
+        let (mut incoming, mut all) = (Vec::new(), Vec::new());
+        loop {
+            let now = self.line.now_ms();
+            if incoming.len() >= wanted || now >= end {
+                break;
+            }
+            let bytes = self.line.recv(end - now).map_err(Halt::Link)?;
+            all.extend_from_slice(&bytes);
+            for byte in bytes {
+                match self.options.framing {
+                    Framing::Link => incoming.extend(self.splitter.push(byte)),
+                    Framing::Records => incoming.extend(self.push_record(byte)),
+                }
+            }
+        }
+        self.push_log(sent, &all, words(sent, &incoming, self.is_framed()));
+        Ok(incoming)
+    }
+
+    /// §C/3 Each record stands for a frame.
+    fn push_record(&mut self, byte: u8) -> Option<Incoming> {
+        self.records_in.push(byte);
+        let size = 4 + usize::from(*self.records_in.get(3)?);
+        (self.records_in.len() >= size).then(|| Incoming::Frame {
+            dst: self.options.source,
+            src: self.options.monitor,
+            payload: std::mem::take(&mut self.records_in),
+        })
+    }
+
+    /// The payload of the one answer to a payload; every rule of the frame is checked.
+    pub fn frame(&mut self, payload: &[u8]) -> Step<Vec<Rec>> {
+        let requests = Rec::all(payload).unwrap_or_default();
+        let repeatable = requests.iter().all(|rec| is_harmless(rec.request));
+        if !repeatable || requests.is_empty() {
+            self.dirty = true;
+        }
+        let wire = self.framed_bytes(payload);
+        let tries = if repeatable { TRIES } else { 1 };
+        for attempt in 0..tries {
+            self.repeats += u64::from(attempt > 0);
+            let incoming = self.exchange(&wire, 1, self.options.timeout_ms)?;
+            if let Some(first) = incoming.into_iter().next() {
+                return self.answer(first);
+            }
+        }
+        fail(
+            Note::new("§1/10: an answer frame", "§1/10: кадр ответа"),
+            Note::new(
+                format!("nothing in {} ms", self.options.timeout_ms),
+                format!("ничего за {} мс", self.options.timeout_ms),
+            ),
+        )
+    }
+
+    fn answer(&self, incoming: Incoming) -> Step<Vec<Rec>> {
+        let (dst, src, payload) = match incoming {
+            Incoming::Frame { dst, src, payload } => (dst, src, payload),
+            Incoming::Broken(raw) => {
+                return fail(
+                    Note::new("§L/2: a frame without errors", "§L/2: кадр без ошибок"),
+                    Note::same(raw::hex(&raw)),
+                );
+            }
+        };
+        let (monitor, source) = (self.options.monitor, self.options.source);
+        must(
+            (dst, src) == (source, monitor),
+            "§L/6: dst and src of the request, swapped",
+            "§L/6: dst и src запроса, переставленные",
+            format!("dst {dst}, src {src}"),
+        )?;
+        let Some(records) = Rec::all(&payload) else {
+            return fail(
+                Note::new("§2: whole records", "§2: целые записи"),
+                Note::same(raw::hex(&payload)),
+            );
+        };
+        if let Some(bad) = records.iter().find(|rec| rec.status > Status::NOT_SUPPORTED) {
+            return fail(
+                Note::new("§2/5: a status from 0 to 18", "§2/5: статус от 0 до 18"),
+                Note::same(bad.words(true)),
+            );
+        }
+        Ok(records)
+    }
+
+    /// A request with one answer.
+    pub fn ask(&mut self, request: R, to: S, data: &[u8]) -> Step<Rec> {
+        let records = self.frame(&Rec::new(request, to, data).bytes())?;
+        let found = list(&records);
+        match <[Rec; 1]>::try_from(records) {
+            Ok([rec]) if rec.request == request => Ok(rec),
+            _ => fail(
+                Note::new("one answer record to this request", "одна запись ответа на этот запрос"),
+                Note::same(found),
+            ),
+        }
+    }
+
+    /// A request that must be answered so, by whom.
+    pub fn want(&mut self, request: R, to: S, data: &[u8], from: S, any: &[Status]) -> Step<Rec> {
+        let rec = self.ask(request, to, data)?;
+        if rec.device == from && any.contains(&rec.status) {
+            return Ok(rec);
+        }
+        let statuses: Vec<String> =
+            any.iter().map(|status| raw::name(status.name(), status.0)).collect();
+        let from = raw::name(from.name(), from.0);
+        fail(
+            Note::same(format!("{} ← {from}: {}", name_of(request), statuses.join(" / "))),
+            Note::same(rec.words(true)),
+        )
+    }
+
+    /// A request that is taken: Ok and Accepted are the same to a client (§2), without data.
+    pub fn done(&mut self, request: R, to: S, data: &[u8]) -> Step {
+        let rec = self.want(request, to, data, to, &[Status::OK, Status::ACCEPTED])?;
+        must(
+            rec.data.is_empty(),
+            "an answer without data",
+            "ответ без данных",
+            rec.words(true),
+        )
+    }
+
+    /// A request that is refused.
+    pub fn refused(&mut self, request: R, to: S, data: &[u8], from: S, status: Status) -> Step {
+        self.want(request, to, data, from, &[status]).map(|_| ())
+    }
+
+    /// The data of a read.
+    pub fn read(&mut self, request: R, from: S, data: &[u8]) -> Step<Rec> {
+        self.want(request, from, data, from, &[Status::OK])
+    }
+
+    /// The flags of a subsystem.
+    pub fn flags(&mut self, of: S) -> Step<u32> {
+        let rec = self.read(R::GET_STATUS, of, &[])?;
+        rec.flags().map_or_else(
+            || fail(Note::new("§3.3: a word of flags", "§3.3: слово флагов"), Note::same(rec.words(true))),
+            Ok,
+        )
+    }
+
+    /// Flags and position of a drive.
+    pub fn drive(&mut self, of: S) -> Step<(u32, i32)> {
+        let rec = self.read(R::GET_STATUS, of, &[])?;
+        match (rec.flags(), rec.i16_at(4)) {
+            (Some(flags), Some(position)) => Ok((flags, i32::from(position))),
+            _ => fail(
+                Note::new("§3.3: the 8 bytes of a drive", "§3.3: 8 байт привода"),
+                Note::same(rec.words(true)),
+            ),
+        }
+    }
+
+    pub fn has(&self, id: S) -> bool {
+        self.found.present.contains(&id)
+    }
+
+    /// Needs a subsystem.
+    pub fn needs(&self, id: S) -> Step {
+        if self.has(id) {
+            return Ok(());
+        }
+        let name = raw::name(id.name(), id.0);
+        Err(Halt::NotApplicable(Note::new(format!("no {name}"), format!("нет {name}"))))
+    }
+
+    /// The first of some subsystems that there is.
+    pub fn one_of(&self, ids: &[S]) -> Step<S> {
+        match ids.iter().find(|id| self.has(**id)) {
+            Some(id) => Ok(*id),
+            None => not_applicable("no such subsystem", "нет такой подсистемы"),
+        }
+    }
+
+    /// Lets time pass, and looks at what moves.
+    pub fn wait(&mut self, ms: u64) -> Step {
+        let end = self.line.now_ms() + ms;
+        loop {
+            self.interrupted()?;
+            let now = self.line.now_ms();
+            if now >= end {
+                return Ok(());
+            }
+            self.collect_quietly((end - now).min(POLL_MS))?;
+            if (end.saturating_sub(self.line.now_ms())) > POLL_MS {
+                self.watch()?;
+            }
+        }
+    }
+
+    fn collect_quietly(&mut self, ms: u64) -> Step {
+        let end = self.line.now_ms() + ms;
+        while self.line.now_ms() < end {
+            let left = end - self.line.now_ms();
+            let bytes = self.line.recv(left).map_err(Halt::Link)?;
+            let mut frames = 0;
+            for byte in &bytes {
+                frames += usize::from(self.splitter.push(*byte).is_some());
+            }
+            if frames > 0 {
+                self.push_log(&[], &bytes, "?".into());
+                return fail(
+                    Note::new("§1/10: one answer to a frame", "§1/10: один ответ на кадр"),
+                    Note::new("another frame came after it", "вслед пришёл ещё один кадр"),
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Looks again and again until it is so.
+    pub fn until(
+        &mut self,
+        limit_ms: u64,
+        en: &str,
+        ru: &str,
+        mut so: impl FnMut(&mut Self) -> Step<bool>,
+    ) -> Step {
+        let end = self.line.now_ms() + limit_ms;
+        loop {
+            if so(self)? {
+                return Ok(());
+            }
+            if self.line.now_ms() >= end {
+                let s = limit_ms.div_ceil(1000);
+                return fail(
+                    Note::new(format!("{en}, within {s} s"), format!("{ru}, не позже {s} с")),
+                    Note::new("it is not so", "этого нет"),
+                );
+            }
+            self.watch()?;
+            self.collect_quietly(POLL_MS)?;
+        }
+    }
+
+    /// Until flags of a subsystem have all of `set` and none of `clear`.
+    pub fn until_flags(&mut self, of: S, set: u32, clear: u32, limit_ms: u64) -> Step {
+        let name = raw::name(of.name(), of.0);
+        let text = format!("{name}: flags {set:#010x} set, {clear:#010x} clear");
+        let ru = format!("{name}: флаги {set:#010x} есть, {clear:#010x} нет");
+        self.until(limit_ms, &text, &ru, |bench| {
+            let flags = bench.flags(of)?;
+            Ok(flags & set == set && flags & clear == 0)
+        })
+    }
+
+    /// While time passes it must stay so.
+    pub fn stays(
+        &mut self,
+        ms: u64,
+        en: &str,
+        ru: &str,
+        mut so: impl FnMut(&mut Self) -> Step<bool>,
+    ) -> Step {
+        let end = self.line.now_ms() + ms;
+        while self.line.now_ms() < end {
+            must(so(self)?, en, ru, "")?;
+            self.watch()?;
+            self.collect_quietly(POLL_MS)?;
+        }
+        Ok(())
+    }
+
+    /// The values of a parameter; `None` when the monitor does not know it: the list is ours.
+    pub fn get(&mut self, of: S, name: &str) -> Step<Option<Vec<i32>>> {
+        self.get_id(of, ParamId::of(name))
+    }
+
+    pub fn get_id(&mut self, of: S, id: ParamId) -> Step<Option<Vec<i32>>> {
+        let id = id.0.to_le_bytes();
+        for _ in 0..FETCHES {
+            let rec = self.ask(R::GET_PARAM, of, &id)?;
+            match rec.status {
+                Status::NOT_CACHED => self.collect_quietly(FETCH_MS)?,
+                Status::OK => {
+                    let (chunks, rest) = rec.data.get(2..).unwrap_or_default().as_chunks::<4>();
+                    must(
+                        rest.is_empty() && rec.data.starts_with(&id),
+                        "§3.4: the id and int32 values",
+                        "§3.4: идентификатор и значения int32",
+                        rec.words(true),
+                    )?;
+                    return Ok(Some(chunks.iter().map(|c| i32::from_le_bytes(*c)).collect()));
+                }
+                _ => return Ok(None),
+            }
+        }
+        fail(
+            Note::new("§3.4/2: Ok once the unit has answered", "§3.4/2: Ok, когда блок ответил"),
+            Note::same("NotCached"),
+        )
+    }
+
+    /// A parameter that the test needs.
+    pub fn param(&mut self, of: S, name: &str) -> Step<i32> {
+        match self.get(of, name)?.as_deref() {
+            Some([value, ..]) => Ok(*value),
+            _ => Err(Halt::NotApplicable(Note::new(
+                format!("the monitor has no parameter {name}: the list is ours"),
+                format!("у ствола нет параметра {name}: перечень наш"),
+            ))),
+        }
+    }
+
+    /// Asks for a parameter to be set, until a remote unit has taken it; the last answer.
+    pub fn try_set(&mut self, of: S, name: &str, values: &[i32]) -> Step<Rec> {
+        let data = param_data(name, values);
+        for _ in 0..FETCHES {
+            let rec = self.ask(R::SET_PARAM, of, &data)?;
+            if rec.status != Status::CACHED {
+                return Ok(rec);
+            }
+            self.collect_quietly(FETCH_MS)?;
+        }
+        fail(
+            Note::new("§3.5/7: taken once the unit is free", "§3.5/7: принято, когда блок свободен"),
+            Note::same("Cached"),
+        )
+    }
+
+    /// Sets a parameter; it is set back when the test has ended.
+    pub fn set(&mut self, of: S, name: &'static str, value: i32) -> Step {
+        let old = self.param(of, name)?;
+        self.undo.push(Undo::Param(of, name, old));
+        self.put(of, name, value)
+    }
+
+    /// Sets a parameter.
+    pub fn put(&mut self, of: S, name: &str, value: i32) -> Step {
+        let rec = self.try_set(of, name, &[value])?;
+        must(
+            matches!(rec.status, Status::OK | Status::ACCEPTED) && rec.device == of,
+            "§3.5: Accepted",
+            "§3.5: Accepted",
+            rec.words(true),
+        )
+    }
+}
+
+/// The data of SetParam.
+pub fn param_data(name: &str, values: &[i32]) -> Vec<u8> {
+    let mut data = ParamId::of(name).0.to_le_bytes().to_vec();
+    data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    data
+}
+
+/// Reads, and Stop: nothing that a careful hand would not send to any monitor.
+pub fn is_harmless(request: R) -> bool {
+    const READS: [R; 6] =
+        [R::GET_STATUS, R::GET_PARAM, R::RETRIEVE_LIMITS, R::GET_CRASH_DATA, R::GET_HOTBED, R::STOP];
+    READS.contains(&request) || request.name().is_none()
+}
+
+pub fn name_of(request: R) -> String {
+    raw::name(request.name(), request.0)
+}
+
+/// Records in words.
+pub fn list(records: &[Rec]) -> String {
+    if records.is_empty() {
+        return "—".into();
+    }
+    records.iter().map(|rec| rec.words(true)).collect::<Vec<_>>().join("; ")
+}
+
+fn words(sent: &[u8], incoming: &[Incoming], framed: bool) -> String {
+    let mut splitter = Splitter::default();
+    let frame = match framed {
+        true => sent.iter().find_map(|byte| splitter.push(*byte)),
+        false => Some(Incoming::Frame { dst: 0, src: 0, payload: sent.to_vec() }),
+    };
+    let text = |incoming: &Incoming, answer: bool| match incoming {
+        Incoming::Broken(raw) => format!("? {}", raw::hex(raw)),
+        Incoming::Frame { payload, .. } if payload.is_empty() => "probe".into(),
+        Incoming::Frame { payload, .. } => match Rec::all(payload) {
+            Some(all) => all.iter().map(|rec| rec.words(answer)).collect::<Vec<_>>().join("; "),
+            None => format!("? {}", raw::hex(payload)),
+        },
+    };
+    let asked = frame.map_or_else(|| "?".to_owned(), |frame| text(&frame, false));
+    let answers: Vec<String> = incoming.iter().map(|incoming| text(incoming, true)).collect();
+    format!("{asked} ⇒ {}", if answers.is_empty() { "—".into() } else { answers.join(" | ") })
+}

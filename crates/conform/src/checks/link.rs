@@ -1,0 +1,271 @@
+//! §L, §C: the frame and its carriage. Bytes only; nothing here can move anything.
+
+use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+
+use crate::bench::Bench;
+use crate::raw::{self, Incoming, Rec};
+use crate::verdict::{Step, must, not_applicable};
+
+/// How long silence must last to count as such, ms.
+const SILENCE_MS: u64 = 400;
+/// Frames that must each be answered at the first try.
+const IN_A_ROW: usize = 40;
+/// §L/6 The largest payload.
+const PAYLOAD_MAX: usize = 512;
+
+fn status_of(id: S) -> Vec<u8> {
+    Rec::new(R::GET_STATUS, id, &[]).bytes()
+}
+
+/// Frames from this monitor: on a line with others, those may answer too.
+fn from_monitor(b: &Bench<'_>, incoming: Vec<Incoming>) -> Vec<Incoming> {
+    let monitor = b.options.monitor;
+    let ours = |i: &Incoming| !matches!(i, Incoming::Frame { src, .. } if *src != monitor);
+    incoming.into_iter().filter(ours).collect()
+}
+
+fn answered(b: &mut Bench<'_>, wire: &[u8], what: (&str, &str)) -> Step {
+    let incoming = b.exchange(wire, 1, b.options.timeout_ms)?;
+    let good = matches!(&incoming[..], [Incoming::Frame { .. }]);
+    let (en, ru) = (format!("an answer: {}", what.0), format!("ответ: {}", what.1));
+    must(good, &en, &ru, format!("{} frames", incoming.len()))
+}
+
+fn silent(b: &mut Bench<'_>, wire: &[u8], what: (&str, &str)) -> Step {
+    let incoming = b.exchange(wire, usize::MAX, SILENCE_MS)?;
+    let heard = from_monitor(b, incoming).len();
+    let (en, ru) = (format!("no answer: {}", what.0), format!("нет ответа: {}", what.1));
+    must(heard == 0, &en, &ru, format!("{heard} frames"))?;
+    let good = b.framed_bytes(&status_of(S::GENERAL));
+    answered(b, &good, ("to a good frame after it", "на верный кадр после него"))
+}
+
+/// §L/1 Ids made of C0 and DB go there and come back escaped.
+pub fn escapes(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    for id in [raw::END, raw::ESC, 0xDC, 0xDD] {
+        if S::CHAIN.contains(&S(id)) || S(id).name().is_some() {
+            continue;
+        }
+        b.refused(R::GET_STATUS, S(id), &[], S(id), Status::MODULE_NOT_EXIST)?;
+        let data = [id, raw::END];
+        b.refused(R::GET_PARAM, S::GENERAL, &data, S::GENERAL, Status::INVALID_ID)?;
+    }
+    Ok(())
+}
+
+/// §L/2
+pub fn checksum(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let good = raw::body(b.options.monitor, b.options.source, &status_of(S::GENERAL));
+    let last = good.len() - 1;
+    let mut swapped = good.clone();
+    swapped.swap(last - 1, last);
+    let mut bad = vec![swapped];
+    for at in [0, 1, 2, 5, last - 1, last] {
+        let mut body = good.clone();
+        // The lowest bit of an address would make it another monitor's.
+        body[at] ^= 0x10;
+        if at == 0 {
+            body[1] ^= 0x10;
+            body[0] = good[0];
+        }
+        bad.push(body);
+    }
+    for body in bad {
+        silent(b, &raw::wire(&body), ("a wrong CRC", "неверная CRC"))?;
+    }
+    Ok(())
+}
+
+/// §L/3
+pub fn noise(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    if b.line.is_datagram() {
+        return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
+    }
+    let good = b.framed_bytes(&status_of(S::GENERAL));
+    for noise in [&[0xFF; 7][..], &[0x55, 0xAA, 0x01, 0x00, 0x7E], &[0xC0, 0x11, 0x22, 0x33, 0x44, 0x55]] {
+        let wire = [noise, &good].concat();
+        answered(b, &wire, ("a frame after noise", "кадр после шума"))?;
+    }
+    Ok(())
+}
+
+/// §L/3
+pub fn dribble(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    if b.line.is_datagram() {
+        return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
+    }
+    let good = b.framed_bytes(&status_of(S::GENERAL));
+    let (last, first) = good.split_last().unwrap_or((&raw::END, &[]));
+    for byte in first {
+        b.line.send(&[*byte]).map_err(crate::verdict::Halt::Link)?;
+        let early = b.collect(&[*byte], 1, 3)?;
+        must(early.is_empty(), "no answer before the frame has ended", "нет ответа до конца кадра", "")?;
+    }
+    answered(b, &[*last], ("a frame sent byte by byte", "кадр, посланный по байту"))
+}
+
+/// §L/3
+pub fn two_at_once(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let absent = b.framed_bytes(&status_of(S(0)));
+    let both = [b.framed_bytes(&status_of(S::GENERAL)), absent].concat();
+    if b.line.is_datagram() {
+        return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
+    }
+    let incoming = b.exchange(&both, 2, b.options.timeout_ms)?;
+    let devices: Vec<S> = incoming.iter().filter_map(device).collect();
+    must(
+        devices == [S::GENERAL, S(0)],
+        "two frames at once: two answers in their order",
+        "два кадра подряд: два ответа по порядку",
+        format!("{devices:?}"),
+    )
+}
+
+fn device(incoming: &Incoming) -> Option<S> {
+    match incoming {
+        Incoming::Frame { payload, .. } => payload.get(1).map(|id| S(*id)),
+        Incoming::Broken(_) => None,
+    }
+}
+
+/// §L/4
+pub fn bad_escape(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    // A receiver that takes DB 00 for some byte finds the CRC right for it.
+    for taken in [0x00, raw::ESC, raw::END] {
+        let mut payload = status_of(S::GENERAL);
+        payload[2] = taken;
+        let body = raw::body(b.options.monitor, b.options.source, &payload);
+        let mut wire = vec![raw::END];
+        for (index, byte) in body.iter().enumerate() {
+            match (index, *byte) {
+                (4, _) => wire.extend_from_slice(&[raw::ESC, 0x00]),
+                (_, raw::END) => wire.extend_from_slice(&[raw::ESC, 0xDC]),
+                (_, raw::ESC) => wire.extend_from_slice(&[raw::ESC, 0xDD]),
+                (_, byte) => wire.push(byte),
+            }
+        }
+        wire.push(raw::END);
+        silent(b, &wire, ("DB 00 is no escape", "DB 00 — не экранирование"))?;
+    }
+    Ok(())
+}
+
+/// §L/4
+pub fn short_frame(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    if b.line.is_datagram() {
+        return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
+    }
+    let good = b.framed_bytes(&status_of(S::GENERAL));
+    let wire = [&[raw::END, 1, 2, 3][..], &good[1..]].concat();
+    answered(b, &wire, ("C0 after three bytes begins anew", "C0 после трёх байт начинает заново"))
+}
+
+/// §L/5
+pub fn probe(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let probe = b.framed_bytes(&[]);
+    let incoming = b.exchange(&probe, 1, b.options.timeout_ms)?;
+    let (dst, src) = (b.options.source, b.options.monitor);
+    must(
+        incoming == [Incoming::Frame { dst, src, payload: Vec::new() }],
+        "the probe with dst and src swapped",
+        "проба с переставленными dst и src",
+        format!("{incoming:02X?}"),
+    )
+}
+
+/// §L/6
+pub fn other_address(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let (monitor, source) = (b.options.monitor, b.options.source);
+    for dst in [0, 255, monitor ^ 0x40, monitor | 0x80] {
+        if dst == source {
+            continue;
+        }
+        let wire = raw::frame(dst, source, &status_of(S::GENERAL));
+        silent(b, &wire, ("a frame for another address", "кадр для другого адреса"))?;
+    }
+    Ok(())
+}
+
+/// §L/6
+pub fn own_source(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let wire = raw::frame(b.options.monitor, b.options.monitor, &status_of(S::GENERAL));
+    silent(b, &wire, ("a frame with the own address as src", "кадр с собственным адресом в src"))
+}
+
+/// §L/6
+pub fn too_long(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let mut payload = Vec::new();
+    while payload.len() <= PAYLOAD_MAX {
+        payload.extend_from_slice(&status_of(S::GENERAL));
+    }
+    let wire = b.framed_bytes(&payload);
+    silent(b, &wire, ("a frame over the payload limit", "кадр длиннее предела"))
+}
+
+/// §1/10
+pub fn one_answer_each(b: &mut Bench<'_>) -> Step {
+    let mut asked: Vec<S> = b.found.present.clone();
+    asked.extend([S(0), S(0x01), S(0xFE)]);
+    for index in 0..IN_A_ROW {
+        let id = asked[index % asked.len()];
+        let wire = b.framed_bytes(&status_of(id));
+        let incoming = b.exchange(&wire, 1, b.options.timeout_ms)?;
+        must(
+            incoming.iter().filter_map(device).eq([id]),
+            "each frame is answered, once, at the first try (is the line noisy?)",
+            "на каждый кадр — один ответ, с первого раза (нет ли помех на линии?)",
+            format!("frame {}: {} answers", index + 1, incoming.len()),
+        )?;
+    }
+    let late = b.collect(&[], usize::MAX, SILENCE_MS)?;
+    must(late.is_empty(), "no second answer", "второго ответа нет", format!("{} frames", late.len()))
+}
+
+/// §1/10 A request that repeats itself is answered each time.
+pub fn repeated(b: &mut Bench<'_>) -> Step {
+    let wire = b.framed_bytes(&status_of(S::GENERAL));
+    for _ in 0..5 {
+        answered(b, &wire, ("the same frame again", "тот же кадр снова"))?;
+    }
+    Ok(())
+}
+
+/// §C/1
+pub fn second_connection(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let Some(mut other) = b.line.another() else {
+        return not_applicable(
+            "one connection only on this medium",
+            "на этой среде соединение одно",
+        );
+    };
+    let wire = b.framed_bytes(&status_of(S(0)));
+    other.send(&wire).map_err(crate::verdict::Halt::Link)?;
+    let mine = b.collect(&[], 1, SILENCE_MS)?;
+    must(mine.is_empty(), "the answer goes to who asked", "ответ идёт спросившему", "")?;
+    let theirs = other.recv(b.options.timeout_ms).map_err(crate::verdict::Halt::Link)?;
+    must(!theirs.is_empty(), "an answer on the second connection", "ответ по второму соединению", "")?;
+    let good = b.framed_bytes(&status_of(S::GENERAL));
+    answered(b, &good, ("on the first connection", "по первому соединению"))
+}
+
+/// §C/3
+pub fn bare_records(b: &mut Bench<'_>) -> Step {
+    if b.is_framed() {
+        return not_applicable("the connection carries link frames", "соединение передаёт кадры");
+    }
+    let two = [status_of(S::GENERAL), status_of(S(0))].concat();
+    let incoming = b.exchange(&two, 2, b.options.timeout_ms)?;
+    must(incoming.len() == 2, "an answer to each record", "ответ на каждую запись", "")
+}

@@ -1,0 +1,573 @@
+//! §3.1, §3.2, §3.7, §3.17: drives, a little and slowly, with the valves closed.
+
+use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+
+use super::{bits, le};
+use crate::bench::{Bench, list};
+use crate::raw::Rec;
+use crate::safety::{AIMING, REST_MS, Undo, VALVES};
+use crate::verdict::{Step, must, not_applicable};
+
+/// "Very far": the document's own number.
+pub const FAR: i32 = 21_600;
+const SOON_MS: u64 = 400;
+const STOP_MS: u64 = 3000;
+
+/// Step of a small move, ' or mm, and how exactly it must be reached.
+pub fn small(id: S) -> (i32, i32) {
+    if id == S::NOZZLE { (6, 2) } else { (150, 12) }
+}
+
+/// A drive that aims, in working position, allowed to move.
+pub fn aimed(b: &mut Bench<'_>) -> Step<S> {
+    let id = b.one_of(&AIMING)?;
+    b.deployed()?;
+    b.moves(&[id]);
+    Ok(id)
+}
+
+pub fn limits(b: &mut Bench<'_>, id: S) -> Step<(i32, i32)> {
+    let rec = b.read(R::RETRIEVE_LIMITS, id, &[])?;
+    Ok((rec.i32_at(0).unwrap_or(0), rec.i32_at(4).unwrap_or(0)))
+}
+
+/// The direction in which there is room, and where the drive is.
+pub fn room(b: &mut Bench<'_>, id: S) -> Step<(i32, i32)> {
+    let (_, position) = b.drive(id)?;
+    let (min, max) = limits(b, id)?;
+    let up = max - position >= position - min;
+    Ok((if up { 1 } else { -1 }, position))
+}
+
+fn go(b: &mut Bench<'_>, id: S, to: i32) -> Step {
+    b.done(R::MOVE, id, &le(to))
+}
+
+fn arrives(b: &mut Bench<'_>, id: S, at: i32, tolerance: i32) -> Step {
+    let en = format!("at {at} ± {tolerance}, standing");
+    let ru = format!("в {at} ± {tolerance}, стоит");
+    b.until(REST_MS, &en, &ru, |b| {
+        let (flags, position) = b.drive(id)?;
+        Ok(flags & bits::MOVE == 0 && position.abs_diff(at) <= tolerance.unsigned_abs())
+    })
+}
+
+fn nothing_moves(b: &mut Bench<'_>) -> Step {
+    b.moves(&[]);
+    b.wait(SOON_MS)?;
+    b.watch()
+}
+
+/// §3.1/4, and the sign of §3.1/7: each drive there and back.
+pub fn moves(b: &mut Bench<'_>) -> Step {
+    aimed(b)?;
+    for id in AIMING {
+        if !b.has(id) {
+            continue;
+        }
+        b.moves(&[id]);
+        let (step, tolerance) = small(id);
+        let (sign, from) = room(b, id)?;
+        go(b, id, from + sign * step)?;
+        arrives(b, id, from + sign * step, tolerance)?;
+        go(b, id, from)?;
+        arrives(b, id, from, tolerance)?;
+    }
+    Ok(())
+}
+
+/// §3.3.4/2
+pub fn move_flag(b: &mut Bench<'_>) -> Step {
+    let id = aimed(b)?;
+    let (sign, from) = room(b, id)?;
+    go(b, id, from + sign * 4 * small(id).0)?;
+    b.until_flags(id, bits::MOVE, 0, 1000)?;
+    b.until(2000, "a speed while it moves", "скорость в движении", |b| {
+        Ok(b.read(R::GET_STATUS, id, &[])?.data.get(7).is_some_and(|speed| *speed > 0))
+    })?;
+    b.done(R::STOP, id, &[])?;
+    b.until_flags(id, 0, bits::MOVE, STOP_MS)
+}
+
+/// §3.1, §2/3
+pub fn move_sizes(b: &mut Bench<'_>) -> Step {
+    let id = aimed(b)?;
+    for size in [0, 1, 3, 4] {
+        b.refused(R::MOVE, id, &vec![0x10; size], id, Status::WRONG_DATA)?;
+    }
+    nothing_moves(b)
+}
+
+/// §3.1/5
+pub fn move_wrong_addressee(b: &mut Bench<'_>) -> Step {
+    b.deployed()?;
+    for id in b.found.present.clone() {
+        if !id.is_drive() {
+            b.refused(R::MOVE, id, &le(0), id, Status::WRONG_REQUEST)?;
+        }
+    }
+    nothing_moves(b)
+}
+
+fn absent(b: &Bench<'_>) -> Vec<S> {
+    S::CHAIN.into_iter().filter(|id| !b.has(*id)).chain([S(0x00)]).collect()
+}
+
+/// §3.1/6
+pub fn move_absent(b: &mut Bench<'_>) -> Step {
+    b.deployed()?;
+    for id in absent(b) {
+        b.refused(R::MOVE, id, &le(0), id, Status::MODULE_NOT_EXIST)?;
+    }
+    nothing_moves(b)
+}
+
+/// §1/7
+pub fn move_all(b: &mut Bench<'_>) -> Step {
+    b.deployed()?;
+    for to in [S::ALL, S::MOTORS] {
+        b.refused(R::MOVE, to, &le(300), S::GENERAL, Status::WRONG_REQUEST)?;
+        b.refused(R::DEPLOY, to, &[], S::GENERAL, Status::WRONG_REQUEST)?;
+        b.refused(R::SET_PARAM, to, &[1, 0, 0, 0, 0, 0], S::GENERAL, Status::WRONG_REQUEST)?;
+    }
+    nothing_moves(b)
+}
+
+/// Brings the limits close to where the drive stands, in both directions.
+fn narrow(b: &mut Bench<'_>, id: S) -> Step<(i32, i32, i32)> {
+    let (step, _) = small(id);
+    b.param(id, "MinLimit")?;
+    b.param(id, "MaxLimit")?;
+    let (_, position) = b.drive(id)?;
+    let (min, max) = limits(b, id)?;
+    let (min, max) = (min.max(position - step), max.min(position + step));
+    b.set(id, "MinLimit", min)?;
+    b.set(id, "MaxLimit", max)?;
+    Ok((min, position, max))
+}
+
+/// §3.1/7, §3.3.4/2: there and no further.
+pub fn to_the_limit(b: &mut Bench<'_>) -> Step {
+    aimed(b)?;
+    for id in AIMING {
+        if !b.has(id) {
+            continue;
+        }
+        b.moves(&[id]);
+        let (min, from, max) = narrow(b, id)?;
+        must(limits(b, id)? == (min, max), "the new limits", "новые пределы", "")?;
+        let tolerance = small(id).1;
+        for (far, limit, flag) in [(FAR, max, bits::MAX_LIMIT), (-FAR, min, bits::MIN_LIMIT)] {
+            go(b, id, far)?;
+            arrives(b, id, limit, tolerance)?;
+            b.until_flags(id, flag, bits::MOVE, 1000)?;
+            b.wait(SOON_MS)?;
+            arrives(b, id, limit, tolerance)?;
+        }
+        // Off both limits neither flag is set.
+        let middle = (min + max) / 2;
+        go(b, id, middle)?;
+        arrives(b, id, middle, tolerance)?;
+        b.until_flags(id, 0, bits::MAX_LIMIT | bits::MIN_LIMIT, 1000)?;
+        go(b, id, from)?;
+        arrives(b, id, from, tolerance)?;
+    }
+    Ok(())
+}
+
+/// §3.2/5
+pub fn stop_drive(b: &mut Bench<'_>) -> Step {
+    let id = aimed(b)?;
+    let (sign, _) = room(b, id)?;
+    go(b, id, sign * FAR)?;
+    b.until_flags(id, bits::MOVE, 0, 1000)?;
+    b.done(R::STOP, id, &[])?;
+    b.until_flags(id, 0, bits::MOVE, STOP_MS)?;
+    let (_, at) = b.drive(id)?;
+    b.wait(600)?;
+    let (_, later) = b.drive(id)?;
+    must(at.abs_diff(later) <= 2, "it stays where it stopped", "стоит, где остановлен", format!("{at}, {later}"))
+}
+
+/// §3.2/5: the others go on.
+pub fn stop_one_of_two(b: &mut Bench<'_>) -> Step {
+    b.deployed()?;
+    b.needs(S::HORIZONTAL)?;
+    b.needs(S::VERTICAL)?;
+    b.moves(&[S::HORIZONTAL, S::VERTICAL]);
+    let mut from = Vec::new();
+    for id in [S::HORIZONTAL, S::VERTICAL] {
+        let (sign, position) = room(b, id)?;
+        from.push((id, position, sign));
+        go(b, id, position + sign * 600)?;
+    }
+    b.until_flags(S::VERTICAL, bits::MOVE, 0, 1000)?;
+    b.done(R::STOP, S::VERTICAL, &[])?;
+    b.until_flags(S::VERTICAL, 0, bits::MOVE, STOP_MS)?;
+    let (_, position, sign) = from[0];
+    arrives(b, S::HORIZONTAL, position + sign * 600, 12)?;
+    for (id, position, _) in from {
+        go(b, id, position)?;
+    }
+    b.until_flags(S::HORIZONTAL, 0, bits::MOVE, REST_MS)?;
+    b.until_flags(S::VERTICAL, 0, bits::MOVE, REST_MS)
+}
+
+/// §3.2/1
+pub fn stop_all(b: &mut Bench<'_>) -> Step {
+    b.deployed()?;
+    b.one_of(&AIMING)?;
+    b.moves(&AIMING);
+    let mut moved = Vec::new();
+    for id in [S::HORIZONTAL, S::VERTICAL] {
+        if b.has(id) {
+            let (sign, _) = room(b, id)?;
+            go(b, id, sign * FAR)?;
+            moved.push(id);
+        }
+    }
+    b.wait(SOON_MS)?;
+    let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
+    must(records.iter().all(|rec| rec.status.is_success()), "Ok or Accepted from all", "Ok или Accepted от всех", list(&records))?;
+    for id in moved {
+        b.until_flags(id, 0, bits::MOVE, STOP_MS)?;
+    }
+    nothing_moves(b)
+}
+
+/// §1/6
+pub fn stop_motors(b: &mut Bench<'_>) -> Step {
+    let id = aimed(b)?;
+    let (sign, _) = room(b, id)?;
+    go(b, id, sign * FAR)?;
+    b.wait(SOON_MS)?;
+    b.frame(&Rec::new(R::STOP, S::MOTORS, &[]).bytes())?;
+    b.until_flags(id, 0, bits::MOVE, STOP_MS)
+}
+
+/// §1/9: what finds no room is not executed, but for Stop All.
+pub fn no_room(b: &mut Bench<'_>) -> Step {
+    b.several()?;
+    let id = aimed(b)?;
+    let (sign, _) = room(b, id)?;
+    let many = Rec::new(R::GET_STATUS, S::ALL, &[]).bytes().repeat(60);
+    let answers = b.frame(&many)?;
+    if answers.iter().all(|rec| rec.status != Status::NO_ROOM) {
+        return not_applicable("the buffer holds all answers", "в буфер помещаются все ответы");
+    }
+    let far = Rec::new(R::MOVE, id, &le(sign * FAR)).bytes();
+    b.frame(&[many.clone(), far.clone()].concat())?;
+    b.moves(&[]);
+    b.wait(SOON_MS)?;
+    let moving = b.drive(id)?.0 & bits::MOVE != 0;
+    must(!moving, "Move after NoRoom is not executed", "Move после NoRoom не исполняется", "Move")?;
+    b.moves(&[id]);
+    go(b, id, sign * FAR)?;
+    b.until_flags(id, bits::MOVE, 0, 1000)?;
+    b.frame(&[many, Rec::new(R::STOP, S::ALL, &[]).bytes()].concat())?;
+    b.until_flags(id, 0, bits::MOVE, STOP_MS)
+}
+
+/// §1/8, §2/2: in their order, and nothing after a cut.
+pub fn in_order(b: &mut Bench<'_>) -> Step {
+    b.several()?;
+    let id = aimed(b)?;
+    let (sign, _) = room(b, id)?;
+    let far = Rec::new(R::MOVE, id, &le(sign * FAR)).bytes();
+    let stop = Rec::new(R::STOP, id, &[]).bytes();
+    let records = b.frame(&[far, stop].concat())?;
+    must(records.len() == 2, "two answers", "два ответа", list(&records))?;
+    b.until_flags(id, 0, bits::MOVE, STOP_MS)?;
+    nothing_moves(b)
+}
+
+/// §2/2
+pub fn cut_move(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let id = aimed(b)?;
+    let (sign, _) = room(b, id)?;
+    let far = Rec::new(R::MOVE, id, &le(sign * FAR)).bytes();
+    let records = b.frame(&far[..5])?;
+    let good = matches!(&records[..], [rec] if rec.status == Status::WRONG_DATA && rec.device == id);
+    must(good, "WrongData from the addressee", "WrongData от адресата", list(&records))?;
+    let hidden = [&[R::GET_STATUS.0, S::GENERAL.0, 0, 200][..], &far].concat();
+    let records = b.frame(&hidden)?;
+    must(records.len() == 1, "one WrongData", "один WrongData", list(&records))?;
+    nothing_moves(b)
+}
+
+/// §3.1/4: the later Move replaces the earlier (ours).
+pub fn replaced(b: &mut Bench<'_>) -> Step {
+    let id = aimed(b)?;
+    let (step, tolerance) = small(id);
+    let (sign, from) = room(b, id)?;
+    go(b, id, from + sign * 4 * step)?;
+    b.wait(300)?;
+    go(b, id, from + sign * step)?;
+    arrives(b, id, from + sign * step, tolerance)?;
+    go(b, id, from)?;
+    arrives(b, id, from, tolerance)
+}
+
+/// §D/4
+pub fn move_timeout(b: &mut Bench<'_>) -> Step {
+    let id = aimed(b)?;
+    b.param(S::GENERAL, "MoveTimeout")?;
+    let (sign, from) = room(b, id)?;
+    b.set(S::GENERAL, "MoveTimeout", 500)?;
+    go(b, id, sign * FAR)?;
+    b.wait(300)?;
+    go(b, id, sign * FAR)?;
+    b.wait(350)?;
+    let moving = b.drive(id)?.0 & bits::MOVE != 0;
+    must(moving, "it moves on while Move is repeated", "движется, пока Move повторяется", "")?;
+    b.until_flags(id, 0, bits::MOVE, 1500)?;
+    b.put(S::GENERAL, "MoveTimeout", 0)?;
+    go(b, id, from)?;
+    arrives(b, id, from, small(id).1)
+}
+
+/// §3.3.4/1
+pub fn overload(b: &mut Bench<'_>) -> Step {
+    let step = overloaded(b);
+    super::service::clean(b).and(step)
+}
+
+/// MaxCurrent so low that any motion is an overload.
+fn overloaded(b: &mut Bench<'_>) -> Step {
+    let id = aimed(b)?;
+    let (sign, from) = room(b, id)?;
+    b.set(id, "MaxCurrent", 1)?;
+    go(b, id, from + sign * 8 * small(id).0)?;
+    let mut over = false;
+    for _ in 0..15 {
+        over |= b.drive(id)?.0 & bits::OVERLOAD != 0;
+        if over {
+            break;
+        }
+        b.wait(100)?;
+        let rec = b.read(R::GET_STATUS, id, &[])?;
+        if rec.data.get(6).is_none_or(|current| *current <= 1) && rec.flags().unwrap_or(0) & bits::MOVE == 0 {
+            return not_applicable("the drive draws too little", "привод потребляет слишком мало");
+        }
+    }
+    must(over, "AmperageOverload over MaxCurrent", "AmperageOverload выше MaxCurrent", "")?;
+    b.until_flags(id, 0, bits::MOVE, 1000)?;
+    let rec = b.ask(R::MOVE, id, &le(from + sign * 8 * small(id).0))?;
+    must(!rec.status.is_success(), "that direction is refused", "это направление отклоняется", rec.words(true))?;
+    b.wait(1800)?;
+    let still = b.drive(id)?.0 & bits::OVERLOAD != 0;
+    must(still, "the flag for 3 s after the stop", "флаг 3 с после остановки", "")?;
+    b.until_flags(id, 0, bits::OVERLOAD, 2500)
+}
+
+/// The kind of a drive: 0 encoder, 1 remote, 2 limit switches.
+fn kind(b: &mut Bench<'_>, wanted: &[i32]) -> Step<(S, i32)> {
+    b.deployed()?;
+    for id in [S::HORIZONTAL, S::VERTICAL, S::NOZZLE] {
+        if b.has(id) {
+            let kind = b.param(id, "DriveType")?;
+            if wanted.contains(&kind) {
+                b.moves(&[id]);
+                return Ok((id, kind));
+            }
+        }
+    }
+    not_applicable("no drive of this kind", "нет привода такого типа")
+}
+
+fn switch(b: &mut Bench<'_>, id: S, state: i32) -> Step {
+    if state == 0 {
+        b.undo.push(Undo::Limits);
+    }
+    for _ in 0..20 {
+        let rec = b.ask(R::SWITCH_LIMITS, id, &le(state))?;
+        if rec.status != Status::BUSY {
+            return must(
+                rec.status.is_success() && rec.device == id,
+                "Ok or Accepted, once its unit is free",
+                "Ok или Accepted, когда блок свободен",
+                rec.words(true),
+            );
+        }
+        b.wait(100)?;
+    }
+    must(false, "Busy for a moment only", "Busy лишь ненадолго", "Busy")
+}
+
+/// §3.17
+pub fn switch_layout(b: &mut Bench<'_>) -> Step {
+    let (id, _) = kind(b, &[0, 1])?;
+    b.undo.push(Undo::Limits);
+    for size in [0, 1, 3] {
+        b.refused(R::SWITCH_LIMITS, id, &vec![0; size], id, Status::WRONG_DATA)?;
+    }
+    b.refused(R::SWITCH_LIMITS, S::GENERAL, &le(1), S::GENERAL, Status::WRONG_REQUEST)?;
+    let limitless = b.flags(id)? & bits::LIMITLESS != 0;
+    must(!limitless, "limits stay on", "пределы остаются включены", "Limitless")
+}
+
+/// §2/4
+pub fn switch_value(b: &mut Bench<'_>) -> Step {
+    let (id, _) = kind(b, &[0, 1])?;
+    b.undo.push(Undo::Limits);
+    for value in [3, 255, -1] {
+        b.refused(R::SWITCH_LIMITS, id, &le(value), id, Status::INVALID_VALUE)?;
+    }
+    let limitless = b.flags(id)? & bits::LIMITLESS != 0;
+    must(!limitless, "nothing changes", "ничего не меняется", "Limitless")
+}
+
+/// §3.17/1
+pub fn limits_off(b: &mut Bench<'_>) -> Step {
+    let (id, _) = kind(b, &[0, 1])?;
+    let before = limits(b, id)?;
+    switch(b, id, 0)?;
+    b.until_flags(id, bits::LIMITLESS, 0, 1000)?;
+    must(limits(b, id)? == before, "the limits of before are told", "сообщаются прежние пределы", "")?;
+    switch(b, id, 1)?;
+    b.until_flags(id, 0, bits::LIMITLESS, 1000)?;
+    must(limits(b, id)? == before, "the same limits again", "те же пределы снова", "")
+}
+
+/// §3.17/2, §3.17/3: a limit taken while they are off comes into force with On, not with Reject.
+fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<((i32, i32), (i32, i32), i32)> {
+    let (id, _) = kind(b, &[0, 1])?;
+    let before = limits(b, id)?;
+    let (_, at) = b.drive(id)?;
+    b.undo.push(Undo::Param(id, "MinLimit", before.0));
+    switch(b, id, 0)?;
+    b.put(id, "MinLimit", at)?;
+    let meanwhile = limits(b, id)?;
+    must(meanwhile == before, "the old limits until On", "старые пределы до On", format!("{meanwhile:?}"))?;
+    switch(b, id, end)?;
+    b.until_flags(id, 0, bits::LIMITLESS, 1000)?;
+    Ok((before, limits(b, id)?, at))
+}
+
+pub fn limits_on(b: &mut Bench<'_>) -> Step {
+    let (before, after, at) = take_limit(b, 1)?;
+    must(after == (at, before.1), "the limit taken is in force", "взятый предел действует", format!("{after:?}"))
+}
+
+pub fn limits_reject(b: &mut Bench<'_>) -> Step {
+    let (before, after, _) = take_limit(b, 2)?;
+    must(after == before, "the old limits", "старые пределы", format!("{after:?}"))
+}
+
+/// §3.17/4
+pub fn switches_not_supported(b: &mut Bench<'_>) -> Step {
+    let (id, _) = kind(b, &[2])?;
+    for state in [0, 1, 2] {
+        b.undo.push(Undo::Limits);
+        b.refused(R::SWITCH_LIMITS, id, &le(state), id, Status::NOT_SUPPORTED)?;
+    }
+    Ok(())
+}
+
+/// §3.17/5
+pub fn only_here(b: &mut Bench<'_>) -> Step {
+    let (id, _) = kind(b, &[0, 1])?;
+    let before = limits(b, id)?;
+    let (_, at) = b.drive(id)?;
+    b.undo.push(Undo::Param(id, "MaxLimit", before.1));
+    b.undo.push(Undo::Param(id, "MinLimit", before.0));
+    switch(b, id, 0)?;
+    for (name, value) in [("MinLimit", at - 100), ("MaxLimit", at + 100)] {
+        let rec = b.try_set(id, name, &[value])?;
+        must(rec.status == Status::INVALID_VALUE, "InvalidValue but for the present position", "InvalidValue, кроме текущего положения", rec.words(true))?;
+    }
+    Ok(())
+}
+
+/// §3.1/8
+pub fn limitless(b: &mut Bench<'_>) -> Step {
+    let (id, kind) = kind(b, &[0, 1])?;
+    let (step, tolerance) = small(id);
+    let (sign, from) = room(b, id)?;
+    if kind == 1 {
+        let (_, _, max) = narrow(b, id)?;
+        switch(b, id, 0)?;
+        go(b, id, max + step)?;
+        arrives(b, id, max + step, tolerance)?;
+        go(b, id, from)?;
+        return arrives(b, id, from, tolerance);
+    }
+    let (min, max) = limits(b, id)?;
+    if (max - from).max(from - min) < 10 * step {
+        return not_applicable("too little room", "слишком мало места");
+    }
+    switch(b, id, 0)?;
+    go(b, id, from + sign)?;
+    b.wait(1000)?;
+    let moving = b.drive(id)?.0 & bits::MOVE != 0;
+    must(moving, "it runs on until stopped", "движется до остановки", "")?;
+    b.done(R::STOP, id, &[])?;
+    b.until_flags(id, 0, bits::MOVE, STOP_MS)
+}
+
+/// §3.9/3, §3.9/4, §3.10/4…: addressees that do not have the request, and absent ones.
+pub fn close_wrong_addressee(b: &mut Bench<'_>) -> Step {
+    b.deployed()?;
+    let data = lafet_proto::id::key::CLOSE.to_le_bytes();
+    for id in b.found.present.clone() {
+        if !id.is_valve() {
+            b.refused(R::CLOSE, id, &data, id, Status::WRONG_REQUEST)?;
+        }
+    }
+    nothing_moves(b)
+}
+
+pub fn close_absent(b: &mut Bench<'_>) -> Step {
+    let data = lafet_proto::id::key::CLOSE.to_le_bytes();
+    for id in absent(b) {
+        b.refused(R::CLOSE, id, &data, id, Status::MODULE_NOT_EXIST)?;
+    }
+    Ok(())
+}
+
+/// §3.9/5, §3.9
+pub fn close_key(b: &mut Bench<'_>) -> Step {
+    let id = b.one_of(&VALVES)?;
+    b.refused(R::CLOSE, id, &[0x56, 0x75], id, Status::NEED_CONFIRM)?;
+    let open = lafet_proto::id::key::OPEN.to_le_bytes();
+    b.refused(R::CLOSE, id, &open, id, Status::NEED_CONFIRM)
+}
+
+pub fn close_layout(b: &mut Bench<'_>) -> Step {
+    let id = b.one_of(&VALVES)?;
+    for size in [0, 1, 3] {
+        b.refused(R::CLOSE, id, &vec![0x74; size], id, Status::WRONG_DATA)?;
+    }
+    Ok(())
+}
+
+/// §3.9/2 of a valve that is closed.
+pub fn close_closed(b: &mut Bench<'_>) -> Step {
+    let id = b.one_of(&VALVES)?;
+    b.done(R::CLOSE, id, &lafet_proto::id::key::CLOSE.to_le_bytes())?;
+    b.until_flags(id, bits::CLOSED, bits::OPEN, 30_000)
+}
+
+/// §1/4 and the codes of §1: each request of the table is known to the monitor.
+pub fn requests_known(b: &mut Bench<'_>) -> Step {
+    b.deployed()?;
+    for (request, to) in [
+        (R::MOVE, S::HORIZONTAL),
+        (R::SET_PARAM, S::GENERAL),
+        (R::SETUP_CORRECTION_TABLE, S::CONTROL),
+        (R::OPEN, S::VALVE1),
+        (R::CLOSE, S::VALVE1),
+        (R::DEPLOY, S::DEPLOYER),
+        (R::WRAP, S::DEPLOYER),
+        (R::START_SEEK, S::DETECTOR),
+        (R::START_QUENCH, S::CONTROL),
+        (R::SWITCH_LIMITS, S::HORIZONTAL),
+    ] {
+        if b.has(to) {
+            // One byte is the wrong size for each of them, so none does anything.
+            b.refused(request, to, &[0], to, Status::WRONG_DATA)?;
+        }
+    }
+    nothing_moves(b)
+}

@@ -1,0 +1,250 @@
+//! §3.5, §3.3.1/4, §3.3.3/1: parameters change, act, and change back.
+
+use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+
+use super::{bits, le};
+use crate::bench::{Bench, param_data};
+use crate::verdict::{Step, must, not_applicable};
+
+/// A parameter of ours that moves nothing, in the order of preference.
+fn spare(b: &mut Bench<'_>) -> Step<(S, &'static str, i32)> {
+    for (of, name) in
+        [(S::DETECTOR, "Threshold"), (S::CONTROL, "Height"), (S::GENERAL, "MainVoltageMax")]
+    {
+        if b.has(of)
+            && let Some([value, ..]) = b.get(of, name)?.as_deref()
+        {
+            return Ok((of, name, *value));
+        }
+    }
+    not_applicable("none of our parameters is known", "наши параметры неизвестны")
+}
+
+/// §3.5, §3.5/1
+pub fn set_and_read(b: &mut Bench<'_>) -> Step {
+    let (of, name, value) = spare(b)?;
+    b.set(of, name, value + 1)?;
+    let read = b.param(of, name)?;
+    must(read == value + 1, "read back at once", "читается сразу", format!("{read}"))?;
+    b.wait(1500)?;
+    let read = b.param(of, name)?;
+    must(read == value + 1, "and later", "и позже", format!("{read}"))
+}
+
+/// §3.5/1, negative and large values keep their sign and their four bytes.
+pub fn wide_values(b: &mut Bench<'_>) -> Step {
+    b.needs(S::CONTROL)?;
+    for value in [-9_999, 9_998, -1] {
+        b.set(S::CONTROL, "Height", value)?;
+        let read = b.param(S::CONTROL, "Height")?;
+        must(read == value, "the value as set", "значение как задано", format!("{value}: {read}"))?;
+    }
+    Ok(())
+}
+
+/// §3.5/1, an array.
+pub fn arrays(b: &mut Bench<'_>) -> Step {
+    b.needs(S::CONTROL)?;
+    let Some(old) = b.get(S::CONTROL, "Program7")? else {
+        return not_applicable("no stored programs", "нет записанных программ");
+    };
+    if old.is_empty() {
+        return not_applicable("no stored programs", "нет записанных программ");
+    }
+    let new = [10, 20, 30, 40, 50, 6, 7];
+    let rec = b.try_set(S::CONTROL, "Program7", &new)?;
+    let read = b.get(S::CONTROL, "Program7")?;
+    b.try_set(S::CONTROL, "Program7", &old)?;
+    must(rec.status.is_success(), "Accepted", "Accepted", rec.words(true))?;
+    must(read.as_deref() == Some(&new), "all values of an array", "все значения массива", format!("{read:?}"))
+}
+
+/// §3.5: the answer carries the id.
+pub fn answer_id(b: &mut Bench<'_>) -> Step {
+    let (of, name, value) = spare(b)?;
+    let data = param_data(name, &[value]);
+    let rec = b.ask(R::SET_PARAM, of, &data)?;
+    must(rec.status.is_success() && rec.data == data[..2], "Ok or Accepted with the id", "Ok или Accepted с идентификатором", rec.words(true))
+}
+
+/// §3.5/2
+pub fn unknown_id(b: &mut Bench<'_>) -> Step {
+    for to in b.found.present.clone() {
+        b.refused(R::SET_PARAM, to, &[0x01, 0x00, 0, 0, 0, 0], to, Status::INVALID_ID)?;
+    }
+    for id in S::CHAIN.into_iter().chain([S(0)]) {
+        if !b.has(id) {
+            b.refused(R::SET_PARAM, id, &[1, 0, 0, 0, 0, 0], id, Status::MODULE_NOT_EXIST)?;
+        }
+    }
+    Ok(())
+}
+
+/// §3.5/3
+pub fn out_of_range(b: &mut Bench<'_>) -> Step {
+    let old = b.param(S::GENERAL, "MoveTimeout")?;
+    for value in [-1, 60_001, i32::MAX, i32::MIN] {
+        let rec = b.try_set(S::GENERAL, "MoveTimeout", &[value])?;
+        must(rec.status == Status::INVALID_VALUE, "InvalidValue", "InvalidValue", rec.words(true))?;
+    }
+    let read = b.param(S::GENERAL, "MoveTimeout")?;
+    must(read == old, "nothing changes", "ничего не меняется", format!("{read}"))
+}
+
+/// §3.5/4
+pub fn wrong_count(b: &mut Bench<'_>) -> Step {
+    let (of, name, value) = spare(b)?;
+    let whole = param_data(name, &[value, value]);
+    for len in [10, 9, 5, 3, 2] {
+        let rec = b.ask(R::SET_PARAM, of, &whole[..len])?;
+        must(rec.status == Status::WRONG_DATA && rec.device == of, "WrongData", "WrongData", rec.words(true))?;
+    }
+    let read = b.param(of, name)?;
+    must(read == value, "nothing changes", "ничего не меняется", format!("{read}"))
+}
+
+/// §3.5/5
+pub fn read_only(b: &mut Bench<'_>) -> Step {
+    let rec = b.try_set(S::GENERAL, "FaultInfo", &[0; 20])?;
+    if rec.status == Status::INVALID_ID {
+        return not_applicable("our parameters are not known", "наши параметры неизвестны");
+    }
+    must(rec.status == Status::ACCESS_DENIED, "AccessDenied", "AccessDenied", rec.words(true))
+}
+
+/// §3.21/3
+pub fn hotbeds_read_only(b: &mut Bench<'_>) -> Step {
+    b.needs(S::DETECTOR)?;
+    let rec = b.try_set(S::DETECTOR, "Hotbeds", &[0; 5])?;
+    must(rec.status == Status::ACCESS_DENIED, "AccessDenied", "AccessDenied", rec.words(true))
+}
+
+/// §3.5/7
+pub fn remote(b: &mut Bench<'_>) -> Step {
+    b.deployed()?;
+    for id in [S::HORIZONTAL, S::VERTICAL, S::NOZZLE] {
+        if !b.has(id) || b.param(id, "DriveType")? != 1 {
+            continue;
+        }
+        let old = b.param(id, "Speed")?;
+        let new = if old > 2 { old - 1 } else { old + 1 };
+        b.undo.push(crate::safety::Undo::Param(id, "Speed", old));
+        let first = b.ask(R::SET_PARAM, id, &param_data("Speed", &[new]))?;
+        let known = [Status::CACHED, Status::ACCEPTED, Status::OK].contains(&first.status);
+        must(known, "Cached, then Accepted", "Cached, затем Accepted", first.words(true))?;
+        b.put(id, "Speed", new)?;
+        let read = b.param(id, "Speed")?;
+        return must(read == new, "the unit's new value", "новое значение блока", format!("{read}"));
+    }
+    not_applicable("no remote drive", "нет удалённого привода")
+}
+
+/// §3.5/8
+pub fn after_restart(b: &mut Bench<'_>) -> Step {
+    let address = b.param(S::GENERAL, "Address")?;
+    let other = if address == 1 { 2 } else { 1 };
+    b.put(S::GENERAL, "Address", other)?;
+    // It must still be there to be told its address again.
+    let read = b.param(S::GENERAL, "Address");
+    b.put(S::GENERAL, "Address", address)?;
+    must(read? == other, "the new value is read", "читается новое значение", "")
+}
+
+/// §3.5/9
+pub fn stored_already(b: &mut Bench<'_>) -> Step {
+    let (of, name, value) = spare(b)?;
+    b.put(of, name, value)?;
+    let en = "Ok once the value is stored";
+    b.until(10_000, en, "Ok, когда значение сохранено", |b| {
+        Ok(b.try_set(of, name, &[value])?.status == Status::OK)
+    })?;
+    b.set(of, name, value + 1)?;
+    let stored = b.try_set(of, name, &[value + 1])?;
+    must(stored.status.is_success(), "Accepted, then Ok", "Accepted, затем Ok", stored.words(true))?;
+    b.until(10_000, en, "Ok, когда значение сохранено", |b| {
+        Ok(b.try_set(of, name, &[value + 1])?.status == Status::OK)
+    })
+}
+
+/// §3.5/9: a new value is Accepted first.
+pub fn accepted_first(b: &mut Bench<'_>) -> Step {
+    let (of, name, value) = spare(b)?;
+    b.undo.push(crate::safety::Undo::Param(of, name, value));
+    let rec = b.try_set(of, name, &[value + 2])?;
+    must(rec.status == Status::ACCEPTED, "Accepted for a new value", "Accepted для нового значения", rec.words(true))
+}
+
+/// §3.5/10
+pub fn not_in_motion(b: &mut Bench<'_>) -> Step {
+    let id = super::motion::aimed(b)?;
+    let (of, name, value) = spare(b)?;
+    let (sign, from) = super::motion::room(b, id)?;
+    b.done(R::MOVE, id, &le(from + sign * super::motion::small(id).0 * 4))?;
+    b.until_flags(id, bits::MOVE, 0, 1000)?;
+    b.undo.push(crate::safety::Undo::Param(of, name, value));
+    for _ in 0..4 {
+        let rec = b.try_set(of, name, &[value + 3])?;
+        let moving = b.drive(id)?.0 & bits::MOVE != 0;
+        must(
+            !moving || rec.status == Status::ACCEPTED,
+            "Accepted, not yet stored, while a drive turns",
+            "Accepted, ещё не сохранено, пока привод движется",
+            rec.words(true),
+        )?;
+    }
+    b.until_flags(id, 0, bits::MOVE, 30_000)?;
+    b.until(10_000, "Ok after the motion", "Ok после движения", |b| {
+        Ok(b.try_set(of, name, &[value + 3])?.status == Status::OK)
+    })
+}
+
+/// §3.3.1/4: limits of the supply on the wrong side of it.
+pub fn bad_power(b: &mut Bench<'_>) -> Step {
+    let rec = b.read(R::GET_STATUS, S::GENERAL, &[])?;
+    let volts = i32::from(rec.i16_at(4).unwrap_or(0));
+    let was = rec.flags().unwrap_or(0) & bits::BAD_POWER;
+    b.set(S::GENERAL, "MainVoltageMax", volts + 30)?;
+    b.set(S::GENERAL, "MainVoltageMin", volts + 10)?;
+    b.until_flags(S::GENERAL, bits::BAD_POWER, 0, 3000)?;
+    b.put(S::GENERAL, "MainVoltageMin", 0)?;
+    b.until_flags(S::GENERAL, 0, bits::BAD_POWER, 3000)?;
+    b.put(S::GENERAL, "MainVoltageMax", (volts - 5).max(0))?;
+    b.until_flags(S::GENERAL, bits::BAD_POWER, 0, 3000)?;
+    b.put(S::GENERAL, "MainVoltageMax", volts + 30)?;
+    b.until_flags(S::GENERAL, 0, bits::BAD_POWER, 3000)?;
+    must(was == 0, "no BadPower before", "прежде не было BadPower", rec.words(true))
+}
+
+/// §3.3.3/1
+pub fn heating(b: &mut Bench<'_>) -> Step {
+    b.needs(S::CLIMATICS)?;
+    let rec = b.read(R::GET_STATUS, S::CLIMATICS, &[])?;
+    let box_temp = i32::from(rec.i16_at(12).unwrap_or(0));
+    if !(-350..=500).contains(&box_temp) {
+        return not_applicable("the box is too warm or too cold", "в корпусе слишком тепло или холодно");
+    }
+    b.set(S::CLIMATICS, "HeatOff", 600)?;
+    b.set(S::CLIMATICS, "HeatOn", box_temp + 60)?;
+    b.until_flags(S::CLIMATICS, bits::BOX_HEAT, 0, 3000)?;
+    b.put(S::CLIMATICS, "HeatOn", box_temp - 49)?;
+    b.put(S::CLIMATICS, "HeatOff", box_temp - 40)?;
+    b.until_flags(S::CLIMATICS, 0, bits::BOX_HEAT, 3000)
+}
+
+/// §3.6, §3.6/2: tables that are refused; a good one could not be put back.
+pub fn correction_table(b: &mut Bench<'_>) -> Step {
+    b.needs(S::CONTROL)?;
+    b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &[], S::CONTROL, Status::WRONG_DATA)?;
+    b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &[0], S::CONTROL, Status::WRONG_DATA)?;
+    b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &[255, 0, 0], S::CONTROL, Status::INVALID_VALUE)
+}
+
+/// §3.6: an addressee that has none.
+pub fn correction_addressee(b: &mut Bench<'_>) -> Step {
+    let data = [0, 0];
+    b.refused(R::SETUP_CORRECTION_TABLE, S::GENERAL, &data, S::GENERAL, Status::WRONG_REQUEST)?;
+    if !b.has(S::CONTROL) {
+        return b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &data, S::CONTROL, Status::MODULE_NOT_EXIST);
+    }
+    Ok(())
+}

@@ -1,0 +1,383 @@
+//! §3.3, §3.4, §3.7, §3.20, §3.21, §P: what can be read.
+
+use lafet_proto::param::{Param, Storage};
+use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
+
+use super::bits;
+use crate::bench::Bench;
+use crate::raw::{Rec, name};
+use crate::verdict::{Step, must, not_applicable};
+
+const HOTBED: usize = 20;
+
+fn size_of(id: S) -> usize {
+    match id {
+        S::GENERAL => 10,
+        S::CLIMATICS => 16,
+        id if id.is_drive() => 8,
+        _ => 4,
+    }
+}
+
+/// §3.3
+pub fn sizes(b: &mut Bench<'_>) -> Step {
+    for id in b.found.present.clone() {
+        let rec = b.read(R::GET_STATUS, id, &[])?;
+        let en = format!("{} bytes from {}", size_of(id), name(id.name(), id.0));
+        must(rec.data.len() == size_of(id), &en, &en.replace("bytes from", "байт от"), rec.words(true))?;
+    }
+    Ok(())
+}
+
+/// §3.3/1 What All says is what each says.
+pub fn same_as_alone(b: &mut Bench<'_>) -> Step {
+    let records = b.frame(&Rec::new(R::GET_STATUS, S::ALL, &[]).bytes())?;
+    for rec in records {
+        if rec.status == Status::NO_ROOM {
+            return not_applicable("the buffer does not hold the answers", "ответы не помещаются");
+        }
+        must(
+            rec.data.len() == size_of(rec.device) && rec.status == Status::OK,
+            "Ok with the structure of each",
+            "Ok со структурой каждой подсистемы",
+            rec.words(true),
+        )?;
+        let alone = b.read(R::GET_STATUS, rec.device, &[])?;
+        let same = |flags: Option<u32>| flags.map(|flags| flags & !bits::CONN_LOST);
+        must(
+            same(alone.flags()) == same(rec.flags()) && alone.i16_at(4).is_some() == rec.i16_at(4).is_some(),
+            "the same flags as the subsystem alone",
+            "те же флаги, что у подсистемы отдельно",
+            alone.words(true),
+        )?;
+    }
+    Ok(())
+}
+
+/// §3.3.1 to §3.3.9: bits that have no meaning are 0.
+fn unused(b: &mut Bench<'_>, ids: &[S], used: u32) -> Step {
+    let mut any = false;
+    for id in ids.iter().copied() {
+        if !b.has(id) {
+            continue;
+        }
+        any = true;
+        let flags = b.flags(id)?;
+        must(
+            flags & !used == 0,
+            "flags without a meaning are 0",
+            "флаги без значения равны 0",
+            format!("{}: {flags:#010x}", name(id.name(), id.0)),
+        )?;
+    }
+    if any { Ok(()) } else { not_applicable("no such subsystem", "нет такой подсистемы") }
+}
+
+pub fn common_flags(b: &mut Bench<'_>) -> Step {
+    unused(b, &S::CHAIN, !bits::RESERVED)
+}
+
+pub fn general_flags(b: &mut Bench<'_>) -> Step {
+    unused(b, &[S::GENERAL], 0x0007_7FFF)?;
+    let rec = b.read(R::GET_STATUS, S::GENERAL, &[])?;
+    let volts = rec.i16_at(4).unwrap_or(0);
+    must(volts > 0, "a supply voltage in V", "напряжение питания в В", rec.words(true))
+}
+
+pub fn drive_flags(b: &mut Bench<'_>) -> Step {
+    unused(b, &[S::VERTICAL, S::HORIZONTAL, S::NOZZLE], 0x3FFF_7FFF)
+}
+
+pub fn valve_flags(b: &mut Bench<'_>) -> Step {
+    unused(b, &[S::VALVE1, S::VALVE2], 0x00FF_7FFF)?;
+    for id in [S::VALVE1, S::VALVE2] {
+        if b.has(id) {
+            let flags = b.flags(id)?;
+            let both = bits::OPEN | bits::CLOSED;
+            must(flags & both != both, "not open and closed at once", "не открыт и закрыт сразу", format!("{flags:#010x}"))?;
+        }
+    }
+    Ok(())
+}
+
+pub fn control_flags(b: &mut Bench<'_>) -> Step {
+    unused(b, &[S::CONTROL], 0x01FF_7FFF)
+}
+
+pub fn detector_flags(b: &mut Bench<'_>) -> Step {
+    unused(b, &[S::DETECTOR], 0x00FF_7FFF)
+}
+
+pub fn climatics_flags(b: &mut Bench<'_>) -> Step {
+    b.needs(S::CLIMATICS)?;
+    let rec = b.read(R::GET_STATUS, S::CLIMATICS, &[])?;
+    let humidity = rec.i16_at(14).unwrap_or(-1);
+    let sane = |at: usize| rec.i16_at(at).is_some_and(|temp| (-1000..=2000).contains(&temp));
+    must(
+        (0..=100).contains(&humidity) && [4, 6, 8, 10, 12].into_iter().all(sane),
+        "temperatures in 0.1 °C and humidity in %",
+        "температуры в 0,1 °C и влажность в %",
+        rec.words(true),
+    )
+}
+
+pub fn deployer_flags(b: &mut Bench<'_>) -> Step {
+    b.needs(S::DEPLOYER)?;
+    let flags = b.flags(S::DEPLOYER)?;
+    must((flags & bits::FOLD).count_ones() <= 1, "one state at most", "не более одного состояния", format!("{flags:#010x}"))
+}
+
+pub fn conn_flags(b: &mut Bench<'_>) -> Step {
+    unused(b, &[S::EXTERNAL_CONN, S::RADIO], 0x0000_7FFF)
+}
+
+pub fn button_flags(b: &mut Bench<'_>) -> Step {
+    b.one_of(&[S::BUTTONS, S::EXT_BUTTONS])?;
+    for id in [S::BUTTONS, S::EXT_BUTTONS] {
+        if b.has(id) {
+            let flags = b.flags(id)?;
+            let stuck = (0..8).any(|n| flags >> (16 + 2 * n) & 3 == 1);
+            must(!stuck, "no button is pressed", "ни одна кнопка не нажата", format!("{flags:#010x}"))?;
+        }
+    }
+    Ok(())
+}
+
+/// §3.3.4/2 at rest
+pub fn at_rest(b: &mut Bench<'_>) -> Step {
+    for id in b.found.present.clone() {
+        if id.is_drive() {
+            let rec = b.read(R::GET_STATUS, id, &[])?;
+            must(rec.data.get(7) == Some(&0), "speed 0 at rest", "скорость 0 в покое", rec.words(true))?;
+        }
+    }
+    Ok(())
+}
+
+/// §3.3.9, §3.3.9/1: Stop is an attempt to control, reads are none.
+fn lost(b: &mut Bench<'_>) -> Step<Vec<S>> {
+    let mut lost = Vec::new();
+    for id in [S::EXTERNAL_CONN, S::RADIO] {
+        if b.has(id) && b.flags(id)? & bits::CONN_LOST != 0 {
+            lost.push(id);
+        }
+    }
+    Ok(lost)
+}
+
+fn timeout_ms(b: &mut Bench<'_>) -> Step<u64> {
+    let mut longest = 3000;
+    for id in [S::EXTERNAL_CONN, S::RADIO] {
+        if b.has(id)
+            && let Some([ms, ..]) = b.get(id, "Timeout")?.as_deref()
+        {
+            longest = longest.max(u64::try_from(*ms).unwrap_or(3000));
+        }
+    }
+    Ok(longest)
+}
+
+pub fn conn_lost(b: &mut Bench<'_>) -> Step {
+    b.one_of(&[S::EXTERNAL_CONN, S::RADIO])?;
+    let timeout_ms = timeout_ms(b)?;
+    b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
+    let ids = [S::EXTERNAL_CONN, S::RADIO].into_iter().filter(|id| b.has(*id)).count();
+    let now = lost(b)?;
+    must(now.len() < ids, "no ConnLost after a control request", "нет ConnLost после запроса управления", format!("{now:?}"))?;
+    b.wait(timeout_ms / 2)?;
+    must(lost(b)?.len() < ids, "no ConnLost before its time", "нет ConnLost раньше времени", "")?;
+    b.wait(timeout_ms / 2 + 700)?;
+    let later = lost(b)?.len();
+    must(later == ids, "ConnLost when nobody has controlled for 3 s", "ConnLost, когда 3 с никто не управлял", "")
+}
+
+pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
+    b.one_of(&[S::EXTERNAL_CONN, S::RADIO])?;
+    let ms = timeout_ms(b)? + 500;
+    b.wait(ms)?;
+    let before = lost(b)?;
+    for _ in 0..5 {
+        b.read(R::GET_STATUS, S::GENERAL, &[])?;
+    }
+    let after = lost(b)?;
+    must(before == after && !after.is_empty(), "reads do not count as control", "чтение — не управление", format!("{after:?}"))
+}
+
+/// §3.4
+pub fn get_param(b: &mut Bench<'_>) -> Step {
+    let mut any = false;
+    for id in b.found.present.clone() {
+        for param in Param::of(id).take(3) {
+            let Some(values) = b.get(id, param.name())? else { continue };
+            any = true;
+            must(
+                param.spec().allows_len(values.len()),
+                "as many values as the parameter has",
+                "столько значений, сколько у параметра",
+                format!("{}: {values:?}", param.name()),
+            )?;
+        }
+    }
+    if any { Ok(()) } else { not_applicable("none of our parameters is known", "наши параметры неизвестны") }
+}
+
+/// §3.4/1
+pub fn unknown_param(b: &mut Bench<'_>) -> Step {
+    for to in b.found.present.clone() {
+        b.refused(R::GET_PARAM, to, &[0x01, 0x00], to, Status::INVALID_ID)?;
+    }
+    Ok(())
+}
+
+/// §3.4/1 "with the id" is ours.
+pub fn unknown_param_id(b: &mut Bench<'_>) -> Step {
+    let rec = b.ask(R::GET_PARAM, S::GENERAL, &[0x34, 0x12])?;
+    must(rec.data == [0x34, 0x12], "the id comes back", "идентификатор возвращается", rec.words(true))
+}
+
+/// §3.4/2
+pub fn remote_param(b: &mut Bench<'_>) -> Step {
+    for id in [S::HORIZONTAL, S::VERTICAL, S::NOZZLE] {
+        if b.has(id) && matches!(b.get(id, "DriveType")?.as_deref(), Some([1])) {
+            let speed = b.get(id, "Speed")?;
+            return must(speed.is_some(), "Ok once fetched", "Ok после получения", format!("{speed:?}"));
+        }
+    }
+    not_applicable("no remote drive", "нет удалённого привода")
+}
+
+/// §P/1
+pub fn dictionary(b: &mut Bench<'_>) -> Step {
+    let locked = b.flags(S::GENERAL)? & bits::CONFIG_INVALID != 0;
+    if locked {
+        return not_applicable("parameters are unset", "параметры не заданы");
+    }
+    for param in Param::ALL {
+        let spec = param.spec();
+        if !b.has(spec.subsystem) || spec.storage == Storage::Volatile {
+            continue;
+        }
+        let Some(values) = b.get(spec.subsystem, param.name())? else {
+            // TrvPosition and the like are answered by monitors that have them stored.
+            return must(!spec.required, "every parameter of the table", "все параметры таблицы", param.name());
+        };
+        must(
+            spec.check(values.iter().copied()).is_ok(),
+            "values within the table's range",
+            "значения в пределах таблицы",
+            format!("{}: {values:?}", param.name()),
+        )?;
+    }
+    Ok(())
+}
+
+/// §3.7
+pub fn limits(b: &mut Bench<'_>) -> Step {
+    b.one_of(&crate::safety::DRIVES)?;
+    for id in b.found.present.clone() {
+        if !id.is_drive() {
+            continue;
+        }
+        let rec = b.read(R::RETRIEVE_LIMITS, id, &[])?;
+        let (min, max) = (rec.i32_at(0), rec.i32_at(4));
+        must(
+            rec.data.len() == 8 && min <= max,
+            "int32 min and max, min not above max",
+            "int32 min и max, min не больше max",
+            rec.words(true),
+        )?;
+        let known = (b.get(id, "MinLimit")?, b.get(id, "MaxLimit")?);
+        if let (Some(low), Some(high)) = known {
+            must(
+                low.first().copied() == min && high.first().copied() == max,
+                "the limits that the parameters say",
+                "пределы, о которых говорят параметры",
+                rec.words(true),
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// §3.7/1
+pub fn limits_of_all(b: &mut Bench<'_>) -> Step {
+    let drives: Vec<S> = b.found.present.iter().copied().filter(|id| id.is_drive()).collect();
+    if drives.is_empty() {
+        return not_applicable("no drive", "нет приводов");
+    }
+    for to in [S::ALL, S::MOTORS] {
+        let records = b.frame(&Rec::new(R::RETRIEVE_LIMITS, to, &[]).bytes())?;
+        let found: Vec<S> = records.iter().map(|rec| rec.device).collect();
+        let data = records.iter().all(|rec| rec.data.len() == 8);
+        must(found == drives && data, "every drive, in chain order", "каждый привод, по порядку цепочки", crate::bench::list(&records))?;
+    }
+    Ok(())
+}
+
+/// §3.20
+pub fn crash_data(b: &mut Bench<'_>) -> Step {
+    let rec = b.read(R::GET_CRASH_DATA, S::GENERAL, &[])?;
+    must([80, 48].contains(&rec.data.len()), "80 or 48 bytes", "80 или 48 байт", rec.words(true))
+}
+
+/// §3.20/1
+pub fn crash_param(b: &mut Bench<'_>) -> Step {
+    let rec = b.read(R::GET_CRASH_DATA, S::GENERAL, &[])?;
+    let param = b.read(R::GET_PARAM, S::GENERAL, &ParamId::FAULT_INFO.0.to_le_bytes())?;
+    must(
+        param.data.get(2..) == Some(&rec.data[..]),
+        "the words of GetParam General FaultInfo",
+        "слова GetParam General FaultInfo",
+        param.words(true),
+    )
+}
+
+/// §3.21, §3.21/1: literal bytes of the document.
+pub fn hotbeds(b: &mut Bench<'_>) -> Step {
+    b.needs(S::DETECTOR)?;
+    let records = b.frame(&[0x9D, 0xC8, 0x00, 0x02, 0xFE, 0x23])?;
+    let good = matches!(&records[..], [rec] if rec.status == Status::OK
+        && rec.data.starts_with(&[0xFE, 0x23])
+        && (rec.data.len() - 2) % HOTBED == 0 && rec.data.len() <= 2 + 4 * HOTBED);
+    must(good, "FE 23 and n × 20 bytes, n = 0…4", "FE 23 и n × 20 байт, n = 0…4", crate::bench::list(&records))
+}
+
+/// §3.16/5
+pub fn brightest_first(b: &mut Bench<'_>) -> Step {
+    b.needs(S::DETECTOR)?;
+    let rec = b.read(R::GET_HOTBED, S::DETECTOR, &[])?;
+    let beds = rec.data.get(2..).unwrap_or_default().chunks_exact(HOTBED);
+    let bright: Vec<i32> = beds
+        .filter_map(|bed| Some(i32::from_le_bytes(bed.get(16..20)?.try_into().ok()?)))
+        .collect();
+    must(
+        bright.len() <= 4 && bright.is_sorted_by(|a, b| a >= b),
+        "at most 4 hotbeds, brightest first",
+        "не более 4 очагов, ярчайший первым",
+        rec.words(true),
+    )
+}
+
+/// §3.21/2
+pub fn get_hotbed(b: &mut Bench<'_>) -> Step {
+    b.needs(S::DETECTOR)?;
+    let hotbed = b.read(R::GET_HOTBED, S::DETECTOR, &[])?;
+    let param = b.read(R::GET_PARAM, S::DETECTOR, &[0xFE, 0x23])?;
+    must(hotbed.data == param.data, "the data of GetParam Hotbeds", "данные GetParam Hotbeds", hotbed.words(true))
+}
+
+/// §3.3/2 at rest: all reads answer Ok.
+pub fn reads_answer(b: &mut Bench<'_>) -> Step {
+    b.read(R::GET_STATUS, S::GENERAL, &[])?;
+    b.read(R::GET_CRASH_DATA, S::GENERAL, &[])?;
+    for id in b.found.present.clone() {
+        b.read(R::GET_STATUS, id, &[])?;
+        if id.is_drive() {
+            b.read(R::RETRIEVE_LIMITS, id, &[])?;
+        }
+    }
+    if b.has(S::DETECTOR) {
+        b.read(R::GET_HOTBED, S::DETECTOR, &[])?;
+    }
+    Ok(())
+}

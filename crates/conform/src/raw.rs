@@ -1,0 +1,249 @@
+//! Link frames and records, coded here once more: the tester must not trust the encoder and the
+//! decoder that it may be testing.
+
+use lafet_proto::{RequestId, Status, SubsystemId};
+
+/// §L/1 Ends and begins a frame.
+pub const END: u8 = 0xC0;
+/// §L/1 Begins an escape.
+pub const ESC: u8 = 0xDB;
+const ESC_END: u8 = 0xDC;
+const ESC_ESC: u8 = 0xDD;
+/// A frame has at least its two addresses and the CRC.
+const BODY_MIN: usize = 4;
+/// Longer ones are no frames of this protocol; noise must not fill the memory.
+const BODY_MAX: usize = 4096;
+
+/// §L/2 CRC-16/MODBUS, bit by bit.
+pub fn crc(bytes: &[u8]) -> u16 {
+    let mut crc: u16 = 0xFFFF;
+    for byte in bytes {
+        crc ^= u16::from(*byte);
+        for _ in 0..8 {
+            let carry = crc & 1 != 0;
+            crc >>= 1;
+            if carry {
+                crc ^= 0xA001;
+            }
+        }
+    }
+    crc
+}
+
+/// The body of a frame, unescaped: dst, src, payload, CRC.
+pub fn body(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+    let mut body = vec![dst, src];
+    body.extend_from_slice(payload);
+    let crc = crc(&body);
+    body.extend_from_slice(&crc.to_le_bytes());
+    body
+}
+
+/// A body, escaped, between its two C0.
+pub fn wire(body: &[u8]) -> Vec<u8> {
+    let mut wire = vec![0xFF, END];
+    for byte in body {
+        match *byte {
+            END => wire.extend_from_slice(&[ESC, ESC_END]),
+            ESC => wire.extend_from_slice(&[ESC, ESC_ESC]),
+            byte => wire.push(byte),
+        }
+    }
+    wire.push(END);
+    wire
+}
+
+/// A whole frame.
+pub fn frame(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+    wire(&body(dst, src, payload))
+}
+
+/// What has come: a frame, or what is none.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Incoming {
+    /// A frame whose CRC is right.
+    Frame {
+        /// To whom.
+        dst: u8,
+        /// From whom.
+        src: u8,
+        /// Its records.
+        payload: Vec<u8>,
+    },
+    /// Bytes between two C0 that are no frame: a wrong CRC or a wrong escape.
+    Broken(Vec<u8>),
+}
+
+/// Cuts a stream of bytes into frames.
+#[derive(Clone, Debug, Default)]
+pub struct Splitter {
+    raw: Vec<u8>,
+    open: bool,
+}
+
+impl Splitter {
+    /// Takes a byte; returns what it completes.
+    pub fn push(&mut self, byte: u8) -> Option<Incoming> {
+        if byte != END {
+            if self.open && self.raw.len() < BODY_MAX {
+                self.raw.push(byte);
+            }
+            return None;
+        }
+        let raw = std::mem::take(&mut self.raw);
+        if !self.open || raw.len() < BODY_MIN {
+            self.open = true;
+            return None;
+        }
+        let incoming = decode(&raw).unwrap_or(Incoming::Broken(raw));
+        // The C0 that ends what is no frame may begin the next one.
+        self.open = matches!(incoming, Incoming::Broken(_));
+        Some(incoming)
+    }
+}
+
+fn decode(raw: &[u8]) -> Option<Incoming> {
+    let mut body = Vec::with_capacity(raw.len());
+    let mut bytes = raw.iter();
+    while let Some(byte) = bytes.next() {
+        body.push(match *byte {
+            ESC => match *bytes.next()? {
+                ESC_END => END,
+                ESC_ESC => ESC,
+                _ => return None,
+            },
+            byte => byte,
+        });
+    }
+    let (rest, sum) = body.split_at_checked(body.len().checked_sub(2)?)?;
+    let [dst, src, payload @ ..] = rest else { return None };
+    (crc(rest).to_le_bytes() == sum).then(|| Incoming::Frame {
+        dst: *dst,
+        src: *src,
+        payload: payload.to_vec(),
+    })
+}
+
+/// A record (§2).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rec {
+    /// Which request.
+    pub request: RequestId,
+    /// To whom, or who answers.
+    pub device: SubsystemId,
+    /// How it was answered.
+    pub status: Status,
+    /// Its data.
+    pub data: Vec<u8>,
+}
+
+impl Rec {
+    /// A request.
+    pub fn new(request: RequestId, device: SubsystemId, data: &[u8]) -> Self {
+        Self { request, device, status: Status::OK, data: data.to_vec() }
+    }
+
+    /// Its bytes.
+    pub fn bytes(&self) -> Vec<u8> {
+        let size = u8::try_from(self.data.len()).unwrap_or(u8::MAX);
+        let mut bytes = vec![self.request.0, self.device.0, self.status.0, size];
+        bytes.extend_from_slice(&self.data);
+        bytes
+    }
+
+    /// The records of a payload; `None` when the last is cut short.
+    pub fn all(payload: &[u8]) -> Option<Vec<Self>> {
+        let (mut records, mut rest) = (Vec::new(), payload);
+        while !rest.is_empty() {
+            let (header, tail) = rest.split_at_checked(4)?;
+            let (data, tail) = tail.split_at_checked(usize::from(header[3]))?;
+            records.push(Self {
+                request: RequestId(header[0]),
+                device: SubsystemId(header[1]),
+                status: Status(header[2]),
+                data: data.to_vec(),
+            });
+            rest = tail;
+        }
+        Some(records)
+    }
+
+    /// Request, subsystem, status and data, as a person reads them.
+    pub fn words(&self, answer: bool) -> String {
+        let request = name(self.request.name(), self.request.0);
+        let device = name(self.device.name(), self.device.0);
+        let data = if self.data.is_empty() { String::new() } else { format!(" {}", hex(&self.data)) };
+        if !answer {
+            return format!("{request} → {device}{data}");
+        }
+        let status = name(self.status.name(), self.status.0);
+        format!("{request} ← {device}: {status}{data}")
+    }
+
+    /// The first word of the data: the flags of a status.
+    pub fn flags(&self) -> Option<u32> {
+        self.data.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
+    }
+
+    /// A 16-bit field of the data.
+    pub fn i16_at(&self, at: usize) -> Option<i16> {
+        Some(i16::from_le_bytes(self.data.get(at..at + 2)?.try_into().ok()?))
+    }
+
+    /// A 32-bit field of the data.
+    pub fn i32_at(&self, at: usize) -> Option<i32> {
+        Some(i32::from_le_bytes(self.data.get(at..at + 4)?.try_into().ok()?))
+    }
+}
+
+/// A name, or the number where there is none.
+pub fn name(name: Option<&str>, number: u8) -> String {
+    name.map_or_else(|| format!("0x{number:02X}"), str::to_owned)
+}
+
+/// Bytes in hexadecimal.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn split(bytes: &[u8]) -> Vec<Incoming> {
+        let mut splitter = Splitter::default();
+        bytes.iter().filter_map(|byte| splitter.push(*byte)).collect()
+    }
+
+    /// §L/2 the catalogued check value; §L/1 the escapes, byte by byte.
+    #[test]
+    fn frames_are_the_observed_ones() {
+        assert_eq!(crc(b"123456789"), 0x4B37);
+        let wire = frame(1, 0x81, &[0xC0, 0xDB]);
+        assert_eq!(&wire[..8], &[0xFF, 0xC0, 0x01, 0x81, 0xDB, 0xDC, 0xDB, 0xDD]);
+        assert_eq!(
+            split(&wire),
+            [Incoming::Frame { dst: 1, src: 0x81, payload: vec![0xC0, 0xDB] }]
+        );
+    }
+
+    #[test]
+    fn what_is_no_frame_is_kept_apart() {
+        let mut wire = frame(1, 0x81, &[1, 2, 3, 0]);
+        wire[4] ^= 1;
+        let mut both = wire.clone();
+        both.extend_from_slice(&frame(1, 0x81, &[]));
+        let found = split(&both);
+        assert!(matches!(found[0], Incoming::Broken(_)));
+        assert_eq!(found[1], Incoming::Frame { dst: 1, src: 0x81, payload: Vec::new() });
+        assert_eq!(split(&[0xC0, 0xC0, 1, 0xC0]), []);
+    }
+
+    #[test]
+    fn records_cut_short_are_none() {
+        let record = Rec::new(RequestId::MOVE, SubsystemId::VERTICAL, &[1, 2]);
+        assert_eq!(Rec::all(&record.bytes()), Some(vec![record.clone()]));
+        assert_eq!(Rec::all(&record.bytes()[..5]), None);
+        assert_eq!(Rec::all(&record.bytes()[..3]), None);
+    }
+}

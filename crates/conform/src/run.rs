@@ -1,0 +1,154 @@
+//! A run: look, test after test, put everything back.
+
+use crate::bench::Bench;
+use crate::checks::{TESTS, Test};
+use crate::line::Line;
+use crate::report::{Report, TestReport};
+use crate::spec::{self, Label};
+use crate::verdict::{Halt, Note, Outcome};
+use crate::{Level, Options};
+
+/// How far a run has got.
+#[derive(Clone, Copy, Debug)]
+pub enum Progress<'a> {
+    /// This test begins.
+    Begins {
+        /// Which of how many.
+        number: usize,
+        /// How many.
+        of: usize,
+        /// Its name and item.
+        test: (&'a str, &'a str),
+    },
+    /// This test has ended.
+    Ended(&'a TestReport),
+    /// Everything is being put back.
+    PuttingBack,
+}
+
+/// Tests a monitor.
+pub fn run(line: &mut dyn Line, options: &Options, see: &mut dyn FnMut(Progress<'_>)) -> Report {
+    let mut bench = Bench::new(line, options);
+    let mut report = Report::new(options);
+    if let Err(halt) = bench.look().and_then(|()| bench.is_ready()) {
+        report.aborted = Some(told(&halt));
+        report.unreachable = bench.found.present.is_empty();
+        finish(&mut report, &mut bench);
+        return report;
+    }
+    let slowed = bench.slow_down();
+    bench.log.clear();
+    let chosen: Vec<&Test> = TESTS.iter().filter(|test| is_chosen(test, options)).collect();
+    if let Err(halt) = &slowed {
+        report.aborted = Some(told(halt));
+    } else {
+        for (index, test) in chosen.iter().enumerate() {
+            let (number, of) = (index + 1, chosen.len());
+            see(Progress::Begins { number, of, test: (test.name, test.item) });
+            let (ended, halt) = one(&mut bench, test, options);
+            see(Progress::Ended(&ended));
+            let failed = ended.outcome == Outcome::Fail
+                || (options.strict && ended.outcome == Outcome::Differs);
+            report.tests.push(ended);
+            report.aborted = halt;
+            if report.aborted.is_some() || (failed && options.fail_fast) {
+                break;
+            }
+        }
+    }
+    if options.level > Level::ReadOnly {
+        see(Progress::PuttingBack);
+        bench.log.clear();
+        bench.undo.extend(slowed.unwrap_or_default());
+        bench.dirty = true;
+        let back = bench.put_back();
+        let home = bench.return_home();
+        report.not_restored = back.and(home).err().map(|halt| told(&halt));
+    }
+    finish(&mut report, &mut bench);
+    report
+}
+
+fn finish(report: &mut Report, bench: &mut Bench<'_>) {
+    report.present.clone_from(&bench.found.present);
+    report.frames = bench.frames;
+    report.repeats = bench.repeats;
+    report.took_ms = bench.now_ms();
+}
+
+fn is_chosen(test: &Test, options: &Options) -> bool {
+    let within = |id: &String| {
+        test.name == id
+            || test.item.strip_prefix(id.as_str()).is_some_and(|rest| {
+                rest.is_empty() || rest.starts_with(['.', '/'])
+            })
+    };
+    test.level <= options.level && (options.only.is_empty() || options.only.iter().any(within))
+}
+
+/// Runs a test and undoes it. The second value ends the run.
+fn one(bench: &mut Bench<'_>, test: &Test, options: &Options) -> (TestReport, Option<Note>) {
+    bench.log.clear();
+    let began_ms = bench.now_ms();
+    let result = (test.run)(bench).and_then(|()| bench.watch());
+    let back = bench.put_back();
+    let label = match test.ours {
+        true => Label::Ours,
+        false => spec::item(test.item).map_or(Label::Ours, |item| item.label),
+    };
+    let against = if label == Label::Read { Outcome::Fail } else { Outcome::Differs };
+    let mut ended = TestReport {
+        name: test.name,
+        item: test.item,
+        label,
+        level: test.level,
+        outcome: Outcome::Pass,
+        expected: Note::default(),
+        found: Note::default(),
+        log: Vec::new(),
+        took_ms: 0,
+    };
+    let mut end = None;
+    match result {
+        Ok(()) => {}
+        Err(Halt::NotApplicable(why)) => {
+            ended.outcome = Outcome::NotApplicable;
+            ended.found = why;
+        }
+        Err(Halt::Fail { expected, found }) => {
+            ended.outcome = against;
+            (ended.expected, ended.found) = (expected, found);
+        }
+        Err(halt) => {
+            ended.outcome = Outcome::Fail;
+            ended.found = told(&halt);
+            end = Some(told(&halt));
+        }
+    }
+    if let Err(halt) = back
+        && ended.outcome != Outcome::Fail
+    {
+        // What was done cannot be undone: that is no matter of rulings.
+        ended.outcome = Outcome::Fail;
+        ended.expected = Note::new("everything is as before the test", "всё как до проверки");
+        ended.found = told(&halt);
+        if !matches!(halt, Halt::Fail { .. }) {
+            end = Some(told(&halt));
+        }
+    }
+    let _ = options;
+    ended.log = std::mem::take(&mut bench.log);
+    ended.took_ms = bench.now_ms() - began_ms;
+    (ended, end)
+}
+
+fn told(halt: &Halt) -> Note {
+    match halt {
+        Halt::Abort(note) | Halt::NotApplicable(note) => note.clone(),
+        Halt::Link(error) => Note::new(format!("the link: {error}"), format!("связь: {error}")),
+        Halt::Fail { expected, found } => Note::new(
+            format!("expected {}; found {}", expected.en, found.en),
+            format!("ожидалось: {}; получено: {}", expected.ru, found.ru),
+        ),
+    }
+}

@@ -1,0 +1,129 @@
+//! A simulated monitor on virtual time, with a place between it and the tester where any rule can
+//! be broken.
+
+use std::io;
+
+use lafet_conform::line::Line;
+use lafet_conform::raw::{self, Incoming, Splitter};
+use lafet_device::Source;
+use lafet_sim::sim::{Config, Sim};
+use lafet_sim::world::STEP_MS;
+
+/// Simulated time before anybody can ask.
+const POWER_UP_MS: u64 = 200;
+/// An answer needs this long.
+const ANSWER_STEPS: u64 = 2;
+/// §L/6
+const PAYLOAD_MAX: usize = 512;
+
+/// A monitor as it is built in a profile.
+pub fn monitor(profile: &str) -> Sim {
+    let mut config = Config::default();
+    config.profile(profile).expect("a known profile");
+    let mut sim = Sim::new(config);
+    sim.advance_ms(POWER_UP_MS);
+    sim
+}
+
+/// What lies between the bytes and the monitor.
+pub trait Between {
+    /// Bytes have come; what goes back.
+    fn receive(&mut self, sim: &mut Sim, bytes: &[u8]) -> Vec<u8>;
+    /// A step of time has passed; what is said unasked.
+    fn tick(&mut self, _sim: &mut Sim) -> Vec<u8> {
+        Vec::new()
+    }
+}
+
+/// The monitor's own port: nothing is changed.
+pub struct Plain(pub lafet_device::port::Port);
+
+impl Plain {
+    pub fn new() -> Self {
+        Self(lafet_device::port::Port::new(Source::ExternalConn))
+    }
+}
+
+impl Between for Plain {
+    fn receive(&mut self, sim: &mut Sim, bytes: &[u8]) -> Vec<u8> {
+        sim.receive(&mut self.0, bytes)
+    }
+}
+
+/// A line on virtual time.
+pub struct SimLine<B> {
+    pub sim: Sim,
+    pub between: B,
+    out: Vec<u8>,
+}
+
+impl<B: Between> SimLine<B> {
+    pub fn new(sim: Sim, between: B) -> Self {
+        Self { sim, between, out: Vec::new() }
+    }
+
+    fn step(&mut self) {
+        self.sim.tick();
+        let more = self.between.tick(&mut self.sim);
+        self.out.extend(more);
+    }
+}
+
+impl<B: Between> Line for SimLine<B> {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let answer = self.between.receive(&mut self.sim, bytes);
+        self.out.extend(answer);
+        for _ in 0..ANSWER_STEPS {
+            self.step();
+        }
+        Ok(())
+    }
+
+    fn recv(&mut self, wait_ms: u64) -> io::Result<Vec<u8>> {
+        for _ in 0..wait_ms.div_ceil(STEP_MS) {
+            if !self.out.is_empty() {
+                break;
+            }
+            self.step();
+        }
+        Ok(std::mem::take(&mut self.out))
+    }
+
+    fn now_ms(&self) -> u64 {
+        self.sim.now_ms()
+    }
+}
+
+/// Frames cut and made by the tester's own code, records handled by the monitor: the place where a
+/// wrong monitor differs.
+#[derive(Default)]
+pub struct Frames {
+    splitter: Splitter,
+}
+
+impl Frames {
+    /// The frames in some bytes that concern this monitor: who asked, and what.
+    pub fn take(&mut self, sim: &Sim, bytes: &[u8]) -> Vec<(u8, Vec<u8>)> {
+        let incoming = bytes.iter().filter_map(|byte| self.splitter.push(*byte));
+        incoming
+            .filter_map(|incoming| match incoming {
+                Incoming::Frame { dst, src, payload }
+                    if dst == sim.address() && src != dst && payload.len() <= PAYLOAD_MAX =>
+                {
+                    Some((src, payload))
+                }
+                _ => None,
+            })
+            .collect()
+    }
+}
+
+/// Asks the monitor itself.
+pub fn ask(sim: &mut Sim, payload: &[u8]) -> Vec<u8> {
+    sim.request(Source::ExternalConn, payload)
+}
+
+/// A frame from the monitor.
+pub fn answer(sim: &Sim, to: u8, payload: &[u8]) -> Vec<u8> {
+    raw::frame(to, sim.address(), payload)
+}

@@ -1,0 +1,196 @@
+//! Wrong monitors: the right one with one rule broken each.
+
+mod fold;
+mod link;
+mod motion;
+mod params;
+mod programs;
+mod records;
+mod service;
+
+use lafet_conform::raw::{self, Rec};
+use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_sim::sim::Sim;
+
+use crate::support::{Between, Frames, ask};
+pub use link::Loose;
+
+/// What a wrong monitor remembers.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    /// Frames so far.
+    pub count: u32,
+    /// A latch.
+    pub on: bool,
+    /// A time, ms.
+    pub at_ms: u64,
+    /// The last request worth keeping.
+    pub kept: Option<Rec>,
+    /// Data of SetParam, by subsystem and id.
+    pub set: Vec<(S, Vec<u8>)>,
+}
+
+/// How a rule is broken.
+#[derive(Clone, Copy)]
+pub enum Rule {
+    /// The link.
+    Link(Loose),
+    /// A request is changed before the monitor sees it.
+    Request(fn(&mut Memory, &mut Rec)),
+    /// The answers are changed.
+    Answer(fn(&mut Memory, &[Rec], &mut Vec<Rec>)),
+    /// The whole frame is handled otherwise.
+    Frame(fn(&mut Memory, &mut Sim, &[Rec]) -> Vec<Rec>),
+    /// Something happens by itself.
+    Time(fn(&mut Memory, &mut Sim)),
+}
+
+/// A wrong monitor.
+#[derive(Clone, Copy)]
+pub struct Wrong {
+    /// What it does wrong.
+    pub name: &'static str,
+    /// Against which item.
+    pub item: &'static str,
+    /// In which profile it lives.
+    pub profile: &'static str,
+    pub rule: Rule,
+}
+
+/// A wrong monitor of the profile `full`.
+pub const fn wrong(item: &'static str, name: &'static str, rule: Rule) -> Wrong {
+    Wrong { name, item, profile: "full", rule }
+}
+
+/// One of another profile.
+pub const fn in_profile(profile: &'static str, wrong: Wrong) -> Wrong {
+    Wrong { profile, ..wrong }
+}
+
+/// All of them.
+pub fn all() -> Vec<Wrong> {
+    [
+        link::WRONG,
+        records::WRONG,
+        motion::WRONG,
+        fold::WRONG,
+        params::WRONG,
+        programs::WRONG,
+        service::WRONG,
+    ]
+    .concat()
+}
+
+/// Hands records to the monitor; its answers.
+pub fn pass(sim: &mut Sim, asked: &[Rec]) -> Vec<Rec> {
+    let payload: Vec<u8> = asked.iter().flat_map(Rec::bytes).collect();
+    Rec::all(&ask(sim, &payload)).unwrap_or_default()
+}
+
+/// Asks the monitor for something of its own.
+pub fn secretly(sim: &mut Sim, request: R, to: S, data: &[u8]) -> Vec<Rec> {
+    pass(sim, &[Rec::new(request, to, data)])
+}
+
+/// The flags of a subsystem.
+pub fn flags(sim: &mut Sim, of: S) -> u32 {
+    secretly(sim, R::GET_STATUS, of, &[]).first().and_then(Rec::flags).unwrap_or(0)
+}
+
+/// An answer of this status.
+pub fn says(to: &Rec, from: S, status: Status) -> Rec {
+    Rec { request: to.request, device: from, status, data: Vec::new() }
+}
+
+/// Whether the frame asks for this.
+pub fn asks(asked: &[Rec], request: R) -> bool {
+    asked.iter().any(|rec| rec.request == request)
+}
+
+/// Changes every answer to a request.
+pub fn each(answers: &mut [Rec], request: R, mut change: impl FnMut(&mut Rec)) {
+    answers.iter_mut().filter(|rec| rec.request == request).for_each(&mut change);
+}
+
+/// Changes the status of answers.
+pub fn restate(answers: &mut [Rec], request: R, from: Status, to: Status) {
+    each(answers, request, |rec| {
+        if rec.status == from {
+            rec.status = to;
+        }
+    });
+}
+
+/// Changes the flags that a subsystem tells.
+pub fn reflag(answers: &mut [Rec], of: S, change: impl Fn(u32) -> u32) {
+    each(answers, R::GET_STATUS, |rec| {
+        if rec.device == of
+            && let Some(flags) = rec.flags()
+        {
+            rec.data[..4].copy_from_slice(&change(flags).to_le_bytes());
+        }
+    });
+}
+
+/// The wire of a wrong monitor.
+pub struct Breaking {
+    rule: Rule,
+    memory: Memory,
+    frames: Frames,
+    link: link::Receiver,
+    own: bool,
+}
+
+impl Breaking {
+    pub fn new(rule: Rule) -> Self {
+        Self {
+            rule,
+            memory: Memory::default(),
+            frames: Frames::default(),
+            link: link::Receiver::default(),
+            own: matches!(rule, Rule::Link(_)),
+        }
+    }
+
+    fn handle(&mut self, sim: &mut Sim, payload: &[u8]) -> Vec<u8> {
+        self.memory.count += 1;
+        let Some(mut asked) = Rec::all(payload).filter(|asked| !asked.is_empty()) else {
+            return ask(sim, payload);
+        };
+        if let Rule::Frame(frame) = self.rule {
+            return frame(&mut self.memory, sim, &asked).iter().flat_map(Rec::bytes).collect();
+        }
+        // The status of a request is handed on as it came.
+        let mut bytes = payload.to_vec();
+        if let Rule::Request(change) = self.rule {
+            asked.iter_mut().for_each(|rec| change(&mut self.memory, rec));
+            bytes = asked.iter().flat_map(Rec::bytes).collect();
+        }
+        let bytes = ask(sim, &bytes);
+        let Rule::Answer(change) = self.rule else { return bytes };
+        let mut answers = Rec::all(&bytes).unwrap_or_default();
+        change(&mut self.memory, &asked, &mut answers);
+        answers.iter().flat_map(Rec::bytes).collect()
+    }
+}
+
+impl Between for Breaking {
+    fn receive(&mut self, sim: &mut Sim, bytes: &[u8]) -> Vec<u8> {
+        if let Rule::Link(loose) = self.rule {
+            return self.link.receive(loose, sim, bytes);
+        }
+        let mut out = Vec::new();
+        for (src, payload) in self.frames.take(sim, bytes) {
+            let answer = self.handle(sim, &payload);
+            out.extend(raw::frame(src, sim.address(), &answer));
+        }
+        out
+    }
+
+    fn tick(&mut self, sim: &mut Sim) -> Vec<u8> {
+        if let Rule::Time(time) = self.rule {
+            time(&mut self.memory, sim);
+        }
+        if self.own { self.link.tick(sim) } else { Vec::new() }
+    }
+}

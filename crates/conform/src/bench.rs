@@ -41,6 +41,8 @@ pub struct Bench<'a> {
     /// Frames sent and answered since the start, and those repeated.
     pub frames: u64,
     pub repeats: u64,
+    /// Something has come back at least once.
+    pub was_answered: bool,
     /// What was found at the start.
     pub found: Found,
     pub undo: Vec<Undo>,
@@ -67,6 +69,7 @@ impl<'a> Bench<'a> {
             log: Vec::new(),
             frames: 0,
             repeats: 0,
+            was_answered: false,
             found: Found::default(),
             undo: Vec::new(),
             dirty: false,
@@ -165,6 +168,7 @@ impl<'a> Bench<'a> {
                 break;
             }
             let bytes = self.line.recv(end - now).map_err(Halt::Link)?;
+            self.was_answered |= !bytes.is_empty();
             all.extend_from_slice(&bytes);
             for byte in bytes {
                 match self.options.framing {

@@ -7,6 +7,8 @@ use lafet_proto::{RequestId, Status, SubsystemId};
 pub const END: u8 = 0xC0;
 /// §L/1 Begins an escape.
 pub const ESC: u8 = 0xDB;
+/// §L/7 After the opening C0: a frame with CRC-32C.
+const MARK: [u8; 2] = [ESC, 0xDE];
 const ESC_END: u8 = 0xDC;
 const ESC_ESC: u8 = 0xDD;
 /// A frame has at least its two addresses and the CRC.
@@ -42,15 +44,54 @@ pub fn body(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
 /// A body, escaped, between its two C0.
 pub fn wire(body: &[u8]) -> Vec<u8> {
     let mut wire = vec![0xFF, END];
-    for byte in body {
-        match *byte {
-            END => wire.extend_from_slice(&[ESC, ESC_END]),
-            ESC => wire.extend_from_slice(&[ESC, ESC_ESC]),
-            byte => wire.push(byte),
-        }
-    }
+    wire.extend(escaped(body));
     wire.push(END);
     wire
+}
+
+fn escaped(body: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(body.len());
+    for byte in body {
+        match *byte {
+            END => bytes.extend_from_slice(&[ESC, ESC_END]),
+            ESC => bytes.extend_from_slice(&[ESC, ESC_ESC]),
+            byte => bytes.push(byte),
+        }
+    }
+    bytes
+}
+
+/// §L/7 CRC-32C, bit by bit.
+pub fn crc32c(bytes: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    for byte in bytes {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            let carry = crc & 1 != 0;
+            crc >>= 1;
+            if carry {
+                crc ^= 0x82F6_3B78;
+            }
+        }
+    }
+    !crc
+}
+
+/// §L/7 The whole frame with CRC-32C; `spoil` is added to the CRC.
+pub fn frame_crc32c(dst: u8, src: u8, payload: &[u8], spoil: u32) -> Vec<u8> {
+    let mut body = vec![dst, src];
+    body.extend_from_slice(payload);
+    let crc = crc32c(&body).wrapping_add(spoil);
+    body.extend_from_slice(&crc.to_le_bytes());
+    [&[0xFF, END][..], &MARK, &escaped(&body), &[END]].concat()
+}
+
+/// §L/7 What stood between the two C0 of a frame with CRC-32C; `None` when it is none.
+pub fn decode_crc32c(raw: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
+    let body = unescaped(raw.strip_prefix(&MARK)?)?;
+    let (rest, sum) = body.split_at_checked(body.len().checked_sub(4)?)?;
+    let [dst, src, payload @ ..] = rest else { return None };
+    (crc32c(rest).to_le_bytes() == sum).then(|| (*dst, *src, payload.to_vec()))
 }
 
 /// A whole frame.
@@ -102,7 +143,7 @@ impl Splitter {
     }
 }
 
-fn decode(raw: &[u8]) -> Option<Incoming> {
+fn unescaped(raw: &[u8]) -> Option<Vec<u8>> {
     let mut body = Vec::with_capacity(raw.len());
     let mut bytes = raw.iter();
     while let Some(byte) = bytes.next() {
@@ -115,6 +156,11 @@ fn decode(raw: &[u8]) -> Option<Incoming> {
             byte => byte,
         });
     }
+    Some(body)
+}
+
+fn decode(raw: &[u8]) -> Option<Incoming> {
+    let body = unescaped(raw)?;
     let (rest, sum) = body.split_at_checked(body.len().checked_sub(2)?)?;
     let [dst, src, payload @ ..] = rest else { return None };
     (crc(rest).to_le_bytes() == sum).then(|| Incoming::Frame {
@@ -225,6 +271,19 @@ mod tests {
             split(&wire),
             [Incoming::Frame { dst: 1, src: 0x81, payload: vec![0xC0, 0xDB] }]
         );
+    }
+
+    /// §L/7 the catalogued check value.
+    #[test]
+    fn frames_with_crc32c() {
+        assert_eq!(crc32c(b"123456789"), 0xE306_9283);
+        let wire = frame_crc32c(1, 0x81, &[0xC0], 0);
+        assert_eq!(&wire[..8], &[0xFF, 0xC0, 0xDB, 0xDE, 0x01, 0x81, 0xDB, 0xDC]);
+        let raw = &wire[2..wire.len() - 1];
+        assert_eq!(decode_crc32c(raw), Some((1, 0x81, vec![0xC0])));
+        assert_eq!(split(&wire), [Incoming::Broken(raw.to_vec())]);
+        let spoilt = frame_crc32c(1, 0x81, &[0xC0], 1);
+        assert_eq!(decode_crc32c(&spoilt[2..spoilt.len() - 1]), None);
     }
 
     #[test]

@@ -31,8 +31,13 @@ pub fn run(line: &mut dyn Line, options: &Options, see: &mut dyn FnMut(Progress<
     let mut bench = Bench::new(line, options);
     let mut report = Report::new(options);
     if let Err(halt) = bench.look().and_then(|()| bench.is_ready()) {
+        report.unreachable = bench.found.present.is_empty() && !bench.was_answered;
         report.aborted = Some(told(&halt));
-        report.unreachable = bench.found.present.is_empty();
+        if let Halt::Fail { expected, found } = halt
+            && !report.unreachable
+        {
+            report.tests.push(first_look(&mut bench, expected, found));
+        }
         finish(&mut report, &mut bench);
         return report;
     }
@@ -45,7 +50,7 @@ pub fn run(line: &mut dyn Line, options: &Options, see: &mut dyn FnMut(Progress<
         for (index, test) in chosen.iter().enumerate() {
             let (number, of) = (index + 1, chosen.len());
             see(Progress::Begins { number, of, test: (test.name, test.item) });
-            let (ended, halt) = one(&mut bench, test, options);
+            let (ended, halt) = one(&mut bench, test);
             see(Progress::Ended(&ended));
             let failed = ended.outcome == Outcome::Fail
                 || (options.strict && ended.outcome == Outcome::Differs);
@@ -69,6 +74,24 @@ pub fn run(line: &mut dyn Line, options: &Options, see: &mut dyn FnMut(Progress<
     report
 }
 
+/// What is wrong from the first frame on has a statement too: that which the expectation names, or
+/// else that of the status.
+fn first_look(bench: &mut Bench<'_>, expected: Note, found: Note) -> TestReport {
+    let named = expected.en.split_once(": ").and_then(|(id, _)| spec::item(id));
+    let item = named.or_else(|| spec::item("§3.3"));
+    TestReport {
+        name: "first-look",
+        item: item.map_or("§3.3", |item| item.id),
+        label: item.map_or(Label::Read, |item| item.label),
+        level: Level::ReadOnly,
+        outcome: Outcome::Fail,
+        expected,
+        found,
+        log: std::mem::take(&mut bench.log),
+        took_ms: bench.now_ms(),
+    }
+}
+
 fn finish(report: &mut Report, bench: &mut Bench<'_>) {
     report.present.clone_from(&bench.found.present);
     report.frames = bench.frames;
@@ -87,7 +110,7 @@ fn is_chosen(test: &Test, options: &Options) -> bool {
 }
 
 /// Runs a test and undoes it. The second value ends the run.
-fn one(bench: &mut Bench<'_>, test: &Test, options: &Options) -> (TestReport, Option<Note>) {
+fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
     bench.log.clear();
     let began_ms = bench.now_ms();
     let result = (test.run)(bench).and_then(|()| bench.watch());
@@ -136,7 +159,6 @@ fn one(bench: &mut Bench<'_>, test: &Test, options: &Options) -> (TestReport, Op
             end = Some(told(&halt));
         }
     }
-    let _ = options;
     ended.log = std::mem::take(&mut bench.log);
     ended.took_ms = bench.now_ms() - began_ms;
     (ended, end)

@@ -4,7 +4,25 @@
 mod support;
 
 use lafet_conform::{Level, Options, Outcome, Report, run};
-use support::{Plain, SimLine, monitor};
+use lafet_device::Source;
+use lafet_device::port::Port;
+use lafet_sim::sim::Sim;
+use support::{Between, SimLine, monitor};
+
+/// The monitor's own port: nothing is changed.
+struct Plain(Port);
+
+impl Plain {
+    fn new() -> Self {
+        Self(Port::new(Source::ExternalConn))
+    }
+}
+
+impl Between for Plain {
+    fn receive(&mut self, sim: &mut Sim, bytes: &[u8]) -> Vec<u8> {
+        sim.receive(&mut self.0, bytes)
+    }
+}
 
 fn tested(profile: &str, level: Level) -> Report {
     let mut line = SimLine::new(monitor(profile), Plain::new());
@@ -20,11 +38,16 @@ fn passes(profile: &str) {
             .iter()
             .filter(|test| !matches!(test.outcome, Outcome::Pass | Outcome::NotApplicable))
             .map(|test| {
+                let log = test.log.iter().rev().take(6);
                 let log: Vec<String> =
-                    test.log.iter().rev().take(std::env::var("N").ok().and_then(|n| n.parse().ok()).unwrap_or(6)).map(|e| format!("      {} {}", e.at_ms, e.words)).collect();
+                    log.map(|e| format!("      {} {}", e.at_ms, e.words)).collect();
                 format!(
                     "  {} {}: expected {}; found {}\n{}",
-                    test.item, test.name, test.expected.en, test.found.en, log.join("\n")
+                    test.item,
+                    test.name,
+                    test.expected.en,
+                    test.found.en,
+                    log.join("\n")
                 )
             })
             .collect();

@@ -407,6 +407,25 @@ fn overload_downwards() {
     assert!(rig.speed(Axis::Vertical) > 0);
 }
 
+/// §3.3.4/1 A current so high that the guard takes the output away: the drive stands then, and the
+/// direction that is refused is the one it was to go.
+#[test]
+fn overload_cut_off() {
+    for (to, back) in [(3000, -600), (-600, 3000)] {
+        let mut rig = Rig::new(Composition::REMOTE);
+        rig.move_to(Axis::Vertical, to);
+        rig.run(50);
+        rig.plant.drive(Axis::Vertical).current_da = 170;
+        let overload = DriveFlags::AMPERAGE_OVERLOAD;
+        rig.run_until(1000, |rig| rig.drive_flags(Axis::Vertical).contains(overload));
+        rig.plant.drive(Axis::Vertical).current_da = 20;
+        let again = rig.status(SubsystemId::VERTICAL, Body::Move { destination: to });
+        assert_eq!(again, Status::MODULE_FAULT, "{to}");
+        rig.move_to(Axis::Vertical, back);
+        rig.run_until(1000, |rig| rig.speed(Axis::Vertical).signum() == back.signum().into());
+    }
+}
+
 /// §3.3.4/1 What a drive draws at its limit value, or for a moment, is no overload.
 #[test]
 fn no_overload() {

@@ -93,7 +93,11 @@ pub fn while_deploying(b: &mut Bench<'_>) -> Step {
     b.until(2000, "Deploying", "Deploying", |b| Ok(state(b)? == bits::DEPLOYING))?;
     denied_aiming(b)?;
     must(state(b)? == bits::DEPLOYING, "it goes on deploying", "продолжает разворачиваться", "")?;
-    reaches(b, bits::DEPLOYED)
+    reaches(b, bits::DEPLOYED)?;
+    // What was denied is not made up for.
+    b.moves(&[]);
+    b.wait(500)?;
+    b.watch()
 }
 
 /// §3.2/2
@@ -160,7 +164,9 @@ pub fn stop_all_while_folding(b: &mut Bench<'_>) -> Step {
 pub fn deploy_deployed(b: &mut Bench<'_>) -> Step {
     b.needs(S::DEPLOYER)?;
     b.deployed()?;
-    b.want(R::DEPLOY, S::DEPLOYER, &[], S::DEPLOYER, &[Status::OK])?;
+    b.refused(R::DEPLOY, S::DEPLOYER, &[0], S::DEPLOYER, Status::WRONG_DATA)?;
+    let rec = b.want(R::DEPLOY, S::DEPLOYER, &[], S::DEPLOYER, &[Status::OK])?;
+    must(rec.data.is_empty(), "an answer without data", "ответ без данных", rec.words(true))?;
     b.wait(500)?;
     must(state(b)? == bits::DEPLOYED, "nothing is done", "ничего не делается", "")
 }

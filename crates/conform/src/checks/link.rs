@@ -213,6 +213,35 @@ pub fn too_long(b: &mut Bench<'_>) -> Step {
     silent(b, &wire, ("a frame over the payload limit", "кадр длиннее предела"))
 }
 
+/// §L/7
+pub fn crc32c(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let (monitor, source) = (b.options.monitor, b.options.source);
+    let good = raw::frame_crc32c(monitor, source, &status_of(S::GENERAL), 0);
+    let incoming = b.exchange(&good, 1, b.options.timeout_ms)?;
+    let Some(answer) = incoming.first() else {
+        return not_applicable(
+            "it does not know this frame: it is ours",
+            "ствол не знает этого кадра: он наш",
+        );
+    };
+    let decoded = match answer {
+        Incoming::Broken(raw) => raw::decode_crc32c(raw),
+        Incoming::Frame { .. } => None,
+    };
+    let right = |(dst, src, payload): (u8, u8, Vec<u8>)| {
+        (dst, src) == (source, monitor) && payload.get(..3) == Some(&[0xD4, 0xC2, 0x00][..])
+    };
+    must(
+        decoded.is_some_and(right),
+        "the answer with CRC-32C too",
+        "и ответ с CRC-32C",
+        format!("{answer:02X?}"),
+    )?;
+    let spoilt = raw::frame_crc32c(monitor, source, &status_of(S::GENERAL), 1);
+    silent(b, &spoilt, ("a wrong CRC-32C", "неверная CRC-32C"))
+}
+
 /// §1/10
 pub fn one_answer_each(b: &mut Bench<'_>) -> Step {
     let mut asked: Vec<S> = b.found.present.clone();

@@ -95,6 +95,8 @@ pub fn move_sizes(b: &mut Bench<'_>) -> Step {
     for size in [0, 1, 3, 4] {
         b.refused(R::MOVE, id, &vec![0x10; size], id, Status::WRONG_DATA)?;
     }
+    let (_, at) = b.drive(id)?;
+    go(b, id, at)?;
     nothing_moves(b)
 }
 
@@ -333,23 +335,42 @@ pub fn overload(b: &mut Bench<'_>) -> Step {
     super::service::clean(b).and(step)
 }
 
-/// MaxCurrent so low that any motion is an overload.
+/// What a drive draws while it moves, 0.1 A.
+fn drawn(b: &mut Bench<'_>, id: S, to: i32) -> Step<i32> {
+    go(b, id, to)?;
+    let mut drawn = 0;
+    for _ in 0..10 {
+        b.wait(100)?;
+        let rec = b.read(R::GET_STATUS, id, &[])?;
+        if rec.flags().unwrap_or(0) & bits::MOVE != 0 {
+            drawn = rec.data.get(6).copied().map_or(0, i32::from);
+        }
+    }
+    b.done(R::STOP, id, &[])?;
+    b.until_flags(id, 0, bits::MOVE, STOP_MS)?;
+    Ok(drawn)
+}
+
+/// MaxCurrent below what a motion draws, so that any motion is an overload.
 fn overloaded(b: &mut Bench<'_>) -> Step {
     let id = aimed(b)?;
+    b.param(id, "MaxCurrent")?;
     let (sign, from) = room(b, id)?;
-    b.set(id, "MaxCurrent", 1)?;
+    let drawn = drawn(b, id, from + sign * 8 * small(id).0)?;
+    if drawn < 2 {
+        return not_applicable("the drive draws too little", "привод потребляет слишком мало");
+    }
+    b.set(id, "MaxCurrent", drawn * 2 / 3)?;
+    let (_, from) = b.drive(id)?;
+    let sign = room(b, id)?.0;
     go(b, id, from + sign * 8 * small(id).0)?;
     let mut over = false;
-    for _ in 0..15 {
+    for _ in 0..25 {
         over |= b.drive(id)?.0 & bits::OVERLOAD != 0;
         if over {
             break;
         }
         b.wait(100)?;
-        let rec = b.read(R::GET_STATUS, id, &[])?;
-        if rec.data.get(6).is_none_or(|current| *current <= 1) && rec.flags().unwrap_or(0) & bits::MOVE == 0 {
-            return not_applicable("the drive draws too little", "привод потребляет слишком мало");
-        }
     }
     must(over, "AmperageOverload over MaxCurrent", "AmperageOverload выше MaxCurrent", "")?;
     b.until_flags(id, 0, bits::MOVE, 1000)?;

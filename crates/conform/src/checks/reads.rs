@@ -196,6 +196,13 @@ pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
     let ms = timeout_ms(b)? + 500;
     b.wait(ms)?;
     let before = lost(b)?;
+    let ids = [S::EXTERNAL_CONN, S::RADIO].into_iter().filter(|id| b.has(*id)).count();
+    must(
+        before.len() == ids,
+        "ConnLost, as nobody has controlled",
+        "ConnLost: никто не управлял",
+        format!("{before:?}"),
+    )?;
     for _ in 0..5 {
         b.read(R::GET_STATUS, S::GENERAL, &[])?;
     }

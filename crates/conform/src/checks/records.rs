@@ -193,7 +193,12 @@ pub fn layout(b: &mut Bench<'_>) -> Step {
     let records = b.frame(&[0xD4, 0xC2, 0x00, 0x00])?;
     let good = matches!(&records[..], [rec] if rec.request.0 == 0xD4 && rec.device.0 == 0xC2
         && rec.status == Status::OK && rec.data.len() == 10);
-    must(good, "D4 C2 00 0A and 10 bytes", "D4 C2 00 0A и 10 байт", list(&records))
+    must(good, "D4 C2 00 0A and 10 bytes", "D4 C2 00 0A и 10 байт", list(&records))?;
+    // One whose id has no bit 7.
+    let records = b.frame(&[0x06, 0xC2, 0x00, 0x00])?;
+    let good = matches!(&records[..], [rec] if rec.request.0 == 0x06 && rec.device.0 == 0xC2
+        && rec.status == Status::OK);
+    must(good, "06 C2 00 and the crash data", "06 C2 00 и сведения об отказе", list(&records))
 }
 
 /// §2/1

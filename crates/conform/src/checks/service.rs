@@ -123,7 +123,8 @@ pub fn lockout_reads(b: &mut Bench<'_>) -> Step {
     if let Some([value, ..]) = old.as_deref() {
         let rec = b.ask(R::SET_PARAM, S::GENERAL, &param_data("MoveTimeout", &[*value]))?;
         must(rec.status.is_success(), "SetParam works", "SetParam работает", rec.words(true))?;
-        b.param(S::GENERAL, "MoveTimeout")?;
+        let read = b.ask(R::GET_PARAM, S::GENERAL, &param_data("MoveTimeout", &[]))?;
+        must(read.status == Status::OK, "GetParam works", "GetParam работает", read.words(true))?;
     }
     Ok(())
 }
@@ -196,8 +197,14 @@ pub fn clean(b: &mut Bench<'_>) -> Step {
     back(b)
 }
 
-/// Until it has been away, or long enough for that, and answers again without Restarting.
+/// Until it is back and everything stands.
 pub fn back(b: &mut Bench<'_>) -> Step {
+    answers_again(b)?;
+    b.rest()
+}
+
+/// Until it has been away, or long enough for that, and answers again without Restarting.
+fn answers_again(b: &mut Bench<'_>) -> Step {
     let end = b.line.now_ms() + RESET_MS;
     b.line.recv(700).map_err(Halt::Link)?;
     loop {
@@ -206,7 +213,7 @@ pub fn back(b: &mut Bench<'_>) -> Step {
         if !incoming.is_empty() && b.flags(S::GENERAL)? & bits::RESTARTING == 0 {
             b.line.recv(300).map_err(Halt::Link)?;
             b.moves(&[]);
-            return b.rest();
+            return Ok(());
         }
         let awaited = b.line.now_ms() < end;
         must(awaited, "it answers again after the restart", "снова отвечает после перезапуска", "—")?;
@@ -249,7 +256,7 @@ pub fn inert(b: &mut Bench<'_>) -> Step {
     b.done(R::MOVE, id, &le(sign * super::motion::FAR))?;
     b.wait(300)?;
     restart(b)?;
-    back(b)?;
+    answers_again(b)?;
     b.stays(1500, "nothing moves after the start", "после запуска ничего не движется", |b| Ok(b.drive(id)?.0 & bits::MOVE == 0))?;
     for valve in VALVES {
         if b.has(valve) {

@@ -4,7 +4,7 @@
 use std::io;
 
 use lafet_conform::line::Line;
-use lafet_conform::raw::{self, Incoming, Splitter};
+use lafet_conform::raw::{Incoming, Splitter};
 use lafet_device::Source;
 use lafet_sim::sim::{Config, Sim};
 use lafet_sim::world::STEP_MS;
@@ -32,21 +32,6 @@ pub trait Between {
     /// A step of time has passed; what is said unasked.
     fn tick(&mut self, _sim: &mut Sim) -> Vec<u8> {
         Vec::new()
-    }
-}
-
-/// The monitor's own port: nothing is changed.
-pub struct Plain(pub lafet_device::port::Port);
-
-impl Plain {
-    pub fn new() -> Self {
-        Self(lafet_device::port::Port::new(Source::ExternalConn))
-    }
-}
-
-impl Between for Plain {
-    fn receive(&mut self, sim: &mut Sim, bytes: &[u8]) -> Vec<u8> {
-        sim.receive(&mut self.0, bytes)
     }
 }
 
@@ -121,9 +106,4 @@ impl Frames {
 /// Asks the monitor itself.
 pub fn ask(sim: &mut Sim, payload: &[u8]) -> Vec<u8> {
     sim.request(Source::ExternalConn, payload)
-}
-
-/// A frame from the monitor.
-pub fn answer(sim: &Sim, to: u8, payload: &[u8]) -> Vec<u8> {
-    raw::frame(to, sim.address(), payload)
 }

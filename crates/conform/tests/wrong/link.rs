@@ -74,7 +74,25 @@ pub const WRONG: &[Wrong] = &[
     link("§2", "the last byte of an answer is missing", L::CutAnswer),
     link("§1/10", "it speaks without being asked", L::Unsolicited),
     link("§L/2", "a frame with a wrong CRC is answered with WrongData", L::AnswersBadCrc),
+    wrong("§L/7", "a frame with CRC-32C is answered as a plain one", Rule::Port(|bytes| {
+        let payload = crc32c_payload(bytes);
+        payload.map_or_else(|| bytes.to_vec(), |(dst, src, payload)| raw::frame(dst, src, &payload))
+    })),
+    wrong("§L/7", "the CRC-32C is not checked", Rule::Port(|bytes| {
+        let payload = crc32c_payload(bytes);
+        payload.map_or_else(
+            || bytes.to_vec(),
+            |(dst, src, payload)| raw::frame_crc32c(dst, src, &payload, 0),
+        )
+    })),
 ];
+
+/// What a frame with CRC-32C carries, whatever its CRC; none of these needs an escape.
+fn crc32c_payload(bytes: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
+    let body = bytes.strip_prefix(&[0xFF, END, ESC, 0xDE])?;
+    let [dst, src, payload @ .., _, _, _, _, END] = body else { return None };
+    Some((*dst, *src, payload.to_vec()))
+}
 
 #[derive(Default)]
 pub struct Receiver {

@@ -6,10 +6,14 @@ mod motion;
 mod params;
 mod programs;
 mod records;
+mod seeks;
 mod service;
+mod water;
 
 use lafet_conform::raw::{self, Rec};
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_device::Source;
+use lafet_device::port::Port;
 use lafet_sim::sim::Sim;
 
 use crate::support::{Between, Frames, ask};
@@ -18,16 +22,14 @@ pub use link::Loose;
 /// What a wrong monitor remembers.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
-    /// Frames so far.
-    pub count: u32,
     /// A latch.
     pub on: bool,
     /// A time, ms.
     pub at_ms: u64,
     /// The last request worth keeping.
     pub kept: Option<Rec>,
-    /// Data of SetParam, by subsystem and id.
-    pub set: Vec<(S, Vec<u8>)>,
+    /// How often it had been reset then.
+    pub resets: u32,
 }
 
 /// How a rule is broken.
@@ -41,8 +43,10 @@ pub enum Rule {
     Answer(fn(&mut Memory, &[Rec], &mut Vec<Rec>)),
     /// The whole frame is handled otherwise.
     Frame(fn(&mut Memory, &mut Sim, &[Rec]) -> Vec<Rec>),
-    /// Something happens by itself.
-    Time(fn(&mut Memory, &mut Sim)),
+    /// The bytes are changed before the monitor's own port sees them.
+    Port(fn(&[u8]) -> Vec<u8>),
+    /// The payload is handled otherwise.
+    Raw(fn(&mut Memory, &mut Sim, &[u8]) -> Vec<u8>),
 }
 
 /// A wrong monitor.
@@ -74,8 +78,10 @@ pub fn all() -> Vec<Wrong> {
         records::WRONG,
         motion::WRONG,
         fold::WRONG,
+        water::WRONG,
         params::WRONG,
         programs::WRONG,
+        seeks::WRONG,
         service::WRONG,
     ]
     .concat()
@@ -90,6 +96,37 @@ pub fn pass(sim: &mut Sim, asked: &[Rec]) -> Vec<Rec> {
 /// Asks the monitor for something of its own.
 pub fn secretly(sim: &mut Sim, request: R, to: S, data: &[u8]) -> Vec<Rec> {
     pass(sim, &[Rec::new(request, to, data)])
+}
+
+/// Answers so what is wanted so, and does not do it; the rest is done as usual.
+pub fn instead(
+    sim: &mut Sim,
+    asked: &[Rec],
+    wanted: impl Fn(&Rec) -> bool,
+    status: Status,
+) -> Vec<Rec> {
+    match asked {
+        [rec] if wanted(rec) => vec![says(rec, rec.device, status)],
+        _ => pass(sim, asked),
+    }
+}
+
+/// Where a drive is.
+pub fn position(sim: &mut Sim, of: S) -> i32 {
+    let answers = secretly(sim, R::GET_STATUS, of, &[]);
+    answers.first().and_then(|rec| rec.i16_at(4)).unwrap_or(0).into()
+}
+
+/// The limits of a drive.
+pub fn limits(sim: &mut Sim, of: S) -> (i32, i32) {
+    let answers = secretly(sim, R::RETRIEVE_LIMITS, of, &[]);
+    let at = |at| answers.first().and_then(|rec| rec.i32_at(at)).unwrap_or(0);
+    (at(0), at(4))
+}
+
+/// Where a Move is to go.
+pub fn destination(rec: &Rec) -> Option<i16> {
+    rec.i16_at(0).filter(|_| rec.request == R::MOVE && rec.data.len() == 2)
 }
 
 /// The flags of a subsystem.
@@ -138,6 +175,7 @@ pub struct Breaking {
     memory: Memory,
     frames: Frames,
     link: link::Receiver,
+    port: Port,
     own: bool,
 }
 
@@ -148,12 +186,15 @@ impl Breaking {
             memory: Memory::default(),
             frames: Frames::default(),
             link: link::Receiver::default(),
+            port: Port::new(Source::ExternalConn),
             own: matches!(rule, Rule::Link(_)),
         }
     }
 
     fn handle(&mut self, sim: &mut Sim, payload: &[u8]) -> Vec<u8> {
-        self.memory.count += 1;
+        if let Rule::Raw(raw) = self.rule {
+            return raw(&mut self.memory, sim, payload);
+        }
         let Some(mut asked) = Rec::all(payload).filter(|asked| !asked.is_empty()) else {
             return ask(sim, payload);
         };
@@ -179,6 +220,9 @@ impl Between for Breaking {
         if let Rule::Link(loose) = self.rule {
             return self.link.receive(loose, sim, bytes);
         }
+        if let Rule::Port(change) = self.rule {
+            return sim.receive(&mut self.port, &change(bytes));
+        }
         let mut out = Vec::new();
         for (src, payload) in self.frames.take(sim, bytes) {
             let answer = self.handle(sim, &payload);
@@ -188,9 +232,6 @@ impl Between for Breaking {
     }
 
     fn tick(&mut self, sim: &mut Sim) -> Vec<u8> {
-        if let Rule::Time(time) = self.rule {
-            time(&mut self.memory, sim);
-        }
         if self.own { self.link.tick(sim) } else { Vec::new() }
     }
 }

@@ -1,6 +1,7 @@
 //! Wrong records and wrong answers to reads.
 
 use lafet_conform::raw::Rec;
+use lafet_proto::flags::ValveFlags;
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
 use super::Rule::{Answer, Frame, Request};
@@ -286,7 +287,7 @@ pub const WRONG: &[Wrong] = &[
         });
     })),
     wrong("§3.3.5", "a closed valve is open too", Answer(|_, _, answers| {
-        reflag(answers, S::VALVE2, |flags| flags | 1 << 22);
+        reflag(answers, S::VALVE2, |flags| flags | ValveFlags::OPEN.bits());
     })),
     wrong("§3.3.7", "Detector sets bit 24", Answer(|_, _, answers| {
         reflag(answers, S::DETECTOR, |flags| flags | 1 << 24);
@@ -428,7 +429,7 @@ pub const WRONG: &[Wrong] = &[
     wrong("§3.2/6", "General answers Stop with Ok", Answer(|_, _, answers| {
         restate(answers, R::STOP, Status::WRONG_REQUEST, Status::OK);
     })),
-    wrong("§2/2", "a record is answered by the frame's first request id", Answer(|_, asked, answers| {
+    wrong("§1/8", "several requests have one answer", Answer(|_, asked, answers| {
         for rec in answers.iter_mut() {
             rec.request = asked[0].request;
         }

@@ -529,7 +529,7 @@ impl Drive {
         let over = current > max && self.goal != Goal::Hold;
         self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
         if self.overload_ms > OVERLOAD_DELAY_MS {
-            self.overload_up = self.speed_milli > 0;
+            self.overload_up = self.is_bound_up();
             // The other direction is free at once: its current is judged anew.
             self.overload_ms = 0;
             self.stop(Cause::Rule(Rule::Overload));
@@ -538,6 +538,16 @@ impl Drive {
         // Hysteresis of an eighth: a speed that falls with the current must not rise at once.
         let threshold = if self.slowed { slow - slow / 8 } else { slow };
         self.slowed = slow > 0 && self.goal != Goal::Hold && current > threshold;
+    }
+
+    /// It turns, or is to turn, up/left: held by the guard, it has no speed.
+    const fn is_bound_up(&self) -> bool {
+        match self.goal {
+            _ if self.speed_milli != 0 => self.speed_milli > 0,
+            Goal::Hold => false,
+            Goal::Run(up) => up,
+            Goal::Position(target) => target > self.position,
+        }
     }
 
     /// Milli-units of position that a speed of one tenth makes in a second.

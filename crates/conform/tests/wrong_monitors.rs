@@ -1,0 +1,116 @@
+//! The wrong monitors: each is caught, by a test of the statement that it breaks.
+//!
+//! `docs/wrong-monitors.md` is the list of them. When this test says that it is out of date, run it
+//! with `UPDATE=1`.
+
+mod support;
+mod wrong;
+
+use std::fmt::Write;
+
+use lafet_conform::{Level, Options, Outcome, Report, run};
+use support::{SimLine, monitor};
+use wrong::{Breaking, Wrong};
+
+/// What can be seen only after the memory has been erased.
+const ERASED: [&str; 5] = ["§3.19", "§3.3.1/2", "§3.4/3", "§3.5/6", "§3.6/1"];
+const LIST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/wrong-monitors.md");
+
+/// Tests a wrong monitor against the statement that it breaks.
+fn tested(wrong: &Wrong) -> Report {
+    let mut line = SimLine::new(monitor(wrong.profile), Breaking::new(wrong.rule));
+    let erased = ERASED.iter().any(|item| wrong.item.starts_with(item));
+    let (level, only) = match erased {
+        true => (Level::Erase, ERASED.map(str::to_owned).to_vec()),
+        false => (Level::Full, vec![wrong.item.to_owned()]),
+    };
+    let options = Options { level, only, strict: true, ..Options::default() };
+    let report = run(&mut line, &options, &mut |_| {});
+    if !report.tests.is_empty() {
+        return report;
+    }
+    // A monitor that tells of water where there is none is not moved; reading finds why.
+    let options = Options { level: Level::ReadOnly, ..options };
+    let mut line = SimLine::new(monitor(wrong.profile), Breaking::new(wrong.rule));
+    run(&mut line, &options, &mut |_| {})
+}
+
+/// Names of the tests of the statement that caught it.
+fn caught_by(wrong: &Wrong, report: &Report) -> Vec<&'static str> {
+    let of_item = report.failures().filter(|test| test.item == wrong.item);
+    of_item.map(|test| test.name).collect()
+}
+
+fn list(caught: &[(Wrong, Vec<&str>)]) -> String {
+    let mut text = format!(
+        "# Wrong monitors\n\n\
+         {} of {} wrong monitors are caught by `lafet conform`, each by a test of the statement that \
+         it breaks. They are the simulated monitor with one rule broken, in \
+         [crates/conform/tests/wrong](../crates/conform/tests/wrong); `cargo test -p lafet-conform --test wrong_monitors` \
+         runs them on virtual time and compares this list. The right monitor passes every one of these tests \
+         (`--test profiles`).\n\n\
+         | § | what is wrong with it | caught by |\n|---|---|---|\n",
+        caught.iter().filter(|(_, by)| !by.is_empty()).count(),
+        caught.len(),
+    );
+    for (wrong, by) in caught {
+        let _ = writeln!(text, "| {} | {} | {} |", wrong.item, wrong.name, by.join(", "));
+    }
+    text
+}
+
+#[test]
+fn each_is_caught_by_its_statement() {
+    let all = wrong::all();
+    assert!(all.len() >= 100, "{}", all.len());
+    let caught: Vec<(Wrong, Vec<&str>)> = all
+        .into_iter()
+        .map(|wrong| {
+            let report = tested(&wrong);
+            let by = caught_by(&wrong, &report);
+            assert!(by.is_empty() || report.exit_code() == 1, "{}", wrong.name);
+            (wrong, by)
+        })
+        .collect();
+    let missed: Vec<String> = caught
+        .iter()
+        .filter(|(_, by)| by.is_empty())
+        .map(|(wrong, _)| format!("{} {}: {}", wrong.item, wrong.name, why_not(wrong)))
+        .collect();
+    assert!(missed.is_empty(), "{} not caught:\n{}", missed.len(), missed.join("\n"));
+    let text = list(&caught);
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(LIST, &text).expect("the list can be written");
+    }
+    let kept = std::fs::read_to_string(LIST).unwrap_or_default();
+    assert!(kept == text, "docs/wrong-monitors.md is out of date: run this test with UPDATE=1");
+}
+
+/// What the run came to, for whoever has to mend it.
+fn why_not(wrong: &Wrong) -> String {
+    let report = tested(wrong);
+    let tests = report.tests.iter().map(|test| format!("{} {} {} {}", test.item, test.name, test.outcome.name(), test.found.en));
+    let aborted = report.aborted.as_ref().map(|note| note.en.clone());
+    format!("{:?}, {aborted:?}", tests.collect::<Vec<_>>())
+}
+
+/// Names differ, or the list could not be read.
+#[test]
+fn each_has_its_own_name() {
+    let all = wrong::all();
+    for (index, wrong) in all.iter().enumerate() {
+        assert!(all[..index].iter().all(|other| (other.item, other.name) != (wrong.item, wrong.name)), "{}", wrong.name);
+        assert!(lafet_conform::spec::item(wrong.item).is_some(), "{}", wrong.item);
+    }
+}
+
+/// What catches them lets the right monitor through the same place.
+#[test]
+fn nothing_broken_nothing_caught() {
+    let right = wrong::wrong("§1/10", "nothing", wrong::Rule::Request(|_, _| {}));
+    let mut line = SimLine::new(monitor(right.profile), Breaking::new(right.rule));
+    let options = Options { level: Level::Erase, strict: true, ..Options::default() };
+    let report = run(&mut line, &options, &mut |_| {});
+    assert!(report.is_good(), "{:?}", report.failures().map(|test| test.name).collect::<Vec<_>>());
+    assert!(report.count(Outcome::Pass) > 150);
+}

@@ -178,13 +178,13 @@ impl Device {
         let (wanted, mut causes) = (self.wanted(), self.wanted_causes());
         self.outputs = guard::filter(&self.rules(), &self.inputs, &wanted, &mut causes);
         hal.write(&self.outputs);
-        self.causes = causes;
-        let passed = self.outputs.drives.iter().zip(&wanted.drives);
-        for (drive, (passed, wanted)) in self.drives.iter_mut().zip(passed) {
+        let passed = self.outputs.drives.iter().zip(&wanted.drives).zip(&causes.drives);
+        for (drive, ((passed, wanted), why)) in self.drives.iter_mut().zip(passed) {
             if passed != wanted {
-                drive.restrain();
+                drive.restrain(*why);
             }
         }
+        self.causes = causes;
         self.params.poll_retry(now);
         if self.may_store() {
             self.params.flush(now, hal);

@@ -65,6 +65,7 @@ pub struct Drive {
     overload_ms: u32,
     overload: Timer,
     overload_up: bool,
+    cut_off: bool,
     timeout: Timer,
     slowed: bool,
     watch: Watch,
@@ -95,6 +96,7 @@ impl Drive {
             overload_ms: 0,
             overload: Timer::default(),
             overload_up: false,
+            cut_off: false,
             timeout: Timer::default(),
             slowed: false,
             watch: Watch::default(),
@@ -356,8 +358,9 @@ impl Drive {
     }
 
     /// The guard has not let its output pass: it stands, and starts from standstill.
-    pub(crate) fn restrain(&mut self) {
+    pub(crate) const fn restrain(&mut self, why: Cause) {
         self.speed_milli = 0;
+        self.cut_off = matches!(why, Cause::Rule(Rule::CutOff));
     }
 
     /// What the drive wants of its motor.
@@ -526,7 +529,9 @@ impl Drive {
         let max = params.drive(self.axis, DriveParam::MaxCurrent);
         let slow = params.drive(self.axis, DriveParam::SlowCurrent);
         let current = i32::from(self.input.current_da);
-        let over = current > max && self.goal != Goal::Hold;
+        // Cut off by the guard it draws nothing, and is overloaded all the same.
+        let cut_off = core::mem::replace(&mut self.cut_off, false);
+        let over = (current > max || cut_off) && self.goal != Goal::Hold;
         self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
         if self.overload_ms > OVERLOAD_DELAY_MS {
             self.overload_up = self.is_bound_up();

@@ -67,6 +67,8 @@ pub enum Command {
     Scan(cmd::scan::ScanArgs),
     /// Find out what is wrong with a link, and what to do
     Doctor(cmd::doctor::DoctorArgs),
+    /// Test whether a monitor does what the protocol says
+    Conform(Box<cmd::conform::ConformArgs>),
     /// Show the state of the monitor and what its flags mean
     Status(cmd::status::StatusArgs),
     /// Show the state again and again

@@ -88,6 +88,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Demo(args) => cmd::demo::run(args, out).await,
         Command::Scan(args) => cmd::scan::run(args, global, out).await,
         Command::Doctor(args) => cmd::doctor::run(args, global, out).await,
+        Command::Conform(args) => cmd::conform::run(*args, global, out).await,
         Command::Status(args) => cmd::status::run(args, global, out).await,
         Command::Top(args) => cmd::top::run(args, global, out).await,
         Command::Shell(args) => cmd::shell::run(args, global).await,

@@ -39,6 +39,11 @@ impl Out {
         self.json
     }
 
+    /// Whether progress is one line that changes.
+    pub const fn is_live(&self) -> bool {
+        matches!(self.progress, Progress::Line { .. })
+    }
+
     /// A result: the text, or the JSON in one line.
     pub fn show(&mut self, text: impl Display, json: impl FnOnce() -> Value) -> Outcome {
         if self.json { self.value(&json()) } else { self.line(text) }

@@ -280,12 +280,7 @@ impl<'a> Bench<'a> {
     /// A request that is taken: Ok and Accepted are the same to a client (§2), without data.
     pub fn done(&mut self, request: R, to: S, data: &[u8]) -> Step {
         let rec = self.want(request, to, data, to, &[Status::OK, Status::ACCEPTED])?;
-        must(
-            rec.data.is_empty(),
-            "an answer without data",
-            "ответ без данных",
-            rec.words(true),
-        )
+        must(rec.data.is_empty(), "an answer without data", "ответ без данных", rec.words(true))
     }
 
     /// A request that is refused.
@@ -302,7 +297,12 @@ impl<'a> Bench<'a> {
     pub fn flags(&mut self, of: S) -> Step<u32> {
         let rec = self.read(R::GET_STATUS, of, &[])?;
         rec.flags().map_or_else(
-            || fail(Note::new("§3.3: a word of flags", "§3.3: слово флагов"), Note::same(rec.words(true))),
+            || {
+                fail(
+                    Note::new("§3.3: a word of flags", "§3.3: слово флагов"),
+                    Note::same(rec.words(true)),
+                )
+            },
             Ok,
         )
     }
@@ -481,7 +481,10 @@ impl<'a> Bench<'a> {
             self.collect_quietly(FETCH_MS)?;
         }
         fail(
-            Note::new("§3.5/7: taken once the unit is free", "§3.5/7: принято, когда блок свободен"),
+            Note::new(
+                "§3.5/7: taken once the unit is free",
+                "§3.5/7: принято, когда блок свободен",
+            ),
             Note::same("Cached"),
         )
     }
@@ -514,8 +517,14 @@ pub fn param_data(name: &str, values: &[i32]) -> Vec<u8> {
 
 /// Reads, and Stop: nothing that a careful hand would not send to any monitor.
 pub fn is_harmless(request: R) -> bool {
-    const READS: [R; 6] =
-        [R::GET_STATUS, R::GET_PARAM, R::RETRIEVE_LIMITS, R::GET_CRASH_DATA, R::GET_HOTBED, R::STOP];
+    const READS: [R; 6] = [
+        R::GET_STATUS,
+        R::GET_PARAM,
+        R::RETRIEVE_LIMITS,
+        R::GET_CRASH_DATA,
+        R::GET_HOTBED,
+        R::STOP,
+    ];
     READS.contains(&request) || request.name().is_none()
 }
 

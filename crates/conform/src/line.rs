@@ -64,9 +64,9 @@ impl Line for LinkLine {
         let wait = if wait_ms == 0 { Duration::ZERO } else { wait.max(WAIT_MIN) };
         let mut buffer = [0; CHUNK];
         let link = &mut self.link;
-        let read = self.handle.block_on(async {
-            tokio::time::timeout(wait, link.recv(&mut buffer)).await
-        });
+        let read = self
+            .handle
+            .block_on(async { tokio::time::timeout(wait, link.recv(&mut buffer)).await });
         match read {
             Ok(Ok(len)) => Ok(buffer.get(..len).unwrap_or_default().to_vec()),
             Ok(Err(error)) => Err(error),

@@ -218,7 +218,8 @@ impl Rec {
     pub fn words(&self, answer: bool) -> String {
         let request = name(self.request.name(), self.request.0);
         let device = name(self.device.name(), self.device.0);
-        let data = if self.data.is_empty() { String::new() } else { format!(" {}", hex(&self.data)) };
+        let data =
+            if self.data.is_empty() { String::new() } else { format!(" {}", hex(&self.data)) };
         if !answer {
             return format!("{request} → {device}{data}");
         }

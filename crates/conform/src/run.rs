@@ -99,14 +99,19 @@ fn finish(report: &mut Report, bench: &mut Bench<'_>) {
     report.took_ms = bench.now_ms();
 }
 
+/// Whether a test is called so, or tests an item of this.
+pub fn is_known(id: &str) -> bool {
+    TESTS.iter().any(|test| is_within(test, id))
+}
+
+fn is_within(test: &Test, id: &str) -> bool {
+    let of_item = |rest: &str| rest.is_empty() || rest.starts_with(['.', '/']);
+    test.name == id || test.item.strip_prefix(id).is_some_and(of_item)
+}
+
 fn is_chosen(test: &Test, options: &Options) -> bool {
-    let within = |id: &String| {
-        test.name == id
-            || test.item.strip_prefix(id.as_str()).is_some_and(|rest| {
-                rest.is_empty() || rest.starts_with(['.', '/'])
-            })
-    };
-    test.level <= options.level && (options.only.is_empty() || options.only.iter().any(within))
+    let chosen = options.only.is_empty() || options.only.iter().any(|id| is_within(test, id));
+    test.level <= options.level && chosen
 }
 
 /// Runs a test and undoes it. The second value ends the run.

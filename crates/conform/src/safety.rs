@@ -164,11 +164,8 @@ impl Bench<'_> {
                 let position = rec.i16_at(4).map_or(0, i32::from);
                 self.see(id, position);
             } else if id.is_valve() && !self.water {
-                let wet = bits::OPENING | if self.options.level > Level::ReadOnly {
-                    bits::OPEN
-                } else {
-                    0
-                };
+                let wet = bits::OPENING
+                    | if self.options.level > Level::ReadOnly { bits::OPEN } else { 0 };
                 if flags & wet != 0 {
                     found = Some(name);
                 }
@@ -196,7 +193,9 @@ impl Bench<'_> {
         match self.moving()? {
             None => Ok(()),
             Some(name) => Err(Halt::Abort(Note::new(
-                format!("{name} moves or opens although nothing has asked it to: Stop All was sent"),
+                format!(
+                    "{name} moves or opens although nothing has asked it to: Stop All was sent"
+                ),
                 format!("{name} движется или открывается без запроса: послан Stop All"),
             ))),
         }

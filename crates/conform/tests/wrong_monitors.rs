@@ -89,7 +89,9 @@ fn each_is_caught_by_its_statement() {
 /// What the run came to, for whoever has to mend it.
 fn why_not(wrong: &Wrong) -> String {
     let report = tested(wrong);
-    let tests = report.tests.iter().map(|test| format!("{} {} {} {}", test.item, test.name, test.outcome.name(), test.found.en));
+    let tests = report.tests.iter().map(|test| {
+        format!("{} {} {} {}", test.item, test.name, test.outcome.name(), test.found.en)
+    });
     let aborted = report.aborted.as_ref().map(|note| note.en.clone());
     format!("{:?}, {aborted:?}", tests.collect::<Vec<_>>())
 }
@@ -99,7 +101,11 @@ fn why_not(wrong: &Wrong) -> String {
 fn each_has_its_own_name() {
     let all = wrong::all();
     for (index, wrong) in all.iter().enumerate() {
-        assert!(all[..index].iter().all(|other| (other.item, other.name) != (wrong.item, wrong.name)), "{}", wrong.name);
+        assert!(
+            all[..index].iter().all(|other| (other.item, other.name) != (wrong.item, wrong.name)),
+            "{}",
+            wrong.name
+        );
         assert!(lafet_conform::spec::item(wrong.item).is_some(), "{}", wrong.item);
     }
 }

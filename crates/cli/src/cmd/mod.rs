@@ -4,6 +4,7 @@ pub mod backup;
 pub mod bus;
 pub mod bus_ask;
 pub mod calibrate;
+pub mod conform;
 pub mod decode;
 pub mod demo;
 pub mod dissector;

@@ -11,13 +11,20 @@ use crate::verdict::{Step, must, not_applicable};
 
 fn state(b: &mut Bench<'_>) -> Step<u32> {
     let state = b.flags(S::DEPLOYER)? & bits::FOLD;
-    must(state.count_ones() <= 1, "one state of Deployer at most", "не более одного состояния Deployer", format!("{state:#010x}"))?;
+    must(
+        state.count_ones() <= 1,
+        "one state of Deployer at most",
+        "не более одного состояния Deployer",
+        format!("{state:#010x}"),
+    )?;
     Ok(state)
 }
 
 fn reaches(b: &mut Bench<'_>, wanted: u32) -> Step {
     b.folds();
-    b.until(FOLD_MS, "the position asked for", "заданное положение", |b| Ok(state(b)? == wanted))
+    b.until(FOLD_MS, "the position asked for", "заданное положение", |b| {
+        Ok(state(b)? == wanted)
+    })
 }
 
 fn denied_aiming(b: &mut Bench<'_>) -> Step {
@@ -57,7 +64,12 @@ pub fn close_wrapped(b: &mut Bench<'_>) -> Step {
 pub fn stop_wrapped(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
-    must(records.iter().all(|rec| rec.status.is_success()), "Ok or Accepted from all", "Ok или Accepted от всех", crate::bench::list(&records))?;
+    must(
+        records.iter().all(|rec| rec.status.is_success()),
+        "Ok or Accepted from all",
+        "Ok или Accepted от всех",
+        crate::bench::list(&records),
+    )?;
     must(state(b)? == bits::WRAPPED, "it stays wrapped", "остаётся свёрнутым", "")
 }
 
@@ -80,7 +92,12 @@ pub fn deploy(b: &mut Bench<'_>) -> Step {
     b.want(R::DEPLOY, S::DEPLOYER, &[], S::DEPLOYER, &[Status::ACCEPTED])?;
     b.until(FOLD_MS, "Deploying, then Deployed", "Deploying, затем Deployed", |b| {
         let state = state(b)?;
-        must(state == bits::DEPLOYING || state == bits::DEPLOYED, "Deploying until Deployed", "Deploying до Deployed", format!("{state:#010x}"))?;
+        must(
+            state == bits::DEPLOYING || state == bits::DEPLOYED,
+            "Deploying until Deployed",
+            "Deploying до Deployed",
+            format!("{state:#010x}"),
+        )?;
         Ok(state == bits::DEPLOYED)
     })
 }
@@ -114,7 +131,12 @@ pub fn stop_while_deploying(b: &mut Bench<'_>) -> Step {
     must(state(b)? == bits::DEPLOYING, "it goes on deploying", "продолжает разворачиваться", "")?;
     b.wait(1000)?;
     b.done(R::STOP, S::DEPLOYER, &[])?;
-    b.until(3000, "neither of the four states", "ни одного из четырёх состояний", |b| Ok(state(b)? == 0))?;
+    b.until(
+        3000,
+        "neither of the four states",
+        "ни одного из четырёх состояний",
+        |b| Ok(state(b)? == 0),
+    )?;
     b.until_flags(S::DEPLOYER, 0, bits::MOVE, 3000)
 }
 
@@ -127,7 +149,10 @@ pub fn in_between(b: &mut Bench<'_>) -> Step {
     b.done(R::STOP, S::DEPLOYER, &[])?;
     b.until_flags(S::DEPLOYER, 0, bits::MOVE, 3000)?;
     if state(b)? != 0 {
-        return not_applicable("Deployer knows no place in between", "у Deployer нет промежуточных положений");
+        return not_applicable(
+            "Deployer knows no place in between",
+            "у Deployer нет промежуточных положений",
+        );
     }
     b.moves(&[]);
     denied_aiming(b)?;
@@ -140,18 +165,28 @@ pub fn in_between(b: &mut Bench<'_>) -> Step {
 
 /// §3.2/1: Stop All ends it in every state.
 pub fn stop_all_while_folding(b: &mut Bench<'_>) -> Step {
-    for (start, request, moving) in [
-        (bits::WRAPPED, R::DEPLOY, bits::DEPLOYING),
-        (bits::DEPLOYED, R::WRAP, bits::WRAPPING),
-    ] {
-        if start == bits::WRAPPED { b.wrapped()? } else { b.deployed()? }
+    for (start, request, moving) in
+        [(bits::WRAPPED, R::DEPLOY, bits::DEPLOYING), (bits::DEPLOYED, R::WRAP, bits::WRAPPING)]
+    {
+        if start == bits::WRAPPED {
+            b.wrapped()?
+        } else {
+            b.deployed()?
+        }
         b.folds();
         b.done(request, S::DEPLOYER, &[])?;
         b.until(3000, "under way", "в пути", |b| Ok(state(b)? == moving))?;
         b.wait(1000)?;
         let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
-        must(records.iter().all(|rec| rec.status.is_success()), "Ok or Accepted from all", "Ok или Accepted от всех", crate::bench::list(&records))?;
-        b.until(3000, "it stops", "останавливается", |b| Ok(state(b)? & moving == 0))?;
+        must(
+            records.iter().all(|rec| rec.status.is_success()),
+            "Ok or Accepted from all",
+            "Ok или Accepted от всех",
+            crate::bench::list(&records),
+        )?;
+        b.until(3000, "it stops", "останавливается", |b| {
+            Ok(state(b)? & moving == 0)
+        })?;
         b.until_flags(S::DEPLOYER, 0, bits::MOVE, 3000)?;
         b.moves(&[]);
         b.wait(500)?;

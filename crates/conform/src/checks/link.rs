@@ -85,7 +85,9 @@ pub fn noise(b: &mut Bench<'_>) -> Step {
         return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
     }
     let good = b.framed_bytes(&status_of(S::GENERAL));
-    for noise in [&[0xFF; 7][..], &[0x55, 0xAA, 0x01, 0x00, 0x7E], &[0xC0, 0x11, 0x22, 0x33, 0x44, 0x55]] {
+    for noise in
+        [&[0xFF; 7][..], &[0x55, 0xAA, 0x01, 0x00, 0x7E], &[0xC0, 0x11, 0x22, 0x33, 0x44, 0x55]]
+    {
         let wire = [noise, &good].concat();
         answered(b, &wire, ("a frame after noise", "кадр после шума"))?;
     }
@@ -103,7 +105,12 @@ pub fn dribble(b: &mut Bench<'_>) -> Step {
     for byte in first {
         b.line.send(&[*byte]).map_err(crate::verdict::Halt::Link)?;
         let early = b.collect(&[*byte], 1, 3)?;
-        must(early.is_empty(), "no answer before the frame has ended", "нет ответа до конца кадра", "")?;
+        must(
+            early.is_empty(),
+            "no answer before the frame has ended",
+            "нет ответа до конца кадра",
+            "",
+        )?;
     }
     answered(b, &[*last], ("a frame sent byte by byte", "кадр, посланный по байту"))
 }
@@ -258,7 +265,12 @@ pub fn one_answer_each(b: &mut Bench<'_>) -> Step {
         )?;
     }
     let late = b.collect(&[], usize::MAX, SILENCE_MS)?;
-    must(late.is_empty(), "no second answer", "второго ответа нет", format!("{} frames", late.len()))
+    must(
+        late.is_empty(),
+        "no second answer",
+        "второго ответа нет",
+        format!("{} frames", late.len()),
+    )
 }
 
 /// §1/10 A request that repeats itself is answered each time.
@@ -284,7 +296,12 @@ pub fn second_connection(b: &mut Bench<'_>) -> Step {
     let mine = b.collect(&[], 1, SILENCE_MS)?;
     must(mine.is_empty(), "the answer goes to who asked", "ответ идёт спросившему", "")?;
     let theirs = other.recv(b.options.timeout_ms).map_err(crate::verdict::Halt::Link)?;
-    must(!theirs.is_empty(), "an answer on the second connection", "ответ по второму соединению", "")?;
+    must(
+        !theirs.is_empty(),
+        "an answer on the second connection",
+        "ответ по второму соединению",
+        "",
+    )?;
     let good = b.framed_bytes(&status_of(S::GENERAL));
     answered(b, &good, ("on the first connection", "по первому соединению"))
 }

@@ -32,7 +32,12 @@ fn copy(b: &mut Bench<'_>) -> Step<Copy> {
             match b.get(spec.subsystem, param.name())? {
                 Some(values) => copy.push((param, values)),
                 None if !spec.required => {}
-                None => return not_applicable("not all parameters can be saved: nothing is erased", "сохранить можно не все параметры: ничего не стирается"),
+                None => {
+                    return not_applicable(
+                        "not all parameters can be saved: nothing is erased",
+                        "сохранить можно не все параметры: ничего не стирается",
+                    );
+                }
             }
         }
     }
@@ -42,11 +47,22 @@ fn copy(b: &mut Bench<'_>) -> Step<Copy> {
 /// §3.19/2
 pub fn wrong_key(b: &mut Bench<'_>) -> Step {
     for wrong in [0, key::CLEAN_FLASH ^ 1, key::CLEAN_FLASH.swap_bytes()] {
-        b.refused(R::CLEAN_FLASH, S::GENERAL, &wrong.to_le_bytes(), S::GENERAL, Status::NEED_CONFIRM)?;
+        b.refused(
+            R::CLEAN_FLASH,
+            S::GENERAL,
+            &wrong.to_le_bytes(),
+            S::GENERAL,
+            Status::NEED_CONFIRM,
+        )?;
     }
     b.wait(1500)?;
     let flags = b.flags(S::GENERAL)?;
-    must(flags & bits::CONFIG_INVALID == 0, "nothing is erased", "ничего не стёрто", format!("{flags:#010x}"))
+    must(
+        flags & bits::CONFIG_INVALID == 0,
+        "nothing is erased",
+        "ничего не стёрто",
+        format!("{flags:#010x}"),
+    )
 }
 
 /// §3.19
@@ -54,7 +70,13 @@ pub fn layout(b: &mut Bench<'_>) -> Step {
     b.refused(R::CLEAN_FLASH, S::GENERAL, &[0xF6], S::GENERAL, Status::WRONG_DATA)?;
     for id in b.found.present.clone() {
         if id != S::GENERAL {
-            b.refused(R::CLEAN_FLASH, id, &key::CLEAN_FLASH.to_le_bytes(), id, Status::WRONG_REQUEST)?;
+            b.refused(
+                R::CLEAN_FLASH,
+                id,
+                &key::CLEAN_FLASH.to_le_bytes(),
+                id,
+                Status::WRONG_REQUEST,
+            )?;
         }
     }
     Ok(())
@@ -88,14 +110,16 @@ fn look(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
     if b.has(S::VALVE1) && !b.has(S::DEPLOYER) {
         erased.moved = Some(b.ask(R::MOVE, S::HORIZONTAL, &le(0))?);
     }
-    let required = copy.iter().filter(|(p, _)| p.spec().subsystem == S::GENERAL && p.spec().required);
+    let required =
+        copy.iter().filter(|(p, _)| p.spec().subsystem == S::GENERAL && p.spec().required);
     let mut required = required.collect::<Vec<_>>();
     let Some((last, last_values)) = required.pop() else { return Ok(()) };
     for (param, values) in required {
         let rec = b.ask(R::SET_PARAM, S::GENERAL, &param_data(param.name(), values))?;
         erased.first_set.get_or_insert(rec);
     }
-    erased.last_set = Some(b.ask(R::SET_PARAM, S::GENERAL, &param_data(last.name(), last_values))?);
+    erased.last_set =
+        Some(b.ask(R::SET_PARAM, S::GENERAL, &param_data(last.name(), last_values))?);
     Ok(())
 }
 
@@ -123,18 +147,27 @@ fn write_back(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
             erased.restored = Some(format!("{}: {values:?}, {read:?}", param.name()));
         }
     }
-    must(erased.restored.is_none(), "the copy is written back", "копия записана обратно", erased.restored.clone().unwrap_or_default())
+    must(
+        erased.restored.is_none(),
+        "the copy is written back",
+        "копия записана обратно",
+        erased.restored.clone().unwrap_or_default(),
+    )
 }
 
 fn facts(b: &Bench<'_>) -> Step<Erased> {
     match &b.erased {
-        Some(erased) if erased.answer.as_ref().is_some_and(|rec| rec.status.is_success()) => Ok(erased.clone()),
+        Some(erased) if erased.answer.as_ref().is_some_and(|rec| rec.status.is_success()) => {
+            Ok(erased.clone())
+        }
         _ => not_applicable("the memory was not erased", "память не стиралась"),
     }
 }
 
 fn status(rec: Option<&Rec>, wanted: Status) -> Step {
-    let Some(rec) = rec else { return not_applicable("there was nothing to ask", "спрашивать было нечего") };
+    let Some(rec) = rec else {
+        return not_applicable("there was nothing to ask", "спрашивать было нечего");
+    };
     let name = wanted.name().unwrap_or_default();
     must(rec.status == wanted, name, name, rec.words(true))
 }
@@ -142,7 +175,12 @@ fn status(rec: Option<&Rec>, wanted: Status) -> Step {
 /// §3.19/3, §3.3.1/2
 pub fn invalid(b: &mut Bench<'_>) -> Step {
     let erased = facts(b)?;
-    must(erased.flags & bits::CONFIG_INVALID != 0, "ConfigInvalid", "ConfigInvalid", format!("{:#010x}", erased.flags))
+    must(
+        erased.flags & bits::CONFIG_INVALID != 0,
+        "ConfigInvalid",
+        "ConfigInvalid",
+        format!("{:#010x}", erased.flags),
+    )
 }
 
 /// §3.3.1/2

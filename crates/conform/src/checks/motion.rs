@@ -188,7 +188,12 @@ pub fn stop_drive(b: &mut Bench<'_>) -> Step {
     let (_, at) = b.drive(id)?;
     b.wait(600)?;
     let (_, later) = b.drive(id)?;
-    must(at.abs_diff(later) <= 2, "it stays where it stopped", "стоит, где остановлен", format!("{at}, {later}"))
+    must(
+        at.abs_diff(later) <= 2,
+        "it stays where it stopped",
+        "стоит, где остановлен",
+        format!("{at}, {later}"),
+    )
 }
 
 /// §3.2/5: the others go on.
@@ -230,7 +235,12 @@ pub fn stop_all(b: &mut Bench<'_>) -> Step {
     }
     b.wait(SOON_MS)?;
     let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
-    must(records.iter().all(|rec| rec.status.is_success()), "Ok or Accepted from all", "Ok или Accepted от всех", list(&records))?;
+    must(
+        records.iter().all(|rec| rec.status.is_success()),
+        "Ok or Accepted from all",
+        "Ok или Accepted от всех",
+        list(&records),
+    )?;
     for id in moved {
         b.until_flags(id, 0, bits::MOVE, STOP_MS)?;
     }
@@ -290,7 +300,8 @@ pub fn cut_move(b: &mut Bench<'_>) -> Step {
     let (sign, _) = room(b, id)?;
     let far = Rec::new(R::MOVE, id, &le(sign * FAR)).bytes();
     let records = b.frame(&far[..5])?;
-    let good = matches!(&records[..], [rec] if rec.status == Status::WRONG_DATA && rec.device == id);
+    let good =
+        matches!(&records[..], [rec] if rec.status == Status::WRONG_DATA && rec.device == id);
     must(good, "WrongData from the addressee", "WrongData от адресата", list(&records))?;
     let hidden = [&[R::GET_STATUS.0, S::GENERAL.0, 0, 200][..], &far].concat();
     let records = b.frame(&hidden)?;
@@ -375,7 +386,12 @@ fn overloaded(b: &mut Bench<'_>) -> Step {
     must(over, "AmperageOverload over MaxCurrent", "AmperageOverload выше MaxCurrent", "")?;
     b.until_flags(id, 0, bits::MOVE, 1000)?;
     let rec = b.ask(R::MOVE, id, &le(from + sign * 8 * small(id).0))?;
-    must(!rec.status.is_success(), "that direction is refused", "это направление отклоняется", rec.words(true))?;
+    must(
+        !rec.status.is_success(),
+        "that direction is refused",
+        "это направление отклоняется",
+        rec.words(true),
+    )?;
     b.wait(1800)?;
     let still = b.drive(id)?.0 & bits::OVERLOAD != 0;
     must(still, "the flag for 3 s after the stop", "флаг 3 с после остановки", "")?;
@@ -445,7 +461,12 @@ pub fn limits_off(b: &mut Bench<'_>) -> Step {
     let before = limits(b, id)?;
     switch(b, id, 0)?;
     b.until_flags(id, bits::LIMITLESS, 0, 1000)?;
-    must(limits(b, id)? == before, "the limits of before are told", "сообщаются прежние пределы", "")?;
+    must(
+        limits(b, id)? == before,
+        "the limits of before are told",
+        "сообщаются прежние пределы",
+        "",
+    )?;
     switch(b, id, 1)?;
     b.until_flags(id, 0, bits::LIMITLESS, 1000)?;
     must(limits(b, id)? == before, "the same limits again", "те же пределы снова", "")
@@ -460,7 +481,12 @@ fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<((i32, i32), (i32, i32), i32)
     switch(b, id, 0)?;
     b.put(id, "MinLimit", at)?;
     let meanwhile = limits(b, id)?;
-    must(meanwhile == before, "the old limits until On", "старые пределы до On", format!("{meanwhile:?}"))?;
+    must(
+        meanwhile == before,
+        "the old limits until On",
+        "старые пределы до On",
+        format!("{meanwhile:?}"),
+    )?;
     switch(b, id, end)?;
     b.until_flags(id, 0, bits::LIMITLESS, 1000)?;
     Ok((before, limits(b, id)?, at))
@@ -468,7 +494,12 @@ fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<((i32, i32), (i32, i32), i32)
 
 pub fn limits_on(b: &mut Bench<'_>) -> Step {
     let (before, after, at) = take_limit(b, 1)?;
-    must(after == (at, before.1), "the limit taken is in force", "взятый предел действует", format!("{after:?}"))
+    must(
+        after == (at, before.1),
+        "the limit taken is in force",
+        "взятый предел действует",
+        format!("{after:?}"),
+    )
 }
 
 pub fn limits_reject(b: &mut Bench<'_>) -> Step {
@@ -496,7 +527,12 @@ pub fn only_here(b: &mut Bench<'_>) -> Step {
     switch(b, id, 0)?;
     for (name, value) in [("MinLimit", at - 100), ("MaxLimit", at + 100)] {
         let rec = b.try_set(id, name, &[value])?;
-        must(rec.status == Status::INVALID_VALUE, "InvalidValue but for the present position", "InvalidValue, кроме текущего положения", rec.words(true))?;
+        must(
+            rec.status == Status::INVALID_VALUE,
+            "InvalidValue but for the present position",
+            "InvalidValue, кроме текущего положения",
+            rec.words(true),
+        )?;
     }
     Ok(())
 }

@@ -56,7 +56,12 @@ pub fn arrays(b: &mut Bench<'_>) -> Step {
     let read = b.get(S::CONTROL, "Program7")?;
     b.try_set(S::CONTROL, "Program7", &old)?;
     must(rec.status.is_success(), "Accepted", "Accepted", rec.words(true))?;
-    must(read.as_deref() == Some(&new), "all values of an array", "все значения массива", format!("{read:?}"))
+    must(
+        read.as_deref() == Some(&new),
+        "all values of an array",
+        "все значения массива",
+        format!("{read:?}"),
+    )
 }
 
 /// §3.5: the answer carries the id.
@@ -64,7 +69,12 @@ pub fn answer_id(b: &mut Bench<'_>) -> Step {
     let (of, name, value) = spare(b)?;
     let data = param_data(name, &[value]);
     let rec = b.ask(R::SET_PARAM, of, &data)?;
-    must(rec.status.is_success() && rec.data == data[..2], "Ok or Accepted with the id", "Ok или Accepted с идентификатором", rec.words(true))
+    must(
+        rec.status.is_success() && rec.data == data[..2],
+        "Ok or Accepted with the id",
+        "Ok или Accepted с идентификатором",
+        rec.words(true),
+    )
 }
 
 /// §3.5/2
@@ -97,7 +107,12 @@ pub fn wrong_count(b: &mut Bench<'_>) -> Step {
     let whole = param_data(name, &[value, value]);
     for len in [10, 9, 5, 3, 2] {
         let rec = b.ask(R::SET_PARAM, of, &whole[..len])?;
-        must(rec.status == Status::WRONG_DATA && rec.device == of, "WrongData", "WrongData", rec.words(true))?;
+        must(
+            rec.status == Status::WRONG_DATA && rec.device == of,
+            "WrongData",
+            "WrongData",
+            rec.words(true),
+        )?;
     }
     let read = b.param(of, name)?;
     must(read == value, "nothing changes", "ничего не меняется", format!("{read}"))
@@ -134,7 +149,12 @@ pub fn remote(b: &mut Bench<'_>) -> Step {
         must(known, "Cached, then Accepted", "Cached, затем Accepted", first.words(true))?;
         b.put(id, "Speed", new)?;
         let read = b.param(id, "Speed")?;
-        return must(read == new, "the unit's new value", "новое значение блока", format!("{read}"));
+        return must(
+            read == new,
+            "the unit's new value",
+            "новое значение блока",
+            format!("{read}"),
+        );
     }
     not_applicable("no remote drive", "нет удалённого привода")
 }
@@ -160,7 +180,12 @@ pub fn stored_already(b: &mut Bench<'_>) -> Step {
     })?;
     b.set(of, name, value + 1)?;
     let stored = b.try_set(of, name, &[value + 1])?;
-    must(stored.status.is_success(), "Accepted, then Ok", "Accepted, затем Ok", stored.words(true))?;
+    must(
+        stored.status.is_success(),
+        "Accepted, then Ok",
+        "Accepted, затем Ok",
+        stored.words(true),
+    )?;
     b.until(10_000, en, "Ok, когда значение сохранено", |b| {
         Ok(b.try_set(of, name, &[value + 1])?.status == Status::OK)
     })
@@ -171,7 +196,12 @@ pub fn accepted_first(b: &mut Bench<'_>) -> Step {
     let (of, name, value) = spare(b)?;
     b.undo.push(crate::safety::Undo::Param(of, name, value));
     let rec = b.try_set(of, name, &[value + 2])?;
-    must(rec.status == Status::ACCEPTED, "Accepted for a new value", "Accepted для нового значения", rec.words(true))
+    must(
+        rec.status == Status::ACCEPTED,
+        "Accepted for a new value",
+        "Accepted для нового значения",
+        rec.words(true),
+    )
 }
 
 /// §3.5/10
@@ -221,7 +251,10 @@ pub fn heating(b: &mut Bench<'_>) -> Step {
     let rec = b.read(R::GET_STATUS, S::CLIMATICS, &[])?;
     let box_temp = i32::from(rec.i16_at(12).unwrap_or(0));
     if !(-350..=500).contains(&box_temp) {
-        return not_applicable("the box is too warm or too cold", "в корпусе слишком тепло или холодно");
+        return not_applicable(
+            "the box is too warm or too cold",
+            "в корпусе слишком тепло или холодно",
+        );
     }
     b.set(S::CLIMATICS, "HeatOff", 600)?;
     b.set(S::CLIMATICS, "HeatOn", box_temp + 60)?;
@@ -236,7 +269,13 @@ pub fn correction_table(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &[], S::CONTROL, Status::WRONG_DATA)?;
     b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &[0], S::CONTROL, Status::WRONG_DATA)?;
-    b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &[255, 0, 0], S::CONTROL, Status::INVALID_VALUE)
+    b.refused(
+        R::SETUP_CORRECTION_TABLE,
+        S::CONTROL,
+        &[255, 0, 0],
+        S::CONTROL,
+        Status::INVALID_VALUE,
+    )
 }
 
 /// §3.6: an addressee that has none.
@@ -244,7 +283,13 @@ pub fn correction_addressee(b: &mut Bench<'_>) -> Step {
     let data = [0, 0];
     b.refused(R::SETUP_CORRECTION_TABLE, S::GENERAL, &data, S::GENERAL, Status::WRONG_REQUEST)?;
     if !b.has(S::CONTROL) {
-        return b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &data, S::CONTROL, Status::MODULE_NOT_EXIST);
+        return b.refused(
+            R::SETUP_CORRECTION_TABLE,
+            S::CONTROL,
+            &data,
+            S::CONTROL,
+            Status::MODULE_NOT_EXIST,
+        );
     }
     Ok(())
 }

@@ -56,22 +56,27 @@ pub fn quench_scans(b: &mut Bench<'_>) -> Step {
     let (h, v) = quench(b)?;
     let (mut left, mut right, mut low, mut high) = (i32::MIN, i32::MAX, i32::MAX, i32::MIN);
     let en = "the whole width and more than one line of the sector";
-    b.until(60_000, en, "вся ширина и больше одной строки сектора", |b| {
-        let (_, x) = b.drive(S::HORIZONTAL)?;
-        let (_, y) = b.drive(S::VERTICAL)?;
-        left = left.max(x);
-        right = right.min(x);
-        low = low.min(y);
-        high = high.max(y);
-        must(
-            x.abs_diff(h) <= 150 + 60,
-            "within the sector",
-            "в пределах сектора",
-            format!("{x}' of {h}' ± 150', {y}' of {v}'"),
-        )
-        .or_else(|halt| if left == x || right == x { Ok(()) } else { Err(halt) })?;
-        Ok(left >= h + 120 && right <= h - 120 && high - low >= 40)
-    })?;
+    b.until(
+        60_000,
+        en,
+        "вся ширина и больше одной строки сектора",
+        |b| {
+            let (_, x) = b.drive(S::HORIZONTAL)?;
+            let (_, y) = b.drive(S::VERTICAL)?;
+            left = left.max(x);
+            right = right.min(x);
+            low = low.min(y);
+            high = high.max(y);
+            must(
+                x.abs_diff(h) <= 150 + 60,
+                "within the sector",
+                "в пределах сектора",
+                format!("{x}' of {h}' ± 150', {y}' of {v}'"),
+            )
+            .or_else(|halt| if left == x || right == x { Ok(()) } else { Err(halt) })?;
+            Ok(left >= h + 120 && right <= h - 120 && high - low >= 40)
+        },
+    )?;
     ends(b)
 }
 
@@ -84,7 +89,12 @@ pub fn quench_leaves_closed(b: &mut Bench<'_>) -> Step {
     for id in VALVES {
         if b.has(id) {
             let flags = b.flags(id)?;
-            must(flags & bits::CLOSED != 0, "the closed valve stays closed", "закрытый затвор остаётся закрытым", format!("{flags:#010x}"))?;
+            must(
+                flags & bits::CLOSED != 0,
+                "the closed valve stays closed",
+                "закрытый затвор остаётся закрытым",
+                format!("{flags:#010x}"),
+            )?;
         }
     }
     Ok(())
@@ -102,7 +112,12 @@ pub fn quench_sizes(b: &mut Bench<'_>) -> Step {
 
 fn idle(b: &mut Bench<'_>) -> Step {
     let flags = b.flags(S::CONTROL)?;
-    must(flags & (bits::QUENCH | bits::TRAJECTORY) == 0, "no program runs", "программа не идёт", format!("{flags:#010x}"))
+    must(
+        flags & (bits::QUENCH | bits::TRAJECTORY) == 0,
+        "no program runs",
+        "программа не идёт",
+        format!("{flags:#010x}"),
+    )
 }
 
 pub fn quench_values(b: &mut Bench<'_>) -> Step {
@@ -165,7 +180,12 @@ pub fn aims_at_centre(b: &mut Bench<'_>) -> Step {
         Ok(x.abs_diff(target) <= 15 && y.abs_diff(v) <= 15)
     })?;
     let faults = b.flags(S::CONTROL)? & bits::BALLISTICS;
-    must(faults == 0, "no fault of the ballistics when it is off", "без баллистики нет её флагов", format!("{faults:#010x}"))?;
+    must(
+        faults == 0,
+        "no fault of the ballistics when it is off",
+        "без баллистики нет её флагов",
+        format!("{faults:#010x}"),
+    )?;
     ends(b)
 }
 
@@ -197,7 +217,12 @@ pub fn pause(b: &mut Bench<'_>) -> Step {
     b.until_flags(S::CONTROL, bits::PAUSED | bits::QUENCH, 0, 1000)?;
     b.wait(2000)?;
     let flags = b.flags(S::CONTROL)?;
-    must(flags & bits::PAUSED != 0, "paused for 3 s", "приостановлена на 3 с", format!("{flags:#010x}"))?;
+    must(
+        flags & bits::PAUSED != 0,
+        "paused for 3 s",
+        "приостановлена на 3 с",
+        format!("{flags:#010x}"),
+    )?;
     b.until_flags(S::CONTROL, bits::QUENCH, bits::PAUSED, 2500)?;
     ends(b)
 }
@@ -209,13 +234,20 @@ pub fn pause_moves(b: &mut Bench<'_>) -> Step {
     let (sign, _) = room(b, S::HORIZONTAL)?;
     let to = h + sign * 330;
     b.done(R::MOVE, S::HORIZONTAL, &le(to))?;
-    b.until(6000, "where Move sent it", "там, куда послал Move", |b| Ok(b.drive(S::HORIZONTAL)?.1.abs_diff(to) <= 15))?;
-    let mut away = false;
-    b.until(15_000, "on around the point reached", "дальше вокруг достигнутой точки", |b| {
-        let x = b.drive(S::HORIZONTAL)?.1;
-        away |= x.abs_diff(to) > 60;
-        Ok(away && (x - to) * sign > 60)
+    b.until(6000, "where Move sent it", "там, куда послал Move", |b| {
+        Ok(b.drive(S::HORIZONTAL)?.1.abs_diff(to) <= 15)
     })?;
+    let mut away = false;
+    b.until(
+        15_000,
+        "on around the point reached",
+        "дальше вокруг достигнутой точки",
+        |b| {
+            let x = b.drive(S::HORIZONTAL)?.1;
+            away |= x.abs_diff(to) > 60;
+            Ok(away && (x - to) * sign > 60)
+        },
+    )?;
     ends(b)
 }
 
@@ -228,7 +260,12 @@ pub fn stop_while_quenching(b: &mut Bench<'_>) -> Step {
         }
     }
     let flags = b.flags(S::CONTROL)?;
-    must(flags & bits::QUENCH != 0, "the program goes on", "программа продолжается", format!("{flags:#010x}"))?;
+    must(
+        flags & bits::QUENCH != 0,
+        "the program goes on",
+        "программа продолжается",
+        format!("{flags:#010x}"),
+    )?;
     ends(b)?;
     for id in [S::HORIZONTAL, S::VERTICAL] {
         b.until_flags(id, 0, bits::MOVE, START_MS)?;
@@ -257,10 +294,17 @@ pub fn outside(b: &mut Bench<'_>) -> Step {
     movers(b);
     b.done(R::START_QUENCH, S::CONTROL, &program(max, v, 400, 60, 1, 0))?;
     b.until_flags(S::CONTROL, bits::QUENCH | bits::OUTSIDE, 0, 20_000)?;
-    b.stays(6000, "inside the limits", "в пределах", |b| Ok(b.drive(S::HORIZONTAL)?.1 <= max + 10))?;
+    b.stays(6000, "inside the limits", "в пределах", |b| {
+        Ok(b.drive(S::HORIZONTAL)?.1 <= max + 10)
+    })?;
     ends(b)?;
     let flags = b.flags(S::CONTROL)?;
-    must(flags & bits::OUTSIDE != 0, "OutsideLimits stays until the next start", "OutsideLimits до следующего запуска", format!("{flags:#010x}"))?;
+    must(
+        flags & bits::OUTSIDE != 0,
+        "OutsideLimits stays until the next start",
+        "OutsideLimits до следующего запуска",
+        format!("{flags:#010x}"),
+    )?;
     quench_inside(b)?;
     ends(b)
 }
@@ -292,7 +336,9 @@ pub fn replaced(b: &mut Bench<'_>) -> Step {
     let (sign, _) = room(b, S::HORIZONTAL)?;
     let target = h + sign * 360;
     b.done(R::START_QUENCH, S::CONTROL, &program(target, v, 0, 0, 0, 0))?;
-    b.until(20_000, "the new sector", "новый сектор", |b| Ok(b.drive(S::HORIZONTAL)?.1.abs_diff(target) <= 15))?;
+    b.until(20_000, "the new sector", "новый сектор", |b| {
+        Ok(b.drive(S::HORIZONTAL)?.1.abs_diff(target) <= 15)
+    })?;
     ends(b)
 }
 
@@ -348,14 +394,24 @@ pub fn trajectory(b: &mut Bench<'_>) -> Step {
     b.done(R::START_TRAJECTORY, S::CONTROL, &points(0, &[(h + 90, v), (h - 90, v)]))?;
     b.until_flags(S::CONTROL, bits::TRAJECTORY, 0, START_MS)?;
     let mut first = false;
-    b.until(30_000, "point after point, then the end", "точка за точкой, затем конец", |b| {
-        let x = b.drive(S::HORIZONTAL)?.1;
-        let faults = b.flags(S::CONTROL)? & bits::BALLISTICS;
-        must(faults == 0, "no fault of the ballistics when it is off", "без баллистики нет её флагов", format!("{faults:#010x}"))?;
-        first |= x.abs_diff(h + 90) <= 15;
-        let over = b.flags(S::CONTROL)? & bits::TRAJECTORY == 0;
-        Ok(first && over && x.abs_diff(h - 90) <= 15)
-    })
+    b.until(
+        30_000,
+        "point after point, then the end",
+        "точка за точкой, затем конец",
+        |b| {
+            let x = b.drive(S::HORIZONTAL)?.1;
+            let faults = b.flags(S::CONTROL)? & bits::BALLISTICS;
+            must(
+                faults == 0,
+                "no fault of the ballistics when it is off",
+                "без баллистики нет её флагов",
+                format!("{faults:#010x}"),
+            )?;
+            first |= x.abs_diff(h + 90) <= 15;
+            let over = b.flags(S::CONTROL)? & bits::TRAJECTORY == 0;
+            Ok(first && over && x.abs_diff(h - 90) <= 15)
+        },
+    )
 }
 
 /// §3.15/1 repeat
@@ -367,7 +423,12 @@ pub fn trajectory_repeats(b: &mut Bench<'_>) -> Step {
     b.done(R::START_TRAJECTORY, S::CONTROL, &points(2, &[(h + 40, v), (h - 40, v)]))?;
     b.wait(6000)?;
     let flags = b.flags(S::CONTROL)?;
-    must(flags & bits::TRAJECTORY != 0, "it starts over", "начинается снова", format!("{flags:#010x}"))?;
+    must(
+        flags & bits::TRAJECTORY != 0,
+        "it starts over",
+        "начинается снова",
+        format!("{flags:#010x}"),
+    )?;
     ends(b)
 }
 
@@ -393,7 +454,12 @@ pub fn trajectory_refused(b: &mut Bench<'_>) -> Step {
     ] {
         let rec = b.ask(R::START_TRAJECTORY, S::CONTROL, data)?;
         let good = [status, Status::WRONG_DATA].contains(&rec.status);
-        must(good && rec.device == S::CONTROL, "WrongData or InvalidValue", "WrongData или InvalidValue", rec.words(true))?;
+        must(
+            good && rec.device == S::CONTROL,
+            "WrongData or InvalidValue",
+            "WrongData или InvalidValue",
+            rec.words(true),
+        )?;
     }
     idle(b)
 }
@@ -434,7 +500,12 @@ pub fn seek_to_end(b: &mut Bench<'_>) -> Step {
     let flags = b.flags(S::DETECTOR)?;
     let beds = b.read(R::GET_HOTBED, S::DETECTOR, &[])?;
     let some = beds.data.len() > 2;
-    must((flags & bits::FOUND != 0) == some, "Found when there are hotbeds", "Found, когда есть очаги", format!("{flags:#010x}, {}", beds.words(true)))?;
+    must(
+        (flags & bits::FOUND != 0) == some,
+        "Found when there are hotbeds",
+        "Found, когда есть очаги",
+        format!("{flags:#010x}, {}", beds.words(true)),
+    )?;
     must(flags & bits::CANCELED == 0, "not Canceled", "без Canceled", format!("{flags:#010x}"))
 }
 
@@ -443,7 +514,12 @@ fn while_seeking(b: &mut Bench<'_>, ask: impl Fn(&mut Bench<'_>) -> Step) -> Ste
     seek(b, 3000, 600)?;
     ask(b)?;
     let flags = b.flags(S::DETECTOR)?;
-    must(flags & bits::SEARCHING != 0, "the search goes on", "поиск продолжается", format!("{flags:#010x}"))?;
+    must(
+        flags & bits::SEARCHING != 0,
+        "the search goes on",
+        "поиск продолжается",
+        format!("{flags:#010x}"),
+    )?;
     b.done(R::STOP, S::DETECTOR, &[])?;
     b.until_flags(S::DETECTOR, 0, bits::SEARCHING, START_MS)
 }
@@ -476,7 +552,12 @@ pub fn open_seeking(b: &mut Bench<'_>) -> Step {
     while_seeking(b, |b| {
         b.refused(R::OPEN, valve, &key::OPEN.to_le_bytes(), S::DETECTOR, Status::DENIED)?;
         let flags = b.flags(valve)?;
-        must(flags & bits::CLOSED != 0, "the valve stays", "затвор остаётся", format!("{flags:#010x}"))
+        must(
+            flags & bits::CLOSED != 0,
+            "the valve stays",
+            "затвор остаётся",
+            format!("{flags:#010x}"),
+        )
     })
 }
 
@@ -511,7 +592,12 @@ pub fn seek_canceled(b: &mut Bench<'_>) -> Step {
     b.until_flags(S::HORIZONTAL, 0, bits::MOVE, START_MS)?;
     seek(b, 300, 100)?;
     let flags = b.flags(S::DETECTOR)?;
-    must(flags & bits::CANCELED == 0, "the next start clears it", "следующий запуск снимает", format!("{flags:#010x}"))
+    must(
+        flags & bits::CANCELED == 0,
+        "the next start clears it",
+        "следующий запуск снимает",
+        format!("{flags:#010x}"),
+    )
 }
 
 /// §3.16/2

@@ -24,7 +24,12 @@ pub fn sizes(b: &mut Bench<'_>) -> Step {
     for id in b.found.present.clone() {
         let rec = b.read(R::GET_STATUS, id, &[])?;
         let en = format!("{} bytes from {}", size_of(id), name(id.name(), id.0));
-        must(rec.data.len() == size_of(id), &en, &en.replace("bytes from", "байт от"), rec.words(true))?;
+        must(
+            rec.data.len() == size_of(id),
+            &en,
+            &en.replace("bytes from", "байт от"),
+            rec.words(true),
+        )?;
     }
     Ok(())
 }
@@ -45,7 +50,8 @@ pub fn same_as_alone(b: &mut Bench<'_>) -> Step {
         let alone = b.read(R::GET_STATUS, rec.device, &[])?;
         let same = |flags: Option<u32>| flags.map(|flags| flags & !bits::CONN_LOST);
         must(
-            same(alone.flags()) == same(rec.flags()) && alone.i16_at(4).is_some() == rec.i16_at(4).is_some(),
+            same(alone.flags()) == same(rec.flags())
+                && alone.i16_at(4).is_some() == rec.i16_at(4).is_some(),
             "the same flags as the subsystem alone",
             "те же флаги, что у подсистемы отдельно",
             alone.words(true),
@@ -70,7 +76,11 @@ fn unused(b: &mut Bench<'_>, ids: &[S], used: u32) -> Step {
             format!("{}: {flags:#010x}", name(id.name(), id.0)),
         )?;
     }
-    if any { Ok(()) } else { not_applicable("no such subsystem", "нет такой подсистемы") }
+    if any {
+        Ok(())
+    } else {
+        not_applicable("no such subsystem", "нет такой подсистемы")
+    }
 }
 
 pub fn common_flags(b: &mut Bench<'_>) -> Step {
@@ -94,7 +104,12 @@ pub fn valve_flags(b: &mut Bench<'_>) -> Step {
         if b.has(id) {
             let flags = b.flags(id)?;
             let both = bits::OPEN | bits::CLOSED;
-            must(flags & both != both, "not open and closed at once", "не открыт и закрыт сразу", format!("{flags:#010x}"))?;
+            must(
+                flags & both != both,
+                "not open and closed at once",
+                "не открыт и закрыт сразу",
+                format!("{flags:#010x}"),
+            )?;
         }
     }
     Ok(())
@@ -124,7 +139,12 @@ pub fn climatics_flags(b: &mut Bench<'_>) -> Step {
 pub fn deployer_flags(b: &mut Bench<'_>) -> Step {
     b.needs(S::DEPLOYER)?;
     let flags = b.flags(S::DEPLOYER)?;
-    must((flags & bits::FOLD).count_ones() <= 1, "one state at most", "не более одного состояния", format!("{flags:#010x}"))
+    must(
+        (flags & bits::FOLD).count_ones() <= 1,
+        "one state at most",
+        "не более одного состояния",
+        format!("{flags:#010x}"),
+    )
 }
 
 pub fn conn_flags(b: &mut Bench<'_>) -> Step {
@@ -137,7 +157,12 @@ pub fn button_flags(b: &mut Bench<'_>) -> Step {
         if b.has(id) {
             let flags = b.flags(id)?;
             let stuck = (0..8).any(|n| flags >> (16 + 2 * n) & 3 == 1);
-            must(!stuck, "no button is pressed", "ни одна кнопка не нажата", format!("{flags:#010x}"))?;
+            must(
+                !stuck,
+                "no button is pressed",
+                "ни одна кнопка не нажата",
+                format!("{flags:#010x}"),
+            )?;
         }
     }
     Ok(())
@@ -148,7 +173,12 @@ pub fn at_rest(b: &mut Bench<'_>) -> Step {
     for id in b.found.present.clone() {
         if id.is_drive() {
             let rec = b.read(R::GET_STATUS, id, &[])?;
-            must(rec.data.get(7) == Some(&0), "speed 0 at rest", "скорость 0 в покое", rec.words(true))?;
+            must(
+                rec.data.get(7) == Some(&0),
+                "speed 0 at rest",
+                "скорость 0 в покое",
+                rec.words(true),
+            )?;
         }
     }
     Ok(())
@@ -183,12 +213,22 @@ pub fn conn_lost(b: &mut Bench<'_>) -> Step {
     b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
     let ids = [S::EXTERNAL_CONN, S::RADIO].into_iter().filter(|id| b.has(*id)).count();
     let now = lost(b)?;
-    must(now.len() < ids, "no ConnLost after a control request", "нет ConnLost после запроса управления", format!("{now:?}"))?;
+    must(
+        now.len() < ids,
+        "no ConnLost after a control request",
+        "нет ConnLost после запроса управления",
+        format!("{now:?}"),
+    )?;
     b.wait(timeout_ms / 2)?;
     must(lost(b)?.len() < ids, "no ConnLost before its time", "нет ConnLost раньше времени", "")?;
     b.wait(timeout_ms / 2 + 700)?;
     let later = lost(b)?.len();
-    must(later == ids, "ConnLost when nobody has controlled for 3 s", "ConnLost, когда 3 с никто не управлял", "")
+    must(
+        later == ids,
+        "ConnLost when nobody has controlled for 3 s",
+        "ConnLost, когда 3 с никто не управлял",
+        "",
+    )
 }
 
 pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
@@ -207,7 +247,12 @@ pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
         b.read(R::GET_STATUS, S::GENERAL, &[])?;
     }
     let after = lost(b)?;
-    must(before == after && !after.is_empty(), "reads do not count as control", "чтение — не управление", format!("{after:?}"))
+    must(
+        before == after && !after.is_empty(),
+        "reads do not count as control",
+        "чтение — не управление",
+        format!("{after:?}"),
+    )
 }
 
 /// §3.4
@@ -225,7 +270,11 @@ pub fn get_param(b: &mut Bench<'_>) -> Step {
             )?;
         }
     }
-    if any { Ok(()) } else { not_applicable("none of our parameters is known", "наши параметры неизвестны") }
+    if any {
+        Ok(())
+    } else {
+        not_applicable("none of our parameters is known", "наши параметры неизвестны")
+    }
 }
 
 /// §3.4/1
@@ -239,7 +288,12 @@ pub fn unknown_param(b: &mut Bench<'_>) -> Step {
 /// §3.4/1 "with the id" is ours.
 pub fn unknown_param_id(b: &mut Bench<'_>) -> Step {
     let rec = b.ask(R::GET_PARAM, S::GENERAL, &[0x34, 0x12])?;
-    must(rec.data == [0x34, 0x12], "the id comes back", "идентификатор возвращается", rec.words(true))
+    must(
+        rec.data == [0x34, 0x12],
+        "the id comes back",
+        "идентификатор возвращается",
+        rec.words(true),
+    )
 }
 
 /// §3.4/2
@@ -247,7 +301,12 @@ pub fn remote_param(b: &mut Bench<'_>) -> Step {
     for id in [S::HORIZONTAL, S::VERTICAL, S::NOZZLE] {
         if b.has(id) && matches!(b.get(id, "DriveType")?.as_deref(), Some([1])) {
             let speed = b.get(id, "Speed")?;
-            return must(speed.is_some(), "Ok once fetched", "Ok после получения", format!("{speed:?}"));
+            return must(
+                speed.is_some(),
+                "Ok once fetched",
+                "Ok после получения",
+                format!("{speed:?}"),
+            );
         }
     }
     not_applicable("no remote drive", "нет удалённого привода")
@@ -266,7 +325,12 @@ pub fn dictionary(b: &mut Bench<'_>) -> Step {
         }
         let Some(values) = b.get(spec.subsystem, param.name())? else {
             // TrvPosition and the like are answered by monitors that have them stored.
-            return must(!spec.required, "every parameter of the table", "все параметры таблицы", param.name());
+            return must(
+                !spec.required,
+                "every parameter of the table",
+                "все параметры таблицы",
+                param.name(),
+            );
         };
         must(
             spec.check(values.iter().copied()).is_ok(),
@@ -316,7 +380,12 @@ pub fn limits_of_all(b: &mut Bench<'_>) -> Step {
         let records = b.frame(&Rec::new(R::RETRIEVE_LIMITS, to, &[]).bytes())?;
         let found: Vec<S> = records.iter().map(|rec| rec.device).collect();
         let data = records.iter().all(|rec| rec.data.len() == 8);
-        must(found == drives && data, "every drive, in chain order", "каждый привод, по порядку цепочки", crate::bench::list(&records))?;
+        must(
+            found == drives && data,
+            "every drive, in chain order",
+            "каждый привод, по порядку цепочки",
+            crate::bench::list(&records),
+        )?;
     }
     Ok(())
 }
@@ -346,7 +415,12 @@ pub fn hotbeds(b: &mut Bench<'_>) -> Step {
     let good = matches!(&records[..], [rec] if rec.status == Status::OK
         && rec.data.starts_with(&[0xFE, 0x23])
         && (rec.data.len() - 2) % HOTBED == 0 && rec.data.len() <= 2 + 4 * HOTBED);
-    must(good, "FE 23 and n × 20 bytes, n = 0…4", "FE 23 и n × 20 байт, n = 0…4", crate::bench::list(&records))
+    must(
+        good,
+        "FE 23 and n × 20 bytes, n = 0…4",
+        "FE 23 и n × 20 байт, n = 0…4",
+        crate::bench::list(&records),
+    )
 }
 
 /// §3.16/5
@@ -370,7 +444,12 @@ pub fn get_hotbed(b: &mut Bench<'_>) -> Step {
     b.needs(S::DETECTOR)?;
     let hotbed = b.read(R::GET_HOTBED, S::DETECTOR, &[])?;
     let param = b.read(R::GET_PARAM, S::DETECTOR, &[0xFE, 0x23])?;
-    must(hotbed.data == param.data, "the data of GetParam Hotbeds", "данные GetParam Hotbeds", hotbed.words(true))
+    must(
+        hotbed.data == param.data,
+        "the data of GetParam Hotbeds",
+        "данные GetParam Hotbeds",
+        hotbed.words(true),
+    )
 }
 
 /// §3.3/2 at rest: all reads answer Ok.

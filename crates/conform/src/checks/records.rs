@@ -17,7 +17,10 @@ fn devices(records: &[Rec]) -> Vec<S> {
 fn group(b: &mut Bench<'_>, request: R, to: S) -> Step<Vec<Rec>> {
     let records = b.frame(&Rec::new(request, to, &[]).bytes())?;
     if records.iter().any(|rec| rec.status == Status::NO_ROOM) {
-        return not_applicable("the buffer does not hold the answers", "ответы не помещаются в буфер");
+        return not_applicable(
+            "the buffer does not hold the answers",
+            "ответы не помещаются в буфер",
+        );
     }
     let strange = records.iter().any(|rec| rec.request != request);
     must(!strange, "answers to this request", "ответы на этот запрос", list(&records))?;
@@ -96,8 +99,7 @@ pub fn all(b: &mut Bench<'_>) -> Step {
 pub fn motors(b: &mut Bench<'_>) -> Step {
     for request in [R::GET_STATUS, R::RETRIEVE_LIMITS] {
         let found = group(b, request, S::MOTORS)?;
-        let drives: Vec<S> =
-            b.found.present.iter().copied().filter(|id| id.is_drive()).collect();
+        let drives: Vec<S> = b.found.present.iter().copied().filter(|id| id.is_drive()).collect();
         if drives.is_empty() {
             must(devices(&found) == [S::GENERAL], "General", "General", list(&found))?;
             continue;
@@ -205,7 +207,8 @@ pub fn layout(b: &mut Bench<'_>) -> Step {
 pub fn status_ignored(b: &mut Bench<'_>) -> Step {
     for status in [1, 3, 9, 0x7F, 0xFF] {
         let records = b.frame(&[R::GET_STATUS.0, S::GENERAL.0, status, 0])?;
-        let good = matches!(&records[..], [rec] if rec.status == Status::OK && rec.data.len() == 10);
+        let good =
+            matches!(&records[..], [rec] if rec.status == Status::OK && rec.data.len() == 10);
         must(good, "as with status 0", "как при status 0", list(&records))?;
     }
     Ok(())
@@ -262,7 +265,12 @@ pub fn statuses(b: &mut Bench<'_>) -> Step {
     for id in b.found.present.clone() {
         for request in [R::GET_STATUS, R::GET_PARAM, R::RETRIEVE_LIMITS, R::GET_HOTBED] {
             let rec = b.ask(request, id, &[])?;
-            must(rec.request == request, "its own request id", "свой номер запроса", rec.words(true))?;
+            must(
+                rec.request == request,
+                "its own request id",
+                "свой номер запроса",
+                rec.words(true),
+            )?;
         }
     }
     Ok(())
@@ -298,9 +306,8 @@ pub fn stop_layout(b: &mut Bench<'_>) -> Step {
 /// §3.2/1 at rest: every handler answers, none of the others.
 pub fn stop_all_at_rest(b: &mut Bench<'_>) -> Step {
     let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
-    let handles = |id: &S| {
-        id.is_drive() || id.is_valve() || matches!(*id, S::CONTROL | S::DETECTOR)
-    };
+    let handles =
+        |id: &S| id.is_drive() || id.is_valve() || matches!(*id, S::CONTROL | S::DETECTOR);
     let handlers: Vec<S> = b.found.present.iter().copied().filter(handles).collect();
     must(
         devices(&records) == handlers

@@ -42,7 +42,12 @@ pub fn lockout_key(b: &mut Bench<'_>) -> Step {
         must(refused && !records.is_empty(), "InvalidValue", "InvalidValue", list(&records))?;
     }
     let flags = b.flags(S::GENERAL)?;
-    must(flags & bits::LOCKED_OUT == 0, "not locked out", "не заблокирован", format!("{flags:#010x}"))
+    must(
+        flags & bits::LOCKED_OUT == 0,
+        "not locked out",
+        "не заблокирован",
+        format!("{flags:#010x}"),
+    )
 }
 
 /// §3.18
@@ -56,7 +61,12 @@ pub fn lockout_layout(b: &mut Bench<'_>) -> Step {
     let data = key::ENABLE.to_le_bytes();
     b.refused(R::LOCKOUT, S::GENERAL, &data, S::GENERAL, Status::WRONG_REQUEST)?;
     let flags = b.flags(S::GENERAL)?;
-    must(flags & bits::LOCKED_OUT == 0, "not locked out", "не заблокирован", format!("{flags:#010x}"))
+    must(
+        flags & bits::LOCKED_OUT == 0,
+        "not locked out",
+        "не заблокирован",
+        format!("{flags:#010x}"),
+    )
 }
 
 /// §3.18/1
@@ -159,10 +169,17 @@ pub fn lockout_off(b: &mut Bench<'_>) -> Step {
 /// §3.18/8
 pub fn lockout_stored(b: &mut Bench<'_>) -> Step {
     locked(b)?;
-    b.until(10_000, "Ok from General once it is stored", "Ok от General, когда сохранено", |b| {
-        let records = lockout(b, key::ENABLE)?;
-        Ok(records.last().is_some_and(|rec| rec.device == S::GENERAL && rec.status == Status::OK))
-    })?;
+    b.until(
+        10_000,
+        "Ok from General once it is stored",
+        "Ok от General, когда сохранено",
+        |b| {
+            let records = lockout(b, key::ENABLE)?;
+            Ok(records
+                .last()
+                .is_some_and(|rec| rec.device == S::GENERAL && rec.status == Status::OK))
+        },
+    )?;
     let first = lockout(b, key::DISABLE)?;
     must(
         first.last().is_some_and(|rec| rec.status == Status::ACCEPTED),
@@ -180,9 +197,19 @@ pub fn restart_addressee(b: &mut Bench<'_>) -> Step {
     }
     b.refused(R::RESTART, S::MOTORS, &[], S::GENERAL, Status::WRONG_REQUEST)?;
     let records = b.frame(&Rec::new(R::RESTART, S::ALL, &[0]).bytes())?;
-    must(records.iter().all(|rec| rec.status == Status::WRONG_DATA), "WrongData", "WrongData", list(&records))?;
+    must(
+        records.iter().all(|rec| rec.status == Status::WRONG_DATA),
+        "WrongData",
+        "WrongData",
+        list(&records),
+    )?;
     let flags = b.flags(S::GENERAL)?;
-    must(flags & bits::RESTARTING == 0, "it does not restart", "не перезапускается", format!("{flags:#010x}"))
+    must(
+        flags & bits::RESTARTING == 0,
+        "it does not restart",
+        "не перезапускается",
+        format!("{flags:#010x}"),
+    )
 }
 
 fn restart(b: &mut Bench<'_>) -> Step<Vec<Rec>> {
@@ -216,7 +243,12 @@ fn answers_again(b: &mut Bench<'_>) -> Step {
             return Ok(());
         }
         let awaited = b.line.now_ms() < end;
-        must(awaited, "it answers again after the restart", "снова отвечает после перезапуска", "—")?;
+        must(
+            awaited,
+            "it answers again after the restart",
+            "снова отвечает после перезапуска",
+            "—",
+        )?;
     }
 }
 
@@ -231,7 +263,12 @@ pub fn restart_answers(b: &mut Bench<'_>) -> Step {
 pub fn restarting(b: &mut Bench<'_>) -> Step {
     restart(b)?;
     let flags = b.flags(S::GENERAL)?;
-    must(flags & bits::RESTARTING != 0, "Restarting, and reads are answered", "Restarting, чтение отвечает", format!("{flags:#010x}"))?;
+    must(
+        flags & bits::RESTARTING != 0,
+        "Restarting, and reads are answered",
+        "Restarting, чтение отвечает",
+        format!("{flags:#010x}"),
+    )?;
     let busy = b.refused(R::MOVE, S::HORIZONTAL, &le(0), S::GENERAL, Status::BUSY);
     back(b)?;
     busy
@@ -257,7 +294,12 @@ pub fn inert(b: &mut Bench<'_>) -> Step {
     b.wait(300)?;
     restart(b)?;
     answers_again(b)?;
-    b.stays(1500, "nothing moves after the start", "после запуска ничего не движется", |b| Ok(b.drive(id)?.0 & bits::MOVE == 0))?;
+    b.stays(
+        1500,
+        "nothing moves after the start",
+        "после запуска ничего не движется",
+        |b| Ok(b.drive(id)?.0 & bits::MOVE == 0),
+    )?;
     for valve in VALVES {
         if b.has(valve) {
             b.until_flags(valve, bits::CLOSED, bits::OPEN, 60_000)?;
@@ -265,7 +307,12 @@ pub fn inert(b: &mut Bench<'_>) -> Step {
     }
     if b.has(S::DEPLOYER) {
         let flags = b.flags(S::DEPLOYER)?;
-        must(flags & bits::DEPLOYED != 0, "the sensors tell that it is deployed", "датчики говорят: развёрнут", format!("{flags:#010x}"))?;
+        must(
+            flags & bits::DEPLOYED != 0,
+            "the sensors tell that it is deployed",
+            "датчики говорят: развёрнут",
+            format!("{flags:#010x}"),
+        )?;
     }
     Ok(())
 }

@@ -130,7 +130,12 @@ pub fn close_key_open(b: &mut Bench<'_>) -> Step {
     b.refused(R::CLOSE, id, &key::OPEN.to_le_bytes(), id, Status::NEED_CONFIRM)?;
     b.wait(500)?;
     let flags = b.flags(id)?;
-    must(flags & bits::OPEN != 0, "the valve stays open", "затвор остаётся открытым", format!("{flags:#010x}"))
+    must(
+        flags & bits::OPEN != 0,
+        "the valve stays open",
+        "затвор остаётся открытым",
+        format!("{flags:#010x}"),
+    )
 }
 
 /// §3.2/5
@@ -142,7 +147,12 @@ pub fn stop_valve(b: &mut Bench<'_>) -> Step {
     b.until_flags(id, 0, bits::OPENING, 2000)?;
     b.wait(1000)?;
     let flags = b.flags(id)?;
-    must(flags & bits::OPEN == 0, "it stays where it stopped", "стоит, где остановлен", format!("{flags:#010x}"))
+    must(
+        flags & bits::OPEN == 0,
+        "it stays where it stopped",
+        "стоит, где остановлен",
+        format!("{flags:#010x}"),
+    )
 }
 
 /// §3.2/1
@@ -154,7 +164,12 @@ pub fn stop_all_valve(b: &mut Bench<'_>) -> Step {
     b.until_flags(id, 0, bits::OPENING, 2000)?;
     b.wait(1000)?;
     let flags = b.flags(id)?;
-    must(flags & (bits::OPEN | bits::CLOSED) == 0, "Stop All stops the valve", "Stop All останавливает затвор", format!("{flags:#010x}"))
+    must(
+        flags & (bits::OPEN | bits::CLOSED) == 0,
+        "Stop All stops the valve",
+        "Stop All останавливает затвор",
+        format!("{flags:#010x}"),
+    )
 }
 
 /// §1/6
@@ -173,7 +188,12 @@ pub fn wrap_open(b: &mut Bench<'_>) -> Step {
     b.refused(R::WRAP, S::DEPLOYER, &[], id, Status::DENIED)?;
     b.wait(500)?;
     let flags = b.flags(S::DEPLOYER)?;
-    must(flags & bits::DEPLOYED != 0, "it stays deployed", "остаётся развёрнутым", format!("{flags:#010x}"))
+    must(
+        flags & bits::DEPLOYED != 0,
+        "it stays deployed",
+        "остаётся развёрнутым",
+        format!("{flags:#010x}"),
+    )
 }
 
 /// §3.16/8

@@ -74,17 +74,28 @@ pub const WRONG: &[Wrong] = &[
     link("§2", "the last byte of an answer is missing", L::CutAnswer),
     link("§1/10", "it speaks without being asked", L::Unsolicited),
     link("§L/2", "a frame with a wrong CRC is answered with WrongData", L::AnswersBadCrc),
-    wrong("§L/7", "a frame with CRC-32C is answered as a plain one", Rule::Port(|bytes| {
-        let payload = crc32c_payload(bytes);
-        payload.map_or_else(|| bytes.to_vec(), |(dst, src, payload)| raw::frame(dst, src, &payload))
-    })),
-    wrong("§L/7", "the CRC-32C is not checked", Rule::Port(|bytes| {
-        let payload = crc32c_payload(bytes);
-        payload.map_or_else(
-            || bytes.to_vec(),
-            |(dst, src, payload)| raw::frame_crc32c(dst, src, &payload, 0),
-        )
-    })),
+    wrong(
+        "§L/7",
+        "a frame with CRC-32C is answered as a plain one",
+        Rule::Port(|bytes| {
+            let payload = crc32c_payload(bytes);
+            payload.map_or_else(
+                || bytes.to_vec(),
+                |(dst, src, payload)| raw::frame(dst, src, &payload),
+            )
+        }),
+    ),
+    wrong(
+        "§L/7",
+        "the CRC-32C is not checked",
+        Rule::Port(|bytes| {
+            let payload = crc32c_payload(bytes);
+            payload.map_or_else(
+                || bytes.to_vec(),
+                |(dst, src, payload)| raw::frame_crc32c(dst, src, &payload, 0),
+            )
+        }),
+    ),
 ];
 
 /// What a frame with CRC-32C carries, whatever its CRC; none of these needs an escape.
@@ -163,9 +174,7 @@ impl Receiver {
         let [dst, src, rest @ ..] = body else { return Vec::new() };
         let payload = &rest[..rest.len().saturating_sub(2)];
         let own = sim.address();
-        let mine = *dst == own
-            || loose == L::AnyAddress
-            || (loose == L::Broadcast && *dst == 0);
+        let mine = *dst == own || loose == L::AnyAddress || (loose == L::Broadcast && *dst == 0);
         if !mine || (*src == own && loose != L::OwnSource) {
             return Vec::new();
         }
@@ -197,7 +206,8 @@ impl Receiver {
                 wire
             }
             L::Unsolicited => {
-                self.late = Some((sim.now_ms() + 260, frame(loose, *src, own, &[0xD4, 0xC2, 6, 0])));
+                self.late =
+                    Some((sim.now_ms() + 260, frame(loose, *src, own, &[0xD4, 0xC2, 6, 0])));
                 wire
             }
             _ => wire,

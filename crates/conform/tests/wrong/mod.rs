@@ -11,9 +11,9 @@ mod service;
 mod water;
 
 use lafet_conform::raw::{self, Rec};
-use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 use lafet_device::Source;
 use lafet_device::port::Port;
+use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 use lafet_sim::sim::Sim;
 
 use crate::support::{Between, Frames, ask};

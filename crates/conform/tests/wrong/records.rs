@@ -8,433 +8,776 @@ use super::Rule::{Answer, Frame, Request};
 use super::{Wrong, asks, each, in_profile, pass, reflag, restate, says, wrong};
 
 pub const WRONG: &[Wrong] = &[
-    wrong("§1", "Climatics answers under the id 0x63", Answer(|_, asked, answers| {
-        if asked.iter().any(|rec| rec.device == S::ALL) {
-            each(answers, R::GET_STATUS, |rec| {
-                if rec.device == S::CLIMATICS {
-                    rec.device = S(0x63);
+    wrong(
+        "§1",
+        "Climatics answers under the id 0x63",
+        Answer(|_, asked, answers| {
+            if asked.iter().any(|rec| rec.device == S::ALL) {
+                each(answers, R::GET_STATUS, |rec| {
+                    if rec.device == S::CLIMATICS {
+                        rec.device = S(0x63);
+                    }
+                });
+            }
+        }),
+    ),
+    wrong(
+        "§1/1",
+        "answers to All come in the order of the table",
+        Answer(|_, _, answers| {
+            answers.reverse();
+        }),
+    ),
+    wrong(
+        "§1/1",
+        "General answers to All first",
+        Answer(|_, asked, answers| {
+            if asked.len() == 1 && answers.len() > 2 {
+                answers.rotate_right(1);
+            }
+        }),
+    ),
+    wrong(
+        "§1/1",
+        "Valve1 comes before Valve2",
+        Answer(|_, _, answers| {
+            let place = |id| answers.iter().position(|rec: &Rec| rec.device == id);
+            if let (Some(one), Some(two)) = (place(S::VALVE1), place(S::VALVE2)) {
+                answers.swap(one, two);
+            }
+        }),
+    ),
+    wrong(
+        "§1/3",
+        "an unknown device id is answered by General as itself",
+        Answer(|_, _, answers| {
+            for rec in answers {
+                if rec.status == Status::MODULE_NOT_EXIST {
+                    rec.device = S::GENERAL;
                 }
-            });
-        }
-    })),
-    wrong("§1/1", "answers to All come in the order of the table", Answer(|_, _, answers| {
-        answers.reverse();
-    })),
-    wrong("§1/1", "General answers to All first", Answer(|_, asked, answers| {
-        if asked.len() == 1 && answers.len() > 2 {
-            answers.rotate_right(1);
-        }
-    })),
-    wrong("§1/1", "Valve1 comes before Valve2", Answer(|_, _, answers| {
-        let place = |id| answers.iter().position(|rec: &Rec| rec.device == id);
-        if let (Some(one), Some(two)) = (place(S::VALVE1), place(S::VALVE2)) {
-            answers.swap(one, two);
-        }
-    })),
-    wrong("§1/3", "an unknown device id is answered by General as itself", Answer(|_, _, answers| {
-        for rec in answers {
-            if rec.status == Status::MODULE_NOT_EXIST {
+            }
+        }),
+    ),
+    in_profile(
+        "remote",
+        wrong(
+            "§1/3",
+            "an absent subsystem answers WrongRequest",
+            Answer(|_, asked, answers| {
+                for rec in answers {
+                    // Its GetStatus still tells that it is absent.
+                    if rec.status == Status::MODULE_NOT_EXIST && !asks(asked, R::GET_STATUS) {
+                        rec.status = Status::WRONG_REQUEST;
+                    }
+                }
+            }),
+        ),
+    ),
+    in_profile(
+        "remote",
+        wrong(
+            "§3.2/7",
+            "Stop to an absent subsystem is Ok",
+            Answer(|_, _, answers| {
+                restate(answers, R::STOP, Status::MODULE_NOT_EXIST, Status::OK);
+            }),
+        ),
+    ),
+    in_profile(
+        "remote",
+        wrong(
+            "§3.1/6",
+            "Move to an absent drive is Denied",
+            Answer(|_, _, answers| {
+                restate(answers, R::MOVE, Status::MODULE_NOT_EXIST, Status::DENIED);
+            }),
+        ),
+    ),
+    in_profile(
+        "remote",
+        wrong(
+            "§3.10/5",
+            "Deploy without Deployer is Ok",
+            Answer(|_, _, answers| {
+                restate(answers, R::DEPLOY, Status::MODULE_NOT_EXIST, Status::OK);
+            }),
+        ),
+    ),
+    in_profile(
+        "remote",
+        wrong(
+            "§3.11/5",
+            "Wrap without Deployer is Ok",
+            Answer(|_, _, answers| {
+                restate(answers, R::WRAP, Status::MODULE_NOT_EXIST, Status::OK);
+            }),
+        ),
+    ),
+    in_profile(
+        "remote",
+        wrong(
+            "§3.8/5",
+            "Open of an absent valve is WrongRequest",
+            Answer(|_, _, answers| {
+                restate(answers, R::OPEN, Status::MODULE_NOT_EXIST, Status::WRONG_REQUEST);
+            }),
+        ),
+    ),
+    in_profile(
+        "remote",
+        wrong(
+            "§3.9/4",
+            "Close of an absent valve is Accepted",
+            Answer(|_, _, answers| {
+                restate(answers, R::CLOSE, Status::MODULE_NOT_EXIST, Status::ACCEPTED);
+            }),
+        ),
+    ),
+    wrong(
+        "§1/4",
+        "an unknown request is answered by its addressee",
+        Answer(|_, asked, answers| {
+            for (rec, asked) in answers.iter_mut().zip(asked) {
+                if rec.status == Status::WRONG_REQUEST
+                    && asked.request.name().is_none()
+                    && asked.device != S::ALL
+                {
+                    rec.device = asked.device;
+                }
+            }
+        }),
+    ),
+    wrong(
+        "§1/4",
+        "an unknown request is answered Unimplemented",
+        Answer(|_, asked, answers| {
+            if asked.iter().any(|rec| rec.request.name().is_none()) {
+                answers.iter_mut().for_each(|rec| rec.status = Status::UNIMPLEMENTED);
+            }
+        }),
+    ),
+    wrong(
+        "§1/4",
+        "an unknown request is answered Ok",
+        Answer(|_, asked, answers| {
+            if asked.iter().any(|rec| rec.request.name().is_none()) {
+                answers.iter_mut().for_each(|rec| rec.status = Status::OK);
+            }
+        }),
+    ),
+    wrong(
+        "§1/5",
+        "Radio does not answer to All",
+        Answer(|_, asked, answers| {
+            if asked.iter().any(|rec| rec.device == S::ALL) {
+                answers.retain(|rec| rec.device != S::RADIO);
+            }
+        }),
+    ),
+    wrong(
+        "§1/5",
+        "Horizontal answers to All twice",
+        Answer(|_, asked, answers| {
+            if asked.iter().any(|rec| rec.device == S::ALL)
+                && let Some(at) = answers.iter().position(|rec| rec.device == S::HORIZONTAL)
+            {
+                let again = answers[at].clone();
+                answers.insert(at, again);
+            }
+        }),
+    ),
+    wrong(
+        "§1/5",
+        "All is answered by General alone",
+        Answer(|_, asked, answers| {
+            if asked.iter().any(|rec| rec.device == S::ALL) {
+                answers.retain(|rec| rec.device == S::GENERAL);
+            }
+        }),
+    ),
+    wrong(
+        "§1/6",
+        "Motors leaves Deployer out",
+        Answer(|_, asked, answers| {
+            if asked.iter().any(|rec| rec.device == S::MOTORS) {
+                answers.retain(|rec| rec.device != S::DEPLOYER);
+            }
+        }),
+    ),
+    wrong(
+        "§1/6",
+        "Motors is an unknown device",
+        Frame(|_, sim, asked| {
+            if asked.iter().any(|rec| rec.device == S::MOTORS) {
+                return vec![says(&asked[0], S::MOTORS, Status::MODULE_NOT_EXIST)];
+            }
+            pass(sim, asked)
+        }),
+    ),
+    wrong(
+        "§1/7",
+        "GetParam All is answered by General as its own",
+        Request(|_, rec| {
+            if rec.request == R::GET_PARAM && rec.device == S::ALL {
                 rec.device = S::GENERAL;
             }
-        }
-    })),
-    in_profile("remote", wrong("§1/3", "an absent subsystem answers WrongRequest", Answer(|_, asked, answers| {
-        for rec in answers {
-            // Its GetStatus still tells that it is absent.
-            if rec.status == Status::MODULE_NOT_EXIST && !asks(asked, R::GET_STATUS) {
-                rec.status = Status::WRONG_REQUEST;
+        }),
+    ),
+    wrong(
+        "§1/7",
+        "Move All moves Horizontal",
+        Frame(|_, sim, asked| {
+            if asked[0].request == R::MOVE && asked[0].device == S::ALL {
+                pass(sim, &[Rec::new(R::MOVE, S::HORIZONTAL, &[0, 0x10])]);
             }
-        }
-    }))),
-    in_profile("remote", wrong("§3.2/7", "Stop to an absent subsystem is Ok", Answer(|_, _, answers| {
-        restate(answers, R::STOP, Status::MODULE_NOT_EXIST, Status::OK);
-    }))),
-    in_profile("remote", wrong("§3.1/6", "Move to an absent drive is Denied", Answer(|_, _, answers| {
-        restate(answers, R::MOVE, Status::MODULE_NOT_EXIST, Status::DENIED);
-    }))),
-    in_profile("remote", wrong("§3.10/5", "Deploy without Deployer is Ok", Answer(|_, _, answers| {
-        restate(answers, R::DEPLOY, Status::MODULE_NOT_EXIST, Status::OK);
-    }))),
-    in_profile("remote", wrong("§3.11/5", "Wrap without Deployer is Ok", Answer(|_, _, answers| {
-        restate(answers, R::WRAP, Status::MODULE_NOT_EXIST, Status::OK);
-    }))),
-    in_profile("remote", wrong("§3.8/5", "Open of an absent valve is WrongRequest", Answer(|_, _, answers| {
-        restate(answers, R::OPEN, Status::MODULE_NOT_EXIST, Status::WRONG_REQUEST);
-    }))),
-    in_profile("remote", wrong("§3.9/4", "Close of an absent valve is Accepted", Answer(|_, _, answers| {
-        restate(answers, R::CLOSE, Status::MODULE_NOT_EXIST, Status::ACCEPTED);
-    }))),
-    wrong("§1/4", "an unknown request is answered by its addressee", Answer(|_, asked, answers| {
-        for (rec, asked) in answers.iter_mut().zip(asked) {
-            if rec.status == Status::WRONG_REQUEST && asked.request.name().is_none() && asked.device != S::ALL {
-                rec.device = asked.device;
+            pass(sim, asked)
+        }),
+    ),
+    wrong(
+        "§1/8",
+        "of several requests only the first is executed",
+        Frame(|_, sim, asked| pass(sim, &asked[..1])),
+    ),
+    wrong(
+        "§1/8",
+        "several requests are executed last to first",
+        Frame(|_, sim, asked| {
+            let mut turned = asked.to_vec();
+            turned.reverse();
+            let mut answers = pass(sim, &turned);
+            if asked.len() < 10 {
+                answers.reverse();
             }
-        }
-    })),
-    wrong("§1/4", "an unknown request is answered Unimplemented", Answer(|_, asked, answers| {
-        if asked.iter().any(|rec| rec.request.name().is_none()) {
-            answers.iter_mut().for_each(|rec| rec.status = Status::UNIMPLEMENTED);
-        }
-    })),
-    wrong("§1/4", "an unknown request is answered Ok", Answer(|_, asked, answers| {
-        if asked.iter().any(|rec| rec.request.name().is_none()) {
-            answers.iter_mut().for_each(|rec| rec.status = Status::OK);
-        }
-    })),
-    wrong("§1/5", "Radio does not answer to All", Answer(|_, asked, answers| {
-        if asked.iter().any(|rec| rec.device == S::ALL) {
-            answers.retain(|rec| rec.device != S::RADIO);
-        }
-    })),
-    wrong("§1/5", "Horizontal answers to All twice", Answer(|_, asked, answers| {
-        if asked.iter().any(|rec| rec.device == S::ALL)
-            && let Some(at) = answers.iter().position(|rec| rec.device == S::HORIZONTAL)
-        {
-            let again = answers[at].clone();
-            answers.insert(at, again);
-        }
-    })),
-    wrong("§1/5", "All is answered by General alone", Answer(|_, asked, answers| {
-        if asked.iter().any(|rec| rec.device == S::ALL) {
-            answers.retain(|rec| rec.device == S::GENERAL);
-        }
-    })),
-    wrong("§1/6", "Motors leaves Deployer out", Answer(|_, asked, answers| {
-        if asked.iter().any(|rec| rec.device == S::MOTORS) {
-            answers.retain(|rec| rec.device != S::DEPLOYER);
-        }
-    })),
-    wrong("§1/6", "Motors is an unknown device", Frame(|_, sim, asked| {
-        if asked.iter().any(|rec| rec.device == S::MOTORS) {
-            return vec![says(&asked[0], S::MOTORS, Status::MODULE_NOT_EXIST)];
-        }
-        pass(sim, asked)
-    })),
-    wrong("§1/7", "GetParam All is answered by General as its own", Request(|_, rec| {
-        if rec.request == R::GET_PARAM && rec.device == S::ALL {
-            rec.device = S::GENERAL;
-        }
-    })),
-    wrong("§1/7", "Move All moves Horizontal", Frame(|_, sim, asked| {
-        if asked[0].request == R::MOVE && asked[0].device == S::ALL {
-            pass(sim, &[Rec::new(R::MOVE, S::HORIZONTAL, &[0, 0x10])]);
-        }
-        pass(sim, asked)
-    })),
-    wrong("§1/8", "of several requests only the first is executed", Frame(|_, sim, asked| {
-        pass(sim, &asked[..1])
-    })),
-    wrong("§1/8", "several requests are executed last to first", Frame(|_, sim, asked| {
-        let mut turned = asked.to_vec();
-        turned.reverse();
-        let mut answers = pass(sim, &turned);
-        if asked.len() < 10 {
-            answers.reverse();
-        }
-        answers
-    })),
-    wrong("§1/9", "answers without room are left out, without NoRoom", Answer(|_, _, answers| {
-        answers.retain(|rec| rec.status != Status::NO_ROOM);
-    })),
-    wrong("§1/9", "the subsystem says NoRoom, General does not", Answer(|_, _, answers| {
-        if answers.last().is_some_and(|rec| rec.status == Status::NO_ROOM) {
-            answers.pop();
-        }
-    })),
-    wrong("§1/9", "NoRoom once for every request left", Answer(|_, _, answers| {
-        if let Some(last) = answers.last().filter(|rec| rec.status == Status::NO_ROOM).cloned() {
-            answers.push(last);
-        }
-    })),
-    wrong("§1/9", "what found no room is executed", Frame(|_, sim, asked| {
-        let answers = pass(sim, asked);
-        if answers.iter().any(|rec| rec.status == Status::NO_ROOM) {
-            for rec in asked.iter().filter(|rec| rec.request == R::MOVE) {
-                pass(sim, std::slice::from_ref(rec));
+            answers
+        }),
+    ),
+    wrong(
+        "§1/9",
+        "answers without room are left out, without NoRoom",
+        Answer(|_, _, answers| {
+            answers.retain(|rec| rec.status != Status::NO_ROOM);
+        }),
+    ),
+    wrong(
+        "§1/9",
+        "the subsystem says NoRoom, General does not",
+        Answer(|_, _, answers| {
+            if answers.last().is_some_and(|rec| rec.status == Status::NO_ROOM) {
+                answers.pop();
             }
-        }
-        answers
-    })),
-    wrong("§1/9", "Stop All after NoRoom is not executed", Frame(|_, sim, asked| {
-        if asked.len() > 50 {
-            let without: Vec<Rec> =
-                asked.iter().filter(|rec| rec.request != R::STOP).cloned().collect();
-            return pass(sim, &without);
-        }
-        pass(sim, asked)
-    })),
-    wrong("§1/11", "the size is looked at before the addressee", Answer(|_, asked, answers| {
-        if asked[0].request == R::GET_HOTBED && !asked[0].data.is_empty() {
-            answers.iter_mut().for_each(|rec| rec.status = Status::WRONG_DATA);
-        }
-    })),
-    wrong("§1/11", "the addressee is looked for before the request", Answer(|_, asked, answers| {
-        if asked[0].request.name().is_none() && asked[0].device == S(0) {
-            answers[0] = says(&asked[0], S(0), Status::MODULE_NOT_EXIST);
-        }
-    })),
-    wrong("§1/12", "a wrong addressee answers NotSupported", Answer(|_, asked, answers| {
-        if asked[0].request == R::GET_CRASH_DATA {
-            restate(answers, R::GET_CRASH_DATA, Status::WRONG_REQUEST, Status::NOT_SUPPORTED);
-        }
-    })),
-    wrong("§2", "the request id of an answer has bit 7 set", Answer(|_, _, answers| {
-        answers.iter_mut().for_each(|rec| rec.request.0 |= 0x80);
-    })),
-    wrong("§2/1", "a request whose status is not 0 is refused", Frame(|_, sim, asked| {
-        if asked[0].status != Status::OK {
-            return vec![says(&asked[0], S::GENERAL, Status::WRONG_DATA)];
-        }
-        pass(sim, asked)
-    })),
-    wrong("§2/1", "the status of the request comes back", Answer(|_, asked, answers| {
-        if asked[0].status != Status::OK {
-            answers[0].status = asked[0].status;
-        }
-    })),
-    wrong("§2/3", "data too long is cut", Request(|_, rec| {
-        if rec.request == R::GET_STATUS {
-            rec.data.clear();
-        }
-    })),
-    wrong("§2/3", "GetParam takes a third byte", Request(|_, rec| {
-        if rec.request == R::GET_PARAM {
-            rec.data.truncate(2);
-        }
-    })),
-    wrong("§2/3", "a wrong size is InvalidValue", Answer(|_, _, answers| {
-        for rec in answers {
-            if rec.status == Status::WRONG_DATA {
-                rec.status = Status::INVALID_VALUE;
+        }),
+    ),
+    wrong(
+        "§1/9",
+        "NoRoom once for every request left",
+        Answer(|_, _, answers| {
+            if let Some(last) = answers.last().filter(|rec| rec.status == Status::NO_ROOM).cloned()
+            {
+                answers.push(last);
             }
-        }
-    })),
-    wrong("§2/5", "refusals have statuses over 18", Answer(|_, _, answers| {
-        for rec in answers {
-            if rec.status == Status::WRONG_REQUEST {
-                rec.status = Status(0x87);
+        }),
+    ),
+    wrong(
+        "§1/9",
+        "what found no room is executed",
+        Frame(|_, sim, asked| {
+            let answers = pass(sim, asked);
+            if answers.iter().any(|rec| rec.status == Status::NO_ROOM) {
+                for rec in asked.iter().filter(|rec| rec.request == R::MOVE) {
+                    pass(sim, std::slice::from_ref(rec));
+                }
             }
-        }
-    })),
-    wrong("§3.3", "the status of General lacks the flow", Answer(|_, _, answers| {
-        each(answers, R::GET_STATUS, |rec| {
-            if rec.device == S::GENERAL {
-                rec.data.truncate(8);
+            answers
+        }),
+    ),
+    wrong(
+        "§1/9",
+        "Stop All after NoRoom is not executed",
+        Frame(|_, sim, asked| {
+            if asked.len() > 50 {
+                let without: Vec<Rec> =
+                    asked.iter().filter(|rec| rec.request != R::STOP).cloned().collect();
+                return pass(sim, &without);
             }
-        });
-    })),
-    wrong("§3.3", "the status of a drive has an attribute byte", Answer(|_, _, answers| {
-        each(answers, R::GET_STATUS, |rec| {
-            if rec.device.is_drive() {
-                rec.data.push(0);
+            pass(sim, asked)
+        }),
+    ),
+    wrong(
+        "§1/11",
+        "the size is looked at before the addressee",
+        Answer(|_, asked, answers| {
+            if asked[0].request == R::GET_HOTBED && !asked[0].data.is_empty() {
+                answers.iter_mut().for_each(|rec| rec.status = Status::WRONG_DATA);
             }
-        });
-    })),
-    wrong("§3.3", "the status of a valve has 8 bytes", Answer(|_, _, answers| {
-        each(answers, R::GET_STATUS, |rec| {
-            if rec.device.is_valve() {
-                rec.data.extend([0; 4]);
+        }),
+    ),
+    wrong(
+        "§1/11",
+        "the addressee is looked for before the request",
+        Answer(|_, asked, answers| {
+            if asked[0].request.name().is_none() && asked[0].device == S(0) {
+                answers[0] = says(&asked[0], S(0), Status::MODULE_NOT_EXIST);
             }
-        });
-    })),
-    wrong("§3.3", "Buttons do not answer GetStatus", Answer(|_, _, answers| {
-        each(answers, R::GET_STATUS, |rec| {
-            if rec.device == S::BUTTONS {
-                *rec = says(&rec.clone(), S::BUTTONS, Status::UNIMPLEMENTED);
+        }),
+    ),
+    wrong(
+        "§1/12",
+        "a wrong addressee answers NotSupported",
+        Answer(|_, asked, answers| {
+            if asked[0].request == R::GET_CRASH_DATA {
+                restate(answers, R::GET_CRASH_DATA, Status::WRONG_REQUEST, Status::NOT_SUPPORTED);
             }
-        });
-    })),
-    wrong("§3.3/1", "to All the flags are the common ones only", Answer(|_, asked, answers| {
-        if asked[0].device == S::ALL {
-            for id in S::CHAIN {
-                reflag(answers, id, |flags| flags & 0xFFFF);
+        }),
+    ),
+    wrong(
+        "§2",
+        "the request id of an answer has bit 7 set",
+        Answer(|_, _, answers| {
+            answers.iter_mut().for_each(|rec| rec.request.0 |= 0x80);
+        }),
+    ),
+    wrong(
+        "§2/1",
+        "a request whose status is not 0 is refused",
+        Frame(|_, sim, asked| {
+            if asked[0].status != Status::OK {
+                return vec![says(&asked[0], S::GENERAL, Status::WRONG_DATA)];
             }
-        }
-    })),
-    wrong("§3.3.1", "the flags are sent high byte first", Answer(|_, _, answers| {
-        for id in S::CHAIN {
-            reflag(answers, id, u32::swap_bytes);
-        }
-    })),
-    wrong("§3.3.1", "the reserved bit is set", Answer(|_, _, answers| {
-        reflag(answers, S::CONTROL, |flags| flags | 0x8000);
-    })),
-    wrong("§3.3.2", "General sets bit 19", Answer(|_, _, answers| {
-        reflag(answers, S::GENERAL, |flags| flags | 1 << 19);
-    })),
-    wrong("§3.3.2", "the supply is told as 0 V", Answer(|_, _, answers| {
-        each(answers, R::GET_STATUS, |rec| {
-            if rec.device == S::GENERAL {
-                rec.data[4..6].fill(0);
+            pass(sim, asked)
+        }),
+    ),
+    wrong(
+        "§2/1",
+        "the status of the request comes back",
+        Answer(|_, asked, answers| {
+            if asked[0].status != Status::OK {
+                answers[0].status = asked[0].status;
             }
-        });
-    })),
-    wrong("§3.3.3", "humidity in 0.1 %", Answer(|_, _, answers| {
-        each(answers, R::GET_STATUS, |rec| {
-            if rec.device == S::CLIMATICS {
-                rec.data[14..16].copy_from_slice(&450_u16.to_le_bytes());
-            }
-        });
-    })),
-    wrong("§3.3.4", "a drive sets bit 31", Answer(|_, _, answers| {
-        reflag(answers, S::VERTICAL, |flags| flags | 1 << 31);
-    })),
-    wrong("§3.3.4/2", "the speed at rest is the speed of the parameter", Answer(|_, _, answers| {
-        each(answers, R::GET_STATUS, |rec| {
-            if rec.device == S::NOZZLE {
-                rec.data[7] = 10;
-            }
-        });
-    })),
-    wrong("§3.3.5", "a closed valve is open too", Answer(|_, _, answers| {
-        reflag(answers, S::VALVE2, |flags| flags | ValveFlags::OPEN.bits());
-    })),
-    wrong("§3.3.7", "Detector sets bit 24", Answer(|_, _, answers| {
-        reflag(answers, S::DETECTOR, |flags| flags | 1 << 24);
-    })),
-    wrong("§3.3.8", "wrapped is told as deployed too", Answer(|_, _, answers| {
-        reflag(answers, S::DEPLOYER, |flags| flags | 1 << 28);
-    })),
-    wrong("§3.3.9", "ConnLost is never set", Answer(|_, _, answers| {
-        for id in [S::RADIO, S::EXTERNAL_CONN] {
-            reflag(answers, id, |flags| flags & !8);
-        }
-    })),
-    wrong("§3.3.9", "ConnLost is always set", Answer(|_, _, answers| {
-        for id in [S::RADIO, S::EXTERNAL_CONN] {
-            reflag(answers, id, |flags| flags | 8);
-        }
-    })),
-    wrong("§3.3.9/1", "a status poll counts as control", Frame(|memory, sim, asked| {
-        let mut answers = pass(sim, asked);
-        if asked.iter().any(|rec| rec.device == S::GENERAL) {
-            memory.on = true;
-        }
-        if memory.on {
-            reflag(&mut answers, S::EXTERNAL_CONN, |flags| flags & !8);
-        }
-        answers
-    })),
-    wrong("§3.3.10", "the buttons are told in single bits", Answer(|_, _, answers| {
-        reflag(answers, S::BUTTONS, |flags| flags | 0x0055_0000);
-    })),
-    wrong("§3.4", "the answer of GetParam lacks the id", Answer(|_, _, answers| {
-        each(answers, R::GET_PARAM, |rec| {
-            if rec.status == Status::OK {
-                rec.data.drain(..2);
-            }
-        });
-    })),
-    wrong("§3.4", "values of parameters are int16", Answer(|_, _, answers| {
-        each(answers, R::GET_PARAM, |rec| {
-            if rec.data.len() == 6 {
-                rec.data.truncate(4);
-            }
-        });
-    })),
-    wrong("§3.4/1", "an unknown parameter is InvalidValue", Answer(|_, _, answers| {
-        restate(answers, R::GET_PARAM, Status::INVALID_ID, Status::INVALID_VALUE);
-    })),
-    wrong("§3.4/1", "an unknown parameter reads as 0", Answer(|_, _, answers| {
-        each(answers, R::GET_PARAM, |rec| {
-            if rec.status == Status::INVALID_ID {
-                rec.status = Status::OK;
-                rec.data.extend([0; 4]);
-            }
-        });
-    })),
-    wrong("§3.4/1", "InvalidId comes without the id", Answer(|_, _, answers| {
-        each(answers, R::GET_PARAM, |rec| {
-            if rec.status == Status::INVALID_ID {
+        }),
+    ),
+    wrong(
+        "§2/3",
+        "data too long is cut",
+        Request(|_, rec| {
+            if rec.request == R::GET_STATUS {
                 rec.data.clear();
             }
-        });
-    })),
-    in_profile("ex", wrong("§3.4/2", "a remote parameter is never fetched", Answer(|_, asked, answers| {
-        let speed = lafet_proto::ParamId::of("Speed").0.to_le_bytes();
-        if asked[0].request == R::GET_PARAM && asked[0].data == speed {
-            each(answers, R::GET_PARAM, |rec| {
-                rec.status = Status::NOT_CACHED;
+        }),
+    ),
+    wrong(
+        "§2/3",
+        "GetParam takes a third byte",
+        Request(|_, rec| {
+            if rec.request == R::GET_PARAM {
                 rec.data.truncate(2);
+            }
+        }),
+    ),
+    wrong(
+        "§2/3",
+        "a wrong size is InvalidValue",
+        Answer(|_, _, answers| {
+            for rec in answers {
+                if rec.status == Status::WRONG_DATA {
+                    rec.status = Status::INVALID_VALUE;
+                }
+            }
+        }),
+    ),
+    wrong(
+        "§2/5",
+        "refusals have statuses over 18",
+        Answer(|_, _, answers| {
+            for rec in answers {
+                if rec.status == Status::WRONG_REQUEST {
+                    rec.status = Status(0x87);
+                }
+            }
+        }),
+    ),
+    wrong(
+        "§3.3",
+        "the status of General lacks the flow",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_STATUS, |rec| {
+                if rec.device == S::GENERAL {
+                    rec.data.truncate(8);
+                }
             });
-        }
-    }))),
-    wrong("§P/1", "the parameter Height is missing", Answer(|_, asked, answers| {
-        let height = lafet_proto::ParamId::of("Height").0.to_le_bytes();
-        if asked[0].data.starts_with(&height) {
+        }),
+    ),
+    wrong(
+        "§3.3",
+        "the status of a drive has an attribute byte",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_STATUS, |rec| {
+                if rec.device.is_drive() {
+                    rec.data.push(0);
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.3",
+        "the status of a valve has 8 bytes",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_STATUS, |rec| {
+                if rec.device.is_valve() {
+                    rec.data.extend([0; 4]);
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.3",
+        "Buttons do not answer GetStatus",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_STATUS, |rec| {
+                if rec.device == S::BUTTONS {
+                    *rec = says(&rec.clone(), S::BUTTONS, Status::UNIMPLEMENTED);
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.3/1",
+        "to All the flags are the common ones only",
+        Answer(|_, asked, answers| {
+            if asked[0].device == S::ALL {
+                for id in S::CHAIN {
+                    reflag(answers, id, |flags| flags & 0xFFFF);
+                }
+            }
+        }),
+    ),
+    wrong(
+        "§3.3.1",
+        "the flags are sent high byte first",
+        Answer(|_, _, answers| {
+            for id in S::CHAIN {
+                reflag(answers, id, u32::swap_bytes);
+            }
+        }),
+    ),
+    wrong(
+        "§3.3.1",
+        "the reserved bit is set",
+        Answer(|_, _, answers| {
+            reflag(answers, S::CONTROL, |flags| flags | 0x8000);
+        }),
+    ),
+    wrong(
+        "§3.3.2",
+        "General sets bit 19",
+        Answer(|_, _, answers| {
+            reflag(answers, S::GENERAL, |flags| flags | 1 << 19);
+        }),
+    ),
+    wrong(
+        "§3.3.2",
+        "the supply is told as 0 V",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_STATUS, |rec| {
+                if rec.device == S::GENERAL {
+                    rec.data[4..6].fill(0);
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.3.3",
+        "humidity in 0.1 %",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_STATUS, |rec| {
+                if rec.device == S::CLIMATICS {
+                    rec.data[14..16].copy_from_slice(&450_u16.to_le_bytes());
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.3.4",
+        "a drive sets bit 31",
+        Answer(|_, _, answers| {
+            reflag(answers, S::VERTICAL, |flags| flags | 1 << 31);
+        }),
+    ),
+    wrong(
+        "§3.3.4/2",
+        "the speed at rest is the speed of the parameter",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_STATUS, |rec| {
+                if rec.device == S::NOZZLE {
+                    rec.data[7] = 10;
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.3.5",
+        "a closed valve is open too",
+        Answer(|_, _, answers| {
+            reflag(answers, S::VALVE2, |flags| flags | ValveFlags::OPEN.bits());
+        }),
+    ),
+    wrong(
+        "§3.3.7",
+        "Detector sets bit 24",
+        Answer(|_, _, answers| {
+            reflag(answers, S::DETECTOR, |flags| flags | 1 << 24);
+        }),
+    ),
+    wrong(
+        "§3.3.8",
+        "wrapped is told as deployed too",
+        Answer(|_, _, answers| {
+            reflag(answers, S::DEPLOYER, |flags| flags | 1 << 28);
+        }),
+    ),
+    wrong(
+        "§3.3.9",
+        "ConnLost is never set",
+        Answer(|_, _, answers| {
+            for id in [S::RADIO, S::EXTERNAL_CONN] {
+                reflag(answers, id, |flags| flags & !8);
+            }
+        }),
+    ),
+    wrong(
+        "§3.3.9",
+        "ConnLost is always set",
+        Answer(|_, _, answers| {
+            for id in [S::RADIO, S::EXTERNAL_CONN] {
+                reflag(answers, id, |flags| flags | 8);
+            }
+        }),
+    ),
+    wrong(
+        "§3.3.9/1",
+        "a status poll counts as control",
+        Frame(|memory, sim, asked| {
+            let mut answers = pass(sim, asked);
+            if asked.iter().any(|rec| rec.device == S::GENERAL) {
+                memory.on = true;
+            }
+            if memory.on {
+                reflag(&mut answers, S::EXTERNAL_CONN, |flags| flags & !8);
+            }
+            answers
+        }),
+    ),
+    wrong(
+        "§3.3.10",
+        "the buttons are told in single bits",
+        Answer(|_, _, answers| {
+            reflag(answers, S::BUTTONS, |flags| flags | 0x0055_0000);
+        }),
+    ),
+    wrong(
+        "§3.4",
+        "the answer of GetParam lacks the id",
+        Answer(|_, _, answers| {
             each(answers, R::GET_PARAM, |rec| {
-                rec.status = Status::INVALID_ID;
-                rec.data.truncate(2);
+                if rec.status == Status::OK {
+                    rec.data.drain(..2);
+                }
             });
-        }
-    })),
-    wrong("§3.7", "limits are int16", Answer(|_, _, answers| {
-        each(answers, R::RETRIEVE_LIMITS, |rec| rec.data.truncate(4));
-    })),
-    wrong("§3.7", "max comes before min", Answer(|_, _, answers| {
-        each(answers, R::RETRIEVE_LIMITS, |rec| {
-            if rec.data.len() == 8 {
-                rec.data.rotate_left(4);
+        }),
+    ),
+    wrong(
+        "§3.4",
+        "values of parameters are int16",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_PARAM, |rec| {
+                if rec.data.len() == 6 {
+                    rec.data.truncate(4);
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.4/1",
+        "an unknown parameter is InvalidValue",
+        Answer(|_, _, answers| {
+            restate(answers, R::GET_PARAM, Status::INVALID_ID, Status::INVALID_VALUE);
+        }),
+    ),
+    wrong(
+        "§3.4/1",
+        "an unknown parameter reads as 0",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_PARAM, |rec| {
+                if rec.status == Status::INVALID_ID {
+                    rec.status = Status::OK;
+                    rec.data.extend([0; 4]);
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.4/1",
+        "InvalidId comes without the id",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_PARAM, |rec| {
+                if rec.status == Status::INVALID_ID {
+                    rec.data.clear();
+                }
+            });
+        }),
+    ),
+    in_profile(
+        "ex",
+        wrong(
+            "§3.4/2",
+            "a remote parameter is never fetched",
+            Answer(|_, asked, answers| {
+                let speed = lafet_proto::ParamId::of("Speed").0.to_le_bytes();
+                if asked[0].request == R::GET_PARAM && asked[0].data == speed {
+                    each(answers, R::GET_PARAM, |rec| {
+                        rec.status = Status::NOT_CACHED;
+                        rec.data.truncate(2);
+                    });
+                }
+            }),
+        ),
+    ),
+    wrong(
+        "§P/1",
+        "the parameter Height is missing",
+        Answer(|_, asked, answers| {
+            let height = lafet_proto::ParamId::of("Height").0.to_le_bytes();
+            if asked[0].data.starts_with(&height) {
+                each(answers, R::GET_PARAM, |rec| {
+                    rec.status = Status::INVALID_ID;
+                    rec.data.truncate(2);
+                });
             }
-        });
-    })),
-    wrong("§3.7/1", "RetrieveLimits All leaves Deployer out", Answer(|_, asked, answers| {
-        if asked[0].device == S::ALL {
-            answers.retain(|rec| rec.request != R::RETRIEVE_LIMITS || rec.device != S::DEPLOYER);
-        }
-    })),
-    wrong("§3.20", "the crash data lacks its union", Answer(|_, _, answers| {
-        each(answers, R::GET_CRASH_DATA, |rec| rec.data.truncate(40));
-    })),
-    wrong("§3.20/1", "GetCrashData differs from FaultInfo", Answer(|_, _, answers| {
-        each(answers, R::GET_CRASH_DATA, |rec| {
-            if let Some(byte) = rec.data.first_mut() {
-                *byte ^= 1;
+        }),
+    ),
+    wrong(
+        "§3.7",
+        "limits are int16",
+        Answer(|_, _, answers| {
+            each(answers, R::RETRIEVE_LIMITS, |rec| rec.data.truncate(4));
+        }),
+    ),
+    wrong(
+        "§3.7",
+        "max comes before min",
+        Answer(|_, _, answers| {
+            each(answers, R::RETRIEVE_LIMITS, |rec| {
+                if rec.data.len() == 8 {
+                    rec.data.rotate_left(4);
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.7/1",
+        "RetrieveLimits All leaves Deployer out",
+        Answer(|_, asked, answers| {
+            if asked[0].device == S::ALL {
+                answers
+                    .retain(|rec| rec.request != R::RETRIEVE_LIMITS || rec.device != S::DEPLOYER);
             }
-        });
-    })),
-    wrong("§3.21", "hotbeds have 16 bytes", Answer(|_, asked, answers| {
-        if asked[0].data == [0xFE, 0x23] {
-            each(answers, R::GET_PARAM, |rec| rec.data.extend([0; 16]));
-        }
-    })),
-    wrong("§3.21", "there are five hotbeds", Answer(|_, asked, answers| {
-        if asked[0].data == [0xFE, 0x23] {
-            each(answers, R::GET_PARAM, |rec| rec.data.extend([0; 100]));
-        }
-    })),
-    wrong("§3.21/2", "GetHotbed is an unknown request", Answer(|_, asked, answers| {
-        if asked[0].request == R::GET_HOTBED {
-            answers[0] = says(&asked[0], S::GENERAL, Status::WRONG_REQUEST);
-        }
-    })),
-    wrong("§3.3/2", "RetrieveLimits is Denied while wrapped", Answer(|_, asked, answers| {
-        if asked[0].request == R::RETRIEVE_LIMITS {
-            answers.iter_mut().for_each(|rec| *rec = says(rec, S::DEPLOYER, Status::DENIED));
-        }
-    })),
-    wrong("§3.2", "Stop takes data", Request(|_, rec| {
-        if rec.request == R::STOP {
-            rec.data.clear();
-        }
-    })),
-    wrong("§3.2", "the answer to Stop has a byte of data", Answer(|_, _, answers| {
-        each(answers, R::STOP, |rec| rec.data.push(0));
-    })),
-    wrong("§3.2/1", "Stop All is answered by drives alone", Answer(|_, asked, answers| {
-        if asked[0].request == R::STOP && asked[0].device == S::ALL {
-            answers.retain(|rec| rec.device.is_drive());
-        }
-    })),
-    wrong("§3.2/6", "General answers Stop with Ok", Answer(|_, _, answers| {
-        restate(answers, R::STOP, Status::WRONG_REQUEST, Status::OK);
-    })),
-    wrong("§1/8", "several requests have one answer", Answer(|_, asked, answers| {
-        for rec in answers.iter_mut() {
-            rec.request = asked[0].request;
-        }
-        if asked.len() > 1 {
-            answers.truncate(1);
-        }
-    })),
+        }),
+    ),
+    wrong(
+        "§3.20",
+        "the crash data lacks its union",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_CRASH_DATA, |rec| rec.data.truncate(40));
+        }),
+    ),
+    wrong(
+        "§3.20/1",
+        "GetCrashData differs from FaultInfo",
+        Answer(|_, _, answers| {
+            each(answers, R::GET_CRASH_DATA, |rec| {
+                if let Some(byte) = rec.data.first_mut() {
+                    *byte ^= 1;
+                }
+            });
+        }),
+    ),
+    wrong(
+        "§3.21",
+        "hotbeds have 16 bytes",
+        Answer(|_, asked, answers| {
+            if asked[0].data == [0xFE, 0x23] {
+                each(answers, R::GET_PARAM, |rec| rec.data.extend([0; 16]));
+            }
+        }),
+    ),
+    wrong(
+        "§3.21",
+        "there are five hotbeds",
+        Answer(|_, asked, answers| {
+            if asked[0].data == [0xFE, 0x23] {
+                each(answers, R::GET_PARAM, |rec| rec.data.extend([0; 100]));
+            }
+        }),
+    ),
+    wrong(
+        "§3.21/2",
+        "GetHotbed is an unknown request",
+        Answer(|_, asked, answers| {
+            if asked[0].request == R::GET_HOTBED {
+                answers[0] = says(&asked[0], S::GENERAL, Status::WRONG_REQUEST);
+            }
+        }),
+    ),
+    wrong(
+        "§3.3/2",
+        "RetrieveLimits is Denied while wrapped",
+        Answer(|_, asked, answers| {
+            if asked[0].request == R::RETRIEVE_LIMITS {
+                answers.iter_mut().for_each(|rec| *rec = says(rec, S::DEPLOYER, Status::DENIED));
+            }
+        }),
+    ),
+    wrong(
+        "§3.2",
+        "Stop takes data",
+        Request(|_, rec| {
+            if rec.request == R::STOP {
+                rec.data.clear();
+            }
+        }),
+    ),
+    wrong(
+        "§3.2",
+        "the answer to Stop has a byte of data",
+        Answer(|_, _, answers| {
+            each(answers, R::STOP, |rec| rec.data.push(0));
+        }),
+    ),
+    wrong(
+        "§3.2/1",
+        "Stop All is answered by drives alone",
+        Answer(|_, asked, answers| {
+            if asked[0].request == R::STOP && asked[0].device == S::ALL {
+                answers.retain(|rec| rec.device.is_drive());
+            }
+        }),
+    ),
+    wrong(
+        "§3.2/6",
+        "General answers Stop with Ok",
+        Answer(|_, _, answers| {
+            restate(answers, R::STOP, Status::WRONG_REQUEST, Status::OK);
+        }),
+    ),
+    wrong(
+        "§1/8",
+        "several requests have one answer",
+        Answer(|_, asked, answers| {
+            for rec in answers.iter_mut() {
+                rec.request = asked[0].request;
+            }
+            if asked.len() > 1 {
+                answers.truncate(1);
+            }
+        }),
+    ),
 ];

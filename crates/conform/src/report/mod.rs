@@ -1,11 +1,17 @@
-//! What a run has found.
+//! What a run has found, and how it is told: text, JSON, JUnit, HTML.
+
+mod html;
+mod text;
 
 use lafet_proto::SubsystemId;
 
 use crate::bench::Exchange;
-use crate::spec::Label;
+use crate::spec::{Label, Unseen};
 use crate::verdict::{Note, Outcome};
 use crate::{Level, Options};
+
+pub use html::html;
+pub use text::{json, junit, summary, test_lines, text};
 
 /// How a test ended.
 #[derive(Clone, Debug)]
@@ -33,6 +39,8 @@ pub struct TestReport {
 /// What a run has found.
 #[derive(Clone, Debug)]
 pub struct Report {
+    /// Which monitor: for people, whatever names it.
+    pub url: String,
     /// What was allowed.
     pub level: Level,
     /// Differences from our rulings count as failures.
@@ -59,6 +67,7 @@ impl Report {
     /// An empty report.
     pub fn new(options: &Options) -> Self {
         Self {
+            url: String::new(),
             level: options.level,
             strict: options.strict,
             tests: Vec::new(),
@@ -84,6 +93,11 @@ impl Report {
             Outcome::Differs => self.strict,
             Outcome::Pass | Outcome::NotApplicable => false,
         })
+    }
+
+    /// What no test can see, and why.
+    pub fn unseen(&self) -> &'static [Unseen] {
+        crate::spec::unseen()
     }
 
     /// Nothing failed, everything was tried and put back.

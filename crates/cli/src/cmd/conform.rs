@@ -1,0 +1,232 @@
+//! `lafet conform`: does a monitor do what the protocol says?
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use clap::Args;
+use lafet_client::{Endpoint, Error};
+use lafet_conform::line::LinkLine;
+use lafet_conform::{Level, Options, Progress, Report, report};
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+use crate::cli::Global;
+use crate::connect::{link, url_of};
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::lang::{current, pick};
+use crate::out::Out;
+use crate::simulator;
+
+/// Presence probes, so to speak: a read that is lost is sent so often.
+const TRIES: u32 = 3;
+
+/// `lafet conform`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet conform tcp://192.168.1.50:10485?addr=3\n  \
+                        lafet conform sim:?speed=100 --full --html report.html\n  \
+                        lafet -c serial:///dev/ttyUSB0?baud=19200 conform --motion --only §3.2")]
+pub struct ConformArgs {
+    /// The monitor that is tested; without it that of -c
+    #[arg(value_name = "URL")]
+    url: Option<String>,
+    /// Reads, Stop, and frames that are refused: nothing moves (default)
+    #[arg(long, group = "level")]
+    read_only: bool,
+    /// Drives move a little, slowly and without water; parameters are set and set back
+    #[arg(long, group = "level")]
+    motion: bool,
+    /// Everything but the erasure: water, programs, searches, lockout, restart
+    #[arg(long, group = "level")]
+    full: bool,
+    /// Everything; the memory is erased and written back from a copy
+    #[arg(long, group = "level")]
+    erase: bool,
+    /// What differs from a ruling of ours, where the document is silent, has failed too
+    #[arg(long)]
+    strict: bool,
+    /// End at the first failure
+    #[arg(long)]
+    fail_fast: bool,
+    /// Only tests of this item (§3.1 includes §3.1/4), or the test of this name; may be repeated
+    #[arg(long, value_name = "ITEM")]
+    only: Vec<String>,
+    /// Show what failed or does not apply, not what passed
+    #[arg(short, long)]
+    quiet: bool,
+    /// Write the report as one HTML page
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Write the report as JUnit XML, for build servers
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Write the report as text
+    #[arg(long, value_name = "FILE")]
+    text: Option<PathBuf>,
+    /// How many times as fast the clock of a simulated monitor is (default 1, or speed= of sim:)
+    #[arg(long, value_name = "FACTOR", value_parser = simulator::speed)]
+    speed: Option<f64>,
+}
+
+impl ConformArgs {
+    const fn level(&self) -> Level {
+        match () {
+            () if self.erase => Level::Erase,
+            () if self.full => Level::Full,
+            () if self.motion => Level::Motion,
+            () => Level::ReadOnly,
+        }
+    }
+
+    fn options(&self, endpoint: &Endpoint, global: &Global) -> Options {
+        let addresses = endpoint.addresses();
+        // A paragraph sign is not on every keyboard.
+        let item = |text: &String| match text.chars().next() {
+            Some('0'..='9' | 'A'..='Z') => format!("§{text}"),
+            _ => text.clone(),
+        };
+        Options {
+            level: self.level(),
+            strict: self.strict,
+            fail_fast: self.fail_fast,
+            only: self.only.iter().map(item).collect(),
+            monitor: addresses.monitor,
+            source: addresses.source,
+            framing: endpoint.framing(),
+            timeout_ms: (global.timeout * 1000.0) as u64,
+            ..Options::default()
+        }
+    }
+
+    fn clock(&self, endpoint: &Endpoint) -> f64 {
+        let of_url = match endpoint {
+            Endpoint::Sim { query, .. } => query
+                .iter()
+                .find(|(key, _)| key == "speed")
+                .and_then(|(_, value)| simulator::speed(value).ok()),
+            _ => None,
+        };
+        self.speed.or(of_url).unwrap_or(1.0)
+    }
+}
+
+/// What the run tells on its way.
+enum Told {
+    Begins(String),
+    Ended { line: String, passed: bool },
+    PuttingBack,
+}
+
+/// Tests a monitor.
+pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
+    let connect = args.url.clone().or_else(|| global.connect.clone());
+    let global = Global { connect, ..global.clone() };
+    let url = url_of(&global)?.to_owned();
+    let endpoint = Endpoint::from_str(&url).map_err(Error::from)?;
+    let options = args.options(&endpoint, &global);
+    if let Some(wrong) = options.only.iter().find(|id| !lafet_conform::is_known(id)) {
+        return Err(Failure::Usage(pick(
+            format!("No test is called `{wrong}`; `lafet conform sim:` shows them all."),
+            format!("Проверки `{wrong}` нет; все покажет `lafet conform sim:`."),
+        )));
+    }
+    let mut report = tested(&args, &endpoint, &options, &url, out).await?;
+    report.url = url;
+    write(&args, &report)?;
+    out.show(report::summary(&report, current()), || report::json(&report, current()))?;
+    outcome(&report, &options)
+}
+
+async fn tested(
+    args: &ConformArgs,
+    endpoint: &Endpoint,
+    options: &Options,
+    url: &str,
+    out: &mut Out,
+) -> Result<Report, Failure> {
+    let mut interrupt = Interrupt::catch()?;
+    let open = link(url, endpoint).await?;
+    let handle = tokio::runtime::Handle::current();
+    let again = Some(endpoint.clone());
+    let mut line = LinkLine::new(open, again, handle, args.clock(endpoint));
+    let (told, mut hear) = unbounded_channel();
+    let of_thread = options.clone();
+    let mut running = tokio::task::spawn_blocking(move || {
+        lafet_conform::run(&mut line, &of_thread, &mut |progress| tell(&told, progress))
+    });
+    loop {
+        tokio::select! {
+            biased;
+            Some(told) = hear.recv() => show(told, args.quiet, out)?,
+            () = interrupt.wait() => {
+                options.interrupt.store(true, Ordering::Relaxed);
+                out.progress(pick("Interrupted: everything is being put back", "Прервано: всё возвращается"));
+            }
+            report = &mut running => {
+                drain(&mut hear, args.quiet, out)?;
+                return report.map_err(|error| Failure::Ended(error.to_string()));
+            }
+        }
+    }
+}
+
+fn drain(hear: &mut UnboundedReceiver<Told>, quiet: bool, out: &mut Out) -> Outcome {
+    while let Ok(told) = hear.try_recv() {
+        show(told, quiet, out)?;
+    }
+    Ok(())
+}
+
+/// Nobody hears any more when the command is about to end.
+fn tell(told: &UnboundedSender<Told>, progress: Progress<'_>) {
+    let _ = told.send(match progress {
+        Progress::Begins { number, of, test: (name, item) } => {
+            Told::Begins(format!("{number}/{of}  {item} {name}"))
+        }
+        Progress::Ended(test) => Told::Ended {
+            line: report::test_lines(test, current()),
+            passed: test.outcome == lafet_conform::Outcome::Pass,
+        },
+        Progress::PuttingBack => Told::PuttingBack,
+    });
+}
+
+fn show(told: Told, quiet: bool, out: &mut Out) -> Outcome {
+    match told {
+        // The line that follows says the same where nothing is overwritten.
+        Told::Begins(text) if out.is_live() => out.progress(text),
+        Told::Begins(_) => {}
+        Told::Ended { passed: true, .. } if quiet => {}
+        Told::Ended { line, .. } => out.say(line)?,
+        Told::PuttingBack => out.progress(pick("Putting everything back", "Всё возвращается")),
+    }
+    Ok(())
+}
+
+fn write(args: &ConformArgs, found: &Report) -> Outcome {
+    let lang = current();
+    let write = |path: &Option<PathBuf>, make: fn(&Report, lafet_client::Lang) -> String| {
+        path.as_deref().map_or(Ok(()), |path| save(path, &make(found, lang)))
+    };
+    write(&args.html, report::html)?;
+    write(&args.junit, report::junit)?;
+    write(&args.text, report::text)
+}
+
+fn save(path: &Path, text: &str) -> Outcome {
+    let what = || pick("cannot write", "не удаётся записать");
+    std::fs::write(path, text)
+        .map_err(|error| Failure::io(format!("{} {}", what(), path.display()), error))
+}
+
+fn outcome(report: &Report, options: &Options) -> Outcome {
+    if options.interrupt.load(Ordering::Relaxed) {
+        return Err(Failure::Interrupted);
+    }
+    match report.exit_code() {
+        0 => Ok(()),
+        3 => Err(Error::Absent { endpoint: Arc::from(report.url.as_str()), tries: TRIES }.into()),
+        _ => Err(Failure::Ended(String::new())),
+    }
+}

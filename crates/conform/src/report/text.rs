@@ -1,0 +1,225 @@
+//! The report as a person reads it in a terminal, as a file for programs, and as JUnit.
+
+use std::fmt::Write;
+
+use lafet_client::Lang;
+use serde_json::{Value, json};
+
+use super::{Report, TestReport};
+use crate::raw::{self, hex};
+use crate::spec;
+use crate::verdict::{Note, Outcome};
+
+/// Exchanges that a failure shows: what led to it.
+const SHOWN: usize = 4;
+
+/// A sentence in a language.
+pub fn said(note: &Note, lang: Lang) -> &str {
+    match lang {
+        Lang::En => &note.en,
+        Lang::Ru => &note.ru,
+    }
+}
+
+/// The statement of an item.
+pub fn statement(id: &str, lang: Lang) -> &'static str {
+    spec::item(id).map_or("", |item| match lang {
+        Lang::En => item.text,
+        Lang::Ru => item.text_ru,
+    })
+}
+
+/// How a test ended, in a word.
+pub const fn word(outcome: Outcome, lang: Lang) -> &'static str {
+    match (outcome, lang) {
+        (outcome, Lang::En) => outcome.name(),
+        (Outcome::Pass, Lang::Ru) => "верно",
+        (Outcome::Fail, Lang::Ru) => "ошибка",
+        (Outcome::Differs, Lang::Ru) => "иначе",
+        (Outcome::NotApplicable, Lang::Ru) => "неприменимо",
+    }
+}
+
+/// One line of a test, and what is wrong with it.
+pub fn test_lines(test: &TestReport, lang: Lang) -> String {
+    let mut text = format!("{:<11}  {:<8} {}", word(test.outcome, lang), test.item, test.name);
+    match test.outcome {
+        Outcome::Pass => {}
+        Outcome::NotApplicable => {
+            let _ = write!(text, ": {}", said(&test.found, lang));
+        }
+        Outcome::Fail | Outcome::Differs => text.push_str(&failure_lines(test, lang)),
+    }
+    text
+}
+
+fn failure_lines(test: &TestReport, lang: Lang) -> String {
+    let (expected, found) = match lang {
+        Lang::En => ("expected", "found"),
+        Lang::Ru => ("ожидалось", "получено"),
+    };
+    let label = test.label.name();
+    let mut text = format!("\n    {}: {} [{label}]", test.item, statement(test.item, lang));
+    for (what, note) in [(expected, &test.expected), (found, &test.found)] {
+        if !said(note, lang).is_empty() {
+            let _ = write!(text, "\n    {what}: {}", said(note, lang));
+        }
+    }
+    for exchange in test.log.iter().skip(test.log.len().saturating_sub(SHOWN)) {
+        let _ = write!(text, "\n    {:>8} ms  {}", exchange.at_ms, exchange.words);
+        let _ =
+            write!(text, "\n      > {}\n      < {}", hex(&exchange.sent), hex(&exchange.received));
+    }
+    text
+}
+
+/// What the run comes to.
+pub fn summary(report: &Report, lang: Lang) -> String {
+    let count = |outcome| report.count(outcome);
+    let (pass, fail) = (count(Outcome::Pass), count(Outcome::Fail));
+    let (differs, not) = (count(Outcome::Differs), count(Outcome::NotApplicable));
+    let s = report.took_ms / 1000;
+    let (frames, repeats) = (report.frames, report.repeats);
+    let level = report.level.name();
+    let mut text = match lang {
+        Lang::En => format!(
+            "--{level}: {pass} passed, {fail} failed, {differs} differ from a ruling of ours, \
+             {not} not applicable; {frames} frames ({repeats} repeated) in {s} s"
+        ),
+        Lang::Ru => format!(
+            "--{level}: верно {pass}, ошибок {fail}, отличий от наших толкований {differs}, \
+             неприменимо {not}; кадров {frames} (повторено {repeats}) за {s} с"
+        ),
+    };
+    let (ended, left) = match lang {
+        Lang::En => ("Broken off", "NOT PUT BACK"),
+        Lang::Ru => ("Прервано", "НЕ ВОЗВРАЩЕНО"),
+    };
+    for (what, note) in [(ended, &report.aborted), (left, &report.not_restored)] {
+        if let Some(note) = note {
+            let _ = write!(text, "\n{what}: {}", said(note, lang));
+        }
+    }
+    text
+}
+
+/// The whole report as text.
+pub fn text(report: &Report, lang: Lang) -> String {
+    let mut lines: Vec<String> = report.tests.iter().map(|test| test_lines(test, lang)).collect();
+    lines.push(summary(report, lang));
+    lines.join("\n") + "\n"
+}
+
+/// The whole report as JSON; the keys are English, the sentences those of the language.
+pub fn json(report: &Report, lang: Lang) -> Value {
+    let count = |outcome| report.count(outcome);
+    json!({
+        "url": report.url,
+        "level": report.level.name(),
+        "strict": report.strict,
+        "good": report.is_good(),
+        "passed": count(Outcome::Pass),
+        "failed": count(Outcome::Fail),
+        "differ": count(Outcome::Differs),
+        "not_applicable": count(Outcome::NotApplicable),
+        "frames": report.frames,
+        "repeated": report.repeats,
+        "took_ms": report.took_ms,
+        "subsystems": report.present.iter().map(|id| raw::name(id.name(), id.0)).collect::<Vec<_>>(),
+        "aborted": report.aborted.as_ref().map(|note| said(note, lang)),
+        "not_restored": report.not_restored.as_ref().map(|note| said(note, lang)),
+        "tests": report.tests.iter().map(|test| test_json(test, lang)).collect::<Vec<_>>(),
+        "not_tested": report.unseen().iter().map(|unseen| json!({
+            "item": unseen.id,
+            "statement": statement(unseen.id, lang),
+            "reason": match lang { Lang::En => unseen.reason, Lang::Ru => unseen.reason_ru },
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn test_json(test: &TestReport, lang: Lang) -> Value {
+    let log = test.log.iter().map(|exchange| {
+        json!({
+            "at_ms": exchange.at_ms,
+            "sent": hex(&exchange.sent),
+            "received": hex(&exchange.received),
+            "words": exchange.words,
+        })
+    });
+    json!({
+        "item": test.item,
+        "test": test.name,
+        "statement": statement(test.item, lang),
+        "label": test.label.name(),
+        "level": test.level.name(),
+        "outcome": test.outcome.name(),
+        "expected": said(&test.expected, lang),
+        "found": said(&test.found, lang),
+        "took_ms": test.took_ms,
+        "log": log.collect::<Vec<_>>(),
+    })
+}
+
+/// The whole report as JUnit's XML, which build servers show. What differs from a ruling of ours is
+/// skipped there, unless it counts.
+pub fn junit(report: &Report, lang: Lang) -> String {
+    let failures = report.failures().count();
+    let errors = usize::from(report.aborted.is_some()) + usize::from(report.not_restored.is_some());
+    let skipped = report.tests.len() - report.count(Outcome::Pass) - failures;
+    let tests = report.tests.len() + errors;
+    let seconds = |ms: u64| format!("{}.{:03}", ms / 1000, ms % 1000);
+    let mut xml = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n\
+         <testsuite name=\"lafet conform --{} {}\" tests=\"{tests}\" failures=\"{failures}\" \
+         errors=\"{errors}\" skipped=\"{skipped}\" time=\"{}\">\n",
+        report.level.name(),
+        escape(&report.url),
+        seconds(report.took_ms),
+    );
+    for test in &report.tests {
+        let _ = write!(
+            xml,
+            "<testcase classname=\"{}\" name=\"{}\" time=\"{}\">",
+            test.item,
+            test.name,
+            seconds(test.took_ms)
+        );
+        let told = escape(&failure_lines(test, lang));
+        let found = escape(said(&test.found, lang));
+        let counts = test.outcome == Outcome::Fail || report.strict;
+        let _ = match test.outcome {
+            Outcome::Pass => Ok(()),
+            Outcome::Fail | Outcome::Differs if counts => {
+                write!(xml, "<failure message=\"{found}\">{told}\n</failure>")
+            }
+            _ => write!(xml, "<skipped message=\"{found}\"/>"),
+        };
+        xml.push_str("</testcase>\n");
+    }
+    for (name, note) in [("run", &report.aborted), ("put-back", &report.not_restored)] {
+        if let Some(note) = note {
+            let told = escape(said(note, lang));
+            let _ = writeln!(
+                xml,
+                "<testcase classname=\"lafet\" name=\"{name}\"><error message=\"{told}\"/></testcase>"
+            );
+        }
+    }
+    xml + "</testsuite>\n</testsuites>\n"
+}
+
+/// Text that may stand in XML and in HTML.
+pub fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            c if c.is_control() && c != '\n' && c != '\t' => escaped.push('\u{FFFD}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}

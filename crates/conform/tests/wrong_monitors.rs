@@ -8,7 +8,8 @@ mod wrong;
 
 use std::fmt::Write;
 
-use lafet_conform::{Level, Options, Outcome, Report, run};
+use lafet_client::Lang;
+use lafet_conform::{Level, Options, Outcome, Report, report, run};
 use support::{SimLine, monitor};
 use wrong::{Breaking, Wrong};
 
@@ -119,4 +120,29 @@ fn nothing_broken_nothing_caught() {
     let report = run(&mut line, &options, &mut |_| {});
     assert!(report.is_good(), "{:?}", report.failures().map(|test| test.name).collect::<Vec<_>>());
     assert!(report.count(Outcome::Pass) > 150);
+}
+
+/// Each form of the report tells the failure with its statement and its bytes, and is well formed.
+#[test]
+fn reports_tell_the_failure() {
+    let wrong = wrong::all().into_iter().find(|wrong| wrong.item == "§3.7").expect("one of §3.7");
+    let found = tested(&wrong);
+    assert_eq!(found.exit_code(), 1);
+    let text = report::text(&found, Lang::En);
+    assert!(text.contains("§3.7: RetrieveLimits 0x80") && text.contains("> FF C0 01 81"), "{text}");
+    let russian = report::text(&found, Lang::Ru);
+    assert!(russian.contains("ожидалось: int32 min и max"), "{russian}");
+    let json = report::json(&found, Lang::En);
+    assert_eq!((&json["good"], &json["failed"]), (&false.into(), &1.into()), "{json}");
+    let xml = report::junit(&found, Lang::En);
+    assert!(xml.contains("failures=\"1\"") && xml.contains("&gt; FF C0"), "{xml}");
+    let page = report::html(&found, Lang::Ru);
+    assert!(page.contains("Есть ошибки") && page.contains("&gt; FF C0"), "{page}");
+    for text in [&xml, &page] {
+        for tag in ["testcase", "failure", "tr", "td", "details", "pre", "table"] {
+            let opened = text.matches(&format!("<{tag}>")).count()
+                + text.matches(&format!("<{tag} ")).count();
+            assert_eq!(opened, text.matches(&format!("</{tag}>")).count(), "{tag}");
+        }
+    }
 }

@@ -327,14 +327,14 @@ pub fn move_timeout(b: &mut Bench<'_>) -> Step {
     let id = aimed(b)?;
     b.param(S::GENERAL, "MoveTimeout")?;
     let (sign, from) = room(b, id)?;
-    b.set(S::GENERAL, "MoveTimeout", 500)?;
+    b.set(S::GENERAL, "MoveTimeout", 2000)?;
     go(b, id, sign * FAR)?;
-    b.wait(300)?;
+    b.wait(1200)?;
     go(b, id, sign * FAR)?;
-    b.wait(350)?;
+    b.wait(1200)?;
     let moving = b.drive(id)?.0 & bits::MOVE != 0;
     must(moving, "it moves on while Move is repeated", "движется, пока Move повторяется", "")?;
-    b.until_flags(id, 0, bits::MOVE, 1500)?;
+    b.until_flags(id, 0, bits::MOVE, 4000)?;
     b.put(S::GENERAL, "MoveTimeout", 0)?;
     go(b, id, from)?;
     arrives(b, id, from, small(id).1)

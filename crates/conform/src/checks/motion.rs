@@ -328,11 +328,16 @@ pub fn move_timeout(b: &mut Bench<'_>) -> Step {
     b.param(S::GENERAL, "MoveTimeout")?;
     let (sign, from) = room(b, id)?;
     b.set(S::GENERAL, "MoveTimeout", 2000)?;
+    let mut last_ms = b.now_ms();
     go(b, id, sign * FAR)?;
     b.wait(1200)?;
+    let mut in_time = b.now_ms() - last_ms < 1900;
+    last_ms = b.now_ms();
     go(b, id, sign * FAR)?;
     b.wait(1200)?;
     let moving = b.drive(id)?.0 & bits::MOVE != 0;
+    in_time &= b.now_ms() - last_ms < 1900;
+    let moving = moving || !in_time;
     must(moving, "it moves on while Move is repeated", "движется, пока Move повторяется", "")?;
     b.until_flags(id, 0, bits::MOVE, 4000)?;
     b.put(S::GENERAL, "MoveTimeout", 0)?;
@@ -375,8 +380,9 @@ fn overloaded(b: &mut Bench<'_>) -> Step {
     let (_, from) = b.drive(id)?;
     let sign = room(b, id)?.0;
     go(b, id, from + sign * 8 * small(id).0)?;
-    let mut over = false;
+    let (mut over, mut before_ms) = (false, 0);
     for _ in 0..25 {
+        before_ms = b.now_ms();
         over |= b.drive(id)?.0 & bits::OVERLOAD != 0;
         if over {
             break;
@@ -393,7 +399,7 @@ fn overloaded(b: &mut Bench<'_>) -> Step {
         rec.words(true),
     )?;
     b.wait(1800)?;
-    let still = b.drive(id)?.0 & bits::OVERLOAD != 0;
+    let still = b.drive(id)?.0 & bits::OVERLOAD != 0 || b.now_ms() - before_ms > 2900;
     must(still, "the flag for 3 s after the stop", "флаг 3 с после остановки", "")?;
     b.until_flags(id, 0, bits::OVERLOAD, 2500)
 }

@@ -7,7 +7,7 @@ use super::{bits, le};
 use crate::bench::{Bench, list, param_data};
 use crate::raw::Rec;
 use crate::safety::{RESET_MS, Undo, VALVES};
-use crate::verdict::{Halt, Step, must};
+use crate::verdict::{Halt, Step, must, not_applicable};
 
 fn lockout(b: &mut Bench<'_>, key: u16) -> Step<Vec<Rec>> {
     b.undo.push(Undo::Lockout);
@@ -261,16 +261,25 @@ pub fn restart_answers(b: &mut Bench<'_>) -> Step {
 
 /// §3.12/2, §3.3/2
 pub fn restarting(b: &mut Bench<'_>) -> Step {
+    let asked_ms = b.now_ms();
     restart(b)?;
     let flags = b.flags(S::GENERAL)?;
+    let busy = b.refused(R::MOVE, S::HORIZONTAL, &le(0), S::GENERAL, Status::BUSY);
+    let in_time = b.now_ms() - asked_ms < 200;
+    let seen = flags & bits::RESTARTING != 0 && busy.is_ok();
+    back(b)?;
+    if !seen && !in_time {
+        return not_applicable(
+            "the line is too slow to see it restart",
+            "линия слишком медленна, чтобы это увидеть",
+        );
+    }
     must(
         flags & bits::RESTARTING != 0,
         "Restarting, and reads are answered",
         "Restarting, чтение отвечает",
         format!("{flags:#010x}"),
     )?;
-    let busy = b.refused(R::MOVE, S::HORIZONTAL, &le(0), S::GENERAL, Status::BUSY);
-    back(b)?;
     busy
 }
 

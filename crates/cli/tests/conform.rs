@@ -19,7 +19,7 @@ fn a_right_monitor_passes() {
     let url = sim.url();
     let (html, junit) = (file("conform.html"), file("conform.xml"));
     let only = ["--only", "§1", "--only", "3.2", "--only", "probe"];
-    let args = ["conform", &url, "--html", &html, "--junit", &junit];
+    let args = ["conform", url, "--html", &html, "--junit", &junit];
     let run = Run::of(&[&args[..], &only, &FAST].concat());
     assert_eq!(run.code, 0, "{run:?}");
     assert!(run.out.contains("pass         §1/1     chain-order"), "{run:?}");
@@ -30,7 +30,7 @@ fn a_right_monitor_passes() {
     let xml = std::fs::read_to_string(junit).unwrap();
     assert!(xml.contains("failures=\"0\"") && xml.contains("classname=\"§1/1\""), "{xml}");
 
-    let run = Run::of(&[&["--lang", "ru", "conform", &url, "-q"][..], &only, &FAST].concat());
+    let run = Run::of(&[&["--lang", "ru", "conform", url, "-q"][..], &only, &FAST].concat());
     assert!(run.code == 0 && run.out.contains("ошибок 0"), "{run:?}");
 }
 

@@ -478,8 +478,15 @@ pub fn limits_off(b: &mut Bench<'_>) -> Step {
     must(limits(b, id)? == before, "the same limits again", "те же пределы снова", "")
 }
 
+/// A limit that was taken at the present position.
+struct Taken {
+    before: (i32, i32),
+    after: (i32, i32),
+    at: i32,
+}
+
 /// §3.17/2, §3.17/3: a limit taken while they are off comes into force with On, not with Reject.
-fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<((i32, i32), (i32, i32), i32)> {
+fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<Taken> {
     let (id, _) = kind(b, &[0, 1])?;
     let before = limits(b, id)?;
     let (_, at) = b.drive(id)?;
@@ -495,11 +502,11 @@ fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<((i32, i32), (i32, i32), i32)
     )?;
     switch(b, id, end)?;
     b.until_flags(id, 0, bits::LIMITLESS, 1000)?;
-    Ok((before, limits(b, id)?, at))
+    Ok(Taken { before, after: limits(b, id)?, at })
 }
 
 pub fn limits_on(b: &mut Bench<'_>) -> Step {
-    let (before, after, at) = take_limit(b, 1)?;
+    let Taken { before, after, at } = take_limit(b, 1)?;
     must(
         after == (at, before.1),
         "the limit taken is in force",
@@ -509,7 +516,7 @@ pub fn limits_on(b: &mut Bench<'_>) -> Step {
 }
 
 pub fn limits_reject(b: &mut Bench<'_>) -> Step {
-    let (before, after, _) = take_limit(b, 2)?;
+    let Taken { before, after, .. } = take_limit(b, 2)?;
     must(after == before, "the old limits", "старые пределы", format!("{after:?}"))
 }
 

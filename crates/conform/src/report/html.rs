@@ -73,9 +73,9 @@ fn head(page: &mut String, report: &Report, lang: Lang) {
 }
 
 fn tests(page: &mut String, report: &Report, lang: Lang) {
-    let _ = write!(
+    let _ = writeln!(
         page,
-        "<table><thead><tr><th>§</th><th>{}</th><th>{}</th><th>{}</th></tr></thead><tbody>\n",
+        "<table><thead><tr><th>§</th><th>{}</th><th>{}</th><th>{}</th></tr></thead><tbody>",
         pick(lang, "Test", "Проверка"),
         pick(lang, "Statement", "Утверждение"),
         pick(lang, "Result", "Итог"),
@@ -139,9 +139,9 @@ fn log(page: &mut String, test: &TestReport, lang: Lang) {
 }
 
 fn unseen(page: &mut String, report: &Report, lang: Lang) {
-    let _ = write!(
+    let _ = writeln!(
         page,
-        "<h2>{}</h2><table><tbody>\n",
+        "<h2>{}</h2><table><tbody>",
         pick(lang, "What cannot be tested over the wire", "Что по линии проверить нельзя")
     );
     for item in report.unseen() {

@@ -17,7 +17,17 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-capture", &["lafet-proto"]),
     // Its tests stand on a wire of their own, for the tester trusts no other.
     ("lafet-conform", &["lafet-client", "lafet-proto"]),
-    ("lafet", &["lafet-capture", "lafet-client", "lafet-conform", "lafet-sim", "lafet-device", "lafet-proto"]),
+    (
+        "lafet",
+        &[
+            "lafet-capture",
+            "lafet-client",
+            "lafet-conform",
+            "lafet-sim",
+            "lafet-device",
+            "lafet-proto",
+        ],
+    ),
     ("xtask", &[]),
 ];
 

@@ -41,7 +41,7 @@ fn json_holds_the_bytes() {
     assert_eq!((&report["good"], &report["passed"]), (&json!(true), &json!(1)), "{report}");
     let test = &report["tests"][0];
     assert_eq!((&test["item"], &test["label"]), (&json!("§2"), &json!("read")));
-    assert_eq!(test["log"][0]["sent"], "FF C0 01 81 D4 C2 00 00 20 A2 C0", "{test}");
+    assert_eq!(test["log"][0]["sent"], "FF C0 01 81 D4 C2 00 00 A5 D8 C0", "{test}");
     assert!(report["not_tested"].as_array().unwrap().len() > 5, "{report}");
 }
 

@@ -153,15 +153,13 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
             end = Some(told(&halt));
         }
     }
-    if let Err(halt) = back
-        && ended.outcome != Outcome::Fail
-    {
-        // What was done cannot be undone: that is no matter of rulings.
-        ended.outcome = Outcome::Fail;
-        ended.expected = Note::new("everything is as before the test", "всё как до проверки");
-        ended.found = told(&halt);
-        if !matches!(halt, Halt::Fail { .. }) {
-            end = Some(told(&halt));
+    if let Err(halt) = back {
+        // What was done cannot be undone: that is no matter of rulings, and nothing else is tried.
+        end = Some(told(&halt));
+        if ended.outcome != Outcome::Fail {
+            ended.outcome = Outcome::Fail;
+            ended.expected = Note::new("everything is as before the test", "всё как до проверки");
+            ended.found = told(&halt);
         }
     }
     ended.log = std::mem::take(&mut bench.log);

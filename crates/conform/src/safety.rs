@@ -21,6 +21,9 @@ const SLOW: i32 = 5;
 pub const REST_MS: u64 = 60_000;
 pub const FOLD_MS: u64 = 90_000;
 pub const RESET_MS: u64 = 30_000;
+/// How often it is tried to undo something, and how late an answer may come before that.
+const UNDO_TRIES: u32 = 4;
+const LATE_MS: u64 = 500;
 /// A sensor's last digit is no motion.
 const JITTER: i32 = 12;
 
@@ -282,17 +285,31 @@ impl Bench<'_> {
             }
         };
         if std::mem::take(&mut self.dirty) {
-            note(self.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes()).map(|_| ()));
+            note(self.surely(|b| b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes()).map(|_| ())));
             self.water = true;
-            note(self.rest());
+            note(self.surely(Self::rest));
         }
         for undo in std::mem::take(&mut self.undo).into_iter().rev() {
-            note(self.take_back(undo));
+            note(self.surely(|b| b.take_back(undo)));
         }
         self.moves(&[]);
         self.water = false;
         self.restoring = false;
         worst
+    }
+
+    /// Putting back must not fail for a frame that was lost or came late.
+    fn surely(&mut self, mut step: impl FnMut(&mut Self) -> Step) -> Step {
+        let mut done = step(self);
+        for _ in 1..UNDO_TRIES {
+            if done.is_ok() {
+                break;
+            }
+            // What is still under way arrives, and is forgotten.
+            self.line.recv(LATE_MS).map_err(Halt::Link)?;
+            done = step(self);
+        }
+        done
     }
 
     fn take_back(&mut self, undo: Undo) -> Step {
@@ -334,7 +351,7 @@ impl Bench<'_> {
     /// Brings the barrel back to where it was found.
     pub fn return_home(&mut self) -> Step {
         self.restoring = true;
-        let home = self.go_home();
+        let home = self.surely(Self::go_home);
         self.restoring = false;
         home
     }

@@ -94,7 +94,8 @@ impl ConformArgs {
             monitor: addresses.monitor,
             source: addresses.source,
             framing: endpoint.framing(),
-            timeout_ms: (global.timeout * 1000.0) as u64,
+            // The way there does not get faster with the clock.
+            timeout_ms: (global.timeout * 1000.0 * self.clock(endpoint)) as u64,
             ..Options::default()
         }
     }

@@ -86,7 +86,7 @@ pub fn noise(b: &mut Bench<'_>) -> Step {
     }
     let good = b.framed_bytes(&status_of(S::GENERAL));
     for noise in
-        [&[0xFF; 7][..], &[0x55, 0xAA, 0x01, 0x00, 0x7E], &[0xC0, 0x11, 0x22, 0x33, 0x44, 0x55]]
+        [&[0xFF; 7][..], &[0x53, 0xAA, 0x01, 0x00, 0x7F], &[0xC0, 0x11, 0x22, 0x33, 0x44, 0x53]]
     {
         let wire = [noise, &good].concat();
         answered(b, &wire, ("a frame after noise", "кадр после шума"))?;
@@ -192,7 +192,7 @@ pub fn probe(b: &mut Bench<'_>) -> Step {
 pub fn other_address(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     let (monitor, source) = (b.options.monitor, b.options.source);
-    for dst in [0, 255, monitor ^ 0x40, monitor | 0x80] {
+    for dst in [0, 255, monitor ^ 0x40, monitor | 128] {
         if dst == source {
             continue;
         }
@@ -237,7 +237,8 @@ pub fn crc32c(b: &mut Bench<'_>) -> Step {
         Incoming::Frame { .. } => None,
     };
     let right = |(dst, src, payload): (u8, u8, Vec<u8>)| {
-        (dst, src) == (source, monitor) && payload.get(..3) == Some(&[0xD4, 0xC2, 0x00][..])
+        (dst, src) == (source, monitor)
+            && payload.get(..3) == Some(&[R::GET_STATUS.0, S::GENERAL.0, Status::OK.0][..])
     };
     must(
         decoded.is_some_and(right),

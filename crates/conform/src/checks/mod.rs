@@ -3,6 +3,7 @@
 pub mod bits;
 mod fold;
 mod link;
+mod literal;
 mod memory;
 mod motion;
 mod params;

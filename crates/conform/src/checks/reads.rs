@@ -420,7 +420,7 @@ pub fn crash_param(b: &mut Bench<'_>) -> Step {
 /// §3.21, §3.21/1: literal bytes of the document.
 pub fn hotbeds(b: &mut Bench<'_>) -> Step {
     b.needs(S::DETECTOR)?;
-    let records = b.frame(&[0x9D, 0xC8, 0x00, 0x02, 0xFE, 0x23])?;
+    let records = b.frame(&super::literal::GET_HOTBEDS)?;
     let good = matches!(&records[..], [rec] if rec.status == Status::OK
         && rec.data.starts_with(&[0xFE, 0x23])
         && (rec.data.len() - 2) % HOTBED == 0 && rec.data.len() <= 2 + 4 * HOTBED);

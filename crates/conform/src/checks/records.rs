@@ -2,6 +2,7 @@
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
+use super::literal::{GET_CRASH_DATA_GENERAL, GET_STATUS_GENERAL};
 use crate::bench::{Bench, list};
 use crate::raw::Rec;
 use crate::verdict::{Step, must, not_applicable};
@@ -192,15 +193,16 @@ pub fn wrong_addressee(b: &mut Bench<'_>) -> Step {
 
 /// §2 Literal bytes, not made by any encoder.
 pub fn layout(b: &mut Bench<'_>) -> Step {
-    let records = b.frame(&[0xD4, 0xC2, 0x00, 0x00])?;
-    let good = matches!(&records[..], [rec] if rec.request.0 == 0xD4 && rec.device.0 == 0xC2
-        && rec.status == Status::OK && rec.data.len() == 10);
-    must(good, "D4 C2 00 0A and 10 bytes", "D4 C2 00 0A и 10 байт", list(&records))?;
-    // One whose id has no bit 7.
-    let records = b.frame(&[0x06, 0xC2, 0x00, 0x00])?;
-    let good = matches!(&records[..], [rec] if rec.request.0 == 0x06 && rec.device.0 == 0xC2
-        && rec.status == Status::OK);
-    must(good, "06 C2 00 and the crash data", "06 C2 00 и сведения об отказе", list(&records))
+    for (request, en, ru) in [
+        (GET_STATUS_GENERAL, "D4 C2 00 0A and 10 bytes", "D4 C2 00 0A и 10 байт"),
+        (GET_CRASH_DATA_GENERAL, "06 C2 00 and the crash data", "06 C2 00 и сведения об отказе"),
+    ] {
+        let records = b.frame(&request)?;
+        let good = matches!(&records[..], [rec] if rec.bytes().starts_with(&request[..3])
+            && (request != GET_STATUS_GENERAL || rec.data.len() == 10));
+        must(good, en, ru, list(&records))?;
+    }
+    Ok(())
 }
 
 /// §2/1

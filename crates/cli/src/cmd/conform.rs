@@ -25,7 +25,7 @@ const TRIES: u32 = 3;
 /// `lafet conform`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet conform tcp://192.168.1.50:10485?addr=3\n  \
-                        lafet conform sim:?speed=100 --full --html report.html\n  \
+                        lafet conform sim:?speed=20 --full --html report.html\n  \
                         lafet -c serial:///dev/ttyUSB0?baud=19200 conform --motion --only §3.2")]
 pub struct ConformArgs {
     /// The monitor that is tested; without it that of -c

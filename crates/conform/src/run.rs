@@ -1,5 +1,7 @@
 //! A run: look, test after test, put everything back.
 
+use std::sync::atomic::Ordering;
+
 use crate::bench::Bench;
 use crate::checks::{TESTS, Test};
 use crate::line::Line;
@@ -148,7 +150,9 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
             (ended.expected, ended.found) = (expected, found);
         }
         Err(halt) => {
-            ended.outcome = Outcome::Fail;
+            // The user's wish is no fault of the monitor.
+            let wished = bench.options.interrupt.load(Ordering::Relaxed);
+            ended.outcome = if wished { Outcome::NotApplicable } else { Outcome::Fail };
             ended.found = told(&halt);
             end = Some(told(&halt));
         }

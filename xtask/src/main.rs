@@ -3,6 +3,7 @@
 
 mod ci;
 mod citation;
+mod coverage;
 mod cuts;
 mod demo;
 mod dissector;
@@ -23,6 +24,7 @@ mod run;
 mod setup;
 mod source;
 mod spec;
+mod stops;
 mod swarm;
 mod test;
 mod years;
@@ -154,6 +156,25 @@ const TASKS: &[Task] = &[
                   Arguments: --list, --quick, --seconds S, --states N, --depth N, --threads N, and \
                   names of configurations. docs/model.md says what is checked and what is not.",
         run: model::model,
+    },
+    Task {
+        name: "stops",
+        arguments: "[N]",
+        about: "a million Stops and Lockouts, or N, in the middle of everything: off in the next step",
+        details: "Optimised, on all processors. LAFET_STOP_SEED is the first seed; a failure prints \
+                  the one that replays it. 100,000 are part of cargo xtask test. The figure of a \
+                  run stands in docs/evidence.md.",
+        run: stops::stops,
+    },
+    Task {
+        name: "coverage",
+        arguments: "[--check]",
+        about: "the lines and branches of lafet-device that its own tests reach",
+        details: "Needs llvm-cov of the compiler's LLVM: rustup's llvm-tools or Debian's package, \
+                  which it installs if it may. Branches need RUSTC_BOOTSTRAP, set for this build \
+                  alone. With --check, fails on a line or branch of guard.rs or chain.rs that is \
+                  not reached.",
+        run: coverage::coverage,
     },
     Task {
         name: "licences",

@@ -313,6 +313,7 @@ fn an_absent_post() {
     rig.run(100);
     assert!(rig.speed(Axis::Horizontal) > 0);
     rig.all_accept(Body::Stop);
+    rig.run(100);
     press(&mut rig, 0, Button::Left);
     rig.run(100);
     assert!(rig.speed(Axis::Horizontal) > 0);

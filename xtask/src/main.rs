@@ -17,6 +17,7 @@ mod licences;
 mod links;
 mod metadata;
 mod model;
+mod mutants;
 mod no_std;
 mod physics;
 mod pictures;
@@ -175,6 +176,16 @@ const TASKS: &[Task] = &[
                   alone. With --check, fails on a line or branch of guard.rs or chain.rs that is \
                   not reached.",
         run: coverage::coverage,
+    },
+    Task {
+        name: "mutants",
+        arguments: "[guard|chain|device|FILE] [--shard K/N] [--apart K/N]",
+        about: "changes that a test should notice: which ones none of the device's tests does",
+        details: "The mutants of cargo-mutants (installed where it is missing), woven into a copy of the \
+                  device, so that it is built once. Fails on a survivor in guard.rs or chain.rs, and \
+                  under 95 % of the device. xtask/mutants.toml explains those that change nothing. \
+                  --shard tries every Nth mutant; --apart those which need a build each.",
+        run: mutants::mutants,
     },
     Task {
         name: "licences",

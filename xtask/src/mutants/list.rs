@@ -61,13 +61,21 @@ fn mutant(json: &Value) -> Result<Mutant, String> {
         "MatchArm" => Genre::MatchArm,
         "MatchArmGuard" => Genre::MatchArmGuard,
         "StructField" => Genre::StructField,
-        other => return Err(format!("cargo-mutants has a genre that xtask does not know: {other}")),
+        other => {
+            return Err(format!("cargo-mutants has a genre that xtask does not know: {other}"));
+        }
     };
     let file = text("file");
     let source = crate::run::read(&file)?;
     let start = at("start");
     let line = source.lines().nth(start.0.saturating_sub(1)).unwrap_or_default().trim().to_owned();
     // path:line:column: what
-    let name = text("name").splitn(2, ": ").nth(1).unwrap_or_default().to_owned();
+    let name = text("name").split_once(": ").map_or_else(String::new, |(_, what)| what.into());
     Ok(Mutant { file, name, line, genre, start, end: at("end"), replacement: text("replacement") })
+}
+
+impl std::fmt::Display for Mutant {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}: {}", self.file, self.start.0, self.name)
+    }
 }

@@ -251,9 +251,11 @@ impl Printer<'_> {
     /// Prints a range with the edits from this one on that lie in it; returns the next edit.
     fn print(&mut self, range: Range<usize>, mut next: usize) -> usize {
         let mut at = range.start;
-        while let Some(edit) = self.edits.get(next).filter(|edit| {
-            edit.range.start >= range.start && edit.range.end <= range.end
-        }) {
+        while let Some(edit) = self
+            .edits
+            .get(next)
+            .filter(|edit| edit.range.start >= range.start && edit.range.end <= range.end)
+        {
             let inner = edit.range.clone();
             self.text += &self.source[at..inner.start];
             at = inner.end;
@@ -298,7 +300,8 @@ impl Printer<'_> {
                 let calls = |ids: Vec<usize>, not: &str, join: &str| -> String {
                     ids.iter().map(|id| format!("{not}crate::woven({id}) {join} ")).collect()
                 };
-                let (always, never) = (calls(all("true"), "", "||"), calls(all("false"), "!", "&&"));
+                let (always, never) =
+                    (calls(all("true"), "", "||"), calls(all("false"), "!", "&&"));
                 let deleted = calls(all(""), "!", "&&");
                 self.text += &format!("{deleted}({always}{never}(");
                 let next = self.print(range, number + 1);

@@ -61,9 +61,7 @@ impl Explained {
 impl Entry {
     fn is(&self, mutant: &Mutant) -> bool {
         let (file, name, line) = mutant.key();
-        file == format!("{}{}", super::tree::SOURCE, self.file)
-            && name == self.name
-            && line == self.line
+        file == self.file && name == self.name && line == self.line
     }
 }
 

@@ -32,9 +32,14 @@ pub struct Mutant {
 }
 
 impl Mutant {
+    /// Its file, seen from the source of the device.
+    pub fn short_file(&self) -> &str {
+        self.file.strip_prefix(super::tree::SOURCE).unwrap_or(&self.file)
+    }
+
     /// Names it without its place, which changes with every line above it.
     pub fn key(&self) -> (&str, &str, &str) {
-        (&self.file, &self.name, &self.line)
+        (self.short_file(), &self.name, &self.line)
     }
 }
 

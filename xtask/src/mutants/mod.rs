@@ -59,7 +59,8 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
     let woven = tree.weave(&mutants)?;
     println!("   {} mutants, {} of them woven", mutants.len(), woven.len());
     let tests = tree.tests()?;
-    let trial = Trial::new(&tests)?;
+    let files: Vec<&str> = mutants.values().map(Mutant::short_file).collect();
+    let trial = Trial::new(&tests, &files)?;
     let mut outcomes = try_all(&trial, &mutants, &woven);
     let apart: Vec<usize> = mutants.keys().copied().filter(|id| !woven.contains(id)).collect();
     let count = apart.len();
@@ -194,8 +195,7 @@ fn judge(
         if known && matches!(outcome, Some(Outcome::Caught | Outcome::Endless)) {
             problems.push(format!("{mutant}: explained in mutants.toml, and yet noticed"));
         }
-        let name = mutant.file.strip_prefix(tree::SOURCE).unwrap_or(&mutant.file);
-        for count in [files.entry(name).or_default(), &mut sum] {
+        for count in [files.entry(mutant.short_file()).or_default(), &mut sum] {
             *match outcome {
                 Some(Outcome::Caught) => &mut count.caught,
                 Some(Outcome::Endless) => &mut count.endless,

@@ -20,11 +20,13 @@ pub enum Outcome {
 
 /// Tests that take long, in the order in which they are tried on what the others did not notice.
 const LONG: [Long; 4] = [
-    Long { name: "store", filter: "behaviour", only: "", seconds: 60 },
-    Long { name: "stops", filter: "", only: "", seconds: 60 },
-    Long { name: "every_request", filter: "", only: "", seconds: 400 },
-    Long { name: "store", filter: "", only: "store/", seconds: 1000 },
+    Long { name: "store", filter: "behaviour", only: &["store/", "params"], seconds: 60 },
+    Long { name: "stops", filter: "", only: &[""], seconds: 60 },
+    Long { name: "every_request", filter: "", only: &ASKED, seconds: 400 },
+    Long { name: "store", filter: "", only: &["store/"], seconds: 1000 },
 ];
+/// Files on which it depends how a single request is answered.
+const ASKED: [&str; 6] = ["answers", "chain", "composition", "device", "execute", "guard"];
 /// Processor time for the others, of which none needs a second.
 const SHORT_SECONDS: u32 = 10;
 /// Of the long tests that take a number: enough of every situation.
@@ -37,8 +39,8 @@ const OUT_OF_TIME: i32 = 24;
 struct Long {
     name: &'static str,
     filter: &'static str,
-    /// Only for mutants in files that begin so.
-    only: &'static str,
+    /// Only for mutants in files that begin with one of these.
+    only: &'static [&'static str],
     seconds: u32,
 }
 
@@ -48,11 +50,15 @@ pub struct Trial<'a> {
 
 impl<'a> Trial<'a> {
     /// Fails if a test fails without a mutant.
-    pub fn new(tests: &'a [Test]) -> Result<Self, String> {
+    pub fn new(tests: &'a [Test], files: &[&str]) -> Result<Self, String> {
         let trial = Self::unproved(tests);
-        let short = trial.short().map(|test| (test, "", SHORT_SECONDS));
-        let long = trial.long("store/").map(|(test, long)| (test, long.filter, long.seconds));
-        for (test, filter, seconds) in short.chain(long) {
+        let mut runs: Vec<_> = trial.short().map(|test| (test, "", SHORT_SECONDS)).collect();
+        for (test, long) in files.iter().flat_map(|file| trial.long(file)) {
+            if !runs.iter().any(|run| (&run.0.name, run.1) == (&test.name, long.filter)) {
+                runs.push((test, long.filter, long.seconds));
+            }
+        }
+        for (test, filter, seconds) in runs {
             if run(test, filter, seconds, None) != Outcome::Survived {
                 return Err(format!("{} fails without any mutant", test.name));
             }
@@ -66,7 +72,7 @@ impl<'a> Trial<'a> {
 
     /// The quick tests first; at the first failure it is decided.
     pub fn outcome(&self, id: Option<usize>, mutant: &Mutant) -> Outcome {
-        let name = mutant.file.strip_prefix(super::tree::SOURCE).unwrap_or_default();
+        let name = mutant.short_file();
         let short = self.short().map(|test| (test, "", SHORT_SECONDS));
         let long = self.long(name).map(|(test, long)| (test, long.filter, long.seconds));
         let mut outcomes =
@@ -84,7 +90,7 @@ impl<'a> Trial<'a> {
     ) -> impl Iterator<Item = (&'a Test, &'static Long)> + use<'a, 'b> {
         let tests = self.tests;
         LONG.iter()
-            .filter(move |long| file.starts_with(long.only))
+            .filter(move |long| long.only.iter().any(|start| file.starts_with(start)))
             .filter_map(move |long| Some((tests.iter().find(|test| test.name == long.name)?, long)))
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use quote::ToTokens;
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
@@ -79,6 +80,8 @@ enum Kind {
     Guard(Vec<usize>),
     /// Behind the pattern of an arm without a condition.
     Arm(usize),
+    /// What is matched, with the arms that may be deleted: all of them may be needed.
+    Matched(Vec<usize>),
     /// `const`, which a function with switches cannot be.
     Const,
 }
@@ -140,7 +143,9 @@ impl Finder<'_> {
         self.in_constant += usize::from(constant);
         if let Some(first) = block.stmts.first() {
             let start = first.span().byte_range().start;
-            let ids = self.at(Genre::FnValue, |span| span.start == start);
+            let hidden = signature.output.to_token_stream().to_string().contains("impl ");
+            // A hidden type is one type, whatever is returned.
+            let ids = self.at(Genre::FnValue, |span| span.start == start && !hidden);
             let brace = block.brace_token.span.open().byte_range().end;
             self.edit(brace..brace, &ids.clone(), Kind::Body(ids));
         }
@@ -208,6 +213,17 @@ impl<'ast> Visit<'ast> for Finder<'_> {
         let ids = self.at(Genre::StructField, |span| starts.contains(&span.start));
         self.choice(item.span().byte_range(), &ids);
         visit::visit_expr_struct(self, item);
+    }
+
+    fn visit_expr_match(&mut self, item: &'ast syn::ExprMatch) {
+        let arms = item.arms.iter().filter(|arm| arm.guard.is_none());
+        let starts: Vec<usize> = arms.map(|arm| arm.span().byte_range().start).collect();
+        let ids = self.at(Genre::MatchArm, |span| starts.contains(&span.start));
+        if !ids.is_empty() {
+            let range = item.expr.span().byte_range();
+            self.edits.push(Edit { range, kind: Kind::Matched(ids) });
+        }
+        visit::visit_expr_match(self, item);
     }
 
     fn visit_arm(&mut self, arm: &'ast syn::Arm) {
@@ -307,6 +323,10 @@ impl Printer<'_> {
                 let next = self.print(range, number + 1);
                 self.text += "))";
                 (ids, next)
+            }
+            Kind::Matched(ids) => {
+                let ids = ids.clone();
+                (ids, self.print(range, number + 1))
             }
             Kind::Arm(id) => {
                 let id = *id;

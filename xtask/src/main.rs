@@ -160,11 +160,11 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "stops",
-        arguments: "[N]",
-        about: "a million Stops and Lockouts, or N, in the middle of everything: off in the next step",
-        details: "Optimised, on all processors. LAFET_STOP_SEED is the first seed; a failure prints \
-                  the one that replays it. 100,000 are part of cargo xtask test. The figure of a \
-                  run stands in docs/evidence.md.",
+        arguments: "[--cases N]",
+        about: "a million Stops, Lockouts, resets and MoveTimeouts in the middle of everything",
+        details: "Off in the next step, in each. Optimised, on all processors. LAFET_STOP_SEED is the \
+                  first seed; a failure names the one that replays it. 50,000 cases are part of \
+                  cargo xtask test. The figure of a run stands in docs/evidence-proof.md.",
         run: stops::stops,
     },
     Task {

@@ -7,10 +7,10 @@ use crate::TaskResult;
 use crate::run::{cargo, show};
 
 pub fn stops(arguments: &[String]) -> TaskResult {
-    let wanted = "it takes a number of cases";
+    let wanted = "it takes --cases N";
     let count = match arguments {
         [] => "1000000".into(),
-        [count] => count.replace('_', ""),
+        [flag, count] if flag == "--cases" => count.replace('_', ""),
         _ => return Err(wanted.into()),
     };
     count.parse::<u64>().map_err(|_| wanted)?;

@@ -5,12 +5,13 @@ use crate::flood::{Random, frames, noise, set, wire};
 use crate::lives::{ACTIVITIES, Life, lives};
 use lafet_device::Source;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
-use lafet_device::image::{Inputs, Outputs, VALVES, ValveNo, ValveOutput};
+use lafet_device::image::{Axis, Inputs, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_device::port::Port;
 use lafet_proto::Request;
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::ButtonState;
 use lafet_proto::link::WIRE_MAX;
+use lafet_proto::param::Param;
 use lafet_proto::request::Body;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -22,6 +23,8 @@ const BUFFER: usize = 2 * WIRE_MAX;
 /// Erasing a page of flash takes this long, µs; a word much less.
 const ERASE_US: u64 = 25_000;
 const WORD_US: u64 = 60;
+/// After a reset the monitor has settled, and what was held or stored would show.
+const SETTLED_US: u64 = 150_000;
 /// The button that opens a valve.
 const OPEN: usize = 6;
 
@@ -31,7 +34,13 @@ pub struct Tally {
     pub cases: u64,
     /// Something ran when the last byte came.
     pub running: u64,
+    stops: u64,
     lockouts: u64,
+    restarts: u64,
+    /// Followed through the reset, or cut off without one.
+    resets: u64,
+    valves_left: u64,
+    move_timeouts: u64,
     behind_full_answers: u64,
     behind_full_buffer: u64,
     during_flash: u64,
@@ -48,7 +57,12 @@ impl Tally {
     pub fn add(&mut self, other: &Self) {
         self.cases += other.cases;
         self.running += other.running;
+        self.stops += other.stops;
         self.lockouts += other.lockouts;
+        self.restarts += other.restarts;
+        self.resets += other.resets;
+        self.valves_left += other.valves_left;
+        self.move_timeouts += other.move_timeouts;
         self.behind_full_answers += other.behind_full_answers;
         self.behind_full_buffer += other.behind_full_buffer;
         self.during_flash += other.during_flash;
@@ -64,10 +78,14 @@ impl Tally {
     }
 
     /// Situations that must have occurred.
-    pub fn witnesses(&self) -> [(&'static str, u64); 7] {
+    pub fn witnesses(&self) -> [(&'static str, u64); 11] {
         [
-            ("Stop All", self.cases - self.lockouts),
+            ("Stop All", self.stops),
             ("Lockout", self.lockouts),
+            ("Restart", self.restarts),
+            ("MoveTimeout", self.move_timeouts),
+            ("followed through a reset", self.resets),
+            ("with ResetValves, a valve not closed", self.valves_left),
             ("behind answers that filled the buffer", self.behind_full_answers),
             ("behind a full receive buffer", self.behind_full_buffer),
             ("while the flash was written", self.during_flash),
@@ -206,6 +224,28 @@ impl Firmware {
         self.stored = board.stored;
     }
 
+    /// To the reset that has been asked for, or without one as if the supply had failed, and until
+    /// the monitor has settled again; returns whether its valves stay as they are.
+    fn through_reset(&mut self, asked: bool, random: &mut Random, name: &str) -> bool {
+        let mut at_us = self.now_us;
+        while asked && !self.rig.plant.reset_requested {
+            at_us = self.next_step_us(at_us);
+            self.step(at_us, random);
+        }
+        self.rig.now_ms = self.now_ms();
+        self.rig.plant.reset_requested = false;
+        self.rig.power_cycle();
+        let keep = self.rig.get(Param::GeneralResetValves) == Ok(vec![1]);
+        let reset_us = at_us;
+        while at_us < reset_us + SETTLED_US {
+            at_us = self.next_step_us(at_us);
+            self.step(at_us, random);
+            let (_, outputs) = self.driven.last().unwrap();
+            assert!(is_quiet(!keep, outputs), "{name}: after a reset: {outputs:?}");
+        }
+        keep
+    }
+
     fn next_step_us(&self, last_us: u64) -> u64 {
         (last_us + self.period_us).max(self.now_us)
     }
@@ -218,25 +258,46 @@ pub fn run(seed: u64) -> Tally {
     let mut tally = Tally::default();
     for case in 0..CASES_OF_A_SEED {
         let life = random.of(&lives);
-        one(life, &frames, &mut random.clone(), &mut tally, &format!("seed {seed}, case {case}"));
+        let name = format!("seed {seed}, case {case}");
+        match random.clone().below(40) {
+            0 => move_timeout(life, &mut random.clone(), &mut tally, &name),
+            1 => power_cut(life, &mut random.clone(), &mut tally, &name),
+            _ => one(life, &frames, &mut random.clone(), &mut tally, &name),
+        }
         random.next();
     }
     tally
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Kind {
+    Stop,
+    Lockout,
+    Restart,
+}
+
 /// The frame of a case.
 struct Command {
-    lockout: bool,
+    kind: Kind,
     bytes: Vec<u8>,
     full_answers: bool,
 }
 
 fn command(random: &mut Random, locked: bool) -> Command {
-    // Under lockout there is nothing left for Stop; it is answered Denied (§3.18/2).
-    let lockout = locked || random.one_in(2);
-    let request =
-        if lockout { Request::lockout(true) } else { Request::new(SubsystemId::ALL, Body::Stop) };
-    let full_answers = random.one_in(4);
+    // Under lockout the others have nothing left to do; they are answered Denied (§3.18/2).
+    let kind = match random.below(16) {
+        _ if locked => Kind::Lockout,
+        0..7 => Kind::Stop,
+        7..14 => Kind::Lockout,
+        _ => Kind::Restart,
+    };
+    let request = match kind {
+        Kind::Stop => Request::new(SubsystemId::ALL, Body::Stop),
+        Kind::Lockout => Request::lockout(true),
+        Kind::Restart => Request::new(SubsystemId::ALL, Body::Restart),
+    };
+    // A Restart without room for its answer is not executed (§1/9).
+    let full_answers = kind != Kind::Restart && random.one_in(4);
     let mut records = Vec::new();
     if full_answers {
         // Answers to these fill the buffer: the command stands behind a NoRoom (§1/9).
@@ -244,21 +305,27 @@ fn command(random: &mut Random, locked: bool) -> Command {
         records.extend(std::iter::repeat_n(status, 12));
     }
     records.push(request);
-    Command { lockout, bytes: wire(ADDRESS, &payload(&records)), full_answers }
+    Command { kind, bytes: wire(ADDRESS, &payload(&records)), full_answers }
 }
 
-/// Whether the outputs are what the command asks for.
-fn is_off(rig: &Rig, lockout: bool, outputs: &Outputs) -> bool {
-    let drives = outputs.drives.iter().all(|drive| drive.speed_tenths == 0);
-    drives
-        && (0..VALVES).all(|valve| match outputs.valves[valve] {
-            ValveOutput::Off => {
-                let input = &rig.device.inputs().valves[valve];
-                !lockout || input.close_switch || !rig.device.has(ValveNo::ALL[valve].id())
-            }
-            ValveOutput::Closing => lockout,
-            ValveOutput::Opening => false,
-        })
+/// Whether the outputs are off; `closing`: and valves that are not closed are driven there.
+fn is_off(rig: &Rig, closing: bool, outputs: &Outputs) -> bool {
+    let valves = (0..VALVES).all(|valve| {
+        let input = &rig.device.inputs().valves[valve];
+        let closed = input.close_switch || !rig.device.has(ValveNo::ALL[valve].id());
+        closing != (outputs.valves[valve] == ValveOutput::Off) || closed
+    });
+    valves && is_quiet(closing, outputs)
+}
+
+/// Nothing moves, but for a valve that may close.
+fn is_quiet(closing: bool, outputs: &Outputs) -> bool {
+    let may = |valve: &ValveOutput| match valve {
+        ValveOutput::Off => true,
+        ValveOutput::Closing => closing,
+        ValveOutput::Opening => false,
+    };
+    outputs.drives.iter().all(|drive| drive.speed_tenths == 0) && outputs.valves.iter().all(may)
 }
 
 fn is_running(outputs: &Outputs) -> bool {
@@ -270,6 +337,8 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     let locked = activity.name == "locked out";
     let period_us = 1000 * (1 + random.below(10));
     let mut firmware = Firmware::new(life, period_us);
+    let keep = random.one_in(2) && !locked;
+    firmware.rig.set(Param::GeneralResetValves, keep.into());
     // Dirty groups wait for a rest to be stored.
     for _ in 0..random.below(4) {
         let request = set(random);
@@ -312,29 +381,43 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     let stored_after = firmware.stored;
     let (off_us, outputs) = *firmware.driven.last().unwrap();
     assert_eq!(off_us, next_us, "{name}");
-    let what = if command.lockout { "Lockout" } else { "Stop All" };
+    let what = command.kind;
+    let closing = match what {
+        Kind::Stop => false,
+        Kind::Lockout => true,
+        Kind::Restart => !keep,
+    };
     let rig = &firmware.rig;
     assert!(
-        is_off(rig, command.lockout, &outputs),
-        "{name}: {what} while {} on {}: {outputs:?}",
+        is_off(rig, closing, &outputs),
+        "{name}: {what:?} while {} on {}: {outputs:?}",
         activity.name,
         rig.composition.name
     );
-    let already_off = is_off(rig, command.lockout, &before);
+    let already_off = is_off(rig, closing, &before);
     let latency_us = if already_off { 0 } else { off_us - arrival_us };
-    assert!(latency_us <= 10_000, "{name}: {what} while {}: {latency_us} µs", activity.name);
+    assert!(latency_us <= 10_000, "{name}: {what:?} while {}: {latency_us} µs", activity.name);
     // It stays so.
     let mut at_us = next_us;
     for _ in 0..3 {
         at_us = firmware.next_step_us(at_us);
         firmware.step(at_us, random);
         let (_, outputs) = *firmware.driven.last().unwrap();
-        let off = is_off(&firmware.rig, command.lockout, &outputs);
-        assert!(off, "{name}: {what} while {}, later: {outputs:?}", activity.name);
+        let off = is_off(&firmware.rig, closing, &outputs);
+        assert!(off, "{name}: {what:?} while {}, later: {outputs:?}", activity.name);
+    }
+
+    if what == Kind::Restart && random.one_in(4) {
+        let open = firmware.rig.device.inputs().valves[0].close_switch;
+        let left = firmware.through_reset(true, random, name);
+        tally.resets += 1;
+        tally.valves_left += u64::from(left && !open);
     }
 
     tally.cases += 1;
-    tally.lockouts += u64::from(command.lockout);
+    tally.stops += u64::from(what == Kind::Stop);
+    tally.lockouts += u64::from(what == Kind::Lockout);
+    tally.restarts += u64::from(what == Kind::Restart);
     tally.behind_full_answers += u64::from(command.full_answers);
     tally.behind_full_buffer += u64::from(full_buffer);
     tally.during_flash += u64::from(in_flash);
@@ -344,6 +427,57 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     *tally.ran.entry(activity.name).or_default() += u64::from(ran);
     if ran {
         tally.running += 1;
+        if let Some(count) = tally.histogram.get_mut(latency_us.div_ceil(1000) as usize) {
+            *count += 1;
+        }
+    }
+}
+
+/// The supply fails in the middle of it; nothing goes on afterwards.
+fn power_cut(life: &Life, random: &mut Random, tally: &mut Tally, name: &str) {
+    let mut firmware = Firmware::new(life, 1000 * (1 + random.below(10)));
+    firmware.step(random.below(1000), random);
+    let ran = firmware.driven.last().is_some_and(|(_, outputs)| is_running(outputs));
+    firmware.through_reset(false, random, name);
+    tally.cases += 1;
+    tally.resets += 1;
+    *tally.ran.entry(ACTIVITIES[life.activity].name).or_default() += u64::from(ran);
+}
+
+/// §D/4 A Move that is not repeated, whatever the monitor was doing.
+fn move_timeout(life: &Life, random: &mut Random, tally: &mut Tally, name: &str) {
+    let period_us = 1000 * (1 + random.below(10));
+    let mut firmware = Firmware::new(life, period_us);
+    let timeout_ms = 20 + random.below(200);
+    firmware.rig.set(Param::GeneralMoveTimeout, timeout_ms as i32);
+    let mut at_us = random.below(1000);
+    firmware.step(at_us, random);
+    firmware.rig.now_ms = firmware.now_ms();
+    // The moment of the last byte; the clock that the device is told counts milliseconds.
+    let arrival_us = firmware.now_us;
+    let destination = if random.one_in(2) { 30_000 } else { -30_000 };
+    let aiming = [Axis::Vertical, Axis::Horizontal, Axis::Nozzle];
+    let mut moved = aiming.to_vec();
+    moved.retain(|axis| firmware.rig.one(axis.id(), Body::Move { destination }).1.is_success());
+    let mut ran = false;
+    let deadline_us = arrival_us + 1000 * timeout_ms;
+    let mut off_us = None;
+    while off_us.is_none() || at_us < deadline_us {
+        at_us = firmware.next_step_us(at_us);
+        firmware.step(at_us, random);
+        let (written_us, outputs) = *firmware.driven.last().unwrap();
+        let running = moved.iter().any(|axis| outputs.drives[*axis as usize].speed_tenths != 0);
+        ran |= running;
+        assert!(!running || written_us <= deadline_us + 10_000, "{name}: MoveTimeout: {outputs:?}");
+        off_us = (!running).then_some(written_us);
+    }
+    tally.cases += 1;
+    tally.move_timeouts += u64::from(ran);
+    *tally.ran.entry(ACTIVITIES[life.activity].name).or_default() += u64::from(ran);
+    if ran {
+        let latency_us = off_us.unwrap_or_default().saturating_sub(deadline_us);
+        tally.running += 1;
+        tally.longest_us = tally.longest_us.max(latency_us);
         if let Some(count) = tally.histogram.get_mut(latency_us.div_ceil(1000) as usize) {
             *count += 1;
         }

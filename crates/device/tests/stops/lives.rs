@@ -35,7 +35,7 @@ const UP: usize = 2;
 const LEFT: usize = 0;
 const NARROW: usize = 5;
 
-pub const ACTIVITIES: [Activity; 20] = [
+pub const ACTIVITIES: [Activity; 23] = [
     Activity::new("at rest", 100, &[], |_| {}),
     Activity::new("deploying", 3000, &[SubsystemId::DEPLOYER], |rig| {
         wrap(rig);
@@ -116,6 +116,23 @@ pub const ACTIVITIES: [Activity; 20] = [
         moving(rig);
         rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
         rig.set(Param::ClimaticsHeatOn, 15);
+    }),
+    Activity::new("moving under MoveTimeout", 1500, &[], |rig| {
+        rig.set(Param::GeneralMoveTimeout, 2000);
+        moving(rig);
+    }),
+    Activity::new("reset with water, closing", 2000, &[], |rig| {
+        rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+        rig.run(5000);
+        rig.power_cycle();
+    }),
+    Activity::new("reset with water that goes on, moving", 3000, &[], |rig| {
+        rig.set(Param::GeneralResetValves, 1);
+        rig.run(100);
+        rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+        rig.run(5000);
+        rig.power_cycle_and_settle();
+        moving(rig);
     }),
     Activity::new("locked out", 3000, &[], |rig| {
         rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });

@@ -4,6 +4,7 @@ use crate::common::{ADDRESS, Plant, Rig, payload};
 use crate::flood::{Random, frames, noise, set, wire};
 use crate::lives::{ACTIVITIES, Life, lives};
 use lafet_device::Source;
+use lafet_device::cause::{Cause, Rule};
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Axis, Inputs, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_device::port::Port;
@@ -308,12 +309,14 @@ fn command(random: &mut Random, locked: bool) -> Command {
     Command { kind, bytes: wire(ADDRESS, &payload(&records)), full_answers }
 }
 
-/// Whether the outputs are off; `closing`: and valves that are not closed are driven there.
+/// Whether the outputs are off; `closing`: and valves that are not closed are driven there, once
+/// the monitor has settled.
 fn is_off(rig: &Rig, closing: bool, outputs: &Outputs) -> bool {
     let valves = (0..VALVES).all(|valve| {
         let input = &rig.device.inputs().valves[valve];
-        let closed = input.close_switch || !rig.device.has(ValveNo::ALL[valve].id());
-        closing != (outputs.valves[valve] == ValveOutput::Off) || closed
+        let inert = rig.device.causes().valves[valve] == Cause::Rule(Rule::Inert);
+        let nothing = inert || input.close_switch || !rig.device.has(ValveNo::ALL[valve].id());
+        closing != (outputs.valves[valve] == ValveOutput::Off) || nothing
     });
     valves && is_quiet(closing, outputs)
 }

@@ -48,6 +48,8 @@ pub struct Tally {
     flash_after: u64,
     radio: u64,
     pub longest_us: u64,
+    /// Until a valve that stood open is driven to close: a flash that is erased may delay it.
+    longest_closing_us: u64,
     /// Cases by whole milliseconds from the last byte to the outputs, where something ran.
     histogram: [u64; 11],
     /// By activity: how often something ran.
@@ -70,6 +72,7 @@ impl Tally {
         self.flash_after += other.flash_after;
         self.radio += other.radio;
         self.longest_us = self.longest_us.max(other.longest_us);
+        self.longest_closing_us = self.longest_closing_us.max(other.longest_closing_us);
         for (sum, more) in self.histogram.iter_mut().zip(other.histogram) {
             *sum += more;
         }
@@ -103,6 +106,7 @@ impl fmt::Display for Tally {
             "{} cases, something ran in {}; longest {} µs from the last byte to the outputs",
             self.cases, self.running, self.longest_us
         )?;
+        writeln!(f, "a valve at rest is driven to close after {} µs", self.longest_closing_us)?;
         for (what, count) in self.witnesses() {
             writeln!(f, "  {count:>8} {what}")?;
         }
@@ -371,6 +375,7 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     let other: &[u8] = if random.one_in(2) { random.of::<Vec<u8>>(frames) } else { &[] };
     let ran = firmware.driven.last().is_some_and(|(_, outputs)| is_running(outputs));
     let before = firmware.driven.last().map(|(_, outputs)| *outputs).unwrap_or_default();
+    let closing_before = is_off(&firmware.rig, true, &before);
     firmware.receive(1 - port, other);
     firmware.receive(port, &waiting);
     firmware.receive(port, &command.bytes);
@@ -397,9 +402,13 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
         activity.name,
         rig.composition.name
     );
-    let already_off = is_off(rig, closing, &before);
-    let latency_us = if already_off { 0 } else { off_us - arrival_us };
+    let since_us = off_us - arrival_us;
+    // Nothing was on while the flash was busy.
+    let latency_us = if is_quiet(closing, &before) { 0 } else { since_us };
     assert!(latency_us <= 10_000, "{name}: {what:?} while {}: {latency_us} µs", activity.name);
+    let closing_us = if closing && !closing_before { since_us } else { 0 };
+    let flash_us = if in_flash { 2 * ERASE_US } else { 0 };
+    assert!(closing_us <= 10_000 + flash_us, "{name}: closes after {closing_us} µs");
     // It stays so.
     let mut at_us = next_us;
     for _ in 0..3 {
@@ -427,6 +436,7 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     tally.flash_after += u64::from(stored_after > 0);
     tally.radio += u64::from(port == 1);
     tally.longest_us = tally.longest_us.max(latency_us);
+    tally.longest_closing_us = tally.longest_closing_us.max(closing_us);
     *tally.ran.entry(activity.name).or_default() += u64::from(ran);
     if ran {
         tally.running += 1;

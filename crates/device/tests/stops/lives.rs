@@ -35,8 +35,12 @@ const UP: usize = 2;
 const LEFT: usize = 0;
 const NARROW: usize = 5;
 
-pub const ACTIVITIES: [Activity; 23] = [
+pub const ACTIVITIES: [Activity; 24] = [
     Activity::new("at rest", 100, &[], |_| {}),
+    Activity::new("at rest with water", 100, &[], |rig| {
+        rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+        rig.run(5000);
+    }),
     Activity::new("deploying", 3000, &[SubsystemId::DEPLOYER], |rig| {
         wrap(rig);
         rig.accepts(SubsystemId::DEPLOYER, Body::Deploy);

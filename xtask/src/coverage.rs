@@ -10,7 +10,7 @@ use std::process::{Command, ExitCode};
 
 use serde_json::Value;
 
-use crate::run::{cargo, output, root, show};
+use crate::run::{cargo, output, root, show, target as target_directory};
 use crate::{TaskResult, flag, setup};
 
 const SOURCE: &str = "crates/device/src/";
@@ -26,7 +26,7 @@ const LEFT_OUT: &str = "stops";
 pub fn coverage(arguments: &[String]) -> TaskResult {
     let check = flag(arguments, Some("--check"))?;
     let llvm = Llvm::find()?;
-    let target = root().join("target/coverage");
+    let target = target_directory().join("coverage");
     let profiles = target.join("profiles");
     // Counters of another build would be mixed in.
     let _ = std::fs::remove_dir_all(&profiles);

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::list::Mutant;
 use super::weave::{self, Woven};
-use crate::run::{cargo, read, root};
+use crate::run::{cargo, read, root, target};
 
 pub const SOURCE: &str = "crates/device/src/";
 /// What the copy consists of.
@@ -38,9 +38,7 @@ pub struct Tree {
 
 impl Tree {
     pub fn new() -> Result<Self, String> {
-        let target =
-            std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from);
-        let tree = Self { path: target.join("mutants/tree") };
+        let tree = Self { path: target().join("mutants/tree") };
         let _ = std::fs::remove_dir_all(&tree.path);
         for part in PARTS {
             copy(&root().join(part), &tree.path.join(part))?;

@@ -224,6 +224,8 @@ impl Firmware {
         let plant = &mut self.rig.plant;
         let mut board = Board { plant, random, now_us: at_us, driven: Vec::new(), stored: 0 };
         self.rig.device.step(now_ms, &mut board);
+        let still = board.driven.last().is_some_and(|(_, outputs)| outputs.is_still());
+        assert!(board.stored == 0 || still, "stored while something runs: {:?}", board.driven);
         self.now_us = board.now_us;
         self.driven.append(&mut board.driven);
         self.stored = board.stored;
@@ -482,7 +484,7 @@ fn move_timeout(life: &Life, random: &mut Random, tally: &mut Tally, name: &str)
         let running = moved.iter().any(|axis| outputs.drives[*axis as usize].speed_tenths != 0);
         ran |= running;
         assert!(!running || written_us <= deadline_us + 10_000, "{name}: MoveTimeout: {outputs:?}");
-        off_us = (!running).then_some(written_us);
+        off_us = if running { None } else { off_us.or(Some(written_us)) };
     }
     tally.cases += 1;
     tally.move_timeouts += u64::from(ran);

@@ -10,7 +10,7 @@ use lafet_device::image::{Axis, Inputs, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_device::port::Port;
 use lafet_proto::Request;
 use lafet_proto::SubsystemId;
-use lafet_proto::flags::ButtonState;
+use lafet_proto::flags::{ButtonState, GeneralFlags};
 use lafet_proto::link::WIRE_MAX;
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
@@ -224,11 +224,17 @@ impl Firmware {
         let plant = &mut self.rig.plant;
         let mut board = Board { plant, random, now_us: at_us, driven: Vec::new(), stored: 0 };
         self.rig.device.step(now_ms, &mut board);
-        let still = board.driven.last().is_some_and(|(_, outputs)| outputs.is_still());
-        assert!(board.stored == 0 || still, "stored while something runs: {:?}", board.driven);
+        let (stored, written) = (board.stored > 0, board.driven.last().map(|last| last.1));
         self.now_us = board.now_us;
         self.driven.append(&mut board.driven);
         self.stored = board.stored;
+        // §3.5/10 Under lockout a valve that closes is all that runs, and nobody may stop it.
+        let may = |outputs: &Outputs, rig: &mut Rig| {
+            let locked = rig.general().flags.contains(GeneralFlags::LOCKED_OUT);
+            outputs.is_still() || locked && is_quiet(true, outputs)
+        };
+        let idle = !stored || written.is_some_and(|outputs| may(&outputs, &mut self.rig));
+        assert!(idle, "stored while something runs: {written:?}");
     }
 
     /// To the reset that has been asked for, or without one as if the supply had failed, and until

@@ -13,7 +13,7 @@ mod weave;
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 use std::sync::Mutex;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::run::verdict;
 use crate::{TaskResult, setup};
@@ -26,6 +26,9 @@ use trial::{Outcome, Trial};
 const NOTICED_PERCENT: f64 = 95.0;
 /// In these, every one.
 const WHOLE: [&str; 2] = ["guard", "chain"];
+
+/// A prime larger than the number of mutants.
+const SPREAD: usize = 7919;
 
 /// Every `n`th, from the `k`th on.
 #[derive(Clone, Copy)]
@@ -44,6 +47,8 @@ struct Options {
     area: String,
     shard: Shard,
     apart: Shard,
+    /// For how long the woven ones are tried.
+    minutes: Option<f64>,
 }
 
 pub fn mutants(arguments: &[String]) -> TaskResult {
@@ -61,7 +66,7 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
     let tests = tree.tests()?;
     let files: Vec<&str> = mutants.values().map(Mutant::short_file).collect();
     let trial = Trial::new(&tests, &files)?;
-    let mut outcomes = try_all(&trial, &mutants, &woven);
+    let mut outcomes = try_all(&trial, &mutants, &woven, options.minutes);
     let apart: Vec<usize> = mutants.keys().copied().filter(|id| !woven.contains(id)).collect();
     let count = apart.len();
     let apart = options.apart.of(apart);
@@ -81,7 +86,7 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
 
 fn options(arguments: &[String]) -> Result<Options, String> {
     let all = Shard { k: 0, n: 1 };
-    let mut options = Options { area: "device".into(), shard: all, apart: all };
+    let mut options = Options { area: "device".into(), shard: all, apart: all, minutes: None };
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
         let mut shard = || -> Result<Shard, String> {
@@ -96,6 +101,11 @@ fn options(arguments: &[String]) -> Result<Options, String> {
         match argument.as_str() {
             "--shard" => options.shard = shard()?,
             "--apart" => options.apart = shard()?,
+            "--minutes" => {
+                let number = rest.next().and_then(|text| text.parse().ok());
+                let number = number.filter(|minutes: &f64| *minutes > 0.0 && minutes.is_finite());
+                options.minutes = Some(number.ok_or("--minutes: expected a number")?);
+            }
             flag if flag.starts_with('-') => return Err(format!("unexpected `{flag}`")),
             area => options.area = area.trim_end_matches(".rs").into(),
         }
@@ -120,10 +130,17 @@ fn try_all(
     trial: &Trial,
     mutants: &BTreeMap<usize, Mutant>,
     woven: &BTreeSet<usize>,
+    minutes: Option<f64>,
 ) -> BTreeMap<usize, Outcome> {
-    let queue = Mutex::new(woven.iter());
+    let end = minutes.map(|minutes| Instant::now() + Duration::from_secs_f64(60.0 * minutes));
+    let ids: Vec<usize> = woven.iter().copied().collect();
+    // Spread over the files, so that what there is time for is a sample of all.
+    let queue = Mutex::new((0..ids.len()).map(|i| ids[i * SPREAD % ids.len()]));
     let outcomes = Mutex::new(BTreeMap::new());
-    let next = || queue.lock().ok()?.next().copied();
+    let next = || {
+        let over = end.is_some_and(|end| Instant::now() >= end);
+        queue.lock().ok()?.next().filter(|_| !over)
+    };
     std::thread::scope(|scope| {
         for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(|| {
@@ -212,7 +229,7 @@ fn judge(
     println!("|---|--:|--:|--:|--:|--:|--:|--:|");
     files.iter().for_each(|(name, count)| println!("{}", count.row(name)));
     println!("{}\n", sum.row("together"));
-    let whole = options.shard.n == 1;
+    let whole = options.shard.n == 1 && options.minutes.is_none();
     if whole {
         problems.extend(explained.stale(mutants.values(), &options.area));
     }

@@ -3,6 +3,7 @@
 
 mod ci;
 mod citation;
+mod coverage;
 mod cuts;
 mod demo;
 mod dissector;
@@ -16,6 +17,7 @@ mod licences;
 mod links;
 mod metadata;
 mod model;
+mod mutants;
 mod no_std;
 mod physics;
 mod pictures;
@@ -23,6 +25,7 @@ mod run;
 mod setup;
 mod source;
 mod spec;
+mod stops;
 mod swarm;
 mod test;
 mod years;
@@ -154,6 +157,36 @@ const TASKS: &[Task] = &[
                   Arguments: --list, --quick, --seconds S, --states N, --depth N, --threads N, and \
                   names of configurations. docs/model.md says what is checked and what is not.",
         run: model::model,
+    },
+    Task {
+        name: "stops",
+        arguments: "[--cases N]",
+        about: "a million Stops, Lockouts, resets and MoveTimeouts in the middle of everything",
+        details: "Off in the next step, in each. Optimised, on all processors. LAFET_STOP_SEED is the \
+                  first seed; a failure names the one that replays it. 50,000 cases are part of \
+                  cargo xtask test. The figure of a run stands in docs/evidence-proof.md.",
+        run: stops::stops,
+    },
+    Task {
+        name: "coverage",
+        arguments: "[--check]",
+        about: "the lines and branches of lafet-device that its own tests reach",
+        details: "Needs llvm-cov of the compiler's LLVM: rustup's llvm-tools or Debian's package, \
+                  which it installs if it may. Branches need RUSTC_BOOTSTRAP, set for this build \
+                  alone. With --check, fails on a line or branch of guard.rs or chain.rs that is \
+                  not reached.",
+        run: coverage::coverage,
+    },
+    Task {
+        name: "mutants",
+        arguments: "[guard|chain|device|FILE] [--minutes N] [--shard K/N] [--apart K/N]",
+        about: "changes that a test should notice: which ones none of the device's tests does",
+        details: "The mutants of cargo-mutants (installed where it is missing), woven into a copy of the \
+                  device, so that it is built once. Fails on a survivor in guard.rs or chain.rs, and \
+                  under 95 % of the device. xtask/mutants.toml explains those that change nothing. \
+                  --minutes tries what there is time for, --shard every Nth; --apart tries every Nth of \
+                  those that need a build each.",
+        run: mutants::mutants,
     },
     Task {
         name: "licences",

@@ -2,7 +2,7 @@
 
 use crate::answers::Answers;
 use crate::cause::Asked;
-use crate::composition::{ChainSet, table_index};
+use crate::composition::ChainSet;
 use crate::device::Device;
 use crate::subsystem::conn::Source;
 use crate::subsystem::valve::forbids_folding;
@@ -25,15 +25,13 @@ const AIMING: [SubsystemId; 3] =
 const VALVES: [SubsystemId; 2] = [SubsystemId::VALVE1, SubsystemId::VALVE2];
 
 const fn only(ids: &[SubsystemId]) -> Addressees {
-    let mut bits = 0;
+    let mut subsystems = ChainSet::exactly(0);
     let mut rest = ids;
     while let [id, tail @ ..] = rest {
-        if let Some(index) = table_index(*id) {
-            bits |= 1 << index;
-        }
+        subsystems = subsystems.with(*id);
         rest = tail;
     }
-    Addressees { subsystems: ChainSet::exactly(bits), all: false, motors: false }
+    Addressees { subsystems, all: false, motors: false }
 }
 
 impl Addressees {
@@ -272,11 +270,9 @@ impl Device {
         if answers.is_full() {
             return;
         }
-        let (request, to) = match *rest {
-            [request, device, ..] => (RequestId(request), SubsystemId(device)),
-            [request] => (RequestId(request), SubsystemId::GENERAL),
-            [] => return,
-        };
+        let mut header = rest.iter().copied();
+        let request = RequestId(header.next().unwrap_or_default());
+        let to = header.next().map_or(SubsystemId::GENERAL, SubsystemId);
         if let Some(status) = self.general_refusal(request) {
             return answers.bare(SubsystemId::GENERAL, request, status);
         }
@@ -332,9 +328,8 @@ impl Device {
             }
             // §3.16/4, §3.16/8
             RequestId::START_SEEK => {
-                let detector = self.has(SubsystemId::DETECTOR)
-                    && (self.control.is_active() || self.detector.is_justifying());
-                denied(detector.then_some(SubsystemId::DETECTOR).or(self.open_valve()))
+                let busy = self.control.is_active() || self.detector.is_justifying();
+                denied(busy.then_some(SubsystemId::DETECTOR).or(self.open_valve()))
                     .or(self.broken_deployer())
             }
             _ => None,

@@ -309,6 +309,11 @@ fn an_absent_post() {
     let mut rig = Rig::new(Composition::MINI);
     press(&mut rig, 1, Button::Left);
     rig.run_while(300, |rig| rig.is_still());
+    rig.move_to(Axis::Horizontal, 300);
+    rig.run(100);
+    assert!(rig.speed(Axis::Horizontal) > 0);
+    rig.all_accept(Body::Stop);
+    rig.run(100);
     press(&mut rig, 0, Button::Left);
     rig.run(100);
     assert!(rig.speed(Axis::Horizontal) > 0);

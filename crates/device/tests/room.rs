@@ -7,8 +7,9 @@ use lafet_device::Composition;
 use lafet_device::image::{Axis, ValveOutput};
 use lafet_proto::flags::GeneralFlags;
 use lafet_proto::id::key;
+use lafet_proto::param::Param;
 use lafet_proto::request::Body;
-use lafet_proto::{Request, Status, SubsystemId};
+use lafet_proto::{Ints, Request, Status, SubsystemId};
 
 /// A monitor with both hands full: a drive under way, water on.
 fn busy() -> Rig {
@@ -205,5 +206,27 @@ fn cut_records() {
         let answers = handle(&mut rig, bytes, ROOM);
         assert_eq!(answers.len(), 1, "{bytes:02x?}");
         assert_eq!((answers[0].from, answers[0].status), (from, Status::WRONG_DATA));
+    }
+}
+
+/// §1/9 SetParam whose answer, an id longer than a header, does not fit: nothing is set.
+#[test]
+fn a_parameter_whose_answer_does_not_fit() {
+    let rig = Rig::deployed();
+    let spec = Param::ControlHeight.spec();
+    let values = Ints::Values(&[7]);
+    let asked = payload(&[Request::new(spec.subsystem, Body::SetParam { id: spec.id, values })]);
+    for room in 0..=20 {
+        let mut rig = rig.clone();
+        let before = rig.get(Param::ControlHeight);
+        let answers = handle(&mut rig, &asked, room);
+        // Header, id, and 8 bytes for NoRoom.
+        let fits = room >= 4 + 2 + 8;
+        assert_eq!(
+            answers.iter().any(|answer| answer.status == Status::NO_ROOM),
+            room >= 4 && !fits
+        );
+        let expected = if fits { Ok(vec![7]) } else { before };
+        assert_eq!(rig.get(Param::ControlHeight), expected, "{room}");
     }
 }

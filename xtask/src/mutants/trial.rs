@@ -1,0 +1,115 @@
+//! Runs the tests of the device against a mutant.
+
+use std::process::{Command, Stdio};
+
+use super::list::Mutant;
+use super::tree::Test;
+use crate::run::root;
+
+/// What became of a mutant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// A test failed.
+    Caught,
+    /// A test did not end.
+    Endless,
+    Survived,
+    /// It does not build.
+    Unviable,
+}
+
+/// Tests that take long, in the order in which they are tried on what the others did not notice.
+const LONG: [Long; 4] = [
+    Long { name: "store", filter: "behaviour", only: &["store/", "params"], seconds: 60 },
+    Long { name: "stops", filter: "", only: &[""], seconds: 60 },
+    Long { name: "every_request", filter: "", only: &ASKED, seconds: 400 },
+    Long { name: "store", filter: "", only: &["store/"], seconds: 1000 },
+];
+/// Files on which it depends how a single request is answered.
+const ASKED: [&str; 6] = ["answers", "chain", "composition", "device", "execute", "guard"];
+/// Processor time for the others, of which none needs a second.
+const SHORT_SECONDS: u32 = 10;
+/// Of the long tests that take a number: enough of every situation.
+const CASES: [(&str, &str); 1] = [("LAFET_STOP_CASES", "20000")];
+/// What a test may use, KiB.
+const MEMORY_KIB: u32 = 4 << 20;
+/// SIGXCPU
+const OUT_OF_TIME: i32 = 24;
+
+struct Long {
+    name: &'static str,
+    filter: &'static str,
+    /// Only for mutants in files that begin with one of these.
+    only: &'static [&'static str],
+    seconds: u32,
+}
+
+pub struct Trial<'a> {
+    tests: &'a [Test],
+}
+
+impl<'a> Trial<'a> {
+    /// Fails if a test fails without a mutant.
+    pub fn new(tests: &'a [Test], files: &[&str]) -> Result<Self, String> {
+        let trial = Self::unproved(tests);
+        let mut runs: Vec<_> = trial.short().map(|test| (test, "", SHORT_SECONDS)).collect();
+        for (test, long) in files.iter().flat_map(|file| trial.long(file)) {
+            if !runs.iter().any(|run| (&run.0.name, run.1) == (&test.name, long.filter)) {
+                runs.push((test, long.filter, long.seconds));
+            }
+        }
+        for (test, filter, seconds) in runs {
+            if run(test, filter, seconds, None) != Outcome::Survived {
+                return Err(format!("{} fails without any mutant", test.name));
+            }
+        }
+        Ok(trial)
+    }
+
+    pub fn unproved(tests: &'a [Test]) -> Self {
+        Self { tests }
+    }
+
+    /// The quick tests first; at the first failure it is decided.
+    pub fn outcome(&self, id: Option<usize>, mutant: &Mutant) -> Outcome {
+        let name = mutant.short_file();
+        let short = self.short().map(|test| (test, "", SHORT_SECONDS));
+        let long = self.long(name).map(|(test, long)| (test, long.filter, long.seconds));
+        let mut outcomes =
+            short.chain(long).map(|(test, filter, seconds)| run(test, filter, seconds, id));
+        outcomes.find(|outcome| *outcome != Outcome::Survived).unwrap_or(Outcome::Survived)
+    }
+
+    fn short(&self) -> impl Iterator<Item = &'a Test> {
+        self.tests.iter().filter(|test| !LONG.iter().any(|long| long.name == test.name))
+    }
+
+    fn long<'b>(
+        &self,
+        file: &'b str,
+    ) -> impl Iterator<Item = (&'a Test, &'static Long)> + use<'a, 'b> {
+        let tests = self.tests;
+        LONG.iter()
+            .filter(move |long| long.only.iter().any(|start| file.starts_with(start)))
+            .filter_map(move |long| Some((tests.iter().find(|test| test.name == long.name)?, long)))
+    }
+}
+
+fn run(test: &Test, filter: &str, seconds: u32, id: Option<usize>) -> Outcome {
+    let mut command = Command::new("sh");
+    // Processor time, so that a busy machine does not decide.
+    let limits = format!("ulimit -c 0 -t {seconds} -v {MEMORY_KIB}; exec \"$0\" -q $1");
+    command.args(["-c", &limits]).arg(&test.path).arg(filter);
+    command.current_dir(root().join("crates/device")).envs(CASES).env("RUST_BACKTRACE", "0");
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    if let Some(id) = id {
+        command.env("LAFET_MUTANT", id.to_string());
+    }
+    let Ok(status) = command.status() else { return Outcome::Caught };
+    let signal = std::os::unix::process::ExitStatusExt::signal(&status);
+    match signal {
+        _ if status.success() => Outcome::Survived,
+        Some(OUT_OF_TIME) => Outcome::Endless,
+        _ => Outcome::Caught,
+    }
+}

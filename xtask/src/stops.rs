@@ -1,0 +1,27 @@
+//! `cargo xtask stops`: as many Stops and Lockouts, in the middle of everything, as one likes.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use crate::TaskResult;
+use crate::run::{cargo, show};
+
+pub fn stops(arguments: &[String]) -> TaskResult {
+    let wanted = "it takes --cases N";
+    let count = match arguments {
+        [] => "1000000".into(),
+        [flag, count] if flag == "--cases" => count.replace('_', ""),
+        _ => return Err(wanted.into()),
+    };
+    count.parse::<u64>().map_err(|_| wanted)?;
+    let run = |arguments: &[&str]| {
+        let mut command = cargo(&["test", "--release", "-q", "-p", "lafet-device"]);
+        command.args(["--test", "stops"]).args(arguments);
+        show(command.env("LAFET_STOP_CASES", &count))
+    };
+    run(&["--no-run"])?;
+    let start = Instant::now();
+    run(&["--", "--nocapture"])?;
+    println!("{:.0} s", start.elapsed().as_secs_f64());
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,201 @@
+//! The process image as bytes (ours): a chip whose sensors, drives, clock and power are those of a
+//! simulated plant.
+//!
+//! The plant sends an [`Order`], the chip answers with [`Report`]s; the last one of a step is
+//! [`Report::Done`], or [`Report::Started`] when the program was reset. Each goes in a link frame of
+//! the monitor's own protocol, with the addresses 0, over a serial line of its own.
+
+#![no_std]
+#[cfg(test)]
+extern crate std;
+
+mod pass;
+
+use lafet_device::image::{Inputs, Outputs};
+use lafet_proto::link::{self, Frame};
+use pass::{Reader, Writer, inputs, number, outputs};
+
+/// Bytes of the greatest message.
+pub const MESSAGE_MAX: usize = 320;
+/// Bytes of the greatest message on the line, escapes included.
+pub const WIRE_MAX: usize = 2 * MESSAGE_MAX + 16;
+
+/// Reads messages from the line.
+pub type Decoder = link::Decoder<{ MESSAGE_MAX + 8 }>;
+
+/// What the plant tells the chip.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Order {
+    /// One step of the monitor.
+    Step {
+        /// The monitor's clock, ms.
+        now_ms: u32,
+        /// What it senses.
+        inputs: Inputs,
+    },
+    /// Leave the factory: parameters of a composition, by its place in `Composition::ALL`.
+    Provision {
+        /// Which composition.
+        composition: u8,
+        /// The monitor's address.
+        address: u8,
+    },
+    /// The clock and the composition with which the program starts, at once and after each reset.
+    Start {
+        /// The monitor's clock, ms.
+        now_ms: u32,
+        /// Which composition.
+        composition: u8,
+        /// The address it has while its memory says none.
+        address: u8,
+    },
+    /// Something that must not happen to a program, to see what becomes of it.
+    Fail(Failure),
+    /// How deep has the stack been?
+    MeasureStack,
+}
+
+/// How a program fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// It reads where there is nothing.
+    BusFault,
+    /// It executes what is no instruction.
+    UndefinedInstruction,
+    /// It goes round for ever.
+    Hang,
+}
+
+/// What the chip tells the plant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Report {
+    /// The program has begun, and waits for [`Order::Start`].
+    Started {
+        /// After a fault that it has recorded.
+        after_fault: bool,
+    },
+    /// Outputs are driven.
+    Driven(Outputs),
+    /// The order has been carried out.
+    Done,
+    /// The order was not possible: the memory failed.
+    Failed,
+    /// Bytes of the stack that have been used since the start.
+    Stack(u32),
+}
+
+/// A message that is none of ours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unknown;
+
+impl Order {
+    /// The frame for the line; how many bytes of `wire` it takes.
+    pub fn encode(&self, wire: &mut [u8; WIRE_MAX]) -> Option<usize> {
+        framed(wire, |writer| match self {
+            Self::Step { now_ms, inputs: image } => {
+                writer.put(0);
+                number(writer, &mut { *now_ms });
+                inputs(writer, &mut image.clone());
+            }
+            Self::Provision { composition, address } => {
+                writer.put(1);
+                writer.put(*composition);
+                writer.put(*address);
+            }
+            Self::Start { now_ms, composition, address } => {
+                writer.put(2);
+                number(writer, &mut { *now_ms });
+                writer.put(*composition);
+                writer.put(*address);
+            }
+            Self::Fail(failure) => {
+                writer.put(3);
+                writer.put(*failure as u8);
+            }
+            Self::MeasureStack => writer.put(4),
+        })
+    }
+
+    /// From the payload of a frame.
+    pub fn decode(payload: &[u8]) -> Result<Self, Unknown> {
+        let mut reader = Reader::new(payload);
+        let order = match reader.take() {
+            0 => {
+                let (mut now_ms, mut image) = (0, Inputs::default());
+                number(&mut reader, &mut now_ms);
+                inputs(&mut reader, &mut image);
+                Self::Step { now_ms, inputs: image }
+            }
+            1 => Self::Provision { composition: reader.take(), address: reader.take() },
+            2 => {
+                let mut now_ms = 0;
+                number(&mut reader, &mut now_ms);
+                Self::Start { now_ms, composition: reader.take(), address: reader.take() }
+            }
+            3 => Self::Fail(match reader.take() {
+                0 => Failure::BusFault,
+                1 => Failure::UndefinedInstruction,
+                2 => Failure::Hang,
+                _ => return Err(Unknown),
+            }),
+            4 => Self::MeasureStack,
+            _ => return Err(Unknown),
+        };
+        if reader.is_whole() { Ok(order) } else { Err(Unknown) }
+    }
+}
+
+impl Report {
+    /// The frame for the line; how many bytes of `wire` it takes.
+    pub fn encode(&self, wire: &mut [u8; WIRE_MAX]) -> Option<usize> {
+        framed(wire, |writer| match self {
+            Self::Started { after_fault } => {
+                writer.put(0);
+                writer.put(u8::from(*after_fault));
+            }
+            Self::Driven(image) => {
+                writer.put(1);
+                outputs(writer, &mut { *image });
+            }
+            Self::Done => writer.put(2),
+            Self::Failed => writer.put(3),
+            Self::Stack(bytes) => {
+                writer.put(4);
+                number(writer, &mut { *bytes });
+            }
+        })
+    }
+
+    /// From the payload of a frame.
+    pub fn decode(payload: &[u8]) -> Result<Self, Unknown> {
+        let mut reader = Reader::new(payload);
+        let report = match reader.take() {
+            0 => Self::Started { after_fault: reader.take() != 0 },
+            1 => {
+                let mut image = Outputs::default();
+                outputs(&mut reader, &mut image);
+                Self::Driven(image)
+            }
+            2 => Self::Done,
+            3 => Self::Failed,
+            4 => {
+                let mut bytes = 0;
+                number(&mut reader, &mut bytes);
+                Self::Stack(bytes)
+            }
+            _ => return Err(Unknown),
+        };
+        if reader.is_whole() { Ok(report) } else { Err(Unknown) }
+    }
+}
+
+fn framed(wire: &mut [u8; WIRE_MAX], write: impl FnOnce(&mut Writer<'_>)) -> Option<usize> {
+    let mut message = [0; MESSAGE_MAX];
+    let mut writer = Writer::new(&mut message);
+    write(&mut writer);
+    let payload = writer.written()?;
+    link::encode(&Frame { dst: 0, src: 0, payload }, wire)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,122 @@
+use super::*;
+use lafet_device::image::{Spot, UnitError, UnitOp, UnitReply, ValveOutput};
+use lafet_proto::flags::ButtonState;
+
+/// Everything set, no two values alike where they could be mixed up.
+fn full_inputs() -> Inputs {
+    let mut image = Inputs::default();
+    let mut n: i16 = 1;
+    let mut next = || {
+        n += 7;
+        n
+    };
+    for drive in &mut image.drives {
+        drive.position = -100_000 * i32::from(next());
+        drive.speed_tenths = -next();
+        drive.current_da = next().cast_unsigned();
+        drive.max_switch = true;
+        drive.speed_sensor_fault = true;
+    }
+    for valve in &mut image.valves {
+        valve.current_da = next().cast_unsigned();
+        valve.close_switch = true;
+        valve.blocked = true;
+    }
+    for place in &mut image.places {
+        place.temperature_dc = Some(-next());
+    }
+    image.humidity_percent = Some(47);
+    image.main_voltage_dv = 241;
+    image.pressure_ua = 12_345;
+    image.flow_lps = 21;
+    image.detector.ready = true;
+    for spot in &mut image.detector.spots {
+        let (left, right, bottom, top) = (next(), -next(), -next(), next());
+        *spot = Some(Spot { left, right, bottom, top, brightness: 123_456 });
+    }
+    for (index, state) in image.buttons.iter_mut().flatten().enumerate() {
+        *state = match index % 4 {
+            0 => ButtonState::Released,
+            1 => ButtonState::Pressed,
+            2 => ButtonState::Short,
+            _ => ButtonState::Open,
+        };
+    }
+    for (index, unit) in image.units.iter_mut().enumerate() {
+        unit.online = true;
+        let result = if index % 2 == 0 { Ok(-70_000) } else { Err(UnitError::BadValue) };
+        unit.reply = Some(UnitReply { seq: index as u8, result });
+    }
+    image
+}
+
+fn full_outputs() -> Outputs {
+    let mut image = Outputs::default();
+    for (index, drive) in image.drives.iter_mut().enumerate() {
+        drive.speed_tenths = -300 + 100 * index as i16;
+    }
+    image.valves = [ValveOutput::Opening, ValveOutput::Closing];
+    image.heaters = [true, false, true, true, false];
+    for (index, unit) in image.units.iter_mut().enumerate() {
+        let write = (index % 2 == 0).then_some(-5);
+        *unit = Some(UnitOp { seq: index as u8, param: 0x103, write });
+    }
+    image
+}
+
+fn payload_of(wire: &[u8]) -> std::vec::Vec<u8> {
+    let mut decoder = Decoder::new();
+    let (used, frame) = decoder.push_slice(wire);
+    assert_eq!(used, wire.len());
+    frame.expect("a frame").payload.to_vec()
+}
+
+#[test]
+fn orders_come_through() {
+    let orders = [
+        Order::Step { now_ms: u32::MAX - 3, inputs: full_inputs() },
+        Order::Step { now_ms: 0, inputs: Inputs::default() },
+        Order::Provision { composition: 3, address: 77 },
+        Order::Start { now_ms: 0x0102_0304, composition: 1, address: 2 },
+        Order::Fail(Failure::BusFault),
+        Order::Fail(Failure::UndefinedInstruction),
+        Order::Fail(Failure::Hang),
+        Order::MeasureStack,
+    ];
+    for order in orders {
+        let mut wire = [0; WIRE_MAX];
+        let len = order.encode(&mut wire).expect("it fits");
+        let payload = payload_of(&wire[..len]);
+        assert_eq!(Order::decode(&payload), Ok(order));
+        assert_eq!(Order::decode(&payload[..payload.len() - 1]), Err(Unknown), "cut short");
+        assert_eq!(Order::decode(&[payload.as_slice(), &[0]].concat()), Err(Unknown), "too long");
+    }
+}
+
+#[test]
+fn reports_come_through() {
+    let reports = [
+        Report::Started { after_fault: true },
+        Report::Driven(full_outputs()),
+        Report::Driven(Outputs::default()),
+        Report::Done,
+        Report::Failed,
+        Report::Stack(1_234),
+    ];
+    for report in reports {
+        let mut wire = [0; WIRE_MAX];
+        let len = report.encode(&mut wire).expect("it fits");
+        let payload = payload_of(&wire[..len]);
+        assert_eq!(Report::decode(&payload), Ok(report));
+        assert_eq!(Report::decode(&payload[..payload.len() - 1]), Err(Unknown), "cut short");
+    }
+}
+
+#[test]
+fn nonsense_is_refused() {
+    assert_eq!(Order::decode(&[]), Err(Unknown));
+    assert_eq!(Order::decode(&[9]), Err(Unknown));
+    assert_eq!(Order::decode(&[3, 3]), Err(Unknown));
+    // A valve that neither stands nor opens nor closes.
+    assert_eq!(Report::decode(&[&[1, 0, 0, 0, 0, 0, 0, 0, 0, 3][..], &[0; 12]].concat()), Err(Unknown));
+}

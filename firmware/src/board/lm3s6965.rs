@@ -1,0 +1,317 @@
+//! LM3S6965 as QEMU emulates it: the line on UART0; sensors, drives and the clock are those of a
+//! simulated plant at UART1; the flash is a file of the host, through semihosting.
+
+use super::{Board, Start};
+use crate::register::Register;
+use crate::stack;
+use cortex_m::asm;
+use cortex_m::peripheral::{NVIC, SCB};
+use cortex_m_semihosting::syscall;
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use lafet_device::hal::{Hal, Key, Storage, StorageError};
+use lafet_device::image::{Inputs, Outputs};
+use lafet_device::store::Store;
+use lafet_device::{Composition, Device};
+use lafet_plant::{Decoder, Failure, Order, Report, WIRE_MAX};
+
+const RESET_CAUSE: Register = Register::at(0x400F_E05C);
+const RESET_BY_WATCHDOG: u32 = 1 << 3;
+const CLOCK_GATES_0: Register = Register::at(0x400F_E100);
+const CLOCK_GATES_1: Register = Register::at(0x400F_E104);
+
+const WATCHDOG: usize = 0x4000_0000;
+const WATCHDOG_LOAD: Register = Register::at(WATCHDOG);
+const WATCHDOG_CONTROL: Register = Register::at(WATCHDOG + 0x008);
+const WATCHDOG_CLEAR: Register = Register::at(WATCHDOG + 0x00C);
+const WATCHDOG_IRQ: Irq = Irq(18);
+/// About a second: the first time it runs out it interrupts, the second time it resets.
+const WATCHDOG_TICKS: u32 = 12_000_000;
+
+/// Where the flash is kept on the host.
+const FILE: &[u8] = b"flash.bin\0";
+const PAGES: u16 = 8;
+
+#[derive(Clone, Copy)]
+struct Irq(u16);
+
+// SAFETY: numbers of the chip's own table.
+unsafe impl cortex_m::interrupt::InterruptNumber for Irq {
+    fn number(self) -> u16 {
+        self.0
+    }
+}
+
+/// A serial line; what the FIFO cannot take waits in the emulator.
+struct Uart(usize);
+
+impl Uart {
+    fn on(base: usize) -> Self {
+        Register::at(base + 0x2C).write(0x70);
+        Register::at(base + 0x30).write(0x301);
+        Self(base)
+    }
+
+    fn read(&self) -> Option<u8> {
+        let is_empty = Register::at(self.0 + 0x18).read() & 1 << 4 != 0;
+        (!is_empty).then(|| Register::at(self.0).read() as u8)
+    }
+
+    fn write(&self, bytes: &[u8]) {
+        for byte in bytes {
+            while Register::at(self.0 + 0x18).read() & 1 << 5 != 0 {}
+            Register::at(self.0).write((*byte).into());
+        }
+    }
+}
+
+/// The board.
+pub struct Lm3s6965 {
+    line: Uart,
+    plant: Uart,
+    decoder: Decoder,
+    store: Store<File>,
+    inputs: Inputs,
+    now_ms: u32,
+    after_fault: bool,
+}
+
+impl Lm3s6965 {
+    pub fn new() -> Self {
+        CLOCK_GATES_0.write(1 << 3);
+        CLOCK_GATES_1.write(0b11);
+        let after_fault = RESET_CAUSE.read() & RESET_BY_WATCHDOG != 0;
+        RESET_CAUSE.write(0);
+        WATCHDOG_LOAD.write(WATCHDOG_TICKS);
+        WATCHDOG_CONTROL.write(0b11);
+        // SAFETY: no critical section depends on this interrupt being masked.
+        unsafe { NVIC::unmask(WATCHDOG_IRQ) };
+        Self {
+            line: Uart::on(0x4000_C000),
+            plant: Uart::on(0x4000_D000),
+            decoder: Decoder::new(),
+            store: Store::mount(File::open(), 0, PAGES),
+            inputs: Inputs::default(),
+            now_ms: 0,
+            after_fault,
+        }
+    }
+
+    fn report(&self, report: &Report) {
+        let mut wire = [0; WIRE_MAX];
+        let len = report.encode(&mut wire).unwrap_or_default();
+        self.plant.write(wire.get(..len).unwrap_or_default());
+    }
+
+    fn order(&mut self) -> Option<Order> {
+        while let Some(byte) = self.plant.read() {
+            if let (_, Some(frame)) = self.decoder.push_slice(&[byte]) {
+                return Order::decode(frame.payload).ok();
+            }
+        }
+        None
+    }
+
+    fn provision(&mut self, composition: u8, address: u8) {
+        let done = composition_of(composition)
+            .is_some_and(|it| Device::provision(&mut self.store, it, address).is_ok());
+        self.report(if done { &Report::Done } else { &Report::Failed });
+    }
+
+    /// Orders that are possible at any time.
+    fn obey(&mut self, order: Order) {
+        match order {
+            Order::Provision { composition, address } => self.provision(composition, address),
+            Order::MeasureStack => self.report(&Report::Stack(stack::deepest())),
+            Order::Fail(failure) => fail(failure),
+            Order::Step { .. } | Order::Start { .. } => self.report(&Report::Failed),
+        }
+    }
+}
+
+fn composition_of(index: u8) -> Option<&'static Composition> {
+    Composition::ALL.get(usize::from(index))
+}
+
+fn fail(failure: Failure) {
+    match failure {
+        // Between the RAM and the peripherals.
+        Failure::BusFault => {
+            Register::at(0x3000_0000).read();
+        }
+        Failure::UndefinedInstruction => asm::udf(),
+        Failure::Hang => loop {
+            asm::nop();
+        },
+    }
+}
+
+impl Board for Lm3s6965 {
+    fn start(&mut self) -> Start {
+        self.report(&Report::Started { after_fault: self.after_fault });
+        loop {
+            self.feed_watchdog();
+            match self.order() {
+                Some(Order::Start { now_ms, composition, address }) => {
+                    if let Some(composition) = composition_of(composition) {
+                        self.now_ms = now_ms;
+                        return Start { now_ms, composition, address };
+                    }
+                    self.report(&Report::Failed);
+                }
+                Some(order) => self.obey(order),
+                None => {}
+            }
+        }
+    }
+
+    fn reset_by_watchdog(&mut self) -> bool {
+        self.after_fault
+    }
+
+    fn started(&mut self) {
+        self.report(&Report::Done);
+    }
+
+    fn now_ms(&self) -> u32 {
+        self.now_ms
+    }
+
+    fn due(&mut self) -> Option<u32> {
+        match self.order()? {
+            Order::Step { now_ms, inputs } => {
+                (self.now_ms, self.inputs) = (now_ms, inputs);
+                return Some(now_ms);
+            }
+            order => self.obey(order),
+        }
+        None
+    }
+
+    fn stepped(&mut self) {
+        self.report(&Report::Done);
+    }
+
+    fn receive<'b>(&mut self, buffer: &'b mut [u8]) -> &'b [u8] {
+        let mut len = 0;
+        for place in &mut *buffer {
+            let Some(byte) = self.line.read() else { break };
+            *place = byte;
+            len += 1;
+        }
+        buffer.get(..len).unwrap_or_default()
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        self.line.write(bytes);
+    }
+
+    fn feed_watchdog(&mut self) {
+        WATCHDOG_CLEAR.write(1);
+    }
+}
+
+impl Hal for Lm3s6965 {
+    fn read(&mut self, inputs: &mut Inputs) {
+        inputs.clone_from(&self.inputs);
+    }
+
+    fn write(&mut self, outputs: &Outputs) {
+        self.report(&Report::Driven(*outputs));
+    }
+
+    fn reset(&mut self) {
+        SCB::sys_reset()
+    }
+}
+
+impl Storage for Lm3s6965 {
+    fn load<'b>(
+        &mut self,
+        key: Key,
+        buffer: &'b mut [u8],
+    ) -> Result<Option<&'b [u8]>, StorageError> {
+        self.store.load(key, buffer)
+    }
+
+    fn store(&mut self, key: Key, value: &[u8]) -> Result<(), StorageError> {
+        self.store.store(key, value)
+    }
+
+    fn erase(&mut self) -> Result<(), StorageError> {
+        self.store.erase()
+    }
+}
+
+/// A NOR flash in a file of the host.
+struct File(usize);
+
+/// The host refused.
+#[derive(Clone, Copy, Debug)]
+struct Refused;
+
+impl NorFlashError for Refused {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+const OPEN_BOTH_WAYS: usize = 3;
+
+impl File {
+    fn open() -> Self {
+        // SAFETY: name, mode and length, as the call wants them.
+        Self(unsafe { syscall!(OPEN, FILE.as_ptr(), OPEN_BOTH_WAYS, FILE.len() - 1) })
+    }
+
+    fn seek(&self, offset: u32) -> Result<(), Refused> {
+        // SAFETY: handle and offset, as the call wants them.
+        let result = unsafe { syscall!(SEEK, self.0, offset) };
+        if result == 0 { Ok(()) } else { Err(Refused) }
+    }
+
+    fn put(&self, bytes: &[u8]) -> Result<(), Refused> {
+        // SAFETY: the buffer is ours and that long.
+        let left = unsafe { syscall!(WRITE, self.0, bytes.as_ptr(), bytes.len()) };
+        if left == 0 { Ok(()) } else { Err(Refused) }
+    }
+}
+
+impl ErrorType for File {
+    type Error = Refused;
+}
+
+impl ReadNorFlash for File {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
+        self.seek(offset)?;
+        // SAFETY: the buffer is ours and that long.
+        let left = unsafe { syscall!(READ, self.0, bytes.as_mut_ptr(), bytes.len()) };
+        if left == 0 { Ok(()) } else { Err(Refused) }
+    }
+
+    fn capacity(&self) -> usize {
+        usize::from(PAGES) * Self::ERASE_SIZE
+    }
+}
+
+impl NorFlash for File {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = 1024;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
+        const ERASED: [u8; 64] = [0xFF; 64];
+        self.seek(from)?;
+        for _ in (from..to).step_by(ERASED.len()) {
+            self.put(&ERASED)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
+        self.seek(offset)?;
+        self.put(bytes)
+    }
+}

@@ -1,0 +1,83 @@
+//! What a fault leaves for GetCrashData (§3.20): kept in memory that no start clears.
+
+use crate::register::Register;
+use core::arch::naked_asm;
+use core::mem::MaybeUninit;
+use core::ptr::addr_of_mut;
+use cortex_m_rt::{ExceptionFrame, exception};
+use lafet_proto::status::FaultInfo;
+
+/// Marks the record as written (ours).
+const SIGNATURE: u32 = 0xDEAD_FA11;
+/// Cortex-M3 (ours).
+const ARCHITECTURE: u32 = 3;
+
+const CFSR: Register = Register::at(0xE000_ED28);
+const HFSR: Register = Register::at(0xE000_ED2C);
+const MMFAR: Register = Register::at(0xE000_ED34);
+const BFAR: Register = Register::at(0xE000_ED38);
+
+#[unsafe(link_section = ".uninit.crash")]
+static mut RECORD: MaybeUninit<[u32; 20]> = MaybeUninit::uninit();
+
+/// The record of the fault that has led to this start; it counts once.
+pub fn take(by_watchdog: bool) -> Option<FaultInfo> {
+    let record = addr_of_mut!(RECORD).cast::<[u32; 20]>();
+    // SAFETY: any bits are words, and nobody else has the record now.
+    let words = unsafe { record.read_volatile() };
+    // SAFETY: as above.
+    unsafe { record.write_volatile([0; 20]) };
+    let [signature, ..] = words;
+    if signature == SIGNATURE {
+        return Some(FaultInfo::from_words(words));
+    }
+    // It was beyond recording: the stack was gone, or interrupts were off.
+    let mut nothing = [0; 20];
+    [nothing[0], nothing[1]] = [SIGNATURE, ARCHITECTURE];
+    by_watchdog.then_some(FaultInfo::from_words(nothing))
+}
+
+/// Records where the program was, and starts anew: outputs fall to rest with the reset.
+fn record(frame: &ExceptionFrame) -> ! {
+    let words = [
+        SIGNATURE,
+        ARCHITECTURE,
+        core::ptr::from_ref(frame) as usize as u32,
+        frame.r0(),
+        frame.r1(),
+        frame.r2(),
+        frame.r3(),
+        frame.r12(),
+        frame.lr(),
+        frame.pc(),
+        0,
+        0,
+        0,
+        0,
+        HFSR.read(),
+        BFAR.read(),
+        MMFAR.read(),
+        CFSR.read(),
+        0,
+        frame.xpsr(),
+    ];
+    // SAFETY: nothing else runs any more.
+    unsafe { addr_of_mut!(RECORD).cast::<[u32; 20]>().write_volatile(words) };
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    record(frame)
+}
+
+/// Any interrupt that has no handler of its own; that of the watchdog is one.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn DefaultHandler() {
+    naked_asm!("mrs r0, msp", "b {record}", record = sym unexpected)
+}
+
+unsafe extern "C" fn unexpected(frame: &ExceptionFrame) -> ! {
+    record(frame)
+}

@@ -1,0 +1,70 @@
+//! The program of a robotic fire monitor on a Cortex-M3: `lafet-device`, unchanged, on a board.
+//!
+//! Everything that belongs to the board stands in [`board`]; the rest of the monitor is the library.
+
+#![no_std]
+#![no_main]
+
+mod board;
+mod crash;
+mod register;
+mod stack;
+
+use board::{Board, Chosen};
+use cortex_m_rt::entry;
+use lafet_device::port::Port;
+use lafet_device::{Device, Source};
+use lafet_proto::link::WIRE_MAX;
+
+#[entry]
+fn main() -> ! {
+    stack::paint();
+    run(&mut Chosen::new())
+}
+
+/// Bytes of the line that are taken at a time.
+const CHUNK: usize = 32;
+
+fn run(board: &mut impl Board) -> ! {
+    let start = board.start();
+    let fault = crash::take(board.reset_by_watchdog());
+    let mut device =
+        Device::power_up(start.now_ms, start.composition, start.address, fault, board);
+    board.started();
+    let mut port = Port::new(Source::ExternalConn);
+    let mut answer = [0; WIRE_MAX];
+    loop {
+        board.feed_watchdog();
+        serve(board, &mut device, &mut port, &mut answer);
+        if let Some(now_ms) = board.due() {
+            device.step(now_ms, board);
+            board.stepped();
+        }
+    }
+}
+
+/// Answers what has come over the line.
+fn serve(
+    board: &mut impl Board,
+    device: &mut Device,
+    port: &mut Port,
+    answer: &mut [u8; WIRE_MAX],
+) {
+    let mut chunk = [0; CHUNK];
+    let mut rest = board.receive(&mut chunk);
+    while !rest.is_empty() {
+        let (taken, len) = port.receive(board.now_ms(), device, rest, answer);
+        board.send(answer.get(..len).unwrap_or_default());
+        rest = rest.get(taken..).unwrap_or_default();
+    }
+}
+
+/// No path leads here: were there one, the program would not link, for want of this function.
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    unsafe extern "C" {
+        fn a_panic_can_be_reached() -> !;
+    }
+    // SAFETY: never linked.
+    unsafe { a_panic_can_be_reached() }
+}

@@ -16,6 +16,8 @@
 pub mod airborne;
 pub mod attribution;
 pub mod calibration;
+#[cfg(unix)]
+pub mod chip;
 pub mod climate;
 pub mod condition;
 pub mod detector;

@@ -100,7 +100,7 @@ impl Config {
         Some(())
     }
 
-    fn world(&self) -> WorldConfig {
+    pub(crate) fn world(&self) -> WorldConfig {
         let mut config = WorldConfig::of(&self.composition);
         config.seed = self.seed;
         config.fires.clone_from(&self.fires);

@@ -12,6 +12,7 @@ mod tally;
 mod watched;
 
 pub use plan::setting;
+pub use requests::frame;
 pub use tally::Tally;
 pub use watched::{Entry, Log, Wrong};
 

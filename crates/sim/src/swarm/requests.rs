@@ -43,7 +43,7 @@ pub(super) fn payload(request: &Request<'_>) -> Vec<u8> {
 }
 
 /// A frame of random records.
-pub(super) fn frame(rng: &mut Rng) -> Vec<u8> {
+pub fn frame(rng: &mut Rng) -> Vec<u8> {
     let count = match rng.bits() % 4 {
         0 => 1 + rng.bits() % RECORDS_MAX,
         _ => 1,

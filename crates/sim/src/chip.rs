@@ -1,0 +1,284 @@
+//! A monitor's program on an emulated chip: QEMU runs the firmware, the world of the simulator is its
+//! plant.
+//!
+//! The chip's line is a character device of QEMU; the plant goes through a socket of its own. The
+//! plant sets the pace: one step of the monitor for each [`Chip::tick`], on virtual time.
+
+use std::io::{self, Read, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use lafet_device::Composition;
+use lafet_device::hal::Hal;
+use lafet_device::image::{Inputs, Outputs};
+use lafet_plant::{Decoder, Failure, Order, Report, WIRE_MAX};
+
+use crate::sim::Config;
+use crate::world::{STEP_MS, World};
+
+/// The emulator.
+pub const QEMU: &str = "qemu-system-arm";
+/// The flash of the board, bytes.
+const FLASH_SIZE: usize = 8 * 1024;
+/// What takes longer does not come any more: the watchdog needs two seconds.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Where the chip's line ends.
+#[derive(Clone, Debug)]
+pub enum Line {
+    /// At a TCP port on which QEMU listens.
+    Tcp {
+        /// Address.
+        host: String,
+        /// Port.
+        port: u16,
+    },
+    /// At a pseudo-terminal, whose name QEMU prints.
+    Pty,
+    /// At the other end of a socket, for who runs the chip.
+    Here,
+}
+
+/// What a step has come to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stepped {
+    /// The monitor has driven this.
+    Driven(Outputs),
+    /// The program was reset, and has begun anew.
+    Reset {
+        /// By its watchdog or a fault.
+        after_fault: bool,
+    },
+}
+
+/// A running chip with its plant.
+#[derive(Debug)]
+pub struct Chip {
+    emulator: Child,
+    plant: UnixStream,
+    line: Option<UnixStream>,
+    decoder: Decoder,
+    world: World,
+    composition: u8,
+    address: u8,
+    clock_ms: u32,
+    booted_ms: u64,
+    resets: u32,
+}
+
+impl Drop for Chip {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.emulator.kill();
+        let _ = self.emulator.wait();
+    }
+}
+
+impl Chip {
+    /// Starts the firmware; its flash is `flash.bin` in `folder`, which is made when it is not there.
+    pub fn start(firmware: &Path, folder: &Path, config: &Config, line: &Line) -> io::Result<Self> {
+        let composition = place_of(&config.composition)?;
+        std::fs::create_dir_all(folder)?;
+        let is_new = make_flash(&folder.join("flash.bin"))?;
+        let (plant_path, line_path) = (folder.join("plant"), folder.join("line"));
+        let plant = listen(&plant_path)?;
+        let here = matches!(line, Line::Here).then(|| listen(&line_path)).transpose()?;
+        let emulator = emulator(firmware, folder, line)?.spawn().map_err(|error| {
+            io::Error::new(error.kind(), format!("cannot run {QEMU}: {error}"))
+        })?;
+        let mut chip = Self {
+            emulator,
+            plant: accept(&plant)?,
+            line: here.map(|line| accept(&line)).transpose()?,
+            decoder: Decoder::new(),
+            world: World::new(config.world()),
+            composition,
+            address: config.address,
+            clock_ms: config.clock_ms,
+            booted_ms: 0,
+            resets: 0,
+        };
+        chip.started()?;
+        if is_new {
+            let order = Order::Provision { composition, address: config.address };
+            chip.order(&order)?;
+            chip.done()?;
+        }
+        chip.begin()?;
+        Ok(chip)
+    }
+
+    /// The world around it.
+    pub const fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The world around it: fires to light, buttons to press, faults to inject.
+    pub const fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// How often the program has begun anew.
+    pub const fn resets(&self) -> u32 {
+        self.resets
+    }
+
+    /// The monitor's clock, ms.
+    pub fn clock_ms(&self) -> u32 {
+        self.clock_ms.wrapping_add((self.world.now_ms() - self.booted_ms) as u32)
+    }
+
+    /// What the monitor senses now.
+    pub fn inputs(&mut self) -> Inputs {
+        let mut inputs = Inputs::default();
+        self.world.read(&mut inputs);
+        inputs
+    }
+
+    /// One step of 10 ms.
+    pub fn tick(&mut self) -> io::Result<Stepped> {
+        self.world.advance(STEP_MS);
+        let (now_ms, inputs) = (self.clock_ms(), self.inputs());
+        self.order(&Order::Step { now_ms, inputs })?;
+        let mut driven = Outputs::default();
+        loop {
+            match self.report()? {
+                Report::Driven(outputs) => {
+                    self.world.write(&outputs);
+                    driven = outputs;
+                }
+                Report::Done => return Ok(Stepped::Driven(driven)),
+                Report::Started { after_fault } => return self.begin_anew(after_fault),
+                other => return Err(unexpected(&other)),
+            }
+        }
+    }
+
+    /// Lets the program fail, and waits until it has begun anew.
+    pub fn fail(&mut self, failure: Failure) -> io::Result<Stepped> {
+        self.order(&Order::Fail(failure))?;
+        match self.report()? {
+            Report::Started { after_fault } => self.begin_anew(after_fault),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// Bytes of the stack that the program has used since it began.
+    pub fn stack_used(&mut self) -> io::Result<u32> {
+        self.order(&Order::MeasureStack)?;
+        match self.report()? {
+            Report::Stack(bytes) => Ok(bytes),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// Sends bytes over the line of [`Line::Here`], and reads until this many have come back.
+    pub fn ask(&mut self, bytes: &[u8], answer: &mut [u8]) -> io::Result<()> {
+        let line = self.line.as_mut().ok_or_else(|| io::Error::other("the line ends elsewhere"))?;
+        line.write_all(bytes)?;
+        line.read_exact(answer)
+    }
+
+    fn begin_anew(&mut self, after_fault: bool) -> io::Result<Stepped> {
+        // With the reset every output has fallen to rest.
+        self.world.write(&Outputs::default());
+        self.booted_ms = self.world.now_ms();
+        self.resets += 1;
+        self.begin()?;
+        Ok(Stepped::Reset { after_fault })
+    }
+
+    fn begin(&mut self) -> io::Result<()> {
+        let (composition, address) = (self.composition, self.address);
+        self.order(&Order::Start { now_ms: self.clock_ms, composition, address })?;
+        self.done()
+    }
+
+    fn started(&mut self) -> io::Result<()> {
+        match self.report()? {
+            Report::Started { .. } => Ok(()),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    fn done(&mut self) -> io::Result<()> {
+        match self.report()? {
+            Report::Done => Ok(()),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    fn order(&mut self, order: &Order) -> io::Result<()> {
+        let mut wire = [0; WIRE_MAX];
+        let len = order.encode(&mut wire).ok_or_else(|| io::Error::other("too long an order"))?;
+        self.plant.write_all(&wire[..len])
+    }
+
+    fn report(&mut self) -> io::Result<Report> {
+        let mut byte = [0];
+        loop {
+            self.plant.read_exact(&mut byte).map_err(|error| {
+                io::Error::new(error.kind(), format!("the chip does not answer: {error}"))
+            })?;
+            if let (_, Some(frame)) = self.decoder.push_slice(&byte) {
+                return Report::decode(frame.payload)
+                    .map_err(|_| io::Error::other("the chip reports what nobody knows"));
+            }
+        }
+    }
+}
+
+fn place_of(composition: &Composition) -> io::Result<u8> {
+    Composition::ALL
+        .iter()
+        .position(|known| known == composition)
+        .map(|place| place as u8)
+        .ok_or_else(|| io::Error::other("the firmware has the shipped compositions only"))
+}
+
+/// Whether the flash is a new one.
+fn make_flash(path: &Path) -> io::Result<bool> {
+    if path.exists() {
+        return Ok(false);
+    }
+    std::fs::write(path, vec![0xFF; FLASH_SIZE])?;
+    Ok(true)
+}
+
+fn listen(path: &PathBuf) -> io::Result<UnixListener> {
+    if path.exists() {
+        std::fs::remove_file(path)?;
+    }
+    UnixListener::bind(path)
+}
+
+fn accept(listener: &UnixListener) -> io::Result<UnixStream> {
+    let (stream, _) = listener.accept()?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    Ok(stream)
+}
+
+fn emulator(firmware: &Path, folder: &Path, line: &Line) -> io::Result<Command> {
+    let device = match line {
+        Line::Tcp { host, port } => {
+            format!("socket,id=line,host={host},port={port},server=on,wait=off,nodelay=on")
+        }
+        Line::Pty => "pty,id=line".into(),
+        Line::Here => "socket,id=line,path=line".into(),
+    };
+    let mut command = Command::new(QEMU);
+    command.args(["-M", "lm3s6965evb", "-display", "none", "-monitor", "none"]);
+    command.args(["-semihosting-config", "enable=on,target=native"]);
+    if let Ok(log) = std::env::var("QEMU_LOG") { command.args(["-d", "int,guest_errors,cpu_reset", "-D", &log]); }
+    command.args(["-chardev", &device, "-serial", "chardev:line"]);
+    command.args(["-chardev", "socket,id=plant,path=plant", "-serial", "chardev:plant"]);
+    command.arg("-kernel").arg(std::fs::canonicalize(firmware)?);
+    command.current_dir(folder).stdin(Stdio::null());
+    Ok(command)
+}
+
+fn unexpected(report: &Report) -> io::Error {
+    io::Error::other(format!("the chip reports {report:?} out of turn"))
+}

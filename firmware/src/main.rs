@@ -26,8 +26,8 @@ fn main() -> ! {
 const CHUNK: usize = 32;
 
 fn run(board: &mut impl Board) -> ! {
-    let start = board.start();
     let fault = crash::take(board.reset_by_watchdog());
+    let start = board.start(fault.is_some());
     let mut device =
         Device::power_up(start.now_ms, start.composition, start.address, fault, board);
     board.started();

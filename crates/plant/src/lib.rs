@@ -58,8 +58,8 @@ pub enum Order {
 /// How a program fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// It reads where there is nothing.
-    BusFault,
+    /// It jumps to where no program can be.
+    Astray,
     /// It executes what is no instruction.
     UndefinedInstruction,
     /// It goes round for ever.
@@ -133,7 +133,7 @@ impl Order {
                 Self::Start { now_ms, composition: reader.take(), address: reader.take() }
             }
             3 => Self::Fail(match reader.take() {
-                0 => Failure::BusFault,
+                0 => Failure::Astray,
                 1 => Failure::UndefinedInstruction,
                 2 => Failure::Hang,
                 _ => return Err(Unknown),

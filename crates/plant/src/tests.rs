@@ -78,7 +78,7 @@ fn orders_come_through() {
         Order::Step { now_ms: 0, inputs: Inputs::default() },
         Order::Provision { composition: 3, address: 77 },
         Order::Start { now_ms: 0x0102_0304, composition: 1, address: 2 },
-        Order::Fail(Failure::BusFault),
+        Order::Fail(Failure::Astray),
         Order::Fail(Failure::UndefinedInstruction),
         Order::Fail(Failure::Hang),
         Order::MeasureStack,

@@ -25,6 +25,7 @@ use lafet_sim::swarm::frame;
 
 const ADDRESS: u8 = 1;
 const PEER: u8 = 129;
+const FLASH: core::ops::Range<u32> = 0x400..0x4_0000;
 
 fn main() -> ExitCode {
     match Plan::read().and_then(|plan| plan.run().map_err(|error| error.to_string())) {
@@ -77,7 +78,7 @@ impl Plan {
                 self.steps
             );
         }
-        for failure in [Failure::BusFault, Failure::UndefinedInstruction, Failure::Hang] {
+        for failure in [Failure::Astray, Failure::UndefinedInstruction, Failure::Hang] {
             let mut pair = Pair::start(&self.firmware, &folder.join(format!("{failure:?}")), 0)?;
             pair.fail(failure)?;
         }
@@ -169,13 +170,14 @@ impl Pair {
         };
         println!("{failure:?}: {stepped:?}, pc {:#x}, hfsr {hfsr:#x}, cfsr {cfsr:#x}", info.pc);
         let told = match failure {
-            // PRECISERR and BFARVALID; UNDEFINSTR; forced to a HardFault both.
-            Failure::BusFault => cfsr & 0x8200 == 0x8200 && hfsr == 1 << 30,
-            Failure::UndefinedInstruction => cfsr & 0x1_0000 != 0 && hfsr == 1 << 30,
-            Failure::Hang => hfsr == 0 && cfsr == 0,
+            // IACCVIOL and UNDEFINSTR, forced to a HardFault both.
+            Failure::Astray => cfsr == 1 && hfsr == 1 << 30 && info.pc == 0x4000_C000,
+            Failure::UndefinedInstruction => cfsr == 1 << 16 && hfsr == 1 << 30,
+            Failure::Hang => cfsr == 0 && hfsr == 0,
         };
-        let in_flash = (0x400..0x4_0000).contains(&info.pc);
-        if told && in_flash && info.signature != 0 {
+        let in_flash = FLASH.contains(&info.lr) && info.spcr != 0;
+        let again = stepped == Stepped::Reset { after_fault: true };
+        if told && again && in_flash && info.signature != 0 {
             return Ok(());
         }
         Err(io::Error::other(format!("{failure:?} has left {info:?}")))

@@ -271,11 +271,12 @@ fn emulator(firmware: &Path, folder: &Path, line: &Line) -> io::Result<Command> 
     let mut command = Command::new(QEMU);
     command.args(["-M", "lm3s6965evb", "-display", "none", "-monitor", "none"]);
     command.args(["-semihosting-config", "enable=on,target=native"]);
-    if let Ok(log) = std::env::var("QEMU_LOG") { command.args(["-d", "int,guest_errors,cpu_reset", "-D", &log]); }
     command.args(["-chardev", &device, "-serial", "chardev:line"]);
     command.args(["-chardev", "socket,id=plant,path=plant", "-serial", "chardev:plant"]);
     command.arg("-kernel").arg(std::fs::canonicalize(firmware)?);
     command.current_dir(folder).stdin(Stdio::null());
+    // Of a board that it does not know to the last detail, QEMU says more than anybody wants to read.
+    command.stderr(std::fs::File::create(folder.join("qemu.log"))?);
     Ok(command)
 }
 

@@ -43,6 +43,9 @@ unsafe impl cortex_m::interrupt::InterruptNumber for Irq {
     }
 }
 
+const UART0: usize = 0x4000_C000;
+const UART1: usize = 0x4000_D000;
+
 /// A serial line; what the FIFO cannot take waits in the emulator.
 struct Uart(usize);
 
@@ -74,27 +77,27 @@ pub struct Lm3s6965 {
     store: Store<File>,
     inputs: Inputs,
     now_ms: u32,
-    after_fault: bool,
+    reset_by_watchdog: bool,
 }
 
 impl Lm3s6965 {
     pub fn new() -> Self {
         CLOCK_GATES_0.write(1 << 3);
         CLOCK_GATES_1.write(0b11);
-        let after_fault = RESET_CAUSE.read() & RESET_BY_WATCHDOG != 0;
+        let reset_by_watchdog = RESET_CAUSE.read() & RESET_BY_WATCHDOG != 0;
         RESET_CAUSE.write(0);
         WATCHDOG_LOAD.write(WATCHDOG_TICKS);
         WATCHDOG_CONTROL.write(0b11);
         // SAFETY: no critical section depends on this interrupt being masked.
         unsafe { NVIC::unmask(WATCHDOG_IRQ) };
         Self {
-            line: Uart::on(0x4000_C000),
-            plant: Uart::on(0x4000_D000),
+            line: Uart::on(UART0),
+            plant: Uart::on(UART1),
             decoder: Decoder::new(),
             store: Store::mount(File::open(), 0, PAGES),
             inputs: Inputs::default(),
             now_ms: 0,
-            after_fault,
+            reset_by_watchdog,
         }
     }
 
@@ -136,9 +139,10 @@ fn composition_of(index: u8) -> Option<&'static Composition> {
 
 fn fail(failure: Failure) {
     match failure {
-        // Between the RAM and the peripherals.
-        Failure::BusFault => {
-            Register::at(0x3000_0000).read();
+        Failure::Astray => {
+            let nowhere = (UART0 | 1) as *const ();
+            // SAFETY: meant to fail: nothing can be executed among the peripherals.
+            unsafe { core::mem::transmute::<*const (), extern "C" fn()>(nowhere)() }
         }
         Failure::UndefinedInstruction => asm::udf(),
         Failure::Hang => loop {
@@ -148,8 +152,8 @@ fn fail(failure: Failure) {
 }
 
 impl Board for Lm3s6965 {
-    fn start(&mut self) -> Start {
-        self.report(&Report::Started { after_fault: self.after_fault });
+    fn start(&mut self, after_fault: bool) -> Start {
+        self.report(&Report::Started { after_fault });
         loop {
             self.feed_watchdog();
             match self.order() {
@@ -167,7 +171,7 @@ impl Board for Lm3s6965 {
     }
 
     fn reset_by_watchdog(&mut self) -> bool {
-        self.after_fault
+        self.reset_by_watchdog
     }
 
     fn started(&mut self) {

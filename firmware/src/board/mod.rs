@@ -27,8 +27,8 @@ pub struct Start {
 /// A board: its process image and memory, the line, the clock, the watchdog. `Hal::reset` of a board
 /// does not come back.
 pub trait Board: Hal {
-    /// Waits until the program may begin.
-    fn start(&mut self) -> Start;
+    /// Waits until the program may begin; it may have ended with a fault before.
+    fn start(&mut self, after_fault: bool) -> Start;
 
     /// The watchdog has ended the last run.
     fn reset_by_watchdog(&mut self) -> bool;

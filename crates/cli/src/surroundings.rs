@@ -15,7 +15,7 @@ const WIND_MAX_MPS: f64 = 50.0;
 const GUSTS_MAX: f64 = 0.5;
 
 /// Wind, false sources, walls.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct Surroundings {
     /// Mean wind 10 m above ground: metres per second forward (as the barrel looks at 0°) and to
     /// the left; -5,0 is a head wind (default 0,0)

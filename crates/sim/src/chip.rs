@@ -35,8 +35,6 @@ pub enum Line {
         /// Port.
         port: u16,
     },
-    /// At a pseudo-terminal, whose name QEMU prints.
-    Pty,
     /// At the other end of a socket, for who runs the chip.
     Here,
 }
@@ -81,7 +79,11 @@ impl Chip {
     pub fn start(firmware: &Path, folder: &Path, config: &Config, line: &Line) -> io::Result<Self> {
         let composition = place_of(&config.composition)?;
         std::fs::create_dir_all(folder)?;
-        let is_new = make_flash(&folder.join("flash.bin"))?;
+        let flash = folder.join("flash.bin");
+        let is_new = !flash.exists() || is_erased(&flash)?;
+        if !flash.exists() {
+            make_flash(&flash)?;
+        }
         let (plant_path, line_path) = (folder.join("plant"), folder.join("line"));
         let plant = listen(&plant_path)?;
         let here = matches!(line, Line::Here).then(|| listen(&line_path)).transpose()?;
@@ -238,13 +240,18 @@ fn place_of(composition: &Composition) -> io::Result<u8> {
         .ok_or_else(|| io::Error::other("the firmware has the shipped compositions only"))
 }
 
-/// Whether the flash is a new one.
-fn make_flash(path: &Path) -> io::Result<bool> {
-    if path.exists() {
-        return Ok(false);
+/// A flash as new.
+pub fn make_flash(path: &Path) -> io::Result<()> {
+    std::fs::write(path, vec![0xFF; FLASH_SIZE])
+}
+
+fn is_erased(path: &Path) -> io::Result<bool> {
+    let bytes = std::fs::read(path)?;
+    if bytes.len() != FLASH_SIZE {
+        let why = format!("{} has {} bytes, not {FLASH_SIZE}", path.display(), bytes.len());
+        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
     }
-    std::fs::write(path, vec![0xFF; FLASH_SIZE])?;
-    Ok(true)
+    Ok(bytes.iter().all(|byte| *byte == 0xFF))
 }
 
 fn listen(path: &PathBuf) -> io::Result<UnixListener> {
@@ -265,7 +272,6 @@ fn emulator(firmware: &Path, folder: &Path, line: &Line) -> io::Result<Command> 
         Line::Tcp { host, port } => {
             format!("socket,id=line,host={host},port={port},server=on,wait=off,nodelay=on")
         }
-        Line::Pty => "pty,id=line".into(),
         Line::Here => "socket,id=line,path=line".into(),
     };
     let mut command = Command::new(QEMU);

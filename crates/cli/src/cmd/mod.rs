@@ -4,6 +4,8 @@ pub mod backup;
 pub mod bus;
 pub mod bus_ask;
 pub mod calibrate;
+#[cfg(unix)]
+pub mod chip;
 pub mod conform;
 pub mod decode;
 pub mod demo;

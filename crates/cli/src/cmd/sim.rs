@@ -43,6 +43,7 @@ const SEED: u64 = 7;
                         lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486\n  \
                         lafet sim --radio rate=9600,latency=80,loss=0.05\n  \
                         lafet sim --replay 7 --from 20 --to 30\n  \
+                        lafet sim --on qemu --firmware lafet-firmware --fire az=30,range=25\n  \
                         lafet sim --site tank-farm\n  \
                         lafet sim run radio-loss --svg report.svg"
 )]
@@ -82,6 +83,13 @@ pub struct SimArgs {
     /// rate=9600,latency=40,loss=0,errors=0. Without such a listener: radio+tcp://127.0.0.1:10486
     #[arg(long, value_name = "CHANNEL", value_parser = channel)]
     radio: Option<RadioConfig>,
+    /// Run this program of a monitor in QEMU instead of our own (an ELF file for the board
+    /// lm3s6965evb, see firmware/); one TCP place to listen at
+    #[arg(long, value_name = "FILE", requires = "on", conflicts_with_all = ["radio", "replay", "site"])]
+    firmware: Option<PathBuf>,
+    /// Where the monitor's program runs
+    #[arg(long, value_name = "EMULATOR", value_parser = ["qemu"], requires = "firmware")]
+    on: Option<String>,
     /// Keep the monitor's memory (parameters, lockout) in this file
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
@@ -133,6 +141,9 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
             radio: args.radio,
         };
         return exercise::serve(place, out).await;
+    }
+    if let Some(firmware) = &args.firmware {
+        return emulate(firmware, &args, out).await;
     }
     let mut interrupt = Interrupt::catch()?;
     let flash = match &args.flash {
@@ -190,6 +201,24 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         Err(Ok(Err(error))) => Err(Failure::io(pick("simulator", "имитатор"), error)),
         Err(_) => Err(Failure::Ended(pick("The simulator has failed.", "Отказ имитатора.").into())),
     }
+}
+
+#[cfg(unix)]
+async fn emulate(firmware: &Path, args: &SimArgs, out: &mut Out) -> Outcome {
+    let config = Config {
+        seed: args.seed.unwrap_or(SEED),
+        composition: args.profile,
+        address: args.addr,
+        fires: args.fire.clone(),
+        ..args.surroundings.clone().config()
+    };
+    let (flash, listen, speed) = (args.flash.as_deref(), &args.listen, args.speed);
+    super::chip::serve(super::chip::Running { firmware, flash, listen, config, speed }, out).await
+}
+
+#[cfg(not(unix))]
+async fn emulate(_: &Path, _: &SimArgs, _: &mut Out) -> Outcome {
+    Err(Failure::io("QEMU", io::ErrorKind::Unsupported.into()))
 }
 
 /// The radio channel, and a place to reach it.

@@ -74,6 +74,15 @@ impl Listen {
         matches!(self.medium, Medium::Tcp { records: true, .. })
     }
 
+    /// Host and port, when it is frames over TCP at the wired interface.
+    #[cfg(unix)]
+    pub fn tcp_place(&self) -> Option<&str> {
+        match &self.medium {
+            Medium::Tcp { place, records: false } if !self.radio => Some(place),
+            _ => None,
+        }
+    }
+
     /// Opens it.
     pub async fn open(&self) -> io::Result<Listening> {
         let source = if self.radio { Source::Radio } else { Source::ExternalConn };

@@ -10,7 +10,8 @@ use crate::{TaskResult, flag, laws, run};
 const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-proto", &[]),
     ("lafet-device", &["lafet-proto"]),
-    ("lafet-sim", &["lafet-device", "lafet-proto"]),
+    ("lafet-plant", &["lafet-device", "lafet-proto"]),
+    ("lafet-sim", &["lafet-device", "lafet-plant", "lafet-proto"]),
     ("lafet-fuzz", &["lafet-device", "lafet-proto"]),
     ("lafet-model", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),

@@ -9,6 +9,7 @@ mod demo;
 mod dissector;
 mod docs;
 mod faults;
+mod firmware;
 mod fuzz;
 mod late;
 mod laws;
@@ -121,6 +122,23 @@ const TASKS: &[Task] = &[
         details: "Seconds of virtual time in which answers are lost, come up to 30 s late, or \
                   twice. The figure of a run stands in docs/client.md.",
         run: late::late,
+    },
+    Task {
+        name: "firmware",
+        arguments: "build | test [--seeds N] [--steps N] | run [OPTIONS OF lafet sim]",
+        about: "the monitor's program on a Cortex-M3: build it, test it on the emulated chip, run it",
+        details: "build links the program for each board of firmware/, which fails when a panic can \
+                  be reached. test runs it in QEMU beside the same monitor on the host, with the same \
+                  inputs and requests: every answer and every output must be the same; then it lets \
+                  the program fail and reads what it has recorded. run serves it in a simulated plant.",
+        run: firmware::firmware,
+    },
+    Task {
+        name: "size",
+        arguments: "",
+        about: "flash and RAM of the firmware, for each board",
+        details: "The figures stand in docs/firmware.md.",
+        run: firmware::size,
     },
     Task {
         name: "swarm",

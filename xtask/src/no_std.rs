@@ -1,12 +1,12 @@
 //! `cargo xtask no-std`: the core crates for the Cortex-M3 they are meant for.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use crate::run::{StepResult, cargo, output, root, show};
 use crate::{TaskResult, flag, setup};
 
-const TARGET: &str = "thumbv7m-none-eabi";
+pub const TARGET: &str = "thumbv7m-none-eabi";
 const CRATES: [&str; 4] = ["--package", "lafet-proto", "--package", "lafet-device"];
 
 /// Debian's Rust, which brings the sources of `core`.
@@ -21,15 +21,24 @@ pub fn no_std(arguments: &[String]) -> TaskResult {
 
 /// Builds with rustup's target, else with Debian's compiler; without both it fails.
 pub fn check() -> StepResult {
-    match rustup_target() {
-        Ok(()) => show(cargo(&["build", "--lib", "--target", TARGET]).args(CRATES)),
+    show(build(None)?.arg("--lib").args(CRATES))
+}
+
+/// `cargo build` for the Cortex-M3, by whoever can; what it makes goes to a folder of its own there.
+pub fn build(folder: Option<&Path>) -> Result<Command, String> {
+    let mut command = match rustup_target() {
+        Ok(()) => cargo(&["build", "--target", TARGET]),
         Err(why) => {
             println!("   rustup has no {TARGET} ({}): taking Debian's Rust", first_line(&why));
             debian_build().map_err(|e| {
                 format!("{e}\nEither is enough: rustup target add {TARGET}, or Debian's packages")
-            })
+            })?
         }
+    };
+    if let Some(folder) = folder {
+        command.env("CARGO_TARGET_DIR", folder);
     }
+    Ok(command)
 }
 
 fn rustup_target() -> Result<(), String> {
@@ -43,7 +52,7 @@ fn rustup_target() -> Result<(), String> {
 }
 
 /// Builds `core` from its sources along with the crates.
-fn debian_build() -> StepResult {
+fn debian_build() -> Result<Command, String> {
     let sources = Path::new("/usr/src").read_dir().into_iter().flatten().flatten();
     let have_sources =
         sources.into_iter().any(|e| e.file_name().to_string_lossy().starts_with("rustc-"));
@@ -51,13 +60,19 @@ fn debian_build() -> StepResult {
         setup::debian(&DEBIAN_PACKAGES)?;
     }
     let mut build = Command::new(DEBIAN_CARGO);
-    build.args(["build", "-Zbuild-std=core", "--ignore-rust-version", "--lib"]);
-    build.args(["--target", TARGET]).args(CRATES).current_dir(root());
+    build.args(["build", "-Zbuild-std=core", "--ignore-rust-version", "--target", TARGET]);
+    build.current_dir(root());
     // Its own folder: two compilers must not share one.
-    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
-    build.env("CARGO_TARGET_DIR", Path::new(&target).join("debian"));
+    build.env("CARGO_TARGET_DIR", target().join("debian"));
     build.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", DEBIAN_RUSTC);
-    show(build.env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO"))
+    build.env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO");
+    Ok(build)
+}
+
+/// Where cargo puts what it makes.
+pub fn target() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    root().join(target)
 }
 
 fn first_line(text: &str) -> &str {

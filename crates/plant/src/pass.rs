@@ -129,7 +129,8 @@ fn flag(pass: &mut impl Pass, value: &mut bool) {
 
 /// At most eight in one byte.
 fn flags<const N: usize>(pass: &mut impl Pass, values: [&mut bool; N]) {
-    let mut byte = values.iter().enumerate().fold(0, |byte, (n, value)| byte | u8::from(**value) << n);
+    let mut byte =
+        values.iter().enumerate().fold(0, |byte, (n, value)| byte | u8::from(**value) << n);
     pass.byte(&mut byte);
     for (n, value) in values.into_iter().enumerate() {
         *value = byte >> n & 1 != 0;
@@ -198,7 +199,12 @@ fn drive(pass: &mut impl Pass, input: &mut DriveInput) {
 fn valve(pass: &mut impl Pass, input: &mut ValveInput) {
     word(pass, &mut input.current_da);
     let ValveInput {
-        open_switch, close_switch, open_sensor_fault, close_sensor_fault, blocked, ..
+        open_switch,
+        close_switch,
+        open_sensor_fault,
+        close_sensor_fault,
+        blocked,
+        ..
     } = input;
     flags(pass, [open_switch, close_switch, open_sensor_fault, close_sensor_fault, blocked]);
 }

@@ -118,5 +118,8 @@ fn nonsense_is_refused() {
     assert_eq!(Order::decode(&[9]), Err(Unknown));
     assert_eq!(Order::decode(&[3, 3]), Err(Unknown));
     // A valve that neither stands nor opens nor closes.
-    assert_eq!(Report::decode(&[&[1, 0, 0, 0, 0, 0, 0, 0, 0, 3][..], &[0; 12]].concat()), Err(Unknown));
+    assert_eq!(
+        Report::decode(&[&[1, 0, 0, 0, 0, 0, 0, 0, 0, 3][..], &[0; 12]].concat()),
+        Err(Unknown)
+    );
 }

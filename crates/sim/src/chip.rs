@@ -87,9 +87,9 @@ impl Chip {
         let (plant_path, line_path) = (folder.join("plant"), folder.join("line"));
         let plant = listen(&plant_path)?;
         let here = matches!(line, Line::Here).then(|| listen(&line_path)).transpose()?;
-        let emulator = emulator(firmware, folder, line)?.spawn().map_err(|error| {
-            io::Error::new(error.kind(), format!("cannot run {QEMU}: {error}"))
-        })?;
+        let emulator = emulator(firmware, folder, line)?
+            .spawn()
+            .map_err(|error| io::Error::new(error.kind(), format!("cannot run {QEMU}: {error}")))?;
         let mut chip = Self {
             emulator,
             plant: accept(&plant)?,

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
 use crate::{
-    TaskResult, demo, dissector, firmware, flag, licences, links, model, no_std, setup, swarm,
+    TaskResult, demo, dissector, flag, licences, links, model, no_std, setup, swarm,
 };
 
 /// How the README's test command begins.
@@ -28,7 +28,6 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("lints", lints);
     steps.step("reference documentation", reference);
     steps.step("no_std build for Cortex-M3", no_std::check);
-    steps.step("the firmware on the emulated chip", firmware::check);
     steps.step("the README's test command", readme_tests);
     steps.step("the interlock, model-checked", model::check);
     steps.step("the Wireshark dissector in tshark", dissector::check);

@@ -11,8 +11,6 @@ const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
 /// The board that QEMU knows.
 const EMULATED: &str = "lm3s6965";
 const QEMU: &str = "qemu-system-arm";
-/// What a change must pass.
-const SHORT: [&str; 4] = ["--seeds", "5", "--steps", "2000"];
 
 pub fn firmware(arguments: &[String]) -> TaskResult {
     let Some((what, rest)) = arguments.split_first() else {
@@ -25,13 +23,6 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
         _ => return Err(format!("firmware {}: build, test or run", arguments.join(" "))),
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// All boards link, which they do only when no panic can be reached; and the chip answers as the host
-/// does.
-pub fn check() -> StepResult {
-    BOARDS.into_iter().try_for_each(|board| build(board).map(|_| ()))?;
-    test(&SHORT.map(String::from))
 }
 
 /// Builds the program for a board; the ELF file.

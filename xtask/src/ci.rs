@@ -6,9 +6,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
-use crate::{
-    TaskResult, demo, dissector, flag, licences, links, model, no_std, setup, swarm,
-};
+use crate::{TaskResult, demo, dissector, flag, licences, links, model, no_std, setup, swarm};
 
 /// How the README's test command begins.
 const TEST_COMMAND: &str = "cargo xtask test";

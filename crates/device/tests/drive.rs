@@ -422,7 +422,7 @@ fn overload_cut_off() {
         let again = rig.status(SubsystemId::VERTICAL, Body::Move { destination: to });
         assert_eq!(again, Status::MODULE_FAULT, "{to}");
         rig.move_to(Axis::Vertical, back);
-        rig.run_until(1000, |rig| rig.speed(Axis::Vertical).signum() == back.signum().into());
+        rig.run_until(1000, |rig| rig.speed(Axis::Vertical).signum() == back.signum());
     }
 }
 

@@ -25,6 +25,7 @@ pub type Decoder = link::Decoder<{ MESSAGE_MAX + 8 }>;
 
 /// What the plant tells the chip.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is no allocator to put it elsewhere")]
 pub enum Order {
     /// One step of the monitor.
     Step {

@@ -14,12 +14,19 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-fuzz", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),
     ("lafet-capture", &["lafet-proto"]),
-    ("lafet", &["lafet-capture", "lafet-client", "lafet-sim", "lafet-device", "lafet-proto"]),
+    ("lafet-hub", &["lafet-client", "lafet-proto"]),
+    (
+        "lafet",
+        &["lafet-capture", "lafet-client", "lafet-device", "lafet-hub", "lafet-proto", "lafet-sim"],
+    ),
     ("xtask", &[]),
 ];
 
 /// What tests may need beyond that.
-const TEST_ARROWS: &[(&str, &[&str])] = &[("lafet-client", &["lafet-sim", "lafet-device"])];
+const TEST_ARROWS: &[(&str, &[&str])] = &[
+    ("lafet-client", &["lafet-sim", "lafet-device"]),
+    ("lafet-hub", &["lafet-sim", "lafet-device"]),
+];
 
 pub fn layers(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;

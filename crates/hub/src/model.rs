@@ -147,7 +147,9 @@ pub fn readiness(status: &Status, link_up: bool) -> Readiness {
     }
     for (name, state) in &status.subsystems {
         let Some(id) = SubsystemId::from_name(name) else { continue };
-        let bad = flags::set_flags(id, state.bits).filter(|it| it.severity() >= Severity::Warning);
+        // A fire that was found is an alarm, and what the monitor is ready for.
+        let bad = flags::set_flags(id, state.bits)
+            .filter(|it| it.severity() >= Severity::Warning && it.info.name != "Found");
         reasons.extend(bad.map(|flag| ReadinessReason {
             code: "flag",
             subsystem: Some(name.clone()),
@@ -157,7 +159,9 @@ pub fn readiness(status: &Status, link_up: bool) -> Readiness {
             remedy: flag.info.remedy.into(),
         }));
     }
-    let ready = reasons.iter().all(|reason| reason.severity != severity(Severity::Alarm));
+    let locked = status.is_set(SubsystemId::GENERAL, "LockedOut");
+    let alarm = reasons.iter().any(|reason| reason.severity == severity(Severity::Alarm));
+    let ready = !locked && !alarm;
     Readiness { ready, reasons }
 }
 

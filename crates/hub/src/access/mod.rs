@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::text::{Both, both};
-pub use rules::{Need, ends_jog, need};
+pub use keys::secret;
+pub use rules::{Need, need};
 pub use throttle::{Bucket, Logins};
 pub use users::{Access, AccessError, SessionInfo, Token, User};
 

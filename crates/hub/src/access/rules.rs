@@ -2,7 +2,7 @@
 
 use lafet_proto::id::key;
 use lafet_proto::request::Body;
-use lafet_proto::{RequestId, SubsystemId};
+use lafet_proto::RequestId;
 
 use super::Role;
 
@@ -52,14 +52,4 @@ pub fn need(request: RequestId, body: &Body<'_>) -> Option<Need> {
         // SetParam, SwitchLimits, StartJustify, SetupCorrectionTable, and what nobody knows.
         _ => SET_UP,
     })
-}
-
-/// Whether a request ends a motion of this drive that somebody holds.
-pub fn ends_jog(body: &Body<'_>, to: SubsystemId, drive: SubsystemId) -> bool {
-    match body {
-        Body::Stop => matches!(to, SubsystemId::ALL | SubsystemId::MOTORS) || to == drive,
-        Body::Close { .. } => true,
-        Body::Lockout { key } => *key == lafet_proto::id::key::ENABLE,
-        _ => false,
-    }
 }

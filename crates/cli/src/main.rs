@@ -19,6 +19,7 @@ mod exchange;
 mod failure;
 mod follow;
 mod help;
+mod hub;
 mod interrupt;
 mod lang;
 mod out;
@@ -81,6 +82,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Man(args) => cmd::install::run_man(&args, out),
         Command::Schema(args) => cmd::schema::run(&args, out),
         Command::Sim(args) => cmd::sim::run(*args, out).await,
+        Command::Serve(args) => cmd::serve::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,
         Command::Status(args) => cmd::status::run(args, global, out).await,
         Command::Watch(args) => cmd::watch::run(args, global, out).await,

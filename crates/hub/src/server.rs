@@ -8,19 +8,18 @@ use std::time::Duration;
 
 use axum::Router;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::server::graceful::GracefulShutdown;
 use rustls_pki_types::pem::PemObject;
 use rustls_pki_types::{CertificateDer, PrivateKeyDer};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, watch};
 use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::rustls::server::WebPkiClientVerifier;
 use tokio_rustls::rustls::{RootCertStore, ServerConfig, crypto};
 use tower::ServiceExt;
 
-use crate::api::{self, Peer};
+use crate::api::{self, Peer, Place};
 use crate::config::TlsConfig;
 use crate::hub::Hub;
 use crate::owner;
@@ -79,7 +78,6 @@ impl Server {
         owner::start(&hub);
         let router = api::router(hub.clone());
         let room = Arc::new(Semaphore::new(hub.config.connections_max));
-        let graceful = GracefulShutdown::new();
         tokio::pin!(end);
         loop {
             let accepted = tokio::select! {
@@ -90,22 +88,22 @@ impl Server {
                 tokio::time::sleep(REST).await;
                 continue;
             };
-            let Ok(place) = room.clone().try_acquire_owned() else {
+            let Ok(permit) = room.clone().try_acquire_owned() else {
                 tracing::warn!(%address, "too many connections");
                 continue;
             };
             let (hub, router) = (hub.clone(), router.clone());
             let acceptor = tls.as_ref().map(|tls| tls.0.clone());
-            let watcher = graceful.watcher();
-            tokio::spawn(async move {
-                hub.counts.connections.fetch_add(1, Ordering::Relaxed);
-                _ = connection(stream, address, acceptor, router, watcher).await;
-                hub.counts.connections.fetch_sub(1, Ordering::Relaxed);
-                drop(place);
-            });
+            let ending = hub.ending.subscribe();
+            hub.counts.connections.fetch_add(1, Ordering::Relaxed);
+            let place = Arc::new(Place { hub, permit });
+            let peer = Peer { address, name: None, tls: acceptor.is_some(), place };
+            // A connection that breaks concerns nobody but its client.
+            tokio::spawn(async move { _ = connection(stream, peer, acceptor, router, ending).await });
         }
         hub.ending.send_replace(true);
-        _ = timeout(FAREWELL, graceful.shutdown()).await;
+        let all = u32::try_from(hub.config.connections_max).unwrap_or(u32::MAX);
+        _ = timeout(FAREWELL, room.acquire_many(all)).await;
         // What is noted now is stored before the program ends.
         _ = timeout(FAREWELL, hub.audit.note(hub.record_of_end())).await;
     }
@@ -113,26 +111,26 @@ impl Server {
 
 async fn connection(
     stream: TcpStream,
-    address: SocketAddr,
+    peer: Peer,
     acceptor: Option<TlsAcceptor>,
     router: Router,
-    watcher: hyper_util::server::graceful::Watcher,
+    ending: watch::Receiver<bool>,
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
     let Some(acceptor) = acceptor else {
-        return requests(stream, Peer { address, name: None, tls: false }, router, watcher).await;
+        return requests(stream, peer, router, ending).await;
     };
     let stream = timeout(PATIENCE, acceptor.accept(stream)).await??;
     let certificates = stream.get_ref().1.peer_certificates();
     let name = certificates.and_then(|chain| common_name(chain.first()?));
-    requests(stream, Peer { address, name, tls: true }, router, watcher).await
+    requests(stream, Peer { name, ..peer }, router, ending).await
 }
 
 async fn requests<S>(
     stream: S,
     peer: Peer,
     router: Router,
-    watcher: hyper_util::server::graceful::Watcher,
+    mut ending: watch::Receiver<bool>,
 ) -> io::Result<()>
 where
     S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
@@ -146,7 +144,13 @@ where
         .header_read_timeout(PATIENCE)
         .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();
-    watcher.watch(connection).await.map_err(io::Error::other)
+    tokio::pin!(connection);
+    tokio::select! {
+        result = connection.as_mut() => return result.map_err(io::Error::other),
+        () = async { _ = ending.wait_for(|ending| *ending).await } => {}
+    }
+    connection.as_mut().graceful_shutdown();
+    connection.await.map_err(io::Error::other)
 }
 
 fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {

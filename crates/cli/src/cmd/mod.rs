@@ -17,6 +17,7 @@ pub mod replay;
 pub mod schema;
 pub mod seek;
 pub mod send;
+pub mod serve;
 pub mod service;
 pub mod sim;
 pub mod status;

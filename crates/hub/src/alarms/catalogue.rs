@@ -2,7 +2,7 @@
 //! leads to is told here.
 
 use lafet_proto::SubsystemId;
-use lafet_proto::flags::{FlagInfo, Severity, flags_of};
+use lafet_proto::flags::{FlagInfo, Severity};
 
 use crate::text::{Both, both};
 
@@ -216,21 +216,18 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
     }
 }
 
-/// Every alarm that a subsystem can have.
-pub fn flags(id: SubsystemId) -> impl Iterator<Item = &'static FlagInfo> {
-    flags_of(id).flags.iter().filter(|flag| flag.severity >= Severity::Warning)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lafet_proto::flags::flags_of;
 
     #[test]
     fn every_flag_that_warns_says_what_it_leads_to_in_both_languages() {
         let cyrillic = |text: &str| text.chars().any(|c| ('а'..='я').contains(&c));
         let mut count = 0;
         for id in SubsystemId::TABLE {
-            for flag in flags(id) {
+            let flags = flags_of(id).flags.iter();
+            for flag in flags.filter(|flag| flag.severity >= Severity::Warning) {
                 let texts = of_flag(id, flag);
                 for text in [texts.what, texts.cause, texts.consequence, texts.remedy] {
                     let fine = text.en.ends_with('.') && text.ru.ends_with('.');

@@ -25,8 +25,6 @@ use crate::text::Both;
 
 /// A condition has to be gone for so long before its alarm returns: no chattering.
 const OFF_DELAY_MS: u64 = 2_000;
-/// Longest time on the shelf, minutes.
-pub const SHELVE_MAX_MIN: u64 = 480;
 
 /// An alarm.
 #[derive(Clone, Debug, Serialize, ToSchema)]

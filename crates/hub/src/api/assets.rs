@@ -13,7 +13,7 @@ const MISSING: &str = include_str!("no_console.html");
 pub async fn serve(method: Method, uri: Uri) -> Response {
     let path = uri.path().trim_start_matches('/');
     if path.starts_with("api/") || path == "api" || !matches!(method, Method::GET | Method::HEAD) {
-        return super::nothing(&method);
+        return super::nothing();
     }
     if let Some(file) = CONSOLE.get_file(path) {
         // Names in assets/ hold a hash of their content.
@@ -23,7 +23,7 @@ pub async fn serve(method: Method, uri: Uri) -> Response {
     }
     let name = path.rsplit('/').next().unwrap_or_default();
     if name.contains('.') {
-        return super::nothing(&method);
+        return super::nothing();
     }
     match CONSOLE.get_file("index.html") {
         Some(page) => {

@@ -1,6 +1,8 @@
 //! Who asks: cookie, token, certificate; and that a browser asks on behalf of our own page.
 
 use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request, State};
@@ -9,6 +11,7 @@ use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
+use tokio::sync::OwnedSemaphorePermit;
 
 use super::BODY_MAX;
 use crate::access::{Kind, Principal, Role};
@@ -28,6 +31,25 @@ pub struct Peer {
     pub name: Option<String>,
     /// The connection is encrypted.
     pub tls: bool,
+    /// Counts the connection, also when it has become a WebSocket.
+    #[expect(dead_code, reason = "held for its end")]
+    pub place: Arc<Place>,
+}
+
+/// One of the connections that the hub has room for.
+#[derive(Debug)]
+pub struct Place {
+    /// The hub that counts it.
+    pub hub: Hub,
+    /// Gives the room back.
+    #[expect(dead_code, reason = "held for its end")]
+    pub permit: OwnedSemaphorePermit,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.hub.counts.connections.fetch_sub(1, Ordering::Relaxed);
+    }
 }
 
 /// Somebody who may at least stop: a session that ran out lately, and no CSRF token, will do.

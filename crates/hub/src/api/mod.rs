@@ -10,7 +10,7 @@ mod session;
 mod ws;
 
 use axum::extract::{DefaultBodyLimit, State};
-use axum::http::{HeaderName, HeaderValue, Method};
+use axum::http::{HeaderName, HeaderValue};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::{Json, Router};
@@ -21,7 +21,7 @@ use utoipa_axum::routes;
 
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-pub use guard::Peer;
+pub use guard::{Peer, Place};
 
 /// Largest body of a request; Stop, Close and Lockout are read only so far.
 pub const BODY_MAX: usize = 64 * 1024;
@@ -108,7 +108,6 @@ async fn headers(request: axum::extract::Request, next: Next) -> Response {
 }
 
 /// What is not there.
-fn nothing(method: &Method) -> Response {
-    let _ = method;
+fn nothing() -> Response {
     ApiError::not_found().into_response()
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
-use axum::extract::{Query, State};
+use axum::extract::{Extension, Query, State};
 use axum::response::Response;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
@@ -22,6 +22,7 @@ use tokio::task::AbortHandle;
 use tokio::time::{Instant, interval, sleep_until, timeout};
 use utoipa::IntoParams;
 
+use super::guard::Peer;
 use super::monitors::{JogBeat, LOCKOUT, STOP};
 use crate::access::{Bucket, Principal};
 use crate::beats::{BEAT_MS, WATCHDOG};
@@ -77,6 +78,7 @@ pub async fn upgrade(
     State(hub): State<Hub>,
     caller: Caller,
     Query(Resume { resume }): Query<Resume>,
+    Extension(peer): Extension<Peer>,
     socket: WebSocketUpgrade,
 ) -> Response {
     let from: IpAddr = caller.seat.from.parse().unwrap_or(IpAddr::from([0, 0, 0, 0]));
@@ -84,7 +86,10 @@ pub async fn upgrade(
     socket
         .max_message_size(MESSAGE_MAX)
         .max_frame_size(MESSAGE_MAX)
-        .on_upgrade(move |socket| serve(hub, socket, principal, from, resume))
+        .on_upgrade(move |socket| async move {
+            serve(hub, socket, principal, from, resume).await;
+            drop(peer);
+        })
 }
 
 async fn serve(

@@ -19,6 +19,8 @@ use crate::text::both;
 
 /// So long a command waits for its entry to be on the disk; then it goes first.
 const NOTED: Duration = Duration::from_millis(50);
+/// So long an answer waits for the number of its entry.
+const NUMBERED: Duration = Duration::from_millis(500);
 /// The effect of a command is looked at so long after its answer.
 const EFFECT: Duration = Duration::from_secs(2);
 /// Longest text of a request.
@@ -134,7 +136,7 @@ impl Hub {
         let mut audit = None;
         if let Some(mut note) = noted {
             if asked.is_none() {
-                asked = timeout(NOTED, &mut note).await.ok().and_then(Result::ok);
+                asked = timeout(NUMBERED, &mut note).await.ok().and_then(Result::ok);
             }
             let texts = result.as_ref().map(|answers| {
                 answers.iter().map(|it| model::answer(it)["text"].clone()).collect::<Vec<_>>()
@@ -145,7 +147,7 @@ impl Hub {
                 "answers": texts.unwrap_or_default(),
             });
             let answered = self.audit.note(record);
-            audit = timeout(NOTED, answered).await.ok().and_then(Result::ok);
+            audit = timeout(NUMBERED, answered).await.ok().and_then(Result::ok);
             self.watch_effect(caller, station, &what, request.to, audit);
         }
         if matches!(

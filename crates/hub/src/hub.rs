@@ -185,6 +185,16 @@ impl Hub {
         self.stations.get(id).ok_or_else(|| ApiError::no_monitor(id))
     }
 
+    /// All monitors.
+    pub fn stations(&self) -> impl Iterator<Item = &Arc<Station>> {
+        self.stations.values()
+    }
+
+    /// Requests sent to monitors so far.
+    pub fn count_of_commands(&self) -> u64 {
+        self.counts.commands.load(Ordering::Relaxed)
+    }
+
     /// Publishes what only a simulation knows.
     pub fn publish_scene(&self, scene: &Value) {
         self.topics.set("scene", scene);

@@ -166,7 +166,7 @@ fn say(running: &Running, place: &str, out: &mut Out) -> Outcome {
             "{url}\n\nSimulated: a tank farm, three monitors, and a fire. No login is needed, as nobody \
              else can reach this.\nTry in another terminal:\n  \
              lafet -c {monitor} status\n  \
-             lafet record -c {monitor} --wireshark\n  \
+             lafet -c {monitor} record demo.pcapng --for 5\n  \
              curl {url}/api/monitors/M1\n  \
              curl -X POST {url}/api/stop\nCtrl-C ends it. In the terminal: lafet demo --terminal"
         ),
@@ -174,7 +174,7 @@ fn say(running: &Running, place: &str, out: &mut Out) -> Outcome {
             "{url}\n\nИмитация: резервуарный парк, три ствола и пожар. Вход не нужен: с других машин \
              сюда не попасть.\nПопробуйте в другом терминале:\n  \
              lafet -c {monitor} status\n  \
-             lafet record -c {monitor} --wireshark\n  \
+             lafet -c {monitor} record demo.pcapng --for 5\n  \
              curl {url}/api/monitors/M1\n  \
              curl -X POST {url}/api/stop\nCtrl-C завершает. В терминале: lafet demo --terminal"
         ),

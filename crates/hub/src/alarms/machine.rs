@@ -139,7 +139,8 @@ impl Alarms {
     /// The state of a monitor. Of one that does not answer nothing new is known.
     pub fn observe(&mut self, now_ms: u64, monitor: &str, status: &Status, up: bool) -> Vec<Change> {
         let mut changes = Vec::new();
-        let stale = up && status.stale;
+        // A connection that is made anew, as a monitor was silent, is no alarm of its own.
+        let down = !up && (status.stale || status.at_ms.is_none());
         let own = |flag: &str, texts| Condition {
             monitor: monitor.to_owned(),
             subsystem: "Link".into(),
@@ -147,10 +148,10 @@ impl Alarms {
             texts,
         };
         let mut holding = Vec::new();
-        if !up {
+        if down {
             holding.push(own("Down", catalogue::link_down()));
         }
-        if stale {
+        if status.stale {
             holding.push(own("Stale", catalogue::stale()));
         }
         let known = up && !status.stale;
@@ -394,7 +395,11 @@ mod tests {
         alarms.observe(20_000, "M1", &silent, false);
         assert!(alarms.get("M1/Link/Down").unwrap().active);
         alarms.observe(23_000, "M1", &silent, false);
-        assert_eq!(alarms.get("M1/Link/Stale").unwrap().state, "rtn_unack");
+        assert_eq!(alarms.get("M1/Link/Stale").unwrap().state, "unack");
+        for at in [30_000, 33_000] {
+            alarms.observe(at, "M1", &status(OVERLOAD), true);
+        }
+        assert_eq!(alarms.get("M1/Link/Down").unwrap().state, "rtn_unack");
     }
 
     #[test]

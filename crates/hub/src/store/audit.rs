@@ -448,6 +448,31 @@ mod tests {
         assert!(changed.unwrap_err().to_string().contains("not changed"));
     }
 
+    /// What a full disk does not take waits, and is stored in its order when there is room.
+    #[test]
+    fn a_full_disk_loses_nothing() {
+        let connection = open(None, "", SCHEMA).unwrap();
+        let limit = |connection: &Connection, pages: u32| {
+            // The pragma answers with what it is set to.
+            let query = format!("PRAGMA max_page_count = {pages}");
+            connection.query_row(&query, [], |row| row.get::<_, u32>(0)).unwrap();
+        };
+        limit(&connection, 1);
+        let waiting = VecDeque::new();
+        let state = Arc::new(State::default());
+        let mut writer = Writer { connection, head: (0, GENESIS.into()), waiting, state };
+        for _ in 0..50 {
+            let record = Record { outcome: "x".repeat(500), ..record("Stop All") };
+            writer.waiting.push_back(Note { record, stored: None });
+            writer.state.waiting.fetch_add(1, Ordering::Relaxed);
+        }
+        assert!(writer.store().unwrap_err().to_string().contains("full"));
+        assert_eq!((writer.waiting.len(), writer.head.0), (50, 0));
+        limit(&writer.connection, 10_000);
+        writer.store().unwrap();
+        assert_eq!((writer.waiting.len(), writer.head.0), (0, 50));
+    }
+
     #[tokio::test]
     async fn the_chain_goes_on_after_a_restart() {
         let folder = std::env::temp_dir().join(format!("lafet-audit-{}", std::process::id()));

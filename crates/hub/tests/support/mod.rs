@@ -269,7 +269,9 @@ impl Socket {
     }
 
     pub async fn next_where(&mut self, wanted: impl Fn(&Value) -> bool) -> Value {
+        let began = Instant::now();
         loop {
+            assert!(began.elapsed() < PATIENCE, "what was waited for does not come");
             let message = self.next().await.expect("the connection stays");
             if wanted(&message) {
                 return message;

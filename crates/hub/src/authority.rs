@@ -262,7 +262,8 @@ impl Authority {
 
     fn give(&mut self, now: Now, seat: Seat) {
         // Who has just got it has not commanded yet: `commanded` lies before any request.
-        self.holder = Some(Holder { seat, since: now, commanded: Now::ZERO, seen: now, lost: None });
+        self.holder =
+            Some(Holder { seat, since: now, commanded: Now::ZERO, seen: now, lost: None });
     }
 
     fn free(&mut self, how: &'static str) -> Vec<Notice> {

@@ -51,7 +51,10 @@ impl Hub {
         self.counts.commands.fetch_add(1, Ordering::Relaxed);
         let (hub, caller, station) = (self.clone(), caller.clone(), station.clone());
         let text = text.to_owned();
-        let run = tokio::spawn(async move { hub.carry_out(&caller, &station, &text, needs, began).await });
+        let run =
+            tokio::spawn(
+                async move { hub.carry_out(&caller, &station, &text, needs, began).await },
+            );
         run.await.unwrap_or_else(|_| Err(ApiError::from(&lafet_client::Error::Closed)))
     }
 

@@ -209,9 +209,8 @@ impl Hub {
             let matches = |live: &&Live| live.resume == secret && live.user == user;
             seats.iter().find(|(_, live)| matches(live)).map(|(seat, _)| seat.clone())
         });
-        let seat = old.unwrap_or_else(|| {
-            format!("s{}", self.next_seat.fetch_add(1, Ordering::Relaxed))
-        });
+        let seat =
+            old.unwrap_or_else(|| format!("s{}", self.next_seat.fetch_add(1, Ordering::Relaxed)));
         // Without random numbers nobody comes back; everything else works.
         let resume = crate::access::secret().unwrap_or_default();
         let live = Live {
@@ -362,9 +361,8 @@ impl Hub {
                 Notice::Lost { seat, how, by, reason } => {
                     station.let_go(&seat.seat);
                     if how == "expired" {
-                        lock(&self.seats).retain(|name, live| {
-                            *name != seat.seat || !live.events.is_closed()
-                        });
+                        lock(&self.seats)
+                            .retain(|name, live| *name != seat.seat || !live.events.is_closed());
                         self.expired(station, &seat);
                     }
                     if how != "released" {

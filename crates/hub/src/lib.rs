@@ -15,9 +15,9 @@
 
 pub mod access;
 pub mod alarms;
+mod api;
 pub mod authority;
 pub mod beats;
-mod api;
 mod clock;
 mod command;
 pub mod config;
@@ -32,9 +32,9 @@ mod sync;
 pub mod text;
 pub mod topics;
 
+pub use api::description;
 pub use clock::Clock;
 pub use config::{Config, MonitorConfig, Overrides, Problem, TlsConfig};
 pub use error::ApiError;
-pub use api::description;
 pub use hub::Hub;
 pub use server::Server;

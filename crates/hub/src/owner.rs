@@ -100,12 +100,16 @@ async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {
         match events.recv().await {
             Ok(LinkEvent::Up) => {
                 station.set_link(&hub, true, None);
-                hub.event(Some(station.id()), &both("Connected again.", "Соединение восстановлено."));
+                hub.event(
+                    Some(station.id()),
+                    &both("Connected again.", "Соединение восстановлено."),
+                );
                 station.reread.notify_one();
             }
             Ok(LinkEvent::Down(error)) => {
                 let was_up = station.is_up();
-                let text = both(format!("No connection: {error}."), format!("Нет соединения: {error}."));
+                let text =
+                    both(format!("No connection: {error}."), format!("Нет соединения: {error}."));
                 station.set_link(&hub, false, Some(text.clone()));
                 if was_up {
                     hub.event(Some(station.id()), &text);
@@ -190,7 +194,9 @@ async fn read_slow(hub: Hub, station: Arc<Station>, monitor: Monitor) {
             }
             let found = status.is_set(SubsystemId::DETECTOR, "Found")
                 || status.is_set(SubsystemId::DETECTOR, "Searching");
-            if (found || had) && let Ok(hotbeds) = monitor.hotbeds().await {
+            if (found || had)
+                && let Ok(hotbeds) = monitor.hotbeds().await
+            {
                 station.set_hotbeds(&hub, model::hotbeds(hub.clock.now_ms(), &hotbeds));
             }
             had = found;

@@ -99,7 +99,9 @@ impl Server {
             let place = Arc::new(Place { hub, permit });
             let peer = Peer { address, name: None, tls: acceptor.is_some(), place };
             // A connection that breaks concerns nobody but its client.
-            tokio::spawn(async move { _ = connection(stream, peer, acceptor, router, ending).await });
+            tokio::spawn(
+                async move { _ = connection(stream, peer, acceptor, router, ending).await },
+            );
         }
         hub.ending.send_replace(true);
         let all = u32::try_from(hub.config.connections_max).unwrap_or(u32::MAX);

@@ -275,7 +275,12 @@ impl Station {
     }
 
     /// A beat of somebody who may command: tells what became of it.
-    pub fn beat(self: &Arc<Self>, hub: &Hub, caller: &Caller, beat: Beat) -> Result<&'static str, ApiError> {
+    pub fn beat(
+        self: &Arc<Self>,
+        hub: &Hub,
+        caller: &Caller,
+        beat: Beat,
+    ) -> Result<&'static str, ApiError> {
         let monitor = Monitor::new(self.client()?);
         let drive = match beat.drive {
             SubsystemId::VERTICAL => monitor.vertical(),

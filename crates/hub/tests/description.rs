@@ -44,7 +44,10 @@ fn the_document_has_what_the_description_has() {
     let documented = documented();
     let lacking: Vec<_> = described.difference(&documented).collect();
     let invented: Vec<_> = documented.difference(&described).collect();
-    assert!(lacking.is_empty() && invented.is_empty(), "lacking {lacking:?}, invented {invented:?}");
+    assert!(
+        lacking.is_empty() && invented.is_empty(),
+        "lacking {lacking:?}, invented {invented:?}"
+    );
 }
 
 /// Every operation, with nobody logged in, with sound and with unsound values: the status is one of
@@ -54,13 +57,25 @@ async fn every_answer_is_as_described() {
     let site = Site::with(1, |_| {}).await;
     let token = site.token(lafet_hub::access::Role::Administrator);
     let bodies = [
-        "", "{}", "[1]", "{\"ids\":[\"nothing\"]}", "\u{0}garbage", "{\"user\":\"x\",\"password\":\"y\"}",
-        "{\"request\":\"GetStatus All\"}", "{\"drive\":\"Vertical\",\"toward\":\"max\"}",
-        "{\"action\":\"release\"}", "{\"values\":[1]}", "{\"id\":\"x\",\"minutes\":1,\"reason\":\"y\"}",
+        "",
+        "{}",
+        "[1]",
+        "{\"ids\":[\"nothing\"]}",
+        "\u{0}garbage",
+        "{\"user\":\"x\",\"password\":\"y\"}",
+        "{\"request\":\"GetStatus All\"}",
+        "{\"drive\":\"Vertical\",\"toward\":\"max\"}",
+        "{\"action\":\"release\"}",
+        "{\"values\":[1]}",
+        "{\"id\":\"x\",\"minutes\":1,\"reason\":\"y\"}",
     ];
     for (method, path, operation) in operations() {
-        let described: Vec<u16> =
-            operation["responses"].as_object().unwrap().keys().map(|it| it.parse().unwrap()).collect();
+        let described: Vec<u16> = operation["responses"]
+            .as_object()
+            .unwrap()
+            .keys()
+            .map(|it| it.parse().unwrap())
+            .collect();
         for (monitor, subsystem) in [("M1", "Vertical"), ("M9", "Nobody"), ("%00", "%D0%B6")] {
             let path = path
                 .replace("{user}", "nobody-here")
@@ -68,22 +83,32 @@ async fn every_answer_is_as_described() {
                 .replace("{id}", monitor)
                 .replace("{subsystem}", subsystem)
                 .replace("{name}", "Speed");
-            for query in ["", "?monitor=M1&series=Vertical.position", "?monitor=&limit=x&from_ms=-1"] {
+            for query in
+                ["", "?monitor=M1&series=Vertical.position", "?monitor=&limit=x&from_ms=-1"]
+            {
                 for body in bodies {
                     if method == "GET" && !body.is_empty() {
                         continue;
                     }
                     for authorization in ["", &format!("Bearer {token}")] {
                         let headers = [("Authorization", authorization)];
-                        let headers = if authorization.is_empty() { &headers[..0] } else { &headers };
+                        let headers =
+                            if authorization.is_empty() { &headers[..0] } else { &headers };
                         let place = format!("{path}{query}");
                         let reply = site.http(&method, &place, headers, body).await;
                         let slow = reply.status == 429;
                         let fine = slow || described.contains(&reply.status);
-                        assert!(fine, "{method} {place} {body}: {reply:?}, described {described:?}");
-                        if reply.status >= 400 && !path.ends_with("/ws") && !path.ends_with("/health") {
+                        assert!(
+                            fine,
+                            "{method} {place} {body}: {reply:?}, described {described:?}"
+                        );
+                        if reply.status >= 400
+                            && !path.ends_with("/ws")
+                            && !path.ends_with("/health")
+                        {
                             let error = &reply.body["error"];
-                            let whole = ["code", "en", "ru"].iter().all(|it| error[*it].is_string());
+                            let whole =
+                                ["code", "en", "ru"].iter().all(|it| error[*it].is_string());
                             assert!(whole, "{method} {place} {body}: {reply:?}");
                         }
                     }

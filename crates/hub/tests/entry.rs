@@ -27,7 +27,8 @@ async fn the_first_start() {
     assert_eq!((nobody.status, nobody.code()), (401, "login_needed"));
     assert_eq!(nobody.body["error"]["setup_needed"], true);
     let link = site.hub.access.setup_link().unwrap().unwrap();
-    let body = |token: &str| json!({ "token": token, "user": "root", "password": PASSWORD }).to_string();
+    let body =
+        |token: &str| json!({ "token": token, "user": "root", "password": PASSWORD }).to_string();
     let made = site.http("POST", "/api/setup", &[], &body(&link)).await;
     assert_eq!((made.status, &made.body["role"]), (200, &json!("administrator")), "{made:?}");
     let flags = made.header("set-cookie").unwrap();
@@ -54,7 +55,8 @@ async fn csrf_and_stale_sessions() {
     let headers = [("Cookie", cookie.as_str()), ("X-CSRF-Token", csrf.as_str())];
     assert_eq!(site.http("POST", path, &headers, &take).await.status, 200);
     let request = json!({ "request": "Move Vertical 5" }).to_string();
-    let moved = site.http("POST", "/api/monitors/M1/requests", &[("Cookie", &cookie)], &request).await;
+    let moved =
+        site.http("POST", "/api/monitors/M1/requests", &[("Cookie", &cookie)], &request).await;
     assert_eq!(moved.code(), "csrf");
     // Stop needs no token, and a session that ran out lately will do; nothing else.
     now_ms.fetch_add(13 * 3_600_000, Ordering::Relaxed);
@@ -77,7 +79,11 @@ async fn failures_make_the_next_try_wait() {
     let second = log_in(&site, "anna", PASSWORD).await;
     assert_eq!((second.status, second.code()), (429, "slow_down"));
     assert!(second.header("retry-after").is_some());
-    assert_eq!(log_in(&site, "boris", "wrong").await.code(), "login_failed", "others are not held up");
+    assert_eq!(
+        log_in(&site, "boris", "wrong").await.code(),
+        "login_failed",
+        "others are not held up"
+    );
 }
 
 #[tokio::test]
@@ -186,10 +192,11 @@ async fn certificates_of_our_own_and_of_clients() {
     let connect = |client: Option<&str>| {
         let mut roots = RootCertStore::empty();
         roots.add(ca.der().clone()).unwrap();
-        let builder = ClientConfig::builder_with_provider(Arc::new(crypto::ring::default_provider()))
-            .with_safe_default_protocol_versions()
-            .unwrap()
-            .with_root_certificates(roots);
+        let builder =
+            ClientConfig::builder_with_provider(Arc::new(crypto::ring::default_provider()))
+                .with_safe_default_protocol_versions()
+                .unwrap()
+                .with_root_certificates(roots);
         let config = match client {
             None => builder.with_no_client_auth(),
             Some(name) => {
@@ -207,7 +214,10 @@ async fn certificates_of_our_own_and_of_clients() {
     };
     let stream = connect(Some("scada")).await.unwrap();
     let reply = http_over(stream, "localhost", "GET", "/api/session", &[], "").await;
-    assert_eq!((&reply.body["user"], &reply.body["kind"]), (&json!("scada"), &json!("certificate")));
+    assert_eq!(
+        (&reply.body["user"], &reply.body["kind"]),
+        (&json!("scada"), &json!("certificate"))
+    );
     assert_eq!(reply.body["role"], "operator");
     let stream = connect(Some("stranger")).await.unwrap();
     let reply = http_over(stream, "localhost", "GET", "/api/session", &[], "").await;

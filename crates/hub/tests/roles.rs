@@ -82,8 +82,9 @@ async fn over_http() {
             let site = Site::with(1, |_| {}).await;
             let token = site.token(role);
             if held && role >= Role::Operator {
-                let taken =
-                    site.post(&token, "/api/monitors/M1/authority", json!({ "action": "take" })).await;
+                let taken = site
+                    .post(&token, "/api/monitors/M1/authority", json!({ "action": "take" }))
+                    .await;
                 assert_eq!(taken.status, 200);
             }
             for (name, addressees, least, authority) in TABLE {
@@ -129,7 +130,11 @@ async fn over_the_websocket() {
                     });
                     let answer = socket.ask(asked).await;
                     let expected = expected(role, *least, *authority, held);
-                    assert_eq!(verdict(&answer["error"]), expected, "{request} {role:?} {held}: {answer}");
+                    assert_eq!(
+                        verdict(&answer["error"]),
+                        expected,
+                        "{request} {role:?} {held}: {answer}"
+                    );
                 }
             }
         }

@@ -100,9 +100,7 @@ async fn a_holder_who_is_lost_is_released_and_its_motion_stopped() {
     holder.ask(asked).await;
     until("it moves", || site.bus.commanded(0, HORIZONTAL) > 0).await;
     drop(holder);
-    let free = other
-        .next_where(|it| it["set"]["monitors/M1/authority"]["state"] == "free")
-        .await;
+    let free = other.next_where(|it| it["set"]["monitors/M1/authority"]["state"] == "free").await;
     assert!(free["now_ms"].is_u64());
     until("it stands", || site.bus.commanded(0, HORIZONTAL) == 0).await;
     assert!(site.bus.position(0, HORIZONTAL) < 9_000.0);
@@ -118,7 +116,8 @@ async fn a_holder_may_come_back_in_time() {
     .await;
     let mut holder = site.ws("").await;
     holder.authority("M1", "take").await;
-    let (seat, resume) = (holder.seat().to_owned(), holder.hello["resume"].as_str().unwrap().to_owned());
+    let (seat, resume) =
+        (holder.seat().to_owned(), holder.hello["resume"].as_str().unwrap().to_owned());
     drop(holder);
     let mut other = site.ws("").await;
     assert_eq!(other.authority("M1", "take").await["error"]["code"], "held");

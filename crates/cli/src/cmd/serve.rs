@@ -60,9 +60,10 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
             format!("{file}: fine; monitors: {count}; listens on {}", config.listen),
             format!("{file}: ошибок нет; стволов: {count}; адрес {}", config.listen),
         );
-        return out.show(text, || {
-            json!({ "file": file, "monitors": count, "listen": config.listen.to_string() })
-        });
+        return out.show(
+            text,
+            || json!({ "file": file, "monitors": count, "listen": config.listen.to_string() }),
+        );
     }
     log(out.json(), "info");
     let login = config.login;
@@ -116,8 +117,14 @@ fn verify(file: &Path, out: &mut Out) -> Outcome {
     match verified.bad {
         None => out.show(
             pick(
-                format!("{} entries, none changed, none missing; {}", verified.entries, verified.head),
-                format!("записей: {}, ничего не изменено и не удалено; {}", verified.entries, verified.head),
+                format!(
+                    "{} entries, none changed, none missing; {}",
+                    verified.entries, verified.head
+                ),
+                format!(
+                    "записей: {}, ничего не изменено и не удалено; {}",
+                    verified.entries, verified.head
+                ),
             ),
             value,
         ),
@@ -126,8 +133,12 @@ fn verify(file: &Path, out: &mut Out) -> Outcome {
                 out.value(&value())?;
             }
             Err(Failure::Ended(pick(
-                format!("Entry {bad} is not what was written: it was changed, or one before it was taken out."),
-                format!("Запись {bad} — не та, что была сделана: изменена либо удалена предыдущая."),
+                format!(
+                    "Entry {bad} is not what was written: it was changed, or one before it was taken out."
+                ),
+                format!(
+                    "Запись {bad} — не та, что была сделана: изменена либо удалена предыдущая."
+                ),
             )))
         }
     }

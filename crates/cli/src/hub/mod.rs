@@ -58,7 +58,8 @@ impl Running {
                 Err(error) => _ = ready.send(Err(error)),
             }
         });
-        let cannot = || pick(format!("cannot listen on {listen}"), format!("{listen} занят или недоступен"));
+        let cannot =
+            || pick(format!("cannot listen on {listen}"), format!("{listen} занят или недоступен"));
         let url = match server.await {
             Ok(Ok(url)) => url,
             Ok(Err(error)) => {
@@ -88,8 +89,12 @@ impl Running {
         let mut text = self.url.clone();
         if let Some(link) = &link {
             text += &pick(
-                format!("\nThere is no user yet. Make the first administrator here, once:\n  {link}"),
-                format!("\nПользователей ещё нет. Создайте администратора по одноразовой ссылке:\n  {link}"),
+                format!(
+                    "\nThere is no user yet. Make the first administrator here, once:\n  {link}"
+                ),
+                format!(
+                    "\nПользователей ещё нет. Создайте администратора по одноразовой ссылке:\n  {link}"
+                ),
             );
         }
         out.show(text, || json!({ "listening": self.url, "setup": link }))

@@ -32,7 +32,8 @@ pub enum Role {
 
 impl Role {
     /// Every role, the least first.
-    pub const ALL: [Self; 4] = [Self::Observer, Self::Operator, Self::Engineer, Self::Administrator];
+    pub const ALL: [Self; 4] =
+        [Self::Observer, Self::Operator, Self::Engineer, Self::Administrator];
 
     /// As it is written.
     pub const fn name(self) -> &'static str {

@@ -1,8 +1,8 @@
 //! Which request needs what. Stop, Close and Lockout on are everybody's, always.
 
+use lafet_proto::RequestId;
 use lafet_proto::id::key;
 use lafet_proto::request::Body;
-use lafet_proto::RequestId;
 
 use super::Role;
 

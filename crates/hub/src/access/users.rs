@@ -138,12 +138,19 @@ impl Access {
     }
 
     /// Makes the first administrator. Slow on purpose.
-    pub fn set_up(&self, now_ms: u64, link: &str, user: &str, password: &str) -> Result<(), AccessError> {
+    pub fn set_up(
+        &self,
+        now_ms: u64,
+        link: &str,
+        user: &str,
+        password: &str,
+    ) -> Result<(), AccessError> {
         check(user, password)?;
         let hash = hash(password)?;
         let mut db = lock(&self.db);
         let transaction = db.transaction()?;
-        let known = transaction.execute("DELETE FROM setup WHERE digest = ?1", [digest(link)])? == 1;
+        let known =
+            transaction.execute("DELETE FROM setup WHERE digest = ?1", [digest(link)])? == 1;
         if !known || count(&transaction, "SELECT COUNT(*) FROM user")? != 0 {
             return Err(AccessError::Wrong);
         }
@@ -152,7 +159,13 @@ impl Access {
     }
 
     /// Adds a user. Slow on purpose.
-    pub fn add(&self, now_ms: u64, user: &str, role: Role, password: &str) -> Result<(), AccessError> {
+    pub fn add(
+        &self,
+        now_ms: u64,
+        user: &str,
+        role: Role,
+        password: &str,
+    ) -> Result<(), AccessError> {
         check(user, password)?;
         let hash = hash(password)?;
         let db = lock(&self.db);
@@ -181,7 +194,8 @@ impl Access {
         let transaction = db.transaction()?;
         role_of(&transaction, user)?.ok_or(AccessError::Missing)?;
         if let Some(role) = role {
-            transaction.execute("UPDATE user SET role = ?2 WHERE name = ?1", [user, role.name()])?;
+            transaction
+                .execute("UPDATE user SET role = ?2 WHERE name = ?1", [user, role.name()])?;
         }
         if let Some(hash) = hash {
             transaction.execute("UPDATE user SET password = ?2 WHERE name = ?1", [user, &hash])?;
@@ -206,7 +220,8 @@ impl Access {
     /// All users.
     pub fn users(&self) -> Result<Vec<User>, AccessError> {
         let db = lock(&self.db);
-        let mut query = db.prepare("SELECT name, role, created_ms, last_login_ms FROM user ORDER BY name")?;
+        let mut query =
+            db.prepare("SELECT name, role, created_ms, last_login_ms FROM user ORDER BY name")?;
         let users = query.query_map([], |row| {
             Ok(User {
                 user: row.get(0)?,
@@ -219,13 +234,21 @@ impl Access {
     }
 
     /// Logs in: takes as long for a user that does not exist. Slow on purpose.
-    pub fn log_in(&self, now_ms: u64, user: &str, password: &str) -> Result<SessionInfo, AccessError> {
+    pub fn log_in(
+        &self,
+        now_ms: u64,
+        user: &str,
+        password: &str,
+    ) -> Result<SessionInfo, AccessError> {
         self.check_password(user, password)?;
         let secret = random()?;
         let (id, csrf) = (format!("h{}", &random()?[..12]), random()?);
         let db = lock(&self.db);
         let role = role_of(&db, user)?.ok_or(AccessError::Wrong)?;
-        db.execute("UPDATE user SET last_login_ms = ?2 WHERE name = ?1", params![user, signed(now_ms)])?;
+        db.execute(
+            "UPDATE user SET last_login_ms = ?2 WHERE name = ?1",
+            params![user, signed(now_ms)],
+        )?;
         let old = signed(now_ms.saturating_sub(SESSION_MS + STALE_MS));
         db.execute("DELETE FROM session WHERE created_ms < ?1", [old])?;
         db.execute(
@@ -253,7 +276,9 @@ impl Access {
         let known: Option<String> =
             lock(&self.db).query_row(find, [user], |row| row.get(0)).optional()?;
         let right = match known {
-            Some(hash) => Argon2::default().verify_password(password.as_bytes(), hash.as_str()).is_ok(),
+            Some(hash) => {
+                Argon2::default().verify_password(password.as_bytes(), hash.as_str()).is_ok()
+            }
             None => {
                 hash(password)?;
                 false
@@ -320,7 +345,12 @@ impl Access {
     }
 
     /// Makes a token; its secret is told this once.
-    pub fn add_token(&self, now_ms: u64, name: &str, role: Role) -> Result<(u64, String), AccessError> {
+    pub fn add_token(
+        &self,
+        now_ms: u64,
+        name: &str,
+        role: Role,
+    ) -> Result<(u64, String), AccessError> {
         if name.trim().is_empty() || name.len() > 100 {
             return Err(AccessError::Unfit);
         }
@@ -406,7 +436,13 @@ fn random() -> Result<String, AccessError> {
     secret().map_err(|error| StoreError::Io(std::io::Error::other(error.to_string())).into())
 }
 
-fn insert(db: &Connection, now_ms: u64, user: &str, role: Role, hash: &str) -> Result<(), rusqlite::Error> {
+fn insert(
+    db: &Connection,
+    now_ms: u64,
+    user: &str,
+    role: Role,
+    hash: &str,
+) -> Result<(), rusqlite::Error> {
     let row = params![user, role.name(), hash, signed(now_ms)];
     db.execute("INSERT INTO user VALUES (?1, ?2, ?3, ?4, NULL)", row).map(|_| ())
 }
@@ -491,7 +527,9 @@ mod tests {
         let one = access.log_in(5, "root", PASSWORD).unwrap();
         let two = access.log_in(5, "root", PASSWORD).unwrap();
         access.change("root", None, Some("another one"), Some(&one.principal.key)).unwrap();
-        assert!(access.is_valid(&one.principal).unwrap() && !access.is_valid(&two.principal).unwrap());
+        assert!(
+            access.is_valid(&one.principal).unwrap() && !access.is_valid(&two.principal).unwrap()
+        );
         assert!(access.log_in(6, "root", PASSWORD).is_err());
     }
 
@@ -502,7 +540,10 @@ mod tests {
         let demoted = access.change("root", Some(Role::Observer), None, None);
         assert!(matches!(demoted, Err(AccessError::Conflict)));
         access.add(1, "anna", Role::Administrator, PASSWORD).unwrap();
-        assert!(matches!(access.add(1, "anna", Role::Observer, PASSWORD), Err(AccessError::Conflict)));
+        assert!(matches!(
+            access.add(1, "anna", Role::Observer, PASSWORD),
+            Err(AccessError::Conflict)
+        ));
         access.remove("root").unwrap();
         assert_eq!(access.users().unwrap().len(), 1);
     }

@@ -142,10 +142,9 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
             "The unit was reset: what it was doing has ended.",
             "Устройство было перезапущено: его работа прервана.",
         ),
-        "ProtocolFault" => (
-            "Some commands do not reach the unit.",
-            "Часть команд не доходит до устройства.",
-        ),
+        "ProtocolFault" => {
+            ("Some commands do not reach the unit.", "Часть команд не доходит до устройства.")
+        }
         "PressureSensorBreak" | "PressureSensorShort" => (
             "The pressure is not known; programs aim without ballistics, the jet may fall short.",
             "Давление неизвестно; программы наводят без баллистики, возможен недолёт струи.",
@@ -154,9 +153,15 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
             "Everything stands and the valves are closed; every command is refused.",
             "Всё остановлено, затворы закрыты; команды отклоняются.",
         ),
-        "HorizontalFault" | "VerticalFault" | "NozzleFault" | "DeployerFault" | "BoxFault" => HEATING,
-        "HorizontalSensorFault" | "VerticalSensorFault" | "NozzleSensorFault"
-        | "DeployerSensorFault" | "BoxSensorFault" | "HumiditySensorFault" => (
+        "HorizontalFault" | "VerticalFault" | "NozzleFault" | "DeployerFault" | "BoxFault" => {
+            HEATING
+        }
+        "HorizontalSensorFault"
+        | "VerticalSensorFault"
+        | "NozzleSensorFault"
+        | "DeployerSensorFault"
+        | "BoxSensorFault"
+        | "HumiditySensorFault" => (
             "Heating of this part is not controlled: in frost it may freeze.",
             "Обогрев этого узла не регулируется: на морозе он может замёрзнуть.",
         ),
@@ -180,28 +185,23 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
                 DRIVE
             }
         }
-        "Blocked" => (
-            "The valve does not open on command.",
-            "Затвор не открывается по команде.",
-        ),
+        "Blocked" => ("The valve does not open on command.", "Затвор не открывается по команде."),
         "OpenSensorFault" | "CloseSensorFault" => (
             "It is not known whether the valve is open or closed.",
             "Неизвестно, открыт затвор или закрыт.",
         ),
-        "OutsideLimits" => (
-            "Part of the fire is not reached by the jet.",
-            "Часть очага не орошается.",
-        ),
+        "OutsideLimits" => {
+            ("Part of the fire is not reached by the jet.", "Часть очага не орошается.")
+        }
         "ModeFault" => ("The program does not run.", "Программа не выполняется."),
-        "TrajectoryPressureFault" | "TrajectoryRangeFault" | "TrajectoryAngleFault"
+        "TrajectoryPressureFault"
+        | "TrajectoryRangeFault"
+        | "TrajectoryAngleFault"
         | "TrajectoryCRCFault" => (
             "The barrel aims straight at the target: far away the jet falls short.",
             "Ствол наводится прямо на цель: на большой дальности струя не долетает.",
         ),
-        "Found" => (
-            "Something burns in the searched sector.",
-            "В секторе поиска есть горение.",
-        ),
+        "Found" => ("Something burns in the searched sector.", "В секторе поиска есть горение."),
         "DeviceFault" => (
             "Fires are not found by the monitor: somebody has to look and aim by hand.",
             "Ствол не находит очаги: наблюдать и наводить нужно вручную.",
@@ -231,7 +231,11 @@ mod tests {
                 let texts = of_flag(id, flag);
                 for text in [texts.what, texts.cause, texts.consequence, texts.remedy] {
                     let fine = text.en.ends_with('.') && text.ru.ends_with('.');
-                    assert!(fine && !cyrillic(&text.en) && cyrillic(&text.ru), "{id} {}: {text:?}", flag.name);
+                    assert!(
+                        fine && !cyrillic(&text.en) && cyrillic(&text.ru),
+                        "{id} {}: {text:?}",
+                        flag.name
+                    );
                 }
                 count += 1;
             }

@@ -130,14 +130,24 @@ impl Alarms {
             let state = ["unack", "rtn_unack", "ack", "shelved"];
             let priority = ["high", "medium", "low"];
             let place = |all: &[&str], one| all.iter().position(|it| *it == one);
-            (place(&state, alarm.state), place(&priority, alarm.priority), u64::MAX - alarm.since_ms)
+            (
+                place(&state, alarm.state),
+                place(&priority, alarm.priority),
+                u64::MAX - alarm.since_ms,
+            )
         };
         list.sort_by_key(|alarm| rank(alarm));
         list
     }
 
     /// The state of a monitor. Of one that does not answer nothing new is known.
-    pub fn observe(&mut self, now_ms: u64, monitor: &str, status: &Status, up: bool) -> Vec<Change> {
+    pub fn observe(
+        &mut self,
+        now_ms: u64,
+        monitor: &str,
+        status: &Status,
+        up: bool,
+    ) -> Vec<Change> {
         let mut changes = Vec::new();
         // A connection that is made anew, as a monitor was silent, is no alarm of its own.
         let down = !up && (status.stale || status.at_ms.is_none());
@@ -308,7 +318,14 @@ impl Alarms {
             self.all.remove(id);
         }
         let own = str::to_owned;
-        Change { id: id.to_owned(), monitor, before, after, user: user.map(own), reason: reason.map(own) }
+        Change {
+            id: id.to_owned(),
+            monitor,
+            before,
+            after,
+            user: user.map(own),
+            reason: reason.map(own),
+        }
     }
 }
 

@@ -120,10 +120,9 @@ async fn add_token(
 ) -> Result<(StatusCode, Json<Value>), ApiError> {
     let what = format!("add token {} as {}", new.name, new.role.name());
     let now_ms = hub.clock.now_ms();
-    let (id, token) = change(&hub, &caller, &what, move |hub| {
-        hub.access.add_token(now_ms, &new.name, new.role)
-    })
-    .await?;
+    let (id, token) =
+        change(&hub, &caller, &what, move |hub| hub.access.add_token(now_ms, &new.name, new.role))
+            .await?;
     Ok((StatusCode::CREATED, Json(json!({ "id": id, "token": token }))))
 }
 

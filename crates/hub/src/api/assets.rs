@@ -17,7 +17,8 @@ pub async fn serve(method: Method, uri: Uri) -> Response {
     }
     if let Some(file) = CONSOLE.get_file(path) {
         // Names in assets/ hold a hash of their content.
-        let cache = if path.starts_with("assets/") { "max-age=31536000, immutable" } else { "no-cache" };
+        let cache =
+            if path.starts_with("assets/") { "max-age=31536000, immutable" } else { "no-cache" };
         let headers = [(header::CONTENT_TYPE, kind(path)), (header::CACHE_CONTROL, cache)];
         return (headers, file.contents()).into_response();
     }

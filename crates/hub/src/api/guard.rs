@@ -104,7 +104,8 @@ impl<T: DeserializeOwned> FromRequest<Hub> for Body<T> {
                 format!("Тело запроса не читается ({error}); не более {BODY_MAX} байт."),
             );
             let status = error.into_response().status();
-            let code = if status == StatusCode::PAYLOAD_TOO_LARGE { "too_large" } else { "bad_request" };
+            let code =
+                if status == StatusCode::PAYLOAD_TOO_LARGE { "too_large" } else { "bad_request" };
             ApiError::new(status, code, text)
         })?;
         let bytes: &[u8] = if bytes.is_empty() { b"{}" } else { &bytes };

@@ -60,13 +60,38 @@ fn text(hub: &Hub) -> String {
         ("connections", "gauge", "Connections that are open.", of(&counts.connections)),
         ("websockets", "gauge", "WebSockets that are open.", of(&counts.sockets)),
         ("commands_total", "counter", "Requests to monitors.", of(&counts.commands)),
-        ("commands_refused_total", "counter", "Requests that were not allowed.", of(&counts.refused)),
+        (
+            "commands_refused_total",
+            "counter",
+            "Requests that were not allowed.",
+            of(&counts.refused),
+        ),
         ("jogs_total", "counter", "Motions held by somebody.", of(&counts.jogs)),
-        ("messages_missed_total", "counter", "Messages dropped for slow connections.", of(&counts.missed)),
+        (
+            "messages_missed_total",
+            "counter",
+            "Messages dropped for slow connections.",
+            of(&counts.missed),
+        ),
         ("logins_failed_total", "counter", "Logins that failed.", of(&counts.logins_failed)),
-        ("stop_seconds_max", "gauge", "Longest Stop, Close or Lockout, answer included.", of(&counts.stop_max_us) / 1e6),
-        ("audit_waiting", "gauge", "Entries of the audit log that are not on the disk.", hub.audit.waiting() as f64),
-        ("audit_lost_total", "counter", "Entries of the audit log that were given up.", hub.audit.lost() as f64),
+        (
+            "stop_seconds_max",
+            "gauge",
+            "Longest Stop, Close or Lockout, answer included.",
+            of(&counts.stop_max_us) / 1e6,
+        ),
+        (
+            "audit_waiting",
+            "gauge",
+            "Entries of the audit log that are not on the disk.",
+            hub.audit.waiting() as f64,
+        ),
+        (
+            "audit_lost_total",
+            "counter",
+            "Entries of the audit log that were given up.",
+            hub.audit.lost() as f64,
+        ),
         ("alarms_active", "gauge", "Alarms whose condition holds.", alarms as f64),
         ("uptime_seconds", "gauge", "Time since the start.", hub.now().as_secs_f64()),
     ];
@@ -89,7 +114,8 @@ fn text(hub: &Hub) -> String {
         }),
     ];
     for (name, kind, help, figure) in figures {
-        let values = stations().filter_map(|it| Some((label(it.id()), figure(&it.client().ok()?.stats()))));
+        let values =
+            stations().filter_map(|it| Some((label(it.id()), figure(&it.client().ok()?.stats()))));
         family(&mut text, name, kind, help, values);
     }
     let fields = stations().flat_map(|station| {

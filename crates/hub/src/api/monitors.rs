@@ -88,7 +88,11 @@ async fn list(State(hub): State<Hub>, _: Caller) -> Json<Value> {
 /// A monitor.
 #[utoipa::path(get, path = "/api/monitors/{id}", params(("id" = String, Path)),
     responses((status = 200, body = Object), (status = 401), (status = 404)))]
-async fn one(State(hub): State<Hub>, _: Caller, Path(id): Path<String>) -> Result<Json<Value>, ApiError> {
+async fn one(
+    State(hub): State<Hub>,
+    _: Caller,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, ApiError> {
     Ok(Json(hub.station(&id)?.json(&hub)))
 }
 
@@ -114,7 +118,8 @@ async fn request(
 /// Stop written as a request is as urgent as its own address.
 pub fn is_urgent(text: &str) -> bool {
     let mut buffer = [0; lafet_proto::text::BUFFER_SIZE];
-    let needs = crate::command::understand(text, &mut buffer).and_then(|it| crate::command::needs(&it));
+    let needs =
+        crate::command::understand(text, &mut buffer).and_then(|it| crate::command::needs(&it));
     needs.is_ok_and(|needs| needs.urgent)
 }
 
@@ -198,7 +203,8 @@ async fn authority(
     Body(change): Body<Change>,
 ) -> Result<Json<Value>, ApiError> {
     let station = hub.station(&id)?.clone();
-    let state = hub.change_authority(&caller, &station, &change.action, change.reason.as_deref())?;
+    let state =
+        hub.change_authority(&caller, &station, &change.action, change.reason.as_deref())?;
     Ok(Json(state))
 }
 
@@ -219,7 +225,11 @@ async fn jog(
 /// Parameters as last read.
 #[utoipa::path(get, path = "/api/monitors/{id}/params", params(("id" = String, Path)),
     responses((status = 200, body = Object), (status = 401), (status = 404)))]
-async fn params(State(hub): State<Hub>, _: Caller, Path(id): Path<String>) -> Result<Json<Value>, ApiError> {
+async fn params(
+    State(hub): State<Hub>,
+    _: Caller,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, ApiError> {
     Ok(Json(json!(*lock(&hub.station(&id)?.params))))
 }
 
@@ -261,7 +271,11 @@ async fn set_param(
 /// What the last hardware fault has left.
 #[utoipa::path(get, path = "/api/monitors/{id}/crash", params(("id" = String, Path)),
     responses((status = 200, body = Object), (status = 401), (status = 404), (status = 502), (status = 503)))]
-async fn crash(State(hub): State<Hub>, _: Caller, Path(id): Path<String>) -> Result<Json<Value>, ApiError> {
+async fn crash(
+    State(hub): State<Hub>,
+    _: Caller,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, ApiError> {
     let monitor = Monitor::new(hub.station(&id)?.client()?);
     let info = monitor.crash_data().await.map_err(|error| ApiError::from(&error))?;
     let words = words(&info);
@@ -271,8 +285,16 @@ async fn crash(State(hub): State<Hub>, _: Caller, Path(id): Path<String>) -> Res
 fn words(info: &FaultInfo) -> Vec<(&'static str, u32)> {
     use lafet_proto::status::FaultArch;
     let common = [
-        info.signature, info.archtype, info.spcr, info.r0, info.r1, info.r2, info.r3, info.r12,
-        info.lr, info.pc,
+        info.signature,
+        info.archtype,
+        info.spcr,
+        info.r0,
+        info.r1,
+        info.r2,
+        info.r3,
+        info.r12,
+        info.lr,
+        info.pc,
     ];
     let mut all: Vec<_> = FaultInfo::NAMES.into_iter().zip(common).collect();
     match info.arch {
@@ -344,7 +366,8 @@ impl Hub {
             let value = result.unwrap_or_else(|error| json!({ "error": error.json() }));
             (station.id().to_owned(), value)
         });
-        let all: Map<String, Value> = futures_util::future::join_all(all).await.into_iter().collect();
+        let all: Map<String, Value> =
+            futures_util::future::join_all(all).await.into_iter().collect();
         Value::Object(all)
     }
 

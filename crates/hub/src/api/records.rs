@@ -275,7 +275,8 @@ async fn history_csv(
         String::from(if minutes { "series,t_ms,mean,least,most\n" } else { "series,t_ms,value\n" });
     for (name, rows) in all {
         for row in rows {
-            let cell = |value: &Value| if value.is_null() { String::new() } else { value.to_string() };
+            let cell =
+                |value: &Value| if value.is_null() { String::new() } else { value.to_string() };
             let cells: Vec<String> = row.iter().map(cell).collect();
             text.push_str(&format!("{name},{}\n", cells.join(",")));
         }
@@ -302,7 +303,8 @@ async fn read(hub: &Hub, part: Asked<Part>) -> Result<(bool, Rows), ApiError> {
     let rows = db
         .call(move |db| {
             let one = |name: String| {
-                let rows = history_values(db, &part.monitor, &name, (from_ms, to_ms), minutes, points);
+                let rows =
+                    history_values(db, &part.monitor, &name, (from_ms, to_ms), minutes, points);
                 rows.map(|rows| (name, rows))
             };
             names.into_iter().filter(|name| !name.is_empty()).map(one).collect()

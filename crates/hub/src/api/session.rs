@@ -99,10 +99,9 @@ async fn set_up(
     limited(&hub, &from.0, "")?;
     let (now_ms, made) = (hub.clock.now_ms(), hub.clone());
     let login = Login { user: setup.user.clone(), password: setup.password.clone() };
-    let result = slowly(move || {
-        made.access.set_up(now_ms, &setup.token, &setup.user, &setup.password)
-    })
-    .await;
+    let result =
+        slowly(move || made.access.set_up(now_ms, &setup.token, &setup.user, &setup.password))
+            .await;
     if matches!(result, Err(AccessError::Wrong)) {
         failed(&hub, &from.0, "");
     }

@@ -61,14 +61,44 @@ pub struct Resume {
 #[derive(Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 enum Said {
-    Request { id: Option<Value>, monitor: String, request: String, confirm: Option<String> },
-    Stop { id: Option<Value>, monitor: Option<String>, of: Option<String> },
-    Close { id: Option<Value>, monitor: String, valve: Option<String> },
-    Lockout { id: Option<Value>, monitor: Option<String> },
-    Authority { id: Option<Value>, monitor: String, action: String, reason: Option<String> },
-    Jog { monitor: String, #[serde(flatten)] beat: JogBeat },
-    JogEnd { monitor: String, drive: String },
-    Watch { frames: Vec<String> },
+    Request {
+        id: Option<Value>,
+        monitor: String,
+        request: String,
+        confirm: Option<String>,
+    },
+    Stop {
+        id: Option<Value>,
+        monitor: Option<String>,
+        of: Option<String>,
+    },
+    Close {
+        id: Option<Value>,
+        monitor: String,
+        valve: Option<String>,
+    },
+    Lockout {
+        id: Option<Value>,
+        monitor: Option<String>,
+    },
+    Authority {
+        id: Option<Value>,
+        monitor: String,
+        action: String,
+        reason: Option<String>,
+    },
+    Jog {
+        monitor: String,
+        #[serde(flatten)]
+        beat: JogBeat,
+    },
+    JogEnd {
+        monitor: String,
+        drive: String,
+    },
+    Watch {
+        frames: Vec<String>,
+    },
 }
 
 /// Opens the WebSocket.
@@ -83,13 +113,12 @@ pub async fn upgrade(
 ) -> Response {
     let from: IpAddr = caller.seat.from.parse().unwrap_or(IpAddr::from([0, 0, 0, 0]));
     let principal = caller.principal;
-    socket
-        .max_message_size(MESSAGE_MAX)
-        .max_frame_size(MESSAGE_MAX)
-        .on_upgrade(move |socket| async move {
+    socket.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(
+        move |socket| async move {
             serve(hub, socket, principal, from, resume).await;
             drop(peer);
-        })
+        },
+    )
 }
 
 async fn serve(
@@ -264,7 +293,8 @@ impl Reader {
                 _ => continue,
             };
             let said = serde_json::from_str::<Said>(&text);
-            let urgent = matches!(&said, Ok(Said::Stop { .. } | Said::Close { .. } | Said::Lockout { .. }));
+            let urgent =
+                matches!(&said, Ok(Said::Stop { .. } | Said::Close { .. } | Said::Lockout { .. }));
             if !urgent && bucket.take(self.hub.now()).is_err() {
                 return Some((4429, "too many messages"));
             }
@@ -361,7 +391,9 @@ impl Reader {
             Ok(station) => {
                 let work = work(self.hub.clone(), self.caller.clone(), station.clone());
                 let answers = self.answers.clone();
-                tokio::spawn(async move { _ = answers.send(answer(id, "result", work.await)).await });
+                tokio::spawn(
+                    async move { _ = answers.send(answer(id, "result", work.await)).await },
+                );
             }
             Err(error) => self.answer(id, "result", Err(error)),
         }
@@ -477,7 +509,8 @@ mod tests {
     fn what_clients_say_is_understood() {
         let said = |text: &str| serde_json::from_str::<Said>(text);
         assert!(matches!(said(r#"{"type":"stop"}"#), Ok(Said::Stop { monitor: None, .. })));
-        let jog = said(r#"{"type":"jog","monitor":"M1","drive":"Vertical","toward":"max","t":1.5}"#);
+        let jog =
+            said(r#"{"type":"jog","monitor":"M1","drive":"Vertical","toward":"max","t":1.5}"#);
         assert!(matches!(jog, Ok(Said::Jog { beat: JogBeat { t: Some(_), end: false, .. }, .. })));
         assert!(said(r#"{"type":"jog_end","monitor":"M1","drive":"Vertical"}"#).is_ok());
         assert!(said(r#"{"type":"dance"}"#).is_err());

@@ -141,15 +141,19 @@ impl Check<'_> {
         match text.parse::<SocketAddr>() {
             Ok(listen) => port(listen),
             Err(_) => {
-                let what =
-                    both(format!("`{text}` is no place to listen."), format!("`{text}` — не адрес."));
+                let what = both(
+                    format!("`{text}` is no place to listen."),
+                    format!("`{text}` — не адрес."),
+                );
                 let remedy = both(
                     "Write ADDRESS:PORT, as 127.0.0.1:8480 or 0.0.0.0:8480.",
                     "Напишите АДРЕС:ПОРТ, например 127.0.0.1:8480 или 0.0.0.0:8480.",
                 );
                 match place {
                     Some(byte) => self.say(byte, what, remedy),
-                    None => self.problems.push(Problem { place: super::ENV[1].into(), what, remedy }),
+                    None => {
+                        self.problems.push(Problem { place: super::ENV[1].into(), what, remedy })
+                    }
                 }
                 port(SocketAddr::from(([127, 0, 0, 1], 8480)))
             }

@@ -139,7 +139,8 @@ impl Audit {
         let head = head(&write)?;
         let (notes, queue) = channel();
         let state = Arc::new(State::default());
-        let writer = Writer { connection: write, head, waiting: VecDeque::new(), state: state.clone() };
+        let writer =
+            Writer { connection: write, head, waiting: VecDeque::new(), state: state.clone() };
         thread::Builder::new().name("lafet-audit".into()).spawn(move || writer.run(&queue))?;
         Ok(Self { notes, reads: Db::new("audit-read", read)?, state })
     }
@@ -193,8 +194,8 @@ impl Audit {
         let n = i64::try_from(n).unwrap_or(i64::MAX);
         self.reads
             .call(move |db| {
-                let mut query = db
-                    .prepare_cached("SELECT * FROM audit WHERE n >= ?1 ORDER BY n LIMIT ?2")?;
+                let mut query =
+                    db.prepare_cached("SELECT * FROM audit WHERE n >= ?1 ORDER BY n LIMIT ?2")?;
                 query.query_map(params![n, limit], entry)?.collect()
             })
             .await
@@ -352,8 +353,19 @@ fn insert(db: &Connection, entry: &Entry) -> Result<(), rusqlite::Error> {
     let it = &entry.record;
     db.prepare_cached("INSERT INTO audit VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)")?
         .execute(params![
-            signed(entry.n), signed(it.at_ms), it.user, it.role, it.from, it.via, it.seat,
-            it.monitor, it.what, it.outcome, it.details.to_string(), entry.prev, entry.hash,
+            signed(entry.n),
+            signed(it.at_ms),
+            it.user,
+            it.role,
+            it.from,
+            it.via,
+            it.seat,
+            it.monitor,
+            it.what,
+            it.outcome,
+            it.details.to_string(),
+            entry.prev,
+            entry.hash,
         ])
         .map(|_| ())
 }

@@ -40,7 +40,6 @@ PRAGMA synchronous = NORMAL;";
 /// Name of a series of a monitor: `Vertical.position`.
 pub type Series = String;
 
-
 /// The history.
 #[derive(Debug)]
 pub struct History {
@@ -179,7 +178,13 @@ impl History {
     }
 
     /// What an alarm did.
-    pub fn alarm(&self, at_ms: u64, alarm: [String; 4], user: Option<String>, reason: Option<String>) {
+    pub fn alarm(
+        &self,
+        at_ms: u64,
+        alarm: [String; 4],
+        user: Option<String>,
+        reason: Option<String>,
+    ) {
         let [id, monitor, before, after] = alarm;
         self.db.post(move |db| {
             let row = params![signed(at_ms), id, monitor, before, after, user, reason];
@@ -234,15 +239,16 @@ pub fn values(
     };
     let columns = if minutes { 4 } else { 2 };
     let mut query = db.prepare_cached(query)?;
-    let rows = query.query_map(params![monitor, series, signed(from_ms), signed(to_ms)], |row| {
-        let one = |index| -> Result<Value, rusqlite::Error> {
-            Ok(match index {
-                0 => json!(row.get::<_, i64>(0)?),
-                index => json!(row.get::<_, Option<f64>>(index)?),
-            })
-        };
-        (0..columns).map(one).collect::<Result<Vec<Value>, _>>()
-    })?;
+    let rows =
+        query.query_map(params![monitor, series, signed(from_ms), signed(to_ms)], |row| {
+            let one = |index| -> Result<Value, rusqlite::Error> {
+                Ok(match index {
+                    0 => json!(row.get::<_, i64>(0)?),
+                    index => json!(row.get::<_, Option<f64>>(index)?),
+                })
+            };
+            (0..columns).map(one).collect::<Result<Vec<Value>, _>>()
+        })?;
     let rows: Vec<Vec<Value>> = rows.collect::<Result<_, _>>()?;
     let step = rows.len().div_ceil(points.max(1)).max(1);
     Ok(rows.into_iter().step_by(step).collect())

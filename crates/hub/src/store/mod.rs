@@ -7,4 +7,6 @@ mod history;
 pub use audit::{Audit, Entry, Record, Verified, verify_lines};
 pub(crate) use db::open;
 pub use db::{Db, StoreError};
-pub use history::{History, RAW_RANGE_MS, Series, alarms as alarm_history, values as history_values};
+pub use history::{
+    History, RAW_RANGE_MS, Series, alarms as alarm_history, values as history_values,
+};

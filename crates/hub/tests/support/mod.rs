@@ -148,7 +148,13 @@ impl Site {
         self.hub.access.add_token(1, role.name(), role).unwrap().1
     }
 
-    pub async fn http(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &str) -> Reply {
+    pub async fn http(
+        &self,
+        method: &str,
+        path: &str,
+        headers: &[(&str, &str)],
+        body: &str,
+    ) -> Reply {
         let stream = TcpStream::connect(self.address).await.unwrap();
         http_over(stream, &self.address.to_string(), method, path, headers, body).await
     }
@@ -156,7 +162,8 @@ impl Site {
     pub async fn post(&self, token: &str, path: &str, body: Value) -> Reply {
         let authorization = format!("Bearer {token}");
         let headers = [("Authorization", authorization.as_str())];
-        self.http("POST", path, if token.is_empty() { &[] } else { &headers }, &body.to_string()).await
+        self.http("POST", path, if token.is_empty() { &[] } else { &headers }, &body.to_string())
+            .await
     }
 
     pub async fn get(&self, token: &str, path: &str) -> Reply {
@@ -256,7 +263,9 @@ impl Socket {
             match timeout(PATIENCE, self.socket.next()).await.expect("a message in time")? {
                 Ok(Message::Text(text)) => return Some(serde_json::from_str(&text).unwrap()),
                 Ok(Message::Close(frame)) => {
-                    return Some(json!({ "type": "closed", "code": frame.map(|it| u16::from(it.code)) }));
+                    return Some(
+                        json!({ "type": "closed", "code": frame.map(|it| u16::from(it.code)) }),
+                    );
                 }
                 Ok(_) => {}
                 Err(_) => return None,

@@ -18,12 +18,14 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-capture", &["lafet-proto"]),
     // Its tests stand on a wire of their own, for the tester trusts no other.
     ("lafet-conform", &["lafet-client", "lafet-proto"]),
+    ("lafet-hub", &["lafet-client", "lafet-proto"]),
     (
         "lafet",
         &[
             "lafet-capture",
             "lafet-client",
             "lafet-conform",
+            "lafet-hub",
             "lafet-sim",
             "lafet-device",
             "lafet-proto",
@@ -36,6 +38,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("lafet-client", &["lafet-sim", "lafet-device"]),
     ("lafet-conform", &["lafet-sim", "lafet-device"]),
+    ("lafet-hub", &["lafet-sim", "lafet-device"]),
 ];
 
 pub fn layers(arguments: &[String]) -> TaskResult {

@@ -61,7 +61,9 @@ pub struct Global {
 pub enum Command {
     /// Simulate a monitor that others can connect to
     Sim(Box<cmd::sim::SimArgs>),
-    /// Watch a simulated monitor find a fire and put it out
+    /// Run the hub: monitors of a site in the browser and over an API
+    Serve(cmd::serve::ServeArgs),
+    /// Try everything in the browser on a simulated site; or watch a monitor in the terminal
     Demo(cmd::demo::DemoArgs),
     /// Look who is on a bus, or on a network
     Scan(cmd::scan::ScanArgs),

@@ -19,6 +19,7 @@ mod exchange;
 mod failure;
 mod follow;
 mod help;
+mod hub;
 mod interrupt;
 mod keyboard;
 mod lang;
@@ -85,6 +86,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Man(args) => cmd::install::run_man(&args, out),
         Command::Schema(args) => cmd::schema::run(&args, out),
         Command::Sim(args) => cmd::sim::run(*args, out).await,
+        Command::Serve(args) => cmd::serve::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,
         Command::Scan(args) => cmd::scan::run(args, global, out).await,
         Command::Doctor(args) => cmd::doctor::run(args, global, out).await,

@@ -1,21 +1,55 @@
-//! `lafet demo`: a simulated monitor finds a fire and puts it out.
+//! `lafet demo`: a tank farm with three simulated monitors and a fire, in the browser; in the
+//! terminal, a simulated monitor finds a fire and puts it out.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
 
 use clap::Args;
+use lafet_hub::{Config, MonitorConfig};
+use lafet_sim::exercise::{Director, Shipped};
 use lafet_sim::fire::FireSpec;
+use serde_json::json;
+use tokio::task::JoinSet;
 
 use crate::demo::{self, Options};
-use crate::failure::Outcome;
+use crate::failure::{Failure, Outcome};
+use crate::hub::{Running, browse, log, scene};
+use crate::interrupt::Interrupt;
+use crate::lang::{current, pick};
 use crate::out::Out;
+use crate::serve::{Listen, SharedSite, pace};
 use crate::simulator;
+
+/// The scenario of the demo.
+const SCENARIO: &str = "tank-farm";
+/// The port of the console, if it is free.
+const PORT: u16 = 8480;
+/// Simulated time before anybody can ask: the monitors read their sensors for the first time.
+const POWER_UP_MS: u64 = 200;
+/// How often fires and jets are shown.
+const SCENE: Duration = Duration::from_millis(200);
+/// How often the hub asks the monitors, ms.
+const POLL_MS: u64 = 100;
 
 /// `lafet demo`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet demo\n  \
+                        lafet demo --port 0 --no-browser\n  \
+                        lafet demo --terminal\n  \
                         lafet demo --plain --speed 0 --fire az=-40,range=30,size=2\n  \
                         lafet demo --seed 3 --trace trace.txt")]
 pub struct DemoArgs {
+    /// Port of the console (default 8480, or a free one if it is taken; 0 takes a free one)
+    #[arg(long, value_name = "PORT")]
+    port: Option<u16>,
+    /// Do not open a browser
+    #[arg(long)]
+    no_browser: bool,
+    /// The picture in the terminal instead of the browser; so do the options below but --seed
+    #[arg(long)]
+    terminal: bool,
     /// Everything random follows from this number (default 7)
     #[arg(long, value_name = "N", default_value_t = 7)]
     seed: u64,
@@ -45,8 +79,110 @@ pub struct DemoArgs {
     picture_at: u64,
 }
 
-/// Plays it and tells what came out.
+/// Plays it in the browser, or in the terminal, and tells what came out.
 pub async fn run(args: DemoArgs, out: &mut Out) -> Outcome {
+    let terminal = args.terminal
+        || args.plain
+        || args.speed != 1.0
+        || !args.fire.is_empty()
+        || args.trace.is_some()
+        || args.picture.is_some();
+    if terminal { in_terminal(args, out).await } else { in_browser(args, out).await }
+}
+
+/// A site in this process, its monitors on a port of the loopback, a hub, a browser.
+async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
+    let mut interrupt = Interrupt::catch()?;
+    log(out.json(), "warn");
+    let shipped = Shipped::by_name(SCENARIO).and_then(|shipped| shipped.exercise().ok());
+    let exercise = Arc::new(shipped.ok_or_else(|| Failure::Usage(SCENARIO.into()))?);
+    let mut director = Director::new(exercise.clone(), args.seed);
+    director.advance_ms(POWER_UP_MS);
+    let site = SharedSite::new(director);
+    let bus = lafet_proto::bus::PORT_EXTERNAL_CONN;
+    let listening = match Listen::tcp(format!("127.0.0.1:{bus}")).open().await {
+        Ok(listening) => listening,
+        Err(_) => Listen::tcp("127.0.0.1:0").open().await?,
+    };
+    let place = listening.url().to_owned();
+    let mut tasks = JoinSet::new();
+    tasks.spawn(listening.serve(site.tap((0..exercise.monitors.len()).collect())));
+    let all = site.tap(Vec::new());
+    tasks.spawn(async move {
+        pace(all, 1.0).await;
+        Ok(())
+    });
+    let mut monitors = Vec::new();
+    for (plan, monitor) in exercise.monitors.iter().zip(&exercise.site.monitors) {
+        let url = format!("{place}?addr={}", monitor.sim.address);
+        let endpoint = url.parse().map_err(lafet_client::Error::from).map_err(Failure::Client)?;
+        let name = lafet_hub::text::both(&plan.name, &plan.name);
+        monitors.push(MonitorConfig { id: plan.name.clone(), name, endpoint, poll_ms: POLL_MS });
+    }
+    let config = |port| Config {
+        listen: SocketAddr::from(([127, 0, 0, 1], port)),
+        login: false,
+        monitors: monitors.clone(),
+        site: Some(scene::site(&exercise)),
+        simulation: true,
+        demo: true,
+        ..Config::default()
+    };
+    let running = match (args.port, Running::start(config(args.port.unwrap_or(PORT))).await) {
+        (None, Err(_)) => Running::start(config(0)).await?,
+        (_, running) => running?,
+    };
+    say(&running, &place, out)?;
+    if !args.no_browser {
+        browse(running.url());
+    }
+    let mut ticks = tokio::time::interval(SCENE);
+    loop {
+        tokio::select! {
+            () = interrupt.wait() => break,
+            _ = ticks.tick() => {}
+        }
+        let (shown, happened) = {
+            let mut director = site.lock();
+            let mut happened = director.take_happened();
+            happened.extend(director.take_fires());
+            (scene::scene(&director), happened)
+        };
+        running.hub().publish_scene(&shown);
+        for (_, text) in happened {
+            running.hub().event(None, &lafet_hub::text::both(&*text.en, &*text.ru));
+        }
+    }
+    running.end().await;
+    Ok(())
+}
+
+/// Where it is, and what to try next.
+fn say(running: &Running, place: &str, out: &mut Out) -> Outcome {
+    let url = running.url();
+    let monitor = format!("'{place}?addr=1'");
+    let text = pick(
+        format!(
+            "{url}\n\nSimulated: a tank farm, three monitors, and a fire. No login is needed, as nobody \
+             else can reach this.\nTry in another terminal:\n  \
+             lafet -c {monitor} status\n  \
+             lafet -c {monitor} record demo.pcapng --for 5\n  \
+             curl {url}/api/monitors/M1\n  \
+             curl -X POST {url}/api/stop\nCtrl-C ends it. In the terminal: lafet demo --terminal"
+        ),
+        format!(
+            "{url}\n\nИмитация: резервуарный парк, три ствола и пожар. Вход не нужен: с других машин \
+             сюда не попасть.\nПопробуйте в другом терминале:\n  \
+             lafet -c {monitor} status\n  \
+             lafet -c {monitor} record demo.pcapng --for 5\n  \
+             curl {url}/api/monitors/M1\n  \
+             curl -X POST {url}/api/stop\nCtrl-C завершает. В терминале: lafet demo --terminal"
+        ),
+    );
+    out.show(text, || json!({ "listening": url, "bus": place, "lang": format!("{:?}", current()) }))
+}
+
+async fn in_terminal(args: DemoArgs, out: &mut Out) -> Outcome {
     let summary = demo::run(Options {
         seed: args.seed,
         speed: args.speed,

@@ -26,6 +26,7 @@ pub mod scan;
 pub mod schema;
 pub mod seek;
 pub mod send;
+pub mod serve;
 pub mod service;
 pub mod shell;
 pub mod sim;

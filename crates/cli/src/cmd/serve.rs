@@ -1,0 +1,145 @@
+//! `lafet serve`: the hub, which owns the links to the monitors of a site.
+
+use std::io::{self, BufRead};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use lafet_hub::{Config, Overrides};
+use serde_json::json;
+
+use crate::failure::{Failure, Outcome};
+use crate::hub::{Running, browse, log};
+use crate::interrupt::Interrupt;
+use crate::lang::{current, pick};
+use crate::out::Out;
+
+/// Where the configuration is looked for.
+const FILES: [&str; 2] = ["hub.toml", "/etc/lafet/hub.toml"];
+/// The unit for systemd.
+const UNIT: &str = include_str!("../../../hub/lafet-hub.service");
+
+/// `lafet serve`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  lafet serve --config hub.toml --check\n  \
+                        lafet serve --config hub.toml\n  \
+                        lafet serve --unit > /etc/systemd/system/lafet-hub.service")]
+pub struct ServeArgs {
+    /// Configuration (default: hub.toml here, then /etc/lafet/hub.toml)
+    #[arg(long, value_name = "FILE", env = "LAFET_HUB_CONFIG")]
+    config: Option<PathBuf>,
+    /// Only tell what is wrong with the configuration
+    #[arg(long)]
+    check: bool,
+    /// Port to listen on, instead of the configured one; 0 takes a free one
+    #[arg(long, value_name = "PORT")]
+    port: Option<u16>,
+    /// Do not open a browser
+    #[arg(long)]
+    no_browser: bool,
+    /// Check an exported audit log: whether anything was changed or taken out
+    #[arg(long, value_name = "FILE")]
+    verify_audit: Option<PathBuf>,
+    /// Print the unit for systemd
+    #[arg(long)]
+    unit: bool,
+}
+
+/// Runs the hub until SIGINT or SIGTERM.
+pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
+    if args.unit {
+        return out.show(UNIT.trim_end(), || json!({ "unit": UNIT }));
+    }
+    if let Some(file) = &args.verify_audit {
+        return verify(file, out);
+    }
+    let mut interrupt = Interrupt::catch()?;
+    let (file, config) = read(&args)?;
+    if args.check {
+        let count = config.monitors.len();
+        let text = pick(
+            format!("{file}: fine; monitors: {count}; listens on {}", config.listen),
+            format!("{file}: ошибок нет; стволов: {count}; адрес {}", config.listen),
+        );
+        return out.show(
+            text,
+            || json!({ "file": file, "monitors": count, "listen": config.listen.to_string() }),
+        );
+    }
+    log(out.json(), "info");
+    let login = config.login;
+    let running = Running::start(config).await?;
+    running.announce(out, login)?;
+    if !args.no_browser {
+        browse(running.url());
+    }
+    interrupt.wait().await;
+    running.end().await;
+    Ok(())
+}
+
+fn read(args: &ServeArgs) -> Result<(String, Config), Failure> {
+    let usual = || FILES.iter().map(PathBuf::from).find(|path| path.is_file());
+    let Some(path) = args.config.clone().or_else(usual) else {
+        return Err(Failure::Usage(pick(
+            format!(
+                "There is no configuration: neither {} nor {} exists. Give one with --config FILE; \
+                 docs/hub.md has an example. To look around without monitors: lafet demo.",
+                FILES[0], FILES[1]
+            ),
+            format!(
+                "Нет конфигурации: ни {}, ни {} не существует. Укажите её: --config ФАЙЛ; пример — \
+                 в docs/hub.md. Посмотреть без стволов: lafet demo.",
+                FILES[0], FILES[1]
+            ),
+        )));
+    };
+    let file = path.display().to_string();
+    let text = std::fs::read_to_string(&path).map_err(|error| {
+        Failure::io(pick(format!("cannot read {file}"), format!("не читается {file}")), error)
+    })?;
+    let environment = Overrides::of_environment(|name| std::env::var(name).ok());
+    let overrides = Overrides { port: args.port, ..environment };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let config = Config::parse(&file, &text, folder, &overrides).map_err(|problems| {
+        let lines: Vec<String> = problems.iter().map(|it| it.localized(current())).collect();
+        Failure::Usage(lines.join("\n"))
+    })?;
+    Ok((file, config))
+}
+
+fn verify(file: &Path, out: &mut Out) -> Outcome {
+    let shown = file.display();
+    let open = std::fs::File::open(file).map_err(|error| {
+        Failure::io(pick(format!("cannot read {shown}"), format!("не читается {shown}")), error)
+    })?;
+    let verified = lafet_hub::store::verify_lines(io::BufReader::new(open).lines());
+    let value = || json!(verified);
+    match verified.bad {
+        None => out.show(
+            pick(
+                format!(
+                    "{} entries, none changed, none missing; {}",
+                    verified.entries, verified.head
+                ),
+                format!(
+                    "записей: {}, ничего не изменено и не удалено; {}",
+                    verified.entries, verified.head
+                ),
+            ),
+            value,
+        ),
+        Some(bad) => {
+            if out.json() {
+                out.value(&value())?;
+            }
+            Err(Failure::Ended(pick(
+                format!(
+                    "Entry {bad} is not what was written: it was changed, or one before it was taken out."
+                ),
+                format!(
+                    "Запись {bad} — не та, что была сделана: изменена либо удалена предыдущая."
+                ),
+            )))
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! The hub inside this program: its own threads, its logs, a browser.
+
+pub mod scene;
+
+use std::io::IsTerminal;
+use std::process::{Command, Stdio};
+
+use lafet_hub::{Clock, Config, Hub, Server};
+use serde_json::json;
+use tokio::sync::oneshot;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::prelude::*;
+
+use crate::cmd::schema;
+use crate::failure::{Failure, Outcome};
+use crate::lang::pick;
+use crate::out::Out;
+
+/// What is logged: `LAFET_LOG=info`, `LAFET_LOG=lafet_hub=debug`.
+const LOG: &str = "LAFET_LOG";
+/// Commands of monitors must not wait for logins, exports or a busy simulator.
+const THREADS: usize = 4;
+
+/// A hub on threads of its own.
+pub struct Running {
+    runtime: Option<tokio::runtime::Runtime>,
+    hub: Hub,
+    url: String,
+    end: Option<oneshot::Sender<()>>,
+    ended: tokio::task::JoinHandle<()>,
+}
+
+impl Running {
+    /// Starts a hub.
+    pub async fn start(config: Config) -> Result<Self, Failure> {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(THREADS)
+            .thread_name("lafet-hub")
+            .enable_all()
+            .build()?;
+        let listen = config.listen;
+        let hub = Hub::new(config, Clock::System, schema::schema()).map_err(|error| {
+            Failure::io(
+                pick("cannot open the hub's storage", "не открывается хранилище"),
+                std::io::Error::other(error.to_string()),
+            )
+        })?;
+        let (end, ending) = oneshot::channel::<()>();
+        let (ready, server) = oneshot::channel();
+        let own = hub.clone();
+        let ended = runtime.spawn(async move {
+            match Server::bind(own).await {
+                Ok(server) => {
+                    _ = ready.send(server.url());
+                    // Whoever drops the sender ends the hub as well.
+                    server.serve(async { _ = ending.await }).await;
+                }
+                Err(error) => _ = ready.send(Err(error)),
+            }
+        });
+        let cannot =
+            || pick(format!("cannot listen on {listen}"), format!("{listen} занят или недоступен"));
+        let url = match server.await {
+            Ok(Ok(url)) => url,
+            Ok(Err(error)) => {
+                runtime.shutdown_background();
+                return Err(Failure::io(cannot(), error));
+            }
+            Err(_) => return Err(Failure::Ended(cannot())),
+        };
+        Ok(Self { runtime: Some(runtime), hub, url, end: Some(end), ended })
+    }
+
+    /// What to open in a browser.
+    pub fn url(&self) -> &str {
+        &self.url
+    }
+
+    /// The hub.
+    pub const fn hub(&self) -> &Hub {
+        &self.hub
+    }
+
+    /// Says where it is, and the one-time link when there is no user yet.
+    pub fn announce(&self, out: &mut Out, login: bool) -> Outcome {
+        let link = if login { self.hub.access.setup_link() } else { Ok(None) };
+        let link = link.map_err(|error| Failure::Ended(error.to_string()))?;
+        let link = link.map(|token| format!("{}/setup#{token}", self.url));
+        let mut text = self.url.clone();
+        if let Some(link) = &link {
+            text += &pick(
+                format!(
+                    "\nThere is no user yet. Make the first administrator here, once:\n  {link}"
+                ),
+                format!(
+                    "\nПользователей ещё нет. Создайте администратора по одноразовой ссылке:\n  {link}"
+                ),
+            );
+        }
+        out.show(text, || json!({ "listening": self.url, "setup": link }))
+    }
+
+    /// Ends it: motions are let go, open requests answered, the audit log closed.
+    pub async fn end(mut self) {
+        drop(self.end.take());
+        _ = (&mut self.ended).await;
+        if let Some(runtime) = self.runtime.take() {
+            runtime.shutdown_background();
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(runtime) = self.runtime.take() {
+            runtime.shutdown_background();
+        }
+    }
+}
+
+/// Logs to standard error, as text or as JSON.
+pub fn log(json: bool, usual: &str) {
+    let wanted = std::env::var(LOG).unwrap_or_else(|_| usual.to_owned());
+    let targets = wanted.parse::<Targets>().unwrap_or_default();
+    let layer = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let registry = tracing_subscriber::registry();
+    // Somebody who has set a logger before keeps it.
+    _ = if json {
+        registry.with(layer.json().with_filter(targets)).try_init()
+    } else {
+        registry.with(layer.with_target(false).with_filter(targets)).try_init()
+    };
+}
+
+/// Opens a page where there is somebody to look at it.
+pub fn browse(url: &str) {
+    let screen = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
+    let opener = match () {
+        () if cfg!(target_os = "macos") => "open",
+        () if cfg!(windows) => "explorer",
+        () if screen => "xdg-open",
+        () => return,
+    };
+    if std::io::stdout().is_terminal() {
+        let mut command = Command::new(opener);
+        command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        // The address is printed; without a browser it is copied by hand.
+        _ = command.spawn();
+    }
+}

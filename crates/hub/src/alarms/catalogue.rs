@@ -1,0 +1,245 @@
+//! What each alarm says. What it is, why, and what to do come from the dictionary of flags; what it
+//! leads to is told here.
+
+use lafet_proto::SubsystemId;
+use lafet_proto::flags::{FlagInfo, Severity};
+
+use crate::text::{Both, both};
+
+/// What an alarm says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Texts {
+    /// How urgent it is: `high`, `medium`, `low`.
+    pub priority: &'static str,
+    /// What it is.
+    pub what: Both,
+    /// What usually leads to it.
+    pub cause: Both,
+    /// What it leads to.
+    pub consequence: Both,
+    /// What to do.
+    pub remedy: Both,
+}
+
+/// The texts of a flag of a subsystem.
+pub fn of_flag(id: SubsystemId, flag: &FlagInfo) -> Texts {
+    let high = flag.severity == Severity::Alarm;
+    let (en, ru) = consequence(id, flag.name);
+    Texts {
+        priority: if high { "high" } else { "medium" },
+        what: flag.meaning.into(),
+        cause: flag.cause.into(),
+        consequence: both(en, ru),
+        remedy: flag.remedy.into(),
+    }
+}
+
+/// There is no connection to a monitor.
+pub fn link_down() -> Texts {
+    Texts {
+        priority: "high",
+        what: both("There is no connection to the monitor.", "Нет соединения со стволом."),
+        cause: both(
+            "The cable, the network or a serial server has failed, or the monitor has no power.",
+            "Отказ кабеля, сети или преобразователя интерфейса либо ствол обесточен.",
+        ),
+        consequence: both(
+            "It cannot be commanded or stopped from here; what it was doing goes on by itself.",
+            "Отсюда им нельзя управлять и нельзя его остановить; начатое продолжается само.",
+        ),
+        remedy: both(
+            "Use the button post at the monitor; check power, cable and address.",
+            "Используйте кнопочный пост у ствола; проверьте питание, кабель и адрес.",
+        ),
+    }
+}
+
+/// The monitor does not answer.
+pub fn stale() -> Texts {
+    Texts {
+        what: both("The monitor does not answer.", "Ствол не отвечает."),
+        cause: both(
+            "The link is up, but the monitor is off, restarts, has another address or speed, or \
+             answers are lost.",
+            "Линия есть, но ствол выключен, перезапускается, имеет другой адрес или скорость либо \
+             ответы теряются.",
+        ),
+        ..link_down()
+    }
+}
+
+/// The audit log cannot be stored.
+pub fn audit() -> Texts {
+    Texts {
+        priority: "medium",
+        what: both("The audit log is not being stored.", "Журнал аудита не сохраняется."),
+        cause: both(
+            "The disk is full, read-only or has failed.",
+            "Диск заполнен, доступен только для чтения или отказал.",
+        ),
+        consequence: both(
+            "Commands go on; their entries wait in memory and are lost if the hub ends.",
+            "Команды исполняются; записи ждут в памяти и пропадут при завершении программы.",
+        ),
+        remedy: both(
+            "Make room on the disk or mend it; the entries are then stored by themselves.",
+            "Освободите место или исправьте диск; записи сохранятся сами.",
+        ),
+    }
+}
+
+const DRIVE: (&str, &str) = (
+    "The axis cannot be trusted: it stops and may refuse to move, so the jet cannot be aimed.",
+    "Оси нельзя доверять: она останавливается и может не двигаться, струю не навести.",
+);
+const DEPLOYER: (&str, &str) = (
+    "The barrel may stay folded: then it can neither aim nor give water.",
+    "Ствол может остаться свёрнутым: тогда нельзя ни наводить, ни подавать воду.",
+);
+const HEATING: (&str, &str) = (
+    "In frost the unit may freeze and no longer move.",
+    "На морозе узел может замёрзнуть и перестать двигаться.",
+);
+const REMOTE: (&str, &str) = (
+    "Parameters on the remote unit may not be what they are shown to be.",
+    "Параметры удалённого устройства могут отличаться от показанных.",
+);
+const BUTTON: (&str, &str) = (
+    "This button of the post does nothing; the others go on working.",
+    "Эта кнопка поста не действует; остальные работают.",
+);
+
+/// What a flag leads to.
+pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) {
+    let deployer = id == SubsystemId::DEPLOYER;
+    match flag {
+        "ConfigFault" => (
+            "The subsystem works with default values: limits and zero point may be wrong.",
+            "Подсистема работает с исходными значениями: пределы и нулевая точка могут быть неверны.",
+        ),
+        "ConfigInvalid" => (
+            "The subsystem may refuse to work until its parameters are complete.",
+            "Подсистема может не работать, пока параметры не заданы полностью.",
+        ),
+        "ConfigWriteFault" => (
+            "What was set is lost when the power goes.",
+            "Заданное пропадёт при отключении питания.",
+        ),
+        "ConnLost" => (
+            "The monitor cannot command this unit: it stays as it is.",
+            "Ствол не может управлять этим устройством: оно остаётся как есть.",
+        ),
+        "BadPower" => (
+            "Drives and valves may be slow, stop, or not work at all.",
+            "Приводы и затворы могут замедлиться, остановиться или не работать.",
+        ),
+        "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" => REMOTE,
+        "InternalFault" => (
+            "What the subsystem was doing has ended; extinguishing may have stopped.",
+            "Работа подсистемы прервана; тушение могло остановиться.",
+        ),
+        "WdtFault" => (
+            "The unit was reset: what it was doing has ended.",
+            "Устройство было перезапущено: его работа прервана.",
+        ),
+        "ProtocolFault" => {
+            ("Some commands do not reach the unit.", "Часть команд не доходит до устройства.")
+        }
+        "PressureSensorBreak" | "PressureSensorShort" => (
+            "The pressure is not known; programs aim without ballistics, the jet may fall short.",
+            "Давление неизвестно; программы наводят без баллистики, возможен недолёт струи.",
+        ),
+        "LockedOut" => (
+            "Everything stands and the valves are closed; every command is refused.",
+            "Всё остановлено, затворы закрыты; команды отклоняются.",
+        ),
+        "HorizontalFault" | "VerticalFault" | "NozzleFault" | "DeployerFault" | "BoxFault" => {
+            HEATING
+        }
+        "HorizontalSensorFault"
+        | "VerticalSensorFault"
+        | "NozzleSensorFault"
+        | "DeployerSensorFault"
+        | "BoxSensorFault"
+        | "HumiditySensorFault" => (
+            "Heating of this part is not controlled: in frost it may freeze.",
+            "Обогрев этого узла не регулируется: на морозе он может замёрзнуть.",
+        ),
+        "AmperageOverload" if id.is_valve() => (
+            "The valve has stopped on its way: it is neither surely open nor surely closed.",
+            "Затвор остановился в пути: он может быть открыт не полностью или не закрыт.",
+        ),
+        "AmperageOverload" if !deployer => (
+            "The drive has stopped and refuses this direction until the flag goes.",
+            "Привод остановлен и не движется в эту сторону, пока флаг не снят.",
+        ),
+        "Limitless" => (
+            "Nothing keeps the barrel from running against its stops.",
+            "Ничто не удерживает ствол от удара об упоры.",
+        ),
+        "AmperageOverload" | "PositionWayFault" | "PosEncoderFault" | "SpeedEncoderFault"
+        | "MotorBroken" | "SpeedWayFault" => {
+            if deployer {
+                DEPLOYER
+            } else {
+                DRIVE
+            }
+        }
+        "Blocked" => ("The valve does not open on command.", "Затвор не открывается по команде."),
+        "OpenSensorFault" | "CloseSensorFault" => (
+            "It is not known whether the valve is open or closed.",
+            "Неизвестно, открыт затвор или закрыт.",
+        ),
+        "OutsideLimits" => {
+            ("Part of the fire is not reached by the jet.", "Часть очага не орошается.")
+        }
+        "ModeFault" => ("The program does not run.", "Программа не выполняется."),
+        "TrajectoryPressureFault"
+        | "TrajectoryRangeFault"
+        | "TrajectoryAngleFault"
+        | "TrajectoryCRCFault" => (
+            "The barrel aims straight at the target: far away the jet falls short.",
+            "Ствол наводится прямо на цель: на большой дальности струя не долетает.",
+        ),
+        "Found" => ("Something burns in the searched sector.", "В секторе поиска есть горение."),
+        "DeviceFault" => (
+            "Fires are not found by the monitor: somebody has to look and aim by hand.",
+            "Ствол не находит очаги: наблюдать и наводить нужно вручную.",
+        ),
+        "BadSector" => ("The search does not run.", "Поиск не выполняется."),
+        "DirtyLens" => (
+            "Small or distant fires may be overlooked.",
+            "Небольшие или далёкие очаги могут быть не замечены.",
+        ),
+        name if name.ends_with("ButtonState") => BUTTON,
+        _ => ("", ""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lafet_proto::flags::flags_of;
+
+    #[test]
+    fn every_flag_that_warns_says_what_it_leads_to_in_both_languages() {
+        let cyrillic = |text: &str| text.chars().any(|c| ('а'..='я').contains(&c));
+        let mut count = 0;
+        for id in SubsystemId::TABLE {
+            let flags = flags_of(id).flags.iter();
+            for flag in flags.filter(|flag| flag.severity >= Severity::Warning) {
+                let texts = of_flag(id, flag);
+                for text in [texts.what, texts.cause, texts.consequence, texts.remedy] {
+                    let fine = text.en.ends_with('.') && text.ru.ends_with('.');
+                    assert!(
+                        fine && !cyrillic(&text.en) && cyrillic(&text.ru),
+                        "{id} {}: {text:?}",
+                        flag.name
+                    );
+                }
+                count += 1;
+            }
+        }
+        assert!(count > 150, "{count}");
+    }
+}

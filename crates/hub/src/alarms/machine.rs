@@ -1,0 +1,429 @@
+//! The states of alarms. No clock.
+//!
+//! ```text
+//!            active            acknowledged
+//!  normal ─────────▶ unack ────────────────▶ ack
+//!    ▲                │ ▲                      │
+//!    │        returns │ │ active again         │ returns
+//!    │                ▼ │                      │
+//!    ├───────────── rtn_unack                  │
+//!    │  acknowledged                           │
+//!    └─────────────────────────────────────────┘
+//!  any ── shelve ──▶ shelved ── time over, unshelve ──▶ unack, or normal when it has returned
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use lafet_proto::SubsystemId;
+use lafet_proto::flags::{Severity, set_flags};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::catalogue::{self, Texts};
+use crate::model::Status;
+use crate::text::Both;
+
+/// A condition has to be gone for so long before its alarm returns: no chattering.
+const OFF_DELAY_MS: u64 = 2_000;
+
+/// An alarm.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Alarm {
+    /// `M1/Vertical/AmperageOverload`.
+    pub id: String,
+    /// The monitor; empty: the hub itself.
+    pub monitor: String,
+    /// The subsystem, or `Link`.
+    pub subsystem: String,
+    /// The flag.
+    pub flag: String,
+    /// `high`, `medium` or `low`.
+    pub priority: &'static str,
+    /// `unack`, `ack`, `rtn_unack` or `shelved`.
+    pub state: &'static str,
+    /// Its condition holds.
+    pub active: bool,
+    /// Since when, ms since 1970.
+    pub since_ms: u64,
+    /// When it returned.
+    pub returned_ms: Option<u64>,
+    /// How often it came since it was normal.
+    pub count: u32,
+    /// Who acknowledged it.
+    pub ack: Option<Ack>,
+    /// Who put it on the shelf.
+    pub shelved: Option<Shelf>,
+    /// What it is.
+    pub what: Both,
+    /// What usually leads to it.
+    pub cause: Both,
+    /// What it leads to.
+    pub consequence: Both,
+    /// What to do.
+    pub remedy: Both,
+    /// Since when its condition is gone.
+    #[serde(skip)]
+    gone_ms: Option<u64>,
+}
+
+/// An acknowledgement.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Ack {
+    /// By whom.
+    pub user: String,
+    /// When.
+    pub at_ms: u64,
+}
+
+/// A place on the shelf.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Shelf {
+    /// By whom.
+    pub user: String,
+    /// Until when.
+    pub until_ms: u64,
+    /// Why.
+    pub reason: String,
+}
+
+/// An alarm that has changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// Its id.
+    pub id: String,
+    /// Its monitor.
+    pub monitor: String,
+    /// Its state before.
+    pub before: &'static str,
+    /// Its state now.
+    pub after: &'static str,
+    /// By whom, if not by itself.
+    pub user: Option<String>,
+    /// Why, if said.
+    pub reason: Option<String>,
+}
+
+/// The alarms that are not normal.
+#[derive(Debug, Default)]
+pub struct Alarms {
+    all: BTreeMap<String, Alarm>,
+}
+
+/// A condition that holds.
+struct Condition {
+    monitor: String,
+    subsystem: String,
+    flag: String,
+    texts: Texts,
+}
+
+impl Alarms {
+    /// The alarm with this id.
+    pub fn get(&self, id: &str) -> Option<&Alarm> {
+        self.all.get(id)
+    }
+
+    /// All of them, the most urgent first.
+    pub fn list(&self) -> Vec<&Alarm> {
+        let mut list: Vec<&Alarm> = self.all.values().collect();
+        let rank = |alarm: &Alarm| {
+            let state = ["unack", "rtn_unack", "ack", "shelved"];
+            let priority = ["high", "medium", "low"];
+            let place = |all: &[&str], one| all.iter().position(|it| *it == one);
+            (
+                place(&state, alarm.state),
+                place(&priority, alarm.priority),
+                u64::MAX - alarm.since_ms,
+            )
+        };
+        list.sort_by_key(|alarm| rank(alarm));
+        list
+    }
+
+    /// The state of a monitor. Of one that does not answer nothing new is known.
+    pub fn observe(
+        &mut self,
+        now_ms: u64,
+        monitor: &str,
+        status: &Status,
+        up: bool,
+    ) -> Vec<Change> {
+        let mut changes = Vec::new();
+        // A connection that is made anew, as a monitor was silent, is no alarm of its own.
+        let down = !up && (status.stale || status.at_ms.is_none());
+        let own = |flag: &str, texts| Condition {
+            monitor: monitor.to_owned(),
+            subsystem: "Link".into(),
+            flag: flag.to_owned(),
+            texts,
+        };
+        let mut holding = Vec::new();
+        if down {
+            holding.push(own("Down", catalogue::link_down()));
+        }
+        if status.stale {
+            holding.push(own("Stale", catalogue::stale()));
+        }
+        let known = up && !status.stale;
+        if known {
+            for (name, state) in &status.subsystems {
+                let Some(id) = SubsystemId::from_name(name) else { continue };
+                let bad = set_flags(id, state.bits).filter(|it| it.severity() >= Severity::Warning);
+                holding.extend(bad.map(|flag| Condition {
+                    monitor: monitor.to_owned(),
+                    subsystem: name.clone(),
+                    flag: flag.info.name.to_owned(),
+                    texts: catalogue::of_flag(id, flag.info),
+                }));
+            }
+        }
+        let mut ids = BTreeSet::new();
+        for condition in holding {
+            let id = format!("{monitor}/{}/{}", condition.subsystem, condition.flag);
+            self.holds(now_ms, id.clone(), condition, &mut changes);
+            ids.insert(id);
+        }
+        let gone: Vec<String> = self
+            .all
+            .values()
+            .filter(|alarm| alarm.monitor == monitor && !ids.contains(&alarm.id))
+            .filter(|alarm| known || alarm.subsystem == "Link")
+            .map(|alarm| alarm.id.clone())
+            .collect();
+        gone.iter().for_each(|id| self.gone(now_ms, id, &mut changes));
+        changes
+    }
+
+    /// Time has passed, and whether the audit log cannot be stored.
+    pub fn handle_time(&mut self, now_ms: u64, audit_failing: bool) -> Vec<Change> {
+        let mut changes = Vec::new();
+        if audit_failing {
+            let condition = Condition {
+                monitor: String::new(),
+                subsystem: "Hub".into(),
+                flag: "Audit".into(),
+                texts: catalogue::audit(),
+            };
+            self.holds(now_ms, "hub/Audit".into(), condition, &mut changes);
+        } else {
+            self.gone(now_ms, "hub/Audit", &mut changes);
+        }
+        let over: Vec<String> = self
+            .all
+            .values()
+            .filter(|it| it.shelved.as_ref().is_some_and(|shelf| shelf.until_ms <= now_ms))
+            .map(|alarm| alarm.id.clone())
+            .collect();
+        changes.extend(over.iter().filter_map(|id| self.unshelve(id, None)));
+        changes
+    }
+
+    /// Acknowledges an alarm.
+    pub fn acknowledge(&mut self, now_ms: u64, id: &str, user: &str) -> Option<Change> {
+        let alarm = self.all.get_mut(id)?;
+        let after = match alarm.state {
+            "unack" => "ack",
+            "rtn_unack" => "normal",
+            _ => return None,
+        };
+        alarm.ack = Some(Ack { user: user.to_owned(), at_ms: now_ms });
+        Some(self.turn(id, after, Some(user), None))
+    }
+
+    /// Every alarm that waits for it.
+    pub fn unacknowledged(&self) -> Vec<String> {
+        let waits = |alarm: &&Alarm| matches!(alarm.state, "unack" | "rtn_unack");
+        self.all.values().filter(waits).map(|alarm| alarm.id.clone()).collect()
+    }
+
+    /// Puts an alarm on the shelf for a while.
+    pub fn shelve(&mut self, id: &str, user: &str, until_ms: u64, reason: &str) -> Option<Change> {
+        let alarm = self.all.get_mut(id)?;
+        let shelf = Shelf { user: user.to_owned(), until_ms, reason: reason.to_owned() };
+        alarm.shelved = Some(shelf);
+        Some(self.turn(id, "shelved", Some(user), Some(reason)))
+    }
+
+    /// Takes it down.
+    pub fn unshelve(&mut self, id: &str, user: Option<&str>) -> Option<Change> {
+        let alarm = self.all.get_mut(id)?;
+        alarm.shelved.take()?;
+        let after = if alarm.active { "unack" } else { "normal" };
+        Some(self.turn(id, after, user, None))
+    }
+
+    fn holds(&mut self, now_ms: u64, id: String, it: Condition, changes: &mut Vec<Change>) {
+        if let Some(alarm) = self.all.get_mut(&id) {
+            alarm.gone_ms = None;
+            if alarm.active {
+                return;
+            }
+            (alarm.active, alarm.since_ms, alarm.returned_ms) = (true, now_ms, None);
+            alarm.count += 1;
+            let after = if alarm.state == "shelved" { "shelved" } else { "unack" };
+            return changes.push(self.turn(&id, after, None, None));
+        }
+        let Texts { priority, what, cause, consequence, remedy } = it.texts;
+        let alarm = Alarm {
+            id: id.clone(),
+            monitor: it.monitor,
+            subsystem: it.subsystem,
+            flag: it.flag,
+            priority,
+            state: "normal",
+            active: true,
+            since_ms: now_ms,
+            returned_ms: None,
+            count: 1,
+            ack: None,
+            shelved: None,
+            what,
+            cause,
+            consequence,
+            remedy,
+            gone_ms: None,
+        };
+        self.all.insert(id.clone(), alarm);
+        changes.push(self.turn(&id, "unack", None, None));
+    }
+
+    fn gone(&mut self, now_ms: u64, id: &str, changes: &mut Vec<Change>) {
+        let Some(alarm) = self.all.get_mut(id).filter(|alarm| alarm.active) else { return };
+        if now_ms < *alarm.gone_ms.get_or_insert(now_ms) + OFF_DELAY_MS {
+            return;
+        }
+        (alarm.active, alarm.returned_ms) = (false, Some(now_ms));
+        let after = match alarm.state {
+            "unack" => "rtn_unack",
+            "shelved" => "shelved",
+            _ => "normal",
+        };
+        changes.push(self.turn(id, after, None, None));
+    }
+
+    /// The one place where a state changes.
+    fn turn(
+        &mut self,
+        id: &str,
+        after: &'static str,
+        user: Option<&str>,
+        reason: Option<&str>,
+    ) -> Change {
+        let (mut before, mut monitor) = ("normal", String::new());
+        if let Some(alarm) = self.all.get_mut(id) {
+            (before, monitor) = (alarm.state, alarm.monitor.clone());
+            alarm.state = after;
+        }
+        if after == "normal" {
+            self.all.remove(id);
+        }
+        let own = str::to_owned;
+        Change {
+            id: id.to_owned(),
+            monitor,
+            before,
+            after,
+            user: user.map(own),
+            reason: reason.map(own),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Subsystem;
+
+    const ID: &str = "M1/Vertical/AmperageOverload";
+
+    fn status(bits: u32) -> Status {
+        let state = Subsystem { bits, ..Subsystem::default() };
+        let subsystems = [("Vertical".to_owned(), state)].into();
+        Status { at_ms: Some(1), subsystems, ..Status::default() }
+    }
+
+    fn see(alarms: &mut Alarms, now_ms: u64, bits: u32) -> Vec<(&'static str, &'static str)> {
+        let changes = alarms.observe(now_ms, "M1", &status(bits), true);
+        changes.iter().map(|change| (change.before, change.after)).collect()
+    }
+
+    const OVERLOAD: u32 = 1 << 18;
+
+    #[test]
+    fn comes_is_acknowledged_and_goes() {
+        let mut alarms = Alarms::default();
+        assert_eq!(see(&mut alarms, 0, OVERLOAD), [("normal", "unack")]);
+        assert!(see(&mut alarms, 10, OVERLOAD).is_empty());
+        let alarm = alarms.get(ID).unwrap();
+        assert!(!alarm.consequence.ru.is_empty() && alarm.active);
+        assert_eq!(alarms.acknowledge(20, ID, "anna").unwrap().after, "ack");
+        assert!(alarms.acknowledge(20, ID, "anna").is_none());
+        assert!(see(&mut alarms, 100, 0).is_empty(), "it has to be gone for a while");
+        assert_eq!(see(&mut alarms, 100 + OFF_DELAY_MS, 0), [("ack", "normal")]);
+        assert!(alarms.list().is_empty());
+    }
+
+    #[test]
+    fn what_returns_unacknowledged_stays_until_it_is() {
+        let mut alarms = Alarms::default();
+        see(&mut alarms, 0, OVERLOAD);
+        see(&mut alarms, 10, 0);
+        assert_eq!(see(&mut alarms, 3000, 0), [("unack", "rtn_unack")]);
+        assert_eq!(see(&mut alarms, 4000, OVERLOAD), [("rtn_unack", "unack")]);
+        assert_eq!(alarms.get(ID).unwrap().count, 2);
+        see(&mut alarms, 5000, 0);
+        see(&mut alarms, 8000, 0);
+        assert_eq!(alarms.acknowledge(9000, ID, "anna").unwrap().after, "normal");
+    }
+
+    #[test]
+    fn flicker_is_one_alarm() {
+        let mut alarms = Alarms::default();
+        let bits = |at| if at % 1000 == 0 { OVERLOAD } else { 0 };
+        let changes: usize =
+            (0..100).map(|step| see(&mut alarms, step * 500, bits(step * 500)).len()).sum();
+        assert_eq!(changes, 1);
+    }
+
+    #[test]
+    fn the_shelf_is_left_in_time() {
+        let mut alarms = Alarms::default();
+        see(&mut alarms, 0, OVERLOAD);
+        assert_eq!(alarms.shelve(ID, "anna", 10_000, "known").unwrap().after, "shelved");
+        assert!(alarms.unacknowledged().is_empty());
+        assert!(alarms.handle_time(9_999, false).is_empty());
+        assert_eq!(alarms.handle_time(10_000, false)[0].after, "unack");
+        alarms.shelve(ID, "anna", 90_000, "known");
+        see(&mut alarms, 11_000, 0);
+        assert_eq!(see(&mut alarms, 14_000, 0), [("shelved", "shelved")]);
+        assert_eq!(alarms.unshelve(ID, Some("anna")).unwrap().after, "normal");
+    }
+
+    #[test]
+    fn of_a_silent_monitor_nothing_new_is_known() {
+        let mut alarms = Alarms::default();
+        see(&mut alarms, 0, OVERLOAD);
+        let silent = Status { stale: true, ..status(0) };
+        for at in [10, 5_000, 10_000] {
+            alarms.observe(at, "M1", &silent, true);
+        }
+        assert!(alarms.get(ID).unwrap().active);
+        assert!(alarms.get("M1/Link/Stale").unwrap().active);
+        alarms.observe(20_000, "M1", &silent, false);
+        assert!(alarms.get("M1/Link/Down").unwrap().active);
+        alarms.observe(23_000, "M1", &silent, false);
+        assert_eq!(alarms.get("M1/Link/Stale").unwrap().state, "unack");
+        for at in [30_000, 33_000] {
+            alarms.observe(at, "M1", &status(OVERLOAD), true);
+        }
+        assert_eq!(alarms.get("M1/Link/Down").unwrap().state, "rtn_unack");
+    }
+
+    #[test]
+    fn a_log_that_is_not_stored_is_an_alarm() {
+        let mut alarms = Alarms::default();
+        assert_eq!(alarms.handle_time(0, true)[0].after, "unack");
+        alarms.handle_time(1, false);
+        assert_eq!(alarms.handle_time(3_000, false)[0].after, "rtn_unack");
+    }
+}

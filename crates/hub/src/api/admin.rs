@@ -1,0 +1,164 @@
+//! Users and tokens.
+
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use utoipa::ToSchema;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::guard::Body;
+use crate::access::{AccessError, Role};
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+
+pub fn routes() -> OpenApiRouter<Hub> {
+    OpenApiRouter::new()
+        .routes(routes!(users, add_user))
+        .routes(routes!(change_user, remove_user))
+        .routes(routes!(tokens, add_token))
+        .routes(routes!(remove_token))
+}
+
+/// A new user.
+#[derive(Debug, Deserialize, ToSchema)]
+struct NewUser {
+    user: String,
+    role: Role,
+    password: String,
+}
+
+/// What changes of a user.
+#[derive(Debug, Deserialize, ToSchema)]
+struct UserChange {
+    role: Option<Role>,
+    password: Option<String>,
+}
+
+/// A new token.
+#[derive(Debug, Deserialize, ToSchema)]
+struct NewToken {
+    name: String,
+    role: Role,
+}
+
+/// All users.
+#[utoipa::path(get, path = "/api/users",
+    responses((status = 200, body = Vec<crate::access::User>), (status = 401), (status = 403)))]
+async fn users(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
+    only_administrators(&caller)?;
+    Ok(Json(json!(hub.access.users()?)))
+}
+
+/// Adds a user.
+#[utoipa::path(post, path = "/api/users", request_body = NewUser,
+    responses((status = 201), (status = 400), (status = 401), (status = 403), (status = 409)))]
+async fn add_user(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Body(new): Body<NewUser>,
+) -> Result<StatusCode, ApiError> {
+    let what = format!("add user {} as {}", new.user, new.role.name());
+    let now_ms = hub.clock.now_ms();
+    change(&hub, &caller, &what, move |hub| {
+        hub.access.add(now_ms, &new.user, new.role, &new.password)
+    })
+    .await?;
+    Ok(StatusCode::CREATED)
+}
+
+/// Changes role or password; the user's sessions end.
+#[utoipa::path(patch, path = "/api/users/{user}", params(("user" = String, Path)),
+    request_body = UserChange,
+    responses((status = 204), (status = 400), (status = 401), (status = 403), (status = 404), (status = 409)))]
+async fn change_user(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(user): Path<String>,
+    Body(new): Body<UserChange>,
+) -> Result<StatusCode, ApiError> {
+    let role = new.role.map_or("", Role::name);
+    let password = if new.password.is_some() { " with a new password" } else { "" };
+    let what = format!("change user {user} {role}{password}");
+    change(&hub, &caller, &what, move |hub| {
+        hub.access.change(&user, new.role, new.password.as_deref(), None)
+    })
+    .await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Removes a user.
+#[utoipa::path(delete, path = "/api/users/{user}", params(("user" = String, Path)),
+    responses((status = 204), (status = 401), (status = 403), (status = 404), (status = 409)))]
+async fn remove_user(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(user): Path<String>,
+) -> Result<StatusCode, ApiError> {
+    let what = format!("remove user {user}");
+    change(&hub, &caller, &what, move |hub| hub.access.remove(&user)).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// All tokens.
+#[utoipa::path(get, path = "/api/tokens",
+    responses((status = 200, body = Vec<crate::access::Token>), (status = 401), (status = 403)))]
+async fn tokens(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
+    only_administrators(&caller)?;
+    Ok(Json(json!(hub.access.tokens()?)))
+}
+
+/// Makes a token, which is shown this once.
+#[utoipa::path(post, path = "/api/tokens", request_body = NewToken,
+    responses((status = 201, body = Object), (status = 400), (status = 401), (status = 403)))]
+async fn add_token(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Body(new): Body<NewToken>,
+) -> Result<(StatusCode, Json<Value>), ApiError> {
+    let what = format!("add token {} as {}", new.name, new.role.name());
+    let now_ms = hub.clock.now_ms();
+    let (id, token) =
+        change(&hub, &caller, &what, move |hub| hub.access.add_token(now_ms, &new.name, new.role))
+            .await?;
+    Ok((StatusCode::CREATED, Json(json!({ "id": id, "token": token }))))
+}
+
+/// Takes a token back.
+#[utoipa::path(delete, path = "/api/tokens/{id}", params(("id" = u64, Path)),
+    responses((status = 204), (status = 401), (status = 403), (status = 404)))]
+async fn remove_token(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(id): Path<u64>,
+) -> Result<StatusCode, ApiError> {
+    change(&hub, &caller, &format!("remove token {id}"), move |hub| hub.access.remove_token(id))
+        .await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn only_administrators(caller: &Caller) -> Result<(), ApiError> {
+    match caller.principal.role {
+        Role::Administrator => Ok(()),
+        _ => Err(ApiError::role(Role::Administrator)),
+    }
+}
+
+/// Changes something, if the caller may, and notes it.
+async fn change<T: Send + 'static>(
+    hub: &Hub,
+    caller: &Caller,
+    what: &str,
+    work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
+) -> Result<T, ApiError> {
+    only_administrators(caller)?;
+    hub.count_request(&caller.principal)?;
+    let own = hub.clone();
+    let result = tokio::task::spawn_blocking(move || work(&own)).await;
+    let result = result.unwrap_or(Err(AccessError::Unfit));
+    let outcome = if result.is_ok() { "Ok" } else { "refused" };
+    drop(hub.audit.note(hub.record(caller, "", what, outcome)));
+    Ok(result?)
+}

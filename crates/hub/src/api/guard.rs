@@ -1,0 +1,235 @@
+//! Who asks: cookie, token, certificate; and that a browser asks on behalf of our own page.
+
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use axum::body::Bytes;
+use axum::extract::{FromRequest, FromRequestParts, Request, State};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use serde::de::DeserializeOwned;
+use tokio::sync::OwnedSemaphorePermit;
+
+use super::BODY_MAX;
+use crate::access::{Kind, Principal, Role};
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::text::both;
+
+/// The browser's cookie.
+pub const COOKIE: &str = "lafet_session";
+
+/// The other side of a connection.
+#[derive(Clone, Debug)]
+pub struct Peer {
+    /// Its address.
+    pub address: SocketAddr,
+    /// Common name of its certificate.
+    pub name: Option<String>,
+    /// The connection is encrypted.
+    pub tls: bool,
+    /// Counts the connection, also when it has become a WebSocket.
+    #[expect(dead_code, reason = "held for its end")]
+    pub place: Arc<Place>,
+}
+
+/// One of the connections that the hub has room for.
+#[derive(Debug)]
+pub struct Place {
+    /// The hub that counts it.
+    pub hub: Hub,
+    /// Gives the room back.
+    #[expect(dead_code, reason = "held for its end")]
+    pub permit: OwnedSemaphorePermit,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.hub.counts.connections.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Somebody who may at least stop: a session that ran out lately, and no CSRF token, will do.
+#[derive(Debug)]
+pub struct Urgent(pub Caller);
+
+/// A body of JSON.
+#[derive(Debug)]
+pub struct Body<T>(pub T);
+
+/// A body as far as it is any use: what cannot be read is empty.
+#[derive(Debug)]
+pub struct Lenient(pub Bytes);
+
+impl FromRequestParts<Hub> for Caller {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
+        let principal = principal(parts, hub)?.filter(|principal| !principal.stale);
+        let principal = principal.ok_or_else(|| login_needed(hub))?;
+        let safe = matches!(parts.method, Method::GET | Method::HEAD);
+        if principal.kind == Kind::Session && !safe {
+            let sent = parts.headers.get("x-csrf-token").and_then(|value| value.to_str().ok());
+            if sent != Some(principal.csrf.as_str()) {
+                let text = both(
+                    "The header X-CSRF-Token is missing or wrong: take it from /api/session.",
+                    "Нет заголовка X-CSRF-Token или он неверен: возьмите его из /api/session.",
+                );
+                return Err(ApiError::new(StatusCode::FORBIDDEN, "csrf", text));
+            }
+        }
+        Ok(Caller::http(principal, address(parts)))
+    }
+}
+
+impl FromRequestParts<Hub> for Urgent {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
+        let principal = principal(parts, hub)?.ok_or_else(|| login_needed(hub))?;
+        Ok(Self(Caller::http(principal, address(parts))))
+    }
+}
+
+impl<T: DeserializeOwned> FromRequest<Hub> for Body<T> {
+    type Rejection = ApiError;
+
+    async fn from_request(request: Request, hub: &Hub) -> Result<Self, ApiError> {
+        let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
+            let text = both(
+                format!("The body cannot be read ({error}); at most {BODY_MAX} bytes."),
+                format!("Тело запроса не читается ({error}); не более {BODY_MAX} байт."),
+            );
+            let status = error.into_response().status();
+            let code =
+                if status == StatusCode::PAYLOAD_TOO_LARGE { "too_large" } else { "bad_request" };
+            ApiError::new(status, code, text)
+        })?;
+        let bytes: &[u8] = if bytes.is_empty() { b"{}" } else { &bytes };
+        serde_json::from_slice(bytes).map(Self).map_err(|error| not_understood(&error))
+    }
+}
+
+impl FromRequest<Hub> for Lenient {
+    type Rejection = std::convert::Infallible;
+
+    async fn from_request(request: Request, _: &Hub) -> Result<Self, Self::Rejection> {
+        let body = axum::body::to_bytes(request.into_body(), BODY_MAX).await;
+        Ok(Self(body.unwrap_or_default()))
+    }
+}
+
+/// A query or a body does not fit.
+pub fn not_understood(error: &dyn std::fmt::Display) -> ApiError {
+    ApiError::bad_request(both(
+        format!("Not understood: {error}. See /api/openapi.json."),
+        format!("Не понято: {error}. См. /api/openapi.json."),
+    ))
+}
+
+/// Where a request comes from.
+pub fn address(parts: &Parts) -> IpAddr {
+    let peer = parts.extensions.get::<Peer>();
+    peer.map_or(IpAddr::from([0, 0, 0, 0]), |peer| peer.address.ip())
+}
+
+fn principal(parts: &Parts, hub: &Hub) -> Result<Option<Principal>, ApiError> {
+    let now_ms = hub.clock.now_ms();
+    if let Some(value) = parts.headers.get(header::AUTHORIZATION) {
+        let secret = value.to_str().ok().and_then(|value| value.strip_prefix("Bearer "));
+        return Ok(match secret {
+            Some(secret) => hub.access.by_token(now_ms, secret.trim())?,
+            None => None,
+        });
+    }
+    if let Some(secret) = cookie(&parts.headers)
+        && let Some(principal) = hub.access.by_session(now_ms, secret)?
+    {
+        return Ok(Some(principal));
+    }
+    let roles = hub.config.tls.as_ref().map(|tls| &tls.client_roles);
+    let name = parts.extensions.get::<Peer>().and_then(|peer| peer.name.as_ref());
+    if let Some((name, role)) = name.and_then(|name| Some((name, roles?.get(name)?))) {
+        return Ok(Some(known(name, *role, Kind::Certificate)));
+    }
+    if !hub.config.login && address(parts).is_loopback() {
+        return Ok(Some(known("demo", Role::Administrator, Kind::Demo)));
+    }
+    Ok(None)
+}
+
+fn known(name: &str, role: Role, kind: Kind) -> Principal {
+    Principal {
+        user: name.to_owned(),
+        role,
+        kind,
+        key: format!("c-{name}"),
+        csrf: String::new(),
+        expires_ms: 0,
+        stale: false,
+    }
+}
+
+/// The session's secret.
+pub fn cookie(headers: &HeaderMap) -> Option<&str> {
+    let all = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+    all.flat_map(|value| value.split(';')).find_map(|pair| {
+        let (name, value) = pair.trim().split_once('=')?;
+        (name == COOKIE).then_some(value)
+    })
+}
+
+/// Nobody is logged in.
+pub fn login_needed(hub: &Hub) -> ApiError {
+    let text = both("Log in first.", "Сначала войдите.");
+    let setup = hub.config.login && hub.access.is_empty().unwrap_or(false);
+    ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text).with("setup_needed", setup)
+}
+
+/// Turns away what another page asks in the name of its visitor, and names that are not ours (a
+/// page whose name was pointed here).
+pub async fn same_origin(State(hub): State<Hub>, request: Request, next: Next) -> Response {
+    let ours = ours(&hub, request.uri(), request.headers());
+    match ours {
+        Ok(()) => next.run(request).await,
+        Err(error) => error.into_response(),
+    }
+}
+
+fn ours(hub: &Hub, uri: &Uri, headers: &HeaderMap) -> Result<(), ApiError> {
+    let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?"));
+    let host = uri.authority().map(|it| it.as_str()).or_else(|| text(header::HOST));
+    let Some(host) = host.filter(|host| is_ours(hub, host)) else {
+        let text = both(
+            "The hub has no such name. Add it to names in [server], or use its address.",
+            "У центра управления нет такого имени. Добавьте его в names раздела [server] или \
+             используйте адрес.",
+        );
+        return Err(ApiError::new(StatusCode::FORBIDDEN, "bad_host", text));
+    };
+    let fine = text(header::ORIGIN).is_none_or(|origin| {
+        let same = origin.split_once("://").is_some_and(|(_, place)| place == host);
+        same || hub.config.origins.iter().any(|allowed| allowed == origin)
+    });
+    if !fine {
+        let text = both(
+            "Another page asks. If it may, add it to origins in [server].",
+            "Запрос от другой страницы. Если это допустимо, добавьте её в origins раздела [server].",
+        );
+        return Err(ApiError::new(StatusCode::FORBIDDEN, "bad_origin", text));
+    }
+    Ok(())
+}
+
+fn is_ours(hub: &Hub, host: &str) -> bool {
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
+        _ => host,
+    };
+    let bare = name.trim_start_matches('[').trim_end_matches(']');
+    let given = hub.config.names.iter().any(|known| known.eq_ignore_ascii_case(name));
+    given || name.eq_ignore_ascii_case("localhost") || bare.parse::<IpAddr>().is_ok()
+}

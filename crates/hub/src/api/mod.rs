@@ -1,0 +1,113 @@
+//! HTTP: who asks, what for, and what comes back.
+
+mod admin;
+mod assets;
+mod guard;
+mod metrics;
+mod monitors;
+mod records;
+mod session;
+mod ws;
+
+use axum::extract::{DefaultBodyLimit, State};
+use axum::http::{HeaderName, HeaderValue};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::{Json, Router};
+use serde_json::{Value, json};
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+pub use guard::{Peer, Place};
+
+/// Largest body of a request; Stop, Close and Lockout are read only so far.
+pub const BODY_MAX: usize = 64 * 1024;
+
+#[derive(OpenApi)]
+#[openapi(info(
+    title = "lafet hub",
+    description = "Fire monitors over HTTP. Times are ms since 1970, angles arc-minutes. See docs/hub-api.md."
+))]
+struct Description;
+
+/// All routes.
+pub fn router(hub: Hub) -> Router {
+    let (router, _) = routes_and_description();
+    router
+        .fallback(assets::serve)
+        .layer(DefaultBodyLimit::max(BODY_MAX))
+        .layer(middleware::from_fn_with_state(hub.clone(), guard::same_origin))
+        .layer(middleware::from_fn(headers))
+        .with_state(hub)
+}
+
+fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
+    OpenApiRouter::with_openapi(Description::openapi())
+        .routes(routes!(about))
+        .routes(routes!(dictionary))
+        .routes(routes!(openapi))
+        .routes(routes!(metrics::health))
+        .routes(routes!(metrics::metrics))
+        .routes(routes!(ws::upgrade))
+        .merge(session::routes())
+        .merge(monitors::routes())
+        .merge(records::routes())
+        .merge(admin::routes())
+        .split_for_parts()
+}
+
+/// The description of the API.
+pub fn description() -> Value {
+    json!(routes_and_description().1)
+}
+
+/// What the hub is.
+#[utoipa::path(get, path = "/api/hub", responses((status = 200, body = Object), (status = 401)))]
+async fn about(State(hub): State<Hub>, _: Caller) -> Json<Value> {
+    let mut about = hub.about();
+    about["now_ms"] = hub.clock.now_ms().into();
+    Json(about)
+}
+
+/// The dictionary of the protocol.
+#[utoipa::path(get, path = "/api/dictionary", responses((status = 200, body = Object), (status = 401)))]
+async fn dictionary(State(hub): State<Hub>, _: Caller) -> Json<Value> {
+    Json(hub.dictionary.clone())
+}
+
+/// This description.
+#[utoipa::path(get, path = "/api/openapi.json", responses((status = 200, body = Object)))]
+async fn openapi() -> Json<Value> {
+    Json(description())
+}
+
+/// What browsers have to keep to, and what is new is asked for.
+async fn headers(request: axum::extract::Request, next: Next) -> Response {
+    let api = request.uri().path().starts_with("/api");
+    let mut response = next.run(request).await;
+    let headers = response.headers_mut();
+    let fixed = [
+        ("x-content-type-options", "nosniff"),
+        ("referrer-policy", "no-referrer"),
+        (
+            "content-security-policy",
+            "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; \
+             worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'",
+        ),
+    ];
+    for (name, value) in fixed {
+        headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
+    }
+    if api {
+        headers.insert("cache-control", HeaderValue::from_static("no-store"));
+    }
+    response
+}
+
+/// What is not there.
+fn nothing() -> Response {
+    ApiError::not_found().into_response()
+}

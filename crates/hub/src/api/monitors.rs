@@ -1,0 +1,397 @@
+//! Monitors: their state, requests to them, authority, jog, parameters.
+
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::{Path, State};
+use lafet_client::{Monitor, Toward};
+use lafet_proto::SubsystemId;
+use lafet_proto::status::FaultInfo;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use utoipa::ToSchema;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::guard::{Body, Lenient, Urgent};
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::owner;
+use crate::station::{Beat, Station};
+use crate::sync::lock;
+use crate::text::{Both, both};
+
+pub fn routes() -> OpenApiRouter<Hub> {
+    OpenApiRouter::new()
+        .routes(routes!(list))
+        .routes(routes!(one))
+        .routes(routes!(request))
+        .routes(routes!(stop))
+        .routes(routes!(close))
+        .routes(routes!(lockout))
+        .routes(routes!(stop_all))
+        .routes(routes!(lockout_all))
+        .routes(routes!(authority))
+        .routes(routes!(jog))
+        .routes(routes!(params))
+        .routes(routes!(read_params))
+        .routes(routes!(set_param))
+        .routes(routes!(crash))
+}
+
+/// A request in the text form.
+#[derive(Debug, Deserialize, ToSchema)]
+pub struct Asked {
+    /// `Move Vertical 1200`.
+    pub request: String,
+    /// The monitor's id, where it is needed.
+    pub confirm: Option<String>,
+}
+
+/// A change of control authority.
+#[derive(Debug, Deserialize, ToSchema)]
+pub struct Change {
+    /// `take`, `release`, `request`, `grant`, `deny`, `force`.
+    pub action: String,
+    /// Why, of `force`.
+    pub reason: Option<String>,
+}
+
+/// A beat of a motion that is held, or its end.
+#[derive(Debug, Deserialize, ToSchema)]
+pub struct JogBeat {
+    /// `Vertical`, `Horizontal`, `Nozzle`.
+    pub drive: String,
+    /// `max` (up, left, narrow) or `min`.
+    pub toward: Option<String>,
+    /// The sender's clock, ms.
+    pub t: Option<f64>,
+    /// It is let go.
+    #[serde(default)]
+    pub end: bool,
+}
+
+/// Values of a parameter.
+#[derive(Debug, Deserialize, ToSchema)]
+struct Values {
+    values: Vec<i32>,
+}
+
+/// All monitors.
+#[utoipa::path(get, path = "/api/monitors", responses((status = 200, body = Object), (status = 401)))]
+async fn list(State(hub): State<Hub>, _: Caller) -> Json<Value> {
+    let all: Map<String, Value> =
+        hub.stations.iter().map(|(id, station)| (id.clone(), station.json(&hub))).collect();
+    Json(Value::Object(all))
+}
+
+/// A monitor.
+#[utoipa::path(get, path = "/api/monitors/{id}", params(("id" = String, Path)),
+    responses((status = 200, body = Object), (status = 401), (status = 404)))]
+async fn one(
+    State(hub): State<Hub>,
+    _: Caller,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, ApiError> {
+    Ok(Json(hub.station(&id)?.json(&hub)))
+}
+
+/// Sends a request to a monitor.
+#[utoipa::path(post, path = "/api/monitors/{id}/requests", params(("id" = String, Path)),
+    request_body = Asked, responses((status = 200, body = Object), (status = 400), (status = 401),
+    (status = 403), (status = 404), (status = 409), (status = 422), (status = 429), (status = 502), (status = 503)))]
+async fn request(
+    State(hub): State<Hub>,
+    Urgent(caller): Urgent,
+    Path(id): Path<String>,
+    headers: axum::http::HeaderMap,
+    Body(asked): Body<Asked>,
+) -> Result<Json<Value>, ApiError> {
+    let station = hub.station(&id)?.clone();
+    if !is_urgent(&asked.request) {
+        csrf(&caller, &headers)?;
+    }
+    let result = hub.command(&caller, &station, &asked.request, asked.confirm.as_deref()).await?;
+    Ok(Json(result))
+}
+
+/// Stop written as a request is as urgent as its own address.
+pub fn is_urgent(text: &str) -> bool {
+    let mut buffer = [0; lafet_proto::text::BUFFER_SIZE];
+    let needs =
+        crate::command::understand(text, &mut buffer).and_then(|it| crate::command::needs(&it));
+    needs.is_ok_and(|needs| needs.urgent)
+}
+
+/// What the extractor of `Caller` looks at, where it comes after the body.
+fn csrf(caller: &Caller, headers: &axum::http::HeaderMap) -> Result<(), ApiError> {
+    let principal = &caller.principal;
+    let sent = headers.get("x-csrf-token").and_then(|value| value.to_str().ok());
+    if principal.kind == crate::access::Kind::Session && sent != Some(principal.csrf.as_str()) {
+        let text = both(
+            "The header X-CSRF-Token is missing or wrong: take it from /api/session.",
+            "Нет заголовка X-CSRF-Token или он неверен: возьмите его из /api/session.",
+        );
+        return Err(ApiError::new(axum::http::StatusCode::FORBIDDEN, "csrf", text));
+    }
+    Ok(())
+}
+
+/// Stops everything, or one subsystem.
+#[utoipa::path(post, path = "/api/monitors/{id}/stop", params(("id" = String, Path)),
+    request_body = Option<Object>, responses((status = 200, body = Object), (status = 401), (status = 404),
+    (status = 422), (status = 502), (status = 503)))]
+async fn stop(
+    State(hub): State<Hub>,
+    Urgent(caller): Urgent,
+    Path(id): Path<String>,
+    Lenient(body): Lenient,
+) -> Result<Json<Value>, ApiError> {
+    let body: Value = serde_json::from_slice(&body).unwrap_or_default();
+    let station = hub.station(&id)?.clone();
+    Ok(Json(hub.stop(&caller, &station, body["of"].as_str()).await?))
+}
+
+/// Closes one valve, or all that the monitor has.
+#[utoipa::path(post, path = "/api/monitors/{id}/close", params(("id" = String, Path)),
+    request_body = Option<Object>, responses((status = 200, body = Object), (status = 401), (status = 404),
+    (status = 422), (status = 502), (status = 503)))]
+async fn close(
+    State(hub): State<Hub>,
+    Urgent(caller): Urgent,
+    Path(id): Path<String>,
+    Lenient(body): Lenient,
+) -> Result<Json<Value>, ApiError> {
+    let body: Value = serde_json::from_slice(&body).unwrap_or_default();
+    let station = hub.station(&id)?.clone();
+    Ok(Json(hub.close(&caller, &station, body["valve"].as_str()).await?))
+}
+
+/// Locks a monitor out.
+#[utoipa::path(post, path = "/api/monitors/{id}/lockout", params(("id" = String, Path)),
+    responses((status = 200, body = Object), (status = 401), (status = 404), (status = 422),
+    (status = 502), (status = 503)))]
+async fn lockout(
+    State(hub): State<Hub>,
+    Urgent(caller): Urgent,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, ApiError> {
+    let station = hub.station(&id)?.clone();
+    Ok(Json(hub.command(&caller, &station, LOCKOUT, None).await?))
+}
+
+/// Stops every monitor.
+#[utoipa::path(post, path = "/api/stop", responses((status = 200, body = Object), (status = 401)))]
+async fn stop_all(State(hub): State<Hub>, Urgent(caller): Urgent) -> Json<Value> {
+    Json(hub.everywhere(&caller, STOP).await)
+}
+
+/// Locks every monitor out.
+#[utoipa::path(post, path = "/api/lockout", responses((status = 200, body = Object), (status = 401)))]
+async fn lockout_all(State(hub): State<Hub>, Urgent(caller): Urgent) -> Json<Value> {
+    Json(hub.everywhere(&caller, LOCKOUT).await)
+}
+
+/// Takes, releases, requests, grants, denies or forces control authority.
+#[utoipa::path(post, path = "/api/monitors/{id}/authority", params(("id" = String, Path)),
+    request_body = Change, responses((status = 200, body = Object), (status = 400), (status = 401),
+    (status = 403), (status = 404), (status = 409)))]
+async fn authority(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(id): Path<String>,
+    Body(change): Body<Change>,
+) -> Result<Json<Value>, ApiError> {
+    let station = hub.station(&id)?.clone();
+    let state =
+        hub.change_authority(&caller, &station, &change.action, change.reason.as_deref())?;
+    Ok(Json(state))
+}
+
+/// A beat of a motion that is held.
+#[utoipa::path(post, path = "/api/monitors/{id}/jog", params(("id" = String, Path)),
+    request_body = JogBeat, responses((status = 200, body = Object), (status = 400), (status = 401),
+    (status = 403), (status = 404), (status = 409), (status = 503)))]
+async fn jog(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(id): Path<String>,
+    Body(beat): Body<JogBeat>,
+) -> Result<Json<Value>, ApiError> {
+    let station = hub.station(&id)?.clone();
+    Ok(Json(json!({ "state": hub.beat(&caller, &station, &beat)? })))
+}
+
+/// Parameters as last read.
+#[utoipa::path(get, path = "/api/monitors/{id}/params", params(("id" = String, Path)),
+    responses((status = 200, body = Object), (status = 401), (status = 404)))]
+async fn params(
+    State(hub): State<Hub>,
+    _: Caller,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, ApiError> {
+    Ok(Json(json!(*lock(&hub.station(&id)?.params))))
+}
+
+/// Reads all parameters from the monitor.
+#[utoipa::path(post, path = "/api/monitors/{id}/params/read", params(("id" = String, Path)),
+    responses((status = 200, body = Object), (status = 401), (status = 403), (status = 404), (status = 503)))]
+async fn read_params(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, ApiError> {
+    hub.count_request(&caller.principal)?;
+    let station = hub.station(&id)?.clone();
+    owner::read_params(&hub, &station, &Monitor::new(station.client()?)).await;
+    Ok(Json(json!(*lock(&station.params))))
+}
+
+/// Sets a parameter.
+#[utoipa::path(put, path = "/api/monitors/{id}/params/{subsystem}/{name}",
+    params(("id" = String, Path), ("subsystem" = String, Path), ("name" = String, Path)),
+    request_body = Values, responses((status = 200, body = Object), (status = 400), (status = 401),
+    (status = 403), (status = 404), (status = 409), (status = 422), (status = 502), (status = 503)))]
+async fn set_param(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path((id, subsystem, name)): Path<(String, String, String)>,
+    Body(Values { values }): Body<Values>,
+) -> Result<Json<Value>, ApiError> {
+    let station = hub.station(&id)?.clone();
+    let word = |text: &str| text.chars().all(|c| c.is_ascii_alphanumeric() || c == '@');
+    if !word(&subsystem) || !word(&name) {
+        return Err(ApiError::not_found());
+    }
+    let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+    let text = format!("SetParam {subsystem} {name} {}", values.join(" "));
+    Ok(Json(hub.command(&caller, &station, &text, None).await?))
+}
+
+/// What the last hardware fault has left.
+#[utoipa::path(get, path = "/api/monitors/{id}/crash", params(("id" = String, Path)),
+    responses((status = 200, body = Object), (status = 401), (status = 404), (status = 502), (status = 503)))]
+async fn crash(
+    State(hub): State<Hub>,
+    _: Caller,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, ApiError> {
+    let monitor = Monitor::new(hub.station(&id)?.client()?);
+    let info = monitor.crash_data().await.map_err(|error| ApiError::from(&error))?;
+    let words = words(&info);
+    Ok(Json(json!({ "filled": info.signature != 0, "words": words })))
+}
+
+fn words(info: &FaultInfo) -> Vec<(&'static str, u32)> {
+    use lafet_proto::status::FaultArch;
+    let common = [
+        info.signature,
+        info.archtype,
+        info.spcr,
+        info.r0,
+        info.r1,
+        info.r2,
+        info.r3,
+        info.r12,
+        info.lr,
+        info.pc,
+    ];
+    let mut all: Vec<_> = FaultInfo::NAMES.into_iter().zip(common).collect();
+    match info.arch {
+        FaultArch::CortexM3(words) => all.extend(FaultInfo::NAMES.into_iter().skip(10).zip(words)),
+        FaultArch::Arm7Tdmi(words) => all.extend(FaultInfo::NAMES_ARM7TDMI.into_iter().zip(words)),
+    }
+    all
+}
+
+/// Stops everything.
+pub const STOP: &str = "Stop All";
+/// Locks out.
+pub const LOCKOUT: &str = "Lockout All on";
+
+impl Hub {
+    /// Stops a subsystem; of one that nobody knows, everything.
+    pub async fn stop(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        of: Option<&str>,
+    ) -> Result<Value, ApiError> {
+        let known = of.and_then(SubsystemId::from_name);
+        let text = known.map_or_else(|| STOP.to_owned(), |id| format!("Stop {id}"));
+        self.command(caller, station, &text, None).await
+    }
+
+    /// Closes a valve, or all; those that are not known to exist are closed as well.
+    pub async fn close(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        valve: Option<&str>,
+    ) -> Result<Value, ApiError> {
+        let named = valve.and_then(SubsystemId::from_name).filter(|id| id.is_valve());
+        let valves = match named {
+            Some(valve) => vec![valve],
+            None => match &station.status().valves()[..] {
+                [] => vec![SubsystemId::VALVE1, SubsystemId::VALVE2],
+                valves => valves.to_vec(),
+            },
+        };
+        let texts: Vec<String> = valves.iter().map(|valve| format!("Close {valve}")).collect();
+        let results = futures_util::future::join_all(
+            texts.iter().map(|text| self.command(caller, station, text, None)),
+        )
+        .await;
+        let mut all: Option<Value> = None;
+        for result in results {
+            let result = result?;
+            match &mut all {
+                None => all = Some(result),
+                Some(all) => {
+                    let more = result["answers"].as_array().cloned().unwrap_or_default();
+                    if let Some(answers) = all["answers"].as_array_mut() {
+                        answers.extend(more);
+                    }
+                    all["ok"] = (all["ok"] == json!(true) && result["ok"] == json!(true)).into();
+                }
+            }
+        }
+        Ok(all.unwrap_or_default())
+    }
+
+    /// The same urgent request to every monitor, at the same time.
+    pub async fn everywhere(&self, caller: &Caller, text: &str) -> Value {
+        let all = self.stations.values().map(|station| async move {
+            let result = self.command(caller, station, text, None).await;
+            let value = result.unwrap_or_else(|error| json!({ "error": error.json() }));
+            (station.id().to_owned(), value)
+        });
+        let all: Map<String, Value> =
+            futures_util::future::join_all(all).await.into_iter().collect();
+        Value::Object(all)
+    }
+
+    /// A beat, or the end, of a motion that is held.
+    pub fn beat(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        beat: &JogBeat,
+    ) -> Result<&'static str, ApiError> {
+        let drive = SubsystemId::from_name(&beat.drive).unwrap_or(SubsystemId::ALL);
+        if beat.end {
+            station.end_jog(&caller.seat.seat, drive);
+            return Ok("ended");
+        }
+        let toward = match beat.toward.as_deref() {
+            Some("max") => Toward::Max,
+            Some("min") => Toward::Min,
+            _ => {
+                let text: Both = both("toward is max or min.", "toward — max или min.");
+                return Err(ApiError::bad_request(text));
+            }
+        };
+        self.may_jog(caller, station)?;
+        station.beat(self, caller, Beat { drive, toward, sent_ms: beat.t })
+    }
+}

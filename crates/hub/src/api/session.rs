@@ -1,0 +1,198 @@
+//! Logging in and out.
+
+use std::sync::atomic::Ordering;
+
+use axum::Json;
+use axum::extract::{FromRequestParts, State};
+use axum::http::request::Parts;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use utoipa::ToSchema;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::guard::{Body, COOKIE, Peer};
+use crate::access::{AccessError, Kind, Principal, SessionInfo};
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::sync::lock;
+use crate::text::both;
+
+pub fn routes() -> OpenApiRouter<Hub> {
+    OpenApiRouter::new()
+        .routes(routes!(session))
+        .routes(routes!(log_in))
+        .routes(routes!(log_out))
+        .routes(routes!(set_up))
+        .routes(routes!(password))
+}
+
+/// User and password.
+#[derive(Debug, Deserialize, ToSchema)]
+struct Login {
+    user: String,
+    password: String,
+}
+
+/// The first administrator.
+#[derive(Debug, Deserialize, ToSchema)]
+struct Setup {
+    token: String,
+    user: String,
+    password: String,
+}
+
+/// A new password.
+#[derive(Debug, Deserialize, ToSchema)]
+struct Password {
+    old: String,
+    new: String,
+}
+
+/// Where a request comes from, before anybody is known.
+struct From(String, bool);
+
+impl FromRequestParts<Hub> for From {
+    type Rejection = std::convert::Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &Hub) -> Result<Self, Self::Rejection> {
+        let tls = parts.extensions.get::<Peer>().is_some_and(|peer| peer.tls);
+        Ok(Self(super::guard::address(parts).to_string(), tls))
+    }
+}
+
+/// Who is logged in.
+#[utoipa::path(get, path = "/api/session", responses((status = 200, body = Object), (status = 401)))]
+async fn session(caller: Caller) -> Json<Value> {
+    Json(about(&caller.principal))
+}
+
+fn about(principal: &Principal) -> Value {
+    json!({
+        "user": principal.user, "role": principal.role, "kind": principal.kind,
+        "csrf": principal.csrf, "expires_ms": principal.expires_ms, "seat": principal.key,
+    })
+}
+
+/// Logs in.
+#[utoipa::path(post, path = "/api/login", request_body = Login,
+    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 429)))]
+async fn log_in(
+    State(hub): State<Hub>,
+    from: From,
+    Body(login): Body<Login>,
+) -> Result<Response, ApiError> {
+    limited(&hub, &from.0, &login.user)?;
+    begin(hub, from, login).await
+}
+
+/// Makes the first administrator with the link that the first start has printed.
+#[utoipa::path(post, path = "/api/setup", request_body = Setup,
+    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 429)))]
+async fn set_up(
+    State(hub): State<Hub>,
+    from: From,
+    Body(setup): Body<Setup>,
+) -> Result<Response, ApiError> {
+    limited(&hub, &from.0, "")?;
+    let (now_ms, made) = (hub.clock.now_ms(), hub.clone());
+    let login = Login { user: setup.user.clone(), password: setup.password.clone() };
+    let result =
+        slowly(move || made.access.set_up(now_ms, &setup.token, &setup.user, &setup.password))
+            .await;
+    if matches!(result, Err(AccessError::Wrong)) {
+        failed(&hub, &from.0, "");
+    }
+    result?;
+    begin(hub, from, login).await
+}
+
+/// Logs out.
+#[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401), (status = 403)))]
+async fn log_out(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiError> {
+    hub.access.log_out(&caller.principal.key)?;
+    let cookie = format!("{COOKIE}=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
+    Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, cookie)]).into_response())
+}
+
+/// Changes one's own password; other sessions end.
+#[utoipa::path(post, path = "/api/password", request_body = Password,
+    responses((status = 204), (status = 400), (status = 401), (status = 403), (status = 429)))]
+async fn password(
+    State(hub): State<Hub>,
+    caller: Caller,
+    from: From,
+    Body(password): Body<Password>,
+) -> Result<StatusCode, ApiError> {
+    if caller.principal.kind != Kind::Session {
+        return Err(ApiError::bad_request(both(
+            "Only who has logged in with a password has one.",
+            "Пароль есть только у того, кто вошёл с паролем.",
+        )));
+    }
+    let (user, key) = (caller.principal.user.clone(), caller.principal.key.clone());
+    limited(&hub, &from.0, &user)?;
+    let changed = hub.clone();
+    let result = slowly(move || {
+        changed.access.check_password(&user, &password.old)?;
+        changed.access.change(&user, None, Some(&password.new), Some(&key))
+    })
+    .await;
+    if matches!(result, Err(AccessError::Wrong)) {
+        failed(&hub, &from.0, &caller.principal.user);
+    }
+    let outcome = if result.is_ok() { "Ok" } else { "refused" };
+    drop(hub.audit.note(hub.record(&caller, "", "change own password", outcome)));
+    result?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn limited(hub: &Hub, from: &str, user: &str) -> Result<(), ApiError> {
+    match lock(&hub.logins).wait(hub.now(), user, from) {
+        Some(wait) => Err(ApiError::slow_down(wait)),
+        None => Ok(()),
+    }
+}
+
+fn failed(hub: &Hub, from: &str, user: &str) {
+    hub.counts.logins_failed.fetch_add(1, Ordering::Relaxed);
+    lock(&hub.logins).failed(hub.now(), user, from);
+}
+
+async fn begin(hub: Hub, from: From, login: Login) -> Result<Response, ApiError> {
+    let (now_ms, user, checked) = (hub.clock.now_ms(), login.user.clone(), hub.clone());
+    let result = slowly(move || checked.access.log_in(now_ms, &login.user, &login.password)).await;
+    let mut record = hub.record(&Caller::hub(), "", "login", "Ok");
+    (record.user, record.from, record.via) = (user.clone(), from.0.clone(), "http".into());
+    record.role.clear();
+    match result {
+        Ok(SessionInfo { secret, principal }) => {
+            lock(&hub.logins).succeeded(&user, &from.0);
+            record.role = principal.role.name().into();
+            drop(hub.audit.note(record));
+            let secure = if from.1 { "; Secure" } else { "" };
+            let cookie = format!(
+                "{COOKIE}={secret}; Path=/; HttpOnly; SameSite=Strict; Max-Age=604800{secure}"
+            );
+            Ok(([(header::SET_COOKIE, cookie)], Json(about(&principal))).into_response())
+        }
+        Err(error) => {
+            failed(&hub, &from.0, &user);
+            record.outcome = "login_failed".into();
+            drop(hub.audit.note(record));
+            Err(error.into())
+        }
+    }
+}
+
+/// Passwords are hashed on a thread of their own.
+async fn slowly<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, AccessError> + Send + 'static,
+) -> Result<T, AccessError> {
+    match tokio::task::spawn_blocking(work).await {
+        Ok(result) => result,
+        Err(_) => Err(AccessError::Unfit),
+    }
+}

@@ -1,0 +1,418 @@
+//! What a file may say, and what to do where it says something else.
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use lafet_client::{Endpoint, Lang};
+use serde_json::{Value, json};
+
+use super::file::{File, Monitor, Name, Tls};
+use super::{Config, LISTEN, MonitorConfig, Overrides, TlsConfig};
+use crate::text::{Both, both};
+
+/// Polls are not closer together, and a monitor that is asked more seldom is not being watched.
+const POLL_MS: std::ops::RangeInclusive<u64> = 20..=10_000;
+/// On a serial line a state of 14 subsystems takes 0.1 s at 19200 baud.
+const POLL_SERIAL_MS: u64 = 500;
+const POLL_NET_MS: u64 = 200;
+
+/// What is wrong with the configuration: where, what, what to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// `hub.toml:12`, or the name of a variable or flag.
+    pub place: String,
+    /// What is wrong.
+    pub what: Both,
+    /// What to do.
+    pub remedy: Both,
+}
+
+impl Problem {
+    /// At a byte of the file's text.
+    pub fn at(file: &str, text: &str, byte: usize, what: Both, remedy: Both) -> Self {
+        let before = text.get(..byte).unwrap_or(text);
+        let line = before.bytes().filter(|byte| *byte == b'\n').count() + 1;
+        Self { place: format!("{file}:{line}"), what, remedy }
+    }
+
+    /// The message in a language.
+    pub fn localized(&self, lang: Lang) -> String {
+        format!("{}: {} {}", self.place, self.what.of(lang), self.remedy.of(lang))
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.localized(Lang::En))
+    }
+}
+
+/// Collects problems while it reads.
+struct Check<'a> {
+    file: &'a str,
+    text: &'a str,
+    folder: &'a Path,
+    problems: Vec<Problem>,
+}
+
+/// Makes a configuration of a file.
+pub fn check(
+    file: &str,
+    text: &str,
+    read: File,
+    folder: &Path,
+    overrides: &Overrides,
+) -> Result<Config, Vec<Problem>> {
+    let mut check = Check { file, text, folder, problems: Vec::new() };
+    let listen = check.listen(&read, overrides);
+    let login = *read.server.login.get_ref();
+    if !login && !listen.ip().is_loopback() {
+        check.say(
+            read.server.login.span().start,
+            both(
+                format!("login = false, but {listen} can be reached from other machines."),
+                format!("login = false, но {listen} доступен с других машин."),
+            ),
+            both(
+                "Set login = true, or listen on 127.0.0.1.",
+                "Задайте login = true или слушайте на 127.0.0.1.",
+            ),
+        );
+    }
+    if read.tls.is_none() && !listen.ip().is_loopback() && !read.server.plain_http {
+        let at = read.server.listen.as_ref().map_or(0, |listen| listen.span().start);
+        check.say(
+            at,
+            both(
+                format!("Passwords would travel in the clear to {listen}."),
+                format!("Пароли передавались бы на {listen} открыто."),
+            ),
+            both(
+                "Add [tls] with cert and key; or, behind a proxy that has TLS, plain_http = true.",
+                "Добавьте [tls] с cert и key либо, за прокси с TLS, plain_http = true.",
+            ),
+        );
+    }
+    check.range(&read.server.connections_max, 8..=65_536, "connections_max");
+    check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
+    check.range(&read.history.raw_days, 1..=3650, "raw_days");
+    check.range(&read.history.minute_days, 1..=36_500, "minute_days");
+    let tls = read.tls.map(|tls| check.tls(tls.span().start, tls.into_inner()));
+    let monitors = check.monitors(&read.monitor);
+    let data = overrides.data.clone().or(read.server.data).map(|path| folder.join(path));
+    let config = Config {
+        listen,
+        names: read.server.names,
+        origins: read.server.origins,
+        login,
+        data: data.or_else(|| Some(folder.join("lafet-data"))),
+        connections_max: read.server.connections_max.into_inner(),
+        tls,
+        metrics_open: read.metrics.open,
+        lost_ms: read.authority.lost_ms.into_inner(),
+        raw_days: read.history.raw_days.into_inner(),
+        minute_days: read.history.minute_days.into_inner(),
+        site: site(&read.monitor, &json!(read.tank), &json!(read.wall)),
+        monitors,
+        simulation: read.server.simulation,
+        demo: false,
+    };
+    if check.problems.is_empty() { Ok(config) } else { Err(check.problems) }
+}
+
+impl Check<'_> {
+    fn say(&mut self, byte: usize, what: Both, remedy: Both) {
+        self.problems.push(Problem::at(self.file, self.text, byte, what, remedy));
+    }
+
+    fn listen(&mut self, read: &File, overrides: &Overrides) -> SocketAddr {
+        let written = read.server.listen.as_ref();
+        let (text, place) = match (&overrides.listen, written) {
+            (Some(text), _) => (text.clone(), None),
+            (None, Some(text)) => (text.get_ref().clone(), Some(text.span().start)),
+            (None, None) => (LISTEN.to_owned(), None),
+        };
+        let port = |mut listen: SocketAddr| {
+            listen.set_port(overrides.port.unwrap_or(listen.port()));
+            listen
+        };
+        match text.parse::<SocketAddr>() {
+            Ok(listen) => port(listen),
+            Err(_) => {
+                let what = both(
+                    format!("`{text}` is no place to listen."),
+                    format!("`{text}` — не адрес."),
+                );
+                let remedy = both(
+                    "Write ADDRESS:PORT, as 127.0.0.1:8480 or 0.0.0.0:8480.",
+                    "Напишите АДРЕС:ПОРТ, например 127.0.0.1:8480 или 0.0.0.0:8480.",
+                );
+                match place {
+                    Some(byte) => self.say(byte, what, remedy),
+                    None => {
+                        self.problems.push(Problem { place: super::ENV[1].into(), what, remedy })
+                    }
+                }
+                port(SocketAddr::from(([127, 0, 0, 1], 8480)))
+            }
+        }
+    }
+
+    fn range<T: PartialOrd + Copy + fmt::Display>(
+        &mut self,
+        value: &toml::Spanned<T>,
+        range: std::ops::RangeInclusive<T>,
+        name: &str,
+    ) {
+        if !range.contains(value.get_ref()) {
+            let (value, from, to, at) =
+                (value.get_ref(), range.start(), range.end(), value.span().start);
+            self.say(
+                at,
+                both(
+                    format!("{name} = {value} is out of range."),
+                    format!("{name} = {value} вне допустимых значений."),
+                ),
+                both(format!("Write {from}…{to}."), format!("Допустимо {from}…{to}.")),
+            );
+        }
+    }
+
+    fn tls(&mut self, byte: usize, tls: Tls) -> TlsConfig {
+        let folder = self.folder;
+        let mut readable = |path: &PathBuf| {
+            let path = folder.join(path);
+            if let Err(error) = std::fs::metadata(&path) {
+                let shown = path.display();
+                self.say(
+                    byte,
+                    both(
+                        format!("{shown} cannot be read: {error}."),
+                        format!("{shown} не читается: {error}."),
+                    ),
+                    both(
+                        "Give the path of a PEM file; relative ones start from the folder of this \
+                         file.",
+                        "Укажите путь к файлу PEM; относительный путь — от папки этого файла.",
+                    ),
+                );
+            }
+            path
+        };
+        let (cert, key) = (readable(&tls.cert), readable(&tls.key));
+        let client_ca = tls.client_ca.as_ref().map(&mut readable);
+        if client_ca.is_none() && !tls.client_roles.is_empty() {
+            self.say(
+                byte,
+                both("client_roles without client_ca.", "client_roles без client_ca."),
+                both(
+                    "Add client_ca: the file with the certificate that signs clients.",
+                    "Добавьте client_ca — файл сертификата, которым подписаны клиенты.",
+                ),
+            );
+        }
+        TlsConfig { cert, key, client_ca, client_roles: tls.client_roles }
+    }
+
+    fn monitors(&mut self, read: &[toml::Spanned<Monitor>]) -> Vec<MonitorConfig> {
+        if read.is_empty() {
+            let what = both("There is no monitor.", "Не указан ни один ствол.");
+            let remedy = both(
+                "Add one: [[monitor]] with id = \"M1\" and url = \"tcp://192.168.1.50?addr=1\".",
+                "Добавьте: [[monitor]], id = \"M1\", url = \"tcp://192.168.1.50?addr=1\".",
+            );
+            self.say(self.text.len(), what, remedy);
+        }
+        let (mut ids, mut places) = (BTreeSet::new(), BTreeSet::new());
+        let mut monitors = Vec::new();
+        for monitor in read {
+            let monitor = monitor.get_ref();
+            let (id, at) = (monitor.id.get_ref(), monitor.id.span().start);
+            let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+            if id.is_empty() || id.len() > 32 || !id.chars().all(fine) {
+                let what = both(format!("`{id}` is no id."), format!("`{id}` — не id."));
+                let remedy = both(
+                    "Write 1…32 letters a–z, digits, - or _; what people read is name.",
+                    "Допустимо 1…32 латинских букв, цифр, - и _; для людей служит name.",
+                );
+                self.say(at, what, remedy);
+            } else if !ids.insert(id.clone()) {
+                let what = both(format!("{id} stands twice."), format!("{id} указан дважды."));
+                let remedy = both("Give each monitor an id of its own.", "id стволов различны.");
+                self.say(at, what, remedy);
+            }
+            if let Some(endpoint) = self.endpoint(monitor, &mut places) {
+                monitors.push(self.monitor(monitor, endpoint));
+            }
+        }
+        monitors
+    }
+
+    fn endpoint(&mut self, monitor: &Monitor, places: &mut BTreeSet<String>) -> Option<Endpoint> {
+        let (url, at) = (monitor.url.get_ref(), monitor.url.span().start);
+        match url.parse::<Endpoint>() {
+            Ok(Endpoint::Sim { .. }) => {
+                let what = both(
+                    "The hub has no simulator inside.",
+                    "Внутри центра управления нет имитатора.",
+                );
+                let remedy = both(
+                    "Run `lafet sim` and write the address that it prints.",
+                    "Запустите `lafet sim` и укажите напечатанный адрес.",
+                );
+                self.say(at, what, remedy);
+                None
+            }
+            Ok(endpoint) if !places.insert(endpoint.to_string()) => {
+                let what = both(
+                    format!("{url}: two monitors at one place."),
+                    format!("{url}: два ствола в одном месте."),
+                );
+                let remedy = both(
+                    "Give each its own address: ?addr=2.",
+                    "Дайте каждому свой адрес: ?addr=2.",
+                );
+                self.say(at, what, remedy);
+                None
+            }
+            Ok(endpoint) => Some(endpoint),
+            Err(error) => {
+                let what = both(error.localized(Lang::En), error.localized(Lang::Ru));
+                let remedy = both(
+                    "Write tcp://HOST:PORT?addr=1, udp://… or serial:///dev/ttyUSB0?baud=19200.",
+                    "Напишите tcp://УЗЕЛ:ПОРТ?addr=1, udp://… или \
+                     serial:///dev/ttyUSB0?baud=19200.",
+                );
+                self.say(at, what, remedy);
+                None
+            }
+        }
+    }
+
+    fn monitor(&mut self, monitor: &Monitor, endpoint: Endpoint) -> MonitorConfig {
+        if let Some(poll_ms) = &monitor.poll_ms {
+            self.range(poll_ms, POLL_MS, "poll_ms");
+        }
+        let usual = match endpoint {
+            Endpoint::Serial { .. } => POLL_SERIAL_MS,
+            _ => POLL_NET_MS,
+        };
+        let id = monitor.id.get_ref();
+        let name = match &monitor.name {
+            None => both(id, id),
+            Some(Name::One(name)) => both(name, name),
+            Some(Name::Two(name)) => name.clone(),
+        };
+        let poll_ms = monitor.poll_ms.as_ref().map_or(usual, |poll_ms| *poll_ms.get_ref());
+        MonitorConfig { id: id.clone(), name, endpoint, poll_ms }
+    }
+}
+
+/// Where things stand, if the file says it of a monitor.
+fn site(monitors: &[toml::Spanned<Monitor>], tanks: &Value, walls: &Value) -> Option<Value> {
+    let placed = monitors.iter().map(toml::Spanned::get_ref).filter_map(|monitor| {
+        let place = json!({
+            "at": monitor.at?, "heading": monitor.heading, "height": monitor.height,
+        });
+        Some((monitor.id.get_ref().clone(), place))
+    });
+    let placed: serde_json::Map<String, Value> = placed.collect();
+    (!placed.is_empty()).then(|| json!({ "monitors": placed, "tanks": tanks, "walls": walls }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Config, Vec<String>> {
+        let overrides = Overrides::default();
+        Config::parse("hub.toml", text, Path::new("/etc/lafet"), &overrides)
+            .map_err(|problems| problems.iter().map(ToString::to_string).collect())
+    }
+
+    #[test]
+    fn a_whole_file() {
+        let config = parse(
+            "[server]\nlisten = \"[::1]:9000\"\ndata = \"state\"\n[metrics]\nopen = true\n\
+             [[monitor]]\nid = \"M1\"\nurl = \"serial:///dev/ttyS0?addr=3\"\nat = [1, 2]\n\
+             name = { en = \"West\", ru = \"Запад\" }\n\
+             [[monitor]]\nid = \"M2\"\nurl = \"tcp://10.0.0.2?addr=1\"\npoll_ms = 50\n\
+             [[tank]]\nname = \"T\"\nat = [0, 0]\ndiameter = 10\nheight = 6\n",
+        )
+        .unwrap();
+        assert_eq!(config.listen.to_string(), "[::1]:9000");
+        assert_eq!(config.data.as_deref(), Some(Path::new("/etc/lafet/state")));
+        assert!(config.metrics_open && config.login);
+        let [first, second] = &config.monitors[..] else { panic!("{config:?}") };
+        assert_eq!((first.poll_ms, second.poll_ms), (POLL_SERIAL_MS, 50));
+        assert_eq!((first.name.ru.as_str(), second.name.ru.as_str()), ("Запад", "M2"));
+        let site = config.site.unwrap();
+        assert_eq!(site["monitors"]["M1"]["at"], json!([1.0, 2.0]));
+        assert_eq!(site["monitors"]["M2"], Value::Null);
+        assert_eq!(site["tanks"][0]["diameter"], 10.0);
+    }
+
+    #[test]
+    fn everything_wrong_is_told_with_its_line_and_a_remedy() {
+        let problems = parse(
+            "[server]\nlisten = \"0.0.0.0:1\"\nlogin = false\n[authority]\nlost_ms = 1\n\
+             [[monitor]]\nid = \"M 1\"\nurl = \"tcp://h?addr=200\"\n\
+             [[monitor]]\nid = \"A\"\nurl = \"tcp://h?addr=2\"\npoll_ms = 1\n\
+             [[monitor]]\nid = \"A\"\nurl = \"tcp://h?addr=2\"\n\
+             [[monitor]]\nid = \"S\"\nurl = \"sim:\"\n[tls]\ncert = \"no\"\nkey = \"no\"\n",
+        )
+        .unwrap_err();
+        let expected = [
+            ("hub.toml:3: ", "listen on 127.0.0.1"),
+            ("hub.toml:5: ", "500…60000"),
+            ("hub.toml:19: ", "PEM file"),
+            ("hub.toml:19: ", "PEM file"),
+            ("hub.toml:7: ", "`M 1` is no id"),
+            ("hub.toml:8: ", "tcp://HOST"),
+            ("hub.toml:12: ", "20…10000"),
+            ("hub.toml:14: ", "stands twice"),
+            ("hub.toml:15: ", "?addr=2"),
+            ("hub.toml:18: ", "lafet sim"),
+        ];
+        for (place, words) in expected {
+            let found = problems.iter().any(|it| it.starts_with(place) && it.contains(words));
+            assert!(found, "{place} {words}: {problems:#?}");
+        }
+        assert_eq!(problems.len(), expected.len(), "{problems:#?}");
+    }
+
+    #[test]
+    fn other_machines_need_tls_or_an_express_wish() {
+        let monitor = "[[monitor]]\nid = \"A\"\nurl = \"tcp://h?addr=2\"\n";
+        let open = "[server]\nlisten = \"0.0.0.0:80\"\n";
+        let problems = parse(&format!("{open}{monitor}")).unwrap_err();
+        assert!(problems[0].contains("in the clear"), "{problems:?}");
+        assert!(parse(&format!("{open}plain_http = true\n{monitor}")).is_ok());
+    }
+
+    #[test]
+    fn unknown_words_and_an_empty_file_are_problems() {
+        let problems = parse("[server]\nlissen = \"x\"\n").unwrap_err();
+        assert!(problems[0].starts_with("hub.toml:2: unknown field `lissen`"), "{problems:?}");
+        assert!(parse("").unwrap_err()[0].contains("There is no monitor"));
+    }
+
+    #[test]
+    fn environment_and_flags_win() {
+        let text = "[[monitor]]\nid = \"A\"\nurl = \"tcp://h?addr=2\"\n";
+        let environment = |name: &str| match name {
+            "LAFET_HUB_LISTEN" => Some("127.0.0.1:1".to_owned()),
+            "LAFET_HUB_DATA" => Some("/d".to_owned()),
+            _ => None,
+        };
+        let overrides = Overrides { port: Some(0), ..Overrides::of_environment(environment) };
+        let config = Config::parse("f", text, Path::new("/"), &overrides).unwrap();
+        assert_eq!(config.listen.to_string(), "127.0.0.1:0");
+        assert_eq!(config.data.as_deref(), Some(Path::new("/d")));
+        let overrides = Overrides { listen: Some("here".into()), ..Overrides::default() };
+        let problems = Config::parse("f", text, Path::new("/"), &overrides).unwrap_err();
+        assert_eq!(problems[0].place, "LAFET_HUB_LISTEN");
+    }
+}

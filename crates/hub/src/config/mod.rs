@@ -1,0 +1,136 @@
+//! What the hub is told at its start: one TOML file, then the environment, then flags.
+
+mod check;
+mod file;
+
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use lafet_client::Endpoint;
+use serde_json::Value;
+
+use crate::access::Role;
+use crate::text::Both;
+pub use check::Problem;
+
+/// Where the hub listens when nobody says otherwise.
+pub const LISTEN: &str = "127.0.0.1:8480";
+/// Environment: the file, the place to listen, the folder of the state.
+pub const ENV: [&str; 3] = ["LAFET_HUB_CONFIG", "LAFET_HUB_LISTEN", "LAFET_HUB_DATA"];
+
+/// Everything the hub is told.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Where it listens.
+    pub listen: SocketAddr,
+    /// Names under which browsers reach it, besides IP addresses and localhost.
+    pub names: Vec<String>,
+    /// Other origins whose pages may use the API.
+    pub origins: Vec<String>,
+    /// Whether people log in. Without it everybody is an administrator: on loopback alone.
+    pub login: bool,
+    /// Folder of the state; `None` keeps it in memory.
+    pub data: Option<PathBuf>,
+    /// Connections at most.
+    pub connections_max: usize,
+    /// TLS; without it plain HTTP.
+    pub tls: Option<TlsConfig>,
+    /// Metrics are shown to everybody.
+    pub metrics_open: bool,
+    /// Milliseconds that a holder whose connection is lost may take to come back.
+    pub lost_ms: u64,
+    /// Days for which each change is kept.
+    pub raw_days: u32,
+    /// Days for which minutes are kept.
+    pub minute_days: u32,
+    /// The monitors, in the order of the file.
+    pub monitors: Vec<MonitorConfig>,
+    /// Where things stand, as the API publishes it.
+    pub site: Option<Value>,
+    /// Monitors are simulated, which the console says.
+    pub simulation: bool,
+    /// This is the demo.
+    pub demo: bool,
+}
+
+/// Certificates.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TlsConfig {
+    /// Certificate chain, PEM.
+    pub cert: PathBuf,
+    /// Private key, PEM.
+    pub key: PathBuf,
+    /// Who signs clients' certificates; with it every client needs one.
+    pub client_ca: Option<PathBuf>,
+    /// Role of a client by the common name of its certificate; others have to log in as well.
+    pub client_roles: BTreeMap<String, Role>,
+}
+
+/// A monitor.
+#[derive(Clone, Debug)]
+pub struct MonitorConfig {
+    /// Its id in the API.
+    pub id: String,
+    /// What people call it.
+    pub name: Both,
+    /// Where it is.
+    pub endpoint: Endpoint,
+    /// Milliseconds between two polls of its state.
+    pub poll_ms: u64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            listen: SocketAddr::from(([127, 0, 0, 1], 8480)),
+            names: Vec::new(),
+            origins: Vec::new(),
+            login: true,
+            data: None,
+            connections_max: 2048,
+            tls: None,
+            metrics_open: false,
+            lost_ms: 3000,
+            raw_days: 7,
+            minute_days: 400,
+            monitors: Vec::new(),
+            site: None,
+            simulation: false,
+            demo: false,
+        }
+    }
+}
+
+/// What stands in the environment or on the command line, and wins over the file.
+#[derive(Clone, Debug, Default)]
+pub struct Overrides {
+    /// `LAFET_HUB_LISTEN`.
+    pub listen: Option<String>,
+    /// `LAFET_HUB_DATA`.
+    pub data: Option<PathBuf>,
+    /// `--port`.
+    pub port: Option<u16>,
+}
+
+impl Overrides {
+    /// What the environment says, read by `var`.
+    pub fn of_environment(var: impl Fn(&str) -> Option<String>) -> Self {
+        let set = |name| var(name).filter(|value| !value.is_empty());
+        Self { listen: set(ENV[1]), data: set(ENV[2]).map(PathBuf::from), port: None }
+    }
+}
+
+impl Config {
+    /// Reads the text of a file; `folder` is what relative paths in it start from. Everything that
+    /// is wrong is told at once.
+    pub fn parse(
+        file: &str,
+        text: &str,
+        folder: &std::path::Path,
+        overrides: &Overrides,
+    ) -> Result<Self, Vec<Problem>> {
+        let read = file::File::read(file, text).map_err(|problem| vec![problem])?;
+        check::check(file, text, read, folder, overrides)
+    }
+}

@@ -1,0 +1,457 @@
+//! The hub: what all its parts share, and what changes of authority mean to others.
+
+use std::collections::{BTreeMap, HashMap};
+use std::net::IpAddr;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use tokio::sync::{mpsc, watch};
+use tokio::time::Instant;
+
+use crate::access::{Access, Bucket, Logins, Principal};
+use crate::alarms::Alarms;
+use crate::authority::{Notice, Now, Refusal, Seat};
+use crate::clock::Clock;
+use crate::config::Config;
+use crate::error::ApiError;
+use crate::station::Station;
+use crate::store::{Audit, History, Record, StoreError};
+use crate::sync::lock;
+use crate::text::{Both, both};
+use crate::topics::Topics;
+
+/// Messages that a slow connection may lag behind.
+pub const EVENTS_MAX: usize = 256;
+/// Requests of one user: so many at once, so many a second. Stop, Close, Lockout are not counted.
+const REQUESTS: (f64, f64) = (100.0, 50.0);
+/// Users and sessions whose requests are counted.
+const BUCKETS_MAX: usize = 10_000;
+
+/// The hub. Clones are the same one.
+#[derive(Clone, Debug)]
+pub struct Hub(Arc<Inner>);
+
+/// What belongs to the hub.
+#[derive(Debug)]
+pub struct Inner {
+    /// What it was told.
+    pub config: Config,
+    /// The date.
+    pub clock: Clock,
+    /// When it began.
+    pub start: Instant,
+    /// The same, ms since 1970.
+    pub started_ms: u64,
+    /// What is published.
+    pub topics: Topics,
+    /// The monitors, by id.
+    pub stations: BTreeMap<String, Arc<Station>>,
+    /// The audit log.
+    pub audit: Audit,
+    /// Users, sessions, tokens.
+    pub access: Access,
+    /// The history.
+    pub history: Mutex<History>,
+    /// The alarms.
+    pub alarms: Mutex<Alarms>,
+    /// Logins that failed.
+    pub logins: Mutex<Logins>,
+    /// The dictionary of the protocol, as JSON.
+    pub dictionary: Value,
+    /// What happens, in figures.
+    pub counts: Counts,
+    /// `true`: the hub ends.
+    pub ending: watch::Sender<bool>,
+    seats: Mutex<HashMap<String, Live>>,
+    buckets: Mutex<HashMap<String, Bucket>>,
+    next_seat: AtomicU64,
+}
+
+/// Figures for the metrics.
+#[derive(Debug, Default)]
+pub struct Counts {
+    /// Connections that are open.
+    pub connections: AtomicU64,
+    /// WebSockets that are open.
+    pub sockets: AtomicU64,
+    /// Requests to monitors.
+    pub commands: AtomicU64,
+    /// Requests that were not accepted.
+    pub refused: AtomicU64,
+    /// Motions held.
+    pub jogs: AtomicU64,
+    /// Messages dropped, as a connection was slow.
+    pub missed: AtomicU64,
+    /// Logins that failed.
+    pub logins_failed: AtomicU64,
+    /// Longest time from a Stop's arrival to its answer, microseconds.
+    pub stop_max_us: AtomicU64,
+}
+
+/// A WebSocket.
+#[derive(Debug)]
+struct Live {
+    events: mpsc::Sender<Value>,
+    missed: Arc<AtomicU64>,
+    resume: String,
+    user: String,
+}
+
+/// What a new WebSocket is given.
+#[derive(Debug)]
+pub struct SeatKey {
+    /// Its seat.
+    pub seat: String,
+    /// With this, it may come back to it.
+    pub resume: String,
+    /// What it is told besides values.
+    pub events: mpsc::Receiver<Value>,
+    /// How many of these were dropped.
+    pub missed: Arc<AtomicU64>,
+}
+
+/// Who asks for something, and from where.
+#[derive(Clone, Debug)]
+pub struct Caller {
+    /// Who.
+    pub principal: Principal,
+    /// From where.
+    pub seat: Seat,
+    /// `ws` or `http`.
+    pub via: &'static str,
+}
+
+impl std::ops::Deref for Hub {
+    type Target = Inner;
+
+    fn deref(&self) -> &Inner {
+        &self.0
+    }
+}
+
+impl Hub {
+    /// Opens the storage and builds the hub; nothing runs yet.
+    pub fn new(config: Config, clock: Clock, dictionary: Value) -> Result<Self, StoreError> {
+        let folder = config.data.clone();
+        let folder = folder.as_deref();
+        let stations = config.monitors.iter().map(|monitor| {
+            let lost = Duration::from_millis(config.lost_ms);
+            (monitor.id.clone(), Arc::new(Station::new(monitor.clone(), lost)))
+        });
+        let hub = Self(Arc::new(Inner {
+            stations: stations.collect(),
+            audit: Audit::open(folder)?,
+            access: Access::open(folder)?,
+            history: Mutex::new(History::open(folder)?),
+            alarms: Mutex::default(),
+            logins: Mutex::default(),
+            topics: Topics::default(),
+            start: Instant::now(),
+            started_ms: clock.now_ms(),
+            counts: Counts::default(),
+            ending: watch::Sender::new(false),
+            seats: Mutex::default(),
+            buckets: Mutex::default(),
+            next_seat: AtomicU64::new(1),
+            config,
+            clock,
+            dictionary,
+        }));
+        hub.topics.set("hub", &hub.about());
+        for station in hub.stations.values() {
+            station.publish_all(&hub);
+        }
+        Ok(hub)
+    }
+
+    /// Time since the start.
+    pub fn now(&self) -> Now {
+        self.start.elapsed()
+    }
+
+    /// What the hub is.
+    pub fn about(&self) -> Value {
+        json!({
+            "name": "lafet", "version": env!("CARGO_PKG_VERSION"), "api": 1,
+            "demo": self.config.demo, "simulation": self.config.simulation,
+            "login": self.config.login, "started_ms": self.started_ms, "site": self.config.site,
+        })
+    }
+
+    /// The monitor with this id.
+    pub fn station(&self, id: &str) -> Result<&Arc<Station>, ApiError> {
+        self.stations.get(id).ok_or_else(|| ApiError::no_monitor(id))
+    }
+
+    /// All monitors.
+    pub fn stations(&self) -> impl Iterator<Item = &Arc<Station>> {
+        self.stations.values()
+    }
+
+    /// Requests sent to monitors so far.
+    pub fn count_of_commands(&self) -> u64 {
+        self.counts.commands.load(Ordering::Relaxed)
+    }
+
+    /// Publishes what only a simulation knows.
+    pub fn publish_scene(&self, scene: &Value) {
+        self.topics.set("scene", scene);
+    }
+
+    /// A WebSocket has been opened; with the right secret it has its old seat again.
+    pub fn sit_down(&self, user: &str, resume: Option<&str>) -> SeatKey {
+        let (sender, events) = mpsc::channel(EVENTS_MAX);
+        let missed = Arc::new(AtomicU64::new(0));
+        let mut seats = lock(&self.seats);
+        let old = resume.and_then(|secret| {
+            let matches = |live: &&Live| live.resume == secret && live.user == user;
+            seats.iter().find(|(_, live)| matches(live)).map(|(seat, _)| seat.clone())
+        });
+        let seat =
+            old.unwrap_or_else(|| format!("s{}", self.next_seat.fetch_add(1, Ordering::Relaxed)));
+        // Without random numbers nobody comes back; everything else works.
+        let resume = crate::access::secret().unwrap_or_default();
+        let live = Live {
+            events: sender,
+            missed: missed.clone(),
+            resume: if resume.is_empty() { seat.clone() + "-" + user } else { resume.clone() },
+            user: user.to_owned(),
+        };
+        seats.insert(seat.clone(), live);
+        drop(seats);
+        for station in self.stations.values() {
+            lock(&station.authority).back(self.now(), &seat);
+            station.publish_authority(self);
+        }
+        SeatKey { seat, resume, events, missed }
+    }
+
+    /// A WebSocket is closed: what it moves stops, what it holds is lost unless it comes back.
+    pub fn stand_up(&self, key: &SeatKey) {
+        let mut seats = lock(&self.seats);
+        if seats.get(&key.seat).is_none_or(|live| live.resume != key.resume) {
+            return;
+        }
+        let mut holds = false;
+        for station in self.stations.values() {
+            station.let_go(&key.seat);
+            holds |= lock(&station.authority).lost(self.now(), &key.seat);
+            station.publish_authority(self);
+        }
+        if !holds {
+            seats.remove(&key.seat);
+        }
+    }
+
+    /// Tells a WebSocket something.
+    pub fn tell(&self, seat: &str, message: Value) {
+        let seats = lock(&self.seats);
+        if let Some(live) = seats.get(seat)
+            && live.events.try_send(message).is_err()
+        {
+            live.missed.fetch_add(1, Ordering::Relaxed);
+            self.counts.missed.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Tells everybody what has happened.
+    pub fn event(&self, monitor: Option<&str>, what: &Both) {
+        tracing::info!(monitor, "{}", what.en);
+        let message = json!({
+            "type": "event", "at_ms": self.clock.now_ms(), "monitor": monitor, "what": what,
+        });
+        let seats: Vec<String> = lock(&self.seats).keys().cloned().collect();
+        seats.iter().for_each(|seat| self.tell(seat, message.clone()));
+    }
+
+    /// One request more of this user: there are limits. Stop, Close and Lockout do not ask here.
+    pub fn count_request(&self, principal: &Principal) -> Result<(), ApiError> {
+        let (most, per_s) = REQUESTS;
+        let now = self.now();
+        let mut buckets = lock(&self.buckets);
+        if buckets.len() >= BUCKETS_MAX {
+            buckets.clear();
+        }
+        let key = format!("{}/{}", principal.user, principal.key);
+        let bucket = buckets.entry(key).or_insert_with(|| Bucket::new(now, most, per_s));
+        bucket.take(now).map_err(ApiError::slow_down)
+    }
+
+    /// A record of what somebody does.
+    pub fn record(&self, caller: &Caller, monitor: &str, what: &str, outcome: &str) -> Record {
+        Record {
+            at_ms: self.clock.now_ms(),
+            user: caller.principal.user.clone(),
+            role: caller.principal.role.name().to_owned(),
+            from: caller.seat.from.clone(),
+            via: caller.via.to_owned(),
+            seat: caller.seat.seat.clone(),
+            monitor: monitor.to_owned(),
+            what: what.to_owned(),
+            outcome: outcome.to_owned(),
+            details: json!({}),
+        }
+    }
+
+    /// The record that the hub ends: the last one of a clean end.
+    pub fn record_of_end(&self) -> Record {
+        self.record(&Caller::hub(), "", "end", "Ok")
+    }
+
+    /// A change of authority that somebody asks for.
+    pub fn change_authority(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        action: &str,
+        reason: Option<&str>,
+    ) -> Result<Value, ApiError> {
+        use crate::access::Role;
+        let needs = if action == "force" { Role::Engineer } else { Role::Operator };
+        if caller.principal.role < needs || caller.principal.stale {
+            return Err(ApiError::role(needs));
+        }
+        let (now, seat, id) = (self.now(), caller.seat.clone(), station.id());
+        let result = {
+            let mut authority = lock(&station.authority);
+            match action {
+                "take" => authority.take(now, seat),
+                "release" => authority.release(&seat.seat),
+                "request" => authority.ask(now, seat),
+                "grant" => authority.grant(now, &seat.seat),
+                "deny" => authority.deny(&seat.seat),
+                "force" => authority.force(now, seat, reason.unwrap_or_default()),
+                _ => {
+                    let list = "take, release, request, grant, deny, force";
+                    return Err(ApiError::bad_request(both(
+                        format!("`{action}` is none of {list}."),
+                        format!("`{action}` — не {list}."),
+                    )));
+                }
+            }
+        };
+        let outcome = match &result {
+            Ok(_) => "Ok",
+            Err(Refusal::Held(_) | Refusal::NotHolder(_)) => "held",
+            Err(_) => "refused",
+        };
+        let mut record = self.record(caller, id, &format!("authority {action}"), outcome);
+        if let Some(reason) = reason {
+            record.details = json!({ "reason": reason });
+        }
+        drop(self.audit.note(record));
+        let notices = result.map_err(|refusal| ApiError::authority(id, refusal))?;
+        self.notices(station, notices);
+        Ok(station.authority_json(self))
+    }
+
+    /// Carries out what changes of authority mean.
+    pub fn notices(&self, station: &Arc<Station>, notices: Vec<Notice>) {
+        let id = station.id();
+        for notice in notices {
+            match notice {
+                Notice::Asked { holder, by } => {
+                    let until_ms = self.clock.now_ms() + 10_000;
+                    let message =
+                        json!({ "type": "asked", "monitor": id, "by": by, "until_ms": until_ms });
+                    self.tell(&holder.seat, message);
+                }
+                Notice::Lost { seat, how, by, reason } => {
+                    station.let_go(&seat.seat);
+                    if how == "expired" {
+                        lock(&self.seats)
+                            .retain(|name, live| *name != seat.seat || !live.events.is_closed());
+                        self.expired(station, &seat);
+                    }
+                    if how != "released" {
+                        let message = json!({
+                            "type": "authority_lost", "monitor": id, "how": how, "by": by,
+                            "reason": reason,
+                        });
+                        self.tell(&seat.seat, message);
+                    }
+                }
+                Notice::Granted(seat) => {
+                    self.tell(&seat.seat, json!({ "type": "authority_granted", "monitor": id }));
+                }
+                Notice::Denied(seat) => {
+                    self.tell(&seat.seat, json!({ "type": "authority_denied", "monitor": id }));
+                }
+            }
+        }
+        station.publish_authority(self);
+    }
+
+    /// The holder is lost for good: drives that were set in motion by hand are stopped. What the
+    /// monitor does by itself (programs, search, deployment) refuses that Stop and goes on (§3.2).
+    fn expired(&self, station: &Arc<Station>, seat: &Seat) {
+        let text = both(
+            format!("{}: control of {} is lost, drives are stopped.", station.id(), seat.user),
+            format!("{}: управление {} потеряно, приводы остановлены.", station.id(), seat.user),
+        );
+        self.event(Some(station.id()), &text);
+        let hub = Hub(self.0.clone());
+        let (station, caller) = (station.clone(), Caller::hub());
+        tokio::spawn(async move {
+            for drive in ["Horizontal", "Vertical", "Nozzle"] {
+                _ = hub.command(&caller, &station, &format!("Stop {drive}"), None).await;
+            }
+        });
+    }
+
+    /// Releases what nobody holds any more, hands over what was asked for.
+    pub fn handle_timeouts(&self) {
+        let now = self.now();
+        for station in self.stations.values() {
+            let notices = lock(&station.authority).handle_timeout(now);
+            if !notices.is_empty() {
+                self.notices(station, notices);
+            }
+        }
+    }
+}
+
+impl Caller {
+    /// The hub by itself.
+    pub fn hub() -> Self {
+        use crate::access::{Kind, Role};
+        let seat = Seat {
+            user: "hub".into(),
+            role: Role::Administrator,
+            seat: "hub".into(),
+            from: String::new(),
+            live: true,
+        };
+        let principal = Principal {
+            user: "hub".into(),
+            role: Role::Administrator,
+            kind: Kind::Demo,
+            key: "hub".into(),
+            csrf: String::new(),
+            expires_ms: 0,
+            stale: false,
+        };
+        Self { principal, seat, via: "hub" }
+    }
+
+    /// Somebody over HTTP: the session or token is the seat.
+    pub fn http(principal: Principal, from: IpAddr) -> Self {
+        let seat = Seat {
+            user: principal.user.clone(),
+            role: principal.role,
+            seat: principal.key.clone(),
+            from: from.to_string(),
+            live: false,
+        };
+        Self { principal, seat, via: "http" }
+    }
+
+    /// Somebody on a WebSocket.
+    pub fn socket(principal: Principal, from: IpAddr, seat: String) -> Self {
+        let (user, role, from) = (principal.user.clone(), principal.role, from.to_string());
+        let seat = Seat { user, role, seat, from, live: true };
+        Self { principal, seat, via: "ws" }
+    }
+}

@@ -1,0 +1,40 @@
+//! The hub: one program that owns the links to fire monitors.
+//!
+//! ```text
+//!            browser, programs                       config (TOML, environment, flags)
+//!                   │ HTTP, WebSocket, TLS                     │
+//!  server ─▶ api ─▶ hub ─▶ command ─▶ station ─▶ lafet-client ─▶ the wire
+//!             │      │ authority, beats  ▲ owner (polls)
+//!             │      ├─ alarms           │
+//!             │      └─ store: audit, history; access: users, sessions, tokens
+//!             └─ topics: what is published, the latest value wins
+//! ```
+//!
+//! Everything that decides (who may command, when a motion ends, what an alarm is) is without I/O
+//! and clock, in [`authority`], [`beats`], [`alarms`], [`access`].
+
+pub mod access;
+pub mod alarms;
+mod api;
+pub mod authority;
+pub mod beats;
+mod clock;
+mod command;
+pub mod config;
+mod error;
+mod hub;
+pub mod model;
+mod owner;
+mod server;
+mod station;
+pub mod store;
+mod sync;
+pub mod text;
+pub mod topics;
+
+pub use api::description;
+pub use clock::Clock;
+pub use config::{Config, MonitorConfig, Overrides, Problem, TlsConfig};
+pub use error::ApiError;
+pub use hub::Hub;
+pub use server::Server;

@@ -1,0 +1,234 @@
+//! The model of a monitor as JSON, made from the dictionary of the protocol: fields, flags and
+//! severities bear its names.
+
+use std::collections::BTreeMap;
+
+use lafet_client::{AnswerBuf, Answers, LinkStatistics, Stats};
+use lafet_proto::dictionary::{self, layouts};
+use lafet_proto::flags::{self, Severity};
+use lafet_proto::status::Hotbed;
+use lafet_proto::text::AnswerText;
+use lafet_proto::{RequestId, SubsystemId};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use utoipa::ToSchema;
+
+use crate::text::{Both, both};
+
+/// The state of a monitor.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
+pub struct Status {
+    /// When it was true; `None` before the first answer.
+    pub at_ms: Option<u64>,
+    /// It was not to be had since.
+    pub stale: bool,
+    /// Why not.
+    pub error: Option<Both>,
+    /// The subsystems that the monitor consists of.
+    #[schema(value_type = BTreeMap<String, Object>)]
+    pub subsystems: BTreeMap<String, Subsystem>,
+}
+
+/// The state of a subsystem.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Subsystem {
+    /// The status word.
+    pub bits: u32,
+    /// Names of the flags that are set.
+    pub flags: Vec<String>,
+    /// That of the worst flag.
+    pub severity: &'static str,
+    /// The other fields, by the dictionary's names.
+    #[serde(flatten)]
+    pub fields: BTreeMap<&'static str, i64>,
+}
+
+/// Reads the answers to GetStatus.
+pub fn subsystems(answers: &Answers) -> BTreeMap<String, Subsystem> {
+    let told = answers.iter().filter(|answer| answer.status().is_success());
+    told.filter_map(|answer| Some((answer.from().name()?.to_owned(), subsystem(answer)?))).collect()
+}
+
+fn subsystem(answer: &AnswerBuf) -> Option<Subsystem> {
+    let layouts = layouts::of_answer(RequestId::GET_STATUS, answer.from());
+    let layout = layouts.iter().find(|layout| layout.fits(answer.data()))?;
+    let mut state = Subsystem { severity: severity(Severity::Info), ..Subsystem::default() };
+    for (_, field, value) in layout.values(answer.data()) {
+        if field.kind == layouts::Kind::Flags {
+            let class = flags::flags_of(answer.from());
+            state.bits = u32::try_from(value).unwrap_or(0);
+            state.flags = class.set(state.bits).map(|flag| flag.to_string()).collect();
+            state.severity = severity(class.severity(state.bits));
+        } else {
+            state.fields.insert(field.name, value);
+        }
+    }
+    Some(state)
+}
+
+/// The name of a severity.
+pub fn severity(severity: Severity) -> &'static str {
+    severity.text().en
+}
+
+impl Status {
+    /// The status word of a subsystem, if the monitor has it.
+    pub fn bits(&self, id: SubsystemId) -> Option<u32> {
+        self.subsystems.get(id.name()?).map(|state| state.bits)
+    }
+
+    /// Whether a flag of a subsystem is set.
+    pub fn is_set(&self, id: SubsystemId, flag: &str) -> bool {
+        let info = flags::flags_of(id).by_name(flag);
+        let value = self.bits(id).zip(info).map(|(bits, info)| info.value(bits));
+        value.is_some_and(|value| value != 0)
+    }
+
+    /// The valves that the monitor has.
+    pub fn valves(&self) -> Vec<SubsystemId> {
+        let valves = [SubsystemId::VALVE1, SubsystemId::VALVE2];
+        valves.into_iter().filter(|valve| self.bits(*valve).is_some()).collect()
+    }
+}
+
+/// Whether a monitor can do its work, and why not.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
+pub struct Readiness {
+    /// It can.
+    pub ready: bool,
+    /// What is in the way, or should be known.
+    pub reasons: Vec<ReadinessReason>,
+}
+
+/// Something that is in the way.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct ReadinessReason {
+    /// `link`, `stale`, `flag` or `wrapped`.
+    pub code: &'static str,
+    /// The subsystem, if it is one's flag.
+    pub subsystem: Option<String>,
+    /// The flag.
+    pub flag: Option<String>,
+    /// How much it matters.
+    pub severity: &'static str,
+    /// What it is.
+    pub what: Both,
+    /// What to do.
+    pub remedy: Both,
+}
+
+/// Tells whether a monitor is ready.
+pub fn readiness(status: &Status, link_up: bool) -> Readiness {
+    let mut reasons = Vec::new();
+    let mut say = |code, severity, what, remedy| {
+        reasons.push(ReadinessReason { code, subsystem: None, flag: None, severity, what, remedy });
+    };
+    let cable = both(
+        "Check the power, the cable and the address in the configuration.",
+        "Проверьте питание, кабель и адрес в конфигурации.",
+    );
+    if !link_up {
+        let what = both("There is no connection.", "Нет соединения.");
+        say("link", severity(Severity::Alarm), what, cable);
+    } else if status.stale || status.at_ms.is_none() {
+        let what = both("The monitor does not answer.", "Ствол не отвечает.");
+        say("stale", severity(Severity::Alarm), what, cable);
+    }
+    if status.is_set(SubsystemId::DEPLOYER, "Wrapped") {
+        say(
+            "wrapped",
+            severity(Severity::Info),
+            both("The barrel is wrapped.", "Ствол свёрнут."),
+            both(
+                "Deploy it; seeking and extinguishing deploy it by themselves.",
+                "Разверните; поиск и тушение разворачивают ствол сами.",
+            ),
+        );
+    }
+    for (name, state) in &status.subsystems {
+        let Some(id) = SubsystemId::from_name(name) else { continue };
+        // A fire that was found is an alarm, and what the monitor is ready for.
+        let bad = flags::set_flags(id, state.bits)
+            .filter(|it| it.severity() >= Severity::Warning && it.info.name != "Found");
+        reasons.extend(bad.map(|flag| ReadinessReason {
+            code: "flag",
+            subsystem: Some(name.clone()),
+            flag: Some(flag.info.name.to_owned()),
+            severity: severity(flag.severity()),
+            what: flag.info.meaning.into(),
+            remedy: flag.info.remedy.into(),
+        }));
+    }
+    let locked = status.is_set(SubsystemId::GENERAL, "LockedOut");
+    let alarm = reasons.iter().any(|reason| reason.severity == severity(Severity::Alarm));
+    let ready = !locked && !alarm;
+    Readiness { ready, reasons }
+}
+
+/// A link in figures.
+pub fn link_figures(stats: &Stats, last: Option<&LinkStatistics>) -> Map<String, Value> {
+    let millis = |time: Option<std::time::Duration>| {
+        time.map(|time| (time.as_secs_f64() * 10_000.0).round() / 10.0)
+    };
+    let last = last.map_or_else(Stats::default, |last| last.last);
+    let figures = json!({
+        "sent": stats.frames_sent, "received": stats.frames_received, "errors": stats.errors(),
+        "retries": stats.retries, "timeouts": stats.timeouts, "late": stats.late,
+        "strays": stats.strays(), "collisions": stats.collisions, "reconnects": stats.reconnects,
+        "rtt_ms": millis(stats.rtt_last), "srtt_ms": millis(stats.rtt_average),
+        "loss_permille": stats.loss_permille(),
+        "last": {
+            "sent": last.frames_sent, "received": last.frames_received, "errors": last.errors(),
+            "retries": last.retries, "timeouts": last.timeouts,
+            "loss_permille": last.loss_permille(),
+        },
+    });
+    match figures {
+        Value::Object(figures) => figures,
+        _ => Map::new(),
+    }
+}
+
+/// Hotbeds as JSON.
+pub fn hotbeds(at_ms: u64, hotbeds: &[Hotbed]) -> Value {
+    let list: Vec<Value> = hotbeds
+        .iter()
+        .map(|it| {
+            json!({ "x1": it.x1, "x2": it.x2, "y1": it.y1, "y2": it.y2, "brightness": it.brightness })
+        })
+        .collect();
+    json!({ "at_ms": at_ms, "list": list })
+}
+
+/// An answer of a monitor as JSON: who, how, and the data by the dictionary's names.
+pub fn answer(answer: &AnswerBuf) -> Value {
+    let status = answer.status();
+    let texts = dictionary::status(status);
+    let text = AnswerText(answer.record()).to_string();
+    json!({
+        "from": answer.from().to_string(), "status": status.to_string(), "code": status.0,
+        "success": status.is_success(), "text": text,
+        "meaning": texts.map(|it| Both::from(it.meaning)),
+        "remedy": texts.map(|it| Both::from(it.remedy)),
+        "values": values(answer),
+    })
+}
+
+/// The data of an answer; what repeats becomes an array.
+fn values(answer: &AnswerBuf) -> Map<String, Value> {
+    let mut all: Map<String, Value> = Map::new();
+    if answer.data().is_empty() {
+        return all;
+    }
+    let layouts = layouts::of_answer(answer.request(), answer.from());
+    let Some(layout) = layouts.iter().find(|layout| layout.fits(answer.data())) else { return all };
+    for (_, field, value) in layout.values(answer.data()) {
+        let repeated = layout.repeated.iter().any(|it| it.name == field.name);
+        match all.get_mut(field.name) {
+            Some(Value::Array(values)) => values.push(value.into()),
+            _ if repeated => _ = all.insert(field.name.into(), json!([value])),
+            _ => _ = all.insert(field.name.into(), value.into()),
+        }
+    }
+    all
+}

@@ -1,0 +1,274 @@
+//! The owner of the links: connects, polls what is quick and what is slow, publishes it.
+//!
+//! The state of a monitor is one frame (GetStatus All), polled at its rate; limits, hotbeds and
+//! parameters are read when they can have changed, a few in a frame, so that a command never waits
+//! for more than the frame that is on the line.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use lafet_client::{Client, Config as LinkConfig, Endpoint, LinkEvent, Monitor, Update};
+use lafet_proto::param::Param;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
+use serde_json::{Map, Value, json};
+use tokio::sync::broadcast::error::RecvError;
+use tokio::time::{sleep, timeout};
+
+use crate::hub::Hub;
+use crate::model::{self, Status};
+use crate::station::{ParamValue, Params, Progress, Station};
+use crate::sync::lock;
+use crate::text::{Both, both};
+
+/// Pauses between attempts to connect.
+const PAUSE_FIRST: Duration = Duration::from_millis(200);
+const PAUSE_LAST: Duration = Duration::from_secs(2);
+/// How often slow things are looked at.
+const SLOW: Duration = Duration::from_secs(1);
+/// Limits are read again this often, in rounds of [`SLOW`].
+const LIMITS_ROUNDS: u64 = 30;
+/// Parameters in a frame: others have their turn after each.
+const PARAMS_AT_ONCE: usize = 8;
+/// Periods without an answer after which a state is stale.
+const STALE_PERIODS: u64 = 3;
+/// The shortest time until then: an answer may take a retry.
+const STALE_MS: u64 = 600;
+
+/// Starts everything that goes on by itself.
+pub fn start(hub: &Hub) {
+    let mut links: BTreeMap<String, Vec<Arc<Station>>> = BTreeMap::new();
+    for monitor in &hub.config.monitors {
+        if let Some(station) = hub.stations.get(&monitor.id) {
+            links.entry(link_of(&monitor.endpoint)).or_default().push(station.clone());
+        }
+    }
+    for stations in links.into_values() {
+        tokio::spawn(connect(hub.clone(), stations));
+    }
+    tokio::spawn(keep(hub.clone()));
+}
+
+/// Monitors with the same answer share a link.
+fn link_of(endpoint: &Endpoint) -> String {
+    let mut endpoint = endpoint.clone();
+    match &mut endpoint {
+        Endpoint::Tcp { addresses, .. }
+        | Endpoint::Udp { addresses, .. }
+        | Endpoint::Serial { addresses, .. }
+        | Endpoint::Sim { addresses, .. } => addresses.monitor = 1,
+    }
+    endpoint.to_string()
+}
+
+async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
+    let Some(first) = stations.first() else { return };
+    let mut pause = PAUSE_FIRST;
+    let client = loop {
+        match Client::connect_with(&first.config.endpoint, LinkConfig::default()).await {
+            Ok(client) => break client,
+            Err(error) => {
+                let text = Both::of_error(&error);
+                for station in &stations {
+                    station.set_link(&hub, false, Some(text.clone()));
+                    observe(&hub, station);
+                }
+                sleep(pause).await;
+                pause = (pause * 2).min(PAUSE_LAST);
+            }
+        }
+    };
+    for station in stations {
+        let address = station.config.endpoint.addresses().monitor;
+        match client.at(address) {
+            Ok(client) => {
+                station.client.send_replace(Some(client.clone()));
+                station.set_link(&hub, true, None);
+                tokio::spawn(follow_link(hub.clone(), station.clone(), client.clone()));
+                tokio::spawn(poll(hub.clone(), station.clone(), client.clone()));
+                tokio::spawn(read_slow(hub.clone(), station, Monitor::new(client)));
+            }
+            Err(error) => station.set_link(&hub, false, Some(Both::of_error(&error))),
+        }
+    }
+}
+
+async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {
+    let mut events = client.events();
+    loop {
+        match events.recv().await {
+            Ok(LinkEvent::Up) => {
+                station.set_link(&hub, true, None);
+                hub.event(
+                    Some(station.id()),
+                    &both("Connected again.", "Соединение восстановлено."),
+                );
+                station.reread.notify_one();
+            }
+            Ok(LinkEvent::Down(error)) => {
+                let was_up = station.is_up();
+                let text =
+                    both(format!("No connection: {error}."), format!("Нет соединения: {error}."));
+                station.set_link(&hub, false, Some(text.clone()));
+                if was_up {
+                    hub.event(Some(station.id()), &text);
+                }
+            }
+            Ok(LinkEvent::Statistics(figures)) => station.set_figures(&hub, *figures),
+            Ok(_) | Err(RecvError::Lagged(_)) => {}
+            Err(RecvError::Closed) => return,
+        }
+    }
+}
+
+async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
+    let period = Duration::from_millis(station.config.poll_ms);
+    let stale = Duration::from_millis((station.config.poll_ms * STALE_PERIODS).max(STALE_MS));
+    let request = Request::new(SubsystemId::ALL, Body::GetStatus);
+    let Ok(mut feed) = client.subscribe(&request, period) else { return };
+    loop {
+        let mut status = match timeout(stale, feed.next()).await {
+            Ok(Update::Value(sample)) => {
+                let age_ms = u64::try_from(sample.age().as_millis()).unwrap_or(0);
+                Status {
+                    at_ms: Some(hub.clock.now_ms().saturating_sub(age_ms)),
+                    stale: false,
+                    error: None,
+                    subsystems: model::subsystems(sample.answers()),
+                }
+            }
+            Ok(Update::Stale(error)) => {
+                let old = Status::clone(&station.status());
+                Status { stale: true, error: Some(Both::of_error(&error)), ..old }
+            }
+            Ok(_) => continue,
+            Err(_) => Status { stale: true, ..Status::clone(&station.status()) },
+        };
+        if status.subsystems.is_empty() && !status.stale {
+            // It answers, but not with its state: what it was before is not known any more.
+            status.stale = true;
+        }
+        note(&hub, &station, &status);
+        station.set_status(&hub, status);
+        observe(&hub, &station);
+    }
+}
+
+/// Puts the values of a state into the history.
+fn note(hub: &Hub, station: &Station, status: &Status) {
+    let mut history = lock(&hub.history);
+    if status.stale {
+        return history.lost(hub.clock.now_ms(), station.id());
+    }
+    let Some(at_ms) = status.at_ms else { return };
+    for (name, state) in &status.subsystems {
+        history.note(at_ms, station.id(), &format!("{name}.bits"), f64::from(state.bits));
+        for (field, value) in &state.fields {
+            history.note(at_ms, station.id(), &format!("{name}.{field}"), *value as f64);
+        }
+    }
+}
+
+fn observe(hub: &Hub, station: &Station) {
+    let changes = lock(&hub.alarms).observe(
+        hub.clock.now_ms(),
+        station.id(),
+        &station.status(),
+        station.is_up(),
+    );
+    hub.publish_alarms(changes);
+}
+
+async fn read_slow(hub: Hub, station: Arc<Station>, monitor: Monitor) {
+    let (mut round, mut again, mut had) = (0_u64, true, false);
+    loop {
+        let status = station.status();
+        if station.is_up() && !status.stale && status.at_ms.is_some() {
+            if again || round.is_multiple_of(LIMITS_ROUNDS) {
+                read_limits(&hub, &station, &monitor).await;
+            }
+            if again {
+                read_params(&hub, &station, &monitor).await;
+                again = false;
+            }
+            let found = status.is_set(SubsystemId::DETECTOR, "Found")
+                || status.is_set(SubsystemId::DETECTOR, "Searching");
+            if (found || had)
+                && let Ok(hotbeds) = monitor.hotbeds().await
+            {
+                station.set_hotbeds(&hub, model::hotbeds(hub.clock.now_ms(), &hotbeds));
+            }
+            had = found;
+            round += 1;
+        }
+        tokio::select! {
+            () = sleep(SLOW) => {}
+            () = station.reread.notified() => again = true,
+        }
+    }
+}
+
+async fn read_limits(hub: &Hub, station: &Station, monitor: &Monitor) {
+    if let Ok(limits) = monitor.limits_all().await {
+        let one = |(id, limits): (SubsystemId, lafet_proto::status::Limits)| {
+            (id.to_string(), json!({ "min": limits.min, "max": limits.max }))
+        };
+        let all: Map<String, Value> = limits.into_iter().map(one).collect();
+        station.set_limits(hub, Value::Object(all));
+    }
+}
+
+/// Reads all parameters of the subsystems that the monitor has.
+pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
+    let status = station.status();
+    let has = |param: &Param| status.bits(param.spec().subsystem).is_some();
+    let which: Vec<Param> = Param::ALL.iter().copied().filter(has).collect();
+    {
+        let mut params = lock(&station.params);
+        if params.reading {
+            return;
+        }
+        params.reading = true;
+        params.progress = Some(Progress { done: 0, total: which.len() });
+    }
+    let mut read = Params { at_ms: Some(hub.clock.now_ms()), ..Params::default() };
+    for (chunk, params) in which.chunks(PARAMS_AT_ONCE).enumerate() {
+        for (param, values) in params.iter().zip(monitor.params(params).await) {
+            let value = match values {
+                Ok(values) => ParamValue::Values(values),
+                Err(error) => ParamValue::Error(Both::of_error(&error)),
+            };
+            let subsystem = read.values.entry(param.spec().subsystem.to_string()).or_default();
+            subsystem.insert(param.name().to_owned(), value);
+        }
+        let done = (chunk * PARAMS_AT_ONCE + params.len()).min(which.len());
+        lock(&station.params).progress = Some(Progress { done, total: which.len() });
+    }
+    *lock(&station.params) = read;
+    station.publish_params(hub);
+}
+
+/// What the hub does from time to time.
+async fn keep(hub: Hub) {
+    let mut ticks = tokio::time::interval(Duration::from_millis(100));
+    ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut ending = hub.ending.subscribe();
+    for tick in 0_u64.. {
+        tokio::select! {
+            _ = ticks.tick() => {}
+            () = async { _ = ending.wait_for(|ending| *ending).await } => break,
+        }
+        hub.handle_timeouts();
+        if tick.is_multiple_of(10) {
+            let changes = lock(&hub.alarms).handle_time(hub.clock.now_ms(), hub.audit.is_failing());
+            hub.publish_alarms(changes);
+            lock(&hub.history).flush();
+        }
+        if tick.is_multiple_of(36_000) {
+            let history = lock(&hub.history);
+            history.forget(hub.clock.now_ms(), hub.config.raw_days, hub.config.minute_days);
+        }
+    }
+    lock(&hub.history).flush();
+}

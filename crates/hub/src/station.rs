@@ -1,0 +1,416 @@
+//! A monitor as the hub has it: its client, its state, who holds it, what is held in motion.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use lafet_client::{Client, Drive, JogEnd, LinkStatistics, Monitor, Toward};
+use lafet_proto::SubsystemId;
+use serde::Serialize;
+use serde_json::{Value, json};
+use tokio::sync::{Notify, mpsc, watch};
+
+use crate::authority::Authority;
+use crate::beats::{Act, Beats, Delay};
+use crate::config::MonitorConfig;
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::model::{self, Status};
+use crate::sync::lock;
+use crate::text::{Both, both};
+
+/// A monitor.
+#[derive(Debug)]
+pub struct Station {
+    /// What the configuration says of it.
+    pub config: MonitorConfig,
+    /// Its client, as soon as there was a connection.
+    pub client: watch::Sender<Option<Client>>,
+    /// Who holds it.
+    pub authority: Mutex<Authority>,
+    /// What is slow is to be read again.
+    pub reread: Notify,
+    /// Its parameters.
+    pub params: Mutex<Params>,
+    state: Mutex<State>,
+    jogs: Mutex<HashMap<(String, SubsystemId), Slot>>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    status: Arc<Status>,
+    link_up: bool,
+    link_since_ms: u64,
+    link_error: Option<Both>,
+    link_last: Option<LinkStatistics>,
+    limits: Option<Value>,
+    hotbeds: Option<Value>,
+}
+
+/// Parameters as last read.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Params {
+    /// When they were read.
+    pub at_ms: Option<u64>,
+    /// They are being read.
+    pub reading: bool,
+    /// How far.
+    pub progress: Option<Progress>,
+    /// By subsystem and name.
+    pub values: BTreeMap<String, BTreeMap<String, ParamValue>>,
+}
+
+/// How far reading is.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Progress {
+    /// Parameters read.
+    pub done: usize,
+    /// Parameters in all.
+    pub total: usize,
+}
+
+/// Values of a parameter, or why they are not known.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ParamValue {
+    /// Its values.
+    Values(Vec<i32>),
+    /// Why not.
+    Error(Both),
+}
+
+/// The beats of a seat for a drive.
+#[derive(Debug, Default)]
+struct Slot {
+    beats: Beats,
+    delay: Delay,
+    /// Holds the motion; dropping it lets go.
+    hold: Option<mpsc::UnboundedSender<()>>,
+    /// Which motion this is.
+    number: u64,
+}
+
+/// A beat.
+#[derive(Clone, Copy, Debug)]
+pub struct Beat {
+    /// Which drive.
+    pub drive: SubsystemId,
+    /// Which way.
+    pub toward: Toward,
+    /// The sender's clock, ms.
+    pub sent_ms: Option<f64>,
+}
+
+impl Station {
+    /// A monitor without connection.
+    pub fn new(config: MonitorConfig, lost: Duration) -> Self {
+        Self {
+            config,
+            client: watch::Sender::new(None),
+            authority: Mutex::new(Authority::new(lost)),
+            reread: Notify::new(),
+            params: Mutex::default(),
+            state: Mutex::default(),
+            jogs: Mutex::default(),
+        }
+    }
+
+    /// Its id.
+    pub fn id(&self) -> &str {
+        &self.config.id
+    }
+
+    /// Its client, if there was a connection.
+    pub fn client(&self) -> Result<Client, ApiError> {
+        self.client.borrow().clone().ok_or_else(|| ApiError::not_connected(self.id()))
+    }
+
+    /// Its state as last heard.
+    pub fn status(&self) -> Arc<Status> {
+        lock(&self.state).status.clone()
+    }
+
+    /// Whether there is a connection.
+    pub fn is_up(&self) -> bool {
+        lock(&self.state).link_up
+    }
+
+    /// `up`, `stale` or `down`.
+    pub fn health(&self) -> &'static str {
+        let state = lock(&self.state);
+        match (state.link_up, state.status.stale || state.status.at_ms.is_none()) {
+            (false, _) => "down",
+            (true, true) => "stale",
+            (true, false) => "up",
+        }
+    }
+
+    fn topic(&self, part: &str) -> String {
+        format!("monitors/{}/{part}", self.id())
+    }
+
+    /// Publishes everything, so that no topic is missing.
+    pub fn publish_all(&self, hub: &Hub) {
+        hub.topics.set(&self.topic("info"), &self.info());
+        let state = lock(&self.state);
+        hub.topics.set(&self.topic("limits"), &state.limits);
+        hub.topics.set(&self.topic("hotbeds"), &state.hotbeds);
+        hub.topics.set(&self.topic("status"), &*state.status);
+        drop(state);
+        self.publish_link(hub);
+        self.publish_readiness(hub);
+        self.publish_authority(hub);
+        self.publish_params(hub);
+    }
+
+    fn info(&self) -> Value {
+        let address = self.config.endpoint.addresses().monitor;
+        json!({ "id": self.id(), "name": self.config.name, "address": address })
+    }
+
+    /// Everything about it.
+    pub fn json(&self, hub: &Hub) -> Value {
+        let mut all = self.info();
+        for part in ["status", "link", "authority", "readiness", "limits", "hotbeds"] {
+            let value = hub.topics.get(&self.topic(part));
+            all[part] = json!(value.map(|value| serde_json::from_str::<Value>(value.get()).ok()));
+        }
+        all["params_at_ms"] = json!(lock(&self.params).at_ms);
+        all
+    }
+
+    /// A new state, or that the old one has become stale.
+    pub fn set_status(&self, hub: &Hub, status: Status) {
+        let status = Arc::new(status);
+        lock(&self.state).status = status.clone();
+        hub.topics.set(&self.topic("status"), &*status);
+        self.publish_readiness(hub);
+    }
+
+    /// The connection came or went.
+    pub fn set_link(&self, hub: &Hub, up: bool, error: Option<Both>) {
+        {
+            let mut state = lock(&self.state);
+            if state.link_up != up || state.link_since_ms == 0 {
+                state.link_since_ms = hub.clock.now_ms();
+            }
+            (state.link_up, state.link_error) = (up, error);
+        }
+        self.publish_link(hub);
+        self.publish_readiness(hub);
+    }
+
+    /// The figures of the last second.
+    pub fn set_figures(&self, hub: &Hub, figures: LinkStatistics) {
+        lock(&self.state).link_last = Some(figures);
+        self.publish_link(hub);
+    }
+
+    /// Its limits.
+    pub fn set_limits(&self, hub: &Hub, limits: Value) {
+        hub.topics.set(&self.topic("limits"), &limits);
+        lock(&self.state).limits = Some(limits);
+    }
+
+    /// What its detector has found.
+    pub fn set_hotbeds(&self, hub: &Hub, hotbeds: Value) {
+        hub.topics.set(&self.topic("hotbeds"), &hotbeds);
+        lock(&self.state).hotbeds = Some(hotbeds);
+    }
+
+    fn publish_link(&self, hub: &Hub) {
+        let state = lock(&self.state);
+        let stats = self.client.borrow().as_ref().map(Client::stats).unwrap_or_default();
+        let mut link = model::link_figures(&stats, state.link_last.as_ref());
+        link.insert("endpoint".into(), self.config.endpoint.to_string().into());
+        link.insert("state".into(), if state.link_up { "up" } else { "down" }.into());
+        link.insert("since_ms".into(), state.link_since_ms.into());
+        link.insert("error".into(), json!(state.link_error));
+        link.insert("poll_ms".into(), self.config.poll_ms.into());
+        hub.topics.set(&self.topic("link"), &link);
+    }
+
+    fn publish_readiness(&self, hub: &Hub) {
+        let state = lock(&self.state);
+        let readiness = model::readiness(&state.status, state.link_up);
+        hub.topics.set(&self.topic("readiness"), &readiness);
+    }
+
+    /// Publishes the parameters.
+    pub fn publish_params(&self, hub: &Hub) {
+        hub.topics.set(&self.topic("params"), &*lock(&self.params));
+    }
+
+    /// Publishes who holds it.
+    pub fn publish_authority(&self, hub: &Hub) {
+        hub.topics.set(&self.topic("authority"), &self.authority_json(hub));
+    }
+
+    /// Who holds it.
+    pub fn authority_json(&self, hub: &Hub) -> Value {
+        let authority = lock(&self.authority);
+        // Moments are kept without a date; the hub's start is the bridge.
+        let date = |at: Duration| hub.started_ms + u64::try_from(at.as_millis()).unwrap_or(0);
+        let with = |seat: Value, name: &str, at: Duration| {
+            let mut seat = seat;
+            seat[name] = date(at).into();
+            seat
+        };
+        let holder = authority.holder().map(|(seat, since)| with(json!(seat), "since_ms", since));
+        let request = authority.request().map(|(seat, until)| with(json!(seat), "until_ms", until));
+        json!({ "state": authority.state(), "holder": holder, "request": request })
+    }
+
+    /// What a seat holds in motion is let go.
+    pub fn let_go(&self, seat: &str) {
+        lock(&self.jogs).retain(|(holder, _), _| holder != seat);
+    }
+
+    /// A seat lets go of a drive.
+    pub fn end_jog(&self, seat: &str, drive: SubsystemId) {
+        if let Some(slot) = lock(&self.jogs).get_mut(&(seat.to_owned(), drive)) {
+            slot.beats.end();
+            slot.hold = None;
+        }
+    }
+
+    /// A beat of somebody who may command: tells what became of it.
+    pub fn beat(
+        self: &Arc<Self>,
+        hub: &Hub,
+        caller: &Caller,
+        beat: Beat,
+    ) -> Result<&'static str, ApiError> {
+        let monitor = Monitor::new(self.client()?);
+        let drive = match beat.drive {
+            SubsystemId::VERTICAL => monitor.vertical(),
+            SubsystemId::HORIZONTAL => monitor.horizontal(),
+            SubsystemId::NOZZLE => monitor.nozzle(),
+            _ => {
+                return Err(ApiError::bad_request(both(
+                    "Only Vertical, Horizontal and Nozzle are moved by hand.",
+                    "Вручную ведутся только Vertical, Horizontal и Nozzle.",
+                )));
+            }
+        };
+        let (now, key) = (hub.now(), (caller.seat.seat.clone(), beat.drive));
+        let mut jogs = lock(&self.jogs);
+        let slot = jogs.entry(key).or_default();
+        if beat.sent_ms.is_some_and(|sent_ms| !slot.delay.is_fresh(now, sent_ms)) {
+            return Ok(if slot.hold.is_some() { "moving" } else { "ended" });
+        }
+        match slot.beats.beat(now, beat.toward) {
+            Act::Arm => {
+                slot.hold = None;
+                Ok("armed")
+            }
+            Act::Turn => {
+                slot.hold = None;
+                Ok("armed")
+            }
+            Act::Renew => {
+                let held = slot.hold.as_ref().is_some_and(|hold| hold.send(()).is_ok());
+                Ok(if held { "moving" } else { "ended" })
+            }
+            Act::Ended => Ok("ended"),
+            Act::Start => {
+                let number = slot.number + 1;
+                let (hold, beats) = mpsc::unbounded_channel();
+                slot.number = number;
+                slot.hold = Some(hold);
+                drop(jogs);
+                self.start(hub, caller, &drive, beat, (number, beats))
+            }
+        }
+    }
+
+    fn start(
+        self: &Arc<Self>,
+        hub: &Hub,
+        caller: &Caller,
+        drive: &Drive,
+        beat: Beat,
+        (number, mut beats): (u64, mpsc::UnboundedReceiver<()>),
+    ) -> Result<&'static str, ApiError> {
+        let mut jog = drive.jog(beat.toward).map_err(|error| ApiError::from(&error))?;
+        let way = if beat.toward == Toward::Max { "max" } else { "min" };
+        let what = format!("jog {} {way}", beat.drive);
+        drop(hub.audit.note(hub.record(caller, self.id(), &what, "asked")));
+        hub.counts.jogs.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let (hub, caller, station) = (hub.clone(), caller.clone(), self.clone());
+        tokio::spawn(async move {
+            station.tell_jog(&hub, &caller, beat.drive, "moving", None);
+            let end = loop {
+                let renewed = tokio::select! {
+                    beat = beats.recv() => beat,
+                    end = jog.ended() => break end,
+                };
+                if renewed.is_some() {
+                    jog.renew();
+                } else {
+                    station.tell_jog(&hub, &caller, beat.drive, "stopping", None);
+                    break jog.release().await;
+                }
+            };
+            station.jog_ended(&hub, &caller, beat.drive, number, &end);
+            let mut record = hub.record(&caller, station.id(), &what, end_name(&end));
+            record.details = json!({ "end": format!("{end:?}") });
+            drop(hub.audit.note(record));
+        });
+        Ok("moving")
+    }
+
+    fn jog_ended(&self, hub: &Hub, caller: &Caller, drive: SubsystemId, number: u64, end: &JogEnd) {
+        let key = (caller.seat.seat.clone(), drive);
+        if let Some(slot) = lock(&self.jogs).get_mut(&key)
+            && slot.number == number
+            && slot.hold.take().is_some()
+        {
+            slot.beats.ended(hub.now());
+        }
+        self.tell_jog(hub, caller, drive, "ended", Some(end));
+    }
+
+    fn tell_jog(
+        &self,
+        hub: &Hub,
+        caller: &Caller,
+        drive: SubsystemId,
+        state: &str,
+        end: Option<&JogEnd>,
+    ) {
+        let message = json!({
+            "type": "jog", "monitor": self.id(), "drive": drive.to_string(), "state": state,
+            "end": end.map(end_name), "text": end.and_then(end_text),
+        });
+        hub.tell(&caller.seat.seat, message);
+    }
+}
+
+fn end_name(end: &JogEnd) -> &'static str {
+    match end {
+        JogEnd::Stopped { .. } => "stopped",
+        JogEnd::Standing(_) => "standing",
+        JogEnd::Refused(_) => "refused",
+        JogEnd::Replaced => "replaced",
+        JogEnd::TakenOver { .. } => "taken_over",
+        JogEnd::StillMoving(_) => "still_moving",
+        _ => "unknown",
+    }
+}
+
+/// What people have to know of an end; nothing of the usual one.
+fn end_text(end: &JogEnd) -> Option<Both> {
+    match end {
+        JogEnd::Refused(error) | JogEnd::Unknown(error) => Some(Both::of_error(error)),
+        JogEnd::TakenOver { by } => Some(both(
+            format!("{by} has taken the drive over."),
+            format!("Приводом управляет {by}."),
+        )),
+        JogEnd::StillMoving(_) => Some(both(
+            "The drive goes on in spite of Stop. Use the emergency stop.",
+            "Привод движется, несмотря на Stop. Используйте аварийный останов.",
+        )),
+        _ => None,
+    }
+}

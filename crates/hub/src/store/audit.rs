@@ -1,0 +1,499 @@
+//! The audit log: who commanded what, from where, what was answered. Each entry holds the hash of
+//! the one before, so that none can be changed or taken out unseen.
+//!
+//! A thread writes what has come together in one transaction that is on the disk when it is
+//! reported as stored. What cannot be stored waits in memory, is tried again each second, and the
+//! hub goes on: a full disk must not keep anybody from extinguishing.
+
+use std::collections::VecDeque;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::Duration;
+
+use rusqlite::{Connection, OptionalExtension, Row, params};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use tokio::sync::oneshot;
+use utoipa::ToSchema;
+
+use super::db::{Db, StoreError, open};
+
+/// Entries in one transaction.
+const BATCH_MAX: usize = 256;
+/// Entries that wait in memory for a disk that takes none; older ones are given up.
+const WAITING_MAX: usize = 100_000;
+/// Pause before what could not be stored is tried again.
+const AGAIN: Duration = Duration::from_secs(1);
+/// What the first entry has before it.
+pub const GENESIS: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+const SCHEMA: &str = "
+CREATE TABLE IF NOT EXISTS audit (
+  n INTEGER PRIMARY KEY, at_ms INTEGER NOT NULL, user TEXT NOT NULL, role TEXT NOT NULL,
+  origin TEXT NOT NULL, via TEXT NOT NULL, seat TEXT NOT NULL, monitor TEXT NOT NULL,
+  what TEXT NOT NULL, outcome TEXT NOT NULL, details TEXT NOT NULL,
+  prev TEXT NOT NULL, hash TEXT NOT NULL
+) STRICT;
+CREATE TRIGGER IF NOT EXISTS audit_stays BEFORE DELETE ON audit
+  BEGIN SELECT RAISE(ABORT, 'the audit log is not deleted from'); END;
+CREATE TRIGGER IF NOT EXISTS audit_is_fixed BEFORE UPDATE ON audit
+  BEGIN SELECT RAISE(ABORT, 'the audit log is not changed'); END;
+PRAGMA synchronous = FULL;";
+
+/// What is to be noted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Record {
+    /// When, ms since 1970.
+    pub at_ms: u64,
+    /// Who.
+    pub user: String,
+    /// In which role.
+    pub role: String,
+    /// From which address.
+    pub from: String,
+    /// `ws`, `http`, or `hub` by itself.
+    pub via: String,
+    /// From which seat.
+    pub seat: String,
+    /// To which monitor; empty: to the hub.
+    pub monitor: String,
+    /// What.
+    pub what: String,
+    /// How it went.
+    pub outcome: String,
+    /// What else is known.
+    #[schema(value_type = Object)]
+    pub details: Value,
+}
+
+/// An entry of the log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Entry {
+    /// Its number, from 1.
+    pub n: u64,
+    /// What was noted.
+    #[serde(flatten)]
+    pub record: Record,
+    /// Hash of the entry before.
+    pub prev: String,
+    /// Hash of this one.
+    pub hash: String,
+}
+
+/// What came out of a check of the chain.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Verified {
+    /// Every hash is right, and none is missing.
+    pub ok: bool,
+    /// Entries that were looked at.
+    pub entries: u64,
+    /// Hash of the last one.
+    pub head: String,
+    /// The first entry that is not right.
+    pub bad: Option<u64>,
+}
+
+/// The audit log.
+#[derive(Clone, Debug)]
+pub struct Audit {
+    notes: Sender<Note>,
+    reads: Db,
+    state: Arc<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    failing: AtomicBool,
+    waiting: AtomicU64,
+    lost: AtomicU64,
+}
+
+#[derive(Debug)]
+struct Note {
+    record: Record,
+    stored: Option<oneshot::Sender<u64>>,
+}
+
+impl Audit {
+    /// Opens the log in a folder, or in memory.
+    pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
+        let (write, read) = match folder {
+            Some(_) => (open(folder, "audit.db", SCHEMA)?, open(folder, "audit.db", SCHEMA)?),
+            None => {
+                // Two connections to the same database in memory, which bears a name for that.
+                static NEXT: AtomicU64 = AtomicU64::new(0);
+                let number = NEXT.fetch_add(1, Ordering::Relaxed);
+                let uri = format!("file:audit{number}?mode=memory&cache=shared");
+                let one = || -> Result<Connection, StoreError> {
+                    let connection = Connection::open(&uri)?;
+                    connection.execute_batch(SCHEMA)?;
+                    Ok(connection)
+                };
+                (one()?, one()?)
+            }
+        };
+        let head = head(&write)?;
+        let (notes, queue) = channel();
+        let state = Arc::new(State::default());
+        let writer =
+            Writer { connection: write, head, waiting: VecDeque::new(), state: state.clone() };
+        thread::Builder::new().name("lafet-audit".into()).spawn(move || writer.run(&queue))?;
+        Ok(Self { notes, reads: Db::new("audit-read", read)?, state })
+    }
+
+    /// Notes something. The number of the entry comes when it is on the disk; who does not wait
+    /// for it loses nothing.
+    pub fn note(&self, record: Record) -> oneshot::Receiver<u64> {
+        let (stored, number) = oneshot::channel();
+        self.state.waiting.fetch_add(1, Ordering::Relaxed);
+        _ = self.notes.send(Note { record, stored: Some(stored) });
+        number
+    }
+
+    /// The disk does not take entries just now.
+    pub fn is_failing(&self) -> bool {
+        self.state.failing.load(Ordering::Relaxed)
+    }
+
+    /// Entries that are not on the disk yet.
+    pub fn waiting(&self) -> u64 {
+        self.state.waiting.load(Ordering::Relaxed)
+    }
+
+    /// Entries that were given up.
+    pub fn lost(&self) -> u64 {
+        self.state.lost.load(Ordering::Relaxed)
+    }
+
+    /// The latest entries before a number, the latest first.
+    pub async fn latest(
+        &self,
+        before: Option<u64>,
+        limit: u32,
+        monitor: Option<String>,
+        user: Option<String>,
+    ) -> Result<Vec<Entry>, StoreError> {
+        let before = before.and_then(|n| i64::try_from(n).ok()).unwrap_or(i64::MAX);
+        self.reads
+            .call(move |db| {
+                let mut query = db.prepare_cached(
+                    "SELECT * FROM audit WHERE n < ?1 AND (?2 IS NULL OR monitor = ?2)
+                     AND (?3 IS NULL OR user = ?3) ORDER BY n DESC LIMIT ?4",
+                )?;
+                query.query_map(params![before, monitor, user, limit], entry)?.collect()
+            })
+            .await
+    }
+
+    /// Entries from a number on, for export.
+    pub async fn from(&self, n: u64, limit: u32) -> Result<Vec<Entry>, StoreError> {
+        let n = i64::try_from(n).unwrap_or(i64::MAX);
+        self.reads
+            .call(move |db| {
+                let mut query =
+                    db.prepare_cached("SELECT * FROM audit WHERE n >= ?1 ORDER BY n LIMIT ?2")?;
+                query.query_map(params![n, limit], entry)?.collect()
+            })
+            .await
+    }
+
+    /// Checks the whole chain.
+    pub async fn verify(&self) -> Result<Verified, StoreError> {
+        let mut chain = Chain::default();
+        loop {
+            let entries = self.from(chain.next(), 1000).await?;
+            if entries.is_empty() || !entries.iter().all(|entry| chain.add(entry)) {
+                return Ok(chain.result());
+            }
+        }
+    }
+}
+
+struct Writer {
+    connection: Connection,
+    head: (u64, String),
+    waiting: VecDeque<Note>,
+    state: Arc<State>,
+}
+
+impl Writer {
+    fn run(mut self, notes: &Receiver<Note>) {
+        loop {
+            let note = if self.waiting.is_empty() {
+                notes.recv().map_err(|_| RecvTimeoutError::Disconnected)
+            } else {
+                notes.recv_timeout(AGAIN)
+            };
+            match note {
+                Ok(note) => self.waiting.push_back(note),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    while !self.waiting.is_empty() && self.store().is_ok() {}
+                    return;
+                }
+            }
+            self.waiting.extend(notes.try_iter().take(BATCH_MAX));
+            while self.waiting.len() > WAITING_MAX {
+                self.waiting.pop_front();
+                self.state.lost.fetch_add(1, Ordering::Relaxed);
+                self.state.waiting.fetch_sub(1, Ordering::Relaxed);
+            }
+            let stored = self.store();
+            let failing = stored.is_err();
+            if let Err(error) = stored
+                && !self.state.failing.load(Ordering::Relaxed)
+            {
+                tracing::error!(%error, waiting = self.waiting.len(), "audit log is not stored");
+            }
+            self.state.failing.store(failing, Ordering::Relaxed);
+        }
+    }
+
+    /// Stores what waits, in one transaction.
+    fn store(&mut self) -> Result<(), rusqlite::Error> {
+        let count = self.waiting.len().min(BATCH_MAX);
+        let (mut n, mut prev) = self.head.clone();
+        let transaction = self.connection.transaction()?;
+        for note in self.waiting.iter().take(count) {
+            n += 1;
+            let entry = Entry::new(n, note.record.clone(), prev);
+            insert(&transaction, &entry)?;
+            prev = entry.hash;
+        }
+        transaction.commit()?;
+        let first = self.head.0;
+        self.head = (n, prev);
+        for (number, note) in (first + 1..).zip(self.waiting.drain(..count)) {
+            self.state.waiting.fetch_sub(1, Ordering::Relaxed);
+            if let Some(stored) = note.stored {
+                _ = stored.send(number);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Entry {
+    fn new(n: u64, record: Record, prev: String) -> Self {
+        let hash = hash(n, &record, &prev);
+        Self { n, record, prev, hash }
+    }
+}
+
+/// SHA-256 of the entry without its hash, as a JSON array: one text for one meaning.
+fn hash(n: u64, it: &Record, prev: &str) -> String {
+    let text = serde_json::json!([
+        n, it.at_ms, it.user, it.role, it.from, it.via, it.seat, it.monitor, it.what, it.outcome,
+        it.details, prev,
+    ]);
+    Sha256::digest(text.to_string()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Walks along a chain of entries.
+#[derive(Debug, Default)]
+struct Chain {
+    entries: u64,
+    head: Option<String>,
+    bad: Option<u64>,
+}
+
+impl Chain {
+    const fn next(&self) -> u64 {
+        self.entries + 1
+    }
+
+    fn add(&mut self, entry: &Entry) -> bool {
+        let prev = self.head.as_deref().unwrap_or(GENESIS);
+        let right = entry.n == self.next()
+            && entry.prev == prev
+            && entry.hash == hash(entry.n, &entry.record, prev);
+        if right {
+            self.entries += 1;
+            self.head = Some(entry.hash.clone());
+        } else {
+            self.bad = Some(self.next());
+        }
+        right
+    }
+
+    fn result(self) -> Verified {
+        let head = self.head.unwrap_or_else(|| GENESIS.into());
+        Verified { ok: self.bad.is_none(), entries: self.entries, head, bad: self.bad }
+    }
+}
+
+/// Checks an exported log: a line of JSON for each entry.
+pub fn verify_lines(lines: impl Iterator<Item = std::io::Result<String>>) -> Verified {
+    let mut chain = Chain::default();
+    for line in lines {
+        let entry = line.ok().and_then(|line| serde_json::from_str::<Entry>(&line).ok());
+        let right = entry.is_some_and(|entry| chain.add(&entry));
+        if !right {
+            chain.bad = Some(chain.next());
+            break;
+        }
+    }
+    chain.result()
+}
+
+fn head(db: &Connection) -> Result<(u64, String), rusqlite::Error> {
+    let last = db
+        .query_row("SELECT n, hash FROM audit ORDER BY n DESC LIMIT 1", [], |row| {
+            Ok((unsigned(row.get(0)?), row.get(1)?))
+        })
+        .optional()?;
+    Ok(last.unwrap_or((0, GENESIS.into())))
+}
+
+fn insert(db: &Connection, entry: &Entry) -> Result<(), rusqlite::Error> {
+    let it = &entry.record;
+    db.prepare_cached("INSERT INTO audit VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)")?
+        .execute(params![
+            signed(entry.n),
+            signed(it.at_ms),
+            it.user,
+            it.role,
+            it.from,
+            it.via,
+            it.seat,
+            it.monitor,
+            it.what,
+            it.outcome,
+            it.details.to_string(),
+            entry.prev,
+            entry.hash,
+        ])
+        .map(|_| ())
+}
+
+fn entry(row: &Row<'_>) -> Result<Entry, rusqlite::Error> {
+    let details: String = row.get(10)?;
+    Ok(Entry {
+        n: unsigned(row.get(0)?),
+        record: Record {
+            at_ms: unsigned(row.get(1)?),
+            user: row.get(2)?,
+            role: row.get(3)?,
+            from: row.get(4)?,
+            via: row.get(5)?,
+            seat: row.get(6)?,
+            monitor: row.get(7)?,
+            what: row.get(8)?,
+            outcome: row.get(9)?,
+            details: serde_json::from_str(&details).unwrap_or(Value::String(details)),
+        },
+        prev: row.get(11)?,
+        hash: row.get(12)?,
+    })
+}
+
+fn signed(number: u64) -> i64 {
+    i64::try_from(number).unwrap_or(i64::MAX)
+}
+
+fn unsigned(number: i64) -> u64 {
+    u64::try_from(number).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn record(what: &str) -> Record {
+        let details = json!({ "b": 1, "a": [1.5, "ж"] });
+        Record { at_ms: 5, user: "anna".into(), what: what.into(), details, ..Record::default() }
+    }
+
+    async fn filled() -> Audit {
+        let audit = Audit::open(None).unwrap();
+        for what in ["Stop All", "Open Valve1", "Close Valve1"] {
+            audit.note(record(what)).await.unwrap();
+        }
+        audit
+    }
+
+    #[tokio::test]
+    async fn entries_are_chained_and_read_back() {
+        let audit = filled().await;
+        let verified = audit.verify().await.unwrap();
+        assert_eq!((verified.ok, verified.entries, verified.bad), (true, 3, None));
+        let latest = audit.latest(None, 2, None, Some("anna".into())).await.unwrap();
+        assert_eq!(latest[0].record, record("Close Valve1"));
+        assert_eq!(latest[0].prev, latest[1].hash);
+        assert_eq!(latest[0].hash, verified.head);
+        assert!(audit.latest(None, 2, Some("M1".into()), None).await.unwrap().is_empty());
+        assert_eq!((audit.waiting(), audit.is_failing()), (0, false));
+    }
+
+    #[tokio::test]
+    async fn what_was_changed_or_taken_out_shows() {
+        let audit = filled().await;
+        let entries = audit.from(1, 10).await.unwrap();
+        let lines = |entries: &[Entry]| {
+            let lines: Vec<_> =
+                entries.iter().map(|it| Ok(serde_json::to_string(it).unwrap())).collect();
+            verify_lines(lines.into_iter())
+        };
+        assert!(lines(&entries).ok);
+        let mut changed = entries.clone();
+        changed[1].record.user = "boris".into();
+        assert_eq!(lines(&changed).bad, Some(2));
+        let mut taken = entries.clone();
+        taken.remove(0);
+        assert_eq!(lines(&taken).bad, Some(1));
+        taken = entries;
+        taken[2] = Entry::new(3, record("Open Valve2"), GENESIS.into());
+        assert_eq!(lines(&taken).bad, Some(3));
+    }
+
+    #[tokio::test]
+    async fn the_database_itself_refuses_changes() {
+        let audit = filled().await;
+        let deleted = audit.reads.call(|db| db.execute("DELETE FROM audit", [])).await;
+        assert!(deleted.unwrap_err().to_string().contains("not deleted"));
+        let changed = audit.reads.call(|db| db.execute("UPDATE audit SET user = 'x'", [])).await;
+        assert!(changed.unwrap_err().to_string().contains("not changed"));
+    }
+
+    /// What a full disk does not take waits, and is stored in its order when there is room.
+    #[test]
+    fn a_full_disk_loses_nothing() {
+        let connection = open(None, "", SCHEMA).unwrap();
+        let limit = |connection: &Connection, pages: u32| {
+            // The pragma answers with what it is set to.
+            let query = format!("PRAGMA max_page_count = {pages}");
+            connection.query_row(&query, [], |row| row.get::<_, u32>(0)).unwrap();
+        };
+        limit(&connection, 1);
+        let waiting = VecDeque::new();
+        let state = Arc::new(State::default());
+        let mut writer = Writer { connection, head: (0, GENESIS.into()), waiting, state };
+        for _ in 0..50 {
+            let record = Record { outcome: "x".repeat(500), ..record("Stop All") };
+            writer.waiting.push_back(Note { record, stored: None });
+            writer.state.waiting.fetch_add(1, Ordering::Relaxed);
+        }
+        assert!(writer.store().unwrap_err().to_string().contains("full"));
+        assert_eq!((writer.waiting.len(), writer.head.0), (50, 0));
+        limit(&writer.connection, 10_000);
+        writer.store().unwrap();
+        assert_eq!((writer.waiting.len(), writer.head.0), (0, 50));
+    }
+
+    #[tokio::test]
+    async fn the_chain_goes_on_after_a_restart() {
+        let folder = std::env::temp_dir().join(format!("lafet-audit-{}", std::process::id()));
+        _ = std::fs::remove_dir_all(&folder);
+        for round in 1..=3 {
+            let audit = Audit::open(Some(&folder)).unwrap();
+            assert_eq!(audit.note(record("Stop All")).await.unwrap(), round);
+            assert!(audit.verify().await.unwrap().ok);
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -1,0 +1,81 @@
+//! A database on a thread of its own: nothing that must be quick waits for a disk.
+
+use std::path::Path;
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::thread;
+
+use rusqlite::Connection;
+use tokio::sync::oneshot;
+
+/// Work that may wait for the disk; more is refused.
+const QUEUE_MAX: usize = 1024;
+
+type Work = Box<dyn FnOnce(&mut Connection) + Send>;
+
+/// A database.
+#[derive(Clone, Debug)]
+pub struct Db {
+    work: SyncSender<Work>,
+}
+
+/// Why something could not be stored or read.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// What SQLite says.
+    #[error("{0}")]
+    Sqlite(#[from] rusqlite::Error),
+    /// The disk is so slow that too much waits.
+    #[error("too much waits for the disk")]
+    Busy,
+    /// The folder cannot be used.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+}
+
+/// Opens `name` in a folder, or in memory.
+pub fn open(folder: Option<&Path>, name: &str, schema: &str) -> Result<Connection, StoreError> {
+    let connection = match folder {
+        Some(folder) => {
+            std::fs::create_dir_all(folder)?;
+            Connection::open(folder.join(name))?
+        }
+        None => Connection::open_in_memory()?,
+    };
+    connection.pragma_update(None, "journal_mode", "WAL")?;
+    connection.pragma_update(None, "foreign_keys", true)?;
+    connection.busy_timeout(std::time::Duration::from_secs(5))?;
+    connection.execute_batch(schema)?;
+    Ok(connection)
+}
+
+impl Db {
+    /// Gives a connection its thread.
+    pub fn new(name: &str, mut connection: Connection) -> Result<Self, StoreError> {
+        let (work, queue) = sync_channel::<Work>(QUEUE_MAX);
+        thread::Builder::new().name(format!("lafet-{name}")).spawn(move || {
+            while let Ok(work) = queue.recv() {
+                work(&mut connection);
+            }
+        })?;
+        Ok(Self { work })
+    }
+
+    /// Does something with the database, and waits for the result.
+    pub async fn call<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
+    ) -> Result<T, StoreError> {
+        let (reply, result) = oneshot::channel();
+        let work: Work = Box::new(move |connection| _ = reply.send(work(connection)));
+        self.work.try_send(work).map_err(|_| StoreError::Busy)?;
+        Ok(result.await.map_err(|_| StoreError::Busy)??)
+    }
+
+    /// Does something, and waits for nothing; `false`: it was not taken.
+    pub fn post(&self, work: impl FnOnce(&mut Connection) + Send + 'static) -> bool {
+        !matches!(
+            self.work.try_send(Box::new(work)),
+            Err(TrySendError::Full(_) | TrySendError::Disconnected(_))
+        )
+    }
+}

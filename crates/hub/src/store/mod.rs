@@ -1,0 +1,12 @@
+//! What is kept: SQLite, one file for each purpose, each with a thread of its own.
+
+mod audit;
+mod db;
+mod history;
+
+pub use audit::{Audit, Entry, Record, Verified, verify_lines};
+pub(crate) use db::open;
+pub use db::{Db, StoreError};
+pub use history::{
+    History, RAW_RANGE_MS, Series, alarms as alarm_history, values as history_values,
+};

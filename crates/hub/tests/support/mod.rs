@@ -1,0 +1,341 @@
+//! A hub and simulated monitors in one process, in real time, over the loopback.
+#![allow(dead_code, reason = "each test uses its part")]
+
+use std::net::SocketAddr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use futures_util::{SinkExt, StreamExt};
+use lafet_device::Source;
+use lafet_device::composition::Composition;
+use lafet_device::port::Port;
+use lafet_hub::access::Role;
+use lafet_hub::{Clock, Config, Hub, MonitorConfig, Server, text};
+use lafet_sim::sim::{Config as SimConfig, Sim};
+use serde_json::{Value, json};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::time::{Instant, interval, timeout};
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+
+/// Nothing that is waited for takes so long.
+pub const PATIENCE: Duration = Duration::from_secs(20);
+pub const PASSWORD: &str = "correct horse";
+
+/// Simulated monitors on one bus.
+#[derive(Clone)]
+pub struct Bus(Arc<Mutex<Vec<Sim>>>);
+
+impl Bus {
+    pub fn lock(&self) -> MutexGuard<'_, Vec<Sim>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Starts monitors 1, 2 … and the port that they share.
+    pub async fn start(count: u8) -> (Self, SocketAddr) {
+        let sim = |address| {
+            let composition = Composition::REMOTE;
+            let mut sim = Sim::new(SimConfig { composition, address, ..SimConfig::default() });
+            sim.advance_ms(200);
+            sim
+        };
+        let bus = Self(Arc::new(Mutex::new((1..=count).map(sim).collect())));
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = listener.local_addr().unwrap();
+        let own = bus.clone();
+        tokio::spawn(async move {
+            loop {
+                let (stream, _) = listener.accept().await.unwrap();
+                tokio::spawn(own.clone().serve(stream));
+            }
+        });
+        let own = bus.clone();
+        tokio::spawn(async move {
+            let mut ticks = interval(Duration::from_millis(10));
+            loop {
+                ticks.tick().await;
+                own.lock().iter_mut().for_each(Sim::tick);
+            }
+        });
+        (bus, address)
+    }
+
+    async fn serve(self, mut stream: TcpStream) {
+        stream.set_nodelay(true).unwrap();
+        let count = self.lock().len();
+        let mut ports: Vec<Port> = (0..count).map(|_| Port::new(Source::ExternalConn)).collect();
+        let mut buffer = [0; 2048];
+        while let Ok(len @ 1..) = stream.read(&mut buffer).await {
+            let answers: Vec<u8> = {
+                let mut sims = self.lock();
+                let each = sims.iter_mut().zip(&mut ports);
+                each.flat_map(|(sim, port)| sim.receive(port, &buffer[..len])).collect()
+            };
+            if stream.write_all(&answers).await.is_err() {
+                return;
+            }
+        }
+    }
+
+    /// The speed to which a drive is commanded now, 0.1 °/s: 0 vertical, 1 horizontal, 2 nozzle.
+    pub fn commanded(&self, monitor: usize, drive: usize) -> i16 {
+        self.lock()[monitor].world().outputs().drives[drive].speed_tenths
+    }
+
+    pub fn position(&self, monitor: usize, drive: usize) -> f64 {
+        self.lock()[monitor].world().drives[drive].position
+    }
+}
+
+/// A hub with its monitors.
+pub struct Site {
+    pub bus: Bus,
+    pub hub: Hub,
+    pub address: SocketAddr,
+    _end: tokio::sync::oneshot::Sender<()>,
+}
+
+impl Site {
+    /// Everybody is an administrator.
+    pub async fn open(monitors: u8) -> Self {
+        Self::with(monitors, |config| config.login = false).await
+    }
+
+    pub async fn with(monitors: u8, change: impl FnOnce(&mut Config)) -> Self {
+        Self::at(monitors, Clock::System, change).await
+    }
+
+    pub async fn at(monitors: u8, clock: Clock, change: impl FnOnce(&mut Config)) -> Self {
+        let (bus, place) = Bus::start(monitors).await;
+        let monitor = |number: u8| MonitorConfig {
+            id: format!("M{number}"),
+            name: text::both(format!("M{number}"), format!("М{number}")),
+            endpoint: format!("tcp://{place}?addr={number}").parse().unwrap(),
+            poll_ms: 50,
+        };
+        let mut config = Config {
+            listen: SocketAddr::from(([127, 0, 0, 1], 0)),
+            monitors: (1..=monitors).map(monitor).collect(),
+            lost_ms: 500,
+            ..Config::default()
+        };
+        change(&mut config);
+        let hub = Hub::new(config, clock, json!({})).unwrap();
+        let server = Server::bind(hub.clone()).await.unwrap();
+        let address = server.address().unwrap();
+        let (end, ending) = tokio::sync::oneshot::channel::<()>();
+        tokio::spawn(server.serve(async { _ = ending.await }));
+        let site = Self { bus, hub, address, _end: end };
+        until("the monitors answer", || {
+            site.hub.stations().all(|station| station.health() == "up")
+        })
+        .await;
+        site
+    }
+
+    /// Tokens of every role.
+    pub fn tokens(&self) -> Vec<(Role, String)> {
+        let token = |role: Role| {
+            let (_, token) = self.hub.access.add_token(1, role.name(), role).unwrap();
+            (role, token)
+        };
+        Role::ALL.into_iter().map(token).collect()
+    }
+
+    pub fn token(&self, role: Role) -> String {
+        self.hub.access.add_token(1, role.name(), role).unwrap().1
+    }
+
+    pub async fn http(
+        &self,
+        method: &str,
+        path: &str,
+        headers: &[(&str, &str)],
+        body: &str,
+    ) -> Reply {
+        let stream = TcpStream::connect(self.address).await.unwrap();
+        http_over(stream, &self.address.to_string(), method, path, headers, body).await
+    }
+
+    pub async fn post(&self, token: &str, path: &str, body: Value) -> Reply {
+        let authorization = format!("Bearer {token}");
+        let headers = [("Authorization", authorization.as_str())];
+        self.http("POST", path, if token.is_empty() { &[] } else { &headers }, &body.to_string())
+            .await
+    }
+
+    pub async fn get(&self, token: &str, path: &str) -> Reply {
+        let authorization = format!("Bearer {token}");
+        let headers = [("Authorization", authorization.as_str())];
+        self.http("GET", path, if token.is_empty() { &[] } else { &headers }, "").await
+    }
+
+    pub async fn ws(&self, token: &str) -> Socket {
+        self.ws_at(token, "/api/ws").await
+    }
+
+    pub async fn ws_at(&self, token: &str, path: &str) -> Socket {
+        let mut request = format!("ws://{}{path}", self.address).into_client_request().unwrap();
+        if !token.is_empty() {
+            let value = format!("Bearer {token}").parse().unwrap();
+            request.headers_mut().insert("Authorization", value);
+        }
+        let stream = TcpStream::connect(self.address).await.unwrap();
+        let (socket, _) = tokio_tungstenite::client_async(request, stream).await.unwrap();
+        let mut socket = Socket { socket, hello: Value::Null };
+        socket.hello = socket.next_of("hello").await;
+        socket
+    }
+}
+
+/// An answer of the API.
+#[derive(Debug)]
+pub struct Reply {
+    pub status: u16,
+    pub headers: String,
+    pub body: Value,
+    pub text: String,
+}
+
+impl Reply {
+    pub fn code(&self) -> &str {
+        self.body["error"]["code"].as_str().unwrap_or_default()
+    }
+
+    pub fn header(&self, name: &str) -> Option<&str> {
+        self.headers.lines().find_map(|line| {
+            let (key, value) = line.split_once(':')?;
+            key.eq_ignore_ascii_case(name).then(|| value.trim())
+        })
+    }
+}
+
+pub async fn http_over(
+    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    host: &str,
+    method: &str,
+    path: &str,
+    headers: &[(&str, &str)],
+    body: &str,
+) -> Reply {
+    let mut head = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
+    if !headers.iter().any(|(name, _)| *name == "Host") {
+        head += &format!("Host: {host}\r\n");
+    }
+    for (name, value) in headers {
+        head += &format!("{name}: {value}\r\n");
+    }
+    head += &format!("Content-Length: {}\r\n\r\n{body}", body.len());
+    stream.write_all(head.as_bytes()).await.unwrap();
+    let mut bytes = Vec::new();
+    _ = timeout(PATIENCE, stream.read_to_end(&mut bytes)).await.expect("an answer in time");
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    let (headers, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
+    let status = headers.split(' ').nth(1).and_then(|it| it.parse().ok()).unwrap_or(0);
+    Reply {
+        status,
+        headers: headers.to_owned(),
+        body: serde_json::from_str(body).unwrap_or_default(),
+        text: body.to_owned(),
+    }
+}
+
+/// A WebSocket.
+pub struct Socket {
+    pub socket: WebSocketStream<TcpStream>,
+    pub hello: Value,
+}
+
+impl Socket {
+    pub fn seat(&self) -> &str {
+        self.hello["seat"].as_str().unwrap()
+    }
+
+    pub async fn send(&mut self, message: Value) {
+        self.socket.send(Message::Text(message.to_string().into())).await.unwrap();
+    }
+
+    /// The next message; `None` when the connection is closed.
+    pub async fn next(&mut self) -> Option<Value> {
+        loop {
+            match timeout(PATIENCE, self.socket.next()).await.expect("a message in time")? {
+                Ok(Message::Text(text)) => return Some(serde_json::from_str(&text).unwrap()),
+                Ok(Message::Close(frame)) => {
+                    return Some(
+                        json!({ "type": "closed", "code": frame.map(|it| u16::from(it.code)) }),
+                    );
+                }
+                Ok(_) => {}
+                Err(_) => return None,
+            }
+        }
+    }
+
+    pub async fn next_of(&mut self, kind: &str) -> Value {
+        self.next_where(|message| message["type"] == kind).await
+    }
+
+    pub async fn next_where(&mut self, wanted: impl Fn(&Value) -> bool) -> Value {
+        let began = Instant::now();
+        loop {
+            assert!(began.elapsed() < PATIENCE, "what was waited for does not come");
+            let message = self.next().await.expect("the connection stays");
+            if wanted(&message) {
+                return message;
+            }
+        }
+    }
+
+    /// Asks, and waits for the answer.
+    pub async fn ask(&mut self, mut message: Value) -> Value {
+        let id = message.to_string();
+        message["id"] = json!(id);
+        self.send(message).await;
+        self.next_where(|answer| answer["type"] == "answer" && answer["id"] == json!(id)).await
+    }
+
+    pub async fn authority(&mut self, monitor: &str, action: &str) -> Value {
+        let message = json!({ "type": "authority", "monitor": monitor, "action": action, "reason": "for the test" });
+        self.ask(message).await
+    }
+
+    pub async fn beat(&mut self, drive: &str, toward: &str) {
+        let message = json!({ "type": "jog", "monitor": "M1", "drive": drive, "toward": toward });
+        self.send(message).await;
+    }
+}
+
+/// Waits until something is so.
+pub async fn until(what: &str, condition: impl Fn() -> bool) {
+    let began = Instant::now();
+    let mut ticks = interval(Duration::from_millis(5));
+    while !condition() {
+        ticks.tick().await;
+        assert!(began.elapsed() < PATIENCE, "{what}");
+    }
+}
+
+/// Whether something stays so for a time.
+pub async fn stays(time: Duration, condition: impl Fn() -> bool) -> bool {
+    let began = Instant::now();
+    let mut ticks = interval(Duration::from_millis(5));
+    while began.elapsed() < time {
+        if !condition() {
+            return false;
+        }
+        ticks.tick().await;
+    }
+    true
+}
+
+/// Beats every 60 ms for a time.
+pub async fn hold(socket: &mut Socket, drive: &str, toward: &str, time: Duration) {
+    let began = Instant::now();
+    let mut ticks = interval(Duration::from_millis(60));
+    while began.elapsed() < time {
+        ticks.tick().await;
+        socket.beat(drive, toward).await;
+    }
+}

@@ -134,8 +134,8 @@ fn an_opening_does_not_wait() {
     fn blocks(rig: &mut Rig, on: bool) {
         rig.plant.inputs.valves[0].blocked = on;
     }
-    let holds: [(fn(&mut Rig, bool), Rule); 2] =
-        [(lies, Rule::NotDeployed), (blocks, Rule::Blocked)];
+    type Hold = fn(&mut Rig, bool);
+    let holds: [(Hold, Rule); 2] = [(lies, Rule::NotDeployed), (blocks, Rule::Blocked)];
     for (hold, rule) in holds {
         for opens_for_ms in [0, 1_000] {
             let mut rig = Rig::deployed();

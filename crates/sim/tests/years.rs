@@ -18,6 +18,7 @@ fn the_first_days() {
     let seen = [report.tests, report.faults, report.parameters, report.lockouts, report.fires];
     assert_eq!(seen, [1, 1, 2, 1, 1], "{report}");
     assert!(report.wraps > 0 && report.water_m3 > 0.1 && report.faults_told > 0, "{report}");
+    assert!(report.flash_words > 0, "{report}");
 }
 
 /// Request and seconds until the next: about every timer of the monitor runs at some time.

@@ -48,6 +48,10 @@ pub struct Report {
     pub power_cuts: u64,
     /// Lockouts that outlived a power cut and a restart.
     pub lockouts: u64,
+    /// Words of the flash that were written, by all that was stored.
+    pub flash_words: u64,
+    /// How often the page that was erased most was erased.
+    pub flash_erases: u32,
     /// Times the heaters went on.
     pub heatings: u64,
     /// Times the monitor's clock wrapped.
@@ -105,6 +109,11 @@ impl Years {
                 )
             })?;
         }
+        let chip = self.sim.world().flash.chip();
+        let erases = chip.erases();
+        self.report.flash_erases = erases.into_iter().max().unwrap_or(0);
+        let pages: u64 = erases.into_iter().map(u64::from).sum();
+        self.report.flash_words = chip.steps().saturating_sub(pages);
         self.report.days += 1;
         self.report.ms = self.sim.now_ms();
         self.report.stepped_ms = self.sim.now_ms() - self.sim.passed_over_ms();
@@ -163,6 +172,13 @@ impl core::fmt::Display for Report {
             ("parameters kept over a reset", format!("{}", self.parameters)),
             ("restarts, power cuts", format!("{}, {}", self.restarts, self.power_cuts)),
             ("lockouts over both", format!("{}", self.lockouts)),
+            (
+                "flash",
+                format!(
+                    "{} words written, no page erased more than {} times",
+                    self.flash_words, self.flash_erases
+                ),
+            ),
             ("times heated", format!("{}", self.heatings)),
             ("wraps of the clock", format!("{}", self.wraps)),
             ("water", format!("{:.0} m³", self.water_m3)),

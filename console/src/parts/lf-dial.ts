@@ -2,6 +2,7 @@ import { css, html, LitElement, nothing, svg, type TemplateResult } from 'lit';
 import { t } from '../i18n';
 import { ARCMIN, bearingOf, ringPath, type Limits } from './geometry';
 import { partStyle } from './part-style';
+import { angleText, Words } from './words';
 
 /** Side view of the barrel: 0° to the right, up is up. */
 const ARC_PX = 86;
@@ -21,7 +22,6 @@ export class LfDial extends LitElement {
     moving: { type: Boolean, reflect: true },
     offlimits: { type: Boolean, reflect: true },
     label: {},
-    angle: { attribute: false },
   };
 
   declare kind: 'vertical' | 'horizontal';
@@ -35,11 +35,10 @@ export class LfDial extends LitElement {
   /** The control of the limits is off. */
   declare offlimits: boolean;
   declare label: string;
-  /** Text of an angle in arc-minutes. */
-  declare angle: (arcmin: number) => string;
 
   constructor() {
     super();
+    new Words(this);
     this.kind = 'vertical';
     this.value = null;
     this.target = null;
@@ -49,7 +48,6 @@ export class LfDial extends LitElement {
     this.moving = false;
     this.offlimits = false;
     this.label = '';
-    this.angle = (arcmin) => `${(arcmin / ARCMIN).toFixed(1)}°`;
   }
 
   static override styles = [
@@ -180,7 +178,7 @@ export class LfDial extends LitElement {
   protected override render(): TemplateResult {
     const label = this.label || t(`parts.dial.${this.kind}`);
     const known = this.value !== null && this.value !== undefined;
-    const text = known ? this.angle(this.value!) : '—';
+    const text = known ? angleText(this.value!) : '—';
     const spoken = [
       known ? text : t('parts.dial.unknown'),
       this.note(),
@@ -209,7 +207,7 @@ export class LfDial extends LitElement {
       if (this.value >= this.limits.max) return t('parts.dial.max');
     }
     if (this.target !== null && this.target !== this.value) {
-      return t('parts.dial.target', { v: this.angle(this.target) });
+      return t('parts.dial.target', { v: angleText(this.target) });
     }
     return '';
   }

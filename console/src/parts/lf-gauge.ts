@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
-import { t } from '../i18n';
+import { num, t } from '../i18n';
 import { partStyle } from './part-style';
+import { Words } from './words';
 
 /** A value as a quiet bar with the band where it usually is; grey unless it leaves the band. */
 export class LfGauge extends LitElement {
@@ -33,12 +34,13 @@ export class LfGauge extends LitElement {
 
   constructor() {
     super();
+    new Words(this);
     this.label = '';
     this.value = null;
     this.min = 0;
     this.max = 100;
     this.normal = null;
-    this.text = (value) => String(Math.round(value * 10) / 10);
+    this.text = (value) => num(value, value < 10 && value % 1 ? 1 : 0);
     this.unit = '';
     this.stale = false;
     this.idle = false;

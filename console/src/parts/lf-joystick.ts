@@ -2,6 +2,7 @@ import { css, html, LitElement, nothing, svg, type PropertyValues, type Template
 import { t } from '../i18n';
 import { changes, ofKey, ofKeys, ofStick, type HoldDetail, type Holding } from './hold';
 import { emit, partStyle } from './part-style';
+import { Words } from './words';
 
 const KNOB_WAY_PX = 62;
 
@@ -40,6 +41,7 @@ export class LfJoystick extends LitElement {
 
   constructor() {
     super();
+    new Words(this);
     this.variant = 'stick';
     this.disabled = false;
     this.reason = '';

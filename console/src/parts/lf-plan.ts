@@ -22,6 +22,7 @@ import {
   type View,
 } from './geometry';
 import { emit, partStyle } from './part-style';
+import { bearingText, lengthText, openingText, Words } from './words';
 import { planStyle } from './plan/plan-style';
 import * as layers from './plan/layers';
 import { placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
@@ -71,8 +72,6 @@ export class LfPlan extends LitElement {
     tool: { reflect: true },
     sector: { attribute: false },
     running: { attribute: false },
-    length: { attribute: false },
-    angle: { attribute: false },
     view: { state: true },
     size: { state: true },
     drag: { state: true },
@@ -88,10 +87,6 @@ export class LfPlan extends LitElement {
   declare sector: Sector | null;
   /** What a program that runs scans, by monitor. */
   declare running: Readonly<Record<string, Sector>>;
-  /** Text of a length in metres, in the operator's unit. */
-  declare length: (metres: number) => string;
-  /** Text of an angle in degrees. */
-  declare angle: (degrees: number) => string;
   declare view: View | null;
   declare size: Place;
   declare drag: Drag | null;
@@ -104,6 +99,7 @@ export class LfPlan extends LitElement {
 
   constructor() {
     super();
+    new Words(this);
     this.site = null;
     this.monitors = [];
     this.scene = null;
@@ -112,8 +108,6 @@ export class LfPlan extends LitElement {
     this.tool = 'look';
     this.sector = null;
     this.running = {};
-    this.length = (metres) => `${Math.round(metres * 10) / 10} m`;
-    this.angle = (degrees) => `${Math.round(degrees)}°`;
     this.view = null;
     this.size = [0, 0];
     this.drag = null;
@@ -262,7 +256,7 @@ export class LfPlan extends LitElement {
     return svg`
       ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
-      ${!mini && chosen ? layers.ranges(camera, chosen, this.length, (d) => t('parts.plan.reach', { d })) : nothing}
+      ${!mini && chosen ? layers.ranges(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
       ${this.scene ? layers.fires(camera, this.scene) : nothing}
@@ -272,7 +266,7 @@ export class LfPlan extends LitElement {
       ${mini ? nothing : this.monitors.map((m) => layers.hotbeds(camera, m))}
       ${ordered.map((monitor) => layers.monitorMark(camera, monitor, monitor.id === this.selected))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
-      ${mini ? nothing : layers.scaleBar(camera, this.length)}
+      ${mini ? nothing : layers.scaleBar(camera, lengthText)}
       ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v) => t('parts.plan.wind', { v }))}
     `;
   }
@@ -290,8 +284,8 @@ export class LfPlan extends LitElement {
     const bad = quench.clipped || far;
     const [x, y] = toScreen(camera.view, camera.width, camera.height, gripAt(monitor.at, sector, 'far'));
     const lines = [
-      `${this.angle(sector.bearing)} · ${this.length(quench.distance_m)}`,
-      `↔ ${this.angle(sector.width)} · ↕ ${this.length(Math.round(sector.far_m - sector.near_m))}`,
+      `${bearingText(sector.bearing)} · ${lengthText(quench.distance_m)}`,
+      `↔ ${openingText(sector.width)} · ↕ ${lengthText(Math.round(sector.far_m - sector.near_m))}`,
     ];
     if (far) lines.push(t('parts.plan.too_far'));
     else if (quench.clipped) lines.push(t('parts.plan.out_of_limits'));
@@ -312,9 +306,9 @@ export class LfPlan extends LitElement {
     const at = gripAt(monitor.at, sector, grip);
     const [x, y] = toScreen(camera.view, camera.width, camera.height, at);
     const text = t('parts.sector.value', {
-      b: this.angle(sector.bearing),
-      d: this.length(Math.round(sectorMiddle(sector) * 10) / 10),
-      w: this.angle(sector.width),
+      b: bearingText(sector.bearing),
+      d: lengthText(Math.round(sectorMiddle(sector) * 10) / 10),
+      w: openingText(sector.width),
     });
     const value =
       grip === 'near' || grip === 'far'
@@ -334,7 +328,7 @@ export class LfPlan extends LitElement {
   private summary(): string {
     const monitors = this.monitors.map((monitor) => {
       const { id } = monitor;
-      const b = this.angle(bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0));
+      const b = bearingText(bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0));
       const parts = [
         monitor.horizontal_arcmin === null
           ? t('parts.plan.monitor_unknown', { id })

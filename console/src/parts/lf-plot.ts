@@ -3,6 +3,7 @@ import uPlot from 'uplot';
 import uplotStyle from 'uplot/dist/uPlot.min.css?inline';
 import { num, t, time } from '../i18n';
 import { emit, partStyle } from './part-style';
+import { Words } from './words';
 import { Columns, type Value } from './plot/data';
 
 export interface PlotSeries {
@@ -65,6 +66,7 @@ export class LfPlot extends LitElement {
 
   constructor() {
     super();
+    new Words(this);
     this.series = [];
     this.minutes = 1;
     this.windows = WINDOWS;

@@ -2,6 +2,7 @@ import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { t } from '../i18n';
 import type { Limits } from './geometry';
 import { emit, partStyle } from './part-style';
+import { Words } from './words';
 
 /**
  * Position of the nozzle, from spray to jet. What is dragged is a wish (`set` {value} when it is
@@ -43,6 +44,7 @@ export class LfSlider extends LitElement {
 
   constructor() {
     super();
+    new Words(this);
     this.value = null;
     this.target = null;
     this.limits = null;

@@ -1,0 +1,237 @@
+// All parts on one page, with values that move: for looking at them while they are made. Not built
+// into the console. gallery.html?theme=night&lang=ru&only=plan
+import { css, html, LitElement, type TemplateResult } from 'lit';
+import { loadLang } from './i18n';
+import { planMonitor, type PlanMonitor, type PlanScene, type PlanSite } from './parts/lf-plan';
+import './parts/lf-dial';
+import './parts/lf-gauge';
+import './parts/lf-joystick';
+import type { LfPlot, PlotSeries } from './parts/lf-plot';
+import './parts/lf-plot';
+import './parts/lf-slider';
+import './parts/lf-sparkline';
+
+const SITE: PlanSite = {
+  monitors: {
+    M1: { at: [-20, -20], heading: 45, height: 6 },
+    M2: { at: [33, -18], heading: 312, height: 6 },
+    M3: { at: [-26, 10], heading: 111, height: 6 },
+  },
+  tanks: [
+    { name: 'T-1', at: [0, 0], diameter: 10, height: 6 },
+    { name: 'T-2', at: [12.5, 0], diameter: 10, height: 6 },
+    { name: 'T-3', at: [0, 15], diameter: 10, height: 6 },
+    { name: 'T-4', at: [15, 15], diameter: 10, height: 6 },
+  ],
+  walls: [{ name: 'W', from: [-12, -9], to: [-4, -14], height: 3 }],
+};
+const SERIES: PlotSeries[] = [
+  { id: 'pressure', label: 'Pressure', unit: 'MPa', digits: 2, range: [0, 1.2] },
+  { id: 'flow', label: 'Flow', unit: 'l/s', digits: 0, range: [0, 30] },
+];
+
+const parameters = new URLSearchParams(location.search);
+document.documentElement.dataset.theme = parameters.get('theme') ?? 'day';
+
+class Gallery extends LitElement {
+  private at_ms = 0;
+  private log: string[] = [];
+  private selected = 'M1';
+  private tool: 'look' | 'sector' | 'aim' = (parameters.get('tool') as 'look') ?? 'look';
+
+  static override styles = css`
+    :host {
+      display: grid;
+      gap: 16px;
+      padding: 24px;
+      grid-template-columns: repeat(12, 1fr);
+    }
+    section {
+      background: var(--surface);
+      border: 1px solid var(--line);
+      border-radius: 10px;
+      padding: 16px;
+      display: grid;
+      gap: 16px;
+      align-content: start;
+      min-width: 0;
+    }
+    .plan {
+      grid-column: span 8;
+      padding: 0;
+      overflow: hidden;
+    }
+    .plan lf-plan,
+    .plan lf-scene {
+      height: 780px;
+    }
+    .side {
+      grid-column: span 4;
+    }
+    .third {
+      grid-column: span 4;
+    }
+    .half {
+      grid-column: span 6;
+    }
+    .two {
+      grid-template-columns: 1fr 1fr;
+    }
+    .mini {
+      height: 160px;
+    }
+    lf-plot {
+      height: 240px;
+    }
+    pre {
+      margin: 0;
+      min-height: 6em;
+      font-size: 12px;
+      overflow: hidden;
+    }
+  `;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    if (parameters.has('still')) this.at_ms = Number(parameters.get('still'));
+    else {
+      const step = (now: number): void => {
+        this.at_ms = now;
+        this.requestUpdate();
+        setTimeout(() => requestAnimationFrame(step), 80);
+      };
+      requestAnimationFrame(step);
+    }
+  }
+
+  protected override firstUpdated(): void {
+    const plot = this.renderRoot.querySelector('lf-plot') as LfPlot | null;
+    if (!plot) return;
+    const now = Date.now();
+    for (let at = now - 55_000; at < now; at += 200) this.feed(plot, at);
+    if (!parameters.has('still')) setInterval(() => this.feed(plot, Date.now()), 200);
+  }
+
+  private feed(plot: LfPlot, at: number): void {
+    const off = at % 60_000 > 30_000 && at % 60_000 < 36_000;
+    if (off) return;
+    plot.push(at, {
+      pressure: 0.86 + Math.sin(at / 4000) * 0.08,
+      flow: 18 + Math.sin(at / 2700) * 3,
+    });
+  }
+
+  private get scene(): PlanScene {
+    const sway = Math.sin(this.at_ms / 900) * 2;
+    return {
+      t_s: this.at_ms / 1000,
+      wind: [3, 2],
+      fires: [
+        { name: 'roof-1', at: [0, 0], size: 8, base: 6, burns: true, heat_kw: 2800 },
+        { name: 'roof-2', at: [12.5, 0], size: 8, base: 6, burns: false, heat_kw: 0 },
+      ],
+      jets: { M1: { lps: 18, lands: [1 + sway, -sway], litres: 400 } },
+      splashes: [
+        { monitor: 'M1', at: [1 + sway + Math.random(), Math.random() * 2 - sway], litres: 2, foam: 0 },
+      ],
+    };
+  }
+
+  private get monitors(): PlanMonitor[] {
+    const sway = Math.sin(this.at_ms / 900) * 150;
+    const status = (position: number, more: Record<string, string[]>, stale = false): never =>
+      ({
+        at_ms: 1,
+        stale,
+        subsystems: {
+          Horizontal: { position, flags: [], severity: 'info' },
+          Vertical: { position: 369, flags: [] },
+          Nozzle: { position: 60, flags: [] },
+          General: { pressure: 96, flags: [], severity: more.alarm ? 'alarm' : 'info' },
+          Valve1: { flags: more.Valve1 ?? [] },
+          Deployer: { flags: more.Deployer ?? [] },
+        },
+      }) as never;
+    const free = { Horizontal: { min: -10800, max: 10800 }, Vertical: { min: -900, max: 4500 } };
+    const narrow = { Horizontal: { min: -5400, max: 4200 }, Vertical: { min: -900, max: 4500 } };
+    const hotbeds = { list: [{ x1: -200, x2: 160, y1: 0, y2: 40, brightness: 900 }] };
+    const made = [
+      planMonitor('M1', SITE, {
+        status: status(sway, { Valve1: ['Open'] }),
+        limits: parameters.has('narrow') ? narrow : free,
+        scene: this.scene,
+        hotbeds,
+      }),
+      planMonitor('M2', SITE, { status: status(-1200, { alarm: ['x'] }), limits: narrow, scene: this.scene }),
+      planMonitor('M3', SITE, { status: status(300, { Deployer: ['Wrapped'] }, true), limits: free, scene: this.scene }),
+    ];
+    if (made[0]) made[0].target_arcmin = 900;
+    return made.filter((monitor) => monitor !== null);
+  }
+
+  private said = (event: Event): void => {
+    const { detail } = event as CustomEvent;
+    this.log = [`${event.type} ${JSON.stringify(detail)}`, ...this.log].slice(0, 6);
+    if (event.type === 'select') this.selected = detail.id;
+    this.requestUpdate();
+  };
+
+  protected override render(): TemplateResult {
+    const { monitors, scene } = this;
+    const sway = Math.sin(this.at_ms / 900);
+    return html`
+      <section class="plan">
+        <lf-plan
+          .site=${SITE}
+          .scene=${scene}
+          .monitors=${monitors}
+          .selected=${this.selected}
+          .tool=${this.tool}
+          .running=${{ M1: { bearing: 45, width: 6, near_m: 26, far_m: 31 } }}
+          @select=${this.said}
+          @sector=${this.said}
+          @aim=${this.said}
+        ></lf-plan>
+      </section>
+      <section class="side">
+        <div class="two" style="display:grid;gap:16px">
+          <lf-dial .value=${369 + sway * 200} .target=${900} .limits=${{ min: -900, max: 4500 }} moving></lf-dial>
+          <lf-dial kind="horizontal" .value=${sway * 600} .target=${-2400} .heading=${45} .limits=${{ min: -5400, max: 4200 }}></lf-dial>
+          <lf-dial .value=${-900} .limits=${{ min: -900, max: 4500 }} stale></lf-dial>
+          <lf-dial kind="horizontal" .limits=${{ min: -10800, max: 10800 }} .value=${4000} offlimits></lf-dial>
+        </div>
+        <lf-slider .value=${42} .target=${55} .limits=${{ min: 0, max: 60 }} @set=${this.said}></lf-slider>
+        <lf-slider .value=${60} .limits=${{ min: 0, max: 60 }} disabled reason="Not in control of M1."></lf-slider>
+      </section>
+      <section class="third">
+        <lf-joystick .at=${{ Vertical: 'max' }} @hold=${this.said} @release=${this.said}></lf-joystick>
+      </section>
+      <section class="third">
+        <lf-joystick variant="buttons" .at=${{ Horizontal: 'min' }} @hold=${this.said} @release=${this.said}></lf-joystick>
+      </section>
+      <section class="third">
+        <lf-joystick disabled reason="anna is in control. Request control first."></lf-joystick>
+      </section>
+      <section class="half">
+        <lf-plot .series=${SERIES} label="M1"></lf-plot>
+      </section>
+      <section class="half two">
+        <lf-gauge label="Pressure" .value=${0.86 + sway * 0.1} .max=${1.4} .normal=${[0.6, 1]} unit="MPa" .text=${(v: number) => v.toFixed(2)}></lf-gauge>
+        <lf-gauge label="Flow" .value=${7} .max=${40} .normal=${[15, 30]} unit="l/s"></lf-gauge>
+        <lf-gauge label="Pressure" .value=${0.2} .max=${1.4} .normal=${[0.6, 1]} unit="MPa" stale></lf-gauge>
+        <lf-gauge label="Flow" .value=${0} .max=${40} .normal=${[15, 30]} unit="l/s" idle></lf-gauge>
+        <div><lf-sparkline .points=${spark()} .max=${20} label="Flow"></lf-sparkline></div>
+        <div class="mini"><lf-plan class="mini" mode="mini" .site=${SITE} .scene=${scene} .monitors=${monitors} selected="M1"></lf-plan></div>
+      </section>
+      <section style="grid-column: span 12"><pre>${this.log.join('\n')}</pre></section>
+    `;
+  }
+}
+
+function spark(): [number, number | null][] {
+  return Array.from({ length: 60 }, (_, i) => [i * 1000, i > 20 && i < 26 ? null : 12 + Math.sin(i / 5) * 6]);
+}
+
+customElements.define('lf-gallery', Gallery);
+await loadLang();
+document.body.append(document.createElement('lf-gallery'));

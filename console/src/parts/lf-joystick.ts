@@ -1,0 +1,465 @@
+import { css, html, LitElement, nothing, svg, type PropertyValues, type TemplateResult } from 'lit';
+import { t } from '../i18n';
+import { changes, ofKey, ofKeys, ofStick, type HoldDetail, type Holding } from './hold';
+import { emit, partStyle } from './part-style';
+import { Words } from './words';
+
+const KNOB_WAY_PX = 62;
+
+/**
+ * Hold to move, as a stick (`variant="stick"`) or as four buttons (`variant="buttons"`, for gloves).
+ *
+ * Events: `hold` and `release`, each {drive, toward}. Whatever happens (the finger slides off, the
+ * window loses the focus, the element goes away or is disabled), a release follows every hold.
+ */
+export class LfJoystick extends LitElement {
+  static override properties = {
+    variant: { reflect: true },
+    disabled: { type: Boolean, reflect: true },
+    reason: {},
+    at: { attribute: false },
+    moving: { attribute: false },
+    held: { state: true },
+    stick: { state: true },
+  };
+
+  declare variant: 'stick' | 'buttons';
+  declare disabled: boolean;
+  /** Why it is disabled, or any other word below it. */
+  declare reason: string;
+  /** Drives that stand at a limit, by their ends: {Vertical: 'max'}. */
+  declare at: Holding;
+  /** What the monitor says it moves, to be shown beside what is held. */
+  declare moving: Holding;
+  declare held: Holding;
+  declare stick: { right: number; up: number } | null;
+
+  private pointer: number | null = null;
+  private keys = new Set<string>();
+  /** Fingers on the buttons; two of them move both axes. */
+  private fingers = new Map<number, string>();
+
+  constructor() {
+    super();
+    new Words(this);
+    this.variant = 'stick';
+    this.disabled = false;
+    this.reason = '';
+    this.at = {};
+    this.moving = {};
+    this.held = {};
+    this.stick = null;
+  }
+
+  static override styles = [
+    partStyle,
+    css`
+      :host {
+        display: grid;
+        gap: 8px;
+        justify-items: center;
+        touch-action: none;
+        user-select: none;
+        -webkit-user-select: none;
+        -webkit-touch-callout: none;
+      }
+      .base {
+        position: relative;
+        width: 208px;
+        height: 208px;
+        border-radius: 50%;
+        outline-offset: 3px;
+        cursor: grab;
+        touch-action: none;
+      }
+      .base svg {
+        width: 100%;
+        height: 100%;
+        display: block;
+      }
+      .base:focus-visible,
+      button:focus-visible {
+        outline: 3px solid var(--p-focus);
+      }
+      .plate {
+        fill: var(--p-raised);
+        stroke: var(--p-line-strong);
+        stroke-width: 1.5;
+      }
+      .dead {
+        fill: none;
+        stroke: var(--p-line);
+        stroke-dasharray: 3 4;
+      }
+      .way {
+        fill: none;
+        stroke: var(--p-dim);
+        stroke-width: 3;
+        stroke-linecap: round;
+        stroke-linejoin: round;
+      }
+      .sector {
+        fill: var(--p-accent);
+        opacity: 0;
+      }
+      .held .sector {
+        opacity: 0.16;
+      }
+      .held .way {
+        stroke: var(--p-accent);
+      }
+      .end .way {
+        stroke: var(--p-medium);
+      }
+      .knob {
+        fill: var(--p-surface);
+        stroke: var(--p-line-strong);
+        stroke-width: 1.5;
+        filter: drop-shadow(0 2px 4px rgb(0 0 0 / 22%));
+      }
+      .active .knob {
+        fill: var(--p-accent);
+        stroke: var(--p-accent);
+      }
+      .grip {
+        fill: none;
+        stroke: var(--p-line-strong);
+        stroke-width: 1.5;
+      }
+      .active .grip {
+        stroke: var(--p-on-accent);
+      }
+      :host([disabled]) .base {
+        cursor: not-allowed;
+      }
+      :host([disabled]) .knob {
+        fill: var(--p-raised);
+        filter: none;
+      }
+      :host([disabled]) .way,
+      :host([disabled]) .grip {
+        stroke: var(--p-line);
+      }
+      .pad {
+        display: grid;
+        grid-template: repeat(3, 64px) / repeat(3, 64px);
+        gap: 8px;
+      }
+      button {
+        display: grid;
+        place-items: center;
+        border: 1.5px solid var(--p-line-strong);
+        border-radius: 10px;
+        background: var(--p-surface);
+        color: var(--p-text);
+        padding: 0;
+        cursor: pointer;
+        touch-action: none;
+        outline-offset: 2px;
+      }
+      button svg {
+        width: 28px;
+        height: 28px;
+        fill: none;
+        stroke: currentcolor;
+        stroke-width: 3;
+        stroke-linecap: round;
+        stroke-linejoin: round;
+      }
+      button.held {
+        background: var(--p-accent);
+        border-color: var(--p-accent);
+        color: var(--p-on-accent);
+      }
+      button.end:not(.held) {
+        color: var(--p-medium);
+        border-color: var(--p-medium);
+      }
+      button[aria-disabled='true'] {
+        background: var(--p-raised);
+        border-color: var(--p-line);
+        color: var(--p-dim);
+        cursor: not-allowed;
+      }
+      .up {
+        grid-area: 1 / 2;
+      }
+      .left {
+        grid-area: 2 / 1;
+      }
+      .right {
+        grid-area: 2 / 3;
+      }
+      .down {
+        grid-area: 3 / 2;
+      }
+      .centre {
+        grid-area: 2 / 2;
+        place-self: center;
+        width: 12px;
+        height: 12px;
+        border-radius: 50%;
+        background: var(--p-line);
+      }
+      .reason {
+        min-height: 2.6em;
+        max-width: 240px;
+        margin: 0;
+        text-align: center;
+        font-size: 13px;
+        line-height: 1.3;
+        color: var(--p-dim);
+      }
+    `,
+  ];
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    window.addEventListener('blur', this.letGo);
+    document.addEventListener('visibilitychange', this.letGo);
+    window.addEventListener('pagehide', this.letGo);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.letGo();
+    window.removeEventListener('blur', this.letGo);
+    document.removeEventListener('visibilitychange', this.letGo);
+    window.removeEventListener('pagehide', this.letGo);
+  }
+
+  protected override willUpdate(changed: PropertyValues): void {
+    if (changed.has('disabled') && this.disabled) this.letGo();
+    if (changed.has('variant') && changed.get('variant') !== undefined) this.letGo();
+  }
+
+  /** Ends everything that is held. Whoever holds has to let go before it moves again. */
+  readonly letGo = (): void => {
+    this.pointer = null;
+    this.keys.clear();
+    this.fingers.clear();
+    this.stick = null;
+    this.hold({});
+  };
+
+  private hold(next: Holding): void {
+    const { ended, begun } = changes(this.held, next);
+    this.held = next;
+    for (const detail of ended) emit<HoldDetail>(this, 'release', detail);
+    for (const detail of begun) emit<HoldDetail>(this, 'hold', detail);
+  }
+
+  protected override render(): TemplateResult {
+    return html`${this.variant === 'buttons' ? this.buttons() : this.base()}
+      <p class="reason" id="reason">${this.reason || (this.disabled ? '' : t('parts.joystick.hold'))}</p>
+      <p class="unseen" id="keys">${t('parts.joystick.keys')}</p>`;
+  }
+
+  private base(): TemplateResult {
+    const { stick, held } = this;
+    const active = Object.keys(held).length > 0;
+    const x = (stick?.right ?? 0) * KNOB_WAY_PX;
+    const y = -(stick?.up ?? 0) * KNOB_WAY_PX;
+    const way = (drive: 'Horizontal' | 'Vertical', toward: 'min' | 'max', turn: number): unknown => {
+      const kind = [
+        'dir',
+        held[drive] === toward ? 'held' : '',
+        this.at[drive] === toward ? 'end' : '',
+      ].join(' ');
+      return svg`<g class=${kind} transform="rotate(${turn})">
+        <path class="sector" d="M0 0-38.6-93.1A100.8 100.8 0 0 1 38.6-93.1Z"></path>
+        ${
+          this.at[drive] === toward
+            ? svg`<path class="way" d="M-9-80H9M-8-68 0-76 8-68"></path>`
+            : svg`<path class="way" d="M-8-74 0-82 8-74"></path>`
+        }</g>`;
+    };
+    return html`<div
+      class="base ${active ? 'active' : ''}"
+      role="application"
+      tabindex="0"
+      aria-label=${t('parts.joystick')}
+      aria-describedby="keys reason"
+      aria-disabled=${this.disabled}
+      @pointerdown=${this.down}
+      @pointermove=${this.move}
+      @pointerup=${this.up}
+      @pointercancel=${this.up}
+      @lostpointercapture=${this.up}
+      @keydown=${this.keyDown}
+      @keyup=${this.keyUp}
+      @blur=${this.letGo}
+      @contextmenu=${prevent}
+    >
+      <svg viewBox="-104 -104 208 208" aria-hidden="true">
+        <circle class="plate" r="101"></circle>
+        <circle class="dead" r="48"></circle>
+        ${way('Vertical', 'max', 0)} ${way('Horizontal', 'min', 90)} ${way('Vertical', 'min', 180)}
+        ${way('Horizontal', 'max', 270)}
+        <g transform="translate(${x.toFixed(1)} ${y.toFixed(1)})">
+          <circle class="knob" r="36"></circle>
+          <path class="grip" d="M-8-4H8M-8 0H8M-8 4H8"></path>
+        </g>
+      </svg>
+    </div>`;
+  }
+
+  private buttons(): TemplateResult {
+    const one = (
+      place: string,
+      key: string,
+      drive: 'Horizontal' | 'Vertical',
+      toward: 'min' | 'max',
+      d: string,
+    ): TemplateResult => {
+      const kind = [
+        place,
+        this.held[drive] === toward ? 'held' : '',
+        this.at[drive] === toward ? 'end' : '',
+      ].join(' ');
+      return html`<button
+        type="button"
+        class=${kind}
+        aria-label=${t(`parts.joystick.${place as 'up'}`)}
+        aria-pressed=${this.held[drive] === toward}
+        aria-disabled=${this.disabled}
+        aria-describedby="keys reason"
+        @pointerdown=${(event: PointerEvent) => this.press(event, key)}
+        @pointerup=${this.unpress}
+        @pointercancel=${this.unpress}
+        @lostpointercapture=${this.unpress}
+        @keydown=${(event: KeyboardEvent) => this.buttonKey(event, key, true)}
+        @keyup=${(event: KeyboardEvent) => this.buttonKey(event, key, false)}
+        @blur=${this.keysGo}
+        @contextmenu=${prevent}
+      >
+        <svg viewBox="0 0 24 24" aria-hidden="true">
+          <path d=${d}></path>
+          ${this.at[drive] === toward ? svg`<path d=${END_BAR[place]!}></path>` : nothing}
+        </svg>
+      </button>`;
+    };
+    return html`<div class="pad" role="group" aria-label=${t('parts.joystick')}>
+      ${one('up', 'ArrowUp', 'Vertical', 'max', 'M5 16l7-7 7 7')}
+      ${one('left', 'ArrowLeft', 'Horizontal', 'max', 'M16 5l-7 7 7 7')}
+      <span class="centre"></span>
+      ${one('right', 'ArrowRight', 'Horizontal', 'min', 'M8 5l7 7-7 7')}
+      ${one('down', 'ArrowDown', 'Vertical', 'min', 'M5 8l7 7 7-7')}
+    </div>`;
+  }
+
+  // The stick.
+
+  private down(event: PointerEvent): void {
+    if (this.disabled || event.button !== 0 || this.pointer !== null) return;
+    event.preventDefault();
+    const base = event.currentTarget as HTMLElement;
+    base.focus({ preventScroll: true });
+    base.setPointerCapture(event.pointerId);
+    this.pointer = event.pointerId;
+    this.pull(event);
+  }
+
+  private move(event: PointerEvent): void {
+    if (event.pointerId !== this.pointer) return;
+    // A button that was let go outside of the window is told by no pointerup.
+    if (event.buttons === 0) this.letGo();
+    else this.pull(event);
+  }
+
+  private pull(event: PointerEvent): void {
+    const box = (event.currentTarget as Element).getBoundingClientRect();
+    const right = (event.clientX - (box.left + box.width / 2)) / KNOB_WAY_PX;
+    const up = -(event.clientY - (box.top + box.height / 2)) / KNOB_WAY_PX;
+    const far = Math.max(Math.hypot(right, up), 1);
+    this.stick = { right: right / far, up: up / far };
+    this.hold(ofStick(this.stick.right, this.stick.up, this.held));
+  }
+
+  private up(event: PointerEvent): void {
+    if (event.pointerId === this.pointer) this.letGo();
+  }
+
+  private keyDown(event: KeyboardEvent): void {
+    if (!ofKey(event.key) || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    // A key that repeats was pressed before: after a letGo it must be pressed anew.
+    if (this.disabled || event.repeat || this.pointer !== null) return;
+    this.keys.add(event.key);
+    this.fromKeys();
+  }
+
+  private keyUp(event: KeyboardEvent): void {
+    if (!this.keys.delete(event.key)) return;
+    event.preventDefault();
+    this.fromKeys();
+  }
+
+  private fromKeys(): void {
+    const holding = ofKeys(this.keys);
+    const right = holding.Horizontal === 'min' ? 1 : holding.Horizontal === 'max' ? -1 : 0;
+    const up = holding.Vertical === 'max' ? 1 : holding.Vertical === 'min' ? -1 : 0;
+    const far = Math.max(Math.hypot(right, up), 1);
+    this.stick = right || up ? { right: right / far, up: up / far } : null;
+    this.hold(holding);
+  }
+
+  // The buttons: each one is a key that a finger holds.
+
+  private press(event: PointerEvent, key: string): void {
+    if (this.disabled || event.button !== 0) return;
+    event.preventDefault();
+    const button = event.currentTarget as HTMLElement;
+    button.focus({ preventScroll: true });
+    button.setPointerCapture(event.pointerId);
+    this.fingers.set(event.pointerId, key);
+    this.pressed();
+  }
+
+  private unpress(event: PointerEvent): void {
+    if (this.fingers.delete(event.pointerId)) this.pressed();
+  }
+
+  private pressed(): void {
+    this.hold(ofKeys([...this.keys, ...this.fingers.values()]));
+  }
+
+  /** Keys end with the focus; a finger ends with the finger. */
+  private keysGo(): void {
+    if (!this.keys.size) return;
+    this.keys.clear();
+    this.pressed();
+  }
+
+  private buttonKey(event: KeyboardEvent, key: string, down: boolean): void {
+    const presses = event.key === ' ' || event.key === 'Enter';
+    const held = presses ? key : ofKey(event.key) ? event.key : null;
+    if (!held) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (down && (this.disabled || event.repeat)) return;
+    if (down) this.keys.add(held);
+    else this.keys.delete(held);
+    this.pressed();
+  }
+}
+
+const END_BAR: Record<string, string> = {
+  up: 'M5 4h14',
+  down: 'M5 20h14',
+  left: 'M4 5v14',
+  right: 'M20 5v14',
+};
+
+function prevent(event: Event): void {
+  event.preventDefault();
+}
+
+customElements.define('lf-joystick', LfJoystick);
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-joystick': LfJoystick;
+  }
+}

@@ -1,0 +1,546 @@
+import { html, LitElement, nothing, svg, type PropertyValues, type TemplateResult } from 'lit';
+import { t } from '../i18n';
+import {
+  bearingOf,
+  bearingTo,
+  boundsOf,
+  distanceTo,
+  fit,
+  groundAt,
+  horizontalOf,
+  placeAt,
+  quenchSector,
+  sectorBetween,
+  sectorMiddle,
+  sightOf,
+  toScreen,
+  toSite,
+  zoomed,
+  type Place,
+  type QuenchSector,
+  type Sector,
+  type View,
+} from './geometry';
+import { emit, partStyle } from './part-style';
+import { bearingText, lengthText, openingText, Words } from './words';
+import { planStyle } from './plan/plan-style';
+import * as layers from './plan/layers';
+import { placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
+import { dragged, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
+
+export type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
+export { planMonitor } from './plan/model';
+
+/** What `aim` says: where the operator pointed. */
+export interface AimDetail {
+  monitor: string;
+  at: Place;
+  bearing: number;
+  distance_m: number;
+  horizontal_arcmin: number;
+  /** Line of sight, without regard to the fall of the jet. */
+  sight_arcmin: number;
+}
+
+interface Drag {
+  kind: 'pan' | 'draw' | Grip;
+  pointer: number;
+  from: Place;
+  view: View;
+  began: Place;
+  far: boolean;
+}
+
+const MARGIN_PX = 56;
+const MARGIN_MINI_PX = 26;
+const DRAG_LEAST_PX = 6;
+const SPLASHES_MAX = 60;
+
+/**
+ * Plan of the site, north up.
+ *
+ * Events: `select` {id}; `sector` QuenchSector when a drawing is finished, `sector-change` while it
+ * goes on, null when it was taken away; `aim` AimDetail.
+ */
+export class LfPlan extends LitElement {
+  static override properties = {
+    site: { attribute: false },
+    monitors: { attribute: false },
+    scene: { attribute: false },
+    selected: {},
+    mode: { reflect: true },
+    tool: { reflect: true },
+    sector: { attribute: false },
+    running: { attribute: false },
+    view: { state: true },
+    size: { state: true },
+    drag: { state: true },
+  };
+
+  declare site: PlanSite | null;
+  declare monitors: readonly PlanMonitor[];
+  declare scene: PlanScene | null;
+  declare selected: string;
+  declare mode: 'full' | 'mini';
+  declare tool: 'look' | 'sector' | 'aim';
+  /** The drawing; the page may set it. */
+  declare sector: Sector | null;
+  /** What a program that runs scans, by monitor. */
+  declare running: Readonly<Record<string, Sector>>;
+  declare view: View | null;
+  declare size: Place;
+  declare drag: Drag | null;
+
+  private touched = false;
+  private drops: layers.Drop[] = [];
+  private seen: PlanScene | null = null;
+  private pinch = new Map<number, Place>();
+  private observer?: ResizeObserver;
+
+  constructor() {
+    super();
+    new Words(this);
+    this.site = null;
+    this.monitors = [];
+    this.scene = null;
+    this.selected = '';
+    this.mode = 'full';
+    this.tool = 'look';
+    this.sector = null;
+    this.running = {};
+    this.view = null;
+    this.size = [0, 0];
+    this.drag = null;
+  }
+
+  static override styles = [partStyle, planStyle];
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.observer = new ResizeObserver(([entry]) => {
+      const box = entry!.contentRect;
+      if (box.width !== this.size[0] || box.height !== this.size[1]) {
+        this.size = [Math.round(box.width), Math.round(box.height)];
+      }
+    });
+    this.observer.observe(this);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.observer?.disconnect();
+  }
+
+  protected override willUpdate(changed: PropertyValues): void {
+    if (changed.has('scene') && this.scene !== this.seen) this.keepDrops();
+    const moved = changed.has('site') || changed.has('size') || changed.has('mode');
+    if (this.size[0] && (!this.view || (moved && !this.touched))) this.view = this.whole();
+    if (changed.has('tool') && this.tool === 'look') this.drag = null;
+  }
+
+  /** Shows everything again. */
+  fit(): void {
+    this.touched = false;
+    this.view = this.whole();
+  }
+
+  private whole(): View {
+    const known = this.site ?? siteOf(this.monitors);
+    const [width, height] = this.size;
+    const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
+    return fit(boundsOf(placesOf(known, null)), width, height, margin);
+  }
+
+  private keepDrops(): void {
+    const backwards = this.scene && this.seen && this.scene.t_s < this.seen.t_s;
+    if (!this.scene || backwards) this.drops = [];
+    this.seen = this.scene;
+    const now = performance.now();
+    const fresh = (this.scene?.splashes ?? []).map(({ at, litres, foam }) => ({
+      at,
+      litres,
+      foam: foam > 0,
+      born_ms: now,
+    }));
+    this.drops = [...this.drops, ...fresh]
+      .filter(({ born_ms }) => now - born_ms < layers.DROP_LIFE_MS)
+      .slice(-SPLASHES_MAX);
+  }
+
+  private get chosen(): PlanMonitor | undefined {
+    return this.monitors.find(({ id }) => id === this.selected) ?? this.only;
+  }
+
+  private get only(): PlanMonitor | undefined {
+    return this.monitors.length === 1 ? this.monitors[0] : undefined;
+  }
+
+  /** The numbers of the drawing, for the request. */
+  get quench(): QuenchSector | null {
+    const stand = this.chosen;
+    if (!stand || !this.sector) return null;
+    return quenchSector(stand, this.sector, this.site?.tanks ?? [], stand.limits);
+  }
+
+  protected override render(): TemplateResult {
+    const mini = this.mode === 'mini';
+    const [width, height] = this.size;
+    const canvas = this.view && width ? this.picture(mini) : nothing;
+    if (mini) {
+      return html`<svg viewBox="0 0 ${width} ${height}" role="img" aria-label=${this.summary()}>
+        ${canvas}
+      </svg>`;
+    }
+    return html`
+      <svg
+        viewBox="0 0 ${width} ${height}"
+        tabindex="0"
+        role="application"
+        aria-label=${t('parts.plan')}
+        aria-describedby="keys summary"
+        @pointerdown=${this.down}
+        @pointermove=${this.move}
+        @pointerup=${this.up}
+        @pointercancel=${this.cancel}
+        @lostpointercapture=${this.cancel}
+        @wheel=${this.wheel}
+        @keydown=${this.key}
+      >
+        ${canvas}
+      </svg>
+      <p class="unseen" id="keys">
+        ${t('parts.plan.keys')} ${this.tool === 'sector' ? t('parts.plan.keys_sector') : ''}
+      </p>
+      <p class="unseen" id="summary">${this.summary()}</p>
+      ${this.hint()}
+      <div class="zoom" part="zoom">
+        ${this.button('+', t('parts.plan.zoom_in'), () => this.zoom(1.4))}
+        ${this.button('−', t('parts.plan.zoom_out'), () => this.zoom(1 / 1.4))}
+        ${this.button('fit', t('parts.plan.fit'), () => this.fit())}
+      </div>
+    `;
+  }
+
+  private button(sign: string, label: string, act: () => void): TemplateResult {
+    const drawing =
+      sign === 'fit'
+        ? 'M4 8V4h4M16 4h4v4M20 16v4h-4M8 20H4v-4'
+        : sign === '+'
+          ? 'M12 5v14M5 12h14'
+          : 'M5 12h14';
+    return html`<button type="button" aria-label=${label} title=${label} @click=${act}>
+      <svg viewBox="0 0 24 24" aria-hidden="true"><path d=${drawing}></path></svg>
+    </button>`;
+  }
+
+  private hint(): TemplateResult | typeof nothing {
+    if (!this.site) return html`<p class="hint">${t('parts.plan.no_site')}</p>`;
+    if (this.tool === 'aim') return html`<p class="hint">${t('parts.plan.aim')}</p>`;
+    if (this.tool === 'sector' && !this.sector) {
+      return html`<p class="hint">${t('parts.plan.draw')}</p>`;
+    }
+    return nothing;
+  }
+
+  private picture(mini: boolean): unknown {
+    const camera: layers.Camera = {
+      view: this.view!,
+      width: this.size[0],
+      height: this.size[1],
+      mini,
+    };
+    const chosen = this.chosen;
+    const ordered = [...this.monitors].sort(
+      (a, b) => Number(a.id === this.selected) - Number(b.id === this.selected),
+    );
+    return svg`
+      ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
+        patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
+      ${!mini && chosen ? layers.ranges(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
+      ${this.site ? layers.structures(camera, this.site) : nothing}
+      ${layers.drops(camera, this.drops, performance.now())}
+      ${this.scene ? layers.fires(camera, this.scene) : nothing}
+      ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}
+      ${layers.jets(camera, this.monitors)}
+      ${mini ? nothing : this.monitors.filter((m) => m.id === chosen?.id).map((m) => layers.aims(camera, m))}
+      ${mini ? nothing : this.monitors.map((m) => layers.hotbeds(camera, m))}
+      ${ordered.map((monitor) => layers.monitorMark(camera, monitor, monitor.id === this.selected))}
+      ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
+      ${mini ? nothing : layers.scaleBar(camera, lengthText)}
+      ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v) => t('parts.plan.wind', { v }))}
+    `;
+  }
+
+  private runningOf(camera: layers.Camera, monitor: PlanMonitor): unknown {
+    const sector = this.running[monitor.id];
+    return sector ? layers.sectorShape(camera, monitor, sector, 'running') : nothing;
+  }
+
+  private drawing(camera: layers.Camera, monitor: PlanMonitor): unknown {
+    const { sector } = this;
+    if (!sector) return nothing;
+    const quench = this.quench!;
+    const far = monitor.reach_m ? sectorMiddle(sector) > monitor.reach_m : false;
+    const bad = quench.clipped || far;
+    const [x, y] = toScreen(camera.view, camera.width, camera.height, gripAt(monitor.at, sector, 'far'));
+    const lines = [
+      `${bearingText(sector.bearing)} · ${lengthText(quench.distance_m)}`,
+      `↔ ${openingText(sector.width)} · ↕ ${lengthText(Math.round(sector.far_m - sector.near_m))}`,
+    ];
+    if (far) lines.push(t('parts.plan.too_far'));
+    else if (quench.clipped) lines.push(t('parts.plan.out_of_limits'));
+    const wide = Math.max(...lines.map((line) => line.length)) * 7.2 + 20;
+    const high = lines.length * 17 + 10;
+    const left = Math.min(Math.max(x - wide / 2, 8), camera.width - wide - 8);
+    const above = y - high - 22;
+    const top = above < 8 ? y + 26 : above;
+    return svg`${layers.sectorShape(camera, monitor, sector, bad ? 'drawn bad' : 'drawn')}
+      ${this.tool === 'sector' ? GRIPS.map((grip) => this.grip(camera, monitor, sector, grip)) : nothing}
+      <g class="sector-label ${bad ? 'bad' : ''}" transform="translate(${left} ${top})">
+        <rect width=${wide} height=${high} rx="6"></rect>
+        ${lines.map((line, index) => svg`<text x="10" y=${19 + index * 17}>${line}</text>`)}
+      </g>`;
+  }
+
+  private grip(camera: layers.Camera, monitor: PlanMonitor, sector: Sector, grip: Grip): unknown {
+    const at = gripAt(monitor.at, sector, grip);
+    const [x, y] = toScreen(camera.view, camera.width, camera.height, at);
+    const text = t('parts.sector.value', {
+      b: bearingText(sector.bearing),
+      d: lengthText(Math.round(sectorMiddle(sector) * 10) / 10),
+      w: openingText(sector.width),
+    });
+    const value =
+      grip === 'near' || grip === 'far'
+        ? sector[`${grip}_m`]
+        : grip === 'move'
+          ? sector.bearing
+          : sector.width;
+    return svg`<g class="grip ${grip}" data-grip=${grip} tabindex="0" role="slider"
+      aria-label=${t(`parts.sector.${grip}`)} aria-valuetext=${text} aria-valuenow=${Math.round(value)}
+      aria-valuemin="0" aria-valuemax=${grip === 'move' ? 360 : 350}
+      transform="translate(${x.toFixed(1)} ${y.toFixed(1)})"
+      @keydown=${(event: KeyboardEvent) => this.gripKey(event, grip)}>
+      <circle class="hit" r="22"></circle><circle class="knob" r=${grip === 'move' ? 9 : 7}></circle>
+    </g>`;
+  }
+
+  private summary(): string {
+    const monitors = this.monitors.map((monitor) => {
+      const { id } = monitor;
+      const b = bearingText(bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0));
+      const parts = [
+        monitor.horizontal_arcmin === null
+          ? t('parts.plan.monitor_unknown', { id })
+          : t('parts.plan.monitor', { id, b }),
+      ];
+      if (monitor.stale) parts.push(t('parts.plan.stale'));
+      if (monitor.wrapped) parts.push(t('parts.plan.wrapped'));
+      if (monitor.water) parts.push(t(monitor.foam ? 'parts.plan.foam' : 'parts.plan.water'));
+      return parts.join(', ');
+    });
+    const burning = (this.scene?.fires ?? []).filter(({ burns }) => burns);
+    return [...monitors, ...burning.map(({ name }) => t('parts.plan.fire', { name }))].join('; ');
+  }
+
+  // Pointer.
+
+  private point(event: PointerEvent | WheelEvent): Place {
+    const box = this.renderRoot.querySelector('svg')!.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  private siteAt(point: Place): Place {
+    return toSite(this.view!, this.size[0], this.size[1], point);
+  }
+
+  private down(event: PointerEvent): void {
+    if (!this.view || event.button > 1) return;
+    const from = this.point(event);
+    this.pinch.set(event.pointerId, from);
+    if (this.pinch.size > 1) {
+      this.drag = null;
+      return;
+    }
+    const grip = (event.target as Element).closest?.('[data-grip]')?.getAttribute('data-grip');
+    const draws = this.tool === 'sector' && this.chosen && event.button === 0;
+    const kind = grip ? (grip as Grip) : draws ? 'draw' : 'pan';
+    this.drag = {
+      kind,
+      pointer: event.pointerId,
+      from,
+      view: this.view,
+      began: this.siteAt(from),
+      far: false,
+    };
+    (event.currentTarget as Element).setPointerCapture(event.pointerId);
+    if (!grip) (event.currentTarget as SVGElement).focus({ preventScroll: true });
+    else event.preventDefault();
+  }
+
+  private move(event: PointerEvent): void {
+    const at = this.point(event);
+    const before = this.pinch.get(event.pointerId);
+    if (this.pinch.size > 1 && before && this.view) {
+      this.pinched(event.pointerId, before, at);
+      return;
+    }
+    if (before) this.pinch.set(event.pointerId, at);
+    const { drag } = this;
+    if (!drag || drag.pointer !== event.pointerId) return;
+    const [right, down] = [at[0] - drag.from[0], at[1] - drag.from[1]];
+    if (!drag.far && Math.hypot(right, down) < DRAG_LEAST_PX) return;
+    drag.far = true;
+    const stand = this.chosen;
+    if (drag.kind === 'pan') {
+      this.touched = true;
+      const { view } = drag;
+      this.view = { ...view, east: view.east - right / view.scale, north: view.north + down / view.scale };
+    } else if (stand && drag.kind === 'draw') {
+      this.draw(tidy(sectorBetween(stand.at, drag.began, this.siteAt(at))), false);
+    } else if (stand && this.sector && drag.kind !== 'draw') {
+      this.draw(tidy(dragged(stand.at, this.sector, drag.kind, this.siteAt(at))), false);
+    }
+  }
+
+  private pinched(id: number, before: Place, at: Place): void {
+    const other = [...this.pinch].find(([pointer]) => pointer !== id)?.[1];
+    this.pinch.set(id, at);
+    if (!other) return;
+    const by =
+      Math.hypot(at[0] - other[0], at[1] - other[1]) /
+      Math.max(Math.hypot(before[0] - other[0], before[1] - other[1]), 1);
+    this.touched = true;
+    const middle: Place = [(at[0] + other[0]) / 2, (at[1] + other[1]) / 2];
+    this.view = zoomed(this.view!, this.size[0], this.size[1], middle, by);
+  }
+
+  private up(event: PointerEvent): void {
+    const { drag } = this;
+    this.pinch.delete(event.pointerId);
+    if (!drag || drag.pointer !== event.pointerId) return;
+    this.drag = null;
+    if (drag.far) {
+      if (drag.kind !== 'pan') this.draw(this.sector, true);
+      return;
+    }
+    if (drag.kind === 'pan' || drag.kind === 'draw') this.clicked(event, drag);
+  }
+
+  private clicked(event: PointerEvent, drag: Drag): void {
+    const hit = this.renderRoot instanceof ShadowRoot
+      ? this.renderRoot.elementFromPoint(event.clientX, event.clientY)?.closest('[data-id]')
+      : null;
+    const id = hit?.getAttribute('data-id');
+    if (id && this.tool === 'look') {
+      emit(this, 'select', { id });
+      return;
+    }
+    const stand = this.chosen;
+    if (!stand) return;
+    if (drag.kind === 'draw') this.draw(usualSector(stand.at, drag.began), true);
+    else if (this.tool === 'aim') emit(this, 'aim', this.aimAt(stand, drag.began));
+  }
+
+  private aimAt(stand: PlanMonitor, at: Place): AimDetail {
+    const bearing = bearingTo(stand.at, at);
+    const distance_m = distanceTo(stand.at, at);
+    return {
+      monitor: stand.id,
+      at,
+      bearing,
+      distance_m,
+      horizontal_arcmin: horizontalOf(stand.heading, bearing, stand.limits?.Horizontal),
+      sight_arcmin: sightOf(groundAt(at, this.site?.tanks ?? []) - stand.height, distance_m),
+    };
+  }
+
+  private cancel(event: PointerEvent): void {
+    this.pinch.delete(event.pointerId);
+    if (this.drag?.pointer !== event.pointerId) return;
+    const drew = this.drag.far && this.drag.kind !== 'pan';
+    this.drag = null;
+    if (drew) this.draw(this.sector, true);
+  }
+
+  private draw(sector: Sector | null, done: boolean): void {
+    this.sector = sector;
+    emit(this, done ? 'sector' : 'sector-change', this.quench);
+  }
+
+  private wheel(event: WheelEvent): void {
+    if (!this.view) return;
+    event.preventDefault();
+    this.touched = true;
+    const by = Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015));
+    this.view = zoomed(this.view, this.size[0], this.size[1], this.point(event), by);
+  }
+
+  private zoom(by: number): void {
+    this.touched = true;
+    const [width, height] = this.size;
+    this.view = zoomed(this.view!, width, height, [width / 2, height / 2], by);
+  }
+
+  // Keyboard.
+
+  private key(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.altKey || event.metaKey || !this.view) return;
+    const stand = this.chosen;
+    const step = 48 / this.view.scale;
+    const moves: Record<string, Place> = {
+      ArrowLeft: [-step, 0],
+      ArrowRight: [step, 0],
+      ArrowUp: [0, step],
+      ArrowDown: [0, -step],
+    };
+    const way = moves[event.key];
+    if (way) {
+      this.touched = true;
+      this.view = { ...this.view, east: this.view.east + way[0], north: this.view.north + way[1] };
+    } else if (event.key === '+' || event.key === '=') this.zoom(1.25);
+    else if (event.key === '-') this.zoom(0.8);
+    else if (event.key === '0') this.fit();
+    else if (event.key === 'Enter' && stand && this.tool !== 'look') this.placeByKey(stand);
+    else if ((event.key === 'Delete' || event.key === 'Backspace') && this.sector) this.draw(null, true);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  private placeByKey(stand: PlanMonitor): void {
+    const bearing = bearingOf(stand.heading, stand.horizontal_arcmin ?? 0);
+    const at = placeAt(stand.at, bearing, Math.min(stand.reach_m ?? 30, 28));
+    if (this.tool === 'aim') {
+      emit(this, 'aim', this.aimAt(stand, [this.view!.east, this.view!.north]));
+    } else if (!this.sector) {
+      this.draw(usualSector(stand.at, at), true);
+    }
+  }
+
+  private gripKey(event: KeyboardEvent, grip: Grip): void {
+    if (!this.sector) return;
+    const next = keyed(this.sector, grip, event.key, event.shiftKey);
+    if (!next) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.draw(tidy(next), true);
+  }
+}
+
+/** Without a description of the site each monitor stands alone in its own plan. */
+function siteOf(monitors: readonly PlanMonitor[]): PlanSite {
+  return {
+    monitors: Object.fromEntries(monitors.map((monitor) => [monitor.id, monitor])),
+    tanks: [],
+    walls: [],
+  };
+}
+
+customElements.define('lf-plan', LfPlan);
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-plan': LfPlan;
+  }
+}

@@ -1,0 +1,497 @@
+import { css, html, LitElement, nothing, unsafeCSS, type PropertyValues, type TemplateResult } from 'lit';
+import uPlot from 'uplot';
+import uplotStyle from 'uplot/dist/uPlot.min.css?inline';
+import { num, t, time } from '../i18n';
+import { emit, partStyle } from './part-style';
+import { Words } from './words';
+import { Columns, type Value } from './plot/data';
+
+export interface PlotSeries {
+  id: string;
+  label: string;
+  unit: string;
+  digits?: number;
+  /** Series of one scale share an axis; the first scale is on the left, the second on the right. */
+  scale?: string;
+  /** Least range of the scale. */
+  range?: readonly [number, number];
+  /** Name of a colour token, without `--p-`. */
+  colour?: string;
+}
+
+const COLOURS = ['accent', 'medium', 'foam', 'dim'];
+const DASHES: (number[] | undefined)[] = [undefined, [8, 3], [2, 3], [8, 3, 2, 3]];
+const KEEP_MS = 16 * 60_000;
+const FRAME_MS = 100;
+export const WINDOWS = [1, 5, 15] as const;
+
+/**
+ * Values over the last minutes. `push` adds them as they come, null where nothing is known; `fill`
+ * sets them all. The right edge is `now()`. Event: `window` {minutes}.
+ */
+export class LfPlot extends LitElement {
+  static override properties = {
+    series: { attribute: false },
+    minutes: { type: Number },
+    windows: { attribute: false },
+    now: { attribute: false },
+    span: { attribute: false },
+    stale: { type: Boolean, reflect: true },
+    label: {},
+    hidden_: { state: true },
+    read: { state: true },
+    empty: { state: true },
+  };
+
+  declare series: readonly PlotSeries[];
+  declare minutes: number;
+  declare windows: readonly number[];
+  /** The clock of the right edge. */
+  declare now: () => number;
+  /** A fixed span instead of the last minutes: from, to. */
+  declare span: readonly [number, number] | null;
+  declare stale: boolean;
+  declare label: string;
+  declare hidden_: ReadonlySet<string>;
+  declare read: { values: Value[]; at_ms: number | null };
+  declare empty: boolean;
+
+  private columns = new Columns(0, KEEP_MS);
+  private ids = '';
+  private plot: uPlot | null = null;
+  private frame = 0;
+  private drawn_ms = 0;
+  private seen = true;
+  private observers: { disconnect(): void }[] = [];
+
+  constructor() {
+    super();
+    new Words(this);
+    this.series = [];
+    this.minutes = 1;
+    this.windows = WINDOWS;
+    this.now = () => Date.now();
+    this.span = null;
+    this.stale = false;
+    this.label = '';
+    this.hidden_ = new Set();
+    this.read = { values: [], at_ms: null };
+    this.empty = true;
+  }
+
+  static override styles = [
+    unsafeCSS(uplotStyle),
+    partStyle,
+    css`
+      :host {
+        display: grid;
+        grid-template-rows: auto 1fr;
+        min-height: 180px;
+        min-width: 0;
+        --p-foam: var(--foam, #7d6bb5);
+      }
+      header {
+        display: flex;
+        flex-wrap: wrap;
+        gap: 4px 12px;
+        align-items: center;
+        justify-content: space-between;
+      }
+      .keys {
+        display: flex;
+        flex-wrap: wrap;
+        gap: 4px 8px;
+        margin: 0;
+        padding: 0;
+        list-style: none;
+      }
+      .key {
+        display: inline-flex;
+        align-items: center;
+        gap: 8px;
+        min-height: 36px;
+        padding: 4px 8px;
+        border: 0;
+        border-radius: 6px;
+        background: none;
+        color: var(--p-text);
+        font: inherit;
+        font-size: 13px;
+        cursor: pointer;
+      }
+      .key:hover {
+        background: var(--p-raised);
+      }
+      .key:focus-visible,
+      .windows button:focus-visible {
+        outline: 3px solid var(--p-focus);
+        outline-offset: -2px;
+      }
+      .key[aria-pressed='false'] {
+        color: var(--p-dim);
+        text-decoration: line-through;
+      }
+      .key svg {
+        width: 22px;
+        height: 8px;
+        flex: none;
+      }
+      .key line {
+        stroke-width: 2.5;
+      }
+      .key b {
+        display: inline-block;
+        min-width: 4.5ch;
+        text-align: right;
+        font-weight: 600;
+      }
+      :host([stale]) .key b {
+        color: var(--p-dim);
+        font-weight: 450;
+      }
+      .windows {
+        display: inline-flex;
+        border: 1px solid var(--p-line);
+        border-radius: 6px;
+        overflow: hidden;
+      }
+      .windows button {
+        min-height: 36px;
+        padding: 0 12px;
+        border: 0;
+        background: none;
+        color: var(--p-dim);
+        font: inherit;
+        font-size: 13px;
+        cursor: pointer;
+      }
+      .windows button + button {
+        border-left: 1px solid var(--p-line);
+      }
+      .windows button[aria-checked='true'] {
+        background: var(--p-raised);
+        color: var(--p-text);
+        font-weight: 600;
+      }
+      @media (pointer: coarse) {
+        .windows button,
+        .key {
+          min-height: 48px;
+        }
+      }
+      .area {
+        position: relative;
+        min-height: 120px;
+        min-width: 0;
+        overflow: hidden;
+      }
+      .area .uplot {
+        position: absolute;
+        font: inherit;
+      }
+      .none {
+        position: absolute;
+        inset: 0;
+        display: grid;
+        place-items: center;
+        color: var(--p-dim);
+        font-size: 13px;
+        pointer-events: none;
+      }
+      .u-cursor-x,
+      .u-cursor-y {
+        border-color: var(--p-line-strong) !important;
+      }
+    `,
+  ];
+
+  /** Adds values by the ids of their series; what is missing is not known at that time. */
+  push(at_ms: number, values: Readonly<Record<string, Value | undefined>>): void {
+    this.fitted().push(
+      at_ms,
+      this.series.map(({ id }) => values[id] ?? null),
+    );
+    if (this.empty) this.empty = false;
+    this.draw();
+  }
+
+  /** All values anew: [time, value] of each series. */
+  fill(values: Readonly<Record<string, readonly (readonly [number, Value])[]>>): void {
+    this.fitted().fill(this.series.map(({ id }) => values[id] ?? []));
+    this.empty = this.columns.length === 0;
+    this.drawn_ms = 0;
+    this.draw();
+  }
+
+  clear(): void {
+    this.columns.clear();
+    this.empty = true;
+    this.draw();
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    const resize = new ResizeObserver(() => this.resized());
+    resize.observe(this);
+    const visible = new IntersectionObserver(([entry]) => {
+      this.seen = entry!.isIntersecting;
+      this.draw();
+    });
+    visible.observe(this);
+    const theme = new MutationObserver(() => this.build());
+    theme.observe(document.documentElement, { attributeFilter: ['data-theme', 'lang'] });
+    this.observers = [resize, visible, theme];
+    if (this.hasUpdated) this.build();
+    this.draw();
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    for (const observer of this.observers) observer.disconnect();
+    cancelAnimationFrame(this.frame);
+    this.frame = 0;
+    this.plot?.destroy();
+    this.plot = null;
+  }
+
+  protected override willUpdate(changed: PropertyValues): void {
+    if (changed.has('series')) this.fitted();
+  }
+
+  /** The columns belong to these series; others begin anew. */
+  private fitted(): Columns {
+    const ids = this.series.map(({ id }) => id).join();
+    if (ids !== this.ids) {
+      this.ids = ids;
+      this.columns = new Columns(this.series.length, KEEP_MS);
+      this.empty = true;
+    }
+    return this.columns;
+  }
+
+  protected override updated(changed: PropertyValues): void {
+    const shape = ['series', 'hidden_'].some((name) => changed.has(name));
+    if (shape || !this.plot) this.build();
+    else if (changed.has('minutes') || changed.has('span')) {
+      this.drawn_ms = 0;
+      this.draw();
+    }
+  }
+
+  protected override render(): TemplateResult {
+    const several = this.windows.length > 1 && !this.span;
+    return html`<header>
+        <ul class="keys" aria-label=${t('parts.plot.lines')}>
+          ${this.series.map((series, index) => this.key(series, index))}
+        </ul>
+        ${several ? this.choice() : nothing}
+      </header>
+      <div class="area" role="img" aria-label=${this.spoken()}>
+        ${this.empty ? html`<div class="none">${t('parts.plot.empty')}</div>` : nothing}
+      </div>`;
+  }
+
+  private key(series: PlotSeries, index: number): TemplateResult {
+    const value = this.read.values[index];
+    const shown = !this.hidden_.has(series.id);
+    const dash = DASHES[index % DASHES.length]?.join(' ') ?? '';
+    return html`<li>
+      <button type="button" class="key" aria-pressed=${shown} @click=${() => this.toggle(series.id)}>
+        <svg viewBox="0 0 22 8" aria-hidden="true">
+          <line x1="0" x2="22" y1="4" y2="4" stroke=${`var(--p-${this.colour(series, index)})`} stroke-dasharray=${dash}></line>
+        </svg>
+        ${series.label} <b>${this.text(series, value)}</b> ${series.unit}
+      </button>
+    </li>`;
+  }
+
+  private choice(): TemplateResult {
+    return html`<div class="windows" role="radiogroup" aria-label=${t('parts.plot.window')}>
+      ${this.windows.map(
+        (minutes) => html`<button
+          type="button"
+          role="radio"
+          aria-checked=${minutes === this.minutes}
+          tabindex=${minutes === this.minutes ? 0 : -1}
+          @click=${() => this.choose(minutes)}
+          @keydown=${this.choiceKey}
+        >
+          ${t('parts.plot.minutes', { n: minutes })}
+        </button>`,
+      )}
+    </div>`;
+  }
+
+  private choose(minutes: number): void {
+    this.minutes = minutes;
+    emit(this, 'window', { minutes });
+  }
+
+  private choiceKey(event: KeyboardEvent): void {
+    const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+    if (!by) return;
+    event.preventDefault();
+    const count = this.windows.length;
+    const next = (this.windows.indexOf(this.minutes) + by + count) % count;
+    this.choose(this.windows[next]!);
+    void this.updateComplete.then(() =>
+      this.renderRoot.querySelectorAll<HTMLButtonElement>('.windows button')[next]?.focus(),
+    );
+  }
+
+  private spoken(): string {
+    const values = this.series.map(
+      (series, index) =>
+        `${series.label} ${this.text(series, this.read.values[index])} ${series.unit}`,
+    );
+    return [this.label, ...values].filter(Boolean).join(', ');
+  }
+
+  private text(series: PlotSeries, value: Value | undefined): string {
+    return value === null || value === undefined ? '—' : num(value, series.digits ?? 1);
+  }
+
+  private toggle(id: string): void {
+    const hidden = new Set(this.hidden_);
+    if (!hidden.delete(id)) hidden.add(id);
+    this.hidden_ = hidden;
+  }
+
+  private colour(series: PlotSeries, index: number): string {
+    return series.colour ?? COLOURS[index % COLOURS.length]!;
+  }
+
+  private get area(): HTMLElement | null {
+    return this.renderRoot.querySelector('.area');
+  }
+
+  private resized(): void {
+    const { area } = this;
+    if (!area || !this.plot) return;
+    const [width, height] = [area.clientWidth, area.clientHeight];
+    if (width !== this.plot.width || height !== this.plot.height) {
+      this.plot.setSize({ width, height });
+    }
+  }
+
+  private build(): void {
+    const { area } = this;
+    this.plot?.destroy();
+    this.plot = null;
+    if (!area || !this.isConnected || !this.series.length) return;
+    this.plot = new uPlot(this.options(area), this.columns.table as uPlot.AlignedData, area);
+    this.drawn_ms = 0;
+    this.draw();
+  }
+
+  private options(area: HTMLElement): uPlot.Options {
+    const style = getComputedStyle(this);
+    const colour = (name: string): string => style.getPropertyValue(`--p-${name}`).trim();
+    const names = [...new Set(this.series.map(({ scale, unit }) => scale ?? unit))];
+    const font = `12px ${style.fontFamily}`;
+    const axis = (scale: string, index: number): uPlot.Axis => ({
+      scale,
+      side: index === 0 ? 3 : 1,
+      stroke: colour('dim'),
+      font,
+      size: 48,
+      gap: 6,
+      ticks: { show: false },
+      grid: { show: index === 0, stroke: colour('line'), width: 1 },
+      values: (_, values) => values.map((value) => (value === null ? '' : short(value))),
+      space: 28,
+    });
+    return {
+      width: Math.max(area.clientWidth, 120),
+      height: Math.max(area.clientHeight, 80),
+      padding: [10, names.length > 1 ? 0 : 14, 0, 0],
+      legend: { show: false },
+      cursor: { drag: { x: false, y: false }, points: { size: 7 }, y: false },
+      hooks: { setCursor: [(plot) => this.pointed(plot)] },
+      scales: {
+        x: { time: true, range: () => this.range() },
+        ...Object.fromEntries(names.map((name) => [name, { range: this.ranger(name) }])),
+      },
+      axes: [
+        {
+          stroke: colour('dim'),
+          font,
+          size: 28,
+          ticks: { show: false },
+          grid: { stroke: colour('line'), width: 1 },
+          space: 84,
+          values: (_, times) => times.map((at) => time(at * 1000)),
+        },
+        ...names.slice(0, 2).map(axis),
+      ],
+      series: [
+        {},
+        ...this.series.map((series, index) => ({
+          scale: series.scale ?? series.unit,
+          stroke: colour(this.colour(series, index)),
+          width: 2,
+          dash: DASHES[index % DASHES.length],
+          show: !this.hidden_.has(series.id),
+          spanGaps: false,
+          points: { show: false },
+        })),
+      ],
+    };
+  }
+
+  private ranger(name: string): uPlot.Scale.Range {
+    const mine = this.series.filter(({ scale, unit }) => (scale ?? unit) === name);
+    const least = mine.map(({ range }) => range).find((range) => range);
+    return (_plot, low, high) => {
+      const from = Math.min(low ?? least?.[0] ?? 0, least?.[0] ?? Infinity);
+      const to = Math.max(high ?? least?.[1] ?? 1, least?.[1] ?? -Infinity);
+      const room = (to - from || 1) * 0.08;
+      return [from - (from === least?.[0] ? 0 : room), to + (to === least?.[1] ? 0 : room)];
+    };
+  }
+
+  private range(): [number, number] {
+    if (this.span) return [this.span[0] / 1000, this.span[1] / 1000];
+    const now = this.now() / 1000;
+    return [now - this.minutes * 60, now];
+  }
+
+  /** Drawn ten times a second at most, and not at all when nobody sees it. */
+  private draw(): void {
+    if (this.frame || !this.seen || !this.isConnected) return;
+    this.frame = requestAnimationFrame((at) => {
+      this.frame = 0;
+      if (!this.plot || !this.seen) return;
+      if (at - this.drawn_ms >= FRAME_MS) {
+        this.drawn_ms = at;
+        this.plot.setData(this.columns.table as uPlot.AlignedData, true);
+        this.pointed(this.plot);
+      }
+      // The window rolls on also when nothing comes, so that a gap is seen.
+      if (!this.span && this.columns.length) this.draw();
+    });
+  }
+
+  private pointed(plot: uPlot): void {
+    const { left } = plot.cursor;
+    const on = left !== undefined && left !== null && left >= 0;
+    const at_ms = on ? plot.posToVal(left, 'x') * 1000 : (this.span?.[1] ?? this.columns.last_ms);
+    const values = at_ms === null ? [] : this.columns.at(at_ms);
+    const same =
+      values.length === this.read.values.length &&
+      values.every((value, index) => value === this.read.values[index]);
+    if (!same) this.read = { values, at_ms };
+  }
+}
+
+function short(value: number): string {
+  return num(value, Math.abs(value) < 10 && value % 1 ? (Math.abs(value) < 1 ? 2 : 1) : 0);
+}
+
+customElements.define('lf-plot', LfPlot);
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-plot': LfPlot;
+  }
+}

@@ -1,0 +1,292 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { t } from '../i18n';
+import type { Limits } from './geometry';
+import { emit, partStyle } from './part-style';
+import { Words } from './words';
+
+/**
+ * Position of the nozzle, from spray to jet. What is dragged is a wish (`set` {value} when it is
+ * let go, `set-change` meanwhile); the filled part is what the monitor says.
+ */
+export class LfSlider extends LitElement {
+  static override properties = {
+    value: { type: Number },
+    target: { type: Number },
+    limits: { attribute: false },
+    step: { type: Number },
+    unit: {},
+    label: {},
+    lowText: { attribute: 'low-text' },
+    highText: { attribute: 'high-text' },
+    disabled: { type: Boolean, reflect: true },
+    reason: {},
+    stale: { type: Boolean, reflect: true },
+    plain: { type: Boolean, reflect: true },
+    wish: { state: true },
+  };
+
+  /** What the monitor says; null: unknown. */
+  declare value: number | null;
+  /** Where it was told to go. */
+  declare target: number | null;
+  declare limits: Limits | null;
+  declare step: number;
+  declare unit: string;
+  declare label: string;
+  declare lowText: string;
+  declare highText: string;
+  declare disabled: boolean;
+  declare reason: string;
+  declare stale: boolean;
+  /** Without the drawings of spray and jet. */
+  declare plain: boolean;
+  declare wish: number | null;
+
+  constructor() {
+    super();
+    new Words(this);
+    this.value = null;
+    this.target = null;
+    this.limits = null;
+    this.step = 1;
+    this.unit = 'mm';
+    this.label = '';
+    this.lowText = '';
+    this.highText = '';
+    this.disabled = false;
+    this.reason = '';
+    this.stale = false;
+    this.plain = false;
+    this.wish = null;
+  }
+
+  static override styles = [
+    partStyle,
+    css`
+      :host {
+        display: block;
+        min-width: 200px;
+      }
+      header {
+        display: flex;
+        justify-content: space-between;
+        align-items: baseline;
+        gap: 12px;
+      }
+      .label {
+        color: var(--p-dim);
+        font-size: 13px;
+      }
+      output {
+        font-size: 18px;
+        font-weight: 600;
+        white-space: nowrap;
+      }
+      output small {
+        font-size: 13px;
+        font-weight: 500;
+        color: var(--p-dim);
+      }
+      :host([stale]) output {
+        color: var(--p-dim);
+        font-weight: 450;
+      }
+      .track {
+        position: relative;
+        height: 48px;
+      }
+      input {
+        position: absolute;
+        inset: 0;
+        width: 100%;
+        height: 100%;
+        margin: 0;
+        appearance: none;
+        background: none;
+        cursor: pointer;
+        touch-action: pan-y;
+        outline: none;
+      }
+      input[aria-disabled='true'] {
+        cursor: not-allowed;
+      }
+      input::-webkit-slider-thumb {
+        appearance: none;
+        width: 28px;
+        height: 28px;
+        border-radius: 50%;
+        border: 2px solid var(--p-accent);
+        background: var(--p-surface);
+        box-shadow: 0 1px 3px rgb(0 0 0 / 25%);
+      }
+      input::-moz-range-thumb {
+        width: 24px;
+        height: 24px;
+        border-radius: 50%;
+        border: 2px solid var(--p-accent);
+        background: var(--p-surface);
+      }
+      input[aria-disabled='true']::-webkit-slider-thumb {
+        border-color: var(--p-line-strong);
+        background: var(--p-raised);
+        box-shadow: none;
+      }
+      input:focus-visible::-webkit-slider-thumb {
+        outline: 3px solid var(--p-focus);
+        outline-offset: 2px;
+      }
+      input:focus-visible::-moz-range-thumb {
+        outline: 3px solid var(--p-focus);
+        outline-offset: 2px;
+      }
+      .rail,
+      .fill,
+      .goal {
+        position: absolute;
+        top: 50%;
+        pointer-events: none;
+      }
+      .rail {
+        left: 14px;
+        right: 14px;
+        height: 8px;
+        margin-top: -4px;
+        border-radius: 4px;
+        background: var(--p-line);
+      }
+      .fill {
+        left: 0;
+        top: 0;
+        height: 8px;
+        border-radius: 4px;
+        background: var(--p-dim);
+      }
+      :host([stale]) .fill {
+        background: var(--p-line-strong);
+      }
+      .goal {
+        width: 3px;
+        height: 20px;
+        margin: -10px 0 0 -1.5px;
+        background: var(--p-accent);
+        border-radius: 2px;
+      }
+      footer {
+        display: flex;
+        justify-content: space-between;
+        align-items: center;
+        font-size: 13px;
+        color: var(--p-dim);
+        gap: 12px;
+      }
+      footer span {
+        display: inline-flex;
+        align-items: center;
+        gap: 8px;
+      }
+      svg {
+        width: 34px;
+        height: 20px;
+        fill: none;
+        stroke: currentcolor;
+        stroke-width: 1.75;
+        stroke-linecap: round;
+      }
+      .reason {
+        margin: 4px 0 0;
+        font-size: 13px;
+        color: var(--p-dim);
+      }
+    `,
+  ];
+
+  private get kind(): string {
+    if (!this.limits || this.value === null) return '';
+    const part = (this.value - this.limits.min) / (this.limits.max - this.limits.min);
+    if (part > 0.85) return this.highText || t('parts.nozzle.jet');
+    if (part < 0.15) return this.lowText || t('parts.nozzle.spray');
+    return '';
+  }
+
+  private percent(value: number): number {
+    const { min, max } = this.limits ?? { min: 0, max: 60 };
+    return Math.min(Math.max((value - min) / Math.max(max - min, 1), 0), 1) * 100;
+  }
+
+  protected override render(): TemplateResult {
+    const { min, max } = this.limits ?? { min: 0, max: 60 };
+    const known = this.value !== null;
+    const shown = this.wish ?? this.target ?? this.value ?? min;
+    const label = this.label || t('parts.nozzle');
+    const kind = this.kind;
+    return html`
+      <header>
+        <label class="label" for="range">${label}</label>
+        <output>${known ? this.value : '—'} <small>${this.unit}${kind ? ` · ${kind}` : ''}</small></output>
+      </header>
+      <div class="track">
+        <div class="rail">
+          <div class="fill" style="width:${known ? this.percent(this.value!) : 0}%"></div>
+          ${
+            this.target !== null && this.target !== this.value
+              ? html`<div class="goal" style="left:${this.percent(this.target)}%"></div>`
+              : nothing
+          }
+        </div>
+        <input
+          id="range"
+          type="range"
+          min=${min}
+          max=${max}
+          step=${this.step}
+          .value=${String(shown)}
+          aria-valuetext=${t('parts.nozzle.value', { v: shown, kind: this.kindOf(shown) })}
+          aria-disabled=${this.disabled}
+          aria-describedby="reason"
+          @input=${this.input}
+          @change=${this.change}
+          @keydown=${(event: KeyboardEvent) => this.disabled && event.key !== 'Tab' && event.preventDefault()}
+          @pointerdown=${(event: PointerEvent) => this.disabled && event.preventDefault()}
+        />
+      </div>
+      <footer>
+        <span>
+          ${this.plain ? nothing : html`<svg viewBox="0 0 34 20" aria-hidden="true"><path d="M3 10H9M12 8 30 2M12 9.4 31 7M12 10.6 31 13M12 12 30 18"></path></svg>`}
+          ${this.lowText || t('parts.nozzle.spray')}
+        </span>
+        <span>
+          ${this.highText || t('parts.nozzle.jet')}
+          ${this.plain ? nothing : html`<svg viewBox="0 0 34 20" aria-hidden="true"><path d="M3 10H9M12 9.3H31M12 10.7H31"></path></svg>`}
+        </span>
+      </footer>
+      ${this.reason ? html`<p class="reason" id="reason">${this.reason}</p>` : nothing}
+    `;
+  }
+
+  private kindOf(value: number): string {
+    const part = this.percent(value);
+    if (part > 85) return this.highText || t('parts.nozzle.jet');
+    return part < 15 ? this.lowText || t('parts.nozzle.spray') : '';
+  }
+
+  private input(event: Event): void {
+    if (this.disabled) return;
+    this.wish = Number((event.target as HTMLInputElement).value);
+    emit(this, 'set-change', { value: this.wish });
+  }
+
+  private change(event: Event): void {
+    const value = Number((event.target as HTMLInputElement).value);
+    this.wish = null;
+    if (!this.disabled) emit(this, 'set', { value });
+    this.requestUpdate();
+  }
+}
+
+customElements.define('lf-slider', LfSlider);
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-slider': LfSlider;
+  }
+}

@@ -1,0 +1,332 @@
+// What lies on the plan, layer by layer, as SVG. Pure: a camera and things in, templates out.
+import { nothing, svg, type SVGTemplateResult } from 'lit';
+import {
+  ARCMIN,
+  bearingOf,
+  compass,
+  placeAt,
+  ringPath,
+  roundStep,
+  toScreen,
+  toSite,
+  type Place,
+  type Sector,
+  type View,
+} from '../geometry';
+import type { PlanMonitor, PlanScene, PlanSite } from './model';
+
+export interface Camera {
+  view: View;
+  width: number;
+  height: number;
+  mini: boolean;
+}
+
+export interface Drop {
+  at: Place;
+  litres: number;
+  foam: boolean;
+  born_ms: number;
+}
+
+const RING_PX = 30;
+const RING_MINI_PX = 19;
+export const DROP_LIFE_MS = 2400;
+
+const px = (camera: Camera, place: Place): Place =>
+  toScreen(camera.view, camera.width, camera.height, place);
+const f = (value: number): string => value.toFixed(1);
+
+export function grid(camera: Camera): SVGTemplateResult {
+  const step = roundStep(90 / camera.view.scale);
+  const [west, north] = toSite(camera.view, camera.width, camera.height, [0, 0]);
+  const [east, south] = toSite(camera.view, camera.width, camera.height, [
+    camera.width,
+    camera.height,
+  ]);
+  let path = '';
+  for (let at = Math.ceil(west / step) * step; at <= east; at += step) {
+    path += `M${f(px(camera, [at, 0])[0])} 0V${f(camera.height)}`;
+  }
+  for (let at = Math.ceil(south / step) * step; at <= north; at += step) {
+    path += `M0 ${f(px(camera, [0, at])[1])}H${f(camera.width)}`;
+  }
+  return svg`<path class="grid" d=${path}></path>`;
+}
+
+export function structures(camera: Camera, site: PlanSite): SVGTemplateResult {
+  const { scale } = camera.view;
+  return svg`${site.walls.map((wall) => {
+    const [a, b] = [px(camera, wall.from), px(camera, wall.to)];
+    return svg`<line class="wall" x1=${a[0]} y1=${a[1]} x2=${b[0]} y2=${b[1]}></line>`;
+  })}${site.tanks.map((tank) => {
+    const [x, y] = px(camera, tank.at);
+    const radius = (tank.diameter / 2) * scale;
+    const inner = radius * 0.86;
+    const spoke = inner * Math.SQRT1_2;
+    return svg`<g transform="translate(${f(x)} ${f(y)})">
+      <circle class="tank" r=${f(radius)}></circle>
+      <circle class="roof" r=${f(inner)}></circle>
+      <path class="roof" d="M${f(-spoke)} ${f(-spoke)}L${f(spoke)} ${f(spoke)}M${f(-spoke)} ${f(spoke)}L${f(spoke)} ${f(-spoke)}"></path>
+      ${radius > 17 ? svg`<text class="tank-name" dy="0.35em">${tank.name}</text>` : nothing}
+    </g>`;
+  })}`;
+}
+
+/** An outline of a flame, about 20 high, standing on the origin. */
+const FLAME =
+  'M0 9C-5 9-8 5.6-8 1.4-8-2.4-5-4.6-4-8c2 1 3 2.4 3.4 4C1-6 1.6-9 .6-12 5-9.6 8-4 8 .8 8 5.6 5 9 0 9Z';
+
+export function fires(camera: Camera, scene: PlanScene): SVGTemplateResult {
+  return svg`${scene.fires
+    .filter(({ burns }) => burns)
+    .map((fire) => {
+      const [x, y] = px(camera, fire.at);
+      const radius = Math.max((fire.size / 2) * camera.view.scale, 9);
+      const size = Math.min(Math.max(radius / 15, 0.75), 2);
+      return svg`<g transform="translate(${f(x)} ${f(y)})">
+        <circle class="fire-area" r=${f(radius)}></circle>
+        <path class="flame" transform="scale(${f(size)})" d=${FLAME}></path>
+      </g>`;
+    })}`;
+}
+
+export function drops(camera: Camera, list: readonly Drop[], now_ms: number): SVGTemplateResult {
+  return svg`${list.map((drop) => {
+    const age = (now_ms - drop.born_ms) / DROP_LIFE_MS;
+    if (age >= 1) return nothing;
+    const [x, y] = px(camera, drop.at);
+    const radius = Math.max((0.5 + Math.sqrt(drop.litres) * 0.55) * camera.view.scale, 3);
+    return svg`<circle class=${drop.foam ? 'drop foam' : 'drop'} cx=${f(x)} cy=${f(y)}
+      r=${f(radius * (0.7 + 0.5 * age))} opacity=${(0.5 * (1 - age)).toFixed(2)}></circle>`;
+  })}`;
+}
+
+export function jets(camera: Camera, monitors: readonly PlanMonitor[]): SVGTemplateResult {
+  return svg`${monitors
+    .filter((monitor) => monitor.water && monitor.lands)
+    .map((monitor) => {
+      const [x, y] = px(camera, monitor.at);
+      const [u, v] = px(camera, monitor.lands!);
+      const long = Math.hypot(u - x, v - y);
+      if (long < 2) return nothing;
+      const [a, b] = [(v - y) / long, -(u - x) / long];
+      const wide = Math.min(Math.max(long * 0.05, 3), 16);
+      const d =
+        `M${f(x + a)} ${f(y + b)}L${f(u + a * wide)} ${f(v + b * wide)}` +
+        `A${f(wide)} ${f(wide)} 0 0 1 ${f(u - a * wide)} ${f(v - b * wide)}L${f(x - a)} ${f(y - b)}Z`;
+      const kind = monitor.foam ? 'jet foam' : 'jet';
+      return svg`<path class="${kind} ${monitor.stale ? 'stale' : ''}" d=${d}></path>
+        <circle class="landing ${monitor.stale ? 'stale' : ''}" cx=${f(u)} cy=${f(v)} r="4"></circle>`;
+    })}`;
+}
+
+/** Reach, rings of distance and the part that Horizontal cannot go to, of the chosen monitor. */
+export function ranges(
+  camera: Camera,
+  monitor: PlanMonitor,
+  length: (metres: number) => string,
+  reachText: (distance: string) => string,
+): SVGTemplateResult {
+  const [x, y] = px(camera, monitor.at);
+  const { scale } = camera.view;
+  const reach = monitor.reach_m ?? 0;
+  const far = reach || 40;
+  const step = Math.max(roundStep(far / 3), 5);
+  const rings = [];
+  for (let range = step; range < far - step * 0.2; range += step) rings.push(range);
+  const label = (range: number, text: string, kind: string): SVGTemplateResult => {
+    const place = labelPlace(camera, monitor, range);
+    return svg`<text class=${kind} x=${f(place[0])} y=${f(place[1])} dy="0.35em">${text}</text>`;
+  };
+  return svg`<g>
+    <g transform="translate(${f(x)} ${f(y)})">
+      ${rings.map((range) => svg`<circle class="ring" r=${f(range * scale)}></circle>`)}
+      ${reach ? svg`<circle class="reach" r=${f(reach * scale)}></circle>` : nothing}
+      ${forbidden(monitor, far * scale)}
+    </g>
+    ${rings.map((range) => label(range, length(range), 'ring-name'))}
+    ${reach ? label(reach, reachText(length(reach)), 'ring-name strong') : nothing}
+  </g>`;
+}
+
+/** On the ring, to the side of the barrel where there is most room in the picture. */
+function labelPlace(camera: Camera, monitor: PlanMonitor, range: number): Place {
+  const ahead = bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
+  const inset = 34;
+  let best: { at: Place; room: number } | null = null;
+  for (const turn of [24, -24, 40, -40, 60, -60, 90, -90, 130, -130, 180]) {
+    const at = px(camera, placeAt(monitor.at, ahead + turn, range));
+    const room = Math.min(at[0], camera.width - at[0], at[1], camera.height - at[1]);
+    if (room > inset) return at;
+    if (!best || room > best.room) best = { at, room };
+  }
+  return best!.at;
+}
+
+function forbidden(monitor: PlanMonitor, radius: number): SVGTemplateResult | typeof nothing {
+  const limits = monitor.limits?.Horizontal;
+  if (!limits) return nothing;
+  const open = (limits.max - limits.min) / ARCMIN;
+  if (open >= 359) return nothing;
+  const middle = bearingOf(monitor.heading, (limits.max + limits.min) / 2) + 180;
+  return svg`<path class="forbidden" d=${ringPath(middle, 360 - open, 0, radius)}></path>`;
+}
+
+/** Direction of the barrel over the site, its goal, and what the detector has seen. */
+export function aims(camera: Camera, monitor: PlanMonitor): SVGTemplateResult | typeof nothing {
+  if (monitor.horizontal_arcmin === null) return nothing;
+  const bearing = bearingOf(monitor.heading, monitor.horizontal_arcmin);
+  const [x, y] = px(camera, monitor.at);
+  const far = (monitor.reach_m || 40) * camera.view.scale;
+  const goal = monitor.target_arcmin;
+  return svg`<g transform="translate(${f(x)} ${f(y)})">
+    <line class="aim ${monitor.stale ? 'stale' : ''}" y1="-24" y2=${f(-far)}
+      transform="rotate(${f(bearing)})"></line>
+    ${
+      goal === null || goal === undefined
+        ? nothing
+        : svg`<g transform="rotate(${f(bearingOf(monitor.heading, goal))})">
+            <line class="goal" y1="-24" y2=${f(-far)}></line>
+            <path class="goal-mark" d="M0 ${f(-far)}l-6-11h12Z"></path></g>`
+    }
+  </g>`;
+}
+
+export function hotbeds(camera: Camera, monitor: PlanMonitor): SVGTemplateResult {
+  const [x, y] = px(camera, monitor.at);
+  return svg`${monitor.hotbeds.map((hotbed, index) => {
+    const range = hotbed.distance_m * camera.view.scale;
+    const width = Math.max(hotbed.width, 2);
+    const [u, v] = px(camera, placeAt(monitor.at, hotbed.bearing, hotbed.distance_m));
+    return svg`<path class="hotbed-way" transform="translate(${f(x)} ${f(y)})"
+        d=${ringPath(hotbed.bearing, width, 0, range)}></path>
+      <g class="hotbed" transform="translate(${f(u)} ${f(v - 26)})">
+        <line y1="10" y2="26"></line><path d="M0-11 11 0 0 11-11 0Z"></path><text dy="0.35em">${index + 1}</text></g>`;
+  })}`;
+}
+
+export function monitorMark(
+  camera: Camera,
+  monitor: PlanMonitor,
+  selected: boolean,
+): SVGTemplateResult {
+  const [x, y] = px(camera, monitor.at);
+  const bearing = bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
+  const known = monitor.horizontal_arcmin !== null;
+  const ring = camera.mini ? RING_MINI_PX : RING_PX;
+  const classes = [
+    'monitor',
+    monitor.stale ? 'stale' : '',
+    selected ? 'selected' : '',
+    monitor.concern,
+    monitor.wrapped ? 'wrapped' : '',
+  ].join(' ');
+  const size = camera.mini ? 0.72 : 1;
+  return svg`<g class=${classes} data-id=${monitor.id} transform="translate(${f(x)} ${f(y)})">
+    <circle class="hit" r="24"></circle>
+    ${selected && !camera.mini ? svg`<circle class="halo" r="21"></circle>` : nothing}
+    ${camera.mini ? nothing : travel(monitor, ring)}
+    <g transform="rotate(${f(bearing)}) scale(${size})">
+      ${known ? svg`<path class="barrel" d=${monitor.wrapped ? SHORT_BARREL : BARREL}></path>` : nothing}
+    </g>
+    <circle class="body" r=${f(11 * size)}></circle>
+    ${concernMark(monitor, size)}
+    ${nameOf(camera, monitor, bearing, ring)}
+  </g>`;
+}
+
+const BARREL = 'M-3.5 0V-20L-4.5-20V-25H4.5V-20L3.5-20V0Z';
+const SHORT_BARREL = 'M-3.5 0V-15H3.5V0Z';
+
+function concernMark(monitor: PlanMonitor, size: number): SVGTemplateResult {
+  if (monitor.concern === 'alarm') {
+    return svg`<path class="sign" transform="scale(${size})" d="M0-5V1.4M0 4.2v.6"></path>`;
+  }
+  if (monitor.concern === 'warning') {
+    return svg`<path class="sign" transform="scale(${size})" d="M0-5V1.4M0 4.2v.6"></path>`;
+  }
+  return svg`<circle class="pin" r=${f(3.2 * size)}></circle>`;
+}
+
+/** The arc that Horizontal may travel, with its ends; a full turn has a stop behind instead. */
+function travel(monitor: PlanMonitor, ring: number): SVGTemplateResult | typeof nothing {
+  const limits = monitor.limits?.Horizontal;
+  if (!limits) return nothing;
+  const open = (limits.max - limits.min) / ARCMIN;
+  const [left, right] = [
+    bearingOf(monitor.heading, limits.max),
+    bearingOf(monitor.heading, limits.min),
+  ];
+  const tick = (bearing: number): SVGTemplateResult =>
+    svg`<line class="stop" y1=${-ring - 4} y2=${-ring + 4} transform="rotate(${f(bearing)})"></line>`;
+  if (open >= 359) {
+    return svg`<circle class="travel" r=${ring}></circle>${tick(left)}`;
+  }
+  const middle = bearingOf(monitor.heading, (limits.max + limits.min) / 2);
+  const path = ringPath(middle, open, 0.02, ring).split('L')[0]!;
+  return svg`<path class="travel" d=${path}></path>${tick(left)}${tick(right)}`;
+}
+
+/** The name stands behind the barrel, where nothing of interest is. */
+function nameOf(camera: Camera, monitor: PlanMonitor, bearing: number, ring: number): SVGTemplateResult {
+  const away = ((bearing + 180) * Math.PI) / 180;
+  const off = camera.mini ? 18 : ring + 15;
+  const x = Math.sin(away) * off;
+  const y = -Math.cos(away) * off;
+  const wide = Math.max(monitor.id.length * 8 + 12, 26);
+  if (camera.mini) {
+    return svg`<text class="name" x=${f(x)} y=${f(y)} dy="0.35em">${monitor.id}</text>`;
+  }
+  return svg`<g transform="translate(${f(x)} ${f(y)})">
+    <rect class="name-box" x=${f(-wide / 2)} y="-10" width=${wide} height="20" rx="4"></rect>
+    <text class="name" dy="0.35em">${monitor.id}</text></g>`;
+}
+
+export function sectorShape(
+  camera: Camera,
+  monitor: PlanMonitor,
+  sector: Sector,
+  kind: 'running' | 'drawn' | 'drawn bad',
+): SVGTemplateResult {
+  const [x, y] = px(camera, monitor.at);
+  const { scale } = camera.view;
+  const d = ringPath(
+    sector.bearing,
+    Math.max(sector.width, 0.4),
+    sector.near_m * scale,
+    Math.max(sector.far_m * scale, sector.near_m * scale + 1),
+  );
+  return svg`<path class="sector ${kind}" transform="translate(${f(x)} ${f(y)})" d=${d}></path>`;
+}
+
+export function scaleBar(camera: Camera, length: (metres: number) => string): SVGTemplateResult {
+  const metres = roundStep(140 / camera.view.scale);
+  const long = metres * camera.view.scale;
+  return svg`<g class="scale" transform="translate(16 ${f(camera.height - 18)})">
+    <path d="M0-6V0H${f(long)}V-6M${f(long / 2)}-4V0"></path>
+    <text x=${f(long / 2)} y="-10">${length(metres)}</text>
+  </g>`;
+}
+
+export function compassMark(
+  camera: Camera,
+  north: string,
+  scene: PlanScene | null,
+  wind: (speed: string) => string,
+): SVGTemplateResult {
+  const speed = scene ? Math.hypot(...scene.wind) : 0;
+  // The arrow points to where the wind blows.
+  const toward = scene ? compass((Math.atan2(scene.wind[0], scene.wind[1]) * 180) / Math.PI) : 0;
+  return svg`<g class="compass" transform="translate(${f(camera.width - 34)} 34)">
+    <circle r="19"></circle>
+    <path class="needle" d="M0-16 5-3H-5Z"></path><text y="9">${north}</text>
+    ${
+      speed > 0.2
+        ? svg`<g transform="translate(-46 0)"><g transform="rotate(${f(toward)})">
+            <path class="wind" d="M0 12V-12M-5-6 0-12 5-6"></path></g>
+            <text class="wind-speed" x="-16" dy="0.35em">${wind(speed.toFixed(1))}</text></g>`
+        : nothing
+    }
+  </g>`;
+}

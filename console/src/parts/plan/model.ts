@@ -1,0 +1,194 @@
+// What a plan shows, made from the hub's topics (docs/hub-api.md). Pure.
+import { flightOf, reachOf } from '../ballistics';
+import {
+  bearingOf,
+  bearingTo,
+  distanceTo,
+  placeAt,
+  signedDegrees,
+  type Limits,
+  type Place,
+  type Tank,
+  type Wall,
+} from '../geometry';
+
+export interface PlanSite {
+  monitors: Record<string, { at: Place; heading: number; height: number }>;
+  tanks: readonly Tank[];
+  walls: readonly Wall[];
+}
+
+export interface PlanScene {
+  t_s: number;
+  wind: Place;
+  fires: readonly {
+    name: string;
+    at: Place;
+    size: number;
+    base: number;
+    burns: boolean;
+    heat_kw: number;
+    density?: number;
+  }[];
+  jets: Record<string, { lps: number; lands: Place; litres: number }>;
+  splashes: readonly { monitor: string; at: Place; litres: number; foam: number }[];
+}
+
+export type Concern = 'normal' | 'notice' | 'warning' | 'alarm';
+
+export interface PlanMonitor {
+  id: string;
+  at: Place;
+  heading: number;
+  height: number;
+  /** Null: unknown. */
+  horizontal_arcmin: number | null;
+  vertical_arcmin: number | null;
+  nozzle_mm: number | null;
+  /** Where it was told to point. */
+  target_arcmin?: number | null;
+  limits?: { Horizontal?: Limits; Vertical?: Limits } | null;
+  /** What the jet reaches at this pressure, else at the usual one. */
+  reach_m?: number | null;
+  lands?: Place | null;
+  pressure_datm?: number;
+  water: boolean;
+  foam: boolean;
+  wrapped: boolean;
+  moving: boolean;
+  stale: boolean;
+  concern: Concern;
+  hotbeds: Hotbed[];
+}
+
+export interface Hotbed {
+  bearing: number;
+  width: number;
+  distance_m: number;
+  brightness: number;
+}
+
+/** As GetHotbed tells them: arc-minutes. */
+export interface HotbedBox {
+  x1: number;
+  x2: number;
+  y1: number;
+  y2: number;
+  brightness: number;
+}
+
+interface StatusLike {
+  stale: boolean;
+  at_ms: number | null;
+  subsystems: Record<string, { flags?: string[]; severity?: string } & Record<string, unknown>>;
+}
+
+/** At this pressure the reach is told while no water flows: 0.8 MPa. */
+export const USUAL_PRESSURE_DATM = 79;
+const HOTBED_UNKNOWN_M = 25;
+
+export function planMonitor(
+  id: string,
+  site: PlanSite,
+  topics: {
+    status?: StatusLike | null;
+    limits?: Record<string, Limits> | null;
+    hotbeds?: { list: readonly HotbedBox[] } | null;
+    scene?: PlanScene | null;
+    down?: boolean;
+  },
+): PlanMonitor | null {
+  const stand = site.monitors[id];
+  if (!stand) return null;
+  const { status, limits, hotbeds, scene } = topics;
+  const of = (subsystem: string): Record<string, unknown> => status?.subsystems[subsystem] ?? {};
+  const number = (subsystem: string, field: string): number | null => {
+    const value = of(subsystem)[field];
+    return typeof value === 'number' ? value : null;
+  };
+  const flag = (subsystem: string, name: string): boolean =>
+    status?.subsystems[subsystem]?.flags?.includes(name) ?? false;
+  const water = flag('Valve1', 'Open') || flag('Valve1', 'Opening');
+  const foam = flag('Valve2', 'Open') || flag('Valve2', 'Opening');
+  const pressure = number('General', 'pressure') ?? 0;
+  const monitor: PlanMonitor = {
+    id,
+    ...stand,
+    horizontal_arcmin: number('Horizontal', 'position'),
+    vertical_arcmin: number('Vertical', 'position'),
+    nozzle_mm: number('Nozzle', 'position'),
+    limits: limits ?? null,
+    pressure_datm: pressure,
+    water: water || foam,
+    foam,
+    wrapped: flag('Deployer', 'Wrapped'),
+    moving: ['Horizontal', 'Vertical', 'Nozzle', 'Deployer'].some((drive) => flag(drive, 'Move')),
+    stale: topics.down === true || !status || status.stale || status.at_ms === null,
+    concern: worst(status),
+    hotbeds: (hotbeds?.list ?? []).map((box) => hotbedOf(stand, box, site.tanks)),
+  };
+  const told = pressure > 20 ? pressure : USUAL_PRESSURE_DATM;
+  monitor.reach_m = reachOf({ pressure_datm: told, nozzle_mm: monitor.nozzle_mm ?? 60 }, stand.height);
+  monitor.lands = scene ? (scene.jets[id]?.lands ?? null) : landing(monitor);
+  return monitor;
+}
+
+function worst(status: StatusLike | null | undefined): Concern {
+  const order: Concern[] = ['normal', 'notice', 'warning', 'alarm'];
+  let found: Concern = 'normal';
+  for (const { severity } of Object.values(status?.subsystems ?? {})) {
+    const concern = severity === 'info' || severity === 'notice' ? 'normal' : (severity as Concern);
+    if (order.indexOf(concern) > order.indexOf(found)) found = concern;
+  }
+  return found;
+}
+
+/** Where the jet comes down by calculation, as a real site does not tell. */
+function landing(monitor: PlanMonitor): Place | null {
+  const { horizontal_arcmin, vertical_arcmin, nozzle_mm, water, pressure_datm } = monitor;
+  if (!water || horizontal_arcmin === null || vertical_arcmin === null) return null;
+  const jet = { pressure_datm: pressure_datm ?? 0, nozzle_mm: nozzle_mm ?? 60 };
+  const flight = flightOf(jet, vertical_arcmin, monitor.height);
+  if (!flight) return null;
+  const way = flight.points[flight.points.length - 1]![0];
+  return placeAt(monitor.at, bearingOf(monitor.heading, horizontal_arcmin), way);
+}
+
+/** A hotbed is a direction; how far it is, what stands there tells. */
+export function hotbedOf(
+  stand: { at: Place; heading: number; height: number },
+  box: HotbedBox,
+  tanks: readonly Tank[],
+): Hotbed {
+  const bearing = bearingOf(stand.heading, (box.x1 + box.x2) / 2);
+  const sight = ((box.y1 + box.y2) / 2 / 60) * (Math.PI / 180);
+  const hit = tanks
+    .map((tank) => ({ tank, range: distanceTo(stand.at, tank.at) }))
+    .filter(({ tank, range }) => {
+      const off = Math.abs(signedDegrees(bearingTo(stand.at, tank.at) - bearing));
+      return off < 90 && Math.sin(off * (Math.PI / 180)) * range <= tank.diameter / 2;
+    })
+    .sort((a, b) => a.range - b.range)[0];
+  const down = sight < -0.02 ? stand.height / Math.tan(-sight) : Infinity;
+  const distance = Math.min(hit?.range ?? Infinity, down);
+  return {
+    bearing,
+    width: Math.abs(box.x2 - box.x1) / 60,
+    distance_m: Number.isFinite(distance) ? distance : HOTBED_UNKNOWN_M,
+    brightness: box.brightness,
+  };
+}
+
+/** Everything that has to be in the picture, with its radius. */
+export function placesOf(
+  site: PlanSite | null,
+  scene: PlanScene | null,
+): (readonly [Place, number])[] {
+  if (!site) return [];
+  return [
+    ...Object.values(site.monitors).map(({ at }) => [at, 4] as const),
+    ...site.tanks.map(({ at, diameter }) => [at, diameter / 2] as const),
+    ...site.walls.flatMap(({ from, to }) => [[from, 1] as const, [to, 1] as const]),
+    ...(scene?.fires ?? []).map(({ at, size }) => [at, size / 2] as const),
+  ];
+}

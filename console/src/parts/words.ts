@@ -1,0 +1,45 @@
+// Texts of parts in the operator's language and units; a part that shows any renders anew when
+// these change.
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import { langChanged, num } from '../i18n';
+import { fromWire, show, unitsChanged, unitText } from '../units';
+
+export class Words implements ReactiveController {
+  constructor(private readonly host: ReactiveControllerHost) {
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    langChanged.addEventListener('change', this.changed);
+    unitsChanged.addEventListener('change', this.changed);
+  }
+
+  hostDisconnected(): void {
+    langChanged.removeEventListener('change', this.changed);
+    unitsChanged.removeEventListener('change', this.changed);
+  }
+
+  private readonly changed = (): void => this.host.requestUpdate();
+}
+
+/** 10 m, 4.5 m, 33 ft: tenths only where they say something. */
+export function lengthText(metres: number): string {
+  const shown = fromWire('length', metres);
+  const digits = shown >= 20 || Math.abs(shown - Math.round(shown)) < 0.05 ? 0 : 1;
+  return `${num(shown, digits)}\u202f${unitText('length')}`;
+}
+
+/** A position of a drive, arc-minutes. */
+export function angleText(arcmin: number): string {
+  return show('angle', arcmin);
+}
+
+/** A bearing: always degrees, three digits. */
+export function bearingText(degrees: number): string {
+  return `${String(Math.round(degrees) % 360).padStart(3, '0')}°`;
+}
+
+/** An opening in degrees. */
+export function openingText(degrees: number): string {
+  return `${num(degrees, degrees < 10 ? 1 : 0)}°`;
+}

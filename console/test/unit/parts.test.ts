@@ -1,0 +1,176 @@
+import { describe, expect, it } from 'vitest';
+import { flightOf, rangeOf, reachOf } from '../../src/parts/ballistics';
+import { distanceTo, type Place, type Sector } from '../../src/parts/geometry';
+import { changes, ofKeys, ofStick } from '../../src/parts/hold';
+import { hotbedOf, planMonitor } from '../../src/parts/plan/model';
+import { dragged, gripAt, GRIPS, keyed, tidy, usualSector } from '../../src/parts/plan/sector-tool';
+import { Columns } from '../../src/parts/plot/data';
+
+describe('ballistics', () => {
+  it('has the reach that the monitor reckons with', () => {
+    // crates/device/src/ballistics.rs: best ranges of 28 mm at 40 and 79, of 40 mm at 79, nozzle 1.5 m high.
+    for (const [pressure_datm, diameter_mm, best] of [[40, 28, 37], [79, 28, 44.5], [79, 40, 60.7]] as const) {
+      const reach = reachOf({ pressure_datm, diameter_mm, nozzle_mm: 60 }, 1.5)!;
+      expect(Math.abs(reach - best)).toBeLessThan(1.5);
+    }
+  });
+
+  it('comes down on the ground and not before', () => {
+    const flight = flightOf({ pressure_datm: 79, nozzle_mm: 60 }, 600, 6)!;
+    const [, last] = flight.points[flight.points.length - 1]!;
+    expect(last).toBeCloseTo(-6, 1);
+    expect(Math.max(...flight.points.map(([, rise]) => rise))).toBeGreaterThan(1);
+  });
+
+  it('sprays less far, and not at all without pressure', () => {
+    const jet = rangeOf({ pressure_datm: 79, nozzle_mm: 60 }, 900, 2)!;
+    const spray = rangeOf({ pressure_datm: 79, nozzle_mm: 0 }, 900, 2)!;
+    expect(spray).toBeLessThan(jet / 2);
+    expect(rangeOf({ pressure_datm: 0, nozzle_mm: 60 }, 900, 2)).toBeNull();
+  });
+});
+
+describe('hold', () => {
+  it('has a dead zone, and lets go later than it takes hold', () => {
+    expect(ofStick(0.25, 0, {})).toEqual({});
+    expect(ofStick(0.3, 0, {})).toEqual({ Horizontal: 'min' });
+    expect(ofStick(0.25, 0, { Horizontal: 'min' })).toEqual({ Horizontal: 'min' });
+    expect(ofStick(0.15, 0, { Horizontal: 'min' })).toEqual({});
+  });
+
+  it('left and up are max, as on the wire', () => {
+    expect(ofStick(-1, 0, {})).toEqual({ Horizontal: 'max' });
+    expect(ofStick(0, 1, {})).toEqual({ Vertical: 'max' });
+    expect(ofStick(0.7, -0.7, {})).toEqual({ Horizontal: 'min', Vertical: 'min' });
+    expect(ofStick(0.95, 0.2, {})).toEqual({ Horizontal: 'min' });
+  });
+
+  it('ends before it begins, and ends everything', () => {
+    const held = ofStick(-0.7, 0.7, {});
+    expect(changes(held, {}).ended).toHaveLength(2);
+    const turned = changes({ Horizontal: 'max' }, { Horizontal: 'min' });
+    expect(turned).toEqual({
+      ended: [{ drive: 'Horizontal', toward: 'max' }],
+      begun: [{ drive: 'Horizontal', toward: 'min' }],
+    });
+    expect(changes(held, held)).toEqual({ ended: [], begun: [] });
+  });
+
+  it('opposite keys move nothing', () => {
+    expect(ofKeys(['ArrowLeft', 'ArrowRight', 'ArrowUp'])).toEqual({ Vertical: 'max' });
+    expect(ofKeys(['a'])).toEqual({});
+  });
+});
+
+describe('sector tool', () => {
+  const from: Place = [5, -3];
+  const sector: Sector = { bearing: 350, width: 30, near_m: 20, far_m: 30 };
+
+  it('keeps the other edge where it is', () => {
+    const left = gripAt(from, sector, 'left');
+    const right = gripAt(from, sector, 'right');
+    const wider = dragged(from, sector, 'right', gripAt(from, { ...sector, bearing: 10 }, 'right'));
+    expect(wider.width).toBeCloseTo(50);
+    expect(distanceTo(gripAt(from, wider, 'left'), left)).toBeLessThan(1e-6);
+    const narrower = keyed(sector, 'left', 'ArrowRight', true)!;
+    expect(narrower.width).toBeCloseTo(25);
+    expect(distanceTo(gripAt(from, narrower, 'right'), right)).toBeLessThan(1e-6);
+  });
+
+  it('moves as a whole', () => {
+    const moved = dragged(from, sector, 'move', gripAt(from, { ...sector, bearing: 10, near_m: 24, far_m: 34 }, 'move'));
+    expect(moved.bearing).toBeCloseTo(10);
+    expect([moved.near_m, moved.far_m, moved.width]).toEqual([24, 34, 30].map((n) => expect.closeTo(n)));
+  });
+
+  it('never turns inside out', () => {
+    for (const grip of GRIPS) {
+      let next = sector;
+      for (const key of ['ArrowLeft', 'ArrowDown']) {
+        for (let press = 0; press < 200; press++) next = tidy(keyed(next, grip, key, true) ?? next);
+      }
+      expect(next.width).toBeGreaterThan(0);
+      expect(next.far_m).toBeGreaterThan(next.near_m);
+      expect(next.near_m).toBeGreaterThanOrEqual(0.5);
+    }
+    const inverted = dragged(from, sector, 'near', gripAt(from, { ...sector, far_m: 60 }, 'far'));
+    expect(inverted.near_m).toBeLessThan(inverted.far_m);
+  });
+
+  it('is drawn where the click was', () => {
+    const at: Place = [20, 20];
+    expect(distanceTo(gripAt(from, usualSector(from, at), 'move'), at)).toBeLessThan(0.01);
+  });
+});
+
+describe('plot', () => {
+  it('has a gap where nothing came', () => {
+    const columns = new Columns(1, 60_000, 3000);
+    columns.push(1000, [5]);
+    columns.push(2000, [6]);
+    columns.push(6000, [7]);
+    expect(columns.table[1]).toEqual([5, 6, null, 7]);
+    expect(columns.at(2500)).toEqual([null]);
+    expect(columns.at(2000)).toEqual([6]);
+    expect(columns.at(500)).toEqual([null]);
+  });
+
+  it('tells an unknown value from one that was not told', () => {
+    const columns = new Columns(2, 60_000);
+    columns.fill([
+      [[1000, 1], [2000, null]],
+      [[1000, 8]],
+    ]);
+    expect(columns.at(2000)).toEqual([null, 8]);
+  });
+
+  it('forgets what is old and refuses what comes late', () => {
+    const columns = new Columns(1, 10_000);
+    for (let at = 0; at <= 100_000; at += 1000) columns.push(at, [at]);
+    expect(columns.first_ms!).toBeGreaterThanOrEqual(100_000 - 10_000 - 30_000);
+    const { length } = columns;
+    columns.push(50_000, [1]);
+    expect(columns.length).toBe(length);
+  });
+});
+
+describe('plan model', () => {
+  const site = {
+    monitors: { M1: { at: [-20, -20] as Place, heading: 45, height: 6 } },
+    tanks: [{ name: 'T-1', at: [0, 0] as Place, diameter: 10, height: 6 }],
+    walls: [],
+  };
+  const status = (flags: string[]) => ({
+    stale: false,
+    at_ms: 1,
+    subsystems: {
+      Horizontal: { position: 0 },
+      Vertical: { position: 300 },
+      Nozzle: { position: 60 },
+      General: { pressure: 79 },
+      Valve1: { flags },
+    },
+  });
+
+  it('puts a hotbed on the tank that stands there', () => {
+    const box = { x1: -60, x2: 60, y1: 0, y2: 30, brightness: 9 };
+    expect(hotbedOf(site.monitors.M1, box, site.tanks).distance_m).toBeCloseTo(28.28, 1);
+    const ground = { ...box, x1: 3000, x2: 3060, y1: -1200, y2: -1200 };
+    expect(hotbedOf(site.monitors.M1, ground, site.tanks).distance_m).toBeCloseTo(16.5, 0);
+  });
+
+  it('reckons the landing where no simulation tells it, and only while water flows', () => {
+    const shut = planMonitor('M1', site, { status: status(['Closed']) })!;
+    expect(shut.lands).toBeNull();
+    const open = planMonitor('M1', site, { status: status(['Open']) })!;
+    expect(open.lands![0]).toBeCloseTo(open.lands![1]);
+    expect(distanceTo(open.at, open.lands!)).toBeGreaterThan(20);
+  });
+
+  it('never shows what is not known as live', () => {
+    expect(planMonitor('M1', site, {})!.stale).toBe(true);
+    expect(planMonitor('M1', site, { status: { ...status([]), stale: true } })!.stale).toBe(true);
+    expect(planMonitor('M1', site, { status: status([]), down: true })!.stale).toBe(true);
+    expect(planMonitor('M9', site, {})).toBeNull();
+  });
+});

@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
-use crate::{TaskResult, demo, dissector, firmware, flag, licences, links, model, no_std};
+use crate::{TaskResult, console, demo, dissector, firmware, flag, licences, links, model, no_std};
 use crate::{setup, swarm};
 
 /// How the README's test command begins.
@@ -21,6 +21,8 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
     setup::rust()?;
     let mut steps = Steps::default();
+    // First, for the hub has it built in.
+    steps.step("the console: types, unit tests, build", console::check);
     steps.step("lock file is up to date", lock_file);
     steps.step("licences and sources of the dependencies", licences::check);
     steps.step("format", format);

@@ -69,6 +69,7 @@ export class LfNav extends LitElement {
         text-align: center;
       }
       label {
+        display: block;
         padding: 0 4px 6px;
       }
       select {

@@ -136,8 +136,14 @@ export class LfStop extends LitElement {
     new TopicController(this, () => 'monitors/');
   }
 
+  /** The bar keeps this place free. */
+  private readonly sized = new ResizeObserver(() =>
+    document.documentElement.style.setProperty('--stop-width', `${this.offsetWidth + 8}px`),
+  );
+
   override connectedCallback(): void {
     super.connectedCallback();
+    this.sized.observe(this);
     this.setAttribute('popover', 'manual');
     this.setAttribute('role', 'region');
     this.rise();
@@ -147,6 +153,7 @@ export class LfStop extends LitElement {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
+    this.sized.disconnect();
     window.removeEventListener('keydown', this.keyed, true);
     document.removeEventListener('toggle', this.covered, true);
   }

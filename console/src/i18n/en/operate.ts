@@ -88,6 +88,7 @@ export default {
   'operate.ready_text': 'Nothing is in the way.',
   'operate.plot_water': 'Pressure and flow',
   'operate.plot_currents': 'Currents of the drives',
+  'operate.minutes': '{n} min',
   'operate.series_pressure': 'Pressure',
   'operate.series_flow': 'Flow',
   'operate.series_Horizontal': 'Horizontal',

@@ -88,6 +88,7 @@ export default {
   'operate.ready_text': 'Ничто не мешает.',
   'operate.plot_water': 'Давление и расход',
   'operate.plot_currents': 'Токи приводов',
+  'operate.minutes': '{n} мин',
   'operate.series_pressure': 'Давление',
   'operate.series_flow': 'Расход',
   'operate.series_Horizontal': 'Горизонталь',

@@ -33,6 +33,21 @@ export class LfAutomatic extends LitElement {
         grid-template-columns: 1fr 1fr;
         gap: var(--s2);
       }
+      .card {
+        padding: 12px 16px;
+      }
+      .tiles {
+        display: grid;
+        grid-template-columns: repeat(3, 1fr);
+        gap: var(--s2);
+        --lf-button-height: 64px;
+      }
+      .tiles lf-button::part(button) {
+        flex-direction: column;
+        gap: 5px;
+        padding: 6px 2px;
+        font-size: 13px;
+      }
       .running {
         display: flex;
         align-items: center;
@@ -49,7 +64,6 @@ export class LfAutomatic extends LitElement {
         padding: 12px;
         border: 2px solid var(--accent);
         border-radius: var(--radius);
-        margin-top: var(--s2);
       }
       .sector p {
         font-weight: 500;
@@ -74,11 +88,11 @@ export class LfAutomatic extends LitElement {
     const searching = has(monitor, 'Detector', 'Searching');
     const whyQuench = control || (searching ? t('operate.why_searching') : '');
     const whySeek = detector || (quenching ? t('operate.why_quenching') : '');
-    return html`<section class="card">
-      <header><h2>${t('operate.automatic')}</h2></header>
+    return html`<section class="card" aria-label=${t('operate.automatic')}>
+      ${this.tool === 'sector' ? this.drawing(whyQuench) : nothing}
       ${quenching ? this.running(t(has(monitor, 'Control', 'Paused') ? 'operate.paused' : 'operate.quenching'), 'Control') : nothing}
       ${searching ? this.running(t('operate.searching'), 'Detector') : nothing}
-      <div class="two">
+      <div class="tiles" ?hidden=${this.tool === 'sector'}>
         ${this.deployButtons()}
         <lf-button icon="search" id="seek" .why=${whySeek} @click=${this.seek}>${t('operate.seek')}</lf-button>
         <lf-button
@@ -95,7 +109,6 @@ export class LfAutomatic extends LitElement {
         >
         <lf-button icon="events" .why=${whyQuench} @click=${this.trajectory}>${t('operate.trajectory')}</lf-button>
       </div>
-      ${this.tool === 'sector' ? this.drawing(whyQuench) : nothing}
     </section>`;
   }
 

@@ -93,6 +93,7 @@ export class PageOperate extends LitElement {
         display: flex;
         gap: 0;
         z-index: 2;
+        --lf-button-size: 14px;
         background: var(--surface);
         border-radius: var(--radius);
         box-shadow: var(--shadow);
@@ -118,6 +119,15 @@ export class PageOperate extends LitElement {
           grid-template-columns: minmax(0, 1fr) 420px;
         }
       }
+      @container (max-width: 1100px) {
+        .below {
+          grid-template-columns: minmax(0, 1fr);
+        }
+        .dial {
+          order: 2;
+          height: 250px;
+        }
+      }
       @container (max-width: 860px) {
         .page {
           grid-template-columns: minmax(0, 1fr);
@@ -141,9 +151,6 @@ export class PageOperate extends LitElement {
           gap: 10px 20px;
           --lf-value-size: 20px;
           --lf-value-width: 5ch;
-        }
-        .below {
-          grid-template-columns: minmax(0, 1fr);
         }
       }
     `,

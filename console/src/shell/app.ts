@@ -79,7 +79,7 @@ export class LfApp extends LitElement {
       }
       @media (max-width: 1280px) {
         :host {
-          --nav: 96px;
+          --nav: 104px;
         }
       }
       @media (max-width: 720px) {

@@ -92,7 +92,8 @@ export class LfNav extends LitElement {
         gap: 4px;
         min-height: 58px;
         padding: 6px 2px;
-        font-size: 12px;
+        font-size: 11.5px;
+        letter-spacing: -0.01em;
         line-height: 1.1;
         text-align: center;
       }

@@ -118,6 +118,7 @@ export class LfStop extends LitElement {
       @media (max-width: 720px) {
         :host {
           inset: auto 0 0 0;
+          width: 100%;
           height: 72px;
           padding: 0 var(--s2);
           border-top: 1px solid var(--chrome-line);

@@ -42,7 +42,7 @@ export class LfAutomatic extends LitElement {
         gap: var(--s2);
         --lf-button-height: 64px;
       }
-      .tiles lf-button::part(button) {
+      .tiles > lf-button::part(button) {
         flex-direction: column;
         gap: 5px;
         padding: 6px 2px;
@@ -52,8 +52,10 @@ export class LfAutomatic extends LitElement {
         display: flex;
         align-items: center;
         gap: 10px;
+        grid-column: 1 / -1;
+        height: 64px;
         padding: 8px 8px 8px 12px;
-        margin-bottom: var(--s2);
+        --lf-button-height: 48px;
         border-radius: var(--radius);
         background: var(--accent-soft);
         font-weight: 600;
@@ -90,11 +92,13 @@ export class LfAutomatic extends LitElement {
     const whySeek = detector || (quenching ? t('operate.why_quenching') : '');
     return html`<section class="card" aria-label=${t('operate.automatic')}>
       ${this.tool === 'sector' ? this.drawing(whyQuench) : nothing}
-      ${quenching ? this.running(t(has(monitor, 'Control', 'Paused') ? 'operate.paused' : 'operate.quenching'), 'Control') : nothing}
-      ${searching ? this.running(t('operate.searching'), 'Detector') : nothing}
       <div class="tiles" ?hidden=${this.tool === 'sector'}>
-        ${this.deployButtons()}
-        <lf-button icon="search" id="seek" .why=${whySeek} @click=${this.seek}>${t('operate.seek')}</lf-button>
+        ${quenching
+          ? this.running(t(has(monitor, 'Control', 'Paused') ? 'operate.paused' : 'operate.quenching'), 'Control')
+          : searching
+            ? this.running(t('operate.searching'), 'Detector')
+            : html`${this.deployButtons()}
+                <lf-button icon="search" id="seek" .why=${whySeek} @click=${this.seek}>${t('operate.seek')}</lf-button>`}
         <lf-button
           icon="sector"
           id="draw"
@@ -115,7 +119,7 @@ export class LfAutomatic extends LitElement {
   private running(text: string, subsystem: string) {
     return html`<div class="running" role="status">
       ${icon('play')}<span class="grow">${text}</span>
-      <lf-button @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
+      <lf-button id="end" @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
         >${t('operate.end')}</lf-button
       >
     </div>`;

@@ -41,7 +41,7 @@ export class LfTrends extends LitElement {
     css`
       :host {
         display: block;
-        height: 236px;
+        height: 252px;
         container-type: inline-size;
       }
       .both {
@@ -63,10 +63,17 @@ export class LfTrends extends LitElement {
         display: flex;
         gap: 4px;
         --lf-button-height: 40px;
+        --lf-button-size: 13px;
+        --lf-button-wrap: nowrap;
       }
       lf-plot {
         min-height: 0;
         height: 100%;
+      }
+      @container (max-width: 460px) {
+        .what {
+          flex-wrap: wrap;
+        }
       }
       @container (min-width: 1000px) {
         .both {

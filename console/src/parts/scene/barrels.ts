@@ -58,7 +58,7 @@ export class Barrels {
     const steel = (): Material => this.keep(new MeshLambertMaterial({ color: '#ffffff' }));
     this.masts = this.many(new CylinderGeometry(0.34, 0.5, 1, 10), steel());
     this.decks = this.many(new BoxGeometry(2.6, 0.22, 2.6), steel());
-    this.turrets = this.many(new SphereGeometry(0.62, 14, 10), steel());
+    this.turrets = this.many(new SphereGeometry(0.62, 24, 16), steel());
     this.tubes = this.many(tube(), steel());
     const aim = this.keep(new BufferGeometry());
     aim.setAttribute('position', new Float32BufferAttribute([0, 0, 0, 0, 0, 1], 3));
@@ -180,7 +180,7 @@ function tube(): BufferGeometry {
     [0.24, BARREL_M],
     [0.01, BARREL_M],
   ];
-  const sides = 12;
+  const sides = 20;
   const places: number[] = [];
   const faces: number[] = [];
   for (const [radius, along] of profile) {

@@ -19,10 +19,10 @@ export class Label {
   private texture: CanvasTexture;
   private known = '';
 
-  constructor() {
+  constructor(hideable: boolean) {
     this.texture = this.newTexture();
     this.sprite = new Sprite(
-      new SpriteMaterial({ map: this.texture, depthTest: false, sizeAttenuation: false }),
+      new SpriteMaterial({ map: this.texture, depthTest: hideable, sizeAttenuation: false }),
     );
     this.sprite.renderOrder = 10;
     this.sprite.center.set(0.5, 0);

@@ -127,11 +127,11 @@ export class Structures {
       new MeshLambertMaterial({ color: colours.steel }),
       rims,
     );
-    this.shadows(round, colours);
+    this.shadows(round);
   }
 
   /** Soft discs under the tanks: no shadow maps on weak machines. */
-  private shadows(round: { x: number; z: number; radius: number }[], colours: Colours): void {
+  private shadows(round: { x: number; z: number; radius: number }[]): void {
     this.many(
       new CircleGeometry(1, 32),
       new MeshBasicMaterial({ color: '#000000', transparent: true, opacity: 0.18, depthWrite: false }),

@@ -214,7 +214,7 @@ export class World {
       return [middle.clone().add(new Vector3(0, away * 1.85, 0.01)), middle];
     }
     if (preset === 'side') {
-      return [middle.clone().add(new Vector3(0, away * 0.28, away * 1.7)), middle.setY(5)];
+      return [middle.clone().add(new Vector3(0, away * 0.3, away * 1.95)), middle.setY(5)];
     }
     const pose = this.chosen();
     if (preset === 'eye' && pose) {
@@ -382,7 +382,7 @@ export class World {
       wanted.add(key);
       let label = this.labels.get(key);
       if (!label) {
-        label = new Label();
+        label = new Label(quiet);
         this.labels.set(key, label);
         this.scene.add(label.sprite);
       }
@@ -400,8 +400,11 @@ export class World {
       if (id === selected && this.preset === 'eye') continue;
       put(`m/${id}`, id, new Vector3(at[0], height + 2.2, -at[1]), id === selected);
     }
-    for (const { name, at, height } of site?.tanks ?? []) {
-      put(`t/${name}`, name, new Vector3(at[0], height * 0.42, -at[1]), false, true);
+    for (const { name, at, height, diameter } of site?.tanks ?? []) {
+      // On the side of the shell that is seen, so that other tanks may hide it.
+      const middle = new Vector3(at[0], 0, -at[1]);
+      const toward = this.camera.position.clone().sub(middle).setY(0).setLength(diameter / 2 + 0.25);
+      put(`t/${name}`, name, middle.add(toward).setY(height * 0.36), false, true);
     }
     for (const [key, label] of this.labels) {
       if (wanted.has(key)) continue;

@@ -403,7 +403,7 @@ export class World {
     for (const { name, at, height, diameter } of site?.tanks ?? []) {
       // On the side of the shell that is seen, so that other tanks may hide it.
       const middle = new Vector3(at[0], 0, -at[1]);
-      const toward = this.camera.position.clone().sub(middle).setY(0).setLength(diameter / 2 + 0.25);
+      const toward = this.camera.position.clone().sub(middle).setY(0).setLength(diameter / 2 + 1.3);
       put(`t/${name}`, name, middle.add(toward).setY(height * 0.36), false, true);
     }
     for (const [key, label] of this.labels) {

@@ -1,0 +1,182 @@
+// Commands to monitors. What a command has brought is told to the caller and to the shell, which
+// shows it; nothing here changes what is shown of the monitor.
+import { HubError, NOT_LINKED, REPLAYED } from './errors';
+import { http } from './http';
+import { socket, type Answered } from './socket';
+import { store } from './store';
+import type { ApiError, Authority, FrameSeen, Result, Valve } from './types';
+
+export interface Outcome {
+  /** Null: all monitors. */
+  monitor: string | null;
+  what: string;
+  result?: Result;
+  error?: HubError;
+}
+
+export interface Options {
+  /** The monitor's id again, for what the hub wants confirmed. */
+  confirm?: string;
+  /** The caller shows the outcome itself. */
+  quiet?: boolean;
+}
+
+export type AuthorityAction = 'take' | 'release' | 'request' | 'grant' | 'deny' | 'force';
+export type Results = Record<string, Result | { error: ApiError }>;
+
+/** A Stop that has no answer by then goes the other way as well. */
+const STOP_AGAIN_MS = 400;
+
+class Commands {
+  private readonly outcomes = new Set<(outcome: Outcome) => void>();
+  private readonly stops = new Set<(monitor: string | null) => void>();
+  private readonly watched = new Map<string, Set<(frame: FrameSeen) => void>>();
+
+  constructor() {
+    socket.on('hello', () => this.watch());
+    socket.on('frame', (frame) => this.watched.get(frame.monitor)?.forEach((fn) => fn(frame)));
+  }
+
+  /** A request in the text form of `lafet send`. */
+  request(monitor: string, text: string, options: Options = {}): Promise<Result> {
+    const send = () =>
+      socket
+        .ask({ type: 'request', monitor, request: text, confirm: options.confirm })
+        .then((answer) => answer.result!);
+    return this.told(monitor, text, options, this.live(send));
+  }
+
+  /** Stops a monitor (or one subsystem of it), or all. Never refused, also during a replay. */
+  stop(monitor?: string, of?: string): Promise<Results> {
+    for (const fn of this.stops) fn(monitor ?? null);
+    const path = monitor ? `/api/monitors/${id(monitor)}/stop` : '/api/stop';
+    const send = this.urgent({ type: 'stop', monitor, of }, path, of ? { of } : undefined, monitor);
+    return this.told(monitor ?? null, of ? `Stop ${of}` : 'Stop All', {}, send);
+  }
+
+  /** Closes a valve, or all valves of a monitor. */
+  close(monitor: string, valve?: Valve): Promise<Results> {
+    const path = `/api/monitors/${id(monitor)}/close`;
+    const body = valve ? { valve } : undefined;
+    const send = this.urgent({ type: 'close', monitor, valve }, path, body, monitor);
+    return this.told(monitor, valve ? `Close ${valve}` : 'Close', {}, send);
+  }
+
+  /** Locks a monitor out, or all. */
+  lockout(monitor?: string): Promise<Results> {
+    for (const fn of this.stops) fn(monitor ?? null);
+    const path = monitor ? `/api/monitors/${id(monitor)}/lockout` : '/api/lockout';
+    const send = this.urgent({ type: 'lockout', monitor }, path, undefined, monitor);
+    return this.told(monitor ?? null, 'Lockout All on', {}, send);
+  }
+
+  authority(monitor: string, action: AuthorityAction, reason?: string): Promise<Authority> {
+    const send = () =>
+      socket
+        .ask({ type: 'authority', monitor, action, reason })
+        .then((answer) => answer.authority!);
+    return this.told(monitor, `authority ${action}`, {}, this.live(send));
+  }
+
+  /** Frames of a monitor's link as they pass. Returns what ends it. */
+  watchFrames(monitor: string, fn: (frame: FrameSeen) => void): () => void {
+    const all = this.watched.get(monitor) ?? new Set();
+    this.watched.set(monitor, all.add(fn));
+    this.watch();
+    return () => {
+      all.delete(fn);
+      if (all.size === 0) this.watched.delete(monitor);
+      this.watch();
+    };
+  }
+
+  onOutcome(fn: (outcome: Outcome) => void): () => void {
+    this.outcomes.add(fn);
+    return () => this.outcomes.delete(fn);
+  }
+
+  /** Told before a Stop or Lockout leaves: what is held ends. */
+  onStop(fn: (monitor: string | null) => void): () => void {
+    this.stops.add(fn);
+    return () => this.stops.delete(fn);
+  }
+
+  private watch(): void {
+    socket.send({ type: 'watch', frames: [...this.watched.keys()] });
+  }
+
+  private live<T>(send: () => Promise<T>): Promise<T> {
+    return store.source === 'replay' ? Promise.reject(new HubError(REPLAYED)) : send();
+  }
+
+  /** By WebSocket, and by HTTP as well when that is down or slow. */
+  private urgent(message: object, path: string, body: unknown, monitor?: string): Promise<Results> {
+    const overHttp = () =>
+      http
+        .post<Result | Results>(path, body)
+        .then((answer) => (monitor ? { [monitor]: answer as Result } : (answer as Results)));
+    return new Promise((resolve, reject) => {
+      let failed = 0;
+      let tries = 1;
+      let sentAgain = false;
+      const fail = (error: unknown) => {
+        failed += 1;
+        if (failed === tries && sentAgain) reject(HubError.of(error));
+        else again();
+      };
+      const again = () => {
+        if (sentAgain) return;
+        sentAgain = true;
+        tries += 1;
+        overHttp().then(resolve, fail);
+      };
+      const timer = setTimeout(again, STOP_AGAIN_MS);
+      socket
+        .ask(message)
+        .then((answer) => resolve(resultsOf(answer, monitor)))
+        .catch((error: unknown) => {
+          const told = HubError.of(error);
+          // The monitor or the hub has answered: another way would bring the same.
+          if (told.code !== NOT_LINKED.code && told.code !== 'outcome_unknown') reject(told);
+          else fail(error);
+        })
+        .finally(() => clearTimeout(timer));
+    });
+  }
+
+  private async told<T>(
+    monitor: string | null,
+    what: string,
+    options: Options,
+    pending: Promise<T>,
+  ): Promise<T> {
+    try {
+      const result = await pending;
+      if (!options.quiet) this.tell({ monitor, what, result: resultIn(result) });
+      return result;
+    } catch (cause) {
+      const error = HubError.of(cause);
+      if (!options.quiet) this.tell({ monitor, what, error });
+      throw error;
+    }
+  }
+
+  private tell(outcome: Outcome): void {
+    for (const fn of this.outcomes) fn(outcome);
+  }
+}
+
+function resultsOf(answer: Answered, monitor?: string): Results {
+  if (answer.results) return answer.results;
+  return answer.result && monitor ? { [monitor]: answer.result } : {};
+}
+
+function resultIn(value: unknown): Result | undefined {
+  return value && typeof value === 'object' && 'answers' in value ? (value as Result) : undefined;
+}
+
+function id(monitor: string): string {
+  return encodeURIComponent(monitor);
+}
+
+export const commands = new Commands();

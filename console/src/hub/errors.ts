@@ -1,0 +1,45 @@
+import type { ApiError, Text } from './types';
+
+/** An error of the hub, or of the way to it, with texts for people in both languages. */
+export class HubError extends Error {
+  readonly code: string;
+  readonly details: Record<string, unknown>;
+  private readonly texts: Text;
+
+  constructor(error: ApiError) {
+    super(`${error.code}: ${error.en}`);
+    this.name = 'HubError';
+    const { code, en, ru, ...details } = error;
+    this.code = code;
+    this.texts = { en, ru };
+    this.details = details;
+  }
+
+  text(lang: 'en' | 'ru'): string {
+    return this.texts[lang];
+  }
+
+  static of(cause: unknown): HubError {
+    if (cause instanceof HubError) return cause;
+    const what = cause instanceof Error ? cause.message : String(cause);
+    return new HubError({ code: 'page', en: what, ru: what });
+  }
+}
+
+export const NOT_LINKED: ApiError = {
+  code: 'not_linked',
+  en: 'No connection to the hub: the command was not sent.',
+  ru: 'Нет связи с центром управления: команда не отправлена.',
+};
+
+export const REPLAYED: ApiError = {
+  code: 'replay',
+  en: 'This is a recording: commands go nowhere. End the replay first.',
+  ru: 'Это запись: команды никуда не идут. Сначала завершите просмотр.',
+};
+
+export const OUTCOME_UNKNOWN: ApiError = {
+  code: 'outcome_unknown',
+  en: 'The connection broke before the answer came. Look at the state before you repeat it.',
+  ru: 'Связь оборвалась раньше ответа. Прежде чем повторять, посмотрите на состояние.',
+};

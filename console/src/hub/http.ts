@@ -1,0 +1,74 @@
+// HTTP to the hub: JSON, CSRF, errors as HubError.
+import { HubError, NOT_LINKED } from './errors';
+import type { ApiError, Session } from './types';
+
+type Method = 'GET' | 'POST' | 'PUT' | 'PATCH' | 'DELETE';
+
+class Http {
+  private csrf = '';
+  /** Called when the hub wants a login. */
+  onLoginNeeded: (setupNeeded: boolean) => void = () => {};
+
+  get = <T>(path: string): Promise<T> => this.send<T>('GET', path);
+  post = <T>(path: string, body?: unknown): Promise<T> => this.send<T>('POST', path, body);
+  put = <T>(path: string, body?: unknown): Promise<T> => this.send<T>('PUT', path, body);
+  patch = <T>(path: string, body?: unknown): Promise<T> => this.send<T>('PATCH', path, body);
+  delete = <T>(path: string): Promise<T> => this.send<T>('DELETE', path);
+
+  /** The session, whose CSRF token goes with everything from now on. */
+  async session(): Promise<Session> {
+    return this.keep(await this.get<Session>('/api/session'));
+  }
+
+  async login(user: string, password: string): Promise<Session> {
+    return this.keep(await this.post<Session>('/api/login', { user, password }));
+  }
+
+  async setup(token: string, user: string, password: string): Promise<Session> {
+    return this.keep(await this.post<Session>('/api/setup', { token, user, password }));
+  }
+
+  private keep(session: Session): Session {
+    this.csrf = session.csrf;
+    return session;
+  }
+
+  private async send<T>(method: Method, path: string, body?: unknown): Promise<T> {
+    const headers: Record<string, string> = {};
+    if (body !== undefined) headers['content-type'] = 'application/json';
+    if (method !== 'GET' && this.csrf) headers['x-csrf-token'] = this.csrf;
+    let answer: Response;
+    try {
+      answer = await fetch(path, {
+        method,
+        headers,
+        body: body === undefined ? undefined : JSON.stringify(body),
+        // A Stop that is under way outlives the page.
+        keepalive: path.endsWith('/stop') || path.endsWith('/lockout'),
+      });
+    } catch {
+      throw new HubError(NOT_LINKED);
+    }
+    if (answer.ok) return (answer.status === 204 ? undefined : await parsed(answer)) as T;
+    const error = errorOf(answer.status, await parsed(answer));
+    if (answer.status === 401 && error.code === 'login_needed') {
+      this.onLoginNeeded(error.setup_needed === true);
+    }
+    throw new HubError(error);
+  }
+}
+
+async function parsed(answer: Response): Promise<unknown> {
+  const text = await answer.text();
+  if (!answer.headers.get('content-type')?.includes('json')) return text;
+  return JSON.parse(text);
+}
+
+function errorOf(status: number, body: unknown): ApiError {
+  const error = (body as { error?: ApiError } | null)?.error;
+  if (error) return error;
+  const what = `HTTP ${status}`;
+  return { code: what, en: what, ru: what };
+}
+
+export const http = new Http();

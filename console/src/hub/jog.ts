@@ -1,0 +1,136 @@
+// A motion that somebody holds (docs/hub-api.md, Jog): beats from the main thread while the control
+// is held, and an end for every way in which a hand can leave it.
+import { commands } from './commands';
+import { socket } from './socket';
+import { LINKED, store } from './store';
+import type { Drive, JogSeen, JogState, Text, Toward } from './types';
+
+export interface HoldState {
+  state: JogState;
+  /** Why it ended, when the hub says so. */
+  end: JogSeen['end'] | 'link' | 'left';
+  text: Text | null;
+}
+
+/** What jog needs of the page; a test has its own. */
+export interface JogWays {
+  send: (message: object) => boolean;
+  now: () => number;
+  beat_ms: () => number;
+  allowed: () => boolean;
+}
+
+export class Hold {
+  /** Held no more, whatever the drive does; a new motion needs a new hold, after letting go. */
+  ended = false;
+
+  constructor(
+    readonly monitor: string,
+    readonly drive: Drive,
+    readonly toward: Toward,
+    private readonly jog: Jog,
+    readonly onState?: (state: HoldState) => void,
+  ) {}
+
+  end(): void {
+    this.jog.release(this, 'left');
+  }
+}
+
+export class Jog {
+  private readonly holds = new Map<string, Hold>();
+  private timer: ReturnType<typeof setInterval> | undefined;
+
+  constructor(private readonly ways: JogWays) {}
+
+  /** Begins to move a drive for as long as it is held. `hold.end()` lets go. */
+  hold(monitor: string, drive: Drive, toward: Toward, onState?: (s: HoldState) => void): Hold {
+    const hold = new Hold(monitor, drive, toward, this, onState);
+    const before = this.holds.get(key(hold));
+    if (before) before.ended = true;
+    if (!this.ways.allowed()) {
+      hold.ended = true;
+      onState?.({ state: 'ended', end: 'link', text: null });
+      return hold;
+    }
+    this.holds.set(key(hold), hold);
+    this.beat(hold);
+    this.timer ??= setInterval(() => this.beatAll(), this.ways.beat_ms());
+    return hold;
+  }
+
+  /** Lets go of everything, or of one monitor: blur, a hidden page, a dialog, STOP. */
+  endAll(why: 'left' | 'link' = 'left', monitor?: string): void {
+    for (const hold of [...this.holds.values()]) {
+      if (!monitor || hold.monitor === monitor) this.release(hold, why);
+    }
+  }
+
+  held(monitor: string, drive: Drive): Hold | undefined {
+    return this.holds.get(`${monitor}/${drive}`);
+  }
+
+  release(hold: Hold, why: 'left' | 'link'): void {
+    if (hold.ended) return;
+    this.forget(hold);
+    this.ways.send({ type: 'jog_end', monitor: hold.monitor, drive: hold.drive });
+    hold.onState?.({ state: 'ended', end: why, text: null });
+  }
+
+  /** What the hub says of a motion. After `ended` the hold is over: the hand has to let go first. */
+  heard(message: JogSeen): void {
+    const hold = this.holds.get(key(message));
+    if (!hold) return;
+    if (message.state === 'ended' || message.state === 'stopping') this.forget(hold);
+    hold.onState?.({ state: message.state, end: message.end, text: message.text });
+  }
+
+  private forget(hold: Hold): void {
+    hold.ended = true;
+    if (this.holds.get(key(hold)) === hold) this.holds.delete(key(hold));
+    if (this.holds.size > 0) return;
+    clearInterval(this.timer);
+    this.timer = undefined;
+  }
+
+  private beatAll(): void {
+    for (const hold of [...this.holds.values()]) this.beat(hold);
+  }
+
+  private beat(hold: Hold): void {
+    const sent = this.ways.send({
+      type: 'jog',
+      monitor: hold.monitor,
+      drive: hold.drive,
+      toward: hold.toward,
+      t: this.ways.now(),
+    });
+    if (!sent) this.release(hold, 'link');
+  }
+}
+
+function key(of: { monitor: string; drive: string }): string {
+  return `${of.monitor}/${of.drive}`;
+}
+
+export const jog = new Jog({
+  send: (message) => socket.send(message),
+  now: () => performance.now(),
+  beat_ms: () => store.hello?.jog.beat_ms ?? 60,
+  allowed: () => store.linked && store.source === 'live' && !document.hidden,
+});
+
+/** Every way in which a hand leaves a control without its release being seen. */
+export function guardJog(): void {
+  socket.on('jog', (message) => jog.heard(message));
+  const leave = () => jog.endAll();
+  window.addEventListener('blur', leave);
+  window.addEventListener('pagehide', leave);
+  window.addEventListener('pointercancel', leave, true);
+  document.addEventListener('visibilitychange', leave);
+  document.addEventListener('freeze', leave);
+  commands.onStop((monitor) => jog.endAll('left', monitor ?? undefined));
+  store.subscribe(LINKED, () => {
+    if (!store.linked || store.source === 'replay') jog.endAll('link');
+  });
+}

@@ -1,0 +1,60 @@
+// Who sits here, and what that person may do now: one place that says why a control does nothing.
+import { t, type Key } from '../i18n';
+import { store } from './store';
+import type { Role } from './types';
+
+const RANK: Record<Role, number> = { observer: 0, operator: 1, engineer: 2, administrator: 3 };
+
+export function role(): Role {
+  return store.hello?.role ?? 'observer';
+}
+
+export function may(least: Role): boolean {
+  return RANK[role()] >= RANK[least];
+}
+
+/** Whether this page holds the authority over a monitor. */
+export function inControl(monitor: string): boolean {
+  const authority = store.get(`monitors/${monitor}/authority`);
+  return authority?.holder != null && authority.holder.seat === store.hello?.seat;
+}
+
+/** Whether a subsystem has a flag. */
+export function has(monitor: string, subsystem: string, flag: string): boolean {
+  const status = store.get(`monitors/${monitor}/status`);
+  return status?.subsystems[subsystem]?.flags.includes(flag) ?? false;
+}
+
+export interface Wants {
+  /** The least role; operator without it. */
+  role?: Role;
+  /** False: it needs no authority (reading, Stop). */
+  authority?: boolean;
+  /** True: it works during a lockout too. */
+  lockedOut?: boolean;
+  /** A subsystem that it needs. */
+  subsystem?: string;
+}
+
+/** Why a command to this monitor would not be done; empty: nothing is in its way. */
+export function whyNot(monitor: string, wants: Wants = {}): string {
+  const least = wants.role ?? 'operator';
+  if (store.source === 'replay') return t('why.replay');
+  if (!store.linked) return t('why.hub');
+  if (!may(least)) return t('why.role', { role: t(`role.${least}` as Key) });
+  const link = store.get(`monitors/${monitor}/link`);
+  if (!link) return t('why.unknown', { monitor });
+  if (link.state === 'down') return t('why.link', { monitor });
+  if (wants.subsystem) {
+    const status = store.get(`monitors/${monitor}/status`);
+    if (status?.at_ms && !(wants.subsystem in status.subsystems)) {
+      return t('why.subsystem', { subsystem: wants.subsystem });
+    }
+  }
+  if (wants.authority !== false && !inControl(monitor)) {
+    const holder = store.get(`monitors/${monitor}/authority`)?.holder;
+    return holder ? t('why.held', { monitor, user: holder.user }) : t('why.authority', { monitor });
+  }
+  if (!wants.lockedOut && has(monitor, 'General', 'LockedOut')) return t('why.locked', { monitor });
+  return '';
+}

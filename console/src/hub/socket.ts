@@ -1,0 +1,153 @@
+// The WebSocket: hello, resume, reconnecting, answers by id. What it brings goes to the store.
+import { HubError, NOT_LINKED, OUTCOME_UNKNOWN } from './errors';
+import { store } from './store';
+import type { ApiError, Authority, Hello, Messages, Result } from './types';
+
+/** What an answer holds beside its id: one of these. */
+export interface Answered {
+  result?: Result;
+  results?: Record<string, Result | { error: ApiError }>;
+  authority?: Authority;
+}
+
+interface Waiting {
+  resolve: (answer: Answered) => void;
+  reject: (error: HubError) => void;
+}
+
+const RETRY_FIRST_MS = 250;
+const RETRY_MOST_MS = 4000;
+/** The hub speaks each second; so long without a word means that the way to it is broken. */
+const SILENT_MS = 2500;
+const RESUME_KEY = 'lafet.resume';
+const SESSION_ENDED = 4401;
+
+class Socket {
+  private ws: WebSocket | null = null;
+  private wanted = false;
+  private retry_ms = RETRY_FIRST_MS;
+  private retryTimer = 0;
+  private heard_ms = 0;
+  private nextId = 1;
+  private readonly waiting = new Map<number, Waiting>();
+  private readonly listeners = new Map<string, Set<(message: never) => void>>();
+  onSessionEnded: () => void = () => {};
+
+  start(): void {
+    if (this.wanted) return;
+    this.wanted = true;
+    this.open();
+    window.setInterval(() => this.listen(), 500);
+    window.addEventListener('online', () => this.reopen());
+  }
+
+  stop(): void {
+    this.wanted = false;
+    sessionStorage.removeItem(RESUME_KEY);
+    clearTimeout(this.retryTimer);
+    this.ws?.close();
+  }
+
+  /** Messages that are not topics: `socket.on('event', fn)`. Returns what ends it. */
+  on<K extends keyof Messages>(type: K, fn: (message: Messages[K]) => void): () => void {
+    const all = this.listeners.get(type) ?? new Set();
+    this.listeners.set(type, all);
+    all.add(fn as (message: never) => void);
+    return () => all.delete(fn as (message: never) => void);
+  }
+
+  /** Says something that has no answer; false when there is no connection. */
+  send(message: object): boolean {
+    if (this.ws?.readyState !== WebSocket.OPEN) return false;
+    this.ws.send(JSON.stringify(message));
+    return true;
+  }
+
+  ask(message: object): Promise<Answered> {
+    const id = this.nextId++;
+    return new Promise((resolve, reject) => {
+      if (!store.linked || !this.send({ ...message, id })) {
+        reject(new HubError(NOT_LINKED));
+        return;
+      }
+      this.waiting.set(id, { resolve, reject });
+    });
+  }
+
+  private open(): void {
+    const resume = sessionStorage.getItem(RESUME_KEY);
+    const query = resume ? `?resume=${encodeURIComponent(resume)}` : '';
+    const ws = new WebSocket(`${location.origin.replace(/^http/, 'ws')}/api/ws${query}`);
+    this.ws = ws;
+    this.heard_ms = performance.now();
+    ws.onmessage = (event) => this.hear(String(event.data));
+    ws.onclose = (event) => {
+      if (this.ws === ws) this.closed(event.code);
+    };
+  }
+
+  private reopen(): void {
+    if (!this.wanted || this.ws) return;
+    clearTimeout(this.retryTimer);
+    this.open();
+  }
+
+  /** A connection that says nothing is given up before the browser would. */
+  private listen(): void {
+    if (!this.ws || performance.now() - this.heard_ms < SILENT_MS) return;
+    const dead = this.ws;
+    this.ws = null;
+    dead.onmessage = null;
+    dead.close();
+    this.closed(0);
+  }
+
+  private closed(code: number): void {
+    this.ws = null;
+    store.setLinked(false);
+    for (const { reject } of this.waiting.values()) reject(new HubError(OUTCOME_UNKNOWN));
+    this.waiting.clear();
+    if (code === SESSION_ENDED) {
+      this.wanted = false;
+      this.onSessionEnded();
+    }
+    if (!this.wanted) return;
+    const wait = this.retry_ms * (0.75 + Math.random() / 2);
+    this.retry_ms = Math.min(this.retry_ms * 2, RETRY_MOST_MS);
+    this.retryTimer = window.setTimeout(() => this.open(), wait);
+  }
+
+  private hear(text: string): void {
+    this.heard_ms = performance.now();
+    const message = JSON.parse(text) as { type: string; id?: number };
+    switch (message.type) {
+      case 'hello': {
+        const hello = message as unknown as Hello;
+        sessionStorage.setItem(RESUME_KEY, hello.resume);
+        this.retry_ms = RETRY_FIRST_MS;
+        store.setHello(hello);
+        break;
+      }
+      case 'state':
+        store.replace(message as never);
+        store.setLinked(true);
+        return;
+      case 'change':
+        store.apply(message as never);
+        return;
+      case 'answer':
+        this.answered(message as never);
+        return;
+    }
+    for (const fn of this.listeners.get(message.type) ?? []) fn(message as never);
+  }
+
+  private answered(message: Answered & { id: number; error?: ApiError }): void {
+    const waiting = this.waiting.get(message.id);
+    this.waiting.delete(message.id);
+    if (message.error) waiting?.reject(new HubError(message.error));
+    else waiting?.resolve(message);
+  }
+}
+
+export const socket = new Socket();

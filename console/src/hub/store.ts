@@ -1,0 +1,234 @@
+// What the hub has told, by topic. A replay feeds the same store.
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { Alarm, Hello, TopicOf } from './types';
+
+export interface Change {
+  now_ms: number;
+  set: Record<string, unknown>;
+  gone?: string[];
+}
+
+type Listener = (topic: string) => void;
+
+/** Pseudo topics: told to everybody who subscribes to them. */
+export const LINKED = '$linked';
+export const SECOND = '$second';
+
+export class Store {
+  private live = new Map<string, unknown>();
+  private replayed: Map<string, unknown> | null = null;
+  private readonly listeners = new Set<{ prefix: string; fn: Listener }>();
+  private offset_ms = 0;
+  private replay_now_ms = 0;
+  private second = 0;
+
+  hello: Hello | null = null;
+  /** Whether the hub is heard; false also before its first word. */
+  linked = false;
+  /** When it was last heard, by this page's clock. */
+  lostAt_ms = 0;
+
+  get source(): 'live' | 'replay' {
+    return this.replayed ? 'replay' : 'live';
+  }
+
+  get<K extends string>(topic: K): TopicOf<K> | undefined {
+    return this.topics.get(topic) as TopicOf<K> | undefined;
+  }
+
+  /** Topics that begin with this, sorted. */
+  keys(prefix: string): string[] {
+    return [...this.topics.keys()].filter((key) => key.startsWith(prefix)).sort(byNumber);
+  }
+
+  /** Ids of the monitors. */
+  monitors(): string[] {
+    const ids = new Set<string>();
+    for (const key of this.topics.keys()) {
+      if (key.startsWith('monitors/')) ids.add(key.split('/')[1]!);
+    }
+    return [...ids].sort(byNumber);
+  }
+
+  /** Alarms, the most urgent first. */
+  alarms(monitor?: string): Alarm[] {
+    const all: Alarm[] = [];
+    for (const [key, value] of this.topics) {
+      if (!key.startsWith('alarms/')) continue;
+      const alarm = value as Alarm;
+      if (!monitor || alarm.monitor === monitor) all.push(alarm);
+    }
+    return all.sort(byUrgency);
+  }
+
+  /** `fn` is called for each change of a topic that begins with this. Returns what ends it. */
+  subscribe(prefix: string, fn: Listener): () => void {
+    const entry = { prefix, fn };
+    this.listeners.add(entry);
+    return () => this.listeners.delete(entry);
+  }
+
+  /** The hub's clock, or that of the recording. */
+  now(): number {
+    return this.replayed ? this.replay_now_ms : Date.now() + this.offset_ms;
+  }
+
+  /** Whether a monitor's values are not to be taken for the present ones. */
+  stale(monitor: string): boolean {
+    const status = this.get(`monitors/${monitor}/status`);
+    return !status || status.stale || status.at_ms === null || (!this.linked && !this.replayed);
+  }
+
+  setHello(hello: Hello): void {
+    this.hello = hello;
+    this.clock(hello.now_ms);
+  }
+
+  setLinked(linked: boolean): void {
+    if (this.linked === linked) return;
+    this.linked = linked;
+    this.lostAt_ms = Date.now();
+    this.tell(LINKED);
+  }
+
+  /** Everything anew, live. */
+  replace(state: Change): void {
+    this.clock(state.now_ms);
+    const before = this.live;
+    this.live = new Map(Object.entries(state.set));
+    if (!this.replayed) this.tellAll(new Set([...before.keys(), ...this.live.keys()]));
+  }
+
+  /** A change of live values. */
+  apply(change: Change): void {
+    this.clock(change.now_ms);
+    this.merge(this.live, change, this.replayed === null);
+    const second = Math.floor(change.now_ms / 1000);
+    if (second === this.second) return;
+    this.second = second;
+    this.tell(SECOND);
+  }
+
+  /** From now on the store shows a recording; live values are kept aside. */
+  beginReplay(): void {
+    const before = [...this.topics.keys()];
+    this.replayed = new Map();
+    this.tellAll(before);
+    this.tell(LINKED);
+  }
+
+  replay(change: Change): void {
+    if (!this.replayed) return;
+    this.replay_now_ms = change.now_ms;
+    this.merge(this.replayed, change, true);
+    this.tell(SECOND);
+  }
+
+  endReplay(): void {
+    if (!this.replayed) return;
+    const before = [...this.replayed.keys()];
+    this.replayed = null;
+    this.tellAll(new Set([...before, ...this.live.keys()]));
+    this.tell(LINKED);
+  }
+
+  private get topics(): Map<string, unknown> {
+    return this.replayed ?? this.live;
+  }
+
+  private clock(now_ms: number): void {
+    const offset = now_ms - Date.now();
+    // The quickest message has the truest time; a drifting or changed clock is followed slowly.
+    this.offset_ms =
+      this.offset_ms === 0 || Math.abs(offset - this.offset_ms) > 2000
+        ? offset
+        : Math.max(offset, this.offset_ms - 1);
+  }
+
+  private merge(into: Map<string, unknown>, change: Change, shown: boolean): void {
+    for (const [topic, value] of Object.entries(change.set)) into.set(topic, value);
+    for (const topic of change.gone ?? []) into.delete(topic);
+    if (shown) this.tellAll([...Object.keys(change.set), ...(change.gone ?? [])]);
+  }
+
+  private tellAll(topics: Iterable<string>): void {
+    for (const topic of topics) this.tell(topic);
+  }
+
+  private tell(topic: string): void {
+    for (const { prefix, fn } of this.listeners) if (topic.startsWith(prefix)) fn(topic);
+  }
+}
+
+export const store = new Store();
+
+/**
+ * Renders its host anew when a topic changes that begins with one of the prefixes, once a frame at
+ * most; also when the link to the hub comes or goes. `SECOND` among the prefixes: each second.
+ */
+export class TopicController implements ReactiveController {
+  private ends: (() => void)[] = [];
+  private known = '';
+  private frame = 0;
+
+  constructor(
+    private readonly host: ReactiveControllerHost,
+    private readonly prefixes: () => string | string[],
+  ) {
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    this.known = '';
+    this.follow();
+  }
+
+  hostUpdate(): void {
+    this.follow();
+  }
+
+  hostDisconnected(): void {
+    this.end();
+    cancelAnimationFrame(this.frame);
+    this.frame = 0;
+  }
+
+  private follow(): void {
+    const prefixes = [this.prefixes()].flat();
+    const known = prefixes.join('\n');
+    if (known === this.known) return;
+    this.end();
+    this.known = known;
+    this.ends = [...prefixes, LINKED].map((prefix) => store.subscribe(prefix, this.changed));
+  }
+
+  private end(): void {
+    for (const end of this.ends) end();
+    this.ends = [];
+  }
+
+  private readonly changed = (): void => {
+    if (this.frame) return;
+    this.frame = requestAnimationFrame(() => {
+      this.frame = 0;
+      this.host.requestUpdate();
+    });
+  };
+}
+
+const PRIORITIES = { high: 0, medium: 1, low: 2 } as const;
+const STATES = { unack: 0, rtn_unack: 1, ack: 2, shelved: 3 } as const;
+
+function byUrgency(a: Alarm, b: Alarm): number {
+  return (
+    Number(a.state === 'shelved') - Number(b.state === 'shelved') ||
+    PRIORITIES[a.priority] - PRIORITIES[b.priority] ||
+    STATES[a.state] - STATES[b.state] ||
+    b.since_ms - a.since_ms
+  );
+}
+
+const collator = new Intl.Collator('en', { numeric: true });
+function byNumber(a: string, b: string): number {
+  return collator.compare(a, b);
+}

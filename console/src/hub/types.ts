@@ -1,0 +1,349 @@
+// The shapes of docs/hub-api.md.
+
+export type Role = 'observer' | 'operator' | 'engineer' | 'administrator';
+export type Drive = 'Vertical' | 'Horizontal' | 'Nozzle' | 'Deployer';
+export type Valve = 'Valve1' | 'Valve2';
+export type Toward = 'min' | 'max';
+export type Severity = 'info' | 'notice' | 'warning' | 'alarm';
+export type Priority = 'high' | 'medium' | 'low';
+
+export interface Text {
+  en: string;
+  ru: string;
+}
+
+export interface Session {
+  user: string;
+  role: Role;
+  kind: 'session' | 'token' | 'certificate' | 'demo';
+  csrf: string;
+  expires_ms: number;
+  seat: string;
+}
+
+export interface SitePlace {
+  at: [number, number];
+  heading: number;
+  height: number;
+}
+
+export interface Site {
+  monitors: Record<string, SitePlace>;
+  tanks: { name: string; at: [number, number]; diameter: number; height: number }[];
+  walls: { name: string; from: [number, number]; to: [number, number]; height: number }[];
+}
+
+export interface Hub {
+  name: string;
+  version: string;
+  api: number;
+  demo: boolean;
+  simulation: boolean;
+  login: boolean;
+  started_ms: number;
+  now_ms: number;
+  site: Site | null;
+}
+
+export interface Info {
+  id: string;
+  name: Text;
+  address: number;
+}
+
+/** What GetStatus tells of a subsystem; the fields are those of the dictionary, in units of the wire. */
+export interface SubsystemStatus {
+  bits: number;
+  flags: string[];
+  severity: Severity;
+  position?: number;
+  current?: number;
+  speed?: number;
+  main_voltage?: number;
+  pressure?: number;
+  flowrate?: number;
+  [field: string]: unknown;
+}
+
+export interface Status {
+  at_ms: number | null;
+  stale: boolean;
+  error: Text | string | null;
+  subsystems: Record<string, SubsystemStatus>;
+}
+
+export interface LinkCounts {
+  sent: number;
+  received: number;
+  errors: number;
+  retries: number;
+  timeouts: number;
+  loss_permille: number;
+}
+
+export interface Link extends LinkCounts {
+  endpoint: string;
+  state: 'up' | 'down';
+  since_ms: number;
+  error: Text | string | null;
+  poll_ms: number;
+  late: number;
+  strays: number;
+  collisions: number;
+  reconnects: number;
+  rtt_ms: number | null;
+  srtt_ms: number | null;
+  last: LinkCounts;
+}
+
+export interface Person {
+  user: string;
+  role: Role;
+  seat: string;
+  from?: string;
+  since_ms?: number;
+}
+
+export interface Authority {
+  state: 'free' | 'held' | 'lost';
+  holder: Person | null;
+  request: (Person & { until_ms: number }) | null;
+}
+
+export interface Reason {
+  code: 'link' | 'stale' | 'flag' | 'wrapped';
+  subsystem: string | null;
+  flag: string | null;
+  severity: Severity;
+  what: Text;
+  remedy: Text;
+}
+
+export interface Readiness {
+  ready: boolean;
+  reasons: Reason[];
+}
+
+export interface Range {
+  min: number;
+  max: number;
+}
+
+export type Limits = Partial<Record<Drive, Range>>;
+
+export interface Hotbed {
+  x1: number;
+  x2: number;
+  y1: number;
+  y2: number;
+  brightness: number;
+}
+
+export interface Hotbeds {
+  at_ms: number;
+  list: Hotbed[];
+}
+
+export interface ParamValue {
+  values?: number[];
+  error?: Text;
+}
+
+export interface Params {
+  at_ms: number | null;
+  reading: boolean;
+  progress: { done: number; total: number } | null;
+  values: Record<string, Record<string, ParamValue>>;
+}
+
+export interface Monitor extends Info {
+  status: Status;
+  link: Link;
+  authority: Authority;
+  readiness: Readiness;
+  limits: Limits | null;
+  hotbeds: Hotbeds | null;
+  params_at_ms: number | null;
+}
+
+export interface Alarm {
+  id: string;
+  monitor: string | null;
+  subsystem: string;
+  flag: string;
+  priority: Priority;
+  state: 'unack' | 'ack' | 'rtn_unack' | 'shelved';
+  active: boolean;
+  since_ms: number;
+  returned_ms: number | null;
+  count: number;
+  ack: { user: string; at_ms: number } | null;
+  shelved: { user: string; until_ms: number; reason: string } | null;
+  what: Text;
+  cause: Text;
+  consequence: Text;
+  remedy: Text;
+}
+
+export interface Fire {
+  name: string;
+  at: [number, number];
+  size: number;
+  base: number;
+  burns: boolean;
+  heat_kw: number;
+  density: number;
+}
+
+export interface Scene {
+  t_s: number;
+  speed: number;
+  wind: [number, number];
+  ambient_c: number;
+  fires: Fire[];
+  jets: Record<string, { lps: number; lands: [number, number]; litres: number }>;
+  splashes: { monitor: string; at: [number, number]; litres: number; foam: number }[];
+}
+
+export interface Answer {
+  from: string;
+  status: string;
+  code: number;
+  success: boolean;
+  text: string;
+  meaning: Text;
+  remedy: Text;
+  values: Record<string, unknown>;
+}
+
+export interface Result {
+  ok: boolean;
+  request: string;
+  took_ms: number;
+  audit: number | null;
+  answers: Answer[];
+}
+
+export interface ApiError extends Text {
+  code: string;
+  [detail: string]: unknown;
+}
+
+export interface AuditEntry {
+  n: number;
+  at_ms: number;
+  user: string;
+  role: Role | null;
+  from: string | null;
+  via: 'ws' | 'http' | 'hub';
+  seat: string | null;
+  monitor: string | null;
+  what: string;
+  outcome: string;
+  details: Record<string, unknown> | null;
+  prev: string;
+  hash: string;
+}
+
+export type JogState = 'armed' | 'moving' | 'stopping' | 'ended';
+export type JogEnd =
+  | 'stopped'
+  | 'standing'
+  | 'refused'
+  | 'replaced'
+  | 'taken_over'
+  | 'still_moving'
+  | 'unknown';
+
+/** Topics of the store. */
+export type TopicOf<K extends string> = K extends 'hub'
+  ? Hub
+  : K extends 'scene'
+    ? Scene
+    : K extends `alarms/${string}`
+      ? Alarm
+      : K extends `monitors/${string}/info`
+        ? Info
+        : K extends `monitors/${string}/status`
+          ? Status
+          : K extends `monitors/${string}/link`
+            ? Link
+            : K extends `monitors/${string}/authority`
+              ? Authority
+              : K extends `monitors/${string}/readiness`
+                ? Readiness
+                : K extends `monitors/${string}/limits`
+                  ? Limits | null
+                  : K extends `monitors/${string}/hotbeds`
+                    ? Hotbeds | null
+                    : K extends `monitors/${string}/params`
+                      ? Params
+                      : unknown;
+
+export interface Hello {
+  type: 'hello';
+  now_ms: number;
+  seat: string;
+  resume: string;
+  user: string;
+  role: Role;
+  kind: Session['kind'];
+  hub: Hub;
+  jog: { beat_ms: number; watchdog_ms: number };
+}
+
+export interface FrameSeen {
+  type: 'frame';
+  monitor: string;
+  at_ms: number;
+  direction: 'out' | 'in';
+  verdict: string;
+  dst: number;
+  src: number;
+  bytes: string;
+  text: string;
+}
+
+export interface JogSeen {
+  type: 'jog';
+  monitor: string;
+  drive: Drive;
+  state: JogState;
+  end: JogEnd | null;
+  text: Text | null;
+}
+
+export interface AskedSeen {
+  type: 'asked';
+  monitor: string;
+  by: Person;
+  until_ms: number;
+}
+
+export interface LostSeen {
+  type: 'authority_lost';
+  monitor: string;
+  how: 'forced' | 'granted' | 'expired';
+  by: Person | null;
+  reason: string | null;
+}
+
+export interface EventSeen {
+  type: 'event';
+  at_ms: number;
+  monitor: string | null;
+  what: Text;
+}
+
+/** Messages of the hub that are not topics. */
+export interface Messages {
+  hello: Hello;
+  frame: FrameSeen;
+  jog: JogSeen;
+  asked: AskedSeen;
+  authority_lost: LostSeen;
+  authority_denied: { type: 'authority_denied'; monitor: string };
+  authority_granted: { type: 'authority_granted'; monitor: string };
+  event: EventSeen;
+  missed: { type: 'missed'; count: number };
+}

@@ -1,0 +1,112 @@
+// Texts in two languages. Only the one that is read is loaded; changing it loads the other.
+import type en from './en';
+import type { Text } from '../hub/types';
+
+export type Lang = 'en' | 'ru';
+export type Key = keyof typeof en;
+export type Dictionary = Record<Key, string>;
+
+const KEY = 'lafet.lang';
+const loaders: Record<Lang, () => Promise<{ default: Dictionary }>> = {
+  en: () => import('./en'),
+  ru: () => import('./ru'),
+};
+
+let now: Lang = first();
+let texts: Partial<Dictionary> = {};
+
+/** Told after the language has changed. */
+export const langChanged = new EventTarget();
+
+export function lang(): Lang {
+  return now;
+}
+
+/** Loads the texts of the language: once before anything is shown. */
+export async function loadLang(): Promise<void> {
+  texts = (await loaders[now]()).default;
+  document.documentElement.lang = now;
+}
+
+export async function setLang(wanted: Lang): Promise<void> {
+  if (wanted === now) return;
+  localStorage.setItem(KEY, wanted);
+  now = wanted;
+  await loadLang();
+  langChanged.dispatchEvent(new Event('change'));
+}
+
+/** The text of a key, with `{name}` replaced from `args`. */
+export function t(key: Key, args?: Record<string, string | number>): string {
+  const text = texts[key] ?? key;
+  if (!args) return text;
+  return text.replace(/\{(\w+)\}/g, (whole, name: string) =>
+    name in args ? String(args[name]) : whole,
+  );
+}
+
+/** A text that the hub gives in both languages; also a plain one. */
+export function tt(text: Text | string | null | undefined): string {
+  if (!text) return '';
+  return typeof text === 'string' ? text : text[now];
+}
+
+/** A count with its noun: `plural(3, 'shell.alarms')` uses the keys shell.alarms.one, .few, .many, .other. */
+export function plural(n: number, base: string): string {
+  const form = new Intl.PluralRules(now).select(n);
+  const key = `${base}.${form}`;
+  return t((key in texts ? key : `${base}.other`) as Key, { n: num(n) });
+}
+
+export function num(value: number, digits = 0): string {
+  return new Intl.NumberFormat(now, {
+    minimumFractionDigits: digits,
+    maximumFractionDigits: digits,
+    useGrouping: Math.abs(value) >= 10000,
+  })
+    .format(value)
+    .replace(/^-/, '−');
+}
+
+/** 14:03:27 */
+export function time(at_ms: number): string {
+  return new Intl.DateTimeFormat(now === 'en' ? 'en-GB' : 'ru', {
+    hour: '2-digit',
+    minute: '2-digit',
+    second: '2-digit',
+  }).format(at_ms);
+}
+
+/** 21 Nov, 14:03:27 */
+export function dateTime(at_ms: number): string {
+  return new Intl.DateTimeFormat(now === 'en' ? 'en-GB' : 'ru', {
+    day: 'numeric',
+    month: 'short',
+    hour: '2-digit',
+    minute: '2-digit',
+    second: '2-digit',
+  }).format(at_ms);
+}
+
+/** How long something has lasted: 4 s, 3 min, 2 h, 5 d. */
+export function age(ms: number): string {
+  const s = Math.max(0, Math.round(ms / 1000));
+  if (s < 100) return unit(s, 'second');
+  if (s < 100 * 60) return unit(Math.round(s / 60), 'minute');
+  if (s < 48 * 3600) return unit(Math.round(s / 3600), 'hour');
+  return unit(Math.round(s / 86400), 'day');
+}
+
+function unit(value: number, of: string): string {
+  return new Intl.NumberFormat(now, { style: 'unit', unit: of, unitDisplay: 'short' }).format(value);
+}
+
+function first(): Lang {
+  const url = typeof location === 'undefined' ? null : new URLSearchParams(location.search);
+  const wanted = url?.get('lang') ?? stored() ?? globalThis.navigator?.language ?? 'en';
+  return wanted.toLowerCase().startsWith('ru') ? 'ru' : 'en';
+}
+
+function stored(): string | null {
+  return typeof localStorage === 'undefined' ? null : localStorage.getItem(KEY);
+}

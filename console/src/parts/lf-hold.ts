@@ -1,0 +1,151 @@
+// A button that has to be held: `held` is sent when it has been, and nothing before.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
+import { t } from '../i18n';
+import { base } from '../theme/shared';
+import { icon, type IconName } from './icons';
+import { buttonStyle, type ButtonKind } from './lf-button';
+import { hideWhy, showWhy } from './why';
+
+@customElement('lf-hold')
+export class LfHold extends LitElement {
+  static override styles = [
+    base,
+    buttonStyle,
+    css`
+      button {
+        position: relative;
+        overflow: hidden;
+        touch-action: none;
+        isolation: isolate;
+      }
+      button::before {
+        content: '';
+        position: absolute;
+        inset: 0;
+        z-index: -1;
+        background: var(--lf-hold-fill, var(--accent-soft));
+        transform: scaleX(0);
+        transform-origin: left;
+      }
+      .primary::before {
+        background: color-mix(in srgb, var(--accent) 60%, var(--text));
+      }
+      .danger::before {
+        background: var(--high-soft);
+      }
+      button.holding::before {
+        transform: scaleX(1);
+        transition: transform var(--hold-ms) linear;
+      }
+      .hint {
+        font-weight: 500;
+        font-size: var(--t-small);
+        opacity: 0.85;
+      }
+    `,
+  ];
+  static override shadowRootOptions = { ...LitElement.shadowRootOptions, delegatesFocus: true };
+
+  @property() kind: ButtonKind = 'normal';
+  @property() icon: IconName | '' = '';
+  @property() why = '';
+  @property({ type: Number }) seconds = 1;
+  @property({ type: Boolean }) nohint = false;
+  @state() private holding = false;
+  private timer = 0;
+  private began = 0;
+
+  override render() {
+    return html`<button
+      type="button"
+      class="${this.kind} ${this.holding ? 'holding' : ''}"
+      style="--hold-ms:${this.seconds * 1000}ms"
+      aria-disabled=${this.why ? 'true' : nothing}
+      aria-description=${this.why || t('shell.hold_hint', { s: this.seconds })}
+      @pointerdown=${this.pressed}
+      @pointerup=${this.left}
+      @pointercancel=${this.abort}
+      @lostpointercapture=${this.abort}
+      @pointermove=${this.moved}
+      @keydown=${this.keyed}
+      @keyup=${this.left}
+      @contextmenu=${(e: Event) => e.preventDefault()}
+      @focus=${() => this.why && showWhy(this, this.why)}
+      @pointerenter=${() => this.why && showWhy(this, this.why)}
+      @pointerleave=${() => hideWhy(this)}
+      @blur=${this.abort}
+    >
+      ${this.icon ? icon(this.icon) : nothing}<slot></slot>
+      ${this.nohint ? nothing : html`<span class="hint">${t('shell.hold', { s: this.seconds })}</span>`}
+    </button>`;
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    window.addEventListener('blur', this.abort);
+    document.addEventListener('visibilitychange', this.abort);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    window.removeEventListener('blur', this.abort);
+    document.removeEventListener('visibilitychange', this.abort);
+    this.abort();
+  }
+
+  override updated(): void {
+    if (this.why && this.holding) this.abort();
+  }
+
+  private pressed(event: PointerEvent): void {
+    if (event.button !== 0) return;
+    (event.currentTarget as Element).setPointerCapture(event.pointerId);
+    this.begin();
+  }
+
+  private keyed(event: KeyboardEvent): void {
+    if (event.key !== 'Enter' && event.key !== ' ') return;
+    event.preventDefault();
+    if (!event.repeat) this.begin();
+  }
+
+  /** A finger that slides off the button lets go. */
+  private moved(event: PointerEvent): void {
+    if (!this.holding) return;
+    const at = this.getBoundingClientRect();
+    const { clientX: x, clientY: y } = event;
+    if (x < at.left || x > at.right || y < at.top || y > at.bottom) this.abort();
+  }
+
+  private begin(): void {
+    if (this.why) return showWhy(this, this.why);
+    this.holding = true;
+    this.began = performance.now();
+    clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => {
+      this.holding = false;
+      hideWhy(this);
+      this.dispatchEvent(new CustomEvent('held', { bubbles: true, composed: true }));
+    }, this.seconds * 1000);
+  }
+
+  private left(): void {
+    if (!this.holding) return;
+    const short = performance.now() - this.began < this.seconds * 1000;
+    this.abort();
+    if (short) showWhy(this, t('shell.hold_hint', { s: this.seconds }));
+  }
+
+  private readonly abort = (): void => {
+    clearTimeout(this.timer);
+    this.holding = false;
+    hideWhy(this);
+  };
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-hold': LfHold;
+  }
+}

@@ -1,0 +1,92 @@
+// A measured value with its unit; greyed with its age when it is not the present one.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { age } from '../i18n';
+import { base } from '../theme/shared';
+import { measured, type Quantity } from '../units';
+import { icon } from './icons';
+
+@customElement('lf-value')
+export class LfValue extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        display: inline-flex;
+        flex-direction: column;
+        gap: 2px;
+        min-width: var(--lf-value-width, 7ch);
+      }
+      .label {
+        font-size: var(--t-small);
+        font-weight: 600;
+        color: var(--dim);
+        white-space: nowrap;
+      }
+      .value {
+        display: inline-flex;
+        align-items: baseline;
+        gap: 4px;
+        white-space: nowrap;
+        font-size: var(--lf-value-size, var(--t-value));
+        font-weight: 600;
+        letter-spacing: -0.015em;
+        line-height: 1.15;
+      }
+      .unit {
+        font-size: max(0.5em, 12px);
+        font-weight: 500;
+        color: var(--dim);
+        letter-spacing: 0;
+      }
+      .small {
+        --lf-value-size: 18px;
+      }
+      .stale .value {
+        color: var(--dim);
+        font-weight: 400;
+        font-style: italic;
+      }
+      .age {
+        display: inline-flex;
+        align-items: center;
+        gap: 4px;
+        font-size: var(--t-small);
+        color: var(--dim);
+        white-space: nowrap;
+      }
+      .matters .value {
+        color: var(--medium);
+      }
+    `,
+  ];
+
+  @property() quantity: Quantity = 'angle';
+  /** In the unit of the wire; null: unknown. */
+  @property({ type: Number }) value: number | null = null;
+  @property() label = '';
+  @property({ type: Boolean }) stale = false;
+  /** How old it is; shown when stale. */
+  @property({ type: Number }) age_ms: number | null = null;
+  @property({ type: Boolean }) small = false;
+  /** It is out of the ordinary. */
+  @property({ type: Boolean }) matters = false;
+
+  override render() {
+    const { value, unit } = measured(this.quantity, this.value);
+    const kind = `${this.small ? 'small' : ''} ${this.stale ? 'stale' : ''} ${this.matters ? 'matters' : ''}`;
+    return html`<div class=${kind}>
+      ${this.label ? html`<div class="label">${this.label}</div>` : nothing}
+      <div class="value"><span>${value}</span><span class="unit">${unit}</span></div>
+      ${this.stale && this.age_ms !== null
+        ? html`<div class="age">${icon('clock', 14)}${age(this.age_ms)}</div>`
+        : nothing}
+    </div>`;
+  }
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-value': LfValue;
+  }
+}

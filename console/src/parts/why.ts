@@ -1,0 +1,33 @@
+// One bubble for the whole page that says why a control does nothing, or how it is used.
+let bubble: HTMLElement | null = null;
+let shownFor: Element | null = null;
+
+export function showWhy(anchor: Element, text: string): void {
+  if (!text) return hideWhy();
+  bubble ??= made();
+  bubble.textContent = text;
+  shownFor = anchor;
+  if (!bubble.matches(':popover-open')) bubble.showPopover();
+  const at = anchor.getBoundingClientRect();
+  const own = bubble.getBoundingClientRect();
+  const above = at.top - own.height - 8;
+  const top = above > 4 ? above : at.bottom + 8;
+  const left = at.left + at.width / 2 - own.width / 2;
+  bubble.style.top = `${top}px`;
+  bubble.style.left = `${Math.max(8, Math.min(left, innerWidth - own.width - 8))}px`;
+}
+
+export function hideWhy(anchor?: Element): void {
+  if (anchor && anchor !== shownFor) return;
+  shownFor = null;
+  if (bubble?.matches(':popover-open')) bubble.hidePopover();
+}
+
+function made(): HTMLElement {
+  const div = document.createElement('div');
+  div.className = 'lf-why';
+  div.setAttribute('popover', 'manual');
+  div.setAttribute('role', 'status');
+  document.body.append(div);
+  return div;
+}

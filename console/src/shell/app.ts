@@ -1,0 +1,250 @@
+// The whole: the bar, the strip, the rail, the page; or login, or setup.
+import { LitElement, css, html, nothing } from 'lit';
+import { state } from 'lit/decorators.js';
+import { keyed } from 'lit/directives/keyed.js';
+import { html as staticHtml, unsafeStatic } from 'lit/static-html.js';
+import { dictionary } from '../hub/dictionary';
+import { HubError } from '../hub/errors';
+import { http } from '../hub/http';
+import { guardJog, jog } from '../hub/jog';
+import { session, setSession } from '../hub/me';
+import { followPauses } from '../hub/pause';
+import { socket } from '../hub/socket';
+import { store, TopicController } from '../hub/store';
+import type { Session } from '../hub/types';
+import { lang, langChanged, t } from '../i18n';
+import '../parts/lf-chip';
+import '../parts/lf-value';
+import { base } from '../theme/shared';
+import { unitsChanged } from '../units';
+import { followAuthority } from './authority';
+import './banners';
+import { dialog } from './dialog';
+import './nav';
+import { loadPage, router } from './router';
+import { followTheme, openHelp } from './settings';
+import './stop';
+import './toasts';
+import './topbar';
+
+type Phase = 'boot' | 'unreachable' | 'login' | 'setup' | 'on';
+
+export class LfApp extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        display: grid;
+        height: 100dvh;
+        grid: var(--topbar) auto 1fr / var(--nav) 1fr;
+        grid-template-areas: 'top top' 'banners banners' 'nav main';
+        --nav-now: var(--nav);
+      }
+      lf-topbar {
+        grid-area: top;
+        min-width: 0;
+      }
+      lf-banners {
+        grid-area: banners;
+        min-width: 0;
+      }
+      lf-nav {
+        grid-area: nav;
+        min-height: 0;
+      }
+      main {
+        grid-area: main;
+        overflow: auto;
+        min-width: 0;
+        min-height: 0;
+      }
+      main > * {
+        display: block;
+        min-height: 100%;
+      }
+      .alone {
+        grid-area: 1 / 1 / -1 / -1;
+        overflow: auto;
+      }
+      .boot {
+        display: grid;
+        place-content: center;
+        justify-items: center;
+        gap: var(--s3);
+        height: 100%;
+        color: var(--dim);
+      }
+      .shade {
+        display: none;
+      }
+      :host {
+        --stop-width: 350px;
+      }
+      :host([one]) {
+        --stop-width: 520px;
+      }
+      @media (max-width: 1280px) {
+        :host {
+          --nav: 96px;
+        }
+      }
+      @media (max-width: 1200px) {
+        :host {
+          --stop-width: 260px;
+        }
+        :host([one]) {
+          --stop-width: 372px;
+        }
+      }
+      @media (max-width: 720px) {
+        :host {
+          --topbar: 56px;
+          --nav: 240px;
+          --nav-now: 0px;
+          grid-template-columns: 1fr;
+          grid-template-rows: var(--topbar) auto 1fr 72px;
+          grid-template-areas: 'top' 'banners' 'main' '.';
+        }
+        lf-nav {
+          display: none;
+          position: fixed;
+          inset: 56px auto 72px 0;
+          width: 260px;
+          z-index: 41;
+        }
+        :host([menu]) lf-nav {
+          display: flex;
+        }
+        :host([menu]) .shade {
+          display: block;
+          position: fixed;
+          inset: 0;
+          background: rgb(12 18 24 / 45%);
+          z-index: 40;
+        }
+      }
+    `,
+  ];
+
+  @state() private phase: Phase = 'boot';
+  @state() private route = router.route;
+  @state() private loaded = '';
+  @state() private version = 0;
+  private modal = false;
+  private readonly narrow = matchMedia('(min-width: 721px) and (max-width: 1280px)');
+
+  constructor() {
+    super();
+    new TopicController(this, () => 'hub');
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    followTheme();
+    guardJog();
+    followPauses();
+    followAuthority();
+    http.onLoginNeeded = (setup) => (this.phase = setup ? 'setup' : 'login');
+    socket.onSessionEnded = () => (this.phase = 'login');
+    router.addEventListener('change', () => this.goTo());
+    for (const changed of [langChanged, unitsChanged]) {
+      changed.addEventListener('change', () => this.anew());
+    }
+    dialog.addEventListener('change', () => {
+      this.modal = dialog.stack.length > 0;
+      this.requestUpdate();
+    });
+    this.narrow.addEventListener('change', () => this.requestUpdate());
+    window.addEventListener('keydown', this.keyed);
+    this.goTo();
+    void this.begin();
+  }
+
+  override render() {
+    if (this.phase === 'login') return this.alone('login');
+    if (this.phase === 'setup') return this.alone('setup');
+    const { page, monitor } = this.route;
+    this.toggleAttribute('one', monitor !== null);
+    return keyed(
+      `${lang()} ${this.version}`,
+      html`<lf-stop .monitor=${monitor}></lf-stop>
+        <lf-topbar .route=${this.route} ?inert=${this.modal} @menu=${() => this.toggleAttribute('menu')}></lf-topbar>
+        <lf-banners .route=${this.route} ?inert=${this.modal}></lf-banners>
+        <div class="shade" @click=${() => this.removeAttribute('menu')}></div>
+        <lf-nav
+          .route=${this.route}
+          ?rail=${this.narrow.matches}
+          ?inert=${this.modal}
+          @click=${() => this.removeAttribute('menu')}
+        ></lf-nav>
+        <main ?inert=${this.modal} tabindex="-1">${this.page(page, monitor)}</main>
+        <lf-dialogs></lf-dialogs>
+        <lf-toasts></lf-toasts>`,
+    );
+  }
+
+  private page(name: string, monitor: string | null) {
+    if (this.phase === 'unreachable') return html`<div class="boot">${t('shell.unreachable')}</div>`;
+    if (this.phase === 'boot' || this.loaded !== name || !store.hello) {
+      return html`<div class="boot" aria-busy="true">${t('shell.loading')}</div>`;
+    }
+    const tag = unsafeStatic(`lf-page-${name}`);
+    return keyed(`${name} ${monitor}`, staticHtml`<${tag} .monitor=${monitor}></${tag}>`);
+  }
+
+  private alone(name: 'login' | 'setup') {
+    void this.load(name);
+    if (this.loaded !== name) return nothing;
+    const tag = unsafeStatic(`lf-page-${name}`);
+    const entered = (event: CustomEvent<Session>) => this.enter(event.detail);
+    return staticHtml`<div class="alone"><${tag} @entered=${entered}></${tag}></div>`;
+  }
+
+  private async begin(): Promise<void> {
+    try {
+      this.enter(await http.session());
+    } catch (cause) {
+      if (HubError.of(cause).code === 'login_needed') return;
+      this.phase = 'unreachable';
+      window.setTimeout(() => void this.begin(), 2000);
+    }
+  }
+
+  private enter(given: Session): void {
+    if (location.pathname === '/setup') {
+      history.replaceState(null, '', '/#/overview');
+      this.goTo();
+    }
+    if (session() && session()!.user !== given.user) location.reload();
+    setSession(given);
+    this.phase = 'on';
+    socket.start();
+    const again = () => this.requestUpdate();
+    socket.on('hello', again);
+    dictionary().then(again, () => {});
+    void this.load(this.route.page);
+  }
+
+  private goTo(): void {
+    jog.endAll();
+    dialog.closeAll();
+    this.route = router.route;
+    this.removeAttribute('menu');
+    void this.load(this.route.page);
+  }
+
+  private async load(name: string): Promise<void> {
+    await loadPage(name);
+    if (name === this.route.page || name === this.phase) this.loaded = name;
+  }
+
+  /** Everything is made anew: texts and units stand in all parts. */
+  private anew(): void {
+    this.version += 1;
+  }
+
+  private readonly keyed = (event: KeyboardEvent): void => {
+    const typing = event.composedPath()[0] instanceof HTMLInputElement || event.composedPath()[0] instanceof HTMLTextAreaElement;
+    if (event.key === '?' && !typing && !this.modal && this.phase === 'on') openHelp();
+  };
+}

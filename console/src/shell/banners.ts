@@ -1,0 +1,169 @@
+// What must not be overlooked, in one strip under the bar; it is as high whatever it says.
+import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { resumesIn } from '../hub/pause';
+import { has, inControl, may, whyNot } from '../hub/session';
+import { SECOND, store, TopicController } from '../hub/store';
+import { age, num, t } from '../i18n';
+import { icon, type IconName } from '../parts/icons';
+import '../parts/lf-button';
+import { base } from '../theme/shared';
+import { answerAsked, asked, askedChanged, releaseControl, takeControl } from './authority';
+import { router, type Route } from './router';
+
+const LIMITED = ['Horizontal', 'Vertical', 'Nozzle', 'Deployer'];
+
+@customElement('lf-banners')
+export class LfBanners extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        display: flex;
+        min-height: 48px;
+        border-bottom: 1px solid var(--line);
+        background: var(--surface-2);
+        overflow-x: auto;
+        --lf-button-height: 40px;
+      }
+      .banner {
+        display: flex;
+        align-items: center;
+        gap: 10px;
+        padding: 3px 16px;
+        font-size: 14px;
+        font-weight: 550;
+        line-height: 1.25;
+        border-right: 1px solid var(--line);
+        min-width: max-content;
+      }
+      .grow {
+        flex: 1;
+      }
+      .banner:last-child {
+        border-right: 0;
+      }
+      .info {
+        background: var(--info-soft);
+      }
+      .accent {
+        background: var(--accent-soft);
+      }
+      .medium {
+        background: var(--medium-soft);
+        box-shadow: inset 0 3px var(--medium);
+      }
+      .high {
+        background: var(--high-soft);
+        box-shadow: inset 0 3px var(--high);
+      }
+      b {
+        font-weight: 700;
+      }
+      .count {
+        min-width: 4ch;
+        text-align: right;
+        font-weight: 700;
+      }
+    `,
+  ];
+
+  @property({ attribute: false }) route: Route = router.route;
+  private timer = 0;
+
+  constructor() {
+    super();
+    new TopicController(this, () => [SECOND, 'hub', 'monitors/']);
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    askedChanged.addEventListener('change', this.again);
+    this.timer = window.setInterval(this.tick, 100);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    askedChanged.removeEventListener('change', this.again);
+    clearInterval(this.timer);
+  }
+
+  override render() {
+    const { monitor } = this.route;
+    const simulation = store.hello?.hub.simulation && store.source === 'live';
+    return html`${!store.linked && store.hello
+        ? banner('high', 'unlinked', t('banner.lost', { age: age(Date.now() - store.lostAt_ms) }))
+        : nothing}
+      ${store.source === 'replay' ? banner('accent', 'replay', html`<b>${t('banner.replay')}</b>`) : nothing}
+      ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>`) : nothing}
+      ${[...asked.values()].map((one) => this.asked(one.monitor, one.by.user, one.until_ms))}
+      ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : nothing}`;
+  }
+
+  private ofMonitor(monitor: string) {
+    const resume = resumesIn(monitor);
+    return html`${has(monitor, 'General', 'LockedOut')
+        ? banner('medium', 'lock', html`<b>${t('banner.locked', { monitor })}</b>`)
+        : nothing}
+      ${resume !== null
+        ? banner(
+            'medium',
+            'pause',
+            html`<b>${t('banner.paused')}</b> <span class="count">${num(resume / 1000, 1)} ${t('banner.s')}</span>`,
+          )
+        : nothing}
+      ${this.control(monitor)}`;
+  }
+
+  private control(monitor: string) {
+    const authority = store.get(`monitors/${monitor}/authority`);
+    if (!authority || !may('operator') || store.source === 'replay') {
+      return may('operator') ? nothing : banner('info', 'user', t('banner.observer'), true);
+    }
+    const why = whyNot(monitor, { authority: false, lockedOut: true });
+    if (inControl(monitor)) {
+      return html`<div class="banner grow">
+        ${icon('check')}<span class="grow">${t('banner.in_control', { monitor })}</span>
+        <lf-button .why=${why} @click=${() => releaseControl(monitor)}>${t('authority.release')}</lf-button>
+      </div>`;
+    }
+    const holder = authority.holder;
+    const text = holder
+      ? t(authority.state === 'lost' ? 'banner.held_lost' : 'banner.held', { monitor, user: holder.user })
+      : t('banner.free', { monitor });
+    return html`<div class="banner grow accent">
+      ${icon('hand')}<span class="grow">${text}</span>
+      <lf-button id="take" kind="primary" .why=${why} @click=${() => takeControl(monitor)}
+        >${holder ? t('authority.ask') : t('authority.take')}</lf-button
+      >
+    </div>`;
+  }
+
+  private asked(monitor: string, user: string, until_ms: number) {
+    const left = Math.max(0, Math.ceil((until_ms - store.now()) / 1000));
+    return html`<div class="banner medium" role="alert">
+      ${icon('hand')}<span><b>${t('banner.asked', { user, monitor })}</b></span>
+      <span class="count">${left} ${t('banner.s')}</span>
+      <lf-button kind="primary" @click=${() => answerAsked(monitor, 'grant')}>${t('authority.grant')}</lf-button>
+      <lf-button @click=${() => answerAsked(monitor, 'deny')}>${t('authority.deny')}</lf-button>
+    </div>`;
+  }
+
+  private limitless() {
+    const ids = store.monitors().filter((id) => LIMITED.some((drive) => has(id, drive, 'Limitless')));
+    if (ids.length === 0) return nothing;
+    return banner('medium', 'warning', html`<b>${t('banner.limitless', { monitors: ids.join(', ') })}</b>`);
+  }
+
+  private readonly again = (): void => this.requestUpdate();
+
+  /** Countdowns move between the words of the hub. */
+  private readonly tick = (): void => {
+    const { monitor } = this.route;
+    if (asked.size > 0 || (monitor && resumesIn(monitor) !== null)) this.requestUpdate();
+  };
+}
+
+function banner(kind: string, name: IconName, text: string | TemplateResult, grow = false) {
+  return html`<div class="banner ${kind} ${grow ? 'grow' : ''}">${icon(name)}<span>${text}</span></div>`;
+}

@@ -1,0 +1,237 @@
+// Dialogs. They are not `showModal`, which would put everything else, STOP among it, out of reach:
+// the page behind is inert, STOP is not.
+import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
+import { customElement, state } from 'lit/decorators.js';
+import { jog } from '../hub/jog';
+import { t } from '../i18n';
+import '../parts/lf-button';
+import '../parts/lf-hold';
+import { base, fields, table } from '../theme/shared';
+
+export interface DialogOptions<T> {
+  title: string;
+  /** What stands in it; `close(value)` ends it. */
+  content: (close: (value?: T) => void) => TemplateResult;
+  /** Buttons at its foot; a single Close without. */
+  actions?: (close: (value?: T) => void) => TemplateResult;
+  wide?: boolean;
+}
+
+interface Open {
+  options: DialogOptions<unknown>;
+  resolve: (value: unknown) => void;
+  before: HTMLElement | null;
+}
+
+class Dialogs extends EventTarget {
+  stack: Open[] = [];
+
+  /** Opens a dialog; the promise gives what it was closed with, undefined when it was dismissed. */
+  open<T>(options: DialogOptions<T>): Promise<T | undefined> {
+    jog.endAll();
+    return new Promise((resolve) => {
+      this.stack.push({
+        options: options as DialogOptions<unknown>,
+        resolve: resolve as (value: unknown) => void,
+        before: activeElement(),
+      });
+      this.changed();
+    });
+  }
+
+  close(value?: unknown): void {
+    const top = this.stack.pop();
+    if (!top) return;
+    top.resolve(value);
+    this.changed();
+    queueMicrotask(() => top.before?.focus());
+  }
+
+  closeAll(): void {
+    while (this.stack.length > 0) this.close();
+  }
+
+  /** Renders the open dialog anew. */
+  update(): void {
+    this.changed();
+  }
+
+  private changed(): void {
+    this.dispatchEvent(new Event('change'));
+  }
+}
+
+export const dialog = new Dialogs();
+
+export interface ConfirmOptions {
+  title: string;
+  text: string | TemplateResult;
+  yes: string;
+  danger?: boolean;
+  /** Seconds that the button has to be held. */
+  hold?: number;
+  /** What has to be typed first, e.g. the monitor's id. */
+  typed?: string;
+}
+
+/** Asks whether it is to be done. */
+export async function confirmDialog(options: ConfirmOptions): Promise<boolean> {
+  let typed = '';
+  const missing = () =>
+    options.typed && typed !== options.typed ? t('shell.type_first', { what: options.typed }) : '';
+  const typing = (event: Event) => {
+    typed = (event.target as HTMLInputElement).value.trim();
+    dialog.update();
+  };
+  const kind = options.danger ? 'danger' : 'primary';
+  const answer = await dialog.open<boolean>({
+    title: options.title,
+    content: () => html`<p>${options.text}</p>
+      ${options.typed
+        ? html`<label class="field"
+            >${t('shell.type', { what: options.typed })}
+            <input autocomplete="off" autocapitalize="off" spellcheck="false" @input=${typing} />
+          </label>`
+        : nothing}`,
+    actions: (close) => html`<lf-button @click=${() => close(false)}>${t('shell.cancel')}</lf-button>
+      ${options.hold
+        ? html`<lf-hold kind=${kind} .seconds=${options.hold} .why=${missing()} @held=${() => close(true)}
+            >${options.yes}</lf-hold
+          >`
+        : html`<lf-button kind=${kind} .why=${missing()} @click=${() => close(true)}
+            >${options.yes}</lf-button
+          >`}`,
+  });
+  return answer === true;
+}
+
+@customElement('lf-dialogs')
+export class LfDialogs extends LitElement {
+  static override styles = [
+    base,
+    fields,
+    table,
+    css`
+      .veil {
+        position: fixed;
+        inset: var(--topbar) 0 0 0;
+        display: grid;
+        place-items: center;
+        padding: var(--s3);
+        background: rgb(12 18 24 / 45%);
+        z-index: 50;
+        overflow: auto;
+      }
+      .dialog {
+        width: min(520px, 100%);
+        max-height: 100%;
+        display: flex;
+        flex-direction: column;
+        background: var(--surface);
+        border: 1px solid var(--line);
+        border-radius: 12px;
+        box-shadow: var(--shadow-large);
+      }
+      .wide {
+        width: min(920px, 100%);
+      }
+      .dialog > header {
+        display: flex;
+        align-items: center;
+        gap: var(--s2);
+        padding: var(--s2) var(--s2) var(--s2) var(--s4);
+        border-bottom: 1px solid var(--line);
+      }
+      .dialog > header h1 {
+        flex: 1;
+        font-size: var(--t-large);
+      }
+      .body {
+        padding: var(--s4);
+        overflow: auto;
+        display: flex;
+        flex-direction: column;
+        gap: var(--s3);
+        line-height: 1.5;
+      }
+      footer {
+        display: flex;
+        flex-wrap: wrap;
+        justify-content: flex-end;
+        gap: var(--s2);
+        padding: var(--s3) var(--s4);
+        border-top: 1px solid var(--line);
+      }
+      @media (max-width: 720px) {
+        .veil {
+          inset: 56px 0 72px 0;
+        }
+      }
+    `,
+  ];
+
+  @state() private count = 0;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    dialog.addEventListener('change', this.changed);
+    window.addEventListener('keydown', this.keyed);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    dialog.removeEventListener('change', this.changed);
+    window.removeEventListener('keydown', this.keyed);
+  }
+
+  override render() {
+    const top = dialog.stack.at(-1);
+    if (!top) return nothing;
+    const close = (value?: unknown) => dialog.close(value);
+    const { title, content, actions, wide } = top.options;
+    return html`<div class="veil">
+      <div
+        class="dialog ${wide ? 'wide' : ''}"
+        role="dialog"
+        aria-modal="true"
+        aria-labelledby="title"
+        tabindex="-1"
+      >
+        <header>
+          <h1 id="title">${title}</h1>
+          <lf-button kind="quiet" icon="close" .label=${t('shell.close')} @click=${() => close()}></lf-button>
+        </header>
+        <div class="body" tabindex="0">${content(close)}</div>
+        ${actions ? html`<footer>${actions(close)}</footer>` : nothing}
+      </div>
+    </div>`;
+  }
+
+  private readonly changed = async (): Promise<void> => {
+    const opened = dialog.stack.length > this.count;
+    this.count = dialog.stack.length;
+    this.requestUpdate();
+    if (!opened) return;
+    await this.updateComplete;
+    const field = this.renderRoot.querySelector<HTMLElement>('[autofocus], input, select, textarea');
+    (field ?? this.renderRoot.querySelector<HTMLElement>('.dialog'))?.focus();
+  };
+
+  private readonly keyed = (event: KeyboardEvent): void => {
+    if (event.key !== 'Escape' || event.shiftKey || dialog.stack.length === 0) return;
+    event.preventDefault();
+    dialog.close();
+  };
+}
+
+function activeElement(): HTMLElement | null {
+  let at = document.activeElement;
+  while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
+  return at instanceof HTMLElement ? at : null;
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-dialogs': LfDialogs;
+  }
+}

@@ -1,0 +1,164 @@
+// Where one can go. A rail on wide screens, a drawer on narrow ones.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { may } from '../hub/session';
+import { store, TopicController } from '../hub/store';
+import { t, type Key } from '../i18n';
+import { icon } from '../parts/icons';
+import { base } from '../theme/shared';
+import { hrefOf, PAGES, router, type PageInfo, type Route } from './router';
+
+@customElement('lf-nav')
+export class LfNav extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        display: flex;
+        flex-direction: column;
+        gap: 2px;
+        padding: var(--s2);
+        background: var(--surface);
+        border-right: 1px solid var(--line);
+        overflow-y: auto;
+      }
+      h3 {
+        padding: 14px 12px 6px;
+      }
+      a {
+        position: relative;
+        display: flex;
+        align-items: center;
+        gap: 12px;
+        min-height: var(--touch);
+        padding: 4px 12px;
+        border-radius: var(--radius);
+        color: var(--text);
+        text-decoration: none;
+        font-size: 15px;
+        font-weight: 500;
+      }
+      a .icon {
+        color: var(--dim);
+      }
+      a:hover {
+        background: var(--surface-2);
+      }
+      a[aria-current] {
+        background: var(--accent-soft);
+        font-weight: 650;
+      }
+      a[aria-current] .icon {
+        color: var(--accent);
+      }
+      a span {
+        flex: 1;
+        min-width: 0;
+        overflow: hidden;
+        text-overflow: ellipsis;
+      }
+      .count {
+        flex: none;
+        min-width: 24px;
+        padding: 1px 7px;
+        border-radius: 12px;
+        background: var(--high);
+        color: var(--on-high);
+        font-size: 13px;
+        font-weight: 700;
+        text-align: center;
+      }
+      label {
+        padding: 0 4px 6px;
+      }
+      select {
+        font: inherit;
+        font-weight: 650;
+        width: 100%;
+        min-height: var(--touch);
+        padding: 0 10px;
+        border: 1px solid var(--line-strong);
+        border-radius: var(--radius);
+        background: var(--surface);
+        color: var(--text);
+      }
+      :host([rail]) {
+        padding: var(--s2) 6px;
+      }
+      :host([rail]) a {
+        flex-direction: column;
+        justify-content: center;
+        gap: 4px;
+        min-height: 58px;
+        padding: 6px 2px;
+        font-size: 12px;
+        line-height: 1.1;
+        text-align: center;
+      }
+      :host([rail]) a span {
+        flex: none;
+        max-width: 100%;
+      }
+      :host([rail]) h3 {
+        padding: 10px 0 4px;
+        text-align: center;
+      }
+      :host([rail]) .count {
+        position: absolute;
+        top: 2px;
+        right: 8px;
+      }
+      :host([rail]) select {
+        padding: 0 4px;
+      }
+    `,
+  ];
+
+  @property({ attribute: false }) route: Route = router.route;
+  @property({ type: Boolean, reflect: true }) rail = false;
+
+  constructor() {
+    super();
+    new TopicController(this, () => ['alarms/', 'monitors/']);
+  }
+
+  override render() {
+    const ids = store.monitors();
+    const monitor = this.route.monitor ?? router.lastMonitor ?? ids[0] ?? null;
+    return html`<nav aria-label=${t('nav.label')}>
+      ${this.pages('site', null)}
+      ${monitor
+        ? html`<h3>${t('nav.monitor')}</h3>
+            <label>
+              <span class="unseen">${t('nav.monitor')}</span>
+              <select @change=${this.choose}>
+                ${ids.map((id) => html`<option ?selected=${id === monitor}>${id}</option>`)}
+              </select>
+            </label>
+            ${this.pages('monitor', monitor)}`
+        : nothing}
+    </nav>`;
+  }
+
+  private pages(scope: PageInfo['scope'], monitor: string | null) {
+    return PAGES.filter((p) => p.scope === scope && (!p.role || may(p.role))).map((page) => {
+      const here = page.name === this.route.page;
+      const label = t(`nav.${page.name}` as Key);
+      return html`<a href=${hrefOf(page.name, monitor)} aria-current=${here ? 'page' : nothing}>
+        ${icon(page.icon, 22)}<span>${label}</span>
+        ${page.name === 'alarms' ? this.alarmCount() : nothing}
+      </a>`;
+    });
+  }
+
+  private alarmCount() {
+    const open = store.alarms().filter((a) => a.state === 'unack' || a.state === 'rtn_unack').length;
+    return open ? html`<b class="count" aria-label=${t('nav.unack')}>${open}</b>` : nothing;
+  }
+
+  private choose(event: Event): void {
+    const id = (event.target as HTMLSelectElement).value;
+    const page = this.route.monitor ? this.route.page : 'operate';
+    router.go(page, id);
+  }
+}

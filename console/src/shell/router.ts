@@ -1,0 +1,77 @@
+// Where we are: `#/overview`, `#/m/M1/operate`. A page is a file in src/pages; it is loaded when it
+// is first opened, and a file that is not there is not listed.
+import type { IconName } from '../parts/icons';
+import type { Role } from '../hub/types';
+
+export interface PageInfo {
+  name: string;
+  icon: IconName;
+  scope: 'site' | 'monitor';
+  /** The least role that has any use of it. */
+  role?: Role;
+}
+
+export interface Route {
+  page: string;
+  monitor: string | null;
+}
+
+const KNOWN: PageInfo[] = [
+  { name: 'overview', icon: 'overview', scope: 'site' },
+  { name: 'alarms', icon: 'alarms', scope: 'site' },
+  { name: 'events', icon: 'events', scope: 'site', role: 'operator' },
+  { name: 'replay', icon: 'replay', scope: 'site' },
+  { name: 'training', icon: 'training', scope: 'site' },
+  { name: 'admin', icon: 'admin', scope: 'site', role: 'administrator' },
+  { name: 'operate', icon: 'operate', scope: 'monitor' },
+  { name: 'programs', icon: 'programs', scope: 'monitor' },
+  { name: 'params', icon: 'params', scope: 'monitor' },
+  { name: 'commissioning', icon: 'commissioning', scope: 'monitor', role: 'engineer' },
+  { name: 'diagnosis', icon: 'diagnosis', scope: 'monitor' },
+  { name: 'inspector', icon: 'inspector', scope: 'monitor' },
+];
+
+const modules = import.meta.glob('../pages/*.ts');
+
+/** The pages there are, in their order. */
+export const PAGES = KNOWN.filter((page) => `../pages/${page.name}.ts` in modules);
+
+export function loadPage(name: string): Promise<unknown> {
+  return modules[`../pages/${name}.ts`]?.() ?? Promise.reject(new Error(`no page ${name}`));
+}
+
+export function hrefOf(page: string, monitor?: string | null): string {
+  return monitor ? `#/m/${encodeURIComponent(monitor)}/${page}` : `#/${page}`;
+}
+
+export function parseRoute(hash: string): Route {
+  const parts = hash.replace(/^#\/?/, '').split('?')[0]!.split('/').filter(Boolean);
+  const known = (name: string | undefined, scope: PageInfo['scope']) =>
+    PAGES.some((page) => page.name === name && page.scope === scope);
+  if (parts[0] === 'm' && parts[1]) {
+    const page = known(parts[2], 'monitor') ? parts[2]! : 'operate';
+    return { page, monitor: decodeURIComponent(parts[1]) };
+  }
+  return { page: known(parts[0], 'site') ? parts[0]! : 'overview', monitor: null };
+}
+
+class Router extends EventTarget {
+  route = parseRoute(location.hash);
+  /** The monitor that was last looked at. */
+  lastMonitor: string | null = this.route.monitor;
+
+  constructor() {
+    super();
+    window.addEventListener('hashchange', () => {
+      this.route = parseRoute(location.hash);
+      this.lastMonitor = this.route.monitor ?? this.lastMonitor;
+      this.dispatchEvent(new Event('change'));
+    });
+  }
+
+  go(page: string, monitor?: string | null): void {
+    location.hash = hrefOf(page, monitor);
+  }
+}
+
+export const router = new Router();

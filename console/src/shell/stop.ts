@@ -1,0 +1,264 @@
+// STOP and LOCKOUT: on every page, above everything, first in the order of Tab. They act on the
+// press itself, not on its release, and ask nothing.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { commands } from '../hub/commands';
+import { has, inControl, whyNot } from '../hub/session';
+import { store, TopicController } from '../hub/store';
+import { t } from '../i18n';
+import { icon } from '../parts/icons';
+import { base } from '../theme/shared';
+import { confirmDialog } from './dialog';
+
+/** Pause; F9 and Shift+Escape for keyboards without it. None of them types anything. */
+export function isStopKey(event: KeyboardEvent): boolean {
+  return event.key === 'Pause' || event.key === 'F9' || (event.key === 'Escape' && event.shiftKey);
+}
+
+@customElement('lf-stop')
+export class LfStop extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        position: fixed;
+        inset: 0 0 auto auto;
+        margin: 0;
+        border: 0;
+        padding: 0 var(--s2) 0 0;
+        height: var(--topbar);
+        display: flex;
+        align-items: center;
+        gap: var(--s2);
+        background: var(--chrome);
+        color: var(--on-chrome);
+        z-index: 100;
+        overflow: visible;
+      }
+      button {
+        font: inherit;
+        font-weight: 750;
+        display: inline-flex;
+        align-items: center;
+        justify-content: center;
+        gap: 10px;
+        height: 56px;
+        border-radius: var(--radius);
+        cursor: pointer;
+        white-space: nowrap;
+        touch-action: manipulation;
+        user-select: none;
+        -webkit-user-select: none;
+      }
+      .stop {
+        background: var(--stop);
+        color: var(--on-stop);
+        border: 2px solid var(--stop-edge);
+        font-size: 20px;
+        letter-spacing: 0.04em;
+        min-width: 168px;
+        padding: 0 18px;
+      }
+      .stop:hover {
+        background: var(--stop-hover);
+      }
+      .stop:active {
+        filter: brightness(0.82);
+      }
+      .stop small {
+        font-size: 14px;
+        font-weight: 650;
+        letter-spacing: 0;
+      }
+      .all {
+        min-width: 0;
+        font-size: 15px;
+        padding: 0 14px;
+        background: transparent;
+        border-color: var(--stop);
+        color: var(--on-chrome);
+      }
+      .all:hover {
+        color: var(--on-stop);
+      }
+      .lockout {
+        min-width: 132px;
+        padding: 0 14px;
+        background: var(--chrome-2);
+        color: var(--on-chrome);
+        border: 2px solid var(--chrome-line);
+        font-size: 14px;
+        letter-spacing: 0.02em;
+      }
+      .lockout:hover {
+        border-color: #f0a73a;
+      }
+      .engaged {
+        background: #f0a73a;
+        border-color: #f0a73a;
+        color: #1d1300;
+      }
+      :focus-visible {
+        outline: 3px solid #fff;
+        outline-offset: 2px;
+      }
+      @media (max-width: 1200px) {
+        .lockout {
+          min-width: 56px;
+          padding: 0 10px;
+        }
+        .lockout span {
+          display: none;
+        }
+        .stop:not(.all) {
+          min-width: 132px;
+          padding: 0 12px;
+        }
+      }
+      @media (max-width: 720px) {
+        :host {
+          inset: auto 0 0 0;
+          height: 72px;
+          padding: 0 var(--s2);
+          border-top: 1px solid var(--chrome-line);
+        }
+        .stop:not(.all) {
+          flex: 1;
+        }
+      }
+    `,
+  ];
+
+  @property() monitor: string | null = null;
+
+  constructor() {
+    super();
+    new TopicController(this, () => 'monitors/');
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.setAttribute('popover', 'manual');
+    this.setAttribute('role', 'region');
+    this.rise();
+    window.addEventListener('keydown', this.keyed, true);
+    document.addEventListener('toggle', this.covered, true);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    window.removeEventListener('keydown', this.keyed, true);
+    document.removeEventListener('toggle', this.covered, true);
+  }
+
+  override render() {
+    this.setAttribute('aria-label', `${t('stop.stop')}, ${t('stop.lockout')}`);
+    const monitor = this.monitor;
+    return html`<button
+        class="stop"
+        id="stop"
+        aria-label=${monitor ? t('stop.stop_one', { monitor }) : t('stop.stop_all')}
+        aria-keyshortcuts="Pause F9"
+        @pointerdown=${(e: PointerEvent) => this.press(e, () => this.stop(monitor))}
+        @click=${(e: MouseEvent) => this.clicked(e, () => this.stop(monitor))}
+      >
+        ${icon('stop', 26)} ${t('stop.stop')} <small>${monitor ?? t('stop.all')}</small>
+      </button>
+      ${monitor
+        ? html`<button
+            class="stop all"
+            id="stop-all"
+            @pointerdown=${(e: PointerEvent) => this.press(e, () => this.stop(null))}
+            @click=${(e: MouseEvent) => this.clicked(e, () => this.stop(null))}
+          >
+            ${t('stop.stop_all_short')}
+          </button>`
+        : nothing}
+      ${this.lockoutButton(monitor)}`;
+  }
+
+  private lockoutButton(monitor: string | null) {
+    const engaged = monitor ? has(monitor, 'General', 'LockedOut') : allLocked();
+    if (engaged && monitor) {
+      return html`<button class="lockout engaged" id="release" @click=${() => this.release(monitor)}>
+        ${icon('lock', 22)}<span>${t('stop.release')}</span>
+        <div class="unseen">${t('stop.locked', { monitor })}</div>
+      </button>`;
+    }
+    const label = monitor ? t('stop.lockout_one', { monitor }) : t('stop.lockout_all');
+    return html`<button
+      class="lockout ${engaged ? 'engaged' : ''}"
+      id="lockout"
+      aria-label=${label}
+      title=${label}
+      @pointerdown=${(e: PointerEvent) => this.press(e, () => this.lockout(monitor))}
+      @click=${(e: MouseEvent) => this.clicked(e, () => this.lockout(monitor))}
+    >
+      ${icon('lock', 22)}<span>${engaged ? t('stop.locked_all') : t('stop.lockout')}</span>
+    </button>`;
+  }
+
+  /** A finger or a mouse: at once. Its click is not a second one. */
+  private press(event: PointerEvent, act: () => void): void {
+    if (event.button === 0) act();
+  }
+
+  /** The keyboard and assistive technology, which send no pointer. */
+  private clicked(event: MouseEvent, act: () => void): void {
+    if (event.detail === 0) act();
+  }
+
+  private stop(monitor: string | null): void {
+    commands.stop(monitor ?? undefined).catch(() => {});
+  }
+
+  private lockout(monitor: string | null): void {
+    commands.lockout(monitor ?? undefined).catch(() => {});
+  }
+
+  /** The second step; the first was to open this. */
+  private async release(monitor: string): Promise<void> {
+    const why = inControl(monitor) ? '' : whyNot(monitor, { lockedOut: true });
+    const sure = await confirmDialog({
+      title: t('stop.release_title', { monitor }),
+      text: why ? html`${t('stop.release_text')}<br /><br /><b>${why}</b>` : t('stop.release_text'),
+      yes: t('stop.release_yes'),
+      hold: 2,
+      typed: monitor,
+    });
+    if (sure) commands.request(monitor, 'Lockout All off', { confirm: monitor }).catch(() => {});
+  }
+
+  private readonly keyed = (event: KeyboardEvent): void => {
+    if (!isStopKey(event)) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    if (!event.repeat) this.stop(this.monitor);
+  };
+
+  private rise(): void {
+    if (this.isConnected && !this.matches(':popover-open')) this.showPopover();
+  }
+
+  /** Whatever else enters the top layer, this goes above it again. */
+  private readonly covered = (event: Event): void => {
+    const { target, newState } = event as ToggleEvent;
+    if (newState !== 'open' || target === this || this.contains(target as Node)) return;
+    if ((target as Element).classList?.contains('lf-why')) return;
+    const focused = this.shadowRoot?.activeElement as HTMLElement | null;
+    this.hidePopover();
+    this.showPopover();
+    focused?.focus();
+  };
+}
+
+function allLocked(): boolean {
+  const ids = store.monitors();
+  return ids.length > 0 && ids.every((id) => has(id, 'General', 'LockedOut'));
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-stop': LfStop;
+  }
+}

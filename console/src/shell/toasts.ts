@@ -1,0 +1,181 @@
+// What commands have brought, and notes of pages: `toast({kind, text})`.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, state } from 'lit/decorators.js';
+import { repeat } from 'lit/directives/repeat.js';
+import { commands, type Outcome } from '../hub/commands';
+import { lang, t, tt, type Key } from '../i18n';
+import { icon, type IconName } from '../parts/icons';
+import { base } from '../theme/shared';
+
+export interface Toast {
+  kind: 'ok' | 'info' | 'warning' | 'error';
+  text: string;
+  /** What to do. */
+  more?: string;
+}
+
+interface Shown extends Toast {
+  id: number;
+  count: number;
+}
+
+const MOST = 4;
+const STAY_MS = { ok: 4000, info: 6000, warning: 9000, error: 12000 };
+const ICONS: Record<Toast['kind'], IconName> = {
+  ok: 'check',
+  info: 'info',
+  warning: 'warning',
+  error: 'alarm',
+};
+
+const events = new EventTarget();
+
+/** Shows a note. */
+export function toast(note: Toast): void {
+  events.dispatchEvent(new CustomEvent('toast', { detail: note }));
+}
+
+/** What an outcome says to people; nothing for what is seen anyway. */
+export function noteOf(outcome: Outcome): Toast | null {
+  const who = outcome.monitor ?? t('shell.all_monitors');
+  if (outcome.error) {
+    const refused = outcome.error.details.answers as { remedy?: never; meaning?: never }[] | undefined;
+    return {
+      kind: outcome.error.code === 'refused' ? 'warning' : 'error',
+      text: `${who} · ${titleOf(outcome.what)}: ${outcome.error.text(lang())}`,
+      more: tt(refused?.[0]?.remedy),
+    };
+  }
+  if (outcome.what.startsWith('authority')) return null;
+  const bad = outcome.result?.answers.find((answer) => !answer.success);
+  if (bad) return { kind: 'warning', text: `${who} · ${bad.text}`, more: tt(bad.remedy) };
+  return { kind: 'ok', text: `${who} · ${titleOf(outcome.what)}` };
+}
+
+function titleOf(what: string): string {
+  const key = `request.${what.split(' ')[0]}`;
+  const title = t(key as Key);
+  const rest = what.split(' ').slice(1).join(' ');
+  return title === key ? what : rest ? `${title} (${rest})` : title;
+}
+
+@customElement('lf-toasts')
+export class LfToasts extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        position: fixed;
+        left: calc(var(--nav-now, 0px) + var(--s3));
+        bottom: var(--s3);
+        width: min(440px, calc(100vw - 2 * var(--s3)));
+        display: flex;
+        flex-direction: column;
+        gap: var(--s2);
+        z-index: 60;
+        pointer-events: none;
+      }
+      .toast {
+        pointer-events: auto;
+        display: flex;
+        align-items: flex-start;
+        gap: 12px;
+        padding: 12px 4px 12px 14px;
+        border-radius: var(--radius);
+        border: 1px solid var(--chrome-line);
+        background: var(--chrome);
+        color: var(--on-chrome);
+        box-shadow: var(--shadow-large);
+      }
+      .warning {
+        border-left: 5px solid #f0a73a;
+      }
+      .error {
+        border-left: 5px solid #ff7a6b;
+      }
+      .text {
+        flex: 1;
+        min-width: 0;
+        overflow-wrap: anywhere;
+      }
+      .more {
+        color: var(--on-chrome-dim);
+        margin-top: 4px;
+      }
+      button {
+        all: unset;
+        width: 40px;
+        height: 40px;
+        margin: -8px 0;
+        display: grid;
+        place-items: center;
+        cursor: pointer;
+        color: var(--on-chrome-dim);
+      }
+      button:focus-visible {
+        outline: 3px solid var(--focus);
+      }
+      @media (max-width: 720px) {
+        :host {
+          left: var(--s2);
+          bottom: 80px;
+        }
+      }
+    `,
+  ];
+
+  @state() private shown: Shown[] = [];
+  private nextId = 1;
+  private endOutcomes = () => {};
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    events.addEventListener('toast', this.heard);
+    this.endOutcomes = commands.onOutcome((outcome) => {
+      const note = noteOf(outcome);
+      if (note) toast(note);
+    });
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    events.removeEventListener('toast', this.heard);
+    this.endOutcomes();
+  }
+
+  override render() {
+    return html`<div role="status" aria-live="polite" style="display:contents">
+      ${repeat(
+        this.shown,
+        (note) => note.id,
+        (note) => html`<div class="toast ${note.kind}">
+          ${icon(ICONS[note.kind])}
+          <div class="text">
+            ${note.text}${note.count > 1 ? html` <b>×${note.count}</b>` : nothing}
+            ${note.more ? html`<div class="more">${note.more}</div>` : nothing}
+          </div>
+          <button aria-label=${t('shell.close')} @click=${() => this.drop(note.id)}>${icon('close', 18)}</button>
+        </div>`,
+      )}
+    </div>`;
+  }
+
+  private readonly heard = (event: Event): void => {
+    const note = (event as CustomEvent<Toast>).detail;
+    const same = this.shown.find((s) => s.text === note.text && s.kind === note.kind);
+    const id = this.nextId++;
+    const others = this.shown.filter((s) => s !== same);
+    this.shown = [...others, { ...note, id, count: (same?.count ?? 0) + 1 }].slice(-MOST);
+    window.setTimeout(() => this.drop(id), STAY_MS[note.kind]);
+  };
+
+  private drop(id: number): void {
+    this.shown = this.shown.filter((note) => note.id !== id);
+  }
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-toasts': LfToasts;
+  }
+}

@@ -1,0 +1,205 @@
+// The bar at the top: where we are, how many alarms, how good the link is, the time, settings.
+// The place at its right end is that of STOP, which is above everything (stop.ts).
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { SECOND, store, TopicController } from '../hub/store';
+import { plural, t, time, tt, type Key } from '../i18n';
+import { icon } from '../parts/icons';
+import { base } from '../theme/shared';
+import { show } from '../units';
+import { router, type Route } from './router';
+import { openHelp, openSettings } from './settings';
+
+@customElement('lf-topbar')
+export class LfTopbar extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        display: flex;
+        align-items: center;
+        gap: var(--s2);
+        height: var(--topbar);
+        padding: 0 var(--stop-width, 360px) 0 var(--s3);
+        background: var(--chrome);
+        color: var(--on-chrome);
+      }
+      .where {
+        flex: 1;
+        min-width: 0;
+        line-height: 1.25;
+      }
+      .where b {
+        display: block;
+        font-size: 18px;
+        font-weight: 650;
+        white-space: nowrap;
+        overflow: hidden;
+        text-overflow: ellipsis;
+      }
+      .where span {
+        display: block;
+        font-size: 13px;
+        color: var(--on-chrome-dim);
+        white-space: nowrap;
+        overflow: hidden;
+        text-overflow: ellipsis;
+      }
+      button,
+      a,
+      .item {
+        all: unset;
+        box-sizing: border-box;
+        display: inline-flex;
+        align-items: center;
+        justify-content: center;
+        gap: 8px;
+        min-width: var(--touch);
+        height: var(--touch);
+        padding: 0 10px;
+        border-radius: var(--radius);
+        font-size: 14px;
+        font-weight: 600;
+        white-space: nowrap;
+        color: var(--on-chrome);
+      }
+      button,
+      a {
+        cursor: pointer;
+      }
+      button:hover,
+      a:hover {
+        background: var(--chrome-2);
+      }
+      button:focus-visible,
+      a:focus-visible {
+        outline: 3px solid #8cc5fb;
+      }
+      .quiet {
+        color: var(--on-chrome-dim);
+        font-weight: 500;
+      }
+      .alarm {
+        border: 2px solid transparent;
+      }
+      .high {
+        background: #ff7a6b;
+        color: #1d0503;
+      }
+      .medium {
+        background: #f0a73a;
+        color: #1d1300;
+      }
+      .low {
+        background: #d7cf5d;
+        color: #1b1a02;
+      }
+      .known {
+        background: transparent;
+        color: var(--on-chrome);
+        border-color: currentColor;
+      }
+      .clock {
+        min-width: 88px;
+        padding: 0 4px;
+      }
+      .link {
+        min-width: 96px;
+      }
+      .menu {
+        display: none;
+      }
+      .lost {
+        background: #f0a73a;
+        color: #1d1300;
+      }
+      @media (max-width: 1200px) {
+        .where span,
+        .clock {
+          display: none;
+        }
+      }
+      @media (max-width: 720px) {
+        :host {
+          padding: 0 var(--s1);
+          gap: 0;
+        }
+        .menu {
+          display: inline-flex;
+        }
+        .link {
+          min-width: var(--touch);
+        }
+        .wide {
+          display: none;
+        }
+      }
+    `,
+  ];
+
+  @property({ attribute: false }) route: Route = router.route;
+
+  constructor() {
+    super();
+    new TopicController(this, () => [SECOND, 'alarms/', 'monitors/']);
+  }
+
+  override render() {
+    const { page, monitor } = this.route;
+    const name = tt(monitor ? store.get(`monitors/${monitor}/info`)?.name : null);
+    const pageName = t(`nav.${page}` as Key);
+    return html`<button
+        class="menu"
+        aria-label=${t('topbar.menu')}
+        @click=${() => this.dispatchEvent(new CustomEvent('menu'))}
+      >
+        ${icon('menu', 24)}
+      </button>
+      <div class="where">
+        <b>${monitor ? `${monitor} · ${pageName}` : pageName}</b>
+        <span>${name && name !== monitor ? name : (store.hello?.hub.name ?? '')}</span>
+      </div>
+      ${this.alarms()} ${this.link(monitor)}
+      <div class="item quiet clock">${store.hello ? time(store.now()) : nothing}</div>
+      <button class="wide" aria-label=${t('topbar.help')} title=${t('topbar.help')} @click=${openHelp}>
+        ${icon('help', 22)}
+      </button>
+      <button aria-label=${t('topbar.settings')} title=${t('topbar.settings')} @click=${openSettings}>
+        ${icon('settings', 22)}
+      </button>`;
+  }
+
+  private alarms() {
+    const all = store.alarms().filter((alarm) => alarm.state !== 'shelved');
+    const worst = all[0];
+    if (!worst) {
+      return html`<a class="quiet" href="#/alarms">${icon('check')}<span class="wide">${t('topbar.no_alarms')}</span></a>`;
+    }
+    const known = all.every((alarm) => alarm.state === 'ack') ? 'known' : '';
+    return html`<a
+      class="alarm ${worst.priority} ${known}"
+      href="#/alarms"
+      aria-label=${plural(all.length, 'topbar.alarms')}
+    >
+      ${icon(worst.priority === 'high' ? 'alarm' : 'warning')}
+      <span class="wide">${plural(all.length, 'topbar.alarms')}</span>
+    </a>`;
+  }
+
+  private link(monitor: string | null) {
+    if (store.source === 'replay') return html`<div class="item quiet link">${icon('replay')}</div>`;
+    if (!store.linked) {
+      return html`<div class="item link lost">${icon('unlinked')}<span class="wide">${t('topbar.lost')}</span></div>`;
+    }
+    const link = monitor ? store.get(`monitors/${monitor}/link`) : undefined;
+    if (!link) return html`<div class="item quiet link">${icon('link')}<span class="wide">${t('topbar.hub')}</span></div>`;
+    if (link.state === 'down') {
+      return html`<div class="item link lost">${icon('unlinked')}<span class="wide">${monitor}</span></div>`;
+    }
+    const loss = link.last.loss_permille / 10;
+    const text = loss >= 1 ? t('topbar.loss', { n: Math.round(loss) }) : show('duration_ms', link.srtt_ms);
+    return html`<div class="item quiet link" title=${t('topbar.latency')}>
+      ${icon('link')}<span class="wide">${text}</span>
+    </div>`;
+  }
+}

@@ -1,0 +1,202 @@
+// Styles that every element of the console may use.
+import { css } from 'lit';
+
+/** Sizes of boxes, type, focus. */
+export const base = css`
+  *,
+  *::before,
+  *::after {
+    box-sizing: border-box;
+  }
+  :host {
+    font-variant-numeric: tabular-nums;
+  }
+  :host([hidden]),
+  [hidden] {
+    display: none !important;
+  }
+  :focus-visible {
+    outline: 3px solid var(--focus);
+    outline-offset: 2px;
+    border-radius: var(--radius);
+  }
+  h1,
+  h2,
+  h3,
+  p {
+    margin: 0;
+  }
+  h1 {
+    font-size: var(--t-title);
+    font-weight: 650;
+    letter-spacing: -0.01em;
+  }
+  h2 {
+    font-size: var(--t-normal);
+    font-weight: 650;
+  }
+  h3 {
+    font-size: var(--t-small);
+    font-weight: 650;
+    color: var(--dim);
+  }
+  a {
+    color: var(--accent);
+  }
+  .dim {
+    color: var(--dim);
+  }
+  .small {
+    font-size: var(--t-small);
+  }
+  .mono {
+    font-family: var(--mono);
+  }
+  .row {
+    display: flex;
+    align-items: center;
+    gap: var(--s2);
+  }
+  .wrap {
+    flex-wrap: wrap;
+  }
+  .col {
+    display: flex;
+    flex-direction: column;
+    gap: var(--s2);
+  }
+  .grow {
+    flex: 1;
+    min-width: 0;
+  }
+  .unseen {
+    position: absolute;
+    width: 1px;
+    height: 1px;
+    overflow: hidden;
+    clip-path: inset(50%);
+    white-space: nowrap;
+  }
+`;
+
+/** A surface with a heading: `<section class="card"><header><h2>…</h2></header>…</section>`. */
+export const card = css`
+  .card {
+    background: var(--surface);
+    border: 1px solid var(--line);
+    border-radius: var(--radius-large);
+    padding: var(--s3);
+    min-width: 0;
+  }
+  .card > header {
+    display: flex;
+    align-items: center;
+    gap: var(--s2);
+    min-height: 24px;
+    margin-bottom: var(--s3);
+  }
+  .card > header > h2 {
+    flex: 1;
+  }
+`;
+
+/** The frame of a page: `<div class="page"><header class="head"><h1>…`. */
+export const page = css`
+  .page {
+    padding: var(--s4);
+    display: flex;
+    flex-direction: column;
+    gap: var(--s3);
+    min-height: 100%;
+  }
+  .head {
+    display: flex;
+    align-items: center;
+    flex-wrap: wrap;
+    gap: var(--s2) var(--s3);
+    min-height: var(--touch);
+  }
+  .head > h1 {
+    margin-right: auto;
+  }
+  @media (max-width: 720px) {
+    .page {
+      padding: var(--s3);
+    }
+  }
+`;
+
+/** Fields of forms. */
+export const fields = css`
+  label.field {
+    display: flex;
+    flex-direction: column;
+    gap: 6px;
+    font-size: var(--t-small);
+    font-weight: 600;
+    color: var(--dim);
+  }
+  input:not([type='checkbox'], [type='radio'], [type='range']),
+  select,
+  textarea {
+    font: inherit;
+    font-size: 16px;
+    font-weight: 400;
+    color: var(--text);
+    background: var(--surface);
+    border: 1px solid var(--line-strong);
+    border-radius: var(--radius);
+    min-height: var(--touch);
+    padding: 8px 12px;
+    width: 100%;
+  }
+  input:disabled,
+  select:disabled,
+  textarea:disabled {
+    opacity: 0.6;
+  }
+  input[aria-invalid='true'] {
+    border-color: var(--high);
+    box-shadow: 0 0 0 1px var(--high);
+  }
+  input[type='checkbox'],
+  input[type='radio'] {
+    width: 20px;
+    height: 20px;
+    accent-color: var(--accent);
+  }
+  .error {
+    color: var(--high);
+    font-size: var(--t-normal);
+  }
+`;
+
+/** Tables of values. */
+export const table = css`
+  table {
+    border-collapse: collapse;
+    width: 100%;
+    font-size: var(--t-normal);
+  }
+  th {
+    text-align: left;
+    font-size: var(--t-small);
+    font-weight: 650;
+    color: var(--dim);
+    padding: 8px 12px;
+    border-bottom: 1px solid var(--line-strong);
+    white-space: nowrap;
+  }
+  td {
+    padding: 8px 12px;
+    border-bottom: 1px solid var(--line);
+    vertical-align: middle;
+  }
+  td.num,
+  th.num {
+    text-align: right;
+  }
+  tbody tr:hover {
+    background: var(--surface-2);
+  }
+`;

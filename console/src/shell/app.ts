@@ -23,6 +23,7 @@ import { dialog } from './dialog';
 import './nav';
 import { loadPage, router } from './router';
 import { followTheme, openHelp } from './settings';
+import './replay-bar';
 import './stop';
 import './toasts';
 import './topbar';
@@ -36,8 +37,8 @@ export class LfApp extends LitElement {
       :host {
         display: grid;
         height: 100dvh;
-        grid: var(--topbar) auto 1fr / var(--nav) 1fr;
-        grid-template-areas: 'top top' 'banners banners' 'nav main';
+        grid: var(--topbar) auto 1fr auto / var(--nav) 1fr;
+        grid-template-areas: 'top top' 'banners banners' 'nav main' 'nav replay';
         --nav-now: var(--nav);
       }
       lf-topbar {
@@ -61,6 +62,10 @@ export class LfApp extends LitElement {
       main > * {
         display: block;
         min-height: 100%;
+      }
+      lf-replay-bar {
+        grid-area: replay;
+        min-width: 0;
       }
       .alone {
         grid-area: 1 / 1 / -1 / -1;
@@ -88,8 +93,8 @@ export class LfApp extends LitElement {
           --nav: 240px;
           --nav-now: 0px;
           grid-template-columns: 1fr;
-          grid-template-rows: var(--topbar) auto 1fr 72px;
-          grid-template-areas: 'top' 'banners' 'main' '.';
+          grid-template-rows: var(--topbar) auto 1fr auto 72px;
+          grid-template-areas: 'top' 'banners' 'main' 'replay' '.';
         }
         lf-nav {
           display: none;
@@ -163,6 +168,7 @@ export class LfApp extends LitElement {
           @click=${() => this.removeAttribute('menu')}
         ></lf-nav>
         <main ?inert=${this.modal} tabindex="-1">${this.page(page, monitor)}</main>
+        <lf-replay-bar ?inert=${this.modal}></lf-replay-bar>
         <lf-dialogs></lf-dialogs>
         <lf-toasts></lf-toasts>`,
     );

@@ -10,7 +10,6 @@ import {
   horizontalOf,
   placeAt,
   quenchSector,
-  sectorBetween,
   sectorMiddle,
   sightOf,
   toScreen,
@@ -26,7 +25,7 @@ import { bearingText, lengthText, openingText, Words } from './words';
 import { planStyle } from './plan/plan-style';
 import * as layers from './plan/layers';
 import { placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
-import { dragged, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
+import { dragged, drawnSector, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
 
 export type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
 export { planMonitor } from './plan/model';
@@ -282,7 +281,11 @@ export class LfPlan extends LitElement {
     const quench = this.quench!;
     const far = monitor.reach_m ? sectorMiddle(sector) > monitor.reach_m : false;
     const bad = quench.clipped || far;
-    const [x, y] = toScreen(camera.view, camera.width, camera.height, gripAt(monitor.at, sector, 'far'));
+    const on = (at: Place): Place => toScreen(camera.view, camera.width, camera.height, at);
+    const edges = GRIPS.map((grip) => on(gripAt(monitor.at, sector, grip)));
+    const x = edges[0]![0];
+    const high_y = Math.min(...edges.map(([, y]) => y));
+    const low_y = Math.max(...edges.map(([, y]) => y));
     const lines = [
       `${bearingText(sector.bearing)} · ${lengthText(quench.distance_m)}`,
       `↔ ${openingText(sector.width)} · ↕ ${lengthText(Math.round(sector.far_m - sector.near_m))}`,
@@ -292,8 +295,8 @@ export class LfPlan extends LitElement {
     const wide = Math.max(...lines.map((line) => line.length)) * 7.2 + 20;
     const high = lines.length * 17 + 10;
     const left = Math.min(Math.max(x - wide / 2, 8), camera.width - wide - 8);
-    const above = y - high - 22;
-    const top = above < 8 ? y + 26 : above;
+    const above = high_y - high - 18;
+    const top = above < 8 ? low_y + 18 : above;
     return svg`${layers.sectorShape(camera, monitor, sector, bad ? 'drawn bad' : 'drawn')}
       ${this.tool === 'sector' ? GRIPS.map((grip) => this.grip(camera, monitor, sector, grip)) : nothing}
       <g class="sector-label ${bad ? 'bad' : ''}" transform="translate(${left} ${top})">
@@ -397,7 +400,7 @@ export class LfPlan extends LitElement {
       const { view } = drag;
       this.view = { ...view, east: view.east - right / view.scale, north: view.north + down / view.scale };
     } else if (stand && drag.kind === 'draw') {
-      this.draw(tidy(sectorBetween(stand.at, drag.began, this.siteAt(at))), false);
+      this.draw(tidy(drawnSector(stand.at, drag.began, this.siteAt(at))), false);
     } else if (stand && this.sector && drag.kind !== 'draw') {
       this.draw(tidy(dragged(stand.at, this.sector, drag.kind, this.siteAt(at))), false);
     }

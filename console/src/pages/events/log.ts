@@ -109,7 +109,7 @@ export class LfAuditLog extends LitElement {
 
   private renderFilters() {
     const choose = (name: 'monitor' | 'user' | 'kind' | 'period' | 'from' | 'to') => (event: Event) => {
-      (this as Record<typeof name, string>)[name] = (event.target as HTMLSelectElement).value;
+      (this as unknown as Record<typeof name, string>)[name] = (event.target as HTMLSelectElement).value;
     };
     return html`<label class="field"
         >${t('events.monitor')}

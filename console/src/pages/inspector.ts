@@ -177,7 +177,7 @@ export class LfPageInspector extends LitElement {
           </section>
           <section class="card">
             <header><h2>${t('inspector.link')}</h2></header>
-            <lf-link-stats .monitor=${monitor} .span_ms=${120_000}></lf-link-stats>
+            <lf-link-stats .monitor=${monitor}></lf-link-stats>
           </section>
         </div>
       </div>

@@ -7,7 +7,7 @@ import { age, num, t, tt, type Key } from '../../i18n';
 import '../../parts/lf-chip';
 import '../../parts/lf-trend';
 import { base } from '../../theme/shared';
-import { points, type Measure } from './samples';
+import { points, samplesOf, spanOf, type Measure } from './samples';
 
 const COUNTS = [
   'sent',
@@ -57,6 +57,11 @@ export class LfLinkStats extends LitElement {
         grid-template-columns: repeat(auto-fit, minmax(220px, 1fr));
         gap: var(--s3);
       }
+      .span {
+        margin-top: -8px;
+        font-size: 12px;
+        color: var(--dim);
+      }
       dl {
         margin: 0;
         display: grid;
@@ -92,8 +97,6 @@ export class LfLinkStats extends LitElement {
   ];
 
   @property() monitor = '';
-  /** How far back the curves go. */
-  @property({ type: Number }) span_ms = 300_000;
 
   constructor() {
     super();
@@ -105,6 +108,8 @@ export class LfLinkStats extends LitElement {
     if (!link) return nothing;
     const heard = store.linked || store.source === 'replay';
     const down = link.state === 'down';
+    const now = store.now();
+    const span_ms = spanOf(now - (samplesOf(this.monitor)[0]?.t ?? now));
     return html`<div class="state">
         <lf-chip kind=${down ? 'high' : 'normal'} icon=${down ? 'unlinked' : 'link'} ?stale=${!heard}
           >${t(down ? 'diagnosis.link_down' : 'diagnosis.link_up', { age: age(store.now() - link.since_ms) })}</lf-chip
@@ -118,13 +123,14 @@ export class LfLinkStats extends LitElement {
             .name=${t(`diagnosis.trend_${measure}` as Key)}
             .unit=${t(`diagnosis.unit_${measure}` as Key)}
             .points=${points(this.monitor, measure)}
-            .now=${store.now()}
-            .span_ms=${this.span_ms}
+            .now=${now}
+            .span_ms=${span_ms}
             .digits=${digits}
             ?stale=${!heard || down}
           ></lf-trend>`,
         )}
       </div>
+      <div class="span">${t('diagnosis.span', { n: span_ms / 60_000 })}</div>
       <dl class=${heard ? '' : 'stale'}>${COUNTS.map((name) => this.renderCount(name, link))}</dl>`;
   }
 

@@ -59,3 +59,8 @@ export function samplesOf(monitor: string): Sample[] {
 export function points(monitor: string, measure: Measure): Point[] {
   return samplesOf(monitor).map((sample) => ({ t: sample.t, v: sample[measure] }));
 }
+
+/** How far back curves go that are so old: 1, 2, 5, 10 or 15 minutes. */
+export function spanOf(age_ms: number): number {
+  return ([1, 2, 5, 10].find((minutes) => age_ms <= minutes * 60_000) ?? 15) * 60_000;
+}

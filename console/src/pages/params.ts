@@ -124,12 +124,10 @@ export class PageParams extends LitElement {
     const none = now.params()?.at_ms ? '' : t('params.backup_stale');
     return html`<div class="acts">
       <lf-button icon="refresh" .why=${busy || read} @click=${() => now.readAll()}>${t('params.read_all')}</lf-button>
-      <lf-button icon="download" .why=${none} @click=${() => this.backup('toml')}
+      <lf-button icon="download" title=${t('params.backup_hint')} .why=${none} @click=${() => this.backup('toml')}
         >${t('params.backup_toml')}</lf-button
       >
-      <lf-button icon="download" .why=${none} @click=${() => this.backup('json')}
-        >${t('params.backup_json')}</lf-button
-      >
+      <lf-button .why=${none} @click=${() => this.backup('json')}>${t('params.backup_json')}</lf-button>
       <lf-button icon="upload" .why=${none || busy} @click=${this.choose}>${t('params.open_file')}</lf-button>
     </div>`;
   }
@@ -237,6 +235,16 @@ export class PageParams extends LitElement {
           >`,
         )}
       </div>
+      <label class="filter-list">
+        <span class="unseen">${t('params.filter')}</span>
+        <select @change=${(e: Event) => (this.filter = (e.target as HTMLSelectElement).value as Filter)}>
+          ${FILTERS.map(
+            (filter) => html`<option value=${filter} ?selected=${this.filter === filter}>
+              ${t(`params.filter.${filter}`)} (${num(count(filter))})
+            </option>`,
+          )}
+        </select>
+      </label>
       <label class="switch" title=${t('params.wire_hint')}>
         <input type="checkbox" .checked=${wireShown()} @change=${this.wire} />${t('params.wire')}
       </label>

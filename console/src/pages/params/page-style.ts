@@ -74,6 +74,19 @@ export const pageStyle = css`
     flex-wrap: wrap;
     gap: 4px;
   }
+  .filter-list {
+    display: none;
+    flex: 1 1 200px;
+    max-width: 320px;
+  }
+  @media (max-width: 1380px) {
+    .filters {
+      display: none;
+    }
+    .filter-list {
+      display: block;
+    }
+  }
   .count {
     font-weight: 500;
     font-size: 12px;

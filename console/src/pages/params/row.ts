@@ -11,7 +11,7 @@ import { base, fields } from '../../theme/shared';
 import { hrefOf } from '../../shell/router';
 import { defaultOf, isDefault, isKept, isProgram, titleOf, type Problem } from './model';
 import type { Outcome } from './save';
-import { scaleFor, textOf, wireShown, type Editing } from './state';
+import { scaleFor, textOf, wireShown, withUnit, type Editing } from './state';
 import { rowStyle } from './style';
 
 @customElement('lf-param-row')
@@ -33,7 +33,8 @@ export class LfParamRow extends LitElement {
     const typed = editing.typed(param);
     const problem = typed && 'problem' in typed ? typed.problem : null;
     const outcome = editing.outcomes.get(titleOf(param));
-    return html`<div class="row ${changed ? 'changed' : ''} ${problem ? 'wrong' : ''}">
+    const bits = param.quantity === 'Bits' && isKept(param) && !wireShown();
+    return html`<div class="row ${bits ? 'broad' : ''} ${changed ? 'changed' : ''} ${problem ? 'wrong' : ''}">
       <div class="about">
         <span class="name">${param.name}</span>${this.marks(now)}
         <p>${tt(param.text)}</p>
@@ -59,9 +60,18 @@ export class LfParamRow extends LitElement {
     const changed = isKept(param) && now !== undefined && !isDefault(param, now);
     return html`${param.effect === 'after-restart'
       ? html`<span class="mark">${icon('refresh', 14)}${t('params.restart')}</span>`
-      : nothing}${param.placement === 'unit'
+      : nothing}${this.onUnit()
       ? html`<span class="mark">${t('params.on_unit')}</span>`
       : nothing}${changed ? html`<span class="mark strong">${t('params.not_default')}</span>` : nothing}`;
+  }
+
+  /** Kept on a remote unit, where there is one. */
+  private onUnit(): boolean {
+    const { param, editing } = this;
+    if (param.placement !== 'unit') return false;
+    return ['DriveType', 'ValveType'].some(
+      (name) => editing.read(`${param.subsystem}.${name}`)?.[0] === 1,
+    );
   }
 
   private field(problem: Problem | null): TemplateResult {
@@ -72,7 +82,7 @@ export class LfParamRow extends LitElement {
     if (param.quantity === 'Choice' && !wireShown()) return this.choice(name, text);
     if (param.quantity === 'Bits' && !wireShown()) return this.bits(name);
     const unit = param.len.max === 1 ? scaleFor(param).unit : '';
-    return html`<span class="field ${param.len.max > 1 ? 'wide' : ''}">
+    return html`<span class="field ${param.len.max > 1 ? 'wide' : ''} ${unit ? 'has-unit' : ''}">
       <input
         inputmode=${param.len.max === 1 ? 'decimal' : 'text'}
         autocomplete="off"
@@ -166,7 +176,7 @@ export class LfParamRow extends LitElement {
     }
     if (!isKept(param) || param.quantity === 'Choice' || param.quantity === 'Bits') return '';
     const [min, max] = [textOf(param, [param.min]), textOf(param, [param.max])];
-    return `${t('params.range', { min, max })} ${scaleFor(param).unit}`;
+    return withUnit(param, t('params.range', { min, max }));
   }
 
   private told(values: readonly number[] | undefined): string {
@@ -202,8 +212,7 @@ export function toldOf(param: DictParam, values: readonly number[] | null | unde
     const off = names.filter((_, at) => (bits & (1 << at)) === 0);
     return off.length === 0 ? t('params.filter.all') : names.filter((n) => !off.includes(n)).join(' ');
   }
-  const unit = param.len.max === 1 ? scaleFor(param).unit : '';
-  return `${textOf(param, values)} ${unit}`.trim();
+  return withUnit(param, textOf(param, values));
 }
 
 function choiceText(param: DictParam, value: number): string {

@@ -47,7 +47,15 @@ export function scaleFor(param: DictParam): Scale {
 export function textOf(param: DictParam, values: readonly number[] | undefined): string {
   if (!values) return '';
   if (param.len.max !== 1) return toList(values);
-  return values.length ? toField(values[0]!, scaleFor(param)) : '';
+  if (!values.length) return '';
+  const text = toField(values[0]!, scaleFor(param));
+  return lang() === 'ru' ? text.replace('.', ',') : text;
+}
+
+/** The same with its unit: `−15°`, `8 A`. */
+export function withUnit(param: DictParam, text: string): string {
+  const unit = param.len.max === 1 ? scaleFor(param).unit : '';
+  return /^[°′]$/.test(unit) ? text + unit : `${text} ${unit}`.trim();
 }
 
 export class Editing extends EventTarget {

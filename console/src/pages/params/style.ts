@@ -46,6 +46,12 @@ export const rowStyle = [
     .row.wrong {
       border-left-color: var(--high);
     }
+    .row.broad .edit {
+      grid-column: 2 / 4;
+    }
+    .row.broad .facts {
+      display: none;
+    }
     .about {
       padding-top: 3px;
       min-width: 0;
@@ -93,8 +99,10 @@ export const rowStyle = [
       position: relative;
       display: block;
     }
-    .field input {
+    .field.has-unit input {
       padding-right: 52px;
+    }
+    .field input {
       font-variant-numeric: tabular-nums;
       text-align: right;
     }
@@ -121,14 +129,15 @@ export const rowStyle = [
     }
     .bits {
       display: grid;
-      grid-template-columns: 1fr 1fr;
+      grid-template-columns: repeat(auto-fill, minmax(118px, 1fr));
       gap: 0 8px;
     }
     .bits label {
       display: flex;
       align-items: center;
       gap: 8px;
-      min-height: 32px;
+      min-height: 48px;
+      cursor: pointer;
       font-size: 13px;
     }
     .read-only {
@@ -169,18 +178,18 @@ export const rowStyle = [
     @media (max-width: 1180px) {
       .row {
         grid-template-columns: minmax(180px, 1fr) 220px 190px;
-        grid-template-areas: 'about edit acts' 'about edit facts';
+        grid-template-areas: 'about edit facts' 'about edit acts';
       }
       .about {
         grid-area: about;
       }
-      .edit {
+      .edit,
+      .row.broad .edit {
         grid-area: edit;
       }
       .facts {
         grid-area: facts;
         text-align: right;
-        padding-top: 0;
       }
       .acts {
         grid-area: acts;

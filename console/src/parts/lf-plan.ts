@@ -71,6 +71,7 @@ export class LfPlan extends LitElement {
     tool: { reflect: true },
     sector: { attribute: false },
     running: { attribute: false },
+    note: {},
     view: { state: true },
     size: { state: true },
     drag: { state: true },
@@ -86,6 +87,8 @@ export class LfPlan extends LitElement {
   declare sector: Sector | null;
   /** What a program that runs scans, by monitor. */
   declare running: Readonly<Record<string, Sector>>;
+  /** Said instead of the plan's own hint. */
+  declare note: string;
   declare view: View | null;
   declare size: Place;
   declare drag: Drag | null;
@@ -107,6 +110,7 @@ export class LfPlan extends LitElement {
     this.tool = 'look';
     this.sector = null;
     this.running = {};
+    this.note = '';
     this.view = null;
     this.size = [0, 0];
     this.drag = null;
@@ -233,6 +237,7 @@ export class LfPlan extends LitElement {
   }
 
   private hint(): TemplateResult | typeof nothing {
+    if (this.note) return html`<p class="hint">${this.note}</p>`;
     if (!this.site) return html`<p class="hint">${t('parts.plan.no_site')}</p>`;
     if (this.tool === 'aim') return html`<p class="hint">${t('parts.plan.aim')}</p>`;
     if (this.tool === 'sector' && !this.sector) {
@@ -255,8 +260,9 @@ export class LfPlan extends LitElement {
     return svg`
       ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
-      ${!mini && chosen ? layers.ranges(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
+      ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
+      ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
       ${this.scene ? layers.fires(camera, this.scene) : nothing}
       ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}

@@ -16,11 +16,13 @@ export class LfReplayBar extends LitElement {
     css`
       :host {
         display: block;
+        container-type: inline-size;
+        --lf-button-height: 40px;
       }
       .bar {
         display: grid;
         gap: 4px 16px;
-        padding: 8px 16px 12px;
+        padding: 4px 16px 8px;
         background: var(--surface);
         border-top: 3px solid var(--accent);
         box-shadow: var(--shadow-large);
@@ -29,8 +31,8 @@ export class LfReplayBar extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 8px 16px;
-        min-height: var(--touch);
+        gap: 4px 16px;
+        min-height: 44px;
       }
       .title {
         display: inline-flex;
@@ -94,6 +96,7 @@ export class LfReplayBar extends LitElement {
         <lf-button kind="primary" id="live" @click=${() => replay.close()}>${t('replay.live')}</lf-button>
       </header>
       <lf-timeline
+        compact
         .from=${source.from_ms}
         .to=${source.to_ms}
         .at=${replay.at_ms}

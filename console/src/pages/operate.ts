@@ -39,22 +39,26 @@ export class PageOperate extends LitElement {
         min-height: 100%;
         grid-template-columns: minmax(0, 1fr) 372px;
         grid-template-rows: auto minmax(340px, 1fr) auto;
-        grid-template-areas: 'strip strip' 'view side' 'trends side';
+        grid-template-areas: 'strip side' 'view side' 'below side';
       }
       .strip {
         grid-area: strip;
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 10px 28px;
+        gap: 10px 20px;
         padding: 10px 16px;
+        --lf-value-width: 5.5ch;
         --lf-value-size: 24px;
       }
       .strip .chips {
         display: flex;
         flex-wrap: wrap;
-        gap: var(--s2);
+        align-items: center;
+        justify-content: flex-end;
+        gap: 0 var(--s2);
         margin-left: auto;
+        min-height: 48px;
       }
       .ready {
         all: unset;
@@ -89,28 +93,19 @@ export class PageOperate extends LitElement {
         display: flex;
         gap: 0;
         z-index: 2;
+        --lf-button-size: 14px;
         background: var(--surface);
         border-radius: var(--radius);
         box-shadow: var(--shadow);
       }
-      .dial {
-        position: absolute;
-        right: 12px;
-        bottom: 12px;
-        width: 190px;
-        z-index: 2;
-        background: color-mix(in srgb, var(--surface) 92%, transparent);
-        border: 1px solid var(--line);
-        border-radius: var(--radius-large);
-        padding: 10px;
-        pointer-events: none;
+      .below {
+        grid-area: below;
+        display: grid;
+        grid-template-columns: 204px minmax(0, 1fr);
+        gap: var(--s3);
       }
-      .old {
-        position: absolute;
-        left: 50%;
-        top: 16px;
-        transform: translateX(-50%);
-        z-index: 3;
+      .dial {
+        padding: 12px;
       }
       .side {
         grid-area: side;
@@ -119,20 +114,25 @@ export class PageOperate extends LitElement {
         gap: var(--s3);
         min-width: 0;
       }
-      lf-trends {
-        grid-area: trends;
-        min-width: 0;
-      }
       @container (min-width: 1500px) {
         .page {
           grid-template-columns: minmax(0, 1fr) 420px;
+        }
+      }
+      @container (max-width: 1100px) {
+        .below {
+          grid-template-columns: minmax(0, 1fr);
+        }
+        .dial {
+          order: 2;
+          height: 250px;
         }
       }
       @container (max-width: 860px) {
         .page {
           grid-template-columns: minmax(0, 1fr);
           grid-template-rows: auto auto auto auto;
-          grid-template-areas: 'strip' 'view' 'side' 'trends';
+          grid-template-areas: 'strip' 'view' 'side' 'below';
         }
         .view {
           height: 56vh;
@@ -151,9 +151,6 @@ export class PageOperate extends LitElement {
           gap: 10px 20px;
           --lf-value-size: 20px;
           --lf-value-width: 5ch;
-        }
-        .dial {
-          width: 130px;
         }
       }
     `,
@@ -203,7 +200,7 @@ export class PageOperate extends LitElement {
           @quenching=${(e: CustomEvent<QuenchSector>) => this.begun(e.detail)}
         ></lf-automatic>
       </div>
-      <lf-trends .monitor=${monitor}></lf-trends>
+      <div class="below">${this.dial()}<lf-trends .monitor=${monitor}></lf-trends></div>
     </div>`;
   }
 
@@ -292,8 +289,12 @@ export class PageOperate extends LitElement {
         <lf-button icon=${three ? 'map' : 'cube'} kind="quiet" @click=${this.turnView}
           >${three ? t('operate.plan_view') : '3D'}</lf-button
         >
-      </div>
-      <div class="dial">
+      </div>`;
+  }
+
+  private dial() {
+    const { monitor } = this;
+    return html`<section class="card dial">
         <lf-dial
           kind="vertical"
           .value=${position(monitor, 'Vertical')}
@@ -304,7 +305,7 @@ export class PageOperate extends LitElement {
           .offlimits=${has(monitor, 'Vertical', 'Limitless')}
           .label=${t('operate.vertical')}
         ></lf-dial>
-      </div>`;
+    </section>`;
   }
 
   private monitors(site: Site): PlanMonitor[] {

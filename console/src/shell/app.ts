@@ -82,23 +82,9 @@ export class LfApp extends LitElement {
       .shade {
         display: none;
       }
-      :host {
-        --stop-width: 350px;
-      }
-      :host([one]) {
-        --stop-width: 520px;
-      }
       @media (max-width: 1280px) {
         :host {
-          --nav: 96px;
-        }
-      }
-      @media (max-width: 1200px) {
-        :host {
-          --stop-width: 260px;
-        }
-        :host([one]) {
-          --stop-width: 372px;
+          --nav: 104px;
         }
       }
       @media (max-width: 720px) {
@@ -169,7 +155,6 @@ export class LfApp extends LitElement {
     if (this.phase === 'login') return this.alone('login');
     if (this.phase === 'setup') return this.alone('setup');
     const { page, monitor } = this.route;
-    this.toggleAttribute('one', monitor !== null);
     return keyed(
       `${lang()} ${this.version}`,
       html`<lf-stop .monitor=${monitor}></lf-stop>

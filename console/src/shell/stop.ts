@@ -118,6 +118,7 @@ export class LfStop extends LitElement {
       @media (max-width: 720px) {
         :host {
           inset: auto 0 0 0;
+          width: 100%;
           height: 72px;
           padding: 0 var(--s2);
           border-top: 1px solid var(--chrome-line);
@@ -136,8 +137,14 @@ export class LfStop extends LitElement {
     new TopicController(this, () => ['monitors/', SECOND]);
   }
 
+  /** The bar keeps this place free. */
+  private readonly sized = new ResizeObserver(() =>
+    document.documentElement.style.setProperty('--stop-width', `${this.offsetWidth + 8}px`),
+  );
+
   override connectedCallback(): void {
     super.connectedCallback();
+    this.sized.observe(this);
     this.setAttribute('popover', 'manual');
     this.setAttribute('role', 'region');
     this.rise();
@@ -147,6 +154,7 @@ export class LfStop extends LitElement {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
+    this.sized.disconnect();
     window.removeEventListener('keydown', this.keyed, true);
     document.removeEventListener('toggle', this.covered, true);
   }

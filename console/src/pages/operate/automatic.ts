@@ -33,12 +33,29 @@ export class LfAutomatic extends LitElement {
         grid-template-columns: 1fr 1fr;
         gap: var(--s2);
       }
+      .card {
+        padding: 12px 16px;
+      }
+      .tiles {
+        display: grid;
+        grid-template-columns: repeat(3, 1fr);
+        gap: var(--s2);
+        --lf-button-height: 64px;
+      }
+      .tiles > lf-button::part(button) {
+        flex-direction: column;
+        gap: 5px;
+        padding: 6px 2px;
+        font-size: 13px;
+      }
       .running {
         display: flex;
         align-items: center;
         gap: 10px;
+        grid-column: 1 / -1;
+        height: 64px;
         padding: 8px 8px 8px 12px;
-        margin-bottom: var(--s2);
+        --lf-button-height: 48px;
         border-radius: var(--radius);
         background: var(--accent-soft);
         font-weight: 600;
@@ -49,7 +66,6 @@ export class LfAutomatic extends LitElement {
         padding: 12px;
         border: 2px solid var(--accent);
         border-radius: var(--radius);
-        margin-top: var(--s2);
       }
       .sector p {
         font-weight: 500;
@@ -74,13 +90,15 @@ export class LfAutomatic extends LitElement {
     const searching = has(monitor, 'Detector', 'Searching');
     const whyQuench = control || (searching ? t('operate.why_searching') : '');
     const whySeek = detector || (quenching ? t('operate.why_quenching') : '');
-    return html`<section class="card">
-      <header><h2>${t('operate.automatic')}</h2></header>
-      ${quenching ? this.running(t(has(monitor, 'Control', 'Paused') ? 'operate.paused' : 'operate.quenching'), 'Control') : nothing}
-      ${searching ? this.running(t('operate.searching'), 'Detector') : nothing}
-      <div class="two">
-        ${this.deployButtons()}
-        <lf-button icon="search" id="seek" .why=${whySeek} @click=${this.seek}>${t('operate.seek')}</lf-button>
+    return html`<section class="card" aria-label=${t('operate.automatic')}>
+      ${this.tool === 'sector' ? this.drawing(whyQuench) : nothing}
+      <div class="tiles" ?hidden=${this.tool === 'sector'}>
+        ${quenching
+          ? this.running(t(has(monitor, 'Control', 'Paused') ? 'operate.paused' : 'operate.quenching'), 'Control')
+          : searching
+            ? this.running(t('operate.searching'), 'Detector')
+            : html`${this.deployButtons()}
+                <lf-button icon="search" id="seek" .why=${whySeek} @click=${this.seek}>${t('operate.seek')}</lf-button>`}
         <lf-button
           icon="sector"
           id="draw"
@@ -95,14 +113,13 @@ export class LfAutomatic extends LitElement {
         >
         <lf-button icon="events" .why=${whyQuench} @click=${this.trajectory}>${t('operate.trajectory')}</lf-button>
       </div>
-      ${this.tool === 'sector' ? this.drawing(whyQuench) : nothing}
     </section>`;
   }
 
   private running(text: string, subsystem: string) {
     return html`<div class="running" role="status">
       ${icon('play')}<span class="grow">${text}</span>
-      <lf-button @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
+      <lf-button id="end" @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
         >${t('operate.end')}</lf-button
       >
     </div>`;

@@ -26,8 +26,10 @@ export class LfHand extends LitElement {
     card,
     css`
       .card {
-        height: 100%;
+        position: relative;
+        padding: 12px 16px;
       }
+
       lf-joystick {
         margin: 0 auto;
       }
@@ -63,6 +65,9 @@ export class LfHand extends LitElement {
         color: var(--on-accent);
       }
       .state {
+        position: absolute;
+        left: 14px;
+        top: 10px;
         font-size: 13px;
         font-weight: 600;
         color: var(--dim);
@@ -117,12 +122,10 @@ export class LfHand extends LitElement {
     const why = whyNotWork(monitor, 'Horizontal');
     const whyNozzle = whyNotWork(monitor, 'Nozzle');
     const stale = store.stale(monitor);
-    return html`<section class="card">
-      <header>
-        <h2>${t('operate.hand')}</h2>
-        ${this.pad ? html`<span class="state">${icon('gamepad')}</span>` : nothing}
-        <span class="state" role="status">${this.stateText()}</span>
-      </header>
+    return html`<section class="card" aria-label=${t('operate.hand')}>
+      <span class="state" role="status"
+        >${this.pad ? icon('gamepad') : nothing}${this.stateText()}</span
+      >
       <lf-joystick
         .disabled=${why !== ''}
         .reason=${why}

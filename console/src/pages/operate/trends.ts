@@ -30,6 +30,7 @@ const SOURCES: Record<What, Source[]> = {
   ],
 };
 const RANGES: Partial<Record<string, [number, number]>> = { pressure: [0, 100], flow: [0, 25] };
+const NO_WINDOWS: number[] = [];
 const PAST_MS = 15 * 60_000;
 
 @customElement('lf-trends')
@@ -39,19 +40,50 @@ export class LfTrends extends LitElement {
     card,
     css`
       :host {
+        display: block;
+        height: 252px;
+        container-type: inline-size;
+      }
+      .both {
         display: grid;
-        grid-template-columns: 1fr 1fr;
         gap: var(--s3);
+        height: 100%;
       }
       .card {
-        padding: 12px;
+        position: relative;
+        padding: 10px 12px 6px;
+        display: grid;
+        grid-template-rows: auto 1fr;
+        gap: 4px;
+      }
+      .card.hidden {
+        display: none;
+      }
+      .what {
+        display: flex;
+        gap: 4px;
+        --lf-button-height: 40px;
+        --lf-button-size: 13px;
+        --lf-button-wrap: nowrap;
       }
       lf-plot {
-        height: 176px;
+        min-height: 0;
+        height: 100%;
       }
-      @media (max-width: 1100px) {
-        :host {
-          grid-template-columns: 1fr;
+      @container (max-width: 460px) {
+        .what {
+          flex-wrap: wrap;
+        }
+      }
+      @container (min-width: 1000px) {
+        .both {
+          grid-template-columns: 1fr 1fr;
+        }
+        .card.hidden {
+          display: grid;
+        }
+        .tab {
+          display: none;
         }
       }
     `,
@@ -59,6 +91,8 @@ export class LfTrends extends LitElement {
 
   @property() monitor = '';
   @state() private stale = false;
+  @state() private minutes = 1;
+  @state() private shown: What = 'water';
   @query('#water') private water!: LfPlot;
   @query('#currents') private currents!: LfPlot;
   private end = () => {};
@@ -78,19 +112,32 @@ export class LfTrends extends LitElement {
   }
 
   override render() {
-    return html`${(['water', 'currents'] as const).map(
-      (what) => html`<section class="card">
+    return html`<div class="both">${(['water', 'currents'] as const).map(
+      (what) => html`<section class="card ${what === this.shown ? '' : 'hidden'}">
+        <div class="what">
+          ${(['water', 'currents'] as const).map(
+            (one) => html`<lf-button class="tab" kind="quiet" toggle .on=${one === this.shown} @click=${() => (this.shown = one)}
+              >${t(`operate.plot_${one}`)}</lf-button
+            >`,
+          )}
+          <span class="grow"></span>
+          ${[1, 5, 15].map(
+            (n) => html`<lf-button kind="quiet" toggle .on=${n === this.minutes} @click=${() => (this.minutes = n)}
+              >${t('operate.minutes', { n })}</lf-button
+            >`,
+          )}
+        </div>
         <lf-plot
           id=${what}
           .series=${this.series(what)}
-          .minutes=${1}
-          .windows=${[1, 5, 15]}
+          .minutes=${this.minutes}
+          .windows=${NO_WINDOWS}
           .now=${() => store.now()}
           .stale=${this.stale}
           .label=${t(`operate.plot_${what}`)}
         ></lf-plot>
       </section>`,
-    )}`;
+    )}</div>`;
   }
 
   private readonly made = new Map<What, PlotSeries[]>();

@@ -19,9 +19,12 @@ export class LfValves extends LitElement {
     base,
     card,
     css`
+      .card {
+        padding: 12px 16px;
+      }
       .valve {
         display: grid;
-        grid-template-columns: 1fr minmax(132px, auto) 96px;
+        grid-template-columns: 1fr 140px 84px;
         align-items: center;
         gap: var(--s2);
       }
@@ -88,8 +91,7 @@ export class LfValves extends LitElement {
 
   override render() {
     const valves = (['Valve1', 'Valve2'] as const).filter((v) => exists(this.monitor, v));
-    return html`<section class="card" id="valves">
-      <header><h2>${t('operate.valves')}</h2></header>
+    return html`<section class="card" id="valves" aria-label=${t('operate.valves')}>
       ${valves.map((valve) => this.valve(valve))}
     </section>`;
   }

@@ -43,6 +43,7 @@ const SLOW_FRAME_MS = 24;
 const FRAMES_JUDGED = 45;
 const SHARE_LEAST = 0.3;
 const FLIGHT_S = 0.6;
+const LABEL_PX = 27;
 
 export class World {
   private readonly renderer: WebGLRenderer;
@@ -209,7 +210,7 @@ export class World {
     const middle = new Vector3((box.west + box.east) / 2, 1, -(box.south + box.north) / 2);
     const wide = Math.max(box.east - box.west, box.north - box.south);
     // A tall picture needs more distance than a wide one.
-    const away = (wide / 2) * Math.max(1.12, 1.5 / Math.max(this.camera.aspect, 0.4));
+    const away = (wide / 2) * Math.max(0.85, 1.62 / Math.max(this.camera.aspect, 0.4));
     if (preset === 'top') {
       return [middle.clone().add(new Vector3(0, away * 1.85, 0.01)), middle];
     }
@@ -378,6 +379,7 @@ export class World {
   private named(): void {
     const { site, monitors, selected } = this.shown;
     const wanted = new Set<string>();
+    const size = (LABEL_PX * 2 * Math.tan((this.camera.fov * Math.PI) / 360)) / Math.max(this.size[1], 1);
     const put = (key: string, text: string, at: Vector3, chosen: boolean, quiet = false): void => {
       wanted.add(key);
       let label = this.labels.get(key);
@@ -393,6 +395,7 @@ export class World {
         back: chosen ? accent : quiet ? '#0000' : surface,
         line: chosen ? accent : quiet ? '#0000' : line,
       });
+      label.size = size;
       label.sprite.position.copy(at);
     };
     for (const { id, at, height } of monitors) {

@@ -49,6 +49,7 @@ export class PageReplay extends LitElement {
         align-items: start;
       }
       .scroll {
+        position: relative;
         overflow-x: auto;
         margin: 0 -16px -16px;
       }
@@ -129,6 +130,18 @@ export class PageReplay extends LitElement {
       @container (max-width: 980px) {
         .columns {
           grid-template-columns: minmax(0, 1fr);
+        }
+      }
+      @container (max-width: 620px) {
+        .more {
+          display: none;
+        }
+        td:first-child {
+          white-space: normal;
+        }
+        td.what {
+          min-width: 0;
+          overflow-wrap: anywhere;
         }
       }
       @container (max-width: 700px) {
@@ -216,9 +229,9 @@ export class PageReplay extends LitElement {
           <tr>
             <th>${t('replay.when')}</th>
             <th>${t('replay.cause')}</th>
-            <th>${t('replay.monitors')}</th>
+            <th class="more">${t('replay.monitors')}</th>
             <th class="num">${t('replay.long')}</th>
-            <th class="num">${t('replay.size')}</th>
+            <th class="num more">${t('replay.size')}</th>
             <th><span class="unseen">${t('replay.play')}</span></th>
           </tr>
         </thead>
@@ -241,9 +254,9 @@ export class PageReplay extends LitElement {
         ${one.alarm ? html`<div class="small dim">${one.alarm}</div>` : nothing}
         ${one.by ? html`<div class="small dim">${t('replay.by', { user: one.by })}</div>` : nothing}
       </td>
-      <td>${one.monitors.join(', ')}</td>
+      <td class="more">${one.monitors.join(', ')}</td>
       <td class="num">${one.recording ? html`<i>${t('replay.running')}</i>` : span(one.to_ms - one.from_ms)}</td>
-      <td class="num">${sizeText(one.size)}</td>
+      <td class="num more">${sizeText(one.size)}</td>
       <td>
         <div class="row">
           <lf-button
@@ -254,12 +267,14 @@ export class PageReplay extends LitElement {
             @click=${() => this.play(one)}
           ></lf-button>
           <lf-button
+            class="more"
             icon="download"
             kind="quiet"
             .label=${t('replay.download', { name })}
             @click=${() => download(`/api/recordings/${encodeURIComponent(name)}`, name)}
           ></lf-button>
           <lf-button
+            class="more"
             icon="trash"
             kind="quiet"
             .label=${t('replay.delete', { name })}

@@ -245,6 +245,14 @@ export class LfTimeline extends LitElement {
           grid-area: 1 / 2;
           justify-content: flex-end;
         }
+        .clock {
+          font-size: 15px;
+          min-width: 0;
+          margin: 0;
+        }
+        .end {
+          gap: 4px;
+        }
       }
     `,
   ];

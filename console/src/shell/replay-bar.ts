@@ -21,6 +21,7 @@ export class LfReplayBar extends LitElement {
       }
       .bar {
         display: grid;
+        grid-template-columns: minmax(0, 1fr);
         gap: 4px 16px;
         padding: 4px 16px 8px;
         background: var(--surface);
@@ -31,6 +32,7 @@ export class LfReplayBar extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
+        justify-content: space-between;
         gap: 4px 16px;
         min-height: 44px;
       }

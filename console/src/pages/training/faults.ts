@@ -57,6 +57,7 @@ export class LfTrainingFaults extends LitElement {
       }
       .link {
         display: flex;
+        flex-wrap: wrap;
         align-items: center;
         gap: 12px;
         padding-bottom: var(--s3);
@@ -142,12 +143,16 @@ export class LfTrainingFaults extends LitElement {
         left: 20px;
         background: var(--surface);
       }
+      .faulty {
+        flex: 1 0 auto;
+      }
       .none {
         padding: 16px;
         color: var(--dim);
       }
       .foot {
         display: flex;
+        flex-wrap: wrap;
         align-items: center;
         gap: var(--s2);
         margin-bottom: var(--s2);
@@ -187,7 +192,7 @@ export class LfTrainingFaults extends LitElement {
         >
       </div>
       <div class="foot">
-        <span class="grow"
+        <span class="faulty"
           >${active.length
             ? html`<lf-chip kind="medium" icon="warning">${plural(active.length, 'training.active')}</lf-chip>`
             : html`<lf-chip>${plural(0, 'training.active')}</lf-chip>`}</span

@@ -67,7 +67,12 @@ export const pageStyle = css`
   .inline select {
     width: auto;
     min-width: 76px;
-    max-width: 100%;
+    max-width: 190px;
+    text-overflow: ellipsis;
+  }
+  .run .grow {
+    white-space: nowrap;
+    flex: 1 0 auto;
   }
   .view {
     padding: 0;
@@ -78,14 +83,16 @@ export const pageStyle = css`
   }
   .counts {
     display: flex;
-    gap: var(--s3);
+    gap: var(--s2);
     margin-bottom: var(--s3);
   }
   .count {
-    flex: 1;
+    flex: 1 1 0;
+    min-width: 0;
     display: flex;
+    flex-wrap: wrap;
     align-items: baseline;
-    gap: 8px;
+    gap: 0 8px;
     padding: 8px 12px;
     border: 1px solid var(--line);
     border-radius: var(--radius);
@@ -96,7 +103,6 @@ export const pageStyle = css`
     font-size: 24px;
     font-weight: 650;
     color: var(--text);
-    min-width: 2ch;
   }
   .count.failed {
     border-color: var(--high);

@@ -58,6 +58,7 @@ export class World {
   private structures: Structures | null = null;
   private shown: Shown = { site: null, monitors: [], scene: null, selected: '' };
   private builtFor: PlanSite | null = null;
+  private tallest = 0;
   private owed = new Map<string, number>();
   private preset: Preset = 'orbit';
   private flight: { from: Vector3; look: Vector3; to: Vector3; at: Vector3; part: number } | null = null;
@@ -154,7 +155,8 @@ export class World {
     this.barrels.step(this.shown.monitors, this.shown.selected, seconds, this.preset !== 'eye');
     this.water(seconds);
     this.fire(seconds);
-    this.particles.step(seconds, this.shown.scene?.wind ?? [0, 0], (drop) => this.splash(drop));
+    const wind = this.shown.scene?.wind ?? [0, 0];
+    this.particles.step(seconds, wind, this.floorAt, (drop) => this.splash(drop));
     this.named();
     this.fly(seconds);
     this.controls.update();
@@ -195,6 +197,7 @@ export class World {
   private build(site: PlanSite): void {
     const first = this.builtFor === null;
     this.builtFor = site;
+    this.tallest = Math.max(0, ...site.tanks.map(({ height }) => height));
     if (this.structures) {
       this.scene.remove(this.structures.group);
       this.structures.dispose();
@@ -291,11 +294,14 @@ export class World {
           drag,
           core,
           foam: monitor.foam ? 1 : 0,
-          floor,
         });
       }
     }
   }
+
+  /** What water falls on: the ground or a roof; only what is low enough is looked up. */
+  private readonly floorAt = (x: number, y: number, z: number): number =>
+    y > this.tallest ? 0 : groundAt([x, -z], this.shown.site?.tanks ?? []);
 
   private ribbon(monitor: PlanMonitor, pose: Pose | null, jet: JetOf, floor: number): void {
     let ribbon = this.ribbons.get(monitor.id);

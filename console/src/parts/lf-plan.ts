@@ -80,6 +80,7 @@ export class LfPlan extends LitElement {
     running: { attribute: false },
     points: { attribute: false },
     pointSelected: { type: Number, attribute: 'point-selected' },
+    note: {},
     view: { state: true },
     size: { state: true },
     drag: { state: true },
@@ -98,6 +99,8 @@ export class LfPlan extends LitElement {
   /** Places of a trajectory. */
   declare points: readonly Place[];
   declare pointSelected: number;
+  /** Said instead of the plan's own hint. */
+  declare note: string;
   declare view: View | null;
   declare size: Place;
   declare drag: Drag | null;
@@ -121,6 +124,7 @@ export class LfPlan extends LitElement {
     this.running = {};
     this.points = [];
     this.pointSelected = -1;
+    this.note = '';
     this.view = null;
     this.size = [0, 0];
     this.drag = null;
@@ -247,6 +251,7 @@ export class LfPlan extends LitElement {
   }
 
   private hint(): TemplateResult | typeof nothing {
+    if (this.note) return html`<p class="hint">${this.note}</p>`;
     if (!this.site) return html`<p class="hint">${t('parts.plan.no_site')}</p>`;
     if (this.tool === 'aim') return html`<p class="hint">${t('parts.plan.aim')}</p>`;
     if (this.tool === 'sector' && !this.sector) {
@@ -269,8 +274,9 @@ export class LfPlan extends LitElement {
     return svg`
       ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
-      ${!mini && chosen ? layers.ranges(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
+      ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
+      ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
       ${this.scene ? layers.fires(camera, this.scene) : nothing}
       ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}

@@ -1,5 +1,5 @@
 export default {
-  'inspector.title': 'Инспектор',
+  'inspector.title': 'Протокол',
   'inspector.find': 'Поиск по тексту и байтам',
   'inspector.find_clear': 'Очистить поиск',
   'inspector.direction': 'Направление',

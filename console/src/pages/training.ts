@@ -6,7 +6,7 @@ import { http } from '../hub/http';
 import { may } from '../hub/session';
 import { store, TopicController } from '../hub/store';
 import type { Site } from '../hub/types';
-import { lang, num, t, tt } from '../i18n';
+import { lang, num, plural, t, tt } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-button';
 import '../parts/lf-chip';
@@ -153,7 +153,7 @@ export class PageTraining extends LitElement {
           </select></label
         >
         <label class="inline"
-          >${t('training.speed')}
+          ><span class="unseen">${t('training.speed')}</span>
           <select ?disabled=${Boolean(this.why)} @change=${this.setSpeed}>
             ${SPEEDS.map((n) => html`<option value=${n} ?selected=${n === sim.speed}>${num(n, n % 1 ? 1 : 0)}×</option>`)}
           </select></label
@@ -260,7 +260,7 @@ export class PageTraining extends LitElement {
       <footer>
         <span class="small dim"
           >${icon('clock', 16)} ${span(one.duration_s * 1000)} ·
-          ${t('training.monitors', { n: one.monitors.length })}</span
+          ${plural(one.monitors.length, 'training.monitors')}</span
         >
         <lf-button kind=${on ? 'normal' : 'primary'} .why=${this.why} @click=${() => this.ask(one, sim)}
           >${on ? t('training.start_again') : t('training.start')}</lf-button
@@ -318,7 +318,9 @@ export class PageTraining extends LitElement {
       actions: (close) => html`<lf-button @click=${() => close()}>${t('shell.cancel')}</lf-button>
         <lf-button kind="primary" @click=${() => close(true)}>${t('training.start')}</lf-button>`,
     });
-    if (sure) await this.post('scenario', wish);
+    if (!sure) return;
+    await this.post('scenario', wish);
+    this.renderRoot.querySelector('.head')?.scrollIntoView({ block: 'center' });
   }
 
   private async lightAt(at: readonly [number, number]): Promise<void> {

@@ -54,6 +54,8 @@ interface Drag {
 
 const MARGIN_PX = 56;
 const MARGIN_MINI_PX = 26;
+/** Room that the buttons take on the right. */
+const ZOOM_PX = 64;
 const DRAG_LEAST_PX = 6;
 const SPLASHES_MAX = 60;
 
@@ -165,7 +167,11 @@ export class LfPlan extends LitElement {
     const known = this.site ?? siteOf(this.monitors);
     const [width, height] = this.size;
     const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
-    return fit(boundsOf(placesOf(known, null)), width, height, margin);
+    const box = boundsOf(placesOf(known, null));
+    // What stands at the edge is not to lie under the buttons.
+    const aside = this.mode === 'full' && width > ZOOM_PX * 6 ? ZOOM_PX : 0;
+    const view = fit(box, width - aside, height, margin);
+    return { ...view, east: view.east + aside / 2 / view.scale };
   }
 
   private keepDrops(): void {

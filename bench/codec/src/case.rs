@@ -5,8 +5,10 @@ use std::time::Instant;
 
 /// A function that is run on a state of its own; what it has done is looked at afterwards.
 pub struct Case {
-    /// Module and function, as callgrind will see them: `lafet::drive_decode`.
+    /// Who, and what: `lafet::drive_decode`.
     pub name: &'static str,
+    /// The function as callgrind will see it.
+    pub symbol: &'static str,
     /// Bytes that are made or read.
     pub bytes: usize,
     subject: Box<dyn Subject>,
@@ -38,13 +40,13 @@ impl<S> Subject for Entry<S> {
 impl Case {
     /// A case of this name; `right` says whether a run has done what it should.
     pub fn new<S: 'static>(
-        name: &'static str,
+        [name, symbol]: [&'static str; 2],
         bytes: usize,
         state: S,
         run: fn(&mut S),
         right: fn(&S) -> bool,
     ) -> Self {
-        Self { name, bytes, subject: Box::new(Entry { state, run, right }) }
+        Self { name, symbol, bytes, subject: Box::new(Entry { state, run, right }) }
     }
 
     /// Runs it so often. The error says that it has not done its work.
@@ -70,7 +72,10 @@ impl Case {
 macro_rules! case {
     ($module:ident :: $function:ident, $bytes:expr, $state:expr, $right:expr) => {
         $crate::case::Case::new(
-            concat!(stringify!($module), "::", stringify!($function)),
+            [
+                concat!(stringify!($module), "::", stringify!($function)),
+                concat!(module_path!(), "::", stringify!($function)),
+            ],
             $bytes,
             $state,
             $function,

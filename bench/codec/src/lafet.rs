@@ -46,14 +46,14 @@ pub fn cases() -> Vec<Case> {
     let framed_answer = |state: &Asked| state.answer == Drive::SIZE + 7;
     let all_answered = |state: &Asked| state.answer == Whole::SIZE;
     vec![
-        case!(lafet::drive_decode, drive_size, State::new(&drive), seen_drive),
+        case!(lafet::drive_decode, drive_size, State::blank(&drive), seen_drive),
         case!(lafet::drive_encode, drive_size, State::new(&drive), made),
-        case!(lafet::whole_decode, whole_size, State::new(&whole), seen_whole),
+        case!(lafet::whole_decode, whole_size, State::blank(&whole), seen_whole),
         case!(lafet::whole_encode, whole_size, State::new(&whole), made),
         case!(lafet::eleven_decode, eleven_size, State::new(&eleven), |s| s.sum == 11),
-        case!(lafet::drive_receive, drive_wire, State::new(&drive_frame), seen_drive),
+        case!(lafet::drive_receive, drive_wire, State::blank(&drive_frame), seen_drive),
         case!(lafet::drive_send, drive_wire, State::new(&drive_frame), made),
-        case!(lafet::whole_receive, whole_wire, State::new(&whole_frame), seen_whole),
+        case!(lafet::whole_receive, whole_wire, State::blank(&whole_frame), seen_whole),
         case!(lafet::whole_send, whole_wire, State::new(&whole_frame), made),
         case!(lafet::answer_core, 4, Asked::new(SubsystemId::VERTICAL), answered),
         case!(lafet::answer_framed, 11, Asked::new(SubsystemId::VERTICAL), framed_answer),
@@ -82,6 +82,11 @@ impl State {
             sum: 0,
             decoder: Decoder::new(),
         }
+    }
+
+    /// One that has seen nothing yet.
+    fn blank(input: &[u8]) -> Self {
+        Self { drive: Drive::default(), whole: Whole::default(), ..Self::new(input) }
     }
 }
 

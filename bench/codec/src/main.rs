@@ -34,7 +34,7 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
         let ns = if timed { case.nanoseconds() } else { 0.0 };
-        println!("{}\t{}\t{ns:.2}", case.name, case.bytes);
+        println!("{}\t{}\t{}\t{ns:.2}", case.name, case.symbol, case.bytes);
     }
     ExitCode::SUCCESS
 }

@@ -6,7 +6,9 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
-use crate::{TaskResult, demo, dissector, flag, licences, links, model, no_std, setup, swarm};
+use crate::{
+    TaskResult, bench, demo, dissector, flag, licences, links, model, no_std, setup, swarm,
+};
 
 /// How the README's test command begins.
 const TEST_COMMAND: &str = "cargo xtask test";
@@ -30,6 +32,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("the interlock, model-checked", model::check);
     steps.step("the Wireshark dissector in tshark", dissector::check);
     steps.step("the swarm, for a while", swarm::check);
+    steps.step("instructions of the codec and the device", bench::check);
     steps.step("the demo", smoke);
     Ok(steps.finish("cargo xtask ci"))
 }

@@ -1,6 +1,7 @@
 //! The workspace's tasks: `cargo xtask <task>`. Each law of ARCHITECTURE.md that a machine can
 //! check is checked from here.
 
+mod bench;
 mod ci;
 mod citation;
 mod coverage;
@@ -139,6 +140,15 @@ const TASKS: &[Task] = &[
         about: "flash and RAM of the firmware, for each board",
         details: "The figures stand in docs/firmware.md.",
         run: firmware::size,
+    },
+    Task {
+        name: "bench",
+        arguments: "[--check | --only PART]",
+        about: "lafet and its peers, measured side by side: docs/performance.md",
+        details: "Parts: codec, roundtrip, bus, sim, capture, footprint. Installs what it measures \
+                  with where it may. With --check nothing is written: instruction counts that have \
+                  drifted by more than 3 % are an error.",
+        run: bench::bench,
     },
     Task {
         name: "swarm",

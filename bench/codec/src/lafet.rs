@@ -197,8 +197,9 @@ fn read_drive(payload: &[u8], seen: &mut Drive) {
 fn read_whole(payload: &[u8], seen: &mut Whole) {
     let ([mut drives, mut flags], mut whole) = ([0; 2], Whole::default());
     for record in Records::new(payload) {
-        let Ok(answer) = record.and_then(|record| Answer::decode(&record)) else { return };
-        let place = match answer.data {
+        let Ok(record) = record else { return };
+        let Ok(answer) = Answer::decode(&record) else { return };
+        let bits = match answer.data {
             Reply::General(status) => {
                 whole.general_flags = status.flags.bits();
                 whole.general = [status.main_voltage, status.pressure, status.flowrate];
@@ -211,21 +212,28 @@ fn read_whole(payload: &[u8], seen: &mut Whole) {
                     [s.horizontal, s.vertical, s.nozzle, s.deployer, s.housing, humidity];
                 continue;
             }
-            Reply::Drive(s) => (s.flags.bits(), s.position, s.current, s.speed),
-            Reply::Deployer(s) => (s.flags.bits(), s.position, s.current, s.speed),
-            other => {
-                let (Some(bits), Some(place)) = (other.flags_bits(), whole.flags.get_mut(flags))
-                else {
-                    return;
-                };
-                *place = bits;
-                flags += 1;
+            Reply::Drive(s) => {
+                let Some(place) = whole.drives.get_mut(drives) else { return };
+                *place = (s.flags.bits(), s.position, s.current, s.speed);
+                drives += 1;
                 continue;
             }
+            Reply::Deployer(s) => {
+                let Some(place) = whole.drives.get_mut(drives) else { return };
+                *place = (s.flags.bits(), s.position, s.current, s.speed);
+                drives += 1;
+                continue;
+            }
+            Reply::Valve(status) => status.flags.bits(),
+            Reply::Control(status) => status.flags.bits(),
+            Reply::Detector(status) => status.flags.bits(),
+            Reply::Conn(status) => status.flags.bits(),
+            Reply::Buttons(status) => status.flags.bits(),
+            _ => return,
         };
-        let Some(seat) = whole.drives.get_mut(drives) else { return };
-        *seat = place;
-        drives += 1;
+        let Some(place) = whole.flags.get_mut(flags) else { return };
+        *place = bits;
+        flags += 1;
     }
     *seen = whole;
 }
@@ -299,9 +307,8 @@ fn whole_answers(whole: &Whole) -> [Answer<'static>; 14] {
 /// General, Climatics, six answers of drives, and the limits of three.
 fn eleven_answers() -> Vec<Answer<'static>> {
     let whole = whole_answers(&Whole::SAMPLE);
-    let limits = |from| {
-        ok(from, RequestId::RETRIEVE_LIMITS, Reply::Limits(Limits { min: 7, max: 8 }))
-    };
+    let limits =
+        |from| ok(from, RequestId::RETRIEVE_LIMITS, Reply::Limits(Limits { min: 7, max: 8 }));
     let [general, climatics, mut vertical, .., _] = whole;
     if let Reply::Drive(status) = &mut vertical.data {
         status.speed = 9;
@@ -414,4 +421,3 @@ impl Hal for Board {
     fn write(&mut self, _: &Outputs) {}
     fn reset(&mut self) {}
 }
-

@@ -1,9 +1,9 @@
 //! deku: structures with derived readers and writers.
 
-use deku::{DekuContainerRead, DekuRead, DekuWrite};
-use deku::writer::Writer;
-use deku::no_std_io::Cursor;
 use deku::DekuWriter;
+use deku::no_std_io::Cursor;
+use deku::writer::Writer;
+use deku::{DekuContainerRead, DekuRead, DekuWrite};
 
 use super::State;
 use crate::case;

@@ -32,7 +32,8 @@ struct WholeWire {
 pub fn cases() -> Vec<Case> {
     let mut buffer = [0; ROOM];
     let drive = postcard::to_slice(&wire(&Drive::SAMPLE), &mut buffer).expect("room").to_vec();
-    let whole = postcard::to_slice(&wire_whole(&Whole::SAMPLE), &mut buffer).expect("room").to_vec();
+    let whole =
+        postcard::to_slice(&wire_whole(&Whole::SAMPLE), &mut buffer).expect("room").to_vec();
     let mut framed = State::new(&[]);
     drive_send(&mut framed);
     let drive_frame = framed.out[..framed.len].to_vec();
@@ -43,9 +44,19 @@ pub fn cases() -> Vec<Case> {
         case!(postcard::drive_encode, drive.len(), State::new(&drive), State::made),
         case!(postcard::whole_decode, whole.len(), State::blank(&whole), State::seen_whole),
         case!(postcard::whole_encode, whole.len(), State::new(&whole), State::made),
-        case!(postcard::drive_receive, drive_frame.len(), State::blank(&drive_frame), State::seen_drive),
+        case!(
+            postcard::drive_receive,
+            drive_frame.len(),
+            State::blank(&drive_frame),
+            State::seen_drive
+        ),
         case!(postcard::drive_send, drive_frame.len(), State::new(&drive_frame), State::made),
-        case!(postcard::whole_receive, whole_frame.len(), State::blank(&whole_frame), State::seen_whole),
+        case!(
+            postcard::whole_receive,
+            whole_frame.len(),
+            State::blank(&whole_frame),
+            State::seen_whole
+        ),
         case!(postcard::whole_send, whole_frame.len(), State::new(&whole_frame), State::made),
     ]
 }

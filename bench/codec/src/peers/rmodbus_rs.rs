@@ -24,7 +24,12 @@ pub fn cases() -> Vec<Case> {
         case!(rmodbus::whole_receive, whole().answer.len(), whole(), seen),
         case!(rmodbus::answer_framed, drive().request_len, drive(), made),
         case!(rmodbus::answer_core, tcp().request_len, tcp(), made),
-        case!(rmodbus::answer_whole, tcp().request_len, State::new(ModbusProto::TcpUdp, WHOLE), made),
+        case!(
+            rmodbus::answer_whole,
+            tcp().request_len,
+            State::new(ModbusProto::TcpUdp, WHOLE),
+            made
+        ),
     ]
 }
 

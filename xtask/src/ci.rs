@@ -32,6 +32,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("the interlock, model-checked", model::check);
     steps.step("the Wireshark dissector in tshark", dissector::check);
     steps.step("the swarm, for a while", swarm::check);
+    steps.step("lafet for C", bindings::check);
     steps.step("instructions of the codec and the device", bench::check);
     steps.step("the demo", smoke);
     Ok(steps.finish("cargo xtask ci"))

@@ -2,6 +2,7 @@
 //! check is checked from here.
 
 mod bench;
+mod bindings;
 mod ci;
 mod citation;
 mod coverage;
@@ -149,6 +150,15 @@ const TASKS: &[Task] = &[
                   with where it may. With --check nothing is written: instruction counts that have \
                   drifted by more than 3 % are an error.",
         run: bench::bench,
+    },
+    Task {
+        name: "bindings",
+        arguments: "[--header]",
+        about: "lafet for C: builds it for host and Cortex-M3, and tests it under valgrind",
+        details: "Checks that the header is the library's, holds the golden vectors against it, lets the \
+                  C controller move the C monitor. Installs what is missing where it may. With --header \
+                  it writes the header anew.",
+        run: bindings::bindings,
     },
     Task {
         name: "swarm",

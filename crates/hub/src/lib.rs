@@ -26,6 +26,7 @@ mod hub;
 pub mod model;
 mod owner;
 mod server;
+pub mod simulation;
 mod station;
 pub mod store;
 mod sync;

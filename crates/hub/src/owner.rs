@@ -14,6 +14,7 @@ use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use serde_json::{Map, Value, json};
 use tokio::sync::broadcast::error::RecvError;
+use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
 use crate::hub::Hub;
@@ -38,16 +39,21 @@ const STALE_MS: u64 = 600;
 
 /// Starts everything that goes on by itself.
 pub fn start(hub: &Hub) {
-    let mut links: BTreeMap<String, Vec<Arc<Station>>> = BTreeMap::new();
-    for monitor in &hub.config.monitors {
-        if let Some(station) = hub.stations.get(&monitor.id) {
-            links.entry(link_of(&monitor.endpoint)).or_default().push(station.clone());
-        }
-    }
-    for stations in links.into_values() {
-        tokio::spawn(connect(hub.clone(), stations));
-    }
+    hub.own();
     tokio::spawn(keep(hub.clone()));
+}
+
+/// Connects to all monitors; dropping what is returned lets go of them.
+pub fn own(hub: &Hub) -> JoinSet<()> {
+    let mut links: BTreeMap<String, Vec<Arc<Station>>> = BTreeMap::new();
+    for station in hub.stations() {
+        links.entry(link_of(&station.config.endpoint)).or_default().push(station);
+    }
+    let mut owners = JoinSet::new();
+    for stations in links.into_values() {
+        owners.spawn(connect(hub.clone(), stations));
+    }
+    owners
 }
 
 /// Monitors with the same answer share a link.
@@ -79,19 +85,22 @@ async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
             }
         }
     };
+    let mut tasks = JoinSet::new();
     for station in stations {
         let address = station.config.endpoint.addresses().monitor;
         match client.at(address) {
             Ok(client) => {
                 station.client.send_replace(Some(client.clone()));
                 station.set_link(&hub, true, None);
-                tokio::spawn(follow_link(hub.clone(), station.clone(), client.clone()));
-                tokio::spawn(poll(hub.clone(), station.clone(), client.clone()));
-                tokio::spawn(read_slow(hub.clone(), station, Monitor::new(client)));
+                tasks.spawn(follow_link(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(poll(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(read_slow(hub.clone(), station, Monitor::new(client)));
             }
             Err(error) => station.set_link(&hub, false, Some(Both::of_error(&error))),
         }
     }
+    drop(client);
+    while tasks.join_next().await.is_some() {}
 }
 
 async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {

@@ -194,6 +194,20 @@ impl Alarms {
         changes
     }
 
+    /// A monitor is not there any more.
+    pub fn forget(&mut self, monitor: &str) -> Vec<Change> {
+        let own = self.all.extract_if(.., |_, alarm| alarm.monitor == monitor);
+        let change = |(id, alarm): (String, Alarm)| Change {
+            id,
+            monitor: alarm.monitor,
+            before: alarm.state,
+            after: "normal",
+            user: None,
+            reason: None,
+        };
+        own.map(change).collect()
+    }
+
     /// Time has passed, and whether the audit log cannot be stored.
     pub fn handle_time(&mut self, now_ms: u64, audit_failing: bool) -> Vec<Change> {
         let mut changes = Vec::new();

@@ -33,7 +33,7 @@ impl FromRequestParts<Hub> for Reader {
 pub async fn health(State(hub): State<Hub>) -> (StatusCode, Json<Value>) {
     let failing = hub.audit.is_failing();
     let monitors: Map<String, Value> =
-        hub.stations.values().map(|it| (it.id().to_owned(), it.health().into())).collect();
+        hub.stations().iter().map(|it| (it.id().to_owned(), it.health().into())).collect();
     let degraded = failing || monitors.values().any(|state| state != "up");
     let status = if failing { StatusCode::SERVICE_UNAVAILABLE } else { StatusCode::OK };
     let body = json!({
@@ -98,7 +98,8 @@ fn text(hub: &Hub) -> String {
     for (name, kind, help, value) in plain {
         family(&mut text, name, kind, help, [(String::new(), value)]);
     }
-    let stations = || hub.stations.values();
+    let all = hub.stations();
+    let stations = || all.iter();
     let label = |id: &str| format!("{{monitor=\"{id}\"}}");
     let up = stations().map(|it| (label(it.id()), f64::from(u8::from(it.health() == "up"))));
     family(&mut text, "monitor_up", "gauge", "The monitor answers.", up);

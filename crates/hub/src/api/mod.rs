@@ -7,6 +7,7 @@ mod metrics;
 mod monitors;
 mod records;
 mod session;
+mod sim;
 mod ws;
 
 use axum::extract::{DefaultBodyLimit, State};
@@ -55,6 +56,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(session::routes())
         .merge(monitors::routes())
         .merge(records::routes())
+        .merge(sim::routes())
         .merge(admin::routes())
         .split_for_parts()
 }

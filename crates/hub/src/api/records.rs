@@ -31,7 +31,7 @@ const SERIES_MAX: usize = 32;
 /// Points of a series in one answer.
 const POINTS_MAX: usize = 10_000;
 
-type Asked<T> = Result<Query<T>, QueryRejection>;
+pub type Asked<T> = Result<Query<T>, QueryRejection>;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
@@ -90,7 +90,8 @@ struct Part {
     points: Option<usize>,
 }
 
-fn needs(caller: &Caller, role: Role) -> Result<(), ApiError> {
+/// The caller has this role at least.
+pub fn needs(caller: &Caller, role: Role) -> Result<(), ApiError> {
     if caller.principal.role < role { Err(ApiError::role(role)) } else { Ok(()) }
 }
 

@@ -335,7 +335,7 @@ impl Reader {
             }
             Said::Authority { id, monitor, action, reason } => {
                 let result = self.hub.station(&monitor).and_then(|station| {
-                    self.hub.change_authority(&self.caller, station, &action, reason.as_deref())
+                    self.hub.change_authority(&self.caller, &station, &action, reason.as_deref())
                 });
                 self.answer(id, "authority", result);
             }
@@ -343,7 +343,7 @@ impl Reader {
             Said::JogEnd { monitor, drive } => {
                 let end = JogBeat { drive: drive.clone(), toward: None, t: None, end: true };
                 if let Ok(station) = self.hub.station(&monitor) {
-                    _ = self.hub.beat(&self.caller, station, &end);
+                    _ = self.hub.beat(&self.caller, &station, &end);
                 }
                 self.told.remove(&(monitor, drive));
             }
@@ -354,7 +354,7 @@ impl Reader {
     /// A beat is answered where the state is news: `moving` and its end are told by the motion.
     fn beat(&mut self, monitor: String, beat: &JogBeat) {
         let result = self.hub.station(&monitor);
-        let result = result.and_then(|station| self.hub.beat(&self.caller, station, beat));
+        let result = result.and_then(|station| self.hub.beat(&self.caller, &station, beat));
         let key = (monitor, beat.drive.clone());
         let (state, text) = match &result {
             Ok(state) => (*state, None),

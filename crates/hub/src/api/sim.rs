@@ -221,11 +221,7 @@ fn act(hub: &Hub, caller: &Caller, act: &Act) -> Answer {
     Ok(Json(hub.act(caller, act)?))
 }
 
-fn within(
-    name: &str,
-    value: f64,
-    range: &std::ops::RangeInclusive<f64>,
-) -> Result<(), ApiError> {
+fn within(name: &str, value: f64, range: &std::ops::RangeInclusive<f64>) -> Result<(), ApiError> {
     if range.contains(&value) {
         return Ok(());
     }

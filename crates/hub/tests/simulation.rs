@@ -159,8 +159,8 @@ async fn a_scenario_brings_its_own_monitors() {
     socket.authority("M2", "take").await;
     let ask = |request: &str| json!({ "type": "request", "monitor": "M2", "request": request });
     socket.ask(ask("GetStatus All")).await;
-    let moved = socket.ask(ask("Deploy Deployer")).await;
+    let moved = socket.ask(ask("Open Valve1")).await;
     assert_eq!(moved["result"]["ok"], true, "{moved}");
     let told = fake.take();
-    assert!(told.contains(&"M2 Deploy Deployer".to_owned()), "{told:?}");
+    assert!(told.contains(&"M2 Open Valve1".to_owned()), "{told:?}");
 }

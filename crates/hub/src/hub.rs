@@ -18,6 +18,7 @@ use crate::clock::Clock;
 use crate::config::{Config, MonitorConfig};
 use crate::error::ApiError;
 use crate::owner;
+use crate::recording::Recordings;
 use crate::simulation::Simulation;
 use crate::station::Station;
 use crate::store::{Audit, History, Record, StoreError};
@@ -55,6 +56,8 @@ pub struct Inner {
     pub access: Access,
     /// The history.
     pub history: Mutex<History>,
+    /// The recordings.
+    pub recordings: Recordings,
     /// The alarms.
     pub alarms: Mutex<Alarms>,
     /// Logins that failed.
@@ -153,6 +156,7 @@ impl Hub {
             audit: Audit::open(folder)?,
             access: Access::open(folder)?,
             history: Mutex::new(History::open(folder)?),
+            recordings: Recordings::open(&config.recording)?,
             alarms: Mutex::default(),
             logins: Mutex::default(),
             topics: Topics::default(),
@@ -210,6 +214,7 @@ impl Hub {
         let new = Arc::new(stations_of(&self.config, monitors));
         let old = std::mem::replace(&mut *lock(&self.stations), new.clone());
         *lock(&self.site) = site;
+        self.recordings.forget();
         for station in old.values() {
             let changes = lock(&self.alarms).forget(station.id());
             self.publish_alarms(changes);

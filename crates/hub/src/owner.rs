@@ -93,6 +93,7 @@ async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
                 station.client.send_replace(Some(client.clone()));
                 station.set_link(&hub, true, None);
                 tasks.spawn(follow_link(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(record(hub.clone(), station.clone(), client.clone()));
                 tasks.spawn(poll(hub.clone(), station.clone(), client.clone()));
                 tasks.spawn(read_slow(hub.clone(), station, Monitor::new(client)));
             }
@@ -144,7 +145,7 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
                     at_ms: Some(hub.clock.now_ms().saturating_sub(age_ms)),
                     stale: false,
                     error: None,
-                    subsystems: model::subsystems(sample.answers()),
+                    subsystems: model::subsystems(sample.answers().iter()),
                 }
             }
             Ok(Update::Stale(error)) => {
@@ -161,6 +162,20 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
         note(&hub, &station, &status);
         station.set_status(&hub, status);
         observe(&hub, &station);
+    }
+}
+
+/// Keeps the frames of a monitor for recordings.
+async fn record(hub: Hub, station: Arc<Station>, client: Client) {
+    let (mut frames, address) = (client.trace(), client.address());
+    loop {
+        match frames.recv().await {
+            Ok(frame) if frame.dst == address || frame.src == address => {
+                hub.recordings.frame(hub.clock.now_ms(), station.id(), &frame);
+            }
+            Ok(_) | Err(RecvError::Lagged(_)) => {}
+            Err(RecvError::Closed) => return,
+        }
     }
 }
 
@@ -273,11 +288,13 @@ async fn keep(hub: Hub) {
             let changes = lock(&hub.alarms).handle_time(hub.clock.now_ms(), hub.audit.is_failing());
             hub.publish_alarms(changes);
             lock(&hub.history).flush();
+            hub.recordings.handle_time(hub.clock.now_ms());
         }
         if tick.is_multiple_of(36_000) {
             let history = lock(&hub.history);
             history.forget(hub.clock.now_ms(), hub.config.raw_days, hub.config.minute_days);
         }
     }
+    hub.recordings.end_all();
     lock(&hub.history).flush();
 }

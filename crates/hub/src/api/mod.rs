@@ -5,6 +5,7 @@ mod assets;
 mod guard;
 mod metrics;
 mod monitors;
+mod recordings;
 mod records;
 mod session;
 mod sim;
@@ -23,6 +24,7 @@ use utoipa_axum::routes;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 pub use guard::{Peer, Place};
+pub use ws::show_frame;
 
 /// Largest body of a request; Stop, Close and Lockout are read only so far.
 pub const BODY_MAX: usize = 64 * 1024;
@@ -56,6 +58,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(session::routes())
         .merge(monitors::routes())
         .merge(records::routes())
+        .merge(recordings::routes())
         .merge(sim::routes())
         .merge(admin::routes())
         .split_for_parts()

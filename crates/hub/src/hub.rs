@@ -155,7 +155,10 @@ impl Hub {
             owners: Mutex::default(),
             audit: Audit::open(folder)?,
             access: Access::open(folder)?,
-            history: Mutex::new(History::open(folder)?),
+            history: Mutex::new(match &config.history_url {
+                Some(url) => History::open_postgres(url)?,
+                None => History::open(folder)?,
+            }),
             recordings: Recordings::open(&config.recording)?,
             alarms: Mutex::default(),
             logins: Mutex::default(),

@@ -285,7 +285,9 @@ async fn keep(hub: Hub) {
         }
         hub.handle_timeouts();
         if tick.is_multiple_of(10) {
-            let changes = lock(&hub.alarms).handle_time(hub.clock.now_ms(), hub.audit.is_failing());
+            let failing = (hub.audit.is_failing(), lock(&hub.history).is_failing());
+            let now_ms = hub.clock.now_ms();
+            let changes = lock(&hub.alarms).handle_time(now_ms, failing.0, failing.1);
             hub.publish_alarms(changes);
             lock(&hub.history).flush();
             hub.recordings.handle_time(hub.clock.now_ms());

@@ -34,11 +34,13 @@ pub async fn health(State(hub): State<Hub>) -> (StatusCode, Json<Value>) {
     let failing = hub.audit.is_failing();
     let monitors: Map<String, Value> =
         hub.stations().iter().map(|it| (it.id().to_owned(), it.health().into())).collect();
-    let degraded = failing || monitors.values().any(|state| state != "up");
+    let history = lock(&hub.history).is_failing();
+    let degraded = failing || history || monitors.values().any(|state| state != "up");
     let status = if failing { StatusCode::SERVICE_UNAVAILABLE } else { StatusCode::OK };
     let body = json!({
         "status": if degraded { "degraded" } else { "ok" }, "monitors": monitors,
         "storage": if failing { "failing" } else { "ok" },
+        "history": if history { "failing" } else { "ok" },
     });
     (status, Json(body))
 }

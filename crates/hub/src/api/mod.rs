@@ -5,6 +5,8 @@ mod assets;
 mod guard;
 mod metrics;
 mod monitors;
+mod parquet;
+mod past;
 mod recordings;
 mod records;
 mod session;
@@ -58,6 +60,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(session::routes())
         .merge(monitors::routes())
         .merge(records::routes())
+        .merge(past::routes())
         .merge(recordings::routes())
         .merge(sim::routes())
         .merge(admin::routes())

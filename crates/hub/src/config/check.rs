@@ -97,6 +97,7 @@ pub fn check(
     }
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
+    check.history(&read.history);
     check.range(&read.history.raw_days, 1..=3650, "raw_days");
     check.range(&read.history.minute_days, 1..=36_500, "minute_days");
     check.range(&read.recording.before_s, 0..=300, "before_s");
@@ -129,6 +130,7 @@ pub fn check(
         tls,
         metrics_open: read.metrics.open,
         lost_ms: read.authority.lost_ms.into_inner(),
+        history_url: read.history.url.map(toml::Spanned::into_inner),
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
         site: site(&read.monitor, &json!(read.tank), &json!(read.wall)),
@@ -174,6 +176,21 @@ impl Check<'_> {
                 }
                 port(SocketAddr::from(([127, 0, 0, 1], 8480)))
             }
+        }
+    }
+
+    fn history(&mut self, history: &super::file::History) {
+        let Some(url) = &history.url else { return };
+        let known = ["postgres://", "postgresql://"].iter().any(|it| url.get_ref().starts_with(it));
+        if !known || url.get_ref().parse::<tokio_postgres::Config>().is_err() {
+            self.say(
+                url.span().start,
+                both("This is no address of PostgreSQL.", "Это не адрес PostgreSQL."),
+                both(
+                    "Write postgres://USER:PASSWORD@HOST/DATABASE, or leave url out for SQLite.",
+                    "Напишите postgres://ИМЯ:ПАРОЛЬ@УЗЕЛ/БАЗА либо уберите url — будет SQLite.",
+                ),
+            );
         }
     }
 

@@ -77,13 +77,14 @@ impl Default for Authority {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct History {
+    pub url: Option<Spanned<String>>,
     pub raw_days: Spanned<u32>,
     pub minute_days: Spanned<u32>,
 }
 
 impl Default for History {
     fn default() -> Self {
-        Self { raw_days: Spanned::new(0..0, 7), minute_days: Spanned::new(0..0, 400) }
+        Self { url: None, raw_days: Spanned::new(0..0, 7), minute_days: Spanned::new(0..0, 400) }
     }
 }
 

@@ -40,6 +40,8 @@ pub struct Config {
     pub metrics_open: bool,
     /// Milliseconds that a holder whose connection is lost may take to come back.
     pub lost_ms: u64,
+    /// PostgreSQL for the history, instead of SQLite.
+    pub history_url: Option<String>,
     /// Days for which each change is kept.
     pub raw_days: u32,
     /// Days for which minutes are kept.
@@ -117,6 +119,7 @@ impl Default for Config {
             tls: None,
             metrics_open: false,
             lost_ms: 3000,
+            history_url: None,
             raw_days: 7,
             minute_days: 400,
             recording: RecordingConfig::default(),

@@ -27,6 +27,8 @@ const STALE_MS: u64 = 2500;
 pub struct Player {
     /// Frames are told as well.
     pub frames: bool,
+    /// A value holds until another one comes, however long that takes.
+    pub values_hold: bool,
     whose: Whose,
     names: BTreeMap<String, Both>,
     monitors: BTreeMap<String, Heard>,
@@ -180,13 +182,13 @@ impl Player {
         let silent: Vec<(String, Status)> = self
             .monitors
             .iter()
-            .filter(|(_, heard)| heard.told_ms > 0 && silent(heard))
+            .filter(|(_, heard)| !self.values_hold && heard.told_ms > 0 && silent(heard))
             .map(|(name, heard)| (name.clone(), Status { stale: true, ..heard.status.clone() }))
             .collect();
         for (monitor, status) in silent {
             self.status(at_ms, &monitor, None, status);
         }
-        let changes = self.alarms.handle_time(at_ms, false);
+        let changes = self.alarms.handle_time(at_ms, false, false);
         self.alarms_changed(changes);
         line
     }

@@ -259,9 +259,15 @@ async fn store(
             waiting.pop_front();
         }
         figures.failing.store(false, Ordering::Relaxed);
-        match queue.recv().await {
-            Some(work) => waiting.push_back(work),
-            None => return Ok(()),
+        tokio::select! {
+            work = queue.recv() => match work {
+                Some(work) => waiting.push_back(work),
+                None => return Ok(()),
+            },
+            // When nothing changes there is nothing to store, and nothing that fails.
+            () = sleep(PAUSE) => if client.is_closed() {
+                return Err(StoreError::Away);
+            },
         }
     }
 }

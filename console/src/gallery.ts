@@ -8,6 +8,7 @@ import './parts/lf-gauge';
 import './parts/lf-joystick';
 import type { LfPlot, PlotSeries } from './parts/lf-plot';
 import './parts/lf-plot';
+import './parts/lf-scene';
 import './parts/lf-slider';
 import './parts/lf-sparkline';
 
@@ -192,6 +193,15 @@ class Gallery extends LitElement {
           @sector=${this.said}
           @aim=${this.said}
         ></lf-plan>
+      </section>
+      <section class="plan" style="grid-column: span 12">
+        <lf-scene
+          .site=${SITE}
+          .scene=${scene}
+          .monitors=${monitors}
+          .selected=${this.selected}
+          .preset=${parameters.get('preset') ?? 'orbit'}
+        ></lf-scene>
       </section>
       <section class="side">
         <div class="two" style="display:grid;gap:16px">

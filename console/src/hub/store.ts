@@ -36,6 +36,11 @@ export class Store {
     return this.topics.get(topic) as TopicOf<K> | undefined;
   }
 
+  /** What is live, also while a recording is shown: for STOP and LOCKOUT. */
+  getLive<K extends string>(topic: K): TopicOf<K> | undefined {
+    return this.live.get(topic) as TopicOf<K> | undefined;
+  }
+
   /** Topics that begin with this, sorted. */
   keys(prefix: string): string[] {
     return [...this.topics.keys()].filter((key) => key.startsWith(prefix)).sort(byNumber);
@@ -43,11 +48,11 @@ export class Store {
 
   /** Ids of the monitors. */
   monitors(): string[] {
-    const ids = new Set<string>();
-    for (const key of this.topics.keys()) {
-      if (key.startsWith('monitors/')) ids.add(key.split('/')[1]!);
-    }
-    return [...ids].sort(byNumber);
+    return monitorsIn(this.topics);
+  }
+
+  liveMonitors(): string[] {
+    return monitorsIn(this.live);
   }
 
   /** Alarms, the most urgent first. */
@@ -214,6 +219,14 @@ export class TopicController implements ReactiveController {
       this.host.requestUpdate();
     });
   };
+}
+
+function monitorsIn(topics: ReadonlyMap<string, unknown>): string[] {
+  const ids = new Set<string>();
+  for (const key of topics.keys()) {
+    if (key.startsWith('monitors/')) ids.add(key.split('/')[1]!);
+  }
+  return [...ids].sort(byNumber);
 }
 
 const PRIORITIES = { high: 0, medium: 1, low: 2 } as const;

@@ -1,17 +1,301 @@
-import { LitElement, html } from 'lit';
-import { customElement } from 'lit/decorators.js';
-import { store, TopicController } from '../hub/store';
-import { base, page } from '../theme/shared';
+// All monitors: as cards beside the plan, as a table when there are many.
+import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
+import { customElement, state } from 'lit/decorators.js';
+import { has, inControl } from '../hub/session';
+import { SECOND, store, TopicController } from '../hub/store';
+import { age, plural, t, tt, type Key } from '../i18n';
+import { icon } from '../parts/icons';
+import { planMonitor } from '../parts/lf-plan';
+import { standAlone } from '../parts/stand-alone';
+import { router } from '../shell/router';
+import { base, card, page, table } from '../theme/shared';
+import { show } from '../units';
+import { exists, field, position, posture } from './operate/state';
+
+const VIEW_KEY = 'lafet.overview';
+/** More than so many monitors begin as a table. */
+const CARDS_MOST = 9;
+
+type View = 'cards' | 'table';
 
 @customElement('lf-page-overview')
 export class PageOverview extends LitElement {
-  static override styles = [base, page];
+  static override styles = [
+    base,
+    card,
+    page,
+    table,
+    css`
+      .page {
+        padding: var(--s3);
+      }
+      .body {
+        flex: 1;
+        display: grid;
+        grid-template-columns: minmax(0, 1.25fr) minmax(380px, 1fr);
+        gap: var(--s3);
+        min-height: 0;
+      }
+      .map {
+        position: sticky;
+        top: var(--s3);
+        height: calc(100dvh - var(--topbar) - 49px - 48px - 3 * var(--s3));
+        min-height: 320px;
+        padding: 0;
+        overflow: hidden;
+      }
+      lf-plan {
+        width: 100%;
+        height: 100%;
+      }
+      .cards {
+        display: grid;
+        grid-template-columns: repeat(auto-fill, minmax(min(380px, 100%), 1fr));
+        align-content: start;
+        gap: var(--s3);
+      }
+      .one {
+        display: grid;
+        gap: 14px;
+        color: inherit;
+        text-decoration: none;
+        box-shadow: var(--shadow);
+        transition: border-color var(--quick);
+      }
+      .one:hover {
+        border-color: var(--accent);
+      }
+      .one > header {
+        margin: 0;
+        gap: 12px;
+      }
+      .one h2 {
+        font-size: 20px;
+        letter-spacing: -0.01em;
+      }
+      .one h2 span {
+        font-size: 14px;
+        font-weight: 500;
+        color: var(--dim);
+        margin-left: 8px;
+      }
+      .values {
+        display: grid;
+        grid-template-columns: repeat(4, 1fr);
+        gap: var(--s2);
+        --lf-value-size: 22px;
+        --lf-value-width: 0;
+      }
+      .foot {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        gap: 6px;
+        min-height: 28px;
+      }
+      .alarmed {
+        border-left: 4px solid var(--medium);
+      }
+      .alarmed.high {
+        border-left-color: var(--high);
+      }
+      .open {
+        font-size: 13px;
+        font-weight: 600;
+        color: var(--accent);
+        margin-left: auto;
+        display: inline-flex;
+        align-items: center;
+      }
+      tr {
+        cursor: pointer;
+      }
+      td a {
+        display: inline-flex;
+        align-items: center;
+        min-height: 40px;
+        font-weight: 650;
+      }
+      td .stale {
+        color: var(--dim);
+        font-style: italic;
+      }
+      .tablecard {
+        grid-column: 1 / -1;
+        padding: 0;
+        overflow-x: auto;
+      }
+      @media (max-width: 1100px) {
+        .body {
+          grid-template-columns: minmax(0, 1fr);
+        }
+        .map {
+          position: static;
+          height: 42vh;
+        }
+      }
+    `,
+  ];
+
+  @state() private chosen = localStorage.getItem(VIEW_KEY) as View | null;
+
   constructor() {
     super();
-    new TopicController(this, () => 'monitors/');
+    new TopicController(this, () => [SECOND, 'monitors/', 'alarms/', 'scene']);
   }
+
   override render() {
-    return html`<div class="page">${store.monitors().map((id) => html`<a href="#/m/${id}/operate">${id}</a>
-      <lf-value quantity="pressure" label="p" .value=${store.get(`monitors/${id}/status`)?.subsystems.General?.pressure ?? null}></lf-value>`)}</div>`;
+    const ids = store.monitors();
+    const view = this.chosen ?? (ids.length > CARDS_MOST ? 'table' : 'cards');
+    const ready = ids.filter((id) => store.get(`monitors/${id}/readiness`)?.ready).length;
+    const choice = (one: View, name: 'overview' | 'table') =>
+      html`<lf-button kind="quiet" icon=${name} toggle .on=${view === one} .label=${t(`overview.${one}`)} @click=${() => this.choose(one)}></lf-button>`;
+    return html`<div class="page">
+      <header class="head">
+        <h1>
+          ${plural(ids.length, 'overview.monitors')}
+          <span class="dim" style="font-weight:500">· ${t('overview.ready_n', { n: ready })}</span>
+        </h1>
+        ${choice('cards', 'overview')}${choice('table', 'table')}
+      </header>
+      <div class="body">
+        ${view === 'table' ? this.table(ids) : html`${this.map(ids)}<div class="cards">${ids.map((id) => this.one(id))}</div>`}
+      </div>
+    </div>`;
   }
+
+  private choose(view: View): void {
+    this.chosen = view;
+    localStorage.setItem(VIEW_KEY, view);
+  }
+
+  private map(ids: string[]) {
+    const site = standAlone((store.get('hub') ?? store.hello?.hub)?.site ?? null, ids);
+    const scene = store.get('scene') ?? null;
+    const monitors = ids.flatMap((id) => {
+      const made = planMonitor(id, site, {
+        status: store.get(`monitors/${id}/status`),
+        limits: store.get(`monitors/${id}/limits`) as never,
+        hotbeds: store.get(`monitors/${id}/hotbeds`),
+        scene,
+        down: store.stale(id),
+      });
+      return made ? [made] : [];
+    });
+    return html`<section class="card map" aria-label=${t('operate.plan')}>
+      <lf-plan
+        .site=${site}
+        .monitors=${monitors}
+        .scene=${scene}
+        @select=${(e: CustomEvent<{ id: string }>) => router.go('operate', e.detail.id)}
+      ></lf-plan>
+    </section>`;
+  }
+
+  private one(id: string) {
+    const info = store.get(`monitors/${id}/info`);
+    const stale = store.stale(id);
+    const alarms = store.alarms(id).filter((alarm) => alarm.state !== 'shelved');
+    const name = tt(info?.name);
+    const alarmed = alarms.length ? `alarmed ${alarms[0]!.priority}` : '';
+    const value = (quantity: string, label: Key, wire: number | null) =>
+      html`<lf-value quantity=${quantity} .label=${t(label)} .value=${wire} ?stale=${stale}></lf-value>`;
+    return html`<a class="card one ${alarmed}" id="card-${id}" href="#/m/${id}/operate">
+      <header>
+        <h2>${id}<span>${name === id ? '' : name}</span></h2>
+        ${readyChip(id)}
+      </header>
+      <div class="values">
+        ${value('angle', 'operate.horizontal', position(id, 'Horizontal'))}
+        ${value('angle', 'operate.vertical', position(id, 'Vertical'))}
+        ${value('pressure', 'operate.pressure', field(id, 'General', 'pressure'))}
+        ${value('flow', 'operate.flow', field(id, 'General', 'flowrate'))}
+      </div>
+      <div class="foot">
+        ${doing(id)} ${holderChip(id)}
+        ${alarms.length
+          ? html`<lf-chip kind=${alarms[0]!.priority} icon="warning">${plural(alarms.length, 'topbar.alarms')}</lf-chip>`
+          : nothing}
+        <span class="open">${t('nav.operate')}${icon('right', 18)}</span>
+      </div>
+    </a>`;
+  }
+
+  private table(ids: string[]) {
+    const cell = (stale: boolean, text: string) => html`<span class=${stale ? 'stale' : ''}>${text}</span>`;
+    return html`<section class="card tablecard">
+      <table>
+        <thead>
+          <tr>
+            <th>${t('nav.monitor')}</th>
+            <th>${t('overview.readiness')}</th>
+            <th>${t('overview.state')}</th>
+            <th class="num">${t('operate.horizontal')}</th>
+            <th class="num">${t('operate.vertical')}</th>
+            <th class="num">${t('operate.pressure')}</th>
+            <th class="num">${t('operate.flow')}</th>
+            <th>${t('overview.control')}</th>
+            <th>${t('nav.alarms')}</th>
+          </tr>
+        </thead>
+        <tbody>
+          ${ids.map((id) => {
+            const stale = store.stale(id);
+            const alarms = store.alarms(id).filter((alarm) => alarm.state !== 'shelved');
+            const name = tt(store.get(`monitors/${id}/info`)?.name);
+            return html`<tr @click=${() => router.go('operate', id)}>
+              <td><a href="#/m/${id}/operate">${id}</a> <span class="dim">${name === id ? '' : name}</span></td>
+              <td>${readyChip(id)}</td>
+              <td><div class="row wrap">${doing(id)}</div></td>
+              <td class="num">${cell(stale, show('angle', position(id, 'Horizontal')))}</td>
+              <td class="num">${cell(stale, show('angle', position(id, 'Vertical')))}</td>
+              <td class="num">${cell(stale, show('pressure', field(id, 'General', 'pressure')))}</td>
+              <td class="num">${cell(stale, show('flow', field(id, 'General', 'flowrate')))}</td>
+              <td>${holderChip(id)}</td>
+              <td>
+                ${alarms.length
+                  ? html`<lf-chip kind=${alarms[0]!.priority} icon="warning">${alarms.length}</lf-chip>`
+                  : nothing}
+              </td>
+            </tr>`;
+          })}
+        </tbody>
+      </table>
+    </section>`;
+  }
+}
+
+function readyChip(id: string) {
+  const status = store.get(`monitors/${id}/status`);
+  if (store.stale(id)) {
+    const text = status?.at_ms ? t('operate.old', { age: age(store.now() - status.at_ms) }) : t('operate.no_data');
+    return html`<lf-chip kind="medium" icon="clock">${text}</lf-chip>`;
+  }
+  const readiness = store.get(`monitors/${id}/readiness`);
+  const alarm = readiness?.reasons.some((reason) => reason.severity === 'alarm');
+  if (readiness?.ready) return html`<lf-chip icon="check">${t('operate.ready')}</lf-chip>`;
+  return html`<lf-chip kind=${alarm ? 'high' : 'medium'} icon=${alarm ? 'alarm' : 'warning'}
+    >${t('operate.not_ready')}</lf-chip
+  >`;
+}
+
+function doing(id: string) {
+  const stale = store.stale(id);
+  const chips: TemplateResult[] = [];
+  const add = (kind: string, name: string, text: string) =>
+    chips.push(html`<lf-chip ?stale=${stale} kind=${kind} icon=${name}>${text}</lf-chip>`);
+  if (has(id, 'General', 'LockedOut')) add('medium', 'lock', t('overview.locked'));
+  if (has(id, 'Control', 'Quench')) add('accent', 'sector', t('operate.quenching'));
+  if (has(id, 'Detector', 'Searching')) add('accent', 'search', t('operate.searching'));
+  if (has(id, 'Valve1', 'Open')) add('accent', 'water', t('operate.water'));
+  if (exists(id, 'Valve2') && has(id, 'Valve2', 'Open')) add('accent', 'foam', t('operate.foam'));
+  const now = posture(id);
+  if (now !== 'none') add('normal', now === 'wrapped' ? 'wrap' : 'deploy', t(`operate.posture_${now}` as Key));
+  return chips;
+}
+
+function holderChip(id: string) {
+  const holder = store.get(`monitors/${id}/authority`)?.holder;
+  if (inControl(id)) return html`<lf-chip kind="accent" icon="hand">${t('overview.you')}</lf-chip>`;
+  return holder ? html`<lf-chip icon="user">${holder.user}</lf-chip>` : nothing;
 }

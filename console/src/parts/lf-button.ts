@@ -15,7 +15,7 @@ export const buttonStyle = css`
   button {
     font: inherit;
     font-weight: 600;
-    font-size: 15px;
+    font-size: var(--lf-button-size, 15px);
     line-height: 1.2;
     display: inline-flex;
     align-items: center;
@@ -30,6 +30,7 @@ export const buttonStyle = css`
     background: var(--surface);
     color: var(--text);
     cursor: pointer;
+    white-space: var(--lf-button-wrap, normal);
     user-select: none;
     -webkit-user-select: none;
     touch-action: manipulation;

@@ -14,6 +14,10 @@ export class LfHold extends LitElement {
     buttonStyle,
     css`
       button {
+        padding: 6px 12px;
+        gap: 1px 8px;
+        flex-wrap: wrap;
+        align-content: center;
         position: relative;
         overflow: hidden;
         touch-action: none;
@@ -42,6 +46,7 @@ export class LfHold extends LitElement {
         font-weight: 500;
         font-size: var(--t-small);
         opacity: 0.85;
+        white-space: nowrap;
       }
     `,
   ];

@@ -10,7 +10,6 @@ import {
   horizontalOf,
   placeAt,
   quenchSector,
-  sectorBetween,
   sectorMiddle,
   sightOf,
   toScreen,
@@ -26,7 +25,7 @@ import { bearingText, lengthText, openingText, Words } from './words';
 import { planStyle } from './plan/plan-style';
 import * as layers from './plan/layers';
 import { placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
-import { dragged, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
+import { dragged, drawnSector, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
 
 export type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
 export { planMonitor } from './plan/model';
@@ -43,7 +42,9 @@ export interface AimDetail {
 }
 
 interface Drag {
-  kind: 'pan' | 'draw' | Grip;
+  kind: 'pan' | 'draw' | 'point' | Grip;
+  /** Of the point that is dragged. */
+  index: number;
   pointer: number;
   from: Place;
   view: View;
@@ -53,8 +54,15 @@ interface Drag {
 
 const MARGIN_PX = 56;
 const MARGIN_MINI_PX = 26;
+/** Room that the buttons take on the right. */
+const ZOOM_PX = 64;
 const DRAG_LEAST_PX = 6;
 const SPLASHES_MAX = 60;
+
+/** What `point` says: a point of the trajectory was dragged there; `point-change` meanwhile. */
+export interface PlanPointDetail extends AimDetail {
+  index: number;
+}
 
 /**
  * Plan of the site, north up.
@@ -72,6 +80,9 @@ export class LfPlan extends LitElement {
     tool: { reflect: true },
     sector: { attribute: false },
     running: { attribute: false },
+    points: { attribute: false },
+    pointSelected: { type: Number, attribute: 'point-selected' },
+    note: {},
     view: { state: true },
     size: { state: true },
     drag: { state: true },
@@ -87,6 +98,11 @@ export class LfPlan extends LitElement {
   declare sector: Sector | null;
   /** What a program that runs scans, by monitor. */
   declare running: Readonly<Record<string, Sector>>;
+  /** Places of a trajectory. */
+  declare points: readonly Place[];
+  declare pointSelected: number;
+  /** Said instead of the plan's own hint. */
+  declare note: string;
   declare view: View | null;
   declare size: Place;
   declare drag: Drag | null;
@@ -108,6 +124,9 @@ export class LfPlan extends LitElement {
     this.tool = 'look';
     this.sector = null;
     this.running = {};
+    this.points = [];
+    this.pointSelected = -1;
+    this.note = '';
     this.view = null;
     this.size = [0, 0];
     this.drag = null;
@@ -148,7 +167,11 @@ export class LfPlan extends LitElement {
     const known = this.site ?? siteOf(this.monitors);
     const [width, height] = this.size;
     const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
-    return fit(boundsOf(placesOf(known, null)), width, height, margin);
+    const box = boundsOf(placesOf(known, null));
+    // What stands at the edge is not to lie under the buttons.
+    const aside = this.mode === 'full' && width > ZOOM_PX * 6 ? ZOOM_PX : 0;
+    const view = fit(box, width - aside, height, margin);
+    return { ...view, east: view.east + aside / 2 / view.scale };
   }
 
   private keepDrops(): void {
@@ -234,6 +257,7 @@ export class LfPlan extends LitElement {
   }
 
   private hint(): TemplateResult | typeof nothing {
+    if (this.note) return html`<p class="hint">${this.note}</p>`;
     if (!this.site) return html`<p class="hint">${t('parts.plan.no_site')}</p>`;
     if (this.tool === 'aim') return html`<p class="hint">${t('parts.plan.aim')}</p>`;
     if (this.tool === 'sector' && !this.sector) {
@@ -256,8 +280,9 @@ export class LfPlan extends LitElement {
     return svg`
       ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
-      ${!mini && chosen ? layers.ranges(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
+      ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
+      ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
       ${this.scene ? layers.fires(camera, this.scene) : nothing}
       ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}
@@ -265,6 +290,7 @@ export class LfPlan extends LitElement {
       ${mini ? nothing : this.monitors.filter((m) => m.id === chosen?.id).map((m) => layers.aims(camera, m))}
       ${mini ? nothing : this.monitors.map((m) => layers.hotbeds(camera, m))}
       ${ordered.map((monitor) => layers.monitorMark(camera, monitor, monitor.id === this.selected))}
+      ${mini ? nothing : layers.route(camera, this.points, this.pointSelected, (n) => t('parts.plan.point', { n }))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
       ${mini ? nothing : layers.scaleBar(camera, lengthText)}
       ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v) => t('parts.plan.wind', { v }))}
@@ -282,7 +308,11 @@ export class LfPlan extends LitElement {
     const quench = this.quench!;
     const far = monitor.reach_m ? sectorMiddle(sector) > monitor.reach_m : false;
     const bad = quench.clipped || far;
-    const [x, y] = toScreen(camera.view, camera.width, camera.height, gripAt(monitor.at, sector, 'far'));
+    const on = (at: Place): Place => toScreen(camera.view, camera.width, camera.height, at);
+    const edges = GRIPS.map((grip) => on(gripAt(monitor.at, sector, grip)));
+    const x = edges[0]![0];
+    const high_y = Math.min(...edges.map(([, y]) => y));
+    const low_y = Math.max(...edges.map(([, y]) => y));
     const lines = [
       `${bearingText(sector.bearing)} · ${lengthText(quench.distance_m)}`,
       `↔ ${openingText(sector.width)} · ↕ ${lengthText(Math.round(sector.far_m - sector.near_m))}`,
@@ -292,8 +322,8 @@ export class LfPlan extends LitElement {
     const wide = Math.max(...lines.map((line) => line.length)) * 7.2 + 20;
     const high = lines.length * 17 + 10;
     const left = Math.min(Math.max(x - wide / 2, 8), camera.width - wide - 8);
-    const above = y - high - 22;
-    const top = above < 8 ? y + 26 : above;
+    const above = high_y - high - 18;
+    const top = above < 8 ? low_y + 18 : above;
     return svg`${layers.sectorShape(camera, monitor, sector, bad ? 'drawn bad' : 'drawn')}
       ${this.tool === 'sector' ? GRIPS.map((grip) => this.grip(camera, monitor, sector, grip)) : nothing}
       <g class="sector-label ${bad ? 'bad' : ''}" transform="translate(${left} ${top})">
@@ -364,9 +394,12 @@ export class LfPlan extends LitElement {
     }
     const grip = (event.target as Element).closest?.('[data-grip]')?.getAttribute('data-grip');
     const draws = this.tool === 'sector' && this.chosen && event.button === 0;
-    const kind = grip ? (grip as Grip) : draws ? 'draw' : 'pan';
+    const point = (event.target as Element).closest?.('[data-point]')?.getAttribute('data-point');
+    const kind = grip ? (grip as Grip) : point ? 'point' : draws ? 'draw' : 'pan';
+    if (point) emit(this, 'point-select', { index: Number(point) });
     this.drag = {
       kind,
+      index: Number(point ?? -1),
       pointer: event.pointerId,
       from,
       view: this.view,
@@ -396,9 +429,12 @@ export class LfPlan extends LitElement {
       this.touched = true;
       const { view } = drag;
       this.view = { ...view, east: view.east - right / view.scale, north: view.north + down / view.scale };
+    } else if (stand && drag.kind === 'point') {
+      const detail = { ...this.aimAt(stand, this.siteAt(at)), index: drag.index };
+      emit<PlanPointDetail>(this, 'point-change', detail);
     } else if (stand && drag.kind === 'draw') {
-      this.draw(tidy(sectorBetween(stand.at, drag.began, this.siteAt(at))), false);
-    } else if (stand && this.sector && drag.kind !== 'draw') {
+      this.draw(tidy(drawnSector(stand.at, drag.began, this.siteAt(at))), false);
+    } else if (stand && this.sector && drag.kind !== 'draw' && drag.kind !== 'point') {
       this.draw(tidy(dragged(stand.at, this.sector, drag.kind, this.siteAt(at))), false);
     }
   }
@@ -421,7 +457,7 @@ export class LfPlan extends LitElement {
     if (!drag || drag.pointer !== event.pointerId) return;
     this.drag = null;
     if (drag.far) {
-      if (drag.kind !== 'pan') this.draw(this.sector, true);
+      if (drag.kind !== 'pan' && drag.kind !== 'point') this.draw(this.sector, true);
       return;
     }
     if (drag.kind === 'pan' || drag.kind === 'draw') this.clicked(event, drag);
@@ -458,7 +494,7 @@ export class LfPlan extends LitElement {
   private cancel(event: PointerEvent): void {
     this.pinch.delete(event.pointerId);
     if (this.drag?.pointer !== event.pointerId) return;
-    const drew = this.drag.far && this.drag.kind !== 'pan';
+    const drew = this.drag.far && this.drag.kind !== 'pan' && this.drag.kind !== 'point';
     this.drag = null;
     if (drew) this.draw(this.sector, true);
   }

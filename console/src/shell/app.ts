@@ -23,6 +23,7 @@ import { dialog } from './dialog';
 import './nav';
 import { loadPage, router } from './router';
 import { followTheme, openHelp } from './settings';
+import './replay-bar';
 import './stop';
 import './toasts';
 import './topbar';
@@ -36,8 +37,8 @@ export class LfApp extends LitElement {
       :host {
         display: grid;
         height: 100dvh;
-        grid: var(--topbar) auto 1fr / var(--nav) 1fr;
-        grid-template-areas: 'top top' 'banners banners' 'nav main';
+        grid: var(--topbar) auto 1fr auto / var(--nav) 1fr;
+        grid-template-areas: 'top top' 'banners banners' 'nav main' 'nav replay';
         --nav-now: var(--nav);
       }
       lf-topbar {
@@ -62,6 +63,10 @@ export class LfApp extends LitElement {
         display: block;
         min-height: 100%;
       }
+      lf-replay-bar {
+        grid-area: replay;
+        min-width: 0;
+      }
       .alone {
         grid-area: 1 / 1 / -1 / -1;
         overflow: auto;
@@ -77,23 +82,9 @@ export class LfApp extends LitElement {
       .shade {
         display: none;
       }
-      :host {
-        --stop-width: 350px;
-      }
-      :host([one]) {
-        --stop-width: 520px;
-      }
       @media (max-width: 1280px) {
         :host {
-          --nav: 96px;
-        }
-      }
-      @media (max-width: 1200px) {
-        :host {
-          --stop-width: 260px;
-        }
-        :host([one]) {
-          --stop-width: 372px;
+          --nav: 104px;
         }
       }
       @media (max-width: 720px) {
@@ -102,8 +93,8 @@ export class LfApp extends LitElement {
           --nav: 240px;
           --nav-now: 0px;
           grid-template-columns: 1fr;
-          grid-template-rows: var(--topbar) auto 1fr 72px;
-          grid-template-areas: 'top' 'banners' 'main' '.';
+          grid-template-rows: var(--topbar) auto 1fr auto 72px;
+          grid-template-areas: 'top' 'banners' 'main' 'replay' '.';
         }
         lf-nav {
           display: none;
@@ -164,7 +155,6 @@ export class LfApp extends LitElement {
     if (this.phase === 'login') return this.alone('login');
     if (this.phase === 'setup') return this.alone('setup');
     const { page, monitor } = this.route;
-    this.toggleAttribute('one', monitor !== null);
     return keyed(
       `${lang()} ${this.version}`,
       html`<lf-stop .monitor=${monitor}></lf-stop>
@@ -178,6 +168,7 @@ export class LfApp extends LitElement {
           @click=${() => this.removeAttribute('menu')}
         ></lf-nav>
         <main ?inert=${this.modal} tabindex="-1">${this.page(page, monitor)}</main>
+        <lf-replay-bar ?inert=${this.modal}></lf-replay-bar>
         <lf-dialogs></lf-dialogs>
         <lf-toasts></lf-toasts>`,
     );

@@ -60,6 +60,16 @@ export class LfBanners extends LitElement {
       b {
         font-weight: 700;
       }
+      @media (max-width: 720px) {
+        :host {
+          flex-wrap: wrap;
+        }
+        .banner {
+          min-width: 0;
+          min-height: 48px;
+          flex: 1 1 auto;
+        }
+      }
       .count {
         min-width: 4ch;
         text-align: right;

@@ -69,6 +69,7 @@ export class LfNav extends LitElement {
         text-align: center;
       }
       label {
+        display: block;
         padding: 0 4px 6px;
       }
       select {
@@ -91,7 +92,8 @@ export class LfNav extends LitElement {
         gap: 4px;
         min-height: 58px;
         padding: 6px 2px;
-        font-size: 12px;
+        font-size: 11.5px;
+        letter-spacing: -0.01em;
         line-height: 1.1;
         text-align: center;
       }

@@ -3,8 +3,8 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
-import { has, inControl, whyNot } from '../hub/session';
-import { store, TopicController } from '../hub/store';
+import { inControl, whyNot } from '../hub/session';
+import { SECOND, store, TopicController } from '../hub/store';
 import { t } from '../i18n';
 import { icon } from '../parts/icons';
 import { base } from '../theme/shared';
@@ -118,6 +118,7 @@ export class LfStop extends LitElement {
       @media (max-width: 720px) {
         :host {
           inset: auto 0 0 0;
+          width: 100%;
           height: 72px;
           padding: 0 var(--s2);
           border-top: 1px solid var(--chrome-line);
@@ -133,11 +134,17 @@ export class LfStop extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => 'monitors/');
+    new TopicController(this, () => ['monitors/', SECOND]);
   }
+
+  /** The bar keeps this place free. */
+  private readonly sized = new ResizeObserver(() =>
+    document.documentElement.style.setProperty('--stop-width', `${this.offsetWidth + 8}px`),
+  );
 
   override connectedCallback(): void {
     super.connectedCallback();
+    this.sized.observe(this);
     this.setAttribute('popover', 'manual');
     this.setAttribute('role', 'region');
     this.rise();
@@ -147,6 +154,7 @@ export class LfStop extends LitElement {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
+    this.sized.disconnect();
     window.removeEventListener('keydown', this.keyed, true);
     document.removeEventListener('toggle', this.covered, true);
   }
@@ -178,7 +186,7 @@ export class LfStop extends LitElement {
   }
 
   private lockoutButton(monitor: string | null) {
-    const engaged = monitor ? has(monitor, 'General', 'LockedOut') : allLocked();
+    const engaged = monitor ? locked(monitor) : allLocked();
     if (engaged && monitor) {
       return html`<button class="lockout engaged" id="release" @click=${() => this.release(monitor)}>
         ${icon('lock', 22)}<span>${t('stop.release')}</span>
@@ -252,9 +260,15 @@ export class LfStop extends LitElement {
   };
 }
 
+/** Of the live monitor: a recording must not say that somebody is locked out who is not. */
+function locked(monitor: string): boolean {
+  const status = store.getLive(`monitors/${monitor}/status`);
+  return status?.subsystems.General?.flags.includes('LockedOut') ?? false;
+}
+
 function allLocked(): boolean {
-  const ids = store.monitors();
-  return ids.length > 0 && ids.every((id) => has(id, 'General', 'LockedOut'));
+  const ids = store.liveMonitors();
+  return ids.length > 0 && ids.every(locked);
 }
 
 declare global {

@@ -1,1 +1,7 @@
-export default {};
+export default {
+  'login.title': 'Вход',
+  'login.user': 'Пользователь',
+  'login.password': 'Пароль',
+  'login.enter': 'Войти',
+  'login.wait': 'До следующей попытки {s} с',
+};

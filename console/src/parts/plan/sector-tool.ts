@@ -5,6 +5,7 @@ import {
   compass,
   distanceTo,
   placeAt,
+  sectorBetween,
   sectorMiddle,
   signedDegrees,
   type Place,
@@ -30,6 +31,14 @@ export function usualSector(from: Place, at: Place): Sector {
     near_m: range - USUAL.depth_m / 2,
     far_m: range + USUAL.depth_m / 2,
   });
+}
+
+/** What a drag from one place to another draws: never a mere line. */
+export function drawnSector(from: Place, one: Place, other: Place): Sector {
+  const sector = sectorBetween(from, one, other);
+  const middle = sectorMiddle(sector);
+  const half = Math.max((sector.far_m - sector.near_m) / 2, USUAL.depth_m / 2);
+  return { ...sector, near_m: middle - half, far_m: middle + half };
 }
 
 /** Where a handle is. */

@@ -144,29 +144,44 @@ async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
     Ok(())
 }
 
+/// What to try next, as a shell takes it; `crates/cli/tests/try_next.rs` tries each line.
+fn lines_to_try(url: &str, place: &str) -> Vec<String> {
+    let monitor = format!("'{place}?addr=1'");
+    vec![
+        format!("lafet -c {monitor} status"),
+        format!("lafet -c {monitor} record demo.pcapng --for 5"),
+        "lafet decode demo.pcapng".into(),
+        format!("curl {url}/api/monitors/M1"),
+        format!("curl -X POST {url}/api/stop"),
+        format!("curl -X POST {url}/api/sim/fire -d '{{\"at\":[5,-8]}}'"),
+        format!(
+            "curl -X POST {url}/api/sim/scenario -d '{{\"id\":\"hangar\",\"automatic\":true}}'"
+        ),
+    ]
+}
+
 /// Where it is, and what to try next.
 fn say(running: &Running, place: &str, out: &mut Out) -> Outcome {
     let url = running.url();
-    let monitor = format!("'{place}?addr=1'");
+    let lines = lines_to_try(url, place);
+    let list: String = lines.iter().map(|line| format!("  {line}\n")).collect();
     let text = pick(
         format!(
             "{url}\n\nSimulated: a tank farm, three monitors, and a fire. No login is needed, as nobody \
-             else can reach this.\nTry in another terminal:\n  \
-             lafet -c {monitor} status\n  \
-             lafet -c {monitor} record demo.pcapng --for 5\n  \
-             curl {url}/api/monitors/M1\n  \
-             curl -X POST {url}/api/stop\nCtrl-C ends it. In the terminal: lafet demo --terminal"
+             else can reach this.\nTry in another terminal (Wireshark opens demo.pcapng as well: \
+             lafet dissector):\n{list}Ctrl-C ends it. In the terminal: lafet demo --terminal"
         ),
         format!(
             "{url}\n\nИмитация: резервуарный парк, три ствола и пожар. Вход не нужен: с других машин \
-             сюда не попасть.\nПопробуйте в другом терминале:\n  \
-             lafet -c {monitor} status\n  \
-             lafet -c {monitor} record demo.pcapng --for 5\n  \
-             curl {url}/api/monitors/M1\n  \
-             curl -X POST {url}/api/stop\nCtrl-C завершает. В терминале: lafet demo --terminal"
+             сюда не попасть.\nПопробуйте в другом терминале (demo.pcapng открывает и Wireshark: \
+             lafet dissector):\n{list}Ctrl-C завершает. В терминале: lafet demo --terminal"
         ),
     );
-    out.show(text, || json!({ "listening": url, "bus": place, "lang": format!("{:?}", current()) }))
+    out.show(text, || {
+        json!({
+            "listening": url, "bus": place, "lang": format!("{:?}", current()), "try": lines,
+        })
+    })
 }
 
 async fn in_terminal(args: DemoArgs, out: &mut Out) -> Outcome {

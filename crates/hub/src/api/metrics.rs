@@ -94,6 +94,12 @@ fn text(hub: &Hub) -> String {
             "Entries of the audit log that were given up.",
             hub.audit.lost() as f64,
         ),
+        (
+            "history_lost_total",
+            "counter",
+            "Values that were given up.",
+            lock(&hub.history).given_up() as f64,
+        ),
         ("alarms_active", "gauge", "Alarms whose condition holds.", alarms as f64),
         ("uptime_seconds", "gauge", "Time since the start.", hub.now().as_secs_f64()),
     ];

@@ -1,0 +1,312 @@
+// What the monitor does by itself: deploy, wrap, search, extinguish by a drawn sector, by a stored
+// program, along stored trajectories.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { commands } from '../../hub/commands';
+import { has, whyNot } from '../../hub/session';
+import { store, TopicController } from '../../hub/store';
+import { t } from '../../i18n';
+import { icon } from '../../parts/icons';
+import type { QuenchSector } from '../../parts/geometry';
+import { dialog } from '../../shell/dialog';
+import { base, card, fields } from '../../theme/shared';
+import { parse, show, unitText } from '../../units';
+import { exists, position, posture } from './state';
+
+/** 60 mm is the narrowest of the usual nozzle; the limits tell that of this one. */
+const NOZZLE_USUAL_MM = 60;
+const STEP_USUAL_DEG = 2;
+const SEEK_USUAL = { from: -5400, to: 5400, low: -600, high: 600 };
+const PROGRAMS = 8;
+
+export type Tool = 'look' | 'aim' | 'sector';
+
+@customElement('lf-automatic')
+export class LfAutomatic extends LitElement {
+  static override styles = [
+    base,
+    card,
+    fields,
+    css`
+      .two {
+        display: grid;
+        grid-template-columns: 1fr 1fr;
+        gap: var(--s2);
+      }
+      .card {
+        padding: 12px 16px;
+      }
+      .tiles {
+        display: grid;
+        grid-template-columns: repeat(3, 1fr);
+        gap: var(--s2);
+        --lf-button-height: 64px;
+      }
+      .tiles > lf-button::part(button) {
+        flex-direction: column;
+        gap: 5px;
+        padding: 6px 2px;
+        font-size: 13px;
+      }
+      .running {
+        display: flex;
+        align-items: center;
+        gap: 10px;
+        grid-column: 1 / -1;
+        height: 64px;
+        padding: 8px 8px 8px 12px;
+        --lf-button-height: 48px;
+        border-radius: var(--radius);
+        background: var(--accent-soft);
+        font-weight: 600;
+      }
+      .sector {
+        display: grid;
+        gap: var(--s2);
+        padding: 12px;
+        border: 2px solid var(--accent);
+        border-radius: var(--radius);
+      }
+      .sector p {
+        font-weight: 500;
+      }
+    `,
+  ];
+
+  @property() monitor = '';
+  @property() tool: Tool = 'look';
+  @property({ attribute: false }) sector: QuenchSector | null = null;
+
+  constructor() {
+    super();
+    new TopicController(this, () => `monitors/${this.monitor}/`);
+  }
+
+  override render() {
+    const { monitor } = this;
+    const control = whyNot(monitor, { subsystem: 'Control' });
+    const detector = whyNot(monitor, { subsystem: 'Detector' });
+    const quenching = has(monitor, 'Control', 'Quench') || has(monitor, 'Control', 'Trajectory');
+    const searching = has(monitor, 'Detector', 'Searching');
+    const whyQuench = control || (searching ? t('operate.why_searching') : '');
+    const whySeek = detector || (quenching ? t('operate.why_quenching') : '');
+    return html`<section class="card" aria-label=${t('operate.automatic')}>
+      ${this.tool === 'sector' ? this.drawing(whyQuench) : nothing}
+      <div class="tiles" ?hidden=${this.tool === 'sector'}>
+        ${quenching
+          ? this.running(t(has(monitor, 'Control', 'Paused') ? 'operate.paused' : 'operate.quenching'), 'Control')
+          : searching
+            ? this.running(t('operate.searching'), 'Detector')
+            : html`${this.deployButtons()}
+                <lf-button icon="search" id="seek" .why=${whySeek} @click=${this.seek}>${t('operate.seek')}</lf-button>`}
+        <lf-button
+          icon="sector"
+          id="draw"
+          toggle
+          .on=${this.tool === 'sector'}
+          .why=${whyQuench}
+          @click=${() => this.choose(this.tool === 'sector' ? 'look' : 'sector')}
+          >${t('operate.draw')}</lf-button
+        >
+        <lf-button icon="programs" id="program" .why=${whyQuench} @click=${this.program}
+          >${t('operate.program')}</lf-button
+        >
+        <lf-button icon="events" .why=${whyQuench} @click=${this.trajectory}>${t('operate.trajectory')}</lf-button>
+      </div>
+    </section>`;
+  }
+
+  private running(text: string, subsystem: string) {
+    return html`<div class="running" role="status">
+      ${icon('play')}<span class="grow">${text}</span>
+      <lf-button id="end" @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
+        >${t('operate.end')}</lf-button
+      >
+    </div>`;
+  }
+
+  private deployButtons() {
+    const { monitor } = this;
+    if (!exists(monitor, 'Deployer')) return nothing;
+    const why = whyNot(monitor, { subsystem: 'Deployer' });
+    const now = posture(monitor);
+    const open = ['Valve1', 'Valve2'].some((v) => exists(monitor, v) && !has(monitor, v, 'Closed'));
+    const whyDeploy = why || (now === 'deployed' ? t('operate.is_deployed') : '');
+    const whyWrap =
+      why || (now === 'wrapped' ? t('operate.is_wrapped') : '') || (open ? t('operate.why_valve_open') : '');
+    const send = (request: string) => () => commands.request(monitor, request).catch(() => {});
+    return html`<lf-button icon="deploy" id="deploy" .why=${whyDeploy} @click=${send('Deploy Deployer')}
+        >${t('operate.deploy')}</lf-button
+      >
+      <lf-button icon="wrap" id="wrap" .why=${whyWrap} @click=${send('Wrap Deployer')}>${t('operate.wrap')}</lf-button>`;
+  }
+
+  private drawing(why: string) {
+    const { sector } = this;
+    const whyStart = why || (sector ? '' : t('operate.draw_first'));
+    return html`<div class="sector">
+      <p>
+        ${sector
+          ? t('operate.sector_is', {
+              width: show('angle', sector.width_arcmin),
+              height: show('angle', sector.height_arcmin),
+              distance: show('length', sector.distance_m),
+            })
+          : t('operate.draw_how')}
+        ${sector?.clipped ? html`<br /><b>${t('operate.clipped')}</b>` : nothing}
+      </p>
+      <div class="two">
+        <lf-button kind="primary" id="quench" .why=${whyStart} @click=${this.quench}
+          >${t('operate.quench')}</lf-button
+        >
+        <lf-button @click=${() => this.choose('look')}>${t('shell.cancel')}</lf-button>
+      </div>
+      <p class="dim small">${t('operate.valves_stay')}</p>
+    </div>`;
+  }
+
+  private choose(tool: Tool): void {
+    this.dispatchEvent(new CustomEvent('tool', { detail: tool }));
+  }
+
+  private nozzle(): number {
+    return store.get(`monitors/${this.monitor}/limits`)?.Nozzle?.max ?? NOZZLE_USUAL_MM;
+  }
+
+  private async quench(): Promise<void> {
+    const { sector } = this;
+    if (!sector) return;
+    const [h, v] = sector.centre_arcmin.map(Math.round);
+    const request =
+      `StartQuench Control centre=${h},${v} nozzle=${this.nozzle()} ` +
+      `sector=${Math.round(sector.width_arcmin)},${Math.round(sector.height_arcmin)} ` +
+      `step=${STEP_USUAL_DEG} distance=${Math.round(sector.distance_m)}`;
+    const done = await commands.request(this.monitor, request).catch(() => null);
+    if (done?.ok) {
+      this.dispatchEvent(new CustomEvent('quenching', { detail: sector }));
+      this.choose('look');
+    }
+  }
+
+  private seek(): void {
+    const value = { ...SEEK_USUAL };
+    let analyse = false;
+    const wrong = () => (Object.values(value).some((v) => !Number.isFinite(v)) ? t('operate.number') : '');
+    const input = (key: keyof typeof value, label: string) => html`<label class="field"
+      >${label}, ${unitText('angle')}
+      <input
+        inputmode="decimal"
+        .defaultValue=${show('angle', value[key]).replace(/[^\d.,−-]/g, '')}
+        @input=${(e: Event) => {
+          value[key] = parse('angle', (e.target as HTMLInputElement).value) ?? NaN;
+          dialog.update();
+        }}
+      />
+    </label>`;
+    const start = (close: () => void) => () => {
+      close();
+      const { from, to, low, high } = value;
+      const text = `StartSeek Detector ${from} ${to} ${low} ${high}${analyse ? ' analyse' : ''}`;
+      commands.request(this.monitor, text).catch(() => {});
+    };
+    void dialog.open({
+      title: t('operate.seek_title', { monitor: this.monitor }),
+      content: () => html`<p>${t('operate.seek_text')}</p>
+        <div style="display:grid;grid-template-columns:1fr 1fr;gap:16px">
+          ${input('from', t('operate.seek_from'))} ${input('to', t('operate.seek_to'))}
+          ${input('low', t('operate.seek_low'))} ${input('high', t('operate.seek_high'))}
+        </div>
+        <label class="row" style="min-height:48px"
+          ><input type="checkbox" @change=${(e: Event) => (analyse = (e.target as HTMLInputElement).checked)} />
+          ${t('operate.seek_analyse')}</label
+        >`,
+      actions: (close) => html`<lf-button @click=${() => close()}>${t('shell.cancel')}</lf-button>
+        <lf-button kind="primary" .why=${wrong()} @click=${start(close)}>${t('operate.seek_start')}</lf-button>`,
+    });
+  }
+
+  private program(): void {
+    const { monitor } = this;
+    const h = position(monitor, 'Horizontal') ?? 0;
+    const v = position(monitor, 'Vertical') ?? 0;
+    const stored = store.get(`monitors/${monitor}/params`)?.values.Control;
+    const start = (n: number, close: () => void) => () => {
+      close();
+      const values = stored?.[`Program${n}`]?.values;
+      const [ch, cv, nozzle] = values ?? [h, v, this.nozzle()];
+      commands
+        .request(monitor, `StartQuench Control program=${n} centre=${ch},${cv} nozzle=${nozzle}`)
+        .catch(() => {});
+    };
+    void dialog.open({
+      title: t('operate.program_title', { monitor }),
+      content: (close) => html`<p>${t('operate.program_text')}</p>
+        <div style="display:grid;gap:8px">
+          ${Array.from({ length: PROGRAMS }, (_, n) => {
+            const values = stored?.[`Program${n}`]?.values;
+            const why = values ? (values[3] === 0 && values[4] === 0 && values[6] === 0 ? t('operate.empty') : '') : t('operate.unread');
+            const what = values
+              ? t('operate.program_is', {
+                  h: show('angle', values[0]),
+                  v: show('angle', values[1]),
+                  width: show('angle', values[3]),
+                  height: show('angle', values[4]),
+                  distance: show('length', values[6]),
+                })
+              : '';
+            return html`<div class="row">
+              <lf-button .why=${why} @click=${start(n, close)}>${t('operate.program_n', { n })}</lf-button>
+              <span class="dim grow">${why ? why : what}</span>
+            </div>`;
+          })}
+        </div>`,
+    });
+  }
+
+  private trajectory(): void {
+    const { monitor } = this;
+    const stored = store.get(`monitors/${monitor}/params`)?.values.Control;
+    const chosen = new Set<number>();
+    let ballistics = true;
+    let repeat = false;
+    const start = (close: () => void) => () => {
+      close();
+      const parts = ['StartTrajectory Control'];
+      if (ballistics) parts.push('ballistics');
+      if (repeat) parts.push('repeat');
+      parts.push(`stored=${[...chosen].sort().join(',')}`);
+      commands.request(monitor, parts.join(' ')).catch(() => {});
+    };
+    const check = (on: boolean, text: string, why: string, act: (on: boolean) => void) => html`<label
+      class="row"
+      style="min-height:48px"
+      ><input
+        type="checkbox"
+        .checked=${on}
+        ?disabled=${why !== ''}
+        @change=${(e: Event) => {
+          act((e.target as HTMLInputElement).checked);
+          dialog.update();
+        }}
+      />${text}<span class="dim">${why}</span></label
+    >`;
+    void dialog.open({
+      title: t('operate.trajectory_title', { monitor }),
+      content: () => html`<p>${t('operate.trajectory_text')}</p>
+        <div style="display:grid;grid-template-columns:1fr 1fr;gap:0 16px">
+          ${Array.from({ length: PROGRAMS }, (_, n) => {
+            const length = stored?.[`Trajectory${n}`]?.values?.length ?? 0;
+            return check(chosen.has(n), t('operate.trajectory_n', { n }), length ? '' : t('operate.empty'), (on) =>
+              on ? chosen.add(n) : chosen.delete(n),
+            );
+          })}
+        </div>
+        ${check(ballistics, t('operate.ballistics'), '', (on) => (ballistics = on))}
+        ${check(repeat, t('operate.repeat'), '', (on) => (repeat = on))}`,
+      actions: (close) => html`<lf-button @click=${() => close()}>${t('shell.cancel')}</lf-button>
+        <lf-button kind="primary" .why=${chosen.size ? '' : t('operate.choose_first')} @click=${start(close)}
+          >${t('operate.quench')}</lf-button
+        >`,
+    });
+  }
+}

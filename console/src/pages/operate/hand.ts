@@ -1,0 +1,287 @@
+// Moving by hand: stick on screen, keyboard, gamepad; nozzle. Hold to move.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
+import { commands } from '../../hub/commands';
+import { jog, type Hold, type HoldState } from '../../hub/jog';
+import { has } from '../../hub/session';
+import { store, TopicController } from '../../hub/store';
+import { t, tt, type Key } from '../../i18n';
+import { changes, type Drive, type HoldDetail, type Holding } from '../../parts/hold';
+import { icon } from '../../parts/icons';
+import '../../parts/lf-joystick';
+import '../../parts/lf-slider';
+import { dialog } from '../../shell/dialog';
+import { toast } from '../../shell/toasts';
+import { base, card } from '../../theme/shared';
+import { unitText } from '../../units';
+import { isMoveKey, ofCodes, ofPad, PAD_STOP, together } from './input';
+import { AIMED, limits, limitsReached, position, whyNotWork } from './state';
+
+type Source = 'stick' | 'buttons' | 'keys' | 'pad';
+
+@customElement('lf-hand')
+export class LfHand extends LitElement {
+  static override styles = [
+    base,
+    card,
+    css`
+      .card {
+        position: relative;
+        padding: 12px 16px;
+      }
+
+      lf-joystick {
+        margin: 0 auto;
+      }
+      .nozzle {
+        display: grid;
+        grid-template-columns: var(--touch) 1fr var(--touch);
+        align-items: end;
+        gap: var(--s2);
+        margin-top: var(--s2);
+      }
+      .hold {
+        font: inherit;
+        width: var(--touch);
+        height: var(--touch);
+        display: grid;
+        place-items: center;
+        border: 1px solid var(--line-strong);
+        border-radius: var(--radius);
+        background: var(--surface);
+        color: var(--text);
+        touch-action: none;
+        cursor: pointer;
+      }
+      .hold[aria-disabled='true'] {
+        border-style: dashed;
+        color: var(--dim);
+        cursor: not-allowed;
+        background: transparent;
+      }
+      .hold.on {
+        background: var(--accent);
+        border-color: var(--accent);
+        color: var(--on-accent);
+      }
+      .state {
+        position: absolute;
+        left: 14px;
+        top: 10px;
+        font-size: 13px;
+        font-weight: 600;
+        color: var(--dim);
+        display: inline-flex;
+        align-items: center;
+        gap: 4px;
+      }
+    `,
+  ];
+
+  @property() monitor = '';
+  @state() private states: Partial<Record<Drive, HoldState>> = {};
+  @state() private pad = false;
+  private readonly sources: Record<Source, Holding> = { stick: {}, buttons: {}, keys: {}, pad: {} };
+  private readonly codes = new Set<string>();
+  private wanted: Holding = {};
+  private readonly holds = new Map<Drive, Hold>();
+  private padFrame = 0;
+  private padStopped = false;
+
+  constructor() {
+    super();
+    new TopicController(this, () => `monitors/${this.monitor}/`);
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    window.addEventListener('keydown', this.keyDown);
+    window.addEventListener('keyup', this.keyUp);
+    window.addEventListener('blur', this.left);
+    document.addEventListener('visibilitychange', this.left);
+    window.addEventListener('gamepadconnected', this.padCame);
+    this.padCame();
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    window.removeEventListener('keydown', this.keyDown);
+    window.removeEventListener('keyup', this.keyUp);
+    window.removeEventListener('blur', this.left);
+    document.removeEventListener('visibilitychange', this.left);
+    window.removeEventListener('gamepadconnected', this.padCame);
+    cancelAnimationFrame(this.padFrame);
+    this.padFrame = 0;
+    this.left();
+    this.want('stick', {});
+    this.want('pad', {});
+  }
+
+  override render() {
+    const monitor = this.monitor;
+    const why = whyNotWork(monitor, 'Horizontal');
+    const whyNozzle = whyNotWork(monitor, 'Nozzle');
+    const stale = store.stale(monitor);
+    return html`<section class="card" aria-label=${t('operate.hand')}>
+      <span class="state" role="status"
+        >${this.pad ? icon('gamepad') : nothing}${this.stateText()}</span
+      >
+      <lf-joystick
+        .disabled=${why !== ''}
+        .reason=${why}
+        .at=${limitsReached(monitor)}
+        .moving=${this.moving()}
+        @hold=${(e: CustomEvent<HoldDetail>) => this.stick(e.detail, true)}
+        @release=${(e: CustomEvent<HoldDetail>) => this.stick(e.detail, false)}
+      ></lf-joystick>
+      <div class="nozzle">
+        ${this.nozzleButton('min', whyNozzle)}
+        <lf-slider
+          .value=${position(monitor, 'Nozzle')}
+          .limits=${limits(monitor, 'Nozzle')}
+          .unit=${unitText('nozzle')}
+          .label=${t('operate.nozzle')}
+          .lowText=${t('operate.wide')}
+          .highText=${t('operate.narrow')}
+          .disabled=${whyNozzle !== ''}
+          .stale=${stale}
+          @set=${(e: CustomEvent<{ value: number }>) =>
+            commands.request(monitor, `Move Nozzle ${e.detail.value}`).catch(() => {})}
+        ></lf-slider>
+        ${this.nozzleButton('max', whyNozzle)}
+      </div>
+    </section>`;
+  }
+
+  private nozzleButton(toward: 'min' | 'max', why: string) {
+    const on = this.wanted.Nozzle === toward && this.holds.get('Nozzle')?.ended === false;
+    const hold = (event: Event, begins: boolean) => {
+      if (begins && why) return;
+      if (begins && event instanceof PointerEvent) {
+        if (event.button !== 0) return;
+        (event.currentTarget as Element).setPointerCapture(event.pointerId);
+      }
+      this.want('buttons', begins ? { Nozzle: toward } : {});
+    };
+    const end = (event: Event) => hold(event, false);
+    return html`<button
+      class="hold ${on ? 'on' : ''}"
+      aria-label=${t(toward === 'max' ? 'operate.hold_narrow' : 'operate.hold_wide')}
+      title=${why || t(toward === 'max' ? 'operate.hold_narrow' : 'operate.hold_wide')}
+      aria-disabled=${why ? 'true' : nothing}
+      @pointerdown=${(e: Event) => hold(e, true)}
+      @pointerup=${end}
+      @pointercancel=${end}
+      @lostpointercapture=${end}
+      @contextmenu=${(e: Event) => e.preventDefault()}
+      @keydown=${(e: KeyboardEvent) => {
+        if (e.key !== ' ' && e.key !== 'Enter') return;
+        e.preventDefault();
+        if (!e.repeat) hold(e, true);
+      }}
+      @keyup=${end}
+      @blur=${end}
+    >
+      ${icon(toward === 'max' ? 'narrow' : 'wide', 24)}
+    </button>`;
+  }
+
+  private stateText(): string {
+    for (const drive of AIMED) {
+      const state = this.states[drive];
+      if (state && state.state !== 'ended') return t(`operate.jog_${state.state}` as Key);
+    }
+    return '';
+  }
+
+  /** What the monitor says it moves; the way is that of the hand, as the flag has none. */
+  private moving(): Holding {
+    const moving: Holding = {};
+    for (const drive of AIMED) {
+      const toward = this.holds.get(drive)?.toward;
+      if (toward && has(this.monitor, drive, 'Move')) moving[drive] = toward;
+    }
+    return moving;
+  }
+
+  private stick(detail: HoldDetail, held: boolean): void {
+    const next = { ...this.sources.stick };
+    if (held) next[detail.drive] = detail.toward;
+    else if (next[detail.drive] === detail.toward) delete next[detail.drive];
+    this.want('stick', next);
+  }
+
+  private want(source: Source, holding: Holding): void {
+    this.sources[source] = holding;
+    const { stick, buttons, keys, pad } = this.sources;
+    const next = together([stick, buttons, keys, pad]);
+    const { ended, begun } = changes(this.wanted, next);
+    this.wanted = next;
+    for (const { drive } of ended) {
+      this.holds.get(drive)?.end();
+      this.holds.delete(drive);
+    }
+    for (const { drive, toward } of begun) this.begin(drive, toward);
+    this.requestUpdate();
+  }
+
+  private begin(drive: Drive, toward: 'min' | 'max'): void {
+    const why = whyNotWork(this.monitor, drive);
+    if (why) {
+      toast({ kind: 'info', text: why });
+      return;
+    }
+    this.holds.set(drive, jog.hold(this.monitor, drive, toward, (told) => this.told(drive, told)));
+  }
+
+  private told(drive: Drive, told: HoldState): void {
+    this.states = { ...this.states, [drive]: told };
+    const bad = told.end === 'refused' || told.end === 'still_moving' || told.end === 'unknown';
+    if (told.state === 'ended' && bad) toast({ kind: 'warning', text: `${this.monitor}: ${tt(told.text)}` });
+  }
+
+  private readonly keyDown = (event: KeyboardEvent): void => {
+    if (!isMoveKey(event.code) || event.defaultPrevented || takesKeys(event)) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || dialog.stack.length > 0) return;
+    event.preventDefault();
+    if (event.repeat) return;
+    this.codes.add(event.code);
+    this.want('keys', ofCodes(this.codes));
+  };
+
+  private readonly keyUp = (event: KeyboardEvent): void => {
+    if (this.codes.delete(event.code)) this.want('keys', ofCodes(this.codes));
+  };
+
+  private readonly left = (): void => {
+    this.codes.clear();
+    this.want('keys', {});
+    this.want('buttons', {});
+  };
+
+  private readonly padCame = (): void => {
+    if (this.padFrame === 0 && pads().length > 0) this.padLoop();
+  };
+
+  private readonly padLoop = (): void => {
+    const [pad] = pads();
+    this.pad = pad !== undefined;
+    this.padFrame = pad ? requestAnimationFrame(this.padLoop) : 0;
+    if (!pad) return this.want('pad', {});
+    const stop = pad.buttons[PAD_STOP]?.pressed ?? false;
+    if (stop && !this.padStopped) commands.stop(this.monitor).catch(() => {});
+    this.padStopped = stop;
+    const next = dialog.stack.length > 0 ? {} : ofPad(pad, this.sources.pad);
+    if (AIMED.some((drive) => next[drive] !== this.sources.pad[drive])) this.want('pad', next);
+  };
+}
+
+function pads(): Gamepad[] {
+  return navigator.getGamepads?.().filter((pad) => pad !== null) ?? [];
+}
+
+/** Fields and sliders use these keys themselves. */
+function takesKeys(event: KeyboardEvent): boolean {
+  const at = event.composedPath()[0];
+  return at instanceof Element && at.closest('input, select, textarea, [role="slider"]') !== null;
+}

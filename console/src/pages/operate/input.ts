@@ -1,0 +1,63 @@
+// Which drives hands want moved: stick on screen, keyboard and gamepad together. Pure.
+import { ofStick, type Holding } from '../../parts/hold';
+
+const KEYS: Record<string, Holding> = {
+  ArrowUp: { Vertical: 'max' },
+  ArrowDown: { Vertical: 'min' },
+  ArrowLeft: { Horizontal: 'max' },
+  ArrowRight: { Horizontal: 'min' },
+  Equal: { Nozzle: 'max' },
+  NumpadAdd: { Nozzle: 'max' },
+  Minus: { Nozzle: 'min' },
+  NumpadSubtract: { Nozzle: 'min' },
+};
+
+export function isMoveKey(code: string): boolean {
+  return code in KEYS;
+}
+
+/** Opposite keys together mean nothing. */
+export function ofCodes(codes: Iterable<string>): Holding {
+  const sum: Holding = {};
+  const both = new Set<string>();
+  for (const code of codes) {
+    for (const [drive, toward] of Object.entries(KEYS[code] ?? {}) as [keyof Holding, 'min' | 'max'][]) {
+      if (sum[drive] && sum[drive] !== toward) both.add(drive);
+      sum[drive] = toward;
+    }
+  }
+  for (const drive of both) delete sum[drive as keyof Holding];
+  return sum;
+}
+
+export interface PadLike {
+  axes: readonly number[];
+  buttons: readonly { pressed: boolean }[];
+}
+
+/** Left stick or cross: the barrel; shoulder buttons: the nozzle. */
+export function ofPad(pad: PadLike, held: Holding): Holding {
+  const pressed = (n: number) => (pad.buttons[n]?.pressed ? 1 : 0);
+  const right = clamp((pad.axes[0] ?? 0) + pressed(15) - pressed(14));
+  const up = clamp(-(pad.axes[1] ?? 0) + pressed(12) - pressed(13));
+  const holding = ofStick(right, up, held);
+  const nozzle = pressed(5) + pressed(7) - (pressed(4) + pressed(6));
+  if (nozzle !== 0) holding.Nozzle = nozzle > 0 ? 'max' : 'min';
+  return holding;
+}
+
+/** B of a gamepad. */
+export const PAD_STOP = 1;
+
+/** The first source that wants a drive has it. */
+export function together(sources: Iterable<Holding>): Holding {
+  const sum: Holding = {};
+  for (const source of sources) {
+    for (const drive of ['Horizontal', 'Vertical', 'Nozzle'] as const) sum[drive] ??= source[drive];
+  }
+  return sum;
+}
+
+function clamp(x: number): number {
+  return Math.max(-1, Math.min(1, x));
+}

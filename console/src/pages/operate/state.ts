@@ -1,0 +1,62 @@
+// What the operate page reads of a monitor, and why its controls would do nothing.
+import { has, whyNot } from '../../hub/session';
+import { store } from '../../hub/store';
+import type { Range } from '../../hub/types';
+import { t } from '../../i18n';
+import type { Holding } from '../../parts/hold';
+
+export const AIMED = ['Horizontal', 'Vertical', 'Nozzle'] as const;
+
+export function field(monitor: string, subsystem: string, name: string): number | null {
+  const value = store.get(`monitors/${monitor}/status`)?.subsystems[subsystem]?.[name];
+  return typeof value === 'number' ? value : null;
+}
+
+export function position(monitor: string, drive: string): number | null {
+  return field(monitor, drive, 'position');
+}
+
+export function limits(monitor: string, drive: 'Horizontal' | 'Vertical' | 'Nozzle'): Range | null {
+  return store.get(`monitors/${monitor}/limits`)?.[drive] ?? null;
+}
+
+export function exists(monitor: string, subsystem: string): boolean {
+  const subsystems = store.get(`monitors/${monitor}/status`)?.subsystems;
+  return subsystems !== undefined && subsystem in subsystems;
+}
+
+export type Posture = 'deployed' | 'wrapped' | 'deploying' | 'wrapping' | 'between' | 'none';
+
+export function posture(monitor: string): Posture {
+  if (!exists(monitor, 'Deployer')) return 'none';
+  for (const [flag, name] of [
+    ['Deployed', 'deployed'],
+    ['Wrapped', 'wrapped'],
+    ['Deploying', 'deploying'],
+    ['Wrapping', 'wrapping'],
+  ] as const) {
+    if (has(monitor, 'Deployer', flag)) return name;
+  }
+  return 'between';
+}
+
+/** Why a drive would not move or a valve not open. */
+export function whyNotWork(monitor: string, subsystem: string): string {
+  const why = whyNot(monitor, { subsystem });
+  if (why) return why;
+  if (has(monitor, 'Detector', 'Searching')) return t('operate.why_searching');
+  if (has(monitor, 'Detector', 'Justifying')) return t('operate.why_justifying');
+  const now = posture(monitor);
+  if (now === 'deployed' || now === 'none') return '';
+  return t(now === 'wrapped' ? 'operate.why_wrapped' : 'operate.why_between');
+}
+
+/** Drives that move, and where to as far as it is known. */
+export function limitsReached(monitor: string): Holding {
+  const at: Holding = {};
+  for (const drive of AIMED) {
+    if (has(monitor, drive, 'MaxLimitReached')) at[drive] = 'max';
+    else if (has(monitor, drive, 'MinLimitReached')) at[drive] = 'min';
+  }
+  return at;
+}

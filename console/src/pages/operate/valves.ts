@@ -1,0 +1,134 @@
+// Valves: a second to open, one press to close.
+import { LitElement, css, html } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { commands } from '../../hub/commands';
+import { has, whyNot } from '../../hub/session';
+import { store, TopicController } from '../../hub/store';
+import type { Valve } from '../../hub/types';
+import { t, type Key } from '../../i18n';
+import { icon } from '../../parts/icons';
+import '../../parts/lf-hold';
+import { base, card } from '../../theme/shared';
+import { exists, whyNotWork } from './state';
+
+const STATES = ['Opening', 'Closing', 'Open', 'Closed'] as const;
+
+@customElement('lf-valves')
+export class LfValves extends LitElement {
+  static override styles = [
+    base,
+    card,
+    css`
+      .card {
+        padding: 12px 16px;
+      }
+      .valve {
+        display: grid;
+        grid-template-columns: 1fr 140px 84px;
+        align-items: center;
+        gap: var(--s2);
+      }
+      .valve + .valve {
+        margin-top: var(--s2);
+        padding-top: var(--s2);
+        border-top: 1px solid var(--line);
+      }
+      .name {
+        display: flex;
+        align-items: center;
+        gap: 10px;
+        min-width: 0;
+        line-height: 1.25;
+      }
+      .name b {
+        display: block;
+      }
+      .mark {
+        display: grid;
+        place-items: center;
+        width: 36px;
+        height: 36px;
+        flex: none;
+        border-radius: 50%;
+        border: 2px solid var(--line-strong);
+        color: var(--dim);
+      }
+      .open .mark {
+        background: var(--water);
+        border-color: var(--water);
+        color: #fff;
+      }
+      .open.foam .mark {
+        background: var(--foam);
+        border-color: var(--foam);
+      }
+      .going .mark {
+        border-color: var(--accent);
+        border-style: dashed;
+        color: var(--accent);
+      }
+      .bad {
+        color: var(--high);
+        font-weight: 600;
+      }
+      .stale {
+        opacity: 0.75;
+        font-style: italic;
+      }
+      lf-hold,
+      lf-button {
+        --lf-button-height: 52px;
+      }
+    `,
+  ];
+
+  @property() monitor = '';
+
+  constructor() {
+    super();
+    new TopicController(this, () => `monitors/${this.monitor}/`);
+  }
+
+  override render() {
+    const valves = (['Valve1', 'Valve2'] as const).filter((v) => exists(this.monitor, v));
+    return html`<section class="card" id="valves" aria-label=${t('operate.valves')}>
+      ${valves.map((valve) => this.valve(valve))}
+    </section>`;
+  }
+
+  private valve(valve: Valve) {
+    const { monitor } = this;
+    const state = STATES.find((flag) => has(monitor, valve, flag));
+    const fault = ['OpenSensorFault', 'CloseSensorFault', 'AmperageOverload', 'Blocked', 'ConnLost'].find((flag) =>
+      has(monitor, valve, flag),
+    );
+    const foam = valve === 'Valve2';
+    const going = state === 'Opening' || state === 'Closing';
+    const kind = `${state === 'Open' ? 'open' : ''} ${going ? 'going' : ''} ${foam ? 'foam' : ''}`;
+    const why = state === 'Open' ? t('operate.valve_is_open') : whyNotWork(monitor, valve);
+    const whyClose = whyNot(monitor, { role: 'observer', authority: false, lockedOut: true });
+    return html`<div class="valve ${kind}" id=${valve}>
+      <div class="name">
+        <span class="mark">${icon(foam ? 'foam' : 'water')}</span>
+        <span>
+          <b>${t(foam ? 'operate.foam' : 'operate.water')}</b>
+          <span class="${fault ? 'bad' : 'dim'} ${store.stale(monitor) ? 'stale' : ''}">
+            ${fault ?? t(`operate.valve_${state ?? 'Between'}` as Key)}
+          </span>
+        </span>
+      </div>
+      <lf-hold
+        class="open-button"
+        .why=${why}
+        @held=${() => commands.request(monitor, `Open ${valve}`).catch(() => {})}
+        >${t('operate.open')}</lf-hold
+      >
+      <lf-button
+        class="close-button"
+        .why=${whyClose === t('why.hub') ? '' : whyClose}
+        @click=${() => commands.close(monitor, valve).catch(() => {})}
+        >${t('operate.close')}</lf-button
+      >
+    </div>`;
+  }
+}

@@ -1,0 +1,423 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { t, time } from '../i18n';
+import { emit, partStyle } from './part-style';
+import { Words } from './words';
+
+export interface Mark {
+  at_ms: number;
+  kind: 'alarm' | 'command' | 'event';
+  text: string;
+}
+
+const SKIP_MS = 10_000;
+const KEY_MS = 1000;
+const NEAR_PX = 10;
+
+/**
+ * Where in a recording one is. Events: `play`, `pause`, `speed` {speed}, `seek` {at_ms}.
+ */
+export class LfTimeline extends LitElement {
+  static override properties = {
+    from: { type: Number },
+    to: { type: Number },
+    at: { type: Number },
+    playing: { type: Boolean },
+    speed: { type: Number },
+    speeds: { attribute: false },
+    marks: { attribute: false },
+    compact: { type: Boolean, reflect: true },
+    over: { state: true },
+  };
+
+  declare from: number;
+  declare to: number;
+  declare at: number;
+  declare playing: boolean;
+  declare speed: number;
+  declare speeds: readonly number[];
+  declare marks: readonly Mark[];
+  /** In one row. */
+  declare compact: boolean;
+  declare over: { x: number; at_ms: number; text: string } | null;
+
+  constructor() {
+    super();
+    new Words(this);
+    this.from = 0;
+    this.to = 0;
+    this.at = 0;
+    this.playing = false;
+    this.speed = 1;
+    this.speeds = [0.5, 1, 2, 5, 10];
+    this.marks = [];
+    this.compact = false;
+    this.over = null;
+  }
+
+  static override styles = [
+    partStyle,
+    css`
+      :host {
+        display: grid;
+        gap: 8px;
+      }
+      .track {
+        position: relative;
+        height: 48px;
+        touch-action: none;
+        cursor: pointer;
+        outline-offset: 2px;
+        border-radius: 6px;
+      }
+      .track:focus-visible,
+      button:focus-visible,
+      select:focus-visible {
+        outline: 3px solid var(--p-focus);
+      }
+      .rail {
+        position: absolute;
+        inset: 20px 0;
+        border-radius: 4px;
+        background: var(--p-line);
+        overflow: hidden;
+      }
+      .done {
+        position: absolute;
+        inset: 0 auto 0 0;
+        background: var(--p-accent);
+      }
+      .mark {
+        position: absolute;
+        bottom: 30px;
+        width: 2px;
+        height: 10px;
+        margin-left: -1px;
+        background: var(--p-dim);
+      }
+      .mark.command {
+        background: var(--p-accent);
+      }
+      .mark.alarm {
+        width: 8px;
+        height: 8px;
+        margin-left: -4px;
+        bottom: 31px;
+        background: var(--p-high);
+        clip-path: polygon(50% 100%, 0 0, 100% 0);
+      }
+      .mark.event {
+        top: 32px;
+        bottom: auto;
+        height: 7px;
+      }
+      .knob {
+        position: absolute;
+        top: 14px;
+        width: 20px;
+        height: 20px;
+        margin-left: -10px;
+        border-radius: 50%;
+        background: var(--p-surface);
+        border: 3px solid var(--p-accent);
+        box-shadow: 0 1px 3px rgb(0 0 0 / 25%);
+      }
+      .over {
+        position: absolute;
+        bottom: 46px;
+        transform: translateX(-50%);
+        padding: 4px 8px;
+        border-radius: 4px;
+        border: 1px solid var(--p-line);
+        background: var(--p-surface);
+        font-size: 12px;
+        white-space: nowrap;
+        pointer-events: none;
+        max-width: 360px;
+        overflow: hidden;
+        text-overflow: ellipsis;
+        z-index: 1;
+      }
+      .bar {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        gap: 8px;
+      }
+      button,
+      select {
+        min-height: 48px;
+        min-width: 48px;
+        padding: 0 12px;
+        border: 1px solid var(--p-line);
+        border-radius: 6px;
+        background: var(--p-surface);
+        color: var(--p-text);
+        font: inherit;
+        cursor: pointer;
+        display: inline-grid;
+        place-items: center;
+        outline-offset: 2px;
+      }
+      button:hover {
+        background: var(--p-raised);
+      }
+      button.play {
+        min-width: 64px;
+        background: var(--p-accent);
+        border-color: var(--p-accent);
+        color: var(--p-on-accent);
+      }
+      svg {
+        width: 22px;
+        height: 22px;
+        fill: currentcolor;
+        stroke: currentcolor;
+        stroke-width: 1.5;
+        stroke-linejoin: round;
+        stroke-linecap: round;
+      }
+      svg.line {
+        fill: none;
+        stroke-width: 2;
+      }
+      .clock {
+        font-weight: 650;
+        font-size: 17px;
+        min-width: 9ch;
+        margin-left: 8px;
+      }
+      .of {
+        color: var(--p-dim);
+        font-size: 13px;
+        margin-right: auto;
+      }
+      :host([compact]) {
+        grid-template-columns: auto minmax(160px, 1fr) auto;
+        align-items: center;
+        gap: 8px 16px;
+      }
+      :host([compact]) .bar {
+        display: contents;
+      }
+      .group {
+        display: flex;
+        gap: 8px;
+      }
+      :host([compact]) .group {
+        grid-area: 1 / 1;
+      }
+      :host([compact]) .track {
+        grid-area: 1 / 2;
+      }
+      .end {
+        display: flex;
+        flex: 1;
+        align-items: center;
+        gap: 8px;
+      }
+      :host([compact]) .end {
+        grid-area: 1 / 3;
+      }
+      :host([compact]) .skip,
+      :host([compact]) label span {
+        display: none;
+      }
+      label {
+        display: inline-flex;
+        align-items: center;
+        gap: 8px;
+        color: var(--p-dim);
+        font-size: 13px;
+      }
+      @container (max-width: 760px) {
+        :host([compact]) .of {
+          display: none;
+        }
+      }
+      @container (max-width: 520px) {
+        :host([compact]) {
+          grid-template-columns: auto 1fr;
+        }
+        :host([compact]) .track {
+          grid-area: 2 / 1 / 3 / 3;
+        }
+        :host([compact]) .end {
+          grid-area: 1 / 2;
+          justify-content: flex-end;
+        }
+        .clock {
+          font-size: 15px;
+          min-width: 0;
+          margin: 0;
+        }
+        .end {
+          gap: 4px;
+        }
+      }
+    `,
+  ];
+
+  private percent(at_ms: number): number {
+    return Math.min(Math.max((at_ms - this.from) / Math.max(this.to - this.from, 1), 0), 1) * 100;
+  }
+
+  protected override render(): TemplateResult {
+    const part = this.percent(this.at);
+    const run = span(this.at - this.from);
+    const whole = span(this.to - this.from);
+    return html`
+      <div
+        class="track"
+        role="slider"
+        tabindex="0"
+        aria-label=${t('parts.timeline')}
+        aria-valuemin="0"
+        aria-valuemax=${Math.round((this.to - this.from) / 1000)}
+        aria-valuenow=${Math.round((this.at - this.from) / 1000)}
+        aria-valuetext="${time(this.at)}, ${t('parts.timeline.at', { t: run, d: whole })}"
+        @pointerdown=${this.down}
+        @pointermove=${this.move}
+        @pointerleave=${() => (this.over = null)}
+        @keydown=${this.key}
+      >
+        ${this.marks.map(
+          (mark) => html`<i class="mark ${mark.kind}" style="left:${this.percent(mark.at_ms)}%"></i>`,
+        )}
+        <div class="rail"><div class="done" style="width:${part}%"></div></div>
+        <div class="knob" style="left:${part}%"></div>
+        ${
+          this.over
+            ? html`<div class="over" style="left:clamp(90px, ${this.over.x}px, calc(100% - 90px))">
+                ${time(this.over.at_ms)}${this.over.text ? ` · ${this.over.text}` : nothing}
+              </div>`
+            : nothing
+        }
+      </div>
+      <div class="bar">
+        <div class="group">${this.button('previous', 'M18 5v14L8 12ZM6 5v14', () => this.jump(-1))}
+        ${this.button('back', 'M12 6v12L3 12ZM21 6v12l-9-6Z', () => this.seek(this.at - SKIP_MS))}
+        <button
+          type="button"
+          class="play"
+          aria-label=${t(this.playing ? 'parts.timeline.pause' : 'parts.timeline.play')}
+          title=${t(this.playing ? 'parts.timeline.pause' : 'parts.timeline.play')}
+          @click=${() => emit(this, this.playing ? 'pause' : 'play')}
+        >
+          <svg viewBox="0 0 24 24" aria-hidden="true">
+            <path d=${this.playing ? 'M7 5h3v14H7ZM14 5h3v14h-3Z' : 'M7 4v16l13-8Z'}></path>
+          </svg>
+        </button>
+        ${this.button('forward', 'M12 6v12l9-6ZM3 6v12l9-6Z', () => this.seek(this.at + SKIP_MS))}
+        ${this.button('next', 'M6 5v14l10-7ZM18 5v14', () => this.jump(1))}</div>
+        <div class="end">
+        <span class="clock">${time(this.at)}</span>
+        <span class="of">${t('parts.timeline.at', { t: run, d: whole })}</span>
+        <label
+          ><span>${t('parts.timeline.speed')}</span>
+          <select aria-label=${t('parts.timeline.speed')} @change=${this.speedChosen}>
+            ${this.speeds.map(
+              (speed) => html`<option value=${speed} ?selected=${speed === this.speed}>${speed}×</option>`,
+            )}
+          </select></label
+        >
+        </div>
+      </div>
+    `;
+  }
+
+  private button(name: 'previous' | 'back' | 'forward' | 'next', d: string, act: () => void): TemplateResult {
+    const label = t(`parts.timeline.${name}`);
+    const skip = name === 'back' || name === 'forward' ? 'skip' : '';
+    return html`<button type="button" class=${skip} aria-label=${label} title=${label} @click=${act}>
+      <svg viewBox="0 0 24 24" aria-hidden="true"><path d=${d}></path></svg>
+    </button>`;
+  }
+
+  private seek(at_ms: number): void {
+    const at = Math.min(Math.max(at_ms, this.from), this.to);
+    emit(this, 'seek', { at_ms: at });
+  }
+
+  private jump(way: 1 | -1): void {
+    const next = nextMark(this.marks, this.at, way);
+    this.seek(next ?? (way > 0 ? this.to : this.from));
+  }
+
+  private timeAt(event: PointerEvent): { x: number; at_ms: number } {
+    const box = (event.currentTarget as Element).getBoundingClientRect();
+    const x = Math.min(Math.max(event.clientX - box.left, 0), box.width);
+    return { x, at_ms: this.from + (x / Math.max(box.width, 1)) * (this.to - this.from) };
+  }
+
+  private down(event: PointerEvent): void {
+    if (event.button !== 0) return;
+    (event.currentTarget as Element).setPointerCapture(event.pointerId);
+    this.seek(this.timeAt(event).at_ms);
+  }
+
+  private move(event: PointerEvent): void {
+    const { x, at_ms } = this.timeAt(event);
+    if (event.buttons & 1 && (event.currentTarget as Element).hasPointerCapture(event.pointerId)) {
+      this.seek(at_ms);
+    }
+    const width = (event.currentTarget as Element).clientWidth;
+    const near = (NEAR_PX / Math.max(width, 1)) * (this.to - this.from);
+    const mark = nearest(this.marks, at_ms, near);
+    this.over = { x, at_ms: mark?.at_ms ?? at_ms, text: mark?.text ?? '' };
+  }
+
+  private key(event: KeyboardEvent): void {
+    const far = event.shiftKey ? SKIP_MS : KEY_MS;
+    const steps: Record<string, number> = {
+      ArrowRight: this.at + far,
+      ArrowUp: this.at + far,
+      ArrowLeft: this.at - far,
+      ArrowDown: this.at - far,
+      PageUp: this.at + SKIP_MS,
+      PageDown: this.at - SKIP_MS,
+      Home: this.from,
+      End: this.to,
+    };
+    const to = steps[event.key];
+    if (to === undefined) return;
+    event.preventDefault();
+    this.seek(to);
+  }
+
+  private speedChosen(event: Event): void {
+    emit(this, 'speed', { speed: Number((event.target as HTMLSelectElement).value) });
+  }
+}
+
+/** The mark after (or before) a time, with half a second of grace. */
+export function nextMark(marks: readonly { at_ms: number }[], at_ms: number, way: 1 | -1): number | null {
+  const times = marks.map((mark) => mark.at_ms);
+  const on = times.filter((time) => (way > 0 ? time > at_ms + 500 : time < at_ms - 500));
+  if (!on.length) return null;
+  return way > 0 ? Math.min(...on) : Math.max(...on);
+}
+
+function nearest(marks: readonly Mark[], at_ms: number, within_ms: number): Mark | null {
+  let best: Mark | null = null;
+  for (const mark of marks) {
+    const off = Math.abs(mark.at_ms - at_ms);
+    if (off <= within_ms && (!best || off < Math.abs(best.at_ms - at_ms))) best = mark;
+  }
+  return best;
+}
+
+/** 3:07, 1:02:09 */
+export function span(ms: number): string {
+  const seconds = Math.max(Math.round(ms / 1000), 0);
+  const [h, m, s] = [Math.floor(seconds / 3600), Math.floor(seconds / 60) % 60, seconds % 60];
+  const two = (value: number): string => String(value).padStart(2, '0');
+  return h ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
+}
+
+customElements.define('lf-timeline', LfTimeline);
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-timeline': LfTimeline;
+  }
+}

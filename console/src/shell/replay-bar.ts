@@ -1,0 +1,134 @@
+// While a recording plays: where in it one is, on every page.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement } from 'lit/decorators.js';
+import { replay, type ReplayMark } from '../hub/replay';
+import { lang, t, tt } from '../i18n';
+import { icon } from '../parts/icons';
+import '../parts/lf-button';
+import '../parts/lf-timeline';
+import type { Mark } from '../parts/lf-timeline';
+import { base } from '../theme/shared';
+
+@customElement('lf-replay-bar')
+export class LfReplayBar extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        display: block;
+        container-type: inline-size;
+        --lf-button-height: 40px;
+      }
+      .bar {
+        display: grid;
+        grid-template-columns: minmax(0, 1fr);
+        gap: 4px 16px;
+        padding: 4px 16px 8px;
+        background: var(--surface);
+        border-top: 3px solid var(--accent);
+        box-shadow: var(--shadow-large);
+      }
+      header {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        justify-content: space-between;
+        gap: 4px 16px;
+        min-height: 44px;
+      }
+      .title {
+        display: inline-flex;
+        align-items: center;
+        gap: 8px;
+        font-weight: 650;
+        min-width: 0;
+        overflow: hidden;
+        text-overflow: ellipsis;
+        white-space: nowrap;
+      }
+      .title .icon {
+        color: var(--accent);
+      }
+      .note {
+        flex: 1;
+        color: var(--dim);
+        font-size: 13px;
+        min-width: 220px;
+      }
+      .error {
+        color: var(--high);
+        font-weight: 600;
+      }
+      @media (max-width: 720px) {
+        .note {
+          display: none;
+        }
+      }
+    `,
+  ];
+
+  private known: { of: readonly ReplayMark[]; lang: string; marks: Mark[] } | null = null;
+  private frame = 0;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    replay.addEventListener('change', this.again);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    replay.removeEventListener('change', this.again);
+    cancelAnimationFrame(this.frame);
+    this.frame = 0;
+  }
+
+  override render() {
+    const { source } = replay;
+    if (replay.phase !== 'on' || !source) return nothing;
+    return html`<section class="bar" aria-label=${t('replay.bar')}>
+      <header>
+        <span class="title">${icon('replay')} ${source.title}</span>
+        <span class="note">
+          ${replay.error
+            ? html`<span class="error">${replay.error.text(lang())}</span>`
+            : replay.waiting
+              ? t('replay.waiting')
+              : t('replay.note')}
+        </span>
+        <lf-button kind="primary" id="live" @click=${() => replay.close()}>${t('replay.live')}</lf-button>
+      </header>
+      <lf-timeline
+        compact
+        .from=${source.from_ms}
+        .to=${source.to_ms}
+        .at=${replay.at_ms}
+        .playing=${replay.playing}
+        .speed=${replay.speed}
+        .marks=${this.marks()}
+        @play=${() => replay.play()}
+        @pause=${() => replay.pause()}
+        @speed=${(event: CustomEvent) => replay.setSpeed(event.detail.speed)}
+        @seek=${(event: CustomEvent) => replay.seek(event.detail.at_ms)}
+      ></lf-timeline>
+    </section>`;
+  }
+
+  private marks(): Mark[] {
+    if (this.known?.of !== replay.marks || this.known.lang !== lang()) {
+      const marks = replay.marks.map(({ at_ms, kind, alarm, text }) => ({
+        at_ms,
+        kind,
+        text: alarm ? [alarm.monitor, tt(alarm.what)].filter(Boolean).join(': ') : text,
+      }));
+      this.known = { of: replay.marks, lang: lang(), marks };
+    }
+    return this.known.marks;
+  }
+
+  private readonly again = (): void => {
+    this.frame ||= requestAnimationFrame(() => {
+      this.frame = 0;
+      this.requestUpdate();
+    });
+  };
+}

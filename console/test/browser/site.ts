@@ -1,0 +1,163 @@
+// What the tests work on: simulated monitors, a hub, the console in a browser. The path of the
+// program is that of LAFET_BIN. Its own console is tested; with CONSOLE_DIST=1, or without one in it,
+// that in dist, which is then served before it.
+import { execFile, spawn, type ChildProcess } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { promisify } from 'node:util';
+import { chromium, type Browser, type BrowserContext, type Page } from 'playwright-core';
+import { preview, type PreviewServer } from 'vite';
+import { Cable } from './cable';
+
+export const LAFET = process.env.LAFET_BIN ?? 'lafet';
+const CHROMIUM = process.env.CHROMIUM_BIN ?? '/usr/bin/chromium';
+const run = promisify(execFile);
+
+export interface Outputs {
+  [subsystem: string]: { flags: string[]; position_arcmin?: number; position_mm?: number };
+}
+
+export class Site {
+  private readonly children: ChildProcess[] = [];
+  private readonly folder = mkdtempSync(join(tmpdir(), 'lafet-console-'));
+  private served?: PreviewServer;
+  private browser!: Browser;
+  /** The monitors' own port: a second connection beside the hub's. */
+  private monitors: number[] = [];
+  /** Between the hub and the monitors. */
+  links: Cable[] = [];
+  /** Between the browser and the hub. */
+  way!: Cable;
+  url = '';
+
+  /** Two deployed monitors, M1 and M2. */
+  static async start(): Promise<Site> {
+    const site = new Site();
+    for (const address of [1, 2]) {
+      const port = await site.program(['sim', '--listen', 'tcp://127.0.0.1:0', '--addr', `${address}`]);
+      site.monitors.push(port);
+      site.links.push(await Cable.to(port));
+    }
+    for (const id of ['M1', 'M2']) await site.send(id, 'Deploy');
+    const config = join(site.folder, 'hub.toml');
+    const ports = site.links.map((link) => link.port);
+    writeFileSync(
+      config,
+      `[server]\nlisten = "127.0.0.1:0"\nlogin = false\ndata = "${site.folder}"\n[authority]\nlost_ms = 500\n` +
+        ports.map((port, n) => `[[monitor]]\nid = "M${n + 1}"\nurl = "tcp://127.0.0.1:${port}?addr=${n + 1}"\npoll_ms = 100\n`).join(''),
+    );
+    site.way = await Cable.to(await site.program(['serve', '--config', config]));
+    await site.serve();
+    site.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox'] });
+    for (const id of ['M1', 'M2']) {
+      await until(async () => (await site.outputs(id)).Deployer?.flags.includes('Deployed') === true, 30_000);
+    }
+    return site;
+  }
+
+  async stop(): Promise<void> {
+    await this.browser?.close();
+    await this.served?.close();
+    this.way?.close();
+    for (const link of this.links) link.close();
+    for (const child of this.children) child.kill('SIGKILL');
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+
+  /** A page of a person of its own; `close` its context at the end. */
+  async open(route: string, lang = 'en', size = { width: 1440, height: 900 }): Promise<Page> {
+    const context: BrowserContext = await this.browser.newContext({ viewport: size });
+    context.setDefaultTimeout(5000);
+    await context.addInitScript((wanted) => {
+      localStorage.setItem('lafet.lang', wanted);
+      localStorage.setItem('lafet.theme', 'day');
+      localStorage.setItem('lafet.guide', 'done');
+    }, lang);
+    const page = await context.newPage();
+    await page.goto(`${this.url}/${route}`);
+    await page.waitForSelector('lf-topbar');
+    return page;
+  }
+
+  /** What the monitor itself says, over a connection that is not the hub's. */
+  async outputs(id: string): Promise<Outputs> {
+    const { stdout } = await run(LAFET, ['-c', this.address(id), 'status', '--json']);
+    return JSON.parse(stdout) as Outputs;
+  }
+
+  async send(id: string, request: string): Promise<void> {
+    await run(LAFET, ['-c', this.address(id), 'send', request]);
+  }
+
+  async position(id: string, drive = 'Horizontal'): Promise<number> {
+    return (await this.outputs(id))[drive]?.position_arcmin ?? NaN;
+  }
+
+  async moves(id: string): Promise<boolean> {
+    const now = await this.outputs(id);
+    return ['Horizontal', 'Vertical', 'Nozzle'].some((drive) => now[drive]?.flags.includes('Move'));
+  }
+
+  /** The drives stand, and stay so. */
+  async stands(id: string, within_ms = 1500): Promise<boolean> {
+    await until(async () => !(await this.moves(id)), within_ms);
+    const before = await this.position(id);
+    for (let n = 0; n < 5; n += 1) {
+      if (await this.moves(id)) return false;
+    }
+    return (await this.position(id)) === before;
+  }
+
+  /** Who holds it, by the hub's word. */
+  async holder(id: string): Promise<string | null> {
+    const answer = await fetch(`http://127.0.0.1:${this.way.port}/api/monitors/${id}`);
+    const monitor = (await answer.json()) as { authority: { holder: { seat: string } | null } };
+    return monitor.authority.holder?.seat ?? null;
+  }
+
+  private address(id: string): string {
+    const n = Number(id.slice(1));
+    return `tcp://127.0.0.1:${this.monitors[n - 1]}?addr=${n}`;
+  }
+
+  /** Starts the program and returns the port that it tells. */
+  private program(args: string[]): Promise<number> {
+    const child = spawn(LAFET, args, { stdio: ['ignore', 'pipe', 'pipe'] });
+    this.children.push(child);
+    return new Promise((resolve, reject) => {
+      let told = '';
+      const hear = (text: Buffer) => {
+        told += text.toString();
+        const port = /(?:tcp|http):\/\/127\.0\.0\.1:(\d+)/.exec(told)?.[1];
+        if (port) resolve(Number(port));
+      };
+      child.stdout.on('data', hear);
+      child.on('exit', (code) => reject(new Error(`lafet ${args[0]} ended with ${code}: ${told}`)));
+    });
+  }
+
+  private async serve(): Promise<void> {
+    const hub = `http://127.0.0.1:${this.way.port}`;
+    const page = await (await fetch(hub)).text();
+    if (page.includes('lf-app') && !process.env.CONSOLE_DIST) {
+      this.url = hub;
+      return;
+    }
+    const to = { target: hub, ws: true, changeOrigin: true, headers: { origin: hub } };
+    this.served = await preview({
+      logLevel: 'silent',
+      preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
+    });
+    this.url = this.served.resolvedUrls!.local[0]!.replace(/\/$/, '');
+  }
+}
+
+/** Waits until it is so; fails when it does not become so. */
+export async function until(so: () => Promise<boolean> | boolean, within_ms = 5000): Promise<void> {
+  const end = performance.now() + within_ms;
+  while (!(await so())) {
+    if (performance.now() > end) throw new Error(`not so within ${within_ms} ms: ${so}`);
+    await new Promise((done) => setTimeout(done, 20));
+  }
+}

@@ -14,8 +14,20 @@ export default defineConfig({
   server: { proxy: proxy() },
   preview: { proxy: proxy() },
   test: {
-    include: ['test/unit/**/*.test.ts'],
-    environment: 'node',
+    projects: [
+      { test: { name: 'unit', include: ['test/unit/**/*.test.ts'], environment: 'node' } },
+      {
+        // Chromium against the real program (LAFET_BIN): one file after the other, for two cores.
+        test: {
+          name: 'browser',
+          include: ['test/browser/**/*.test.ts'],
+          environment: 'node',
+          fileParallelism: false,
+          testTimeout: 60_000,
+          hookTimeout: 60_000,
+        },
+      },
+    ],
   },
 });
 

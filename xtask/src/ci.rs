@@ -6,7 +6,8 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
-use crate::{TaskResult, demo, dissector, flag, licences, links, model, no_std, setup, swarm};
+use crate::{TaskResult, console, demo, dissector, firmware, flag, licences, links, model, no_std};
+use crate::{setup, swarm};
 
 /// How the README's test command begins.
 const TEST_COMMAND: &str = "cargo xtask test";
@@ -20,6 +21,8 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
     setup::rust()?;
     let mut steps = Steps::default();
+    // First, for the hub has it built in.
+    steps.step("the console: types, unit tests, build", console::check);
     steps.step("lock file is up to date", lock_file);
     steps.step("licences and sources of the dependencies", licences::check);
     steps.step("format", format);
@@ -27,6 +30,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("reference documentation", reference);
     steps.step("no_std build for Cortex-M3", no_std::check);
     steps.step("the README's test command", readme_tests);
+    steps.step("the firmware: no panic to reach, chip and host the same", firmware::check);
     steps.step("the interlock, model-checked", model::check);
     steps.step("the Wireshark dissector in tshark", dissector::check);
     steps.step("the swarm, for a while", swarm::check);

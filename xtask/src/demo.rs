@@ -2,10 +2,11 @@
 
 use std::process::Command;
 
-use crate::{TaskResult, run, setup};
+use crate::{TaskResult, console, run, setup};
 
 pub fn demo(arguments: &[String]) -> TaskResult {
     setup::rust()?;
+    console::build()?;
     become_command(&mut command(arguments))
 }
 

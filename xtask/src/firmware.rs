@@ -25,6 +25,13 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Links the program for every board, which fails when a panic can be reached, and compares the
+/// emulated chip with the host for a while.
+pub fn check() -> StepResult {
+    BOARDS.into_iter().try_for_each(|board| build(board).map(|_| ()))?;
+    test(&["--seeds".into(), "2".into(), "--steps".into(), "1000".into()])
+}
+
 /// Builds the program for a board; the ELF file.
 pub fn build(board: &str) -> Result<PathBuf, String> {
     let folder = no_std::target().join("firmware").join(board);

@@ -3,6 +3,7 @@
 
 mod ci;
 mod citation;
+mod console;
 mod coverage;
 mod cuts;
 mod demo;
@@ -122,6 +123,15 @@ const TASKS: &[Task] = &[
         details: "Seconds of virtual time in which answers are lost, come up to 30 s late, or \
                   twice. The figure of a run stands in docs/client.md.",
         run: late::late,
+    },
+    Task {
+        name: "console",
+        arguments: "build | check | browser | pictures",
+        about: "the operator's console: build it, check it, try it in a browser, take its pictures",
+        details: "build makes console/dist, which the hub has built into it. check is types and unit \
+                  tests. browser drives Chromium against the release build of lafet with simulated \
+                  monitors. pictures takes those of the README.",
+        run: console::console,
     },
     Task {
         name: "firmware",

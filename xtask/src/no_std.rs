@@ -9,8 +9,10 @@ use crate::{TaskResult, flag, setup};
 pub const TARGET: &str = "thumbv7m-none-eabi";
 const CRATES: [&str; 4] = ["--package", "lafet-proto", "--package", "lafet-device"];
 
-/// Debian's Rust, which brings the sources of `core`.
-const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
+/// Debian's Rust, which brings the sources of `core`, and a linker, which it does not bring.
+const DEBIAN_PACKAGES: [&str; 4] =
+    ["rustc-web", "cargo-web", "rust-web-src", "binutils-arm-none-eabi"];
+const DEBIAN_LINKER: &str = "arm-none-eabi-ld";
 const DEBIAN_CARGO: &str = "/usr/bin/cargo";
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 
@@ -56,7 +58,9 @@ fn debian_build() -> Result<Command, String> {
     let sources = Path::new("/usr/src").read_dir().into_iter().flatten().flatten();
     let have_sources =
         sources.into_iter().any(|e| e.file_name().to_string_lossy().starts_with("rustc-"));
-    if !have_sources || !Path::new(DEBIAN_CARGO).exists() || !Path::new(DEBIAN_RUSTC).exists() {
+    let have_linker = output(Command::new(DEBIAN_LINKER).arg("--version")).is_ok();
+    let have_rust = Path::new(DEBIAN_CARGO).exists() && Path::new(DEBIAN_RUSTC).exists();
+    if !(have_sources && have_rust && have_linker) {
         setup::debian(&DEBIAN_PACKAGES)?;
     }
     let mut build = Command::new(DEBIAN_CARGO);
@@ -65,6 +69,7 @@ fn debian_build() -> Result<Command, String> {
     // Its own folder: two compilers must not share one.
     build.env("CARGO_TARGET_DIR", target().join("debian"));
     build.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", DEBIAN_RUSTC);
+    build.env("CARGO_TARGET_THUMBV7M_NONE_EABI_LINKER", DEBIAN_LINKER);
     build.env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO");
     Ok(build)
 }

@@ -15,6 +15,9 @@ class Http {
   patch = <T>(path: string, body?: unknown): Promise<T> => this.send<T>('PATCH', path, body);
   delete = <T>(path: string): Promise<T> => this.send<T>('DELETE', path);
 
+  /** A file as the body. */
+  postFile = <T>(path: string, file: Blob): Promise<T> => this.send<T>('POST', path, file);
+
   /** The session, whose CSRF token goes with everything from now on. */
   async session(): Promise<Session> {
     return this.keep(await this.get<Session>('/api/session'));
@@ -35,14 +38,16 @@ class Http {
 
   private async send<T>(method: Method, path: string, body?: unknown): Promise<T> {
     const headers: Record<string, string> = {};
-    if (body !== undefined) headers['content-type'] = 'application/json';
+    if (body !== undefined) {
+      headers['content-type'] = body instanceof Blob ? 'application/octet-stream' : 'application/json';
+    }
     if (method !== 'GET' && this.csrf) headers['x-csrf-token'] = this.csrf;
     let answer: Response;
     try {
       answer = await fetch(path, {
         method,
         headers,
-        body: body === undefined ? undefined : JSON.stringify(body),
+        body: body === undefined || body instanceof Blob ? body : JSON.stringify(body),
         // A Stop that is under way outlives the page.
         keepalive: path.endsWith('/stop') || path.endsWith('/lockout'),
       });

@@ -87,12 +87,20 @@ export function rangeOf(jet: JetOf, elevation_arcmin: number, above_ground_m: nu
   return flight ? flight.points[flight.points.length - 1]![0] : null;
 }
 
-/** The farthest that a jet comes with any elevation. */
+const REACHES_KEPT = 64;
+const reaches = new Map<string, number | null>();
+
+/** The farthest that a jet comes with any elevation. Asked for at every change: remembered. */
 export function reachOf(jet: JetOf, above_ground_m: number): number | null {
+  const key = `${jet.pressure_datm} ${jet.nozzle_mm} ${jet.diameter_mm} ${above_ground_m}`;
+  const known = reaches.get(key);
+  if (known !== undefined) return known;
   let best: number | null = null;
   for (let degrees = 10; degrees <= 50; degrees += 2) {
     const range = rangeOf(jet, degrees * 60, above_ground_m);
     if (range !== null && (best === null || range > best)) best = range;
   }
+  if (reaches.size >= REACHES_KEPT) reaches.clear();
+  reaches.set(key, best);
   return best;
 }

@@ -52,6 +52,8 @@ interface Drag {
 
 const MARGIN_PX = 56;
 const MARGIN_MINI_PX = 26;
+/** Room that the buttons take on the right. */
+const ZOOM_PX = 64;
 const DRAG_LEAST_PX = 6;
 const SPLASHES_MAX = 60;
 
@@ -71,6 +73,7 @@ export class LfPlan extends LitElement {
     tool: { reflect: true },
     sector: { attribute: false },
     running: { attribute: false },
+    note: {},
     view: { state: true },
     size: { state: true },
     drag: { state: true },
@@ -86,6 +89,8 @@ export class LfPlan extends LitElement {
   declare sector: Sector | null;
   /** What a program that runs scans, by monitor. */
   declare running: Readonly<Record<string, Sector>>;
+  /** Said instead of the plan's own hint. */
+  declare note: string;
   declare view: View | null;
   declare size: Place;
   declare drag: Drag | null;
@@ -107,6 +112,7 @@ export class LfPlan extends LitElement {
     this.tool = 'look';
     this.sector = null;
     this.running = {};
+    this.note = '';
     this.view = null;
     this.size = [0, 0];
     this.drag = null;
@@ -147,7 +153,11 @@ export class LfPlan extends LitElement {
     const known = this.site ?? siteOf(this.monitors);
     const [width, height] = this.size;
     const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
-    return fit(boundsOf(placesOf(known, null)), width, height, margin);
+    const box = boundsOf(placesOf(known, null));
+    // What stands at the edge is not to lie under the buttons.
+    const aside = this.mode === 'full' && width > ZOOM_PX * 6 ? ZOOM_PX : 0;
+    const view = fit(box, width - aside, height, margin);
+    return { ...view, east: view.east + aside / 2 / view.scale };
   }
 
   private keepDrops(): void {
@@ -233,6 +243,7 @@ export class LfPlan extends LitElement {
   }
 
   private hint(): TemplateResult | typeof nothing {
+    if (this.note) return html`<p class="hint">${this.note}</p>`;
     if (!this.site) return html`<p class="hint">${t('parts.plan.no_site')}</p>`;
     if (this.tool === 'aim') return html`<p class="hint">${t('parts.plan.aim')}</p>`;
     if (this.tool === 'sector' && !this.sector) {
@@ -255,8 +266,9 @@ export class LfPlan extends LitElement {
     return svg`
       ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
-      ${!mini && chosen ? layers.ranges(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
+      ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
+      ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
       ${this.scene ? layers.fires(camera, this.scene) : nothing}
       ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}

@@ -25,6 +25,7 @@ export class LfTimeline extends LitElement {
     speed: { type: Number },
     speeds: { attribute: false },
     marks: { attribute: false },
+    compact: { type: Boolean, reflect: true },
     over: { state: true },
   };
 
@@ -35,6 +36,8 @@ export class LfTimeline extends LitElement {
   declare speed: number;
   declare speeds: readonly number[];
   declare marks: readonly Mark[];
+  /** In one row. */
+  declare compact: boolean;
   declare over: { x: number; at_ms: number; text: string } | null;
 
   constructor() {
@@ -47,6 +50,7 @@ export class LfTimeline extends LitElement {
     this.speed = 1;
     this.speeds = [0.5, 1, 2, 5, 10];
     this.marks = [];
+    this.compact = false;
     this.over = null;
   }
 
@@ -187,12 +191,68 @@ export class LfTimeline extends LitElement {
         font-size: 13px;
         margin-right: auto;
       }
+      :host([compact]) {
+        grid-template-columns: auto minmax(160px, 1fr) auto;
+        align-items: center;
+        gap: 8px 16px;
+      }
+      :host([compact]) .bar {
+        display: contents;
+      }
+      .group {
+        display: flex;
+        gap: 8px;
+      }
+      :host([compact]) .group {
+        grid-area: 1 / 1;
+      }
+      :host([compact]) .track {
+        grid-area: 1 / 2;
+      }
+      .end {
+        display: flex;
+        flex: 1;
+        align-items: center;
+        gap: 8px;
+      }
+      :host([compact]) .end {
+        grid-area: 1 / 3;
+      }
+      :host([compact]) .skip,
+      :host([compact]) label span {
+        display: none;
+      }
       label {
         display: inline-flex;
         align-items: center;
         gap: 8px;
         color: var(--p-dim);
         font-size: 13px;
+      }
+      @container (max-width: 760px) {
+        :host([compact]) .of {
+          display: none;
+        }
+      }
+      @container (max-width: 520px) {
+        :host([compact]) {
+          grid-template-columns: auto 1fr;
+        }
+        :host([compact]) .track {
+          grid-area: 2 / 1 / 3 / 3;
+        }
+        :host([compact]) .end {
+          grid-area: 1 / 2;
+          justify-content: flex-end;
+        }
+        .clock {
+          font-size: 15px;
+          min-width: 0;
+          margin: 0;
+        }
+        .end {
+          gap: 4px;
+        }
       }
     `,
   ];
@@ -234,7 +294,7 @@ export class LfTimeline extends LitElement {
         }
       </div>
       <div class="bar">
-        ${this.button('previous', 'M18 5v14L8 12ZM6 5v14', () => this.jump(-1))}
+        <div class="group">${this.button('previous', 'M18 5v14L8 12ZM6 5v14', () => this.jump(-1))}
         ${this.button('back', 'M12 6v12L3 12ZM21 6v12l-9-6Z', () => this.seek(this.at - SKIP_MS))}
         <button
           type="button"
@@ -248,24 +308,27 @@ export class LfTimeline extends LitElement {
           </svg>
         </button>
         ${this.button('forward', 'M12 6v12l9-6ZM3 6v12l9-6Z', () => this.seek(this.at + SKIP_MS))}
-        ${this.button('next', 'M6 5v14l10-7ZM18 5v14', () => this.jump(1))}
+        ${this.button('next', 'M6 5v14l10-7ZM18 5v14', () => this.jump(1))}</div>
+        <div class="end">
         <span class="clock">${time(this.at)}</span>
         <span class="of">${t('parts.timeline.at', { t: run, d: whole })}</span>
         <label
-          >${t('parts.timeline.speed')}
-          <select @change=${this.speedChosen}>
+          ><span>${t('parts.timeline.speed')}</span>
+          <select aria-label=${t('parts.timeline.speed')} @change=${this.speedChosen}>
             ${this.speeds.map(
               (speed) => html`<option value=${speed} ?selected=${speed === this.speed}>${speed}×</option>`,
             )}
           </select></label
         >
+        </div>
       </div>
     `;
   }
 
   private button(name: 'previous' | 'back' | 'forward' | 'next', d: string, act: () => void): TemplateResult {
     const label = t(`parts.timeline.${name}`);
-    return html`<button type="button" aria-label=${label} title=${label} @click=${act}>
+    const skip = name === 'back' || name === 'forward' ? 'skip' : '';
+    return html`<button type="button" class=${skip} aria-label=${label} title=${label} @click=${act}>
       <svg viewBox="0 0 24 24" aria-hidden="true"><path d=${d}></path></svg>
     </button>`;
   }

@@ -16,11 +16,14 @@ export class LfReplayBar extends LitElement {
     css`
       :host {
         display: block;
+        container-type: inline-size;
+        --lf-button-height: 40px;
       }
       .bar {
         display: grid;
+        grid-template-columns: minmax(0, 1fr);
         gap: 4px 16px;
-        padding: 8px 16px 12px;
+        padding: 4px 16px 8px;
         background: var(--surface);
         border-top: 3px solid var(--accent);
         box-shadow: var(--shadow-large);
@@ -29,8 +32,9 @@ export class LfReplayBar extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 8px 16px;
-        min-height: var(--touch);
+        justify-content: space-between;
+        gap: 4px 16px;
+        min-height: 44px;
       }
       .title {
         display: inline-flex;
@@ -94,6 +98,7 @@ export class LfReplayBar extends LitElement {
         <lf-button kind="primary" id="live" @click=${() => replay.close()}>${t('replay.live')}</lf-button>
       </header>
       <lf-timeline
+        compact
         .from=${source.from_ms}
         .to=${source.to_ms}
         .at=${replay.at_ms}

@@ -174,3 +174,31 @@ describe('plan model', () => {
     expect(planMonitor('M9', site, {})).toBeNull();
   });
 });
+
+describe('landing in a simulation', () => {
+  const site = {
+    monitors: { M1: { at: [0, 0] as Place, heading: 0, height: 2 } },
+    tanks: [],
+    walls: [],
+  };
+  const scene = (splashes: { monitor: string; at: Place; litres: number; foam: number }[]) => ({
+    t_s: 1,
+    wind: [0, 0] as Place,
+    fires: [],
+    jets: { M1: { lps: 20, lands: [0, 40] as Place, litres: 1 } },
+    splashes,
+  });
+
+  it('is where the water fell, by litres; else where it would fall', () => {
+    const at = (splashes: Parameters<typeof scene>[0]) =>
+      planMonitor('M1', site, { scene: scene(splashes) })!.lands;
+    expect(at([])).toEqual([0, 40]);
+    expect(at([{ monitor: 'M2', at: [9, 9], litres: 5, foam: 0 }])).toEqual([0, 40]);
+    expect(
+      at([
+        { monitor: 'M1', at: [0, 20], litres: 3, foam: 0 },
+        { monitor: 'M1', at: [4, 28], litres: 1, foam: 0 },
+      ]),
+    ).toEqual([1, 22]);
+  });
+});

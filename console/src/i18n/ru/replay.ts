@@ -1,7 +1,7 @@
 import type en from '../en/replay';
 
 const ru: Record<keyof typeof en, string> = {
-  'replay.title': 'Просмотр записей',
+  'replay.title': 'Просмотр записи',
   'replay.lead': 'Прошлое показывается на тех же страницах, что и настоящее. Команды при этом никуда не идут.',
   'replay.bar': 'Просмотр записи',
   'replay.note': 'Это не настоящее. STOP и LOCKOUT действуют на настоящие стволы.',

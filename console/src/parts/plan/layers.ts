@@ -125,29 +125,42 @@ export function jets(camera: Camera, monitors: readonly PlanMonitor[]): SVGTempl
 export function ranges(
   camera: Camera,
   monitor: PlanMonitor,
-  length: (metres: number) => string,
-  reachText: (distance: string) => string,
 ): SVGTemplateResult {
   const [x, y] = px(camera, monitor.at);
   const { scale } = camera.view;
-  const reach = monitor.reach_m ?? 0;
-  const far = reach || 40;
-  const step = Math.max(roundStep(far / 3), 5);
-  const rings = [];
-  for (let range = step; range < far - step * 0.2; range += step) rings.push(range);
-  const label = (range: number, text: string, kind: string): SVGTemplateResult => {
-    const place = labelPlace(camera, monitor, range);
-    return svg`<text class=${kind} x=${f(place[0])} y=${f(place[1])} dy="0.35em">${text}</text>`;
-  };
+  const { reach, far, rings } = ringsOf(monitor);
   return svg`<g>
     <g transform="translate(${f(x)} ${f(y)})">
       ${rings.map((range) => svg`<circle class="ring" r=${f(range * scale)}></circle>`)}
       ${reach ? svg`<circle class="reach" r=${f(reach * scale)}></circle>` : nothing}
       ${forbidden(monitor, far * scale)}
     </g>
-    ${rings.map((range) => label(range, length(range), 'ring-name'))}
-    ${reach ? label(reach, reachText(length(reach)), 'ring-name strong') : nothing}
   </g>`;
+}
+
+/** The distances of the rings: above what stands on the site, to be readable. */
+export function rangeNames(
+  camera: Camera,
+  monitor: PlanMonitor,
+  length: (metres: number) => string,
+  reachText: (distance: string) => string,
+): SVGTemplateResult {
+  const { reach, rings } = ringsOf(monitor);
+  const label = (range: number, text: string, kind: string): SVGTemplateResult => {
+    const place = labelPlace(camera, monitor, range);
+    return svg`<text class=${kind} x=${f(place[0])} y=${f(place[1])} dy="0.35em">${text}</text>`;
+  };
+  return svg`${rings.map((range) => label(range, length(range), 'ring-name'))}
+    ${reach ? label(reach, reachText(length(reach)), 'ring-name strong') : nothing}`;
+}
+
+function ringsOf(monitor: PlanMonitor): { reach: number; far: number; rings: number[] } {
+  const reach = monitor.reach_m ?? 0;
+  const far = reach || 40;
+  const step = Math.max(roundStep(far / 3), 5);
+  const rings = [];
+  for (let range = step; range < far - step * 0.2; range += step) rings.push(range);
+  return { reach, far, rings };
 }
 
 /** On the ring, to the side of the barrel where there is most room in the picture. */

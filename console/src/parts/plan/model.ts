@@ -86,6 +86,8 @@ interface StatusLike {
 /** At this pressure the reach is told while no water flows: 0.8 MPa. */
 export const USUAL_PRESSURE_DATM = 79;
 const HOTBED_UNKNOWN_M = 25;
+/** Less than this is what drips. */
+const SPLASH_LEAST_L = 0.3;
 
 export function planMonitor(
   id: string,
@@ -129,7 +131,7 @@ export function planMonitor(
   };
   const told = pressure > 20 ? pressure : USUAL_PRESSURE_DATM;
   monitor.reach_m = reachOf({ pressure_datm: told, nozzle_mm: monitor.nozzle_mm ?? 60 }, stand.height);
-  monitor.lands = scene ? (scene.jets[id]?.lands ?? null) : landing(monitor);
+  monitor.lands = scene ? simulatedLanding(id, scene) : landing(monitor);
   return monitor;
 }
 
@@ -141,6 +143,16 @@ function worst(status: StatusLike | null | undefined): Concern {
     if (order.indexOf(concern) > order.indexOf(found)) found = concern;
   }
   return found;
+}
+
+/** Where water has just come down, which may be a roof on the way; else where it would. */
+function simulatedLanding(id: string, scene: PlanScene): Place | null {
+  const fallen = scene.splashes.filter(({ monitor }) => monitor === id);
+  const litres = fallen.reduce((sum, splash) => sum + splash.litres, 0);
+  if (litres < SPLASH_LEAST_L) return scene.jets[id]?.lands ?? null;
+  const mean = (axis: 0 | 1): number =>
+    fallen.reduce((sum, splash) => sum + splash.at[axis] * splash.litres, 0) / litres;
+  return [mean(0), mean(1)];
 }
 
 /** Where the jet comes down by calculation, as a real site does not tell. */

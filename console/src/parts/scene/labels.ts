@@ -9,8 +9,6 @@ export interface LabelLook {
 }
 
 const HIGH = 56;
-/** Part of the picture's height, at one unit of distance. */
-const SIZE = 0.036;
 const FONT = '600 30px system-ui, sans-serif';
 
 export class Label {
@@ -18,6 +16,7 @@ export class Label {
   private readonly canvas = document.createElement('canvas');
   private texture: CanvasTexture;
   private known = '';
+  private aspect = 1;
 
   constructor(hideable: boolean) {
     this.texture = this.newTexture();
@@ -52,7 +51,12 @@ export class Label {
     this.texture.dispose();
     this.texture = this.newTexture();
     this.sprite.material.map = this.texture;
-    this.sprite.scale.set((SIZE * wide) / HIGH, SIZE, 1);
+    this.aspect = wide / HIGH;
+  }
+
+  /** Height in the units of the camera at distance 1. */
+  set size(size: number) {
+    this.sprite.scale.set(size * this.aspect, size, 1);
   }
 
   dispose(): void {

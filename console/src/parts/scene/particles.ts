@@ -112,14 +112,21 @@ export class Particles {
   }
 
   /** Moves everything on; tells where water came down. */
-  step(seconds: number, wind: readonly [number, number], landed: (body: Body) => void): void {
+  step(
+    seconds: number,
+    wind: readonly [number, number],
+    floorAt: (x: number, y: number, z: number) => number,
+    landed: (body: Body) => void,
+  ): void {
     const kept: Body[] = [];
     const fallen: Body[] = [];
     for (const body of this.bodies) {
       body.age += seconds;
       if (body.kind === Kind.Water || body.kind === Kind.Splash) fly(body, seconds);
       else rise(body, seconds, wind);
-      const down = body.vy < 0 && body.y <= body.floor;
+      const water = body.kind === Kind.Water && body.vy < 0;
+      const down = body.vy < 0 && body.y <= (water ? floorAt(body.x, body.y, body.z) : body.floor);
+      if (water && down) body.floor = body.y;
       if (body.kind === Kind.Water && down) fallen.push(body);
       if (body.age >= body.life || (down && body.kind !== Kind.Smoke)) this.spare.push(body);
       else kept.push(body);

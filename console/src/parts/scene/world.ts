@@ -43,6 +43,7 @@ const SLOW_FRAME_MS = 24;
 const FRAMES_JUDGED = 45;
 const SHARE_LEAST = 0.3;
 const FLIGHT_S = 0.6;
+const LABEL_PX = 27;
 
 export class World {
   private readonly renderer: WebGLRenderer;
@@ -57,6 +58,7 @@ export class World {
   private structures: Structures | null = null;
   private shown: Shown = { site: null, monitors: [], scene: null, selected: '' };
   private builtFor: PlanSite | null = null;
+  private tallest = 0;
   private owed = new Map<string, number>();
   private preset: Preset = 'orbit';
   private flight: { from: Vector3; look: Vector3; to: Vector3; at: Vector3; part: number } | null = null;
@@ -153,7 +155,8 @@ export class World {
     this.barrels.step(this.shown.monitors, this.shown.selected, seconds, this.preset !== 'eye');
     this.water(seconds);
     this.fire(seconds);
-    this.particles.step(seconds, this.shown.scene?.wind ?? [0, 0], (drop) => this.splash(drop));
+    const wind = this.shown.scene?.wind ?? [0, 0];
+    this.particles.step(seconds, wind, this.floorAt, (drop) => this.splash(drop));
     this.named();
     this.fly(seconds);
     this.controls.update();
@@ -194,6 +197,7 @@ export class World {
   private build(site: PlanSite): void {
     const first = this.builtFor === null;
     this.builtFor = site;
+    this.tallest = Math.max(0, ...site.tanks.map(({ height }) => height));
     if (this.structures) {
       this.scene.remove(this.structures.group);
       this.structures.dispose();
@@ -209,7 +213,7 @@ export class World {
     const middle = new Vector3((box.west + box.east) / 2, 1, -(box.south + box.north) / 2);
     const wide = Math.max(box.east - box.west, box.north - box.south);
     // A tall picture needs more distance than a wide one.
-    const away = (wide / 2) * Math.max(1.12, 1.5 / Math.max(this.camera.aspect, 0.4));
+    const away = (wide / 2) * Math.max(0.85, 1.62 / Math.max(this.camera.aspect, 0.4));
     if (preset === 'top') {
       return [middle.clone().add(new Vector3(0, away * 1.85, 0.01)), middle];
     }
@@ -290,11 +294,14 @@ export class World {
           drag,
           core,
           foam: monitor.foam ? 1 : 0,
-          floor,
         });
       }
     }
   }
+
+  /** What water falls on: the ground or a roof; only what is low enough is looked up. */
+  private readonly floorAt = (x: number, y: number, z: number): number =>
+    y > this.tallest ? 0 : groundAt([x, -z], this.shown.site?.tanks ?? []);
 
   private ribbon(monitor: PlanMonitor, pose: Pose | null, jet: JetOf, floor: number): void {
     let ribbon = this.ribbons.get(monitor.id);
@@ -378,6 +385,7 @@ export class World {
   private named(): void {
     const { site, monitors, selected } = this.shown;
     const wanted = new Set<string>();
+    const size = (LABEL_PX * 2 * Math.tan((this.camera.fov * Math.PI) / 360)) / Math.max(this.size[1], 1);
     const put = (key: string, text: string, at: Vector3, chosen: boolean, quiet = false): void => {
       wanted.add(key);
       let label = this.labels.get(key);
@@ -393,6 +401,7 @@ export class World {
         back: chosen ? accent : quiet ? '#0000' : surface,
         line: chosen ? accent : quiet ? '#0000' : line,
       });
+      label.size = size;
       label.sprite.position.copy(at);
     };
     for (const { id, at, height } of monitors) {

@@ -1,5 +1,6 @@
 //! A controller, monitors and consoles on one simulated line.
 
+mod modbus;
 mod world;
 
 use std::time::Duration;
@@ -126,31 +127,24 @@ fn data_bytes(outcome: &Outcome) -> usize {
     answers.iter().map(|answer| answer.data().len()).sum()
 }
 
-/// The same data by Modbus RTU, one request for all registers of each device, no consoles: 8 bytes
-/// there, 5 and the data back, 1.75 ms of silence before each frame (Modbus over serial line V1.02,
-/// 2.5.1.1), and 11 bits a byte.
-fn modbus_cycle(data: usize, devices: u32, baud: u32) -> Duration {
-    let each = 8 + 5 + (data / devices as usize).next_multiple_of(2);
-    let bytes = Duration::from_secs(11 * each as u64) / baud;
-    (bytes + 2 * Duration::from_micros(1750)) * devices
+/// What was seen of some rounds in which every monitor is polled.
+struct Polled {
+    cycle: Duration,
+    data_bytes: usize,
+    share: f64,
 }
 
-/// Every monitor is polled by the controller's own client while consoles have their turns.
-#[test]
-fn thirty_two_monitors_and_three_consoles() {
-    let mut bus = Bus::new(115_200, 32, 3, Noise::default());
-    bus.run(4 * SECOND, |_| {});
-    assert_eq!(bus.controller.present().iter().count(), 35);
+/// The controller's own client polls all, while the first console asks whenever it has been answered.
+fn poll(bus: &mut Bus, monitors: u8, rounds: u32) -> Polled {
     let (busy, from) = (bus.line.busy_ns(), bus.now());
-    let rounds = 10;
     let (mut answered, mut data) = (0, 0);
     for _ in 0..rounds {
-        for monitor in 1..=32 {
+        for monitor in 1..=monitors {
             bus.ask_own(monitor, status_of_all());
         }
-        while bus.own_outcomes.len() < 32 {
+        while bus.own_outcomes.len() < monitors.into() {
             bus.run(Duration::from_millis(1), |_| {});
-            if bus.consoles[0].outcomes.len() == answered {
+            if bus.consoles.first().is_some_and(|console| console.outcomes.len() == answered) {
                 answered += 1;
                 bus.ask(0, 7, status_of_all());
             }
@@ -160,9 +154,32 @@ fn thirty_two_monitors_and_three_consoles() {
     }
     let time = bus.now() - from;
     let share = (bus.line.busy_ns() - busy) as f64 / time.as_nanos() as f64;
-    let cycle = time / rounds;
+    Polled { cycle: time / rounds, data_bytes: data, share }
+}
+
+/// Every monitor is polled by the controller's own client while consoles have their turns.
+#[test]
+fn thirty_two_monitors_and_three_consoles() {
+    let mut bus = Bus::new(115_200, 32, 3, Noise::default());
+    bus.run(4 * SECOND, |_| {});
+    assert_eq!(bus.controller.present().iter().count(), 35);
+    let Polled { cycle, share, .. } = poll(&mut bus, 32, 10);
     println!("poll cycle {cycle:.1?}, share of the line {:.1} %", 100.0 * share);
-    println!("{data} bytes of state; Modbus RTU: {:.1?}", modbus_cycle(data, 32, 115_200));
     assert!(share > 0.95 && cycle < SECOND, "{share} {cycle:?}");
     assert_eq!(bus.line.collisions(), 0);
+}
+
+/// The same bytes of state by one client alone, and by Modbus RTU, which has no consoles.
+#[test]
+fn thirty_two_monitors_beside_modbus() {
+    let mut bus = Bus::new(115_200, 32, 0, Noise::default());
+    bus.run(4 * SECOND, |_| {});
+    let lafet = poll(&mut bus, 32, 10);
+    let registers = (lafet.data_bytes / 32).div_ceil(2);
+    let modbus = modbus::poll(115_200, 32, registers as u16, 10);
+    println!("{} bytes of state", lafet.data_bytes);
+    println!("lafet: {:.1?}, share of the line {:.1} %", lafet.cycle, 100.0 * lafet.share);
+    println!("Modbus RTU: {:.1?}, share of the line {:.1} %", modbus.cycle, 100.0 * modbus.share);
+    assert!(2 * modbus.registers >= lafet.data_bytes);
+    assert!(lafet.share > modbus.share);
 }

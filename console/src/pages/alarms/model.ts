@@ -1,0 +1,106 @@
+// What the page of alarms knows without a screen: filters, counts, the order that stays under a hand.
+import type { Alarm, Priority } from '../../hub/types';
+
+export interface Filter {
+  monitor: string;
+  text: string;
+}
+
+export interface AlarmStep {
+  at_ms: number;
+  id: string;
+  from: string;
+  to: string;
+  user: string | null;
+  reason: string | null;
+}
+
+/** What a step of an alarm means to people; keys `alarms.step_…`. */
+export type StepName =
+  | 'came'
+  | 'again'
+  | 'acked'
+  | 'returned'
+  | 'cleared'
+  | 'acked_cleared'
+  | 'shelved'
+  | 'unshelved'
+  | 'ended';
+
+export const PRIORITIES: readonly Priority[] = ['high', 'medium', 'low'];
+
+export function waits(alarm: Alarm): boolean {
+  return alarm.state === 'unack' || alarm.state === 'rtn_unack';
+}
+
+/** Alarms that match; of monitor, subsystem, flag and every text that is shown. */
+export function matching(alarms: Alarm[], filter: Filter, lang: 'en' | 'ru'): Alarm[] {
+  const wanted = filter.text.trim().toLocaleLowerCase(lang);
+  return alarms.filter((alarm) => {
+    if (filter.monitor && (alarm.monitor ?? '') !== filter.monitor) return false;
+    if (!wanted) return true;
+    const { id, what, cause, consequence, remedy } = alarm;
+    const texts = [id, what[lang], cause[lang], consequence[lang], remedy[lang]];
+    return texts.some((text) => text.toLocaleLowerCase(lang).includes(wanted));
+  });
+}
+
+export interface Counts {
+  waiting: number;
+  shelved: number;
+  active: number;
+  by: Record<Priority, number>;
+}
+
+export function countOf(alarms: Alarm[]): Counts {
+  const counts: Counts = { waiting: 0, shelved: 0, active: 0, by: { high: 0, medium: 0, low: 0 } };
+  for (const alarm of alarms) {
+    if (alarm.state === 'shelved') {
+      counts.shelved += 1;
+      continue;
+    }
+    counts.active += 1;
+    counts.by[alarm.priority] += 1;
+    if (waits(alarm)) counts.waiting += 1;
+  }
+  return counts;
+}
+
+/**
+ * While a hand is over the list nothing may move under it: what was there keeps its place, what is
+ * new waits. `held` is the order so far; null: the order of urgency.
+ */
+export function inOrder(alarms: Alarm[], held: string[] | null): { shown: Alarm[]; fresh: Alarm[] } {
+  if (!held) return { shown: alarms, fresh: [] };
+  const byId = new Map(alarms.map((alarm) => [alarm.id, alarm]));
+  const shown = held.flatMap((id) => byId.get(id) ?? []);
+  const known = new Set(held);
+  return { shown, fresh: alarms.filter((alarm) => !known.has(alarm.id)) };
+}
+
+export function stepOf({ from, to }: Pick<AlarmStep, 'from' | 'to'>): StepName {
+  if (to === 'shelved') return 'shelved';
+  if (from === 'shelved') return to === 'normal' ? 'ended' : 'unshelved';
+  if (to === 'unack') return from === 'rtn_unack' ? 'again' : 'came';
+  if (to === 'ack') return 'acked';
+  if (to === 'rtn_unack') return 'returned';
+  return from === 'rtn_unack' ? 'acked_cleared' : 'cleared';
+}
+
+/** `M1/Vertical/AmperageOverload` apart; of the hub's own the monitor is empty. */
+export function partsOf(id: string): { monitor: string; subsystem: string; flag: string } {
+  const parts = id.split('/');
+  if (parts.length < 3) return { monitor: '', subsystem: 'Hub', flag: parts.at(-1) ?? '' };
+  const [flag, subsystem] = [parts.pop()!, parts.pop()!];
+  return { monitor: parts.join('/'), subsystem, flag };
+}
+
+/** Cells for a table that a spreadsheet reads; formulas stay texts. */
+export function csv(rows: (string | number)[][]): string {
+  const cell = (value: string | number) => {
+    const text = String(value);
+    const safe = /^[=+@\t\r]|^-(?!\d)/.test(text) ? `'${text}` : text;
+    return /[",;\n\r]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
+  };
+  return rows.map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n';
+}

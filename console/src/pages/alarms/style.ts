@@ -1,0 +1,290 @@
+import { css } from 'lit';
+
+export const alarmStyle = css`
+  .counts {
+    display: flex;
+    flex-wrap: wrap;
+    gap: var(--s2);
+  }
+  .count {
+    display: inline-flex;
+    align-items: center;
+    gap: 8px;
+    min-height: 36px;
+    padding: 0 12px 0 8px;
+    border-radius: 18px;
+    border: 1px solid var(--line);
+    background: var(--surface);
+    font-weight: 600;
+  }
+  .count b {
+    min-width: 1.3ch;
+    text-align: right;
+    font-size: 17px;
+  }
+  .count.zero {
+    color: var(--dim);
+  }
+  .count.zero .mark {
+    fill: var(--line-strong);
+    opacity: 0.55;
+  }
+  .list {
+    display: flex;
+    flex-direction: column;
+    gap: var(--s2);
+    padding: 0;
+    margin: 0;
+    list-style: none;
+  }
+  .alarm {
+    --edge: var(--line-strong);
+    position: relative;
+    display: grid;
+    grid-template-columns: 40px minmax(0, 1fr) 168px 388px;
+    gap: 4px var(--s3);
+    align-items: center;
+    padding: 10px var(--s2) 10px 20px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius-large);
+    background: var(--surface);
+    overflow: hidden;
+  }
+  .alarm::before {
+    content: '';
+    position: absolute;
+    inset: 0 auto 0 0;
+    width: 4px;
+    background: var(--edge);
+  }
+  .alarm.high {
+    --edge: var(--high);
+    --soft: var(--high-soft);
+  }
+  .alarm.medium {
+    --edge: var(--medium);
+    --soft: var(--medium-soft);
+  }
+  .alarm.low {
+    --edge: var(--low);
+    --soft: var(--low-soft);
+  }
+  .alarm.unack {
+    background: var(--soft);
+    border-color: var(--edge);
+  }
+  .alarm.unack::before {
+    width: 8px;
+  }
+  .alarm.rtn_unack {
+    border: 1px dashed var(--edge);
+  }
+  .alarm.rtn_unack::before {
+    background: repeating-linear-gradient(var(--edge) 0 6px, transparent 6px 12px);
+  }
+  .alarm.shelved {
+    --edge: var(--line-strong);
+  }
+  .rtn_unack .mark,
+  .shelved .mark {
+    fill: var(--line-strong);
+  }
+  .unheard .what {
+    color: var(--dim);
+    font-style: italic;
+  }
+  .signal {
+    display: grid;
+    place-items: center;
+  }
+  @media (prefers-reduced-motion: no-preference) {
+    .alarm.unack .signal {
+      animation: pulse 1.2s ease-in-out infinite;
+    }
+  }
+  @keyframes pulse {
+    50% {
+      opacity: 0.35;
+    }
+  }
+  .where {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: baseline;
+    gap: 0 10px;
+    font-size: 13px;
+    color: var(--dim);
+  }
+  .where b {
+    color: var(--text);
+    font-weight: 700;
+    font-size: 14px;
+  }
+  .what {
+    font-size: 16px;
+    font-weight: 600;
+    line-height: 1.35;
+    overflow-wrap: anywhere;
+  }
+  .state {
+    font-size: 13px;
+    color: var(--dim);
+  }
+  .unack .state {
+    color: var(--text);
+    font-weight: 600;
+  }
+  .when {
+    font-size: 13px;
+    color: var(--dim);
+    line-height: 1.4;
+  }
+  .when b {
+    display: block;
+    font-size: 17px;
+    color: var(--text);
+  }
+  .acts {
+    display: flex;
+    gap: var(--s2);
+    justify-content: flex-end;
+    align-items: center;
+  }
+  .acts lf-button {
+    --lf-button-height: 48px;
+  }
+  .more {
+    grid-column: 2 / -1;
+    display: grid;
+    grid-template-columns: repeat(auto-fit, minmax(230px, 1fr));
+    gap: var(--s3);
+    margin: var(--s2) var(--s2) 6px 0;
+    padding-top: var(--s3);
+    border-top: 1px solid color-mix(in srgb, var(--edge) 40%, var(--line));
+    line-height: 1.5;
+  }
+  .more h3 {
+    margin-bottom: 2px;
+    color: var(--dim);
+  }
+  .more .do p {
+    font-weight: 600;
+  }
+  .meta {
+    grid-column: 1 / -1;
+    display: flex;
+    flex-wrap: wrap;
+    gap: 4px var(--s4);
+    align-items: center;
+    font-size: 13px;
+    color: var(--dim);
+  }
+  .meta a {
+    display: inline-flex;
+    align-items: center;
+    min-height: 48px;
+    font-weight: 600;
+    font-size: 14px;
+  }
+  .fresh {
+    position: sticky;
+    top: 0;
+    z-index: 2;
+    display: flex;
+    align-items: center;
+    gap: var(--s3);
+    padding: 4px 4px 4px var(--s3);
+    border-radius: var(--radius-large);
+    border: 2px solid var(--high);
+    background: var(--surface);
+    font-weight: 600;
+    box-shadow: var(--shadow-large);
+  }
+  .fresh span {
+    flex: 1;
+    min-width: 0;
+    overflow: hidden;
+    text-overflow: ellipsis;
+    white-space: nowrap;
+  }
+  .old {
+    opacity: 0.75;
+  }
+  .card.flat {
+    padding: 0;
+    overflow-x: auto;
+  }
+  td .mark {
+    display: inline-block;
+    vertical-align: middle;
+  }
+  td.nowrap {
+    white-space: nowrap;
+  }
+  .step {
+    font-weight: 600;
+    white-space: nowrap;
+  }
+  .foot {
+    display: flex;
+    justify-content: center;
+    padding: var(--s2);
+  }
+  @media (max-width: 1180px) {
+    .alarm {
+      grid-template-columns: 40px minmax(0, 1fr) 132px;
+    }
+    .acts {
+      grid-column: 2 / -1;
+      justify-content: flex-start;
+      flex-wrap: wrap;
+    }
+  }
+  @media (max-width: 720px) {
+    .alarm {
+      grid-template-columns: 32px minmax(0, 1fr);
+      gap: 6px 10px;
+      padding-left: 16px;
+    }
+    .when {
+      grid-column: 2;
+      display: flex;
+      flex-wrap: wrap;
+      gap: 0 10px;
+      align-items: baseline;
+    }
+    .when b {
+      font-size: 14px;
+    }
+    .acts,
+    .more {
+      grid-column: 1 / -1;
+    }
+    .acts {
+      flex-wrap: nowrap;
+    }
+    .acts lf-button:not([data-act='more']) {
+      flex: 1 1 auto;
+      --lf-button-pad: 8px;
+    }
+    .counts {
+      gap: 6px;
+    }
+    .count {
+      padding: 0 10px 0 6px;
+      gap: 6px;
+      font-size: 13px;
+    }
+    td.late,
+    th.late {
+      display: none;
+    }
+    td,
+    th {
+      padding: 8px;
+    }
+    .step {
+      white-space: normal;
+    }
+  }
+`;

@@ -1,0 +1,283 @@
+// The entries of the audit log, a command in a line.
+import { LitElement, html, nothing } from 'lit';
+import { customElement, state } from 'lit/decorators.js';
+import { repeat } from 'lit/directives/repeat.js';
+import { dictionary } from '../../hub/dictionary';
+import { HubError } from '../../hub/errors';
+import { http } from '../../hub/http';
+import { store } from '../../hub/store';
+import type { AuditEntry } from '../../hub/types';
+import { dateTime, lang, num, t } from '../../i18n';
+import { icon } from '../../parts/icons';
+import '../../parts/lf-blank';
+import '../../parts/lf-button';
+import '../../parts/lf-find';
+import { base, card, fields, table } from '../../theme/shared';
+import { filters, hashQuery, monitorName, notice } from '../alarms/common';
+import './chain';
+import { renderDeed, renderInside } from './deed';
+import { deedsOf, fieldTime, joined, matches, type Deed, type Kind } from './model';
+import { eventStyle } from './style';
+import { wordsOf } from './words';
+
+const LIMIT = 200;
+const FOLLOW_MS = 2000;
+const HOUR_MS = 3_600_000;
+const SPANS_MS = { all: null, hour: HOUR_MS, day: 24 * HOUR_MS, week: 168 * HOUR_MS };
+type Period = keyof typeof SPANS_MS | 'range';
+const PERIODS: Period[] = ['all', 'hour', 'day', 'week', 'range'];
+const KINDS: Kind[] = ['command', 'jog', 'authority', 'alarm', 'access'];
+
+interface Page {
+  entries: AuditEntry[];
+  waiting: number;
+}
+
+@customElement('lf-audit-log')
+export class LfAuditLog extends LitElement {
+  static override styles = [
+    base,
+    card,
+    table,
+    fields,
+    filters,
+    notice,
+    eventStyle,
+  ];
+
+  @state() private monitor = hashQuery().get('monitor') ?? '';
+  @state() private user = '';
+  @state() private kind: Kind | '' = '';
+  @state() private bad = false;
+  @state() private period: Period = 'all';
+  @state() private from = '';
+  @state() private to = '';
+  @state() private text = '';
+  @state() private entries: AuditEntry[] | null = null;
+  @state() private waiting = 0;
+  @state() private whole = false;
+  @state() private error = '';
+  @state() private open = new Set<number>();
+  private readonly users = new Set<string>();
+  private deeds: Deed[] = [];
+  private timer = 0;
+  private turn = 0;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    dictionary().then(() => this.requestUpdate(), () => {});
+    this.timer = window.setInterval(() => this.follow(), FOLLOW_MS);
+    void this.load();
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    clearInterval(this.timer);
+  }
+
+  override willUpdate(changed: Map<PropertyKey, unknown>): void {
+    if ((changed.has('monitor') || changed.has('user')) && this.hasUpdated) void this.load();
+    if (changed.has('entries')) {
+      this.deeds = deedsOf(this.entries ?? []);
+      for (const entry of this.entries ?? []) this.users.add(entry.user);
+    }
+  }
+
+  override render() {
+    const filter = {
+      text: this.text,
+      kind: this.kind,
+      bad: this.bad,
+      ...this.range(),
+    };
+    const shown = this.deeds.filter((deed) => matches(deed, filter, wordsOf(deed.first.what)));
+    return html`<div class="stack">
+      <lf-audit-chain></lf-audit-chain>
+      <div class="filters">${this.renderFilters()}</div>
+      ${this.waiting > 0
+        ? html`<div class="notice warn">${icon('warning')} ${t('events.waiting', { n: num(this.waiting) })}</div>`
+        : nothing}
+      ${this.error
+        ? html`<div class="notice bad">
+            <span class="grow">${t('events.failed', { what: this.error })}</span>
+            <lf-button @click=${() => this.load()}>${t('events.again')}</lf-button>
+          </div>`
+        : nothing}
+      ${this.entries ? this.renderTable(shown) : nothing}
+    </div>`;
+  }
+
+  private renderFilters() {
+    const choose = (name: 'monitor' | 'user' | 'kind' | 'period' | 'from' | 'to') => (event: Event) => {
+      (this as unknown as Record<typeof name, string>)[name] = (event.target as HTMLSelectElement).value;
+    };
+    return html`<label class="field"
+        >${t('events.monitor')}
+        <select name="monitor" @change=${choose('monitor')}>
+          <option value="">${t('shell.all_monitors')}</option>
+          ${store.monitors().map((id) => {
+            const name = monitorName(id);
+            return html`<option value=${id} ?selected=${id === this.monitor}>${name ? `${id} · ${name}` : id}</option>`;
+          })}
+        </select>
+      </label>
+      <label class="field"
+        >${t('events.user')}
+        <select name="user" @change=${choose('user')}>
+          <option value="">${t('events.everybody')}</option>
+          ${[...this.users].sort().map(
+            (user) => html`<option value=${user} ?selected=${user === this.user}>${user}</option>`,
+          )}
+        </select>
+      </label>
+      <label class="field"
+        >${t('events.kind')}
+        <select name="kind" @change=${choose('kind')}>
+          <option value="">${t('events.kind_all')}</option>
+          ${KINDS.map(
+            (kind) => html`<option value=${kind} ?selected=${kind === this.kind}>${t(`events.kind_${kind}`)}</option>`,
+          )}
+        </select>
+      </label>
+      <label class="field"
+        >${t('events.period')}
+        <select name="period" @change=${choose('period')}>
+          ${PERIODS.map(
+            (period) => html`<option value=${period} ?selected=${period === this.period}>
+              ${t(`events.period_${period}`)}
+            </option>`,
+          )}
+        </select>
+      </label>
+      ${this.period === 'range' ? this.renderRange(choose) : nothing}
+      <lf-find
+        class="wide"
+        .label=${t('events.find')}
+        .clear=${t('events.find_clear')}
+        .value=${this.text}
+        @find=${(e: CustomEvent<string>) => (this.text = e.detail)}
+      ></lf-find>
+      <label class="check"
+        ><input
+          type="checkbox"
+          name="bad"
+          .checked=${this.bad}
+          @change=${(e: Event) => (this.bad = (e.target as HTMLInputElement).checked)}
+        />${t('events.bad')}</label
+      >`;
+  }
+
+  private renderRange(choose: (name: 'from' | 'to') => (event: Event) => void) {
+    return html`<label class="field"
+        >${t('events.from')}<input type="datetime-local" name="from" .value=${this.from} @change=${choose('from')}
+      /></label>
+      <label class="field"
+        >${t('events.to')}<input type="datetime-local" name="to" .value=${this.to} @change=${choose('to')}
+      /></label>`;
+  }
+
+  private renderTable(shown: Deed[]) {
+    if (this.deeds.length === 0) {
+      return html`<lf-blank icon="events" .head=${t('events.none')} .text=${t('events.none_text')}></lf-blank>`;
+    }
+    return html`<section class="card log">
+      ${shown.length === 0
+        ? html`<lf-blank icon="search" .head=${t('events.none_match')}
+            ><lf-button @click=${() => this.clear()}>${t('events.clear')}</lf-button></lf-blank
+          >`
+        : html`<table>
+            <thead>
+              <tr>
+                <th class="c-time">${t('events.col_time')}</th>
+                <th class="c-who">${t('events.col_who')}</th>
+                <th class="c-monitor">${t('events.col_monitor')}</th>
+                <th class="c-what">${t('events.col_what')}</th>
+                <th class="c-outcome">${t('events.col_outcome')}</th>
+                <th class="c-more"><span class="unseen">${t('events.details')}</span></th>
+              </tr>
+            </thead>
+            <tbody>
+              ${repeat(
+                shown,
+                (deed) => deed.n,
+                (deed) => {
+                  const open = this.open.has(deed.n);
+                  return html`${renderDeed(deed, open, () => this.toggle(deed.n))}
+                  ${open ? renderInside(deed) : nothing}`;
+                },
+              )}
+            </tbody>
+          </table>`}
+      ${this.renderFoot()}
+    </section>`;
+  }
+
+  private renderFoot() {
+    const last = this.entries?.at(-1);
+    if (this.whole || !last) return html`<div class="foot small">${t('events.beginning')}</div>`;
+    return html`<div class="foot">
+      <span>${t('events.searched', { time: dateTime(last.at_ms), n: num(this.entries!.length) })}</span>
+      <lf-button id="more" @click=${() => this.load(last.n)}>${t('events.more')}</lf-button>
+    </div>`;
+  }
+
+  private range(): { from_ms: number | null; to_ms: number | null } {
+    if (this.period === 'range') return { from_ms: fieldTime(this.from), to_ms: fieldTime(this.to) };
+    const span = SPANS_MS[this.period];
+    return { from_ms: span === null ? null : store.now() - span, to_ms: null };
+  }
+
+  private toggle(n: number): void {
+    const open = new Set(this.open);
+    if (!open.delete(n)) open.add(n);
+    this.open = open;
+  }
+
+  private clear(): void {
+    this.monitor = this.user = this.kind = this.from = this.to = this.text = '';
+    this.bad = false;
+    this.period = 'all';
+  }
+
+  private async load(before?: number): Promise<void> {
+    const turn = ++this.turn;
+    const got = await this.read(before);
+    if (!got || turn !== this.turn) return;
+    this.entries = before ? [...(this.entries ?? []), ...got.entries] : got.entries;
+    this.whole = got.entries.length < LIMIT;
+  }
+
+  /** What is new comes by itself. */
+  private async follow(): Promise<void> {
+    if (document.hidden || !this.entries || !store.linked) return;
+    const turn = this.turn;
+    const got = await this.read();
+    if (!got || turn !== this.turn || !this.entries) return;
+    const filtered = this.monitor !== '' || this.user !== '';
+    const next = joined(this.entries, got.entries, filtered);
+    if (next) this.entries = next;
+    else await this.load();
+  }
+
+  private async read(before?: number): Promise<Page | null> {
+    const query = new URLSearchParams({ limit: String(LIMIT) });
+    if (before) query.set('before', String(before));
+    if (this.monitor) query.set('monitor', this.monitor);
+    if (this.user) query.set('user', this.user);
+    try {
+      const got = await http.get<Page>(`/api/audit?${query}`);
+      this.waiting = got.waiting;
+      this.error = '';
+      return got;
+    } catch (cause) {
+      this.error = HubError.of(cause).text(lang());
+      return null;
+    }
+  }
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-audit-log': LfAuditLog;
+  }
+}

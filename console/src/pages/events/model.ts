@@ -1,0 +1,125 @@
+// The audit log for people: the entries of one command belong together.
+import type { AuditEntry } from '../../hub/types';
+
+export type Kind = 'command' | 'jog' | 'authority' | 'alarm' | 'access';
+export type Fate = 'done' | 'open' | 'refused' | 'failed';
+
+/** What somebody did: one entry, or the two or three of a command. */
+export interface Deed {
+  /** Number of its first entry that is known. */
+  n: number;
+  kind: Kind;
+  first: AuditEntry;
+  /** With what it ended; null: nothing is known yet. */
+  answer: AuditEntry | null;
+  effect: AuditEntry | null;
+  entries: AuditEntry[];
+}
+
+export interface LogFilter {
+  text: string;
+  kind: Kind | '';
+  /** Only what did not go as wanted. */
+  bad: boolean;
+  from_ms: number | null;
+  to_ms: number | null;
+}
+
+const GOOD = new Set(['Ok', 'Accepted', 'Cached', 'stopped', 'standing', 'replaced', 'effect']);
+const REQUEST = /^(0x[0-9a-f]{2}|[A-Z][A-Za-z]+)\b/;
+
+export function kindOf(what: string): Kind {
+  if (what.startsWith('jog ')) return 'jog';
+  if (what.startsWith('authority ')) return 'authority';
+  if (/^(acknowledge|shelve|unshelve) /.test(what)) return 'alarm';
+  return REQUEST.test(what) ? 'command' : 'access';
+}
+
+function number(entry: AuditEntry, name: string): number | null {
+  const value = entry.details?.[name];
+  return typeof value === 'number' ? value : null;
+}
+
+/** Entries in any order to deeds, the latest first. */
+export function deedsOf(entries: AuditEntry[]): Deed[] {
+  const askedBy = new Map<number, number>();
+  for (const entry of entries) {
+    const asked = number(entry, 'asked');
+    if (asked !== null) askedBy.set(entry.n, asked);
+  }
+  const groups = new Map<number, AuditEntry[]>();
+  // The end of a motion by hand does not say which beginning it belongs to: the last one of that seat.
+  const jogs = new Map<string, number>();
+  const keyOf = (entry: AuditEntry): number => {
+    const answered = number(entry, 'answered');
+    if (answered !== null) return askedBy.get(answered) ?? answered;
+    const asked = number(entry, 'asked');
+    if (asked !== null) return asked;
+    if (kindOf(entry.what) !== 'jog') return entry.n;
+    const who = [entry.seat, entry.monitor, entry.what].join('\n');
+    const begun = jogs.get(who);
+    jogs.delete(who);
+    if (entry.outcome === 'asked') jogs.set(who, entry.n);
+    return entry.outcome === 'asked' ? entry.n : (begun ?? entry.n);
+  };
+  for (const entry of [...entries].sort((a, b) => a.n - b.n)) {
+    const key = keyOf(entry);
+    groups.set(key, [...(groups.get(key) ?? []), entry]);
+  }
+  return [...groups.values()].map(deed).sort((a, b) => b.n - a.n);
+}
+
+function deed(entries: AuditEntry[]): Deed {
+  const first = entries[0]!;
+  const effect = entries.find((entry) => entry.outcome === 'effect') ?? null;
+  const answer = entries.find((entry) => entry.outcome !== 'asked' && entry.outcome !== 'effect') ?? null;
+  return { n: first.n, kind: kindOf(first.what), first, answer, effect, entries };
+}
+
+export function fateOf(deed: Deed): Fate {
+  if (!deed.answer) return 'open';
+  if (deed.answer.outcome === 'not allowed') return 'refused';
+  return GOOD.has(deed.answer.outcome) ? 'done' : 'failed';
+}
+
+export function matches(deed: Deed, filter: LogFilter, title: string): boolean {
+  const { first } = deed;
+  if (filter.kind && deed.kind !== filter.kind) return false;
+  if (filter.bad && !['refused', 'failed'].includes(fateOf(deed))) return false;
+  if (filter.from_ms !== null && first.at_ms < filter.from_ms) return false;
+  if (filter.to_ms !== null && first.at_ms > filter.to_ms) return false;
+  const wanted = filter.text.trim().toLocaleLowerCase();
+  if (!wanted) return true;
+  const texts = [first.what, title, first.user, first.role, first.from, first.monitor, deed.answer?.outcome, `#${first.n}`];
+  return (
+    texts.some((text) => text?.toLocaleLowerCase().includes(wanted)) ||
+    deed.entries.some((entry) => JSON.stringify(entry.details).toLocaleLowerCase().includes(wanted))
+  );
+}
+
+/**
+ * New entries before those that are known; null: there is a gap, everything has to be read anew.
+ * `filtered`: numbers are missing because others are not asked for.
+ */
+export function joined(known: AuditEntry[], latest: AuditEntry[], filtered: boolean): AuditEntry[] | null {
+  const top = known[0]?.n ?? 0;
+  const fresh = latest.filter((entry) => entry.n > top);
+  if (fresh.length === 0) return known;
+  const gap = fresh.length === latest.length && fresh.at(-1)!.n !== top + 1;
+  if (gap && (known.length > 0 || !filtered)) return null;
+  return [...fresh, ...known];
+}
+
+/** The value of a `datetime-local` field in ms; null: empty. */
+export function fieldTime(value: string): number | null {
+  const at = value ? new Date(value).getTime() : NaN;
+  return Number.isFinite(at) ? at : null;
+}
+
+/** Details that are shown as name and value; what is shown otherwise is left out. */
+export function plainDetails(entry: AuditEntry): [string, string][] {
+  const apart = new Set(['answers', 'state', 'asked', 'answered', 'at_ms', 'stale']);
+  return Object.entries(entry.details ?? {})
+    .filter(([name, value]) => !apart.has(name) && value !== null)
+    .map(([name, value]) => [name, typeof value === 'object' ? JSON.stringify(value) : String(value)]);
+}

@@ -1,0 +1,275 @@
+import { css } from 'lit';
+
+export const eventStyle = css`
+  .log {
+    padding: 0;
+    overflow: hidden;
+  }
+  .log > table {
+    table-layout: fixed;
+  }
+  .log td {
+    vertical-align: top;
+    padding: 12px;
+    height: 60px;
+  }
+  .c-time {
+    width: 150px;
+  }
+  .c-who {
+    width: 150px;
+  }
+  .c-monitor {
+    width: 90px;
+  }
+  .c-outcome {
+    width: 210px;
+  }
+  .c-more {
+    width: 64px;
+  }
+  .log td.c-more {
+    padding: 6px 8px;
+  }
+  tr.deed {
+    cursor: pointer;
+  }
+  tr.open,
+  tr.open:hover {
+    background: var(--surface-2);
+  }
+  tr.open td {
+    border-bottom-color: transparent;
+  }
+  .time {
+    white-space: nowrap;
+  }
+  .words {
+    font-weight: 600;
+    overflow-wrap: anywhere;
+    line-height: 1.35;
+  }
+  .raw {
+    font-family: var(--mono);
+    font-size: 12px;
+    color: var(--dim);
+    overflow-wrap: anywhere;
+  }
+  .fate {
+    display: inline-flex;
+    align-items: center;
+    gap: 6px;
+    font-weight: 600;
+  }
+  .fate.done {
+    font-weight: 400;
+    color: var(--dim);
+  }
+  .fate.open {
+    color: var(--info);
+  }
+  .fate.refused,
+  .fate.failed {
+    color: var(--medium);
+  }
+  .deed .effect {
+    font-size: 12px;
+    color: var(--dim);
+    overflow: hidden;
+    text-overflow: ellipsis;
+    white-space: nowrap;
+  }
+  tr.inside td {
+    padding: 0 12px 16px 12px;
+    background: var(--surface-2);
+    height: auto;
+    cursor: auto;
+  }
+  .steps {
+    display: grid;
+    gap: var(--s3);
+    padding-left: var(--s3);
+    border-left: 3px solid var(--line-strong);
+  }
+  .entry {
+    display: grid;
+    grid-template-columns: 104px minmax(0, 1fr);
+    gap: 4px var(--s3);
+  }
+  .entry > .label {
+    font-weight: 650;
+  }
+  .entry dl {
+    grid-column: 2;
+    margin: 0;
+    display: grid;
+    grid-template-columns: max-content minmax(0, 1fr);
+    gap: 4px var(--s3);
+  }
+  dt {
+    color: var(--dim);
+    font-size: 13px;
+  }
+  dd {
+    margin: 0;
+    overflow-wrap: anywhere;
+  }
+  .hash {
+    font-family: var(--mono);
+    font-size: 12px;
+    color: var(--dim);
+    overflow-wrap: anywhere;
+  }
+  .answers {
+    margin: 0;
+    padding: 0;
+    list-style: none;
+    font-family: var(--mono);
+    font-size: 13px;
+  }
+:host {
+    display: block;
+  }
+  .stack {
+    display: grid;
+    gap: var(--s3);
+  }
+  .chain {
+    display: grid;
+    grid-template-columns: minmax(0, 1fr) auto;
+    gap: var(--s1) var(--s4);
+    align-items: center;
+    padding: 6px 8px 6px var(--s3);
+  }
+  .chain .row {
+    min-height: 24px;
+  }
+  .chain .ok {
+    font-weight: 650;
+  }
+  .chain .acts {
+    display: flex;
+    flex-wrap: wrap;
+    gap: var(--s2);
+  }
+  .chain .about {
+    grid-column: 1 / -1;
+    max-width: 110ch;
+    padding: 0 8px 8px 0;
+    line-height: 1.5;
+  }
+  .chain.bad {
+    border-color: var(--high);
+    background: var(--high-soft);
+  }
+  .foot {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    justify-content: center;
+    gap: var(--s3);
+    padding: var(--s3);
+    color: var(--dim);
+  }
+  label.check {
+    display: inline-flex;
+    align-items: center;
+    gap: 10px;
+    min-height: var(--touch);
+    padding: 0 4px;
+    font-weight: 600;
+    cursor: pointer;
+  }
+  .live {
+    list-style: none;
+    margin: 0;
+    padding: 0;
+  }
+  .live li {
+    display: grid;
+    grid-template-columns: 150px 90px minmax(0, 1fr);
+    gap: var(--s3);
+    padding: 14px var(--s3);
+    border-bottom: 1px solid var(--line);
+  }
+  @media (max-width: 1180px) {
+    .c-time {
+      width: 92px;
+    }
+    .time {
+      white-space: normal;
+    }
+    .c-who {
+      width: 118px;
+    }
+    .c-monitor {
+      width: 70px;
+    }
+    .c-outcome {
+      width: 160px;
+    }
+  }
+  @media (max-width: 720px) {
+    .log thead {
+      display: none;
+    }
+    .log > table,
+    .log tbody {
+      display: block;
+    }
+    tr.deed {
+      display: grid;
+      grid-template-columns: auto auto 1fr 48px;
+      gap: 2px 10px;
+      padding: 8px 8px 8px 14px;
+      border-bottom: 1px solid var(--line);
+    }
+    .log tr.deed td {
+      display: block;
+      width: auto;
+      height: auto;
+      padding: 0;
+      border: 0;
+    }
+    tr.deed .c-time {
+      grid-area: 1 / 1;
+      color: var(--dim);
+    }
+    tr.deed .c-monitor {
+      grid-area: 1 / 2;
+    }
+    tr.deed .c-who {
+      grid-area: 1 / 3;
+      overflow: hidden;
+    }
+    tr.deed .c-who .small {
+      display: none;
+    }
+    tr.deed .c-what {
+      grid-area: 2 / 1 / 2 / 4;
+    }
+    tr.deed .c-outcome {
+      grid-area: 3 / 1 / 3 / 4;
+    }
+    tr.deed .c-more {
+      grid-area: 1 / 4 / 4 / 5;
+      align-self: center;
+    }
+    tr.inside,
+    .log tr.inside td {
+      display: block;
+    }
+    .entry,
+    .live li {
+      grid-template-columns: 1fr;
+      gap: 2px;
+    }
+    .entry dl {
+      grid-column: 1;
+      grid-template-columns: 1fr;
+    }
+    .chain {
+      grid-template-columns: 1fr;
+    }
+  }
+`;

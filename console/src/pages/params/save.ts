@@ -1,0 +1,193 @@
+// Writing parameters until they are stored (§3.5/9): Accepted is repeated until Ok is answered; a
+// busy monitor is asked again; what an incomplete set holds back is written once more at the end.
+import { commands } from '../../hub/commands';
+import type { DictParam } from '../../hub/dictionary';
+import { HubError } from '../../hub/errors';
+import { store } from '../../hub/store';
+import type { Answer, Result } from '../../hub/types';
+import { same, titleOf } from './model';
+
+/** What became of a value. */
+export type Saved =
+  /** It stands in non-volatile memory. */
+  | 'stored'
+  /** It is in force; nothing has said that it is stored. */
+  | 'unconfirmed'
+  /** It is in force until the next reset: the memory takes nothing. */
+  | 'write_failed'
+  /** Kept in the working memory until the subsystem's set is complete. */
+  | 'incomplete';
+
+/** What writing needs of the console; a test has its own. */
+export interface Ways {
+  send: (text: string) => Promise<Result>;
+  writeFault: (subsystem: string) => boolean;
+  pause: (ms: number) => Promise<void>;
+}
+
+const CONFIRM_MS = [60, 340, 1100];
+const AGAIN_MS = 500;
+const AGAIN_MOST = 20;
+
+export function waysTo(monitor: string): Ways {
+  return {
+    send: (text) => commands.request(monitor, text, { quiet: true }),
+    writeFault: (subsystem) => {
+      const status = store.get(`monitors/${monitor}/status`);
+      return status?.subsystems[subsystem]?.flags.includes('ConfigWriteFault') ?? false;
+    },
+    pause: (ms) => new Promise((resolve) => setTimeout(resolve, ms)),
+  };
+}
+
+export function requestOf(param: DictParam, values: readonly number[]): string {
+  return ['SetParam', param.subsystem, param.name, ...values].join(' ');
+}
+
+/** Writes a parameter and waits until it is stored. Rejects when it was not taken. */
+export async function save(ways: Ways, param: DictParam, values: readonly number[]): Promise<Saved> {
+  const text = requestOf(param, values);
+  const first = await tryAgain(ways, text);
+  if (first === 'Ok') return 'stored';
+  if (first === 'IncompleteConfig') return 'incomplete';
+  for (const pause of CONFIRM_MS) {
+    await ways.pause(pause);
+    try {
+      if ((await status(ways, text)) === 'Ok') return 'stored';
+    } catch (cause) {
+      // A zero point that was taken is not the present position any more (§3.17).
+      if (HubError.of(cause).code === 'refused') return 'unconfirmed';
+      throw cause;
+    }
+  }
+  return ways.writeFault(param.subsystem) ? 'write_failed' : 'unconfirmed';
+}
+
+/** Reads a parameter from the monitor; null: it has no value. */
+export async function read(ways: Ways, param: DictParam): Promise<number[] | null> {
+  const text = `GetParam ${param.subsystem} ${param.name}`;
+  for (let tries = 1; ; tries += 1) {
+    try {
+      const values = (await ways.send(text)).answers[0]?.values;
+      const found = values?.values ?? values?.value;
+      return Array.isArray(found) ? (found as number[]) : [];
+    } catch (cause) {
+      const error = HubError.of(cause);
+      if (refusal(error) === 'IncompleteConfig') return null;
+      if (!passes(error) || tries >= AGAIN_MOST) throw error;
+      await ways.pause(pauseOf(error));
+    }
+  }
+}
+
+async function tryAgain(ways: Ways, text: string): Promise<string> {
+  for (let tries = 1; ; tries += 1) {
+    try {
+      return await status(ways, text);
+    } catch (cause) {
+      const error = HubError.of(cause);
+      if (!passes(error) || tries >= AGAIN_MOST) throw error;
+      await ways.pause(pauseOf(error));
+    }
+  }
+}
+
+/** The status that the monitor has answered; Cached is asked again (§3.5/7). */
+async function status(ways: Ways, text: string): Promise<string> {
+  for (let tries = 1; ; tries += 1) {
+    const answered = await ways.send(text).then(
+      (result) => result.answers[0]?.status ?? '',
+      (cause: unknown) => {
+        const refused = refusal(HubError.of(cause));
+        if (refused === 'IncompleteConfig' || refused === 'Cached') return refused;
+        throw cause;
+      },
+    );
+    if (answered !== 'Cached' || tries >= AGAIN_MOST) return answered;
+    await ways.pause(150);
+  }
+}
+
+function refusal(error: HubError): string {
+  const answers = error.details.answers as Answer[] | undefined;
+  return error.code === 'refused' ? (answers?.[0]?.status ?? '') : '';
+}
+
+/** A value that is set twice is the same value: these may be tried again. */
+function passes(error: HubError): boolean {
+  const codes = ['no_answer', 'outcome_unknown', 'not_sent', 'slow_down'];
+  return codes.includes(error.code) || refusal(error) === 'Busy' || refusal(error) === 'NotCached';
+}
+
+function pauseOf(error: HubError): number {
+  const wanted = error.details.retry_after_ms;
+  return typeof wanted === 'number' ? wanted : AGAIN_MS;
+}
+
+export interface Item {
+  param: DictParam;
+  wanted: number[];
+  /** What the monitor had; undefined: unset. */
+  before: number[] | undefined;
+}
+
+export type Outcome =
+  | { state: 'waiting' | 'writing' }
+  | { state: 'saved'; saved: Saved }
+  | { state: 'other'; values: number[] | null }
+  | { state: 'failed'; error: HubError };
+
+/** What could shut us out comes last: who talks to the monitor, and how. */
+export function inOrder(items: readonly Item[]): Item[] {
+  const last = ['General.Address', 'General.Chain', 'ExternalConn.Check', 'Radio.Check'];
+  return [...items].sort(
+    (a, b) => last.indexOf(titleOf(a.param)) - last.indexOf(titleOf(b.param)),
+  );
+}
+
+/**
+ * Writes parameters one after another and reads them again. `tell` hears what becomes of each;
+ * `stopped` ends it before the next one.
+ */
+export async function saveAll(
+  ways: Ways,
+  items: readonly Item[],
+  tell: (title: string, outcome: Outcome) => void,
+  stopped: () => boolean = () => false,
+): Promise<void> {
+  const held: Item[] = [];
+  const taken: { item: Item; saved: Saved }[] = [];
+  const write = async (item: Item, again: boolean): Promise<boolean> => {
+    const title = titleOf(item.param);
+    tell(title, { state: 'writing' });
+    try {
+      const saved = await save(ways, item.param, item.wanted);
+      if (saved === 'incomplete' && !again) held.push(item);
+      else taken.push({ item, saved });
+      tell(title, { state: 'saved', saved });
+      return true;
+    } catch (cause) {
+      const error = HubError.of(cause);
+      tell(title, { state: 'failed', error });
+      // Nothing will go through to a monitor or a hub that cannot be reached.
+      return !['not_linked', 'no_authority', 'not_connected', 'role'].includes(error.code);
+    }
+  };
+  for (const item of inOrder(items)) {
+    if (stopped() || !(await write(item, false))) break;
+  }
+  // The monitor has kept them, and stores them with the last one of the set (§3.5/6).
+  for (const item of held) {
+    if (stopped() || !(await write(item, true))) break;
+  }
+  for (const { item, saved } of taken) {
+    if (saved === 'incomplete') continue;
+    const title = titleOf(item.param);
+    try {
+      const values = await read(ways, item.param);
+      if (!same(values ?? undefined, item.wanted)) tell(title, { state: 'other', values });
+    } catch (cause) {
+      tell(title, { state: 'failed', error: HubError.of(cause) });
+    }
+  }
+}

@@ -1,0 +1,224 @@
+import { css } from 'lit';
+
+export const outcomeStyle = css`
+  .outcome {
+    display: flex;
+    gap: 6px;
+    align-items: flex-start;
+    font-size: 13px;
+    line-height: 1.35;
+  }
+  .outcome .icon {
+    flex: none;
+    margin-top: 1px;
+  }
+  .outcome.good,
+  .outcome.waits {
+    color: var(--dim);
+  }
+  .outcome.soso {
+    color: var(--medium);
+  }
+  .outcome.bad {
+    color: var(--high);
+  }
+`;
+
+export const rowStyle = [
+  outcomeStyle,
+  css`
+    :host {
+      display: block;
+    }
+    .row {
+      display: grid;
+      grid-template-columns: minmax(200px, 1fr) 240px 176px 208px;
+      gap: 4px var(--s3);
+      align-items: start;
+      padding: 10px var(--s3);
+      border-top: 1px solid var(--line);
+      border-left: 3px solid transparent;
+    }
+    .row.changed {
+      border-left-color: var(--accent);
+      background: color-mix(in srgb, var(--accent-soft) 40%, transparent);
+    }
+    .row.wrong {
+      border-left-color: var(--high);
+    }
+    .row.broad .edit {
+      grid-column: 2 / 4;
+    }
+    .row.broad .facts {
+      display: none;
+    }
+    .about {
+      padding-top: 3px;
+      min-width: 0;
+    }
+    .about p {
+      color: var(--dim);
+      font-size: 13px;
+      line-height: 1.4;
+      max-width: 68ch;
+      margin-top: 2px;
+    }
+    .name {
+      font-weight: 650;
+      font-size: 15px;
+      margin-right: 8px;
+    }
+    .mark {
+      display: inline-flex;
+      align-items: center;
+      gap: 4px;
+      margin-right: 8px;
+      font-size: 12px;
+      color: var(--dim);
+      white-space: nowrap;
+    }
+    .mark.strong {
+      color: var(--text);
+      font-weight: 650;
+    }
+    .mark.strong::before {
+      content: '';
+      width: 7px;
+      height: 7px;
+      border-radius: 2px;
+      background: var(--accent);
+      transform: rotate(45deg);
+    }
+    .edit {
+      display: flex;
+      flex-direction: column;
+      gap: 6px;
+      min-width: 0;
+    }
+    .field {
+      position: relative;
+      display: block;
+    }
+    .field.has-unit input {
+      padding-right: 52px;
+    }
+    .field input {
+      font-variant-numeric: tabular-nums;
+      text-align: right;
+    }
+    .field.wide input {
+      padding-right: 12px;
+      text-align: left;
+      font-family: var(--mono);
+      font-size: 14px;
+    }
+    .unit {
+      position: absolute;
+      right: 12px;
+      top: 0;
+      height: 100%;
+      display: grid;
+      place-items: center;
+      color: var(--dim);
+      font-size: 13px;
+      pointer-events: none;
+    }
+    .edit .error {
+      font-size: 13px;
+      line-height: 1.35;
+    }
+    .bits {
+      display: grid;
+      grid-template-columns: repeat(auto-fill, minmax(118px, 1fr));
+      gap: 0 8px;
+    }
+    .bits label {
+      display: flex;
+      align-items: center;
+      gap: 8px;
+      min-height: 48px;
+      cursor: pointer;
+      font-size: 13px;
+    }
+    .read-only {
+      display: flex;
+      flex-wrap: wrap;
+      gap: 4px 12px;
+      align-items: center;
+      min-height: var(--touch);
+      overflow-wrap: anywhere;
+      font-size: 13px;
+    }
+    .facts {
+      display: flex;
+      flex-direction: column;
+      gap: 2px;
+      padding-top: 5px;
+      font-size: 13px;
+      color: var(--dim);
+      overflow-wrap: anywhere;
+    }
+    .facts .was {
+      color: var(--text);
+      font-weight: 600;
+    }
+    .acts {
+      display: flex;
+      justify-content: flex-end;
+      gap: var(--s2);
+      min-height: 48px;
+    }
+    .link {
+      display: inline-flex;
+      align-items: center;
+      gap: 6px;
+      min-height: 48px;
+      font-size: 13px;
+    }
+    @media (max-width: 1180px) {
+      .row {
+        grid-template-columns: minmax(180px, 1fr) 220px 190px;
+        grid-template-areas: 'about edit facts' 'about edit acts';
+      }
+      .about {
+        grid-area: about;
+      }
+      .edit,
+      .row.broad .edit {
+        grid-area: edit;
+      }
+      .facts {
+        grid-area: facts;
+        text-align: right;
+      }
+      .acts {
+        grid-area: acts;
+      }
+      .acts:empty {
+        min-height: 0;
+      }
+    }
+    @media (max-width: 820px) {
+      .row {
+        grid-template-columns: 1fr auto;
+        grid-template-areas: 'about about' 'edit acts' 'facts facts';
+      }
+      .facts {
+        flex-direction: row;
+        flex-wrap: wrap;
+        gap: 2px 14px;
+        text-align: left;
+      }
+    }
+    @media (max-width: 480px) {
+      .row {
+        grid-template-columns: 1fr;
+        grid-template-areas: 'about' 'edit' 'facts' 'acts';
+      }
+      .acts {
+        min-height: 0;
+        justify-content: flex-start;
+      }
+    }
+  `,
+];

@@ -1,0 +1,195 @@
+import { css } from 'lit';
+
+export const pageStyle = css`
+  :host {
+    container-type: inline-size;
+  }
+  .stage {
+    display: grid;
+    grid-template-columns: minmax(0, 1fr) clamp(320px, 34cqw, 380px);
+    gap: var(--s3);
+    align-items: start;
+  }
+  .left,
+  .right {
+    display: flex;
+    flex-direction: column;
+    gap: var(--s3);
+    min-width: 0;
+  }
+  .empty {
+    display: flex;
+    gap: 16px;
+    align-items: center;
+    padding: 32px;
+    color: var(--dim);
+    max-width: 70ch;
+  }
+  .run .what {
+    display: flex;
+    flex-wrap: wrap;
+    gap: 8px 16px;
+    align-items: center;
+    min-height: 32px;
+  }
+  .run h2 {
+    flex: 1;
+    font-size: var(--t-large);
+  }
+  .chips {
+    display: flex;
+    gap: var(--s2);
+  }
+  .bar {
+    height: 8px;
+    margin: 12px 0 10px;
+    border-radius: 4px;
+    background: var(--line);
+    overflow: hidden;
+  }
+  .bar i {
+    display: block;
+    height: 100%;
+    background: var(--dim);
+  }
+  .clock {
+    font-size: 20px;
+    min-width: 5ch;
+  }
+  .inline {
+    display: inline-flex;
+    gap: 8px;
+    align-items: center;
+    font-size: 13px;
+    color: var(--dim);
+    white-space: nowrap;
+  }
+  .inline select {
+    width: auto;
+    min-width: 76px;
+    max-width: 190px;
+    text-overflow: ellipsis;
+  }
+  .run .grow {
+    white-space: nowrap;
+    flex: 1 0 auto;
+  }
+  .view {
+    padding: 0;
+    overflow: hidden;
+  }
+  .view lf-plan {
+    height: clamp(300px, 46vh, 620px);
+  }
+  .counts {
+    display: flex;
+    gap: var(--s2);
+    margin-bottom: var(--s3);
+  }
+  .count {
+    flex: 1 1 0;
+    min-width: 0;
+    display: flex;
+    flex-wrap: wrap;
+    align-items: baseline;
+    gap: 0 8px;
+    padding: 8px 12px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    color: var(--dim);
+    font-size: 13px;
+  }
+  .count b {
+    font-size: 24px;
+    font-weight: 650;
+    color: var(--text);
+  }
+  .count.failed {
+    border-color: var(--high);
+    background: var(--high-soft);
+    color: var(--text);
+  }
+  .score ul {
+    list-style: none;
+    margin: 0;
+    padding: 0;
+  }
+  .score li {
+    display: flex;
+    gap: 12px;
+    align-items: baseline;
+    padding: 8px 4px;
+    border-top: 1px solid var(--line);
+    line-height: 1.35;
+  }
+  .score li .icon {
+    align-self: center;
+    color: var(--dim);
+  }
+  li.passed .icon {
+    color: var(--text);
+  }
+  li.failed .icon {
+    color: var(--high);
+  }
+  li.failed .grow {
+    font-weight: 600;
+  }
+  .fires .place {
+    display: grid;
+    grid-template-columns: 1fr 92px;
+    gap: var(--s2);
+  }
+  .fires .place lf-button {
+    grid-column: 1 / -1;
+  }
+  .fires > .row:not(:empty) {
+    margin-bottom: var(--s2);
+  }
+  .exercises {
+    grid-column: 1 / -1;
+  }
+  .list {
+    display: grid;
+    grid-template-columns: repeat(auto-fill, minmax(300px, 1fr));
+    gap: var(--s3);
+  }
+  article {
+    display: flex;
+    flex-direction: column;
+    gap: 8px;
+    padding: var(--s3);
+    border: 1px solid var(--line);
+    border-radius: var(--radius-large);
+    background: var(--surface-2);
+  }
+  article.on {
+    border-color: var(--accent);
+    box-shadow: inset 0 0 0 1px var(--accent);
+  }
+  article h3 {
+    font-size: var(--t-normal);
+    color: var(--text);
+  }
+  article p {
+    flex: 1;
+    color: var(--dim);
+    line-height: 1.45;
+  }
+  article footer {
+    display: flex;
+    align-items: center;
+    justify-content: space-between;
+    gap: var(--s2);
+  }
+  article footer span {
+    display: inline-flex;
+    align-items: center;
+    gap: 6px;
+  }
+  @container (max-width: 900px) {
+    .stage {
+      grid-template-columns: minmax(0, 1fr);
+    }
+  }
+`;

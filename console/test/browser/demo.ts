@@ -1,0 +1,87 @@
+// `lafet demo` with the console, for pages that need a simulated site. As in site.ts: LAFET_BIN is
+// the program, CONSOLE_DIST=1 serves dist before it.
+import { spawn, type ChildProcess } from 'node:child_process';
+import { chromium, type Browser, type Page } from 'playwright-core';
+import { preview, type PreviewServer } from 'vite';
+import { LAFET } from './site';
+
+const CHROMIUM = process.env.CHROMIUM_BIN ?? '/usr/bin/chromium';
+const WEBGL = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+
+export class Demo {
+  private child!: ChildProcess;
+  private browser!: Browser;
+  private served?: PreviewServer;
+  private hub = '';
+  url = '';
+
+  static async start(): Promise<Demo> {
+    const demo = new Demo();
+    demo.child = spawn(LAFET, ['demo', '--no-browser', '--port', '0'], { stdio: ['ignore', 'pipe', 'ignore'] });
+    demo.hub = await new Promise<string>((resolve, reject) => {
+      let told = '';
+      demo.child.stdout!.on('data', (text: Buffer) => {
+        told += text.toString();
+        const url = /http:\/\/127\.0\.0\.1:\d+/.exec(told)?.[0];
+        if (url) resolve(url);
+      });
+      demo.child.on('exit', (code) => reject(new Error(`lafet demo ended with ${code}: ${told}`)));
+    });
+    await demo.serve();
+    demo.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...WEBGL] });
+    return demo;
+  }
+
+  async stop(): Promise<void> {
+    await this.browser?.close();
+    await this.served?.close();
+    this.child?.kill('SIGKILL');
+  }
+
+  async open(route: string, lang = 'en'): Promise<Page> {
+    const context = await this.browser.newContext({ viewport: { width: 1440, height: 1000 } });
+    context.setDefaultTimeout(8000);
+    await context.addInitScript((wanted) => {
+      localStorage.setItem('lafet.lang', wanted);
+      localStorage.setItem('lafet.theme', 'day');
+      localStorage.setItem('lafet.guide', 'done');
+    }, lang);
+    const page = await context.newPage();
+    await page.goto(`${this.url}/${route}`);
+    await page.waitForSelector('lf-topbar');
+    return page;
+  }
+
+  async get<T>(path: string): Promise<T> {
+    const answer = await fetch(this.hub + path);
+    if (!answer.ok) throw new Error(`${path}: ${answer.status}`);
+    return (await answer.json()) as T;
+  }
+
+  async post(path: string, body: unknown = {}): Promise<Response> {
+    return fetch(this.hub + path, {
+      method: 'POST',
+      headers: { 'content-type': 'application/json' },
+      body: JSON.stringify(body),
+    });
+  }
+
+  async request(monitor: string, request: string): Promise<void> {
+    const answer = await this.post(`/api/monitors/${monitor}/requests`, { request });
+    if (!answer.ok) throw new Error(`${request}: ${await answer.text()}`);
+  }
+
+  private async serve(): Promise<void> {
+    const page = await (await fetch(this.hub)).text();
+    if (page.includes('lf-app') && !process.env.CONSOLE_DIST) {
+      this.url = this.hub;
+      return;
+    }
+    const to = { target: this.hub, ws: true, changeOrigin: true, headers: { origin: this.hub } };
+    this.served = await preview({
+      logLevel: 'silent',
+      preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
+    });
+    this.url = this.served.resolvedUrls!.local[0]!.replace(/\/$/, '');
+  }
+}

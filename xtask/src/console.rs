@@ -1,0 +1,117 @@
+//! `cargo xtask console`: the operator's console, which the hub has built into it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::time::SystemTime;
+
+use crate::run::{self, StepResult, cargo, output, root, show};
+use crate::{TaskResult, setup};
+
+/// The oldest Node.js that the console's tools run on.
+const NODE: u32 = 20;
+const CHROMIUM: &str = "chromium";
+
+pub fn console(arguments: &[String]) -> TaskResult {
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments[..] {
+        ["build"] => build()?,
+        ["check"] => check()?,
+        ["browser"] => browser()?,
+        ["pictures"] => pictures()?,
+        _ => {
+            return Err(format!(
+                "console {}: build, check, browser or pictures",
+                arguments.join(" ")
+            ));
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Builds it when something of it has changed since.
+pub fn build() -> StepResult {
+    let built = modified(&folder().join("dist/index.html"));
+    if built.is_some_and(|built| newest(&folder()).is_some_and(|newest| newest < built)) {
+        return Ok(());
+    }
+    packages()?;
+    npm(&["run", "build"])
+}
+
+/// Types, style and unit tests; and it builds.
+pub fn check() -> StepResult {
+    packages()?;
+    npm(&["run", "check"])?;
+    npm(&["run", "build"])
+}
+
+/// In a real browser, against the release build and simulated monitors.
+pub fn browser() -> StepResult {
+    with_browser("test:browser")
+}
+
+/// Pictures of its pages for the documentation.
+pub fn pictures() -> StepResult {
+    with_browser("pictures")
+}
+
+fn with_browser(script: &str) -> StepResult {
+    build()?;
+    setup::program(CHROMIUM, CHROMIUM)?;
+    show(&mut cargo(&["build", "--release", "--package", "lafet"]))?;
+    let program = root().join(run::target()).join("release/lafet");
+    show(npm_command(&["run", script]).env("LAFET_BIN", program))
+}
+
+fn packages() -> StepResult {
+    node()?;
+    let lock = modified(&folder().join("package-lock.json"));
+    let installed = modified(&folder().join("node_modules/.package-lock.json"));
+    if installed.is_some() && lock <= installed {
+        return Ok(());
+    }
+    npm(&["ci", "--no-audit", "--no-fund"])
+}
+
+fn node() -> StepResult {
+    let version = || output(Command::new("node").arg("--version"));
+    if version().is_err() || output(Command::new("npm").arg("--version")).is_err() {
+        setup::debian(&["nodejs", "npm"])?;
+    }
+    let version = version()?;
+    let major = version.trim().trim_start_matches('v').split('.').next().unwrap_or_default();
+    if major.parse().is_ok_and(|major: u32| major >= NODE) {
+        return Ok(());
+    }
+    Err(format!("Node.js {NODE} or newer is needed, this is {}", version.trim()))
+}
+
+fn npm(arguments: &[&str]) -> StepResult {
+    show(&mut npm_command(arguments))
+}
+
+fn npm_command(arguments: &[&str]) -> Command {
+    let mut command = Command::new("npm");
+    command.args(arguments).current_dir(folder());
+    command
+}
+
+fn folder() -> PathBuf {
+    root().join("console")
+}
+
+fn modified(file: &Path) -> Option<SystemTime> {
+    file.metadata().ok()?.modified().ok()
+}
+
+/// When something in a folder was changed last, but for what is built or installed.
+fn newest(folder: &Path) -> Option<SystemTime> {
+    let entries = folder.read_dir().ok()?.flatten();
+    let kept =
+        entries.filter(|entry| entry.file_name() != "dist" && entry.file_name() != "node_modules");
+    kept.filter_map(|entry| {
+        let path = entry.path();
+        if path.is_dir() { newest(&path) } else { modified(&path) }
+    })
+    .max()
+}

@@ -21,6 +21,7 @@ afterEach(async () => {
   for (const link of site.links) link.mend();
   for (const one of [page, ...others.splice(0)]) await one.context().close();
   for (const id of ['M1', 'M2']) {
+    await until(async () => (await site.holder(id)) === null);
     await site.send(id, 'Lockout All off');
     await site.send(id, 'Stop All');
     await site.send(id, 'Close Valve1');
@@ -32,7 +33,13 @@ afterEach(async () => {
 
 async function take(on = page): Promise<void> {
   await on.locator('#take').click();
-  await on.getByText('You control M1').waitFor();
+  await on.getByText('You control M1', { exact: true }).waitFor();
+}
+
+/** Moves it past the console, as another client would. */
+async function sent(request: string, id = 'M1'): Promise<void> {
+  await site.send(id, request);
+  await until(() => site.moves(id));
 }
 
 /** Pulls the stick to the left and waits until the barrel moves. */
@@ -148,7 +155,7 @@ describe('STOP', () => {
       .evaluateAll((all) => all.map((a) => (a as HTMLAnchorElement).getAttribute('href')!));
     expect(names.length).toBeGreaterThan(1);
     for (const href of names) {
-      await site.send('M1', `Move Horizontal ${names.indexOf(href) % 2 ? -9000 : 9000}`);
+      await sent(`Move Horizontal ${names.indexOf(href) % 2 ? -9000 : 9000}`);
       await page.evaluate((to) => (location.hash = to), href);
       await page.locator('#stop').click();
       expect(await site.stands('M1'), href).toBe(true);
@@ -158,13 +165,13 @@ describe('STOP', () => {
   test('stops while a dialog is open, by pointer and by key', async () => {
     await page.locator('#readiness').click();
     await page.getByRole('dialog').waitFor();
-    await site.send('M1', 'Move Horizontal 9000');
+    await sent('Move Horizontal 9000');
     await page.locator('#stop').click();
     expect(await site.stands('M1')).toBe(true);
-    await site.send('M1', 'Move Horizontal -9000');
+    await sent('Move Horizontal -9000');
     await page.keyboard.press('F9');
     expect(await site.stands('M1')).toBe(true);
-    await site.send('M1', 'Move Horizontal 9000');
+    await sent('Move Horizontal 9000');
     await page.keyboard.press('Pause');
     expect(await site.stands('M1')).toBe(true);
   });
@@ -177,20 +184,20 @@ describe('STOP', () => {
       document.body.append(cover);
       cover.showPopover();
     });
-    await site.send('M1', 'Move Horizontal 9000');
+    await sent('Move Horizontal 9000');
     await page.locator('#stop').click({ timeout: 2000 });
     expect(await site.stands('M1')).toBe(true);
   });
 
   test('is what the first Tab reaches', async () => {
     await page.keyboard.press('Tab');
-    await site.send('M1', 'Move Horizontal 9000');
+    await sent('Move Horizontal 9000');
     await page.keyboard.press('Enter');
     expect(await site.stands('M1')).toBe(true);
   });
 
   test('of all stops them all, of one leaves the others alone', async () => {
-    for (const id of ['M1', 'M2']) await site.send(id, 'Move Horizontal 9000');
+    for (const id of ['M1', 'M2']) await sent('Move Horizontal 9000', id);
     await page.locator('#stop').click();
     expect(await site.stands('M1')).toBe(true);
     expect(await site.moves('M2')).toBe(true);
@@ -210,7 +217,7 @@ describe('STOP', () => {
 
   test('goes by HTTP when the WebSocket is dead', async () => {
     await page.evaluate(() => (WebSocket.prototype.send = () => {}));
-    await site.send('M1', 'Move Horizontal 9000');
+    await sent('Move Horizontal 9000');
     await page.locator('#stop').click();
     expect(await site.stands('M1', 2500)).toBe(true);
   });
@@ -270,7 +277,7 @@ describe('two operators', () => {
     await page.getByText('Hand over').waitFor();
     await page.mouse.up();
     await page.getByText('Hand over').click();
-    await other.getByText('You control M1').waitFor();
+    await other.getByText('You control M1', { exact: true }).waitFor();
     await page.getByText('M1 is controlled by').waitFor();
     expect(await site.stands('M1')).toBe(true);
     await page.keyboard.down('ArrowLeft');
@@ -288,7 +295,7 @@ describe('two operators', () => {
     await other.getByText('Take over by force').click();
     expect(await site.stands('M1')).toBe(true);
     await page.getByText('fire at the other tank').waitFor();
-    await other.getByText('You control M1').waitFor();
+    await other.getByText('You control M1', { exact: true }).waitFor();
   });
 });
 

@@ -1,6 +1,6 @@
 // What the tests work on: simulated monitors, a hub, the console in a browser. The path of the
-// program is that of LAFET_BIN; where the console is not built into it, the one in dist is served
-// before it.
+// program is that of LAFET_BIN. Its own console is tested; with CONSOLE_DIST=1, or without one in it,
+// that in dist, which is then served before it.
 import { execFile, spawn, type ChildProcess } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -44,7 +44,7 @@ export class Site {
     const ports = site.links.map((link) => link.port);
     writeFileSync(
       config,
-      `[server]\nlisten = "127.0.0.1:0"\nlogin = false\ndata = "${site.folder}"\n` +
+      `[server]\nlisten = "127.0.0.1:0"\nlogin = false\ndata = "${site.folder}"\n[authority]\nlost_ms = 500\n` +
         ports.map((port, n) => `[[monitor]]\nid = "M${n + 1}"\nurl = "tcp://127.0.0.1:${port}?addr=${n + 1}"\npoll_ms = 100\n`).join(''),
     );
     site.way = await Cable.to(await site.program(['serve', '--config', config]));
@@ -68,6 +68,7 @@ export class Site {
   /** A page of a person of its own; `close` its context at the end. */
   async open(route: string, lang = 'en', size = { width: 1440, height: 900 }): Promise<Page> {
     const context: BrowserContext = await this.browser.newContext({ viewport: size });
+    context.setDefaultTimeout(5000);
     await context.addInitScript((wanted) => {
       localStorage.setItem('lafet.lang', wanted);
       localStorage.setItem('lafet.theme', 'day');
@@ -108,6 +109,13 @@ export class Site {
     return (await this.position(id)) === before;
   }
 
+  /** Who holds it, by the hub's word. */
+  async holder(id: string): Promise<string | null> {
+    const answer = await fetch(`http://127.0.0.1:${this.way.port}/api/monitors/${id}`);
+    const monitor = (await answer.json()) as { authority: { holder: { seat: string } | null } };
+    return monitor.authority.holder?.seat ?? null;
+  }
+
   private address(id: string): string {
     const n = Number(id.slice(1));
     return `tcp://127.0.0.1:${this.monitors[n - 1]}?addr=${n}`;
@@ -132,7 +140,7 @@ export class Site {
   private async serve(): Promise<void> {
     const hub = `http://127.0.0.1:${this.way.port}`;
     const page = await (await fetch(hub)).text();
-    if (page.includes('lf-app')) {
+    if (page.includes('lf-app') && !process.env.CONSOLE_DIST) {
       this.url = hub;
       return;
     }

@@ -1,0 +1,109 @@
+import { afterEach, beforeEach, expect, test, vi } from 'vitest';
+import { Jog, type HoldState } from '../../src/hub/jog';
+
+interface Sent {
+  type: string;
+  drive: string;
+  toward?: string;
+}
+
+let sent: Sent[];
+let up: boolean;
+let allowed: boolean;
+let jog: Jog;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  sent = [];
+  up = true;
+  allowed = true;
+  jog = new Jog({
+    send: (message) => {
+      if (up) sent.push(message as Sent);
+      return up;
+    },
+    now: () => 0,
+    beat_ms: () => 60,
+    allowed: () => allowed,
+  });
+});
+afterEach(() => vi.useRealTimers());
+
+const types = () => sent.map((message) => message.type);
+
+test('beats from the first moment until it is let go, then says so once', () => {
+  const hold = jog.hold('M1', 'Vertical', 'max');
+  expect(types()).toEqual(['jog']);
+  vi.advanceTimersByTime(180);
+  expect(types()).toEqual(['jog', 'jog', 'jog', 'jog']);
+  hold.end();
+  hold.end();
+  vi.advanceTimersByTime(1000);
+  expect(types()).toEqual(['jog', 'jog', 'jog', 'jog', 'jog_end']);
+  expect(vi.getTimerCount()).toBe(0);
+});
+
+test('two drives are two streams, and end apart', () => {
+  const one = jog.hold('M1', 'Vertical', 'max');
+  jog.hold('M1', 'Horizontal', 'min');
+  one.end();
+  sent = [];
+  vi.advanceTimersByTime(60);
+  expect(sent.map(({ drive, toward }) => [drive, toward])).toEqual([['Horizontal', 'min']]);
+});
+
+test('a new hold of a drive takes the place of the old one, whose end then does nothing', () => {
+  const old = jog.hold('M1', 'Vertical', 'max');
+  jog.hold('M1', 'Vertical', 'min');
+  old.end();
+  sent = [];
+  vi.advanceTimersByTime(60);
+  expect(sent).toMatchObject([{ type: 'jog', toward: 'min' }]);
+});
+
+test('after the hub has ended it, it beats no more', () => {
+  const states: HoldState[] = [];
+  const hold = jog.hold('M1', 'Vertical', 'max', (state) => states.push(state));
+  const heard = { type: 'jog', monitor: 'M1', drive: 'Vertical', text: null } as const;
+  jog.heard({ ...heard, state: 'moving', end: null });
+  jog.heard({ ...heard, state: 'ended', end: 'taken_over' });
+  sent = [];
+  vi.advanceTimersByTime(600);
+  expect(sent).toEqual([]);
+  expect(hold.ended).toBe(true);
+  expect(states.map(({ state, end }) => [state, end])).toEqual([
+    ['moving', null],
+    ['ended', 'taken_over'],
+  ]);
+});
+
+test('ends when it cannot be sent', () => {
+  const states: HoldState[] = [];
+  const hold = jog.hold('M1', 'Vertical', 'max', (state) => states.push(state));
+  up = false;
+  vi.advanceTimersByTime(60);
+  expect(hold.ended).toBe(true);
+  expect(states).toMatchObject([{ state: 'ended', end: 'link' }]);
+  up = true;
+  vi.advanceTimersByTime(600);
+  expect(types()).toEqual(['jog']);
+});
+
+test('does not begin without a link or on a hidden page', () => {
+  allowed = false;
+  const hold = jog.hold('M1', 'Vertical', 'max');
+  expect(hold.ended).toBe(true);
+  vi.advanceTimersByTime(600);
+  expect(sent).toEqual([]);
+});
+
+test('endAll lets go of everything, or of one monitor', () => {
+  jog.hold('M1', 'Vertical', 'max');
+  jog.hold('M2', 'Vertical', 'max');
+  jog.endAll('left', 'M1');
+  expect(jog.held('M1', 'Vertical')).toBeUndefined();
+  expect(jog.held('M2', 'Vertical')).toBeDefined();
+  jog.endAll();
+  expect(types().filter((type) => type === 'jog_end')).toHaveLength(2);
+  expect(vi.getTimerCount()).toBe(0);
+});

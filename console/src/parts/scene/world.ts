@@ -436,10 +436,10 @@ export class World {
       const middle = new Vector3(at[0], 0, -at[1]);
       const toward = this.camera.position.clone().sub(middle);
       const above = toward.y > Math.hypot(toward.x, toward.z) * STEEP;
-      const at = above
+      const place = above
         ? middle.setY(height + 1)
         : middle.add(toward.setY(0).setLength(diameter / 2 + 1.3)).setY(height * 0.36);
-      put(`t/${name}`, name, at, false, true);
+      put(`t/${name}`, name, place, false, true);
     }
     for (const [key, label] of this.labels) {
       if (wanted.has(key)) continue;

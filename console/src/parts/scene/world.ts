@@ -45,7 +45,7 @@ const SHARE_LEAST = 0.3;
 const FLIGHT_S = 0.6;
 const LABEL_PX = 27;
 /** Part of the picture that the site may fill, and what stands above the ground. */
-const FILLED = 0.96;
+const FILLED = 0.9;
 const ROOM_ABOVE_M = 10;
 const AWAY_MAX_M = 250;
 /** Slope of the view from which on the roofs bear the names. */

@@ -61,6 +61,10 @@ describe('a replay', () => {
     vi.stubGlobal('fetch', (url: URL | string) => {
       const wanted = new URL(String(url), 'http://hub.test/');
       if (wanted.pathname === '/api/audit') return Promise.resolve(new Response('{}', { status: 403 }));
+      if (wanted.pathname === '/api/alarms/history') {
+        const entry = (seconds: number, to: string) => ({ at_ms: START + seconds * 1000, id: 'M1/Link/Down', to });
+        return Promise.resolve(Response.json([entry(20, 'unack'), entry(25, 'ack'), entry(-5, 'unack')]));
+      }
       asked.push(wanted);
       const from = Number(wanted.searchParams.get('from_ms'));
       const to = Number(wanted.searchParams.get('to_ms'));
@@ -121,7 +125,13 @@ describe('a replay', () => {
     await replay.seek(START + 90_000);
     expect(position()).toBe(90);
     const fetched = asked.map((url) => (Number(url.searchParams.get('from_ms')) - START) / PIECE_MS);
-    expect(fetched).toEqual([0, 8]);
+    expect(fetched).toEqual([0, 20]);
+  });
+
+  it('marks the alarms of the time it shows', async () => {
+    await open();
+    await vi.waitFor(() => expect(replay.marks).toHaveLength(1));
+    expect(replay.marks[0]).toMatchObject({ at_ms: START + 20_000, kind: 'alarm', text: 'M1/Link/Down' });
   });
 
   it('crosses into the next piece and ends at the end', async () => {

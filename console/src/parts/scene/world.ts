@@ -44,6 +44,8 @@ const FRAMES_JUDGED = 45;
 const SHARE_LEAST = 0.3;
 const FLIGHT_S = 0.6;
 const LABEL_PX = 27;
+/** A tank that looks smaller has no name. */
+const NAMED_PX = 58;
 /** Part of the picture that the site may fill, and what stands above the ground. */
 const FILLED = 0.9;
 const ROOM_ABOVE_M = 10;
@@ -435,6 +437,8 @@ export class World {
       // On the side of the shell that is seen, where other tanks may hide it; on the roof from above.
       const middle = new Vector3(at[0], 0, -at[1]);
       const toward = this.camera.position.clone().sub(middle);
+      // Its name is not to be wider than the tank.
+      if ((diameter / toward.length()) * (LABEL_PX / size) < NAMED_PX) continue;
       const above = toward.y > Math.hypot(toward.x, toward.z) * STEEP;
       const place = above
         ? middle.setY(height + 1)

@@ -45,6 +45,8 @@ const PIECES_KEPT = 5;
 /** Recordings up to this are fetched as a whole, for their marks. */
 const WHOLE_MS = 10 * 60_000;
 const TICK_MS = 50;
+/** So many pieces are looked through for something to show. */
+const BEGIN_PIECES_MAX = 30;
 const MARKS_MAX = 400;
 
 /** Everything as it is at a time, from a piece that begins with everything. */
@@ -133,7 +135,7 @@ class Replay extends EventTarget {
     this.changed();
     const turn = ++this.turn;
     try {
-      await this.load(0);
+      await this.findBegin(source);
     } catch (cause) {
       if (turn !== this.turn) return;
       this.close();
@@ -146,6 +148,7 @@ class Replay extends EventTarget {
     store.beginReplay();
     this.speed = 1;
     await this.seek(source.from_ms);
+    if (turn !== this.turn) return;
     this.play();
     void this.commandMarks(source, turn);
     void this.alarmMarks(source, turn);
@@ -200,6 +203,21 @@ class Replay extends EventTarget {
     this.next = this.lines.findIndex((line) => line.at_ms > at);
     if (this.next < 0) this.next = this.lines.length;
     this.changed();
+  }
+
+  /** Before the hub ran there is nothing to see: begins where there is. */
+  private async findBegin(source: Source): Promise<void> {
+    for (let index = 0; index < BEGIN_PIECES_MAX; index++) {
+      const lines = await this.load(index);
+      const first = lines.find(({ set }) => set && Object.keys(set).length);
+      if (!first && source.from_ms + (index + 1) * PIECE_MS < source.to_ms) continue;
+      if (first && index > 0) {
+        source.from_ms = first.at_ms;
+        // Pieces are counted from the beginning.
+        this.pieces.clear();
+      }
+      return;
+    }
   }
 
   private pieceOf(at_ms: number): number {

@@ -39,11 +39,11 @@ test('the history plays, is left for another page, and ends', async () => {
   await page.keyboard.press('End');
   await page.evaluate(() => (location.hash = '#/m/M1/operate'));
   // What was at the end: 20 degrees; at the beginning the barrel was wrapped.
-  const horizontal = page.locator('lf-value', { hasText: 'Horizontal' }).first();
+  const horizontal = page.locator('lf-value', { hasText: 'Horizontal' }).first().locator('.value');
   await until(async () => (await horizontal.textContent())?.includes('20.0') === true);
   expect(await page.locator('#take').count()).toBe(0);
   await page.locator('lf-replay-bar #live').click();
-  await page.locator('lf-replay-bar .bar').waitFor({ state: 'detached' });
+  await page.locator('lf-replay-bar section').waitFor({ state: 'detached' });
   await page.getByText('REPLAY of a recording').waitFor({ state: 'detached' });
 });
 

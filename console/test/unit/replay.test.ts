@@ -145,6 +145,26 @@ describe('a replay', () => {
     expect(replay.at_ms).toBe(START + HOUR_MS);
   });
 
+  it('begins where there is something', async () => {
+    const [first, last] = [START + 9 * 60_000, START + 10 * 60_000];
+    vi.stubGlobal('fetch', (url: URL) => {
+      const [from, to] = ['from_ms', 'to_ms'].map((name) => Number(url.searchParams?.get(name)));
+      const rows = from! <= last && to! >= first ? [JSON.stringify({ at_ms: Math.max(first, from!), set: { 'monitors/M1/status': status(5) } })] : [];
+      return Promise.resolve(new Response(rows.join('')));
+    });
+    await replay.open({ title: '', path: '/api/history/changes', from_ms: START, to_ms: last });
+    expect(replay.source?.from_ms).toBe(first);
+    expect(replay.at_ms).toBe(first);
+    expect(position()).toBe(5);
+  });
+
+  it('of which there is nothing is shown as such', async () => {
+    vi.stubGlobal('fetch', () => Promise.resolve(new Response('')));
+    await open();
+    expect(store.source).toBe('replay');
+    expect(store.monitors()).toEqual([]);
+  });
+
   it('that the hub refuses leaves the live picture', async () => {
     const refusal = { error: { code: 'not_found', en: 'No such recording.', ru: 'Нет такой записи.' } };
     vi.stubGlobal('fetch', () => Promise.resolve(new Response(JSON.stringify(refusal), { status: 404 })));

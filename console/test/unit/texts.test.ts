@@ -24,7 +24,9 @@ test('every text stands in both languages, with the same names to fill in', () =
     expect(ru[key], key).toBeTruthy();
     expect(new Set(names(ru[key])), key).toEqual(new Set(names(text)));
   }
-  expect(Object.keys(ru).sort()).toEqual(Object.keys(en).sort());
+  // Russian has more forms of a count.
+  const more = Object.keys(ru).filter((key) => !(key in en));
+  expect(more.filter((key) => !/\.(few|many)$/.test(key))).toEqual([]);
 });
 
 test('no text calls it an emergency stop', () => {

@@ -48,6 +48,19 @@ class Socket {
     this.ws?.close();
   }
 
+  /** Breaks the connection for so long: shows what a lost link is like. */
+  interrupt(for_ms: number): void {
+    const dead = this.ws;
+    this.ws = null;
+    if (dead) {
+      dead.onmessage = null;
+      dead.close();
+    }
+    this.closed(0);
+    clearTimeout(this.retryTimer);
+    this.retryTimer = window.setTimeout(() => this.open(), for_ms);
+  }
+
   /** Messages that are not topics: `socket.on('event', fn)`. Returns what ends it. */
   on<K extends keyof Messages>(type: K, fn: (message: Messages[K]) => void): () => void {
     const all = this.listeners.get(type) ?? new Set();
@@ -94,6 +107,7 @@ class Socket {
 
   /** A connection that says nothing is given up before the browser would. */
   private listen(): void {
+    store.tick();
     if (!this.ws || performance.now() - this.heard_ms < SILENT_MS) return;
     const dead = this.ws;
     this.ws = null;

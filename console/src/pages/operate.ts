@@ -228,7 +228,7 @@ export class PageOperate extends LitElement {
               >${age_ms === null ? t('operate.no_data') : t('operate.old', { age: age(age_ms) })}</lf-chip
             >`
           : nothing}
-        ${this.postureChip(stale)} ${this.readiness()}
+        ${stale ? nothing : html`${this.postureChip(stale)} ${this.readiness()}`}
       </div>
     </section>`;
   }

@@ -19,6 +19,7 @@ import { base } from '../theme/shared';
 import { unitsChanged } from '../units';
 import { followAuthority } from './authority';
 import './banners';
+import { guideChanged, guideIsWanted } from './guide-key';
 import { dialog } from './dialog';
 import './nav';
 import { loadPage, router } from './router';
@@ -138,6 +139,7 @@ export class LfApp extends LitElement {
     http.onLoginNeeded = (setup) => (this.phase = setup ? 'setup' : 'login');
     socket.onSessionEnded = () => (this.phase = 'login');
     router.addEventListener('change', () => this.goTo());
+    guideChanged.addEventListener('change', () => this.requestUpdate());
     for (const changed of [langChanged, unitsChanged]) {
       changed.addEventListener('change', () => this.anew());
     }
@@ -170,7 +172,8 @@ export class LfApp extends LitElement {
         <main ?inert=${this.modal} tabindex="-1">${this.page(page, monitor)}</main>
         <lf-replay-bar ?inert=${this.modal}></lf-replay-bar>
         <lf-dialogs></lf-dialogs>
-        <lf-toasts></lf-toasts>`,
+        <lf-toasts></lf-toasts>
+        ${this.guided() ? html`<lf-guide ?inert=${this.modal}></lf-guide>` : nothing}`,
     );
   }
 
@@ -181,6 +184,13 @@ export class LfApp extends LitElement {
     }
     const tag = unsafeStatic(`lf-page-${name}`);
     return keyed(`${name} ${monitor}`, staticHtml`<${tag} .monitor=${monitor}></${tag}>`);
+  }
+
+  /** In the demo, until somebody has seen it. */
+  private guided(): boolean {
+    if (!store.hello?.hub.demo || store.source === 'replay' || !guideIsWanted()) return false;
+    void import('./guide');
+    return true;
   }
 
   private alone(name: 'login' | 'setup') {

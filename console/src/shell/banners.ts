@@ -127,6 +127,7 @@ export class LfBanners extends LitElement {
 
   private control(monitor: string) {
     const authority = store.get(`monitors/${monitor}/authority`);
+    if (!store.linked && store.source === 'live') return nothing;
     if (!authority || !may('operator') || store.source === 'replay') {
       return may('operator') ? nothing : banner('info', 'user', t('banner.observer'), true);
     }

@@ -268,7 +268,13 @@ export class PageOperate extends LitElement {
         >${text}</lf-button
       >`;
     return html`${three
-        ? html`<lf-scene .site=${site} .monitors=${monitors} .scene=${scene} .selected=${monitor}></lf-scene>`
+        ? html`<lf-scene
+            .site=${site}
+            .monitors=${monitors}
+            .scene=${scene}
+            .selected=${monitor}
+            @no-webgl=${this.noScene}
+          ></lf-scene>`
         : html`<lf-plan
             .site=${site}
             .monitors=${monitors}
@@ -375,10 +381,14 @@ export class PageOperate extends LitElement {
     } catch {
       this.sceneLoaded = false;
     }
-    if (this.sceneLoaded) return;
-    this.view = 'plan';
-    toast({ kind: 'info', text: t('operate.no_3d') });
+    if (!this.sceneLoaded) this.noScene();
   }
+
+  private readonly noScene = (): void => {
+    this.view = 'plan';
+    localStorage.setItem(VIEW_KEY, 'plan');
+    toast({ kind: 'info', text: t('operate.no_3d') });
+  };
 
   private readonly keyed = (event: KeyboardEvent): void => {
     if (event.key === 'Escape' && !event.shiftKey && dialog.stack.length === 0) this.choose('look');

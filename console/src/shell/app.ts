@@ -56,6 +56,7 @@ export class LfApp extends LitElement {
       }
       main {
         grid-area: main;
+        position: relative;
         overflow: auto;
         min-width: 0;
         min-height: 0;

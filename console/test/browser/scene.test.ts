@@ -19,7 +19,7 @@ afterAll(() => demo?.stop());
 afterEach(() => page.context().close());
 
 const figures = () =>
-  page.locator('lf-scene').evaluate((scene) => (scene as SceneElement).figures);
+  page.locator('lf-scene').evaluate((scene) => (scene as unknown as SceneElement).figures);
 
 test('draws the site with few calls, and stops when it is left', async () => {
   page = await demo.open('#/m/M1/operate');
@@ -34,7 +34,7 @@ test('draws the site with few calls, and stops when it is left', async () => {
   expect(loaded.some((url) => /world-.*\.js/.test(url))).toBe(true);
   const scene = await page.locator('lf-scene').elementHandle();
   await page.evaluate(() => (location.hash = '#/overview'));
-  await until(() => scene!.evaluate((element) => !element.isConnected && (element as SceneElement).figures === null));
+  await until(() => scene!.evaluate((element) => !element.isConnected && (element as unknown as SceneElement).figures === null));
 });
 
 test('without WebGL there is the plan', async () => {

@@ -132,6 +132,9 @@ export class LfDialogs extends LitElement {
         border-radius: 12px;
         box-shadow: var(--shadow-large);
       }
+      .dialog:focus {
+        outline: none;
+      }
       .wide {
         width: min(920px, 100%);
       }

@@ -120,6 +120,12 @@ export class PageOperate extends LitElement {
         }
       }
       @container (max-width: 1100px) {
+        .strip .chips {
+          min-height: 0;
+        }
+        .strip .ready {
+          padding: 4px 0;
+        }
         .below {
           grid-template-columns: minmax(0, 1fr);
         }

@@ -151,7 +151,7 @@ export class LfPageAlarms extends LitElement {
         ? html`<div class="fresh" role="status">
             ${priorityMark(first.priority)}
             <span>${t('alarms.fresh', { n: num(fresh.length), what: `${first.monitor} · ${tt(first.what)}` })}</span>
-            <lf-button @click=${() => this.release()}>${t('alarms.fresh_show')}</lf-button>
+            <span class="hint">${t('alarms.fresh_show')}</span>
           </div>`
         : nothing}`;
   }

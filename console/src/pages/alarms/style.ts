@@ -194,14 +194,19 @@ export const alarmStyle = css`
     display: flex;
     align-items: center;
     gap: var(--s3);
-    padding: 4px 4px 4px var(--s3);
+    padding: 10px var(--s3);
     border-radius: var(--radius-large);
     border: 2px solid var(--high);
     background: var(--surface);
     font-weight: 600;
     box-shadow: var(--shadow-large);
   }
-  .fresh span {
+  .fresh .hint {
+    flex: none;
+    font-weight: 400;
+    color: var(--dim);
+  }
+  .fresh span:not(.hint) {
     flex: 1;
     min-width: 0;
     overflow: hidden;

@@ -43,7 +43,7 @@ export class LfPageAlarms extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => ['alarms/', 'monitors/', SECOND]);
+    new TopicController(this, () => ['alarms/', SECOND]);
   }
 
   override connectedCallback(): void {

@@ -3,7 +3,7 @@ import { describe, expect, it } from 'vitest';
 import type { Dictionary } from '../../src/hub/dictionary';
 import type { Link, Readiness, Status } from '../../src/hub/types';
 import { niceTop, pathOf } from '../../src/parts/lf-trend';
-import { exceptionOf, flagsOf, matchingFlags, setFlags, tries, wordHex } from '../../src/pages/diagnosis/model';
+import { exceptionOf, faultBits, flagsOf, matchingFlags, setFlags, tries, wordHex } from '../../src/pages/diagnosis/model';
 import { sampleOf, spanOf } from '../../src/pages/diagnosis/samples';
 
 const file = (name: string) => JSON.parse(readFileSync(new URL(`files/${name}`, import.meta.url), 'utf8'));
@@ -102,6 +102,12 @@ describe('crash data', () => {
   it('words are written as listings have them', () => {
     expect(wordHex(0x08001f3c)).toBe('0x0800 1F3C');
     expect(wordHex(4294967295)).toBe('0xFFFF FFFF');
+  });
+
+  it('say which fault it was', () => {
+    expect(faultBits([['hfsr', 0x40000000], ['cfsr', 0x00008200]])).toEqual(['FORCED', 'PRECISERR', 'BFARVALID']);
+    expect(faultBits([['hfsr', 0x80000000], ['cfsr', 0x02000000]])).toEqual(['DEBUGEVT', 'DIVBYZERO']);
+    expect(faultBits([['cpsr', 16]])).toEqual([]);
   });
 
   it('say what the processor was doing', () => {

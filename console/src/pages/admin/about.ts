@@ -40,7 +40,7 @@ export class LfAdminHub extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'monitors/']);
+    new TopicController(this, () => SECOND);
   }
 
   override connectedCallback(): void {

@@ -42,7 +42,9 @@ export interface AimDetail {
 }
 
 interface Drag {
-  kind: 'pan' | 'draw' | Grip;
+  kind: 'pan' | 'draw' | 'point' | Grip;
+  /** Of the point that is dragged. */
+  index: number;
   pointer: number;
   from: Place;
   view: View;
@@ -56,6 +58,11 @@ const MARGIN_MINI_PX = 26;
 const ZOOM_PX = 64;
 const DRAG_LEAST_PX = 6;
 const SPLASHES_MAX = 60;
+
+/** What `point` says: a point of the trajectory was dragged there; `point-change` meanwhile. */
+export interface PlanPointDetail extends AimDetail {
+  index: number;
+}
 
 /**
  * Plan of the site, north up.
@@ -73,6 +80,8 @@ export class LfPlan extends LitElement {
     tool: { reflect: true },
     sector: { attribute: false },
     running: { attribute: false },
+    points: { attribute: false },
+    pointSelected: { type: Number, attribute: 'point-selected' },
     note: {},
     view: { state: true },
     size: { state: true },
@@ -91,6 +100,9 @@ export class LfPlan extends LitElement {
   declare running: Readonly<Record<string, Sector>>;
   /** Said instead of the plan's own hint. */
   declare note: string;
+  /** Places of a trajectory. */
+  declare points: readonly Place[];
+  declare pointSelected: number;
   declare view: View | null;
   declare size: Place;
   declare drag: Drag | null;
@@ -112,6 +124,8 @@ export class LfPlan extends LitElement {
     this.tool = 'look';
     this.sector = null;
     this.running = {};
+    this.points = [];
+    this.pointSelected = -1;
     this.note = '';
     this.view = null;
     this.size = [0, 0];
@@ -276,6 +290,7 @@ export class LfPlan extends LitElement {
       ${mini ? nothing : this.monitors.filter((m) => m.id === chosen?.id).map((m) => layers.aims(camera, m))}
       ${mini ? nothing : this.monitors.map((m) => layers.hotbeds(camera, m))}
       ${ordered.map((monitor) => layers.monitorMark(camera, monitor, monitor.id === this.selected))}
+      ${mini ? nothing : layers.route(camera, this.points, this.pointSelected, (n) => t('parts.plan.point', { n }))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
       ${mini ? nothing : layers.scaleBar(camera, lengthText)}
       ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v) => t('parts.plan.wind', { v }))}
@@ -379,9 +394,12 @@ export class LfPlan extends LitElement {
     }
     const grip = (event.target as Element).closest?.('[data-grip]')?.getAttribute('data-grip');
     const draws = this.tool === 'sector' && this.chosen && event.button === 0;
-    const kind = grip ? (grip as Grip) : draws ? 'draw' : 'pan';
+    const point = (event.target as Element).closest?.('[data-point]')?.getAttribute('data-point');
+    const kind = grip ? (grip as Grip) : point ? 'point' : draws ? 'draw' : 'pan';
+    if (point) emit(this, 'point-select', { index: Number(point) });
     this.drag = {
       kind,
+      index: Number(point ?? -1),
       pointer: event.pointerId,
       from,
       view: this.view,
@@ -411,9 +429,12 @@ export class LfPlan extends LitElement {
       this.touched = true;
       const { view } = drag;
       this.view = { ...view, east: view.east - right / view.scale, north: view.north + down / view.scale };
+    } else if (stand && drag.kind === 'point') {
+      const detail = { ...this.aimAt(stand, this.siteAt(at)), index: drag.index };
+      emit<PlanPointDetail>(this, 'point-change', detail);
     } else if (stand && drag.kind === 'draw') {
       this.draw(tidy(drawnSector(stand.at, drag.began, this.siteAt(at))), false);
-    } else if (stand && this.sector && drag.kind !== 'draw') {
+    } else if (stand && this.sector && drag.kind !== 'draw' && drag.kind !== 'point') {
       this.draw(tidy(dragged(stand.at, this.sector, drag.kind, this.siteAt(at))), false);
     }
   }
@@ -436,7 +457,7 @@ export class LfPlan extends LitElement {
     if (!drag || drag.pointer !== event.pointerId) return;
     this.drag = null;
     if (drag.far) {
-      if (drag.kind !== 'pan') this.draw(this.sector, true);
+      if (drag.kind !== 'pan' && drag.kind !== 'point') this.draw(this.sector, true);
       return;
     }
     if (drag.kind === 'pan' || drag.kind === 'draw') this.clicked(event, drag);
@@ -473,7 +494,7 @@ export class LfPlan extends LitElement {
   private cancel(event: PointerEvent): void {
     this.pinch.delete(event.pointerId);
     if (this.drag?.pointer !== event.pointerId) return;
-    const drew = this.drag.far && this.drag.kind !== 'pan';
+    const drew = this.drag.far && this.drag.kind !== 'pan' && this.drag.kind !== 'point';
     this.drag = null;
     if (drew) this.draw(this.sector, true);
   }

@@ -77,5 +77,16 @@ const ru: Record<keyof typeof en, string> = {
   'parts.timeline.speed': 'Скорость',
   'parts.timeline.at': '{t} из {d}',
   'parts.timeline.marks': 'меток: {n}',
+  'parts.chart': 'Куда направлен ствол: азимут по горизонтали, угол подъёма по вертикали',
+  'parts.chart.fit': 'Показать нарисованное',
+  'parts.chart.whole': 'Показать все пределы',
+  'parts.chart.barrel': 'ствол',
+  'parts.chart.move': 'Центр сектора',
+  'parts.chart.left': 'Левый край: ширина сектора',
+  'parts.chart.right': 'Правый край: ширина сектора',
+  'parts.chart.top': 'Верхний край: высота сектора',
+  'parts.chart.bottom': 'Нижний край: высота сектора',
+  'parts.chart.point': 'Точка {n}',
+  'parts.plan.point': 'Точка {n} траектории',
 };
 export default ru;

@@ -313,6 +313,25 @@ export function sectorShape(
   return svg`<path class="sector ${kind}" transform="translate(${f(x)} ${f(y)})" d=${d}></path>`;
 }
 
+/** A trajectory: places in their order. */
+export function route(
+  camera: Camera,
+  points: readonly Place[],
+  selected: number,
+  name: (n: number) => string,
+): SVGTemplateResult | typeof nothing {
+  if (!points.length) return nothing;
+  const path = points.map((at, n) => `${n ? 'L' : 'M'}${px(camera, at).map(f).join(' ')}`).join('');
+  return svg`<path class="route" d=${path}></path>
+    ${points.map((at, n) => {
+      const [x, y] = px(camera, at);
+      return svg`<g class="route-point ${n === selected ? 'selected' : ''}" data-point=${n}
+        aria-label=${name(n + 1)} transform="translate(${f(x)} ${f(y)})">
+        <circle class="hit" r="22"></circle><circle class="knob" r="12"></circle>
+        <text dy="4.5">${n + 1}</text></g>`;
+    })}`;
+}
+
 export function scaleBar(camera: Camera, length: (metres: number) => string): SVGTemplateResult {
   const metres = roundStep(140 / camera.view.scale);
   const long = metres * camera.view.scale;

@@ -412,4 +412,32 @@ export const planStyle = css`
     color: var(--p-dim);
     pointer-events: none;
   }
+  .route {
+    fill: none;
+    stroke: var(--p-accent);
+    stroke-width: 2.5;
+    stroke-linejoin: round;
+    pointer-events: none;
+  }
+  .route-point {
+    cursor: pointer;
+  }
+  .route-point .hit {
+    fill: transparent;
+  }
+  .route-point .knob {
+    fill: var(--p-surface);
+    stroke: var(--p-accent);
+    stroke-width: 2;
+  }
+  .route-point text {
+    font-weight: 650;
+    pointer-events: none;
+  }
+  .route-point.selected .knob {
+    fill: var(--p-accent);
+  }
+  .route-point.selected text {
+    fill: var(--p-on-accent);
+  }
 `;

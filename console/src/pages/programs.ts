@@ -5,7 +5,7 @@ import { dictionary, param, type Dictionary } from '../hub/dictionary';
 import { whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { age, num, plural, t } from '../i18n';
-import { bearingOf, placeAt, sectorOf, type Place, type QuenchSector } from '../parts/geometry';
+import { bearingOf, placeAt, sectorOf, type Place, type QuenchSector, type Sector } from '../parts/geometry';
 import { icon } from '../parts/icons';
 import '../parts/lf-aim-chart';
 import type { LfAimChart, PointDetail, SectorDetail } from '../parts/lf-aim-chart';
@@ -64,6 +64,8 @@ export class PagePrograms extends LitElement {
   @state() private adding = false;
   @query('lf-aim-chart') private chart?: LfAimChart;
   private drafts!: Drafts;
+  /** As it was drawn on the plan, whose near and far edges a program does not keep. */
+  private onPlan: { values: string; sector: Sector } | null = null;
   private outcomes = new Map<string, Outcome>();
 
   constructor() {
@@ -231,6 +233,8 @@ export class PagePrograms extends LitElement {
       distance_m: program.distance || DISTANCE_M,
     };
     const empty = isEmpty(which.kind, values);
+    const kept = this.onPlan?.values === String(values) ? this.onPlan.sector : null;
+    const drawn = kept ?? sectorOf(stand, request);
     const places: Place[] = trajectory
       ? pointsOf(values).map((at) => placeAt(stand.at, bearingOf(stand.heading, at.h), at.distance || DISTANCE_M))
       : [];
@@ -240,10 +244,11 @@ export class PagePrograms extends LitElement {
       .scene=${store.get('scene') ?? null}
       .selected=${monitor}
       .tool=${trajectory ? 'aim' : 'sector'}
-      .sector=${trajectory || empty ? null : sectorOf(stand, request)}
+      .sector=${trajectory || empty ? null : drawn}
       .points=${places}
       .pointSelected=${trajectory ? this.point : -1}
       @sector=${this.planned}
+      @sector-change=${this.planned}
       @aim=${(e: CustomEvent<AimDetail>) => this.aimed(e.detail)}
       @point-select=${(e: CustomEvent<{ index: number }>) => (this.point = e.detail.index)}
       @point-change=${(e: CustomEvent<PlanPointDetail>) => this.placed(e.detail)}
@@ -396,17 +401,17 @@ export class PagePrograms extends LitElement {
     if (!event.detail) return;
     const before = programOf(this.drafts.values(this.which));
     const fresh = isEmpty('Program', valuesOfProgram(before));
-    const { centre_arcmin, width_arcmin, height_arcmin, distance_m } = event.detail;
-    this.change(
-      valuesOfProgram({
-        centre: { h: centre_arcmin[0], v: centre_arcmin[1] },
-        width: width_arcmin,
-        height: height_arcmin,
-        distance: distance_m,
-        step: fresh ? 1 : before.step,
-        nozzle: fresh ? (limitsOf(this.monitor)?.Nozzle?.max ?? 60) : before.nozzle,
-      }),
-    );
+    const { centre_arcmin, width_arcmin, height_arcmin, distance_m, sector } = event.detail;
+    const values = valuesOfProgram({
+      centre: { h: centre_arcmin[0], v: centre_arcmin[1] },
+      width: width_arcmin,
+      height: height_arcmin,
+      distance: distance_m,
+      step: fresh ? 1 : before.step,
+      nozzle: fresh ? (limitsOf(this.monitor)?.Nozzle?.max ?? 60) : before.nozzle,
+    });
+    this.onPlan = { values: String(values), sector };
+    this.change(values);
   };
 
   private readonly dragged = (event: CustomEvent<PointDetail>): void => {

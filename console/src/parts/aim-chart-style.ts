@@ -60,13 +60,13 @@ export const chartStyle = css`
     fill: var(--p-accent);
     fill-opacity: 0.1;
     stroke: var(--p-accent);
-    stroke-width: 1.5;
+    stroke-dasharray: 3 4;
     cursor: move;
   }
   .way {
     fill: none;
     stroke: var(--p-water);
-    stroke-width: 2;
+    stroke-width: 2.5;
     stroke-linejoin: round;
     pointer-events: none;
   }

@@ -170,12 +170,12 @@ export class LfAimChart extends LitElement {
     for (let h = Math.ceil(this.hAt(width) / step) * step; h <= this.hAt(0); h += step) {
       const x = this.x(h);
       lines.push(svg`<path class=${h === 0 ? 'axis' : 'grid'} d="M${x} 0V${height}"></path>`);
-      if (x > 60 && x < width - 30) lines.push(svg`<text x=${x} y=${height - 8}>${angleText(h)}</text>`);
+      if (x > 60 && x < width - 30) lines.push(svg`<text x=${x} y=${height - 8}>${short(h)}</text>`);
     }
     for (let v = Math.ceil(this.vAt(height) / step) * step; v <= this.vAt(0); v += step) {
       const y = this.y(v);
       lines.push(svg`<path class=${v === 0 ? 'axis' : 'grid'} d="M0 ${y}H${width}"></path>`);
-      if (y > 20 && y < height - 30) lines.push(svg`<text class="side" x="8" y=${y - 5}>${angleText(v)}</text>`);
+      if (y > 20 && y < height - 30) lines.push(svg`<text class="side" x="8" y=${y - 5}>${short(v)}</text>`);
     }
     return lines;
   }
@@ -415,6 +415,11 @@ function round(value: number): number {
   return Math.round(value * 10) / 10;
 }
 
+/** Of whole degrees the tenths say nothing. */
+function short(arcmin: number): string {
+  return angleText(arcmin).replace(/[.,]0(?=°)/, '');
+}
+
 /** Lines of the grid so far apart, arc-minutes: 1, 5, 10, 15, 30, 45, 90 degrees. */
 function stepFor(least: number): number {
   const steps = [60, 120, 300, 600, 900, 1800, 2700, 5400];
@@ -425,7 +430,7 @@ function stepFor(least: number): number {
 function arrow(points: number[][]): unknown {
   const [[x0, y0], [x1, y1]] = [points[0] as [number, number], points[1] as [number, number]];
   const angle = (Math.atan2(y1 - y0, x1 - x0) * 180) / Math.PI;
-  return svg`<path class="arrow" d="M-6 -5L4 0L-6 5Z"
+  return svg`<path class="arrow" d="M-7 -7L6 0L-7 7Z"
     transform="translate(${(x0 + x1) / 2} ${(y0 + y1) / 2}) rotate(${angle})"></path>`;
 }
 

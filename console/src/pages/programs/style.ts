@@ -33,6 +33,14 @@ export const programsStyle = css`
   .list {
     padding: var(--s2);
   }
+  @media (min-width: 721px) {
+    .list {
+      position: sticky;
+      top: var(--s3);
+      max-height: calc(100dvh - 160px);
+      overflow-y: auto;
+    }
+  }
   .list h2 {
     font-size: 13px;
     color: var(--dim);

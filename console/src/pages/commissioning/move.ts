@@ -1,6 +1,6 @@
 // A button that moves a drive for as long as it is held.
 import { LitElement, css, html, nothing } from 'lit';
-import { customElement, property, state } from 'lit/decorators.js';
+import { customElement, property } from 'lit/decorators.js';
 import { jog, type Hold, type HoldState } from '../../hub/jog';
 import type { Drive, Toward } from '../../hub/types';
 import { t, tt, type Key } from '../../i18n';
@@ -53,7 +53,6 @@ export class LfMove extends LitElement {
   @property() drive: Drive = 'Horizontal';
   @property() toward: Toward = 'max';
   @property() why = '';
-  @state() private state: HoldState | null = null;
   private hold: Hold | null = null;
 
   override render() {
@@ -111,7 +110,7 @@ export class LfMove extends LitElement {
   }
 
   private told(state: HoldState): void {
-    this.state = state;
+    this.requestUpdate();
     if (state.state === 'ended' && state.text) showWhy(this, tt(state.text));
     if (state.state === 'ended') {
       this.dispatchEvent(new CustomEvent('end', { bubbles: true, composed: true }));
@@ -122,7 +121,7 @@ export class LfMove extends LitElement {
     if (!this.hold) return;
     this.hold.end();
     this.hold = null;
-    this.state = null;
+    this.requestUpdate();
   };
 }
 

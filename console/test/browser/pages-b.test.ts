@@ -2,7 +2,8 @@
 import { readFileSync } from 'node:fs';
 import type { Download, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
-import type { Params } from '../../src/hub/types';
+import type { Result } from '../../src/hub/types';
+import { STEPS, type StepId } from '../../src/pages/commissioning/model';
 import { Site, until } from './site';
 
 let site: Site;
@@ -16,8 +17,8 @@ afterAll(() => site?.stop());
 afterEach(async () => {
   await page.context().close();
   await until(async () => (await site.holder('M1')) === null);
-  await site.send('M1', 'Stop All');
   await site.send('M1', 'Lockout All off');
+  await site.send('M1', 'Stop All');
 });
 
 async function open(route: string, lang = 'en'): Promise<void> {
@@ -26,10 +27,15 @@ async function open(route: string, lang = 'en'): Promise<void> {
   await page.locator(`lf-page-${route}`).waitFor();
 }
 
-/** Read from the monitor now. */
-async function stored(subsystem: string, name: string): Promise<number[] | undefined> {
-  const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1/params/read`, { method: 'POST' });
-  return ((await answer.json()) as Params).values[subsystem]?.[name]?.values;
+/** What the monitor answers to GetParam now. */
+async function stored(subsystem: string, name: string): Promise<number[]> {
+  const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1/requests`, {
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify({ request: `GetParam ${subsystem} ${name}` }),
+  });
+  const { values } = ((await answer.json()) as Result).answers[0]!;
+  return ((values.values ?? values.value) as number[] | undefined) ?? [];
 }
 
 const field = (name: string) => page.getByLabel(`Value of ${name}`, { exact: true });
@@ -134,7 +140,7 @@ describe('parameters', () => {
 });
 
 describe('programs', () => {
-  const number = (name: string) => page.getByLabel(name);
+  const number = (name: string) => page.locator('.form').getByLabel(name);
 
   test('are drawn, stored and run', async () => {
     await open('programs');
@@ -147,7 +153,7 @@ describe('programs', () => {
       ['Between the lines', '2'],
       ['Nozzle', '40'],
     ] as const) {
-      await number(name).first().fill(value);
+      await number(name).fill(value);
     }
     await page.getByText('4 lines', { exact: true }).waitFor();
     const handle = page.locator('lf-aim-chart [data-what=left]');
@@ -167,13 +173,13 @@ describe('programs', () => {
   test('trajectories take the point where the barrel is, and a file brings them', async () => {
     await open('programs');
     await page.locator('.entry').nth(9).click();
-    await page.getByText('Take this point').click();
+    await page.getByText('Take this point', { exact: true }).click();
     await page.getByText('Add a point', { exact: true }).click();
     await page.getByLabel('Point 2: Horizontally').fill('5');
     await page.getByLabel('Point 2: Dwell').fill('2.5');
     await page.getByText('Store in M1').click();
     await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();
-    const values = (await stored('Control', 'Trajectory1'))!;
+    const values = await stored('Control', 'Trajectory1');
     expect(values).toHaveLength(8);
     expect(values[0]).toBe(await site.position('M1'));
     expect(values.slice(4)).toEqual([300, values[1], 25, 25]);
@@ -191,7 +197,7 @@ describe('programs', () => {
     await page.locator('.entry').nth(6).click();
     await number('Centre, vertically').fill('-60');
     await page.getByText('Wholly beyond the limits: the monitor refuses it.').first().waitFor();
-    await hold(page.getByText('Run program 6'), 200);
+    await page.locator('lf-hold', { hasText: 'Run program 6' }).hover();
     await page.getByText('Store it first: the monitor runs what it has stored').waitFor();
   });
 });
@@ -202,6 +208,22 @@ describe('commissioning', () => {
     for (const box of await page.locator('lf-step-prepare input[type=checkbox]').all()) await box.check();
     await page.getByText('Passed', { exact: true }).click();
     await page.locator('lf-step-stop').waitFor();
+  }
+
+  /** With everything before this step passed. */
+  async function openAt(step: StepId): Promise<void> {
+    page = await site.open('#/m/M1/commissioning');
+    await page.evaluate(
+      (before) => {
+        const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
+        const steps = Object.fromEntries(before.map((id) => [id, done]));
+        localStorage.setItem('lafet.commissioning.M1', JSON.stringify({ begun_ms: 1, steps, work: {} }));
+      },
+      STEPS.slice(0, STEPS.indexOf(step)),
+    );
+    await page.reload();
+    await page.locator('#take').click();
+    await page.locator(`lf-step-${step}`).waitFor();
   }
 
   test('refuses to go on before STOP is proved', async () => {
@@ -223,7 +245,7 @@ describe('commissioning', () => {
     const box = (await button.boundingBox())!;
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.mouse.down();
-    await until(() => site.moves('M1'));
+    await page.getByText('It moves. Press STOP now!').waitFor();
     await page.mouse.up();
     await page.getByText('It came to rest before STOP was pressed.').waitFor();
     expect(await site.stands('M1')).toBe(true);
@@ -241,14 +263,7 @@ describe('commissioning', () => {
   });
 
   test('teaches a limit, and the report has it', async () => {
-    await open('commissioning');
-    await page.evaluate(() => {
-      const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
-      const steps = { prepare: done, stop: done, directions: done, zero: done };
-      localStorage.setItem('lafet.commissioning.M1', JSON.stringify({ begun_ms: 1, steps, work: {} }));
-    });
-    await page.reload();
-    await page.locator('#take').click();
+    await openAt('limits');
     const box = page.locator('lf-step-limits .box').first();
     await hold(box.getByText('Limits off, to teach'));
     await until(async () => (await site.outputs('M1')).Horizontal?.flags.includes('Limitless') === true);
@@ -260,6 +275,7 @@ describe('commissioning', () => {
     await box.getByText('Limits on: take effect').click();
     await until(async () => (await site.outputs('M1')).Horizontal?.flags.includes('Limitless') === false);
     expect(await stored('Horizontal', 'MaxLimit')).toEqual([at]);
+    await box.getByText('Limits are on.').waitFor();
     await hold(box.locator('lf-move').first(), 400);
     await box.getByText('Stopped at its limit: left').waitFor();
     await page.locator('.steps').getByText('Report').click();
@@ -272,20 +288,12 @@ describe('commissioning', () => {
   });
 
   test('lets LOCKOUT be seen to refuse', async () => {
-    await open('commissioning');
-    await page.evaluate(() => {
-      const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
-      const names = ['prepare', 'stop', 'directions', 'zero', 'limits', 'nozzle', 'valves', 'sensors', 'buttons', 'detector', 'climatics'];
-      const steps = Object.fromEntries(names.map((name) => [name, done]));
-      localStorage.setItem('lafet.commissioning.M1', JSON.stringify({ begun_ms: 1, steps, work: {} }));
-    });
-    await page.reload();
-    await page.locator('#take').click();
+    await openAt('lockout');
     await page.locator('lf-step-lockout').getByText('LOCKOUT', { exact: true }).click();
     await page.getByText('The monitor says that it is locked out.').waitFor();
-    await hold(page.getByText('Try a Move', { exact: true }));
+    await hold(page.locator('lf-hold', { hasText: 'Try a Move' }));
     await page.getByText('Refused by the monitor, and nothing moved.').waitFor();
-    await hold(page.getByText('Release …'));
+    await hold(page.locator('lf-step-lockout lf-hold', { hasText: 'Release' }));
     await page.getByLabel('Type M1 to confirm').fill('M1');
     await page.locator('lf-dialogs').getByText('Release', { exact: true }).click();
     await page.getByText('Released: it obeys again').waitFor();

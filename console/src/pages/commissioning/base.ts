@@ -1,5 +1,5 @@
 // What all steps have in common: the monitor, what was found so far, passing.
-import { LitElement, css, html, type TemplateResult } from 'lit';
+import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { HubError } from '../../hub/errors';
@@ -120,7 +120,7 @@ export const stepStyle = css`
 `;
 
 export type Tone = 'good' | 'bad' | 'soso' | 'dim';
-const PICTURES = { good: 'check', bad: 'alarm', soso: 'warning', dim: 'clock' } as const;
+const PICTURES = { good: 'check', bad: 'alarm', soso: 'warning', dim: 'right' } as const;
 
 export class Step extends LitElement {
   static override styles = [base, fields, table, stepStyle];
@@ -242,6 +242,7 @@ export class Step extends LitElement {
       <lf-button kind="primary" icon="check" .why=${why} @click=${() => this.pass(facts())}
         >${t('commissioning.pass')}</lf-button
       >
+      ${why ? html`<span class="dim">${why}</span>` : nothing}
     </div>`;
   }
 }

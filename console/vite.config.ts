@@ -33,5 +33,5 @@ export default defineConfig({
 
 function proxy() {
   const to = { target: hub, ws: true, changeOrigin: true, headers: { origin: hub } };
-  return { '/api': to, '/health': to };
+  return { '/api': to, '/health': to, '/metrics': to };
 }

@@ -1,6 +1,8 @@
 //! The workspace's tasks: `cargo xtask <task>`. Each law of ARCHITECTURE.md that a machine can
 //! check is checked from here.
 
+mod bench;
+mod bindings;
 mod ci;
 mod citation;
 mod console;
@@ -149,6 +151,24 @@ const TASKS: &[Task] = &[
         about: "flash and RAM of the firmware, for each board",
         details: "The figures stand in docs/firmware.md.",
         run: firmware::size,
+    },
+    Task {
+        name: "bench",
+        arguments: "[--check | --only PART]",
+        about: "lafet and its peers, measured side by side: docs/performance.md",
+        details: "Parts: codec, roundtrip, bus, sim, capture, footprint. Installs what it measures \
+                  with where it may. With --check nothing is written: instruction counts that have \
+                  drifted by more than 3 % are an error.",
+        run: bench::bench,
+    },
+    Task {
+        name: "bindings",
+        arguments: "[--header]",
+        about: "lafet for C: builds it for host and Cortex-M3, and tests it under valgrind",
+        details: "Checks that the header is the library's, holds the golden vectors against it, lets the \
+                  C controller move the C monitor. Installs what is missing where it may. With --header \
+                  it writes the header anew.",
+        run: bindings::bindings,
     },
     Task {
         name: "swarm",

@@ -98,6 +98,9 @@ export class LfPlan extends LitElement {
   declare sector: Sector | null;
   /** What a program that runs scans, by monitor. */
   declare running: Readonly<Record<string, Sector>>;
+  /** Places of a trajectory. */
+  declare points: readonly Place[];
+  declare pointSelected: number;
   /** Said instead of the plan's own hint. */
   declare note: string;
   /** Places of a trajectory. */

@@ -62,7 +62,8 @@ export class LfApp extends LitElement {
         min-height: 0;
       }
       main > * {
-        display: block;
+        display: grid;
+        grid-template-columns: minmax(0, 1fr);
         min-height: 100%;
       }
       lf-replay-bar {

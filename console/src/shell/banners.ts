@@ -20,11 +20,11 @@ export class LfBanners extends LitElement {
     css`
       :host {
         display: flex;
-        min-height: 48px;
+        min-height: 56px;
         border-bottom: 1px solid var(--line);
         background: var(--surface-2);
         overflow-x: auto;
-        --lf-button-height: 40px;
+        --lf-button-height: 48px;
       }
       .banner {
         display: flex;

@@ -49,7 +49,6 @@ export class LfGuide extends LitElement {
         align-items: center;
         gap: var(--s2);
         min-height: 32px;
-        --lf-button-height: 40px;
         --lf-button-size: 13px;
       }
       header span {

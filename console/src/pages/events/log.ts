@@ -16,7 +16,7 @@ import { base, card, fields, table } from '../../theme/shared';
 import { filters, hashQuery, monitorName, notice } from '../alarms/common';
 import './chain';
 import { renderDeed, renderInside } from './deed';
-import { deedsOf, fieldTime, joined, matches, type Deed, type Kind } from './model';
+import { deedsOf, fieldTime, joined, matches, type Deed, type Kind, type LogFilter } from './model';
 import { eventStyle } from './style';
 import { wordsOf } from './words';
 
@@ -47,8 +47,7 @@ export class LfAuditLog extends LitElement {
 
   @state() private monitor = hashQuery().get('monitor') ?? '';
   @state() private user = '';
-  @state() private kind: Kind | '' = '';
-  @state() private bad = false;
+  @state() private kind: LogFilter['kind'] = '';
   @state() private period: Period = 'all';
   @state() private from = '';
   @state() private to = '';
@@ -87,7 +86,6 @@ export class LfAuditLog extends LitElement {
     const filter = {
       text: this.text,
       kind: this.kind,
-      bad: this.bad,
       ...this.range(),
     };
     const shown = this.deeds.filter((deed) => matches(deed, filter, wordsOf(deed.first.what)));
@@ -137,6 +135,7 @@ export class LfAuditLog extends LitElement {
           ${KINDS.map(
             (kind) => html`<option value=${kind} ?selected=${kind === this.kind}>${t(`events.kind_${kind}`)}</option>`,
           )}
+          <option value="bad" ?selected=${this.kind === 'bad'}>${t('events.bad')}</option>
         </select>
       </label>
       <label class="field"
@@ -156,15 +155,7 @@ export class LfAuditLog extends LitElement {
         .clear=${t('events.find_clear')}
         .value=${this.text}
         @find=${(e: CustomEvent<string>) => (this.text = e.detail)}
-      ></lf-find>
-      <label class="check"
-        ><input
-          type="checkbox"
-          name="bad"
-          .checked=${this.bad}
-          @change=${(e: Event) => (this.bad = (e.target as HTMLInputElement).checked)}
-        />${t('events.bad')}</label
-      >`;
+      ></lf-find>`;
   }
 
   private renderRange(choose: (name: 'from' | 'to') => (event: Event) => void) {
@@ -235,7 +226,6 @@ export class LfAuditLog extends LitElement {
 
   private clear(): void {
     this.monitor = this.user = this.kind = this.from = this.to = this.text = '';
-    this.bad = false;
     this.period = 'all';
   }
 

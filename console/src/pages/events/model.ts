@@ -18,9 +18,8 @@ export interface Deed {
 
 export interface LogFilter {
   text: string;
-  kind: Kind | '';
-  /** Only what did not go as wanted. */
-  bad: boolean;
+  /** `bad`: what did not go as wanted, of any kind. */
+  kind: Kind | 'bad' | '';
   from_ms: number | null;
   to_ms: number | null;
 }
@@ -84,8 +83,9 @@ export function fateOf(deed: Deed): Fate {
 
 export function matches(deed: Deed, filter: LogFilter, title: string): boolean {
   const { first } = deed;
-  if (filter.kind && deed.kind !== filter.kind) return false;
-  if (filter.bad && !['refused', 'failed'].includes(fateOf(deed))) return false;
+  if (filter.kind === 'bad') {
+    if (!['refused', 'failed'].includes(fateOf(deed))) return false;
+  } else if (filter.kind && deed.kind !== filter.kind) return false;
   if (filter.from_ms !== null && first.at_ms < filter.from_ms) return false;
   if (filter.to_ms !== null && first.at_ms > filter.to_ms) return false;
   const wanted = filter.text.trim().toLocaleLowerCase();

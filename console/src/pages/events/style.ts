@@ -171,15 +171,6 @@ export const eventStyle = css`
     padding: var(--s3);
     color: var(--dim);
   }
-  label.check {
-    display: inline-flex;
-    align-items: center;
-    gap: 10px;
-    min-height: var(--touch);
-    padding: 0 4px;
-    font-weight: 600;
-    cursor: pointer;
-  }
   .live {
     list-style: none;
     margin: 0;

@@ -1,0 +1,151 @@
+// The link to a monitor in figures: since the hub's start, and over the last minutes.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { SECOND, store, TopicController } from '../../hub/store';
+import type { Link } from '../../hub/types';
+import { age, num, t, tt, type Key } from '../../i18n';
+import '../../parts/lf-chip';
+import '../../parts/lf-trend';
+import { base } from '../../theme/shared';
+import { points, samplesOf, spanOf, type Measure } from './samples';
+
+const COUNTS = [
+  'sent',
+  'received',
+  'retries',
+  'timeouts',
+  'errors',
+  'late',
+  'strays',
+  'collisions',
+  'reconnects',
+] as const;
+
+/** What is nothing to worry about in any number. */
+const USUAL = new Set<string>(['sent', 'received']);
+
+const TRENDS: { measure: Measure; digits: number }[] = [
+  { measure: 'rtt_ms', digits: 1 },
+  { measure: 'loss_percent', digits: 1 },
+  { measure: 'received', digits: 0 },
+  { measure: 'retries', digits: 0 },
+];
+
+@customElement('lf-link-stats')
+export class LfLinkStats extends LitElement {
+  static override styles = [
+    base,
+    css`
+      :host {
+        display: grid;
+        gap: var(--s3);
+      }
+      .state {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        gap: var(--s2) var(--s3);
+      }
+      .endpoint {
+        font-family: var(--mono);
+        font-size: 13px;
+        color: var(--dim);
+        overflow-wrap: anywhere;
+      }
+      .trends {
+        display: grid;
+        grid-template-columns: repeat(auto-fit, minmax(220px, 1fr));
+        gap: var(--s3);
+      }
+      .span {
+        margin-top: -8px;
+        font-size: 12px;
+        color: var(--dim);
+      }
+      dl {
+        margin: 0;
+        display: grid;
+        grid-template-columns: repeat(auto-fill, minmax(104px, 1fr));
+        gap: 10px var(--s3);
+      }
+      dt {
+        font-size: 12px;
+        color: var(--dim);
+      }
+      dd {
+        margin: 0;
+        font-size: 16px;
+        font-weight: 600;
+      }
+      .zero dd {
+        font-weight: 400;
+        color: var(--dim);
+      }
+      .matters dd {
+        color: var(--medium);
+      }
+      .stale dd {
+        font-style: italic;
+        font-weight: 400;
+        color: var(--dim);
+      }
+      .error {
+        font-weight: 600;
+        line-height: 1.45;
+      }
+    `,
+  ];
+
+  @property() monitor = '';
+
+  constructor() {
+    super();
+    new TopicController(this, () => [`monitors/${this.monitor}/link`, SECOND]);
+  }
+
+  override render() {
+    const link = store.get(`monitors/${this.monitor}/link`);
+    if (!link) return nothing;
+    const heard = store.linked || store.source === 'replay';
+    const down = link.state === 'down';
+    const now = store.now();
+    const span_ms = spanOf(now - (samplesOf(this.monitor)[0]?.t ?? now));
+    return html`<div class="state">
+        <lf-chip kind=${down ? 'high' : 'normal'} icon=${down ? 'unlinked' : 'link'} ?stale=${!heard}
+          >${t(down ? 'diagnosis.link_down' : 'diagnosis.link_up', { age: age(store.now() - link.since_ms) })}</lf-chip
+        >
+        <span class="endpoint">${link.endpoint}</span>
+      </div>
+      ${link.error ? html`<div class="error">${tt(link.error)}</div>` : nothing}
+      <div class="trends">
+        ${TRENDS.map(
+          ({ measure, digits }) => html`<lf-trend
+            .name=${t(`diagnosis.trend_${measure}` as Key)}
+            .unit=${t(`diagnosis.unit_${measure}` as Key)}
+            .points=${points(this.monitor, measure)}
+            .now=${now}
+            .span_ms=${span_ms}
+            .digits=${digits}
+            ?stale=${!heard || down}
+          ></lf-trend>`,
+        )}
+      </div>
+      <div class="span">${t('diagnosis.span', { n: span_ms / 60_000 })}</div>
+      <dl class=${heard ? '' : 'stale'}>${COUNTS.map((name) => this.renderCount(name, link))}</dl>`;
+  }
+
+  private renderCount(name: (typeof COUNTS)[number], link: Link) {
+    const value = link[name];
+    const recent = !USUAL.has(name) && name in link.last && link.last[name as 'retries'] > 0;
+    return html`<div class="${value === 0 ? 'zero' : ''} ${recent ? 'matters' : ''}" title=${t(`diagnosis.about_${name}`)}>
+      <dt>${t(`diagnosis.count_${name}`)}</dt>
+      <dd>${num(value)}</dd>
+    </div>`;
+  }
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lf-link-stats': LfLinkStats;
+  }
+}

@@ -1,0 +1,149 @@
+// What the page of diagnosis knows without a screen: flags in order, what to try, the report.
+import type { DictFlag, Dictionary } from '../../hub/dictionary';
+import type { Link, Readiness, Severity, Status, Text } from '../../hub/types';
+
+export interface FlagSeen {
+  subsystem: string;
+  /** As the status names it: `Move`, `LeftButtonState=Pressed`. */
+  name: string;
+  flag: DictFlag;
+  severity: Severity;
+  set: boolean;
+  /** Of a flag of several bits, its state. */
+  state: string | null;
+}
+
+const RANK: Record<Severity, number> = { alarm: 0, warning: 1, notice: 2, info: 3 };
+
+/** A pressed button is no fault; a broken line of it is. */
+const HARMLESS = new Set(['Pressed', 'Released']);
+
+/**
+ * Every flag of every subsystem that the monitor has, in the dictionary's order; of a monitor that
+ * was never heard those of all subsystems.
+ */
+export function flagsOf(status: Status | undefined, dict: Dictionary): FlagSeen[] {
+  const heard = status?.at_ms != null;
+  return dict.subsystems.flatMap((sub) => {
+    const state = status?.subsystems[sub.name];
+    const table = sub.flags ? dict.flags[sub.flags] : undefined;
+    if (!table || (heard && !state)) return [];
+    return table.map((flag) => seen(sub.name, flag, state?.flags ?? []));
+  });
+}
+
+function seen(subsystem: string, flag: DictFlag, set: string[]): FlagSeen {
+  const found = set.find((name) => name === flag.name || name.startsWith(`${flag.name}=`));
+  const state = found?.split('=')[1] ?? null;
+  const severity = state && HARMLESS.has(state) ? 'info' : flag.severity;
+  return { subsystem, name: found ?? flag.name, flag, severity, set: found !== undefined, state };
+}
+
+/** Those that are set, the worst first. */
+export function setFlags(flags: FlagSeen[]): FlagSeen[] {
+  return flags.filter((flag) => flag.set).sort((a, b) => RANK[a.severity] - RANK[b.severity]);
+}
+
+export function matchingFlags(flags: FlagSeen[], text: string, lang: 'en' | 'ru'): FlagSeen[] {
+  const wanted = text.trim().toLocaleLowerCase(lang);
+  if (!wanted) return flags;
+  return flags.filter(({ subsystem, name, flag }) =>
+    [subsystem, name, flag.meaning[lang], flag.cause[lang], flag.remedy[lang]].some((part) =>
+      part.toLocaleLowerCase(lang).includes(wanted),
+    ),
+  );
+}
+
+/** Something to do, and what speaks for it. */
+export interface Try {
+  /** A key `diagnosis.try_…`, or the text of the dictionary. */
+  key: 'loss' | 'errors' | 'late' | 'collisions' | 'strays' | 'doctor' | 'crash' | null;
+  text: Text | null;
+  urgent: boolean;
+  /** Flags or figures that it follows from. */
+  from: string[];
+}
+
+/** Loss of a line that is in order, permille. */
+const LOSS_USUAL = 10;
+
+export function tries(
+  readiness: Readiness | undefined,
+  flags: FlagSeen[],
+  link: Link | undefined,
+  crashed: boolean,
+): Try[] {
+  const found: Try[] = [];
+  const add = (text: Text, urgent: boolean, from: string) => {
+    const same = found.find((one) => one.text?.en === text.en);
+    if (same) {
+      if (!same.from.includes(from)) same.from.push(from);
+      same.urgent ||= urgent;
+    } else found.push({ key: null, text, urgent, from: [from] });
+  };
+  for (const reason of readiness?.reasons ?? []) {
+    if (reason.code !== 'link' && reason.code !== 'stale') continue;
+    add(reason.remedy, true, '');
+  }
+  for (const { subsystem, name, flag, severity } of setFlags(flags)) {
+    if (severity === 'alarm' || severity === 'warning') {
+      add(flag.remedy, severity === 'alarm', `${subsystem} ${name}`);
+    }
+  }
+  if (link) found.push(...linkTries(link));
+  if (crashed) found.push({ key: 'crash', text: null, urgent: false, from: [] });
+  return found.sort((a, b) => Number(b.urgent) - Number(a.urgent));
+}
+
+function linkTries(link: Link): Try[] {
+  const found: Try[] = [];
+  const one = (key: NonNullable<Try['key']>, figure: string) =>
+    found.push({ key, text: null, urgent: false, from: [figure] });
+  if (link.state === 'up' && link.loss_permille > LOSS_USUAL) one('loss', `${link.loss_permille / 10} %`);
+  if (link.errors > 0) one('errors', String(link.errors));
+  if (link.late > 0) one('late', String(link.late));
+  if (link.collisions > 0) one('collisions', String(link.collisions));
+  if (link.strays > 0) one('strays', String(link.strays));
+  if (found.length > 0 || link.state === 'down') one('doctor', link.endpoint);
+  return found;
+}
+
+export interface CrashBit {
+  register: string;
+  bit: number;
+  name: string;
+  meaning: Text;
+  remedy: Text;
+}
+
+export interface Crash {
+  words: [string, number][];
+  filled: boolean;
+  bits?: CrashBit[];
+  arch?: string | null;
+}
+
+/** 0x0800 1F3C */
+export function wordHex(value: number): string {
+  const hex = (value >>> 0).toString(16).toUpperCase().padStart(8, '0');
+  return `0x${hex.slice(0, 4)} ${hex.slice(4)}`;
+}
+
+/** What the processor was doing, by the last nine bits of psr (ARMv7-M). Null: not said. */
+export function exceptionOf(words: [string, number][]): { name: string; number: number } | null {
+  const psr = words.find(([name]) => name === 'psr')?.[1];
+  if (psr === undefined) return null;
+  const number = psr % 512;
+  const names: Record<number, string> = {
+    2: 'NMI',
+    3: 'HardFault',
+    4: 'MemManage',
+    5: 'BusFault',
+    6: 'UsageFault',
+    11: 'SVCall',
+    12: 'DebugMonitor',
+    14: 'PendSV',
+    15: 'SysTick',
+  };
+  return { name: names[number] ?? '', number };
+}

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
 use crate::{
-    TaskResult, bench, demo, dissector, flag, licences, links, model, no_std, setup, swarm,
+    TaskResult, bench, bindings, demo, dissector, flag, licences, links, model, no_std, setup,
+    swarm,
 };
 
 /// How the README's test command begins.

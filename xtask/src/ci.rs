@@ -39,6 +39,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("lafet for C", bindings::check);
     steps.step("instructions of the codec and the device", bench::check);
     steps.step("the demo", smoke);
+    steps.step("the console in a browser", console::browser);
     Ok(steps.finish("cargo xtask ci"))
 }
 

@@ -89,7 +89,7 @@ export class LfAdminHub extends LitElement {
           <h2>${t('admin.storage')}</h2>
           ${this.renderStorage()}
         </header>
-        <dl class="facts">
+        <dl class="facts figures">
           <dt>${t('admin.audit_waiting')}</dt>
           <dd>${this.figure('lafet_audit_waiting')}</dd>
           <dt>${t('admin.audit_lost')}</dt>

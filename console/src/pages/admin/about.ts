@@ -147,7 +147,7 @@ export class LfAdminHub extends LitElement {
 
   private stopLongest(): string {
     const seconds = this.metrics.get('lafet_stop_seconds_max');
-    return seconds === undefined ? '—' : t('admin.ms', { n: num(seconds * 1000, 1) });
+    return !seconds ? '—' : t('admin.ms', { n: num(seconds * 1000, 1) });
   }
 
   private async load(): Promise<void> {

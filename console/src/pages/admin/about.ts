@@ -89,7 +89,7 @@ export class LfAdminHub extends LitElement {
           <h2>${t('admin.storage')}</h2>
           ${this.renderStorage()}
         </header>
-        <dl class="facts">
+        <dl class="facts figures">
           <dt>${t('admin.audit_waiting')}</dt>
           <dd>${this.figure('lafet_audit_waiting')}</dd>
           <dt>${t('admin.audit_lost')}</dt>
@@ -147,7 +147,7 @@ export class LfAdminHub extends LitElement {
 
   private stopLongest(): string {
     const seconds = this.metrics.get('lafet_stop_seconds_max');
-    return seconds === undefined ? '—' : t('admin.ms', { n: num(seconds * 1000, 1) });
+    return !seconds ? '—' : t('admin.ms', { n: num(seconds * 1000, 1) });
   }
 
   private async load(): Promise<void> {

@@ -56,6 +56,12 @@ export const adminStyle = css`
   dl.facts dd .dim {
     font-weight: 400;
   }
+  dl.facts.figures {
+    grid-template-columns: minmax(0, 1fr) max-content;
+  }
+  .figures dd {
+    text-align: right;
+  }
   .monitors {
     list-style: none;
     margin: 0;
@@ -138,11 +144,11 @@ export const adminStyle = css`
       content: attr(data-short);
       font-size: 12px;
     }
-    dl.facts {
+    dl.facts:not(.figures) {
       grid-template-columns: 1fr;
       gap: 2px;
     }
-    dl.facts dd {
+    dl.facts:not(.figures) dd {
       margin-bottom: 10px;
     }
   }

@@ -52,8 +52,17 @@ export class LfCrash extends LitElement {
         min-height: 48px;
         display: flex;
         align-items: center;
+        gap: 10px;
         cursor: pointer;
         font-weight: 600;
+      }
+      summary::before {
+        content: '›';
+        font-size: 20px;
+        color: var(--dim);
+      }
+      details[open] > summary::before {
+        transform: rotate(90deg);
       }
     `,
   ];

@@ -103,9 +103,6 @@ export class LfPlan extends LitElement {
   declare pointSelected: number;
   /** Said instead of the plan's own hint. */
   declare note: string;
-  /** Places of a trajectory. */
-  declare points: readonly Place[];
-  declare pointSelected: number;
   declare view: View | null;
   declare size: Place;
   declare drag: Drag | null;

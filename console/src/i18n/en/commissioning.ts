@@ -46,6 +46,7 @@ export default {
   'commissioning.no': 'No',
   'commissioning.hold': 'hold',
   'commissioning.moving': 'moving',
+  'commissioning.ended': 'The motion has ended. Let go, and hold again.',
   'commissioning.hold_hint': 'Moves as long as it is held',
   'commissioning.why_stale': 'The monitor has not been heard for a while',
   'commissioning.why_busy': 'Wait for the answer',

@@ -46,6 +46,7 @@ export default {
   'commissioning.no': 'Нет',
   'commissioning.hold': 'держать',
   'commissioning.moving': 'движется',
+  'commissioning.ended': 'Движение закончилось. Отпустите и нажмите снова.',
   'commissioning.hold_hint': 'Движется, пока нажата',
   'commissioning.why_stale': 'Ствол давно не отвечал',
   'commissioning.why_busy': 'Дождитесь ответа',

@@ -2,6 +2,7 @@ export default {
   'commissioning.title': 'Commissioning',
   'commissioning.intro': 'Step by step from the first STOP to the report. Each step says what will move; a step that is not done holds up those after it.',
   'commissioning.look': 'Commissioning needs the role engineer and control of {monitor}.',
+  'commissioning.unknown': '{monitor} has not said yet what it consists of.',
   'commissioning.steps': 'Steps',
   'commissioning.progress': '{n} of {of}',
   'commissioning.begun': 'Begun {at}',

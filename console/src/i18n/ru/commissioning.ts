@@ -2,6 +2,7 @@ export default {
   'commissioning.title': 'Пусконаладка',
   'commissioning.intro': 'Шаг за шагом от первой проверки СТОП до отчёта. Каждый шаг говорит, что придёт в движение; невыполненный шаг задерживает следующие.',
   'commissioning.look': 'Для пусконаладки нужны роль инженера и управление стволом {monitor}.',
+  'commissioning.unknown': '{monitor} ещё не сообщил, из чего состоит.',
   'commissioning.steps': 'Шаги',
   'commissioning.progress': '{n} из {of}',
   'commissioning.begun': 'Начата {at}',

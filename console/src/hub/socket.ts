@@ -19,6 +19,7 @@ const RETRY_FIRST_MS = 250;
 const RETRY_MOST_MS = 4000;
 /** The hub speaks each second; so long without a word means that the way to it is broken. */
 const SILENT_MS = 2500;
+const LISTEN_MS = 500;
 const RESUME_KEY = 'lafet.resume';
 const SESSION_ENDED = 4401;
 
@@ -28,6 +29,7 @@ class Socket {
   private retry_ms = RETRY_FIRST_MS;
   private retryTimer = 0;
   private heard_ms = 0;
+  private watched = false;
   private nextId = 1;
   private readonly waiting = new Map<number, Waiting>();
   private readonly listeners = new Map<string, Set<(message: never) => void>>();
@@ -37,7 +39,9 @@ class Socket {
     if (this.wanted) return;
     this.wanted = true;
     this.open();
-    window.setInterval(() => this.listen(), 500);
+    if (this.watched) return;
+    this.watched = true;
+    window.setInterval(() => this.listen(), LISTEN_MS);
     window.addEventListener('online', () => this.reopen());
   }
 

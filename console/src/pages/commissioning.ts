@@ -279,6 +279,7 @@ export class PageCommissioning extends LitElement {
   @property() monitor = '';
   @state() private progress: Progress = begun(0);
   @state() private shown: Shown = 'prepare';
+  private placed = false;
 
   constructor() {
     super();
@@ -291,8 +292,13 @@ export class PageCommissioning extends LitElement {
   }
 
   override willUpdate(changed: Map<string, unknown>): void {
-    if (!changed.has('monitor')) return;
-    this.progress = readProgress(this.monitor) ?? begun(store.now());
+    if (changed.has('monitor')) {
+      this.progress = readProgress(this.monitor) ?? begun(store.now());
+      this.placed = false;
+    }
+    // Which steps there are is known when the monitor has said what it consists of.
+    if (this.placed || !this.isKnown()) return;
+    this.placed = true;
     this.shown = nextOf(this.progress, this.steps()) ?? 'report';
   }
 
@@ -306,10 +312,12 @@ export class PageCommissioning extends LitElement {
         <lf-button kind="quiet" icon="refresh" @click=${this.anew}>${t('commissioning.anew')}</lf-button>
       </header>
       <p class="look">${icon('info', 18)}<span>${t('commissioning.intro')} ${why ? html`<b>${t('commissioning.look', { monitor })} ${why}.</b>` : nothing}</span></p>
-      <div class="columns">
-        ${this.list(steps)}
-        <section class="step card" aria-live="off">${this.shown === 'report' ? this.report(steps) : this.step(this.shown, steps)}</section>
-      </div>
+      ${this.placed
+        ? html`<div class="columns">
+            ${this.list(steps)}
+            <section class="step card">${this.shown === 'report' ? this.report(steps) : this.step(this.shown, steps)}</section>
+          </div>`
+        : html`<p class="gate">${icon('unlinked', 24)}<span>${t('commissioning.unknown', { monitor })}</span></p>`}
     </div>`;
   }
 
@@ -431,6 +439,11 @@ export class PageCommissioning extends LitElement {
             </dd>`;
         })}
       </dl>`;
+  }
+
+  private isKnown(): boolean {
+    const status = store.get(`monitors/${this.monitor}/status`);
+    return Object.keys(status?.subsystems ?? {}).length > 0;
   }
 
   private steps(): StepId[] {

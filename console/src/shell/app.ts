@@ -139,6 +139,7 @@ export class LfApp extends LitElement {
     followPauses();
     followAuthority();
     http.onLoginNeeded = (setup) => (this.phase = setup ? 'setup' : 'login');
+    socket.on('hello', () => this.requestUpdate());
     socket.onSessionEnded = () => (this.phase = 'login');
     router.addEventListener('change', () => this.goTo());
     guideChanged.addEventListener('change', () => this.requestUpdate());
@@ -222,9 +223,7 @@ export class LfApp extends LitElement {
     setSession(given);
     this.phase = 'on';
     socket.start();
-    const again = () => this.requestUpdate();
-    socket.on('hello', again);
-    dictionary().then(again, () => {});
+    dictionary().then(() => this.requestUpdate(), () => {});
     void this.load(this.route.page);
   }
 

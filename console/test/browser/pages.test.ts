@@ -26,7 +26,7 @@ const VIEWS = [
 ];
 
 for (const { lang, theme, size } of VIEWS) {
-  test(`pages in ${lang}, ${theme}, ${size.width} × ${size.height}`, { timeout: 60_000 }, async () => {
+  test(`pages in ${lang}, ${theme}, ${size.width} × ${size.height}`, { timeout: 120_000 }, async () => {
     const page = await site.open('#/overview', lang, size);
     const thrown: string[] = [];
     page.on('pageerror', (error) => thrown.push(String(error)));

@@ -111,7 +111,11 @@ export class LfMove extends LitElement {
 
   private told(state: HoldState): void {
     this.requestUpdate();
-    if (state.state === 'ended' && state.text) showWhy(this, tt(state.text));
+    // At a limit it stands, and says so itself; any other end wants a new hold.
+    const silent = state.end === 'left' || state.end === 'standing' || state.end === null;
+    if (state.state === 'ended' && (state.text || !silent)) {
+      showWhy(this, tt(state.text) || t('commissioning.ended'));
+    }
     if (state.state === 'ended') {
       this.dispatchEvent(new CustomEvent('end', { bubbles: true, composed: true }));
     }

@@ -63,14 +63,16 @@ static int ask(int port, double seconds) {
     uint16_t registers[4];
     if (!took || modbus_connect(modbus) < 0) return 1;
     double start = now(), before = start;
+    clock_t busy = clock();
     while (before - start < seconds && count < room) {
         if (modbus_read_registers(modbus, 0, 4, registers) != 4) return 1;
         double after = now();
         took[count++] = (float)(after - before);
         before = after;
     }
+    busy = clock() - busy;
     qsort(took, count, sizeof *took, by_size);
-    printf("%.1f %.2f\n", count / (before - start), took[count * 99 / 100] * 1e6);
+    printf("%zu %.2f %.6f\n", count, took[count * 99 / 100] * 1e6, (double)busy / CLOCKS_PER_SEC);
     return 0;
 }
 

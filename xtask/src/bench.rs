@@ -1,13 +1,16 @@
 //! `cargo xtask bench`: lafet and its peers, measured side by side: docs/performance.md.
 
+use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 use crate::run::{self, StepResult};
-use crate::{TaskResult, no_std, setup};
+use crate::{TaskResult, firmware, no_std, setup};
 
 const PAGE: &str = "docs/performance.md";
 /// Instructions of our own code, and how they are kept.
 const COUNTS: &str = "bench/instructions.txt";
+
+const QEMU: &str = "qemu-system-arm";
 
 /// A part of the benchmarks: a program of bench/ that prints sections.
 struct Part {
@@ -16,7 +19,13 @@ struct Part {
     print: fn() -> Result<String, String>,
 }
 
-const PARTS: &[Part] = &[Part { name: "codec", needs: valgrind, print: codec }];
+const PARTS: &[Part] = &[
+    Part { name: "codec", needs: valgrind, print: codec },
+    Part { name: "roundtrip", needs: modbus, print: roundtrip },
+    Part { name: "sim", needs: nothing, print: sim },
+    Part { name: "capture", needs: mavlink, print: capture },
+    Part { name: "footprint", needs: emulator, print: footprint },
+];
 
 pub fn bench(arguments: &[String]) -> TaskResult {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
@@ -69,6 +78,92 @@ fn codec() -> Result<String, String> {
     let mut write = program("lafet-bench-codec", &["--no-default-features"]);
     run::output(write.arg("write").arg(counts))?;
     run::output(program("lafet-bench-codec", &[]).arg("report"))
+}
+
+fn roundtrip() -> Result<String, String> {
+    let lafet = lafet()?;
+    let folder = run::root().join("bench/trips");
+    run::output(program("lafet-bench-trips", &[]).arg("report").arg(lafet).arg(folder))
+}
+
+fn sim() -> Result<String, String> {
+    run::output(&mut program("lafet-bench-host", &["--bin", "sim"]))
+}
+
+fn capture() -> Result<String, String> {
+    let lafet = lafet()?;
+    let folder = run::root().join("bench/host");
+    run::output(program("lafet-bench-host", &["--bin", "capture"]).arg(lafet).arg(folder))
+}
+
+/// Flash, RAM and instructions a message, beside a program that does nothing.
+fn footprint() -> Result<String, String> {
+    const GOALS: [(&str, u64); 3] = [("flash", 1_500), ("RAM", 600), ("instructions", 1_200)];
+    let none = chip("none", &[])?;
+    let mut table =
+        String::from("| | flash | RAM | instructions a message |\n|---|---:|---:|---:|\n");
+    let mut goals = String::from("| goal | at most | measured | |\n|---|---:|---:|---|\n");
+    for name in ["lafet", "mavlink", "postcard", "rmodbus"] {
+        let all = chip(name, &["--features", name])?;
+        let own = [all.0.saturating_sub(none.0), all.1.saturating_sub(none.1), all.2];
+        table += &format!("| {name} | {} | {} | {} |\n", own[0], own[1], own[2]);
+        for ((what, goal), got) in GOALS.iter().zip(own).filter(|_| name == "lafet") {
+            let word = if got <= *goal { "met" } else { "**missed**" };
+            goals += &format!("| {what} | {goal} | {got} | {word} |\n");
+        }
+    }
+    Ok(format!("== footprint\n{table}\n== footprint-goals\n{goals}"))
+}
+
+/// Flash and RAM of a program for the chip, and what it counts there.
+fn chip(name: &str, features: &[&str]) -> Result<(u64, u64, u64), String> {
+    let target = no_std::target().join("footprint");
+    let mut build = no_std::build(Some(&target))?;
+    build.current_dir(run::root().join("bench/footprint"));
+    build.args(["--release", "--locked", "--bin", name]).args(features);
+    run::output(&mut build)?;
+    let program = target.join(no_std::TARGET).join("release").join(name);
+    let (flash, ram) = firmware::memory(&program)?;
+    let mut qemu = Command::new(QEMU);
+    qemu.args(["-M", "lm3s6965evb", "-nographic", "-icount", "shift=0"]);
+    qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&program);
+    let printed = run::output(&mut qemu)?;
+    let count = printed.trim().parse().map_err(|_| format!("{name} printed `{printed}`"))?;
+    Ok((flash, ram, count))
+}
+
+/// The program of the workspace, as it is released.
+fn lafet() -> Result<PathBuf, String> {
+    run::output(&mut run::cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
+    Ok(no_std::target().join("release/lafet"))
+}
+
+fn nothing() -> StepResult {
+    Ok(())
+}
+
+fn modbus() -> StepResult {
+    setup::program("taskset", "util-linux")?;
+    if run::output(Command::new("pkg-config").args(["--exists", "libmodbus"])).is_err() {
+        setup::debian(&["libmodbus-dev", "pkg-config"])?;
+    }
+    python("pymodbus")
+}
+
+fn mavlink() -> StepResult {
+    setup::program("tshark", "tshark")?;
+    python("pymavlink")
+}
+
+fn emulator() -> StepResult {
+    setup::program(QEMU, QEMU)
+}
+
+fn python(package: &str) -> StepResult {
+    if run::output(Command::new("python3").args(["-c", &format!("import {package}")])).is_ok() {
+        return Ok(());
+    }
+    run::show(Command::new("python3").args(["-m", "pip", "install", "--quiet", package]))
 }
 
 /// `cargo run` of a program of bench/, whose target folder is its own.

@@ -156,7 +156,7 @@ const TASKS: &[Task] = &[
         name: "bench",
         arguments: "[--check | --only PART]",
         about: "lafet and its peers, measured side by side: docs/performance.md",
-        details: "Parts: codec, roundtrip, bus, sim, capture, footprint. Installs what it measures \
+        details: "Parts: codec, roundtrip, sim, capture, footprint. Installs what it measures \
                   with where it may. With --check nothing is written: instruction counts that have \
                   drifted by more than 3 % are an error.",
         run: bench::bench,

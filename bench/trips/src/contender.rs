@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::ask::busy_s;
+
 /// The processor for both ends.
 const PROCESSOR: &str = "1";
 const START_MAX: Duration = Duration::from_secs(20);
@@ -29,7 +31,7 @@ pub struct Running<'a> {
     child: Child,
 }
 
-/// Exchanges a second, and the 99th percentile in µs.
+/// Exchanges a second of processor time, of both ends together, and the 99th percentile in µs.
 pub type Figures = (f64, f64);
 
 impl Contender {
@@ -77,11 +79,14 @@ impl Running<'_> {
 
     fn run(&self, words: &[String]) -> Result<Figures, String> {
         let name = self.contender.name;
+        let server = self.child.id().to_string();
+        let before = busy_s(&server);
         let output = pinned(words).output().map_err(|e| format!("{name}: {e}"))?;
         let text = String::from_utf8_lossy(&output.stdout);
-        let mut numbers = text.split_whitespace().filter_map(|word| word.parse().ok());
-        match (numbers.next(), numbers.next()) {
-            (Some(rate), Some(p99)) => Ok((rate, p99)),
+        let served = busy_s(&server) - before;
+        let numbers: Vec<f64> = text.split_whitespace().flat_map(str::parse).collect();
+        match numbers[..] {
+            [exchanges, p99, asked] => Ok((exchanges / (served + asked), p99)),
             _ => Err(format!("{name}: {}", String::from_utf8_lossy(&output.stderr))),
         }
     }

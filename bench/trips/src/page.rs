@@ -105,7 +105,8 @@ fn print(names: &[&str], best: &[[Figures; 3]]) {
     goals.at_least("64 connections, share of the echo", 0.93, ours[1].0 / echo[1].0, "");
     goals.at_least("32 outstanding, share of the echo", 0.8, ours[2].0 / echo[2].0, "");
     section("roundtrip-goals", goals.text());
-    let mut bars = Bars::new("exchanges a second, 32 outstanding on one connection");
+    let mut bars =
+        Bars::new("exchanges a second of processor time, 32 outstanding on one connection");
     names.iter().zip(best).for_each(|(name, figures)| bars.bar(name, figures[2].0));
     section("roundtrip.svg", &bars.svg());
 }

@@ -48,19 +48,20 @@ fn send(bytes: &[u8]) {
     }
 }
 
-impl mavlink::embedded_io::ErrorType for Line {
+impl embedded_io::ErrorType for Line {
     type Error = core::convert::Infallible;
 }
 
-impl mavlink::embedded_io::Read for Line {
-    fn read_exact(&mut self, buffer: &mut [u8]) -> Result<(), mavlink::error::MessageReadError> {
+impl embedded_io::Read for Line {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Self::Error> {
         // SAFETY: nobody else uses it meanwhile; there is one thread, and no interrupt.
         let (wire, len, taken) = unsafe { &mut *(&raw mut WIRE) };
-        let end = *taken + buffer.len();
-        let bytes = wire.get(*taken..end).filter(|_| end <= *len);
-        let bytes = bytes.ok_or(mavlink::error::MessageReadError::Io)?;
-        buffer.copy_from_slice(bytes);
-        *taken = end;
-        Ok(())
+        let sent = wire.get(*taken..*len).unwrap_or_default();
+        let count = sent.len().min(buffer.len());
+        for (place, byte) in buffer.iter_mut().zip(sent) {
+            *place = *byte;
+        }
+        *taken += count;
+        Ok(count)
     }
 }

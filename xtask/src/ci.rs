@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
 use crate::{
-    TaskResult, bench, console, demo, dissector, firmware, flag, licences, links, model, no_std,
+    TaskResult, bench, bindings, console, demo, dissector, firmware, flag, licences, links, model,
+    no_std, setup, swarm,
 };
-use crate::{setup, swarm};
 
 /// How the README's test command begins.
 const TEST_COMMAND: &str = "cargo xtask test";
@@ -39,6 +39,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("lafet for C", bindings::check);
     steps.step("instructions of the codec and the device", bench::check);
     steps.step("the demo", smoke);
+    steps.step("the console in a browser", console::browser);
     Ok(steps.finish("cargo xtask ci"))
 }
 

@@ -18,7 +18,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-capture", &["lafet-proto"]),
     // Its tests stand on a wire of their own, for the tester trusts no other.
     ("lafet-conform", &["lafet-client", "lafet-proto"]),
-    ("lafet-hub", &["lafet-client", "lafet-proto"]),
+    ("lafet-hub", &["lafet-capture", "lafet-client", "lafet-proto"]),
     (
         "lafet",
         &[

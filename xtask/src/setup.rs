@@ -42,6 +42,17 @@ pub fn program(name: &str, package: &str) -> Result<(), String> {
     debian(&[package])
 }
 
+/// Makes sure of a PostgreSQL server to start in tests.
+pub fn postgres() -> Result<(), String> {
+    let versions = std::fs::read_dir("/usr/lib/postgresql").into_iter().flatten().flatten();
+    let mut programs = versions.map(|it| it.path().join("bin/initdb"));
+    if programs.any(|it| it.is_file()) || std::env::var_os("LAFET_NO_POSTGRES").is_some() {
+        return Ok(());
+    }
+    println!("   PostgreSQL is missing: installing it (not wanted: LAFET_NO_POSTGRES=1)");
+    debian(&["postgresql"])
+}
+
 /// Installs Debian packages when we may, else says how.
 pub fn debian(packages: &[&str]) -> Result<(), String> {
     let advice = format!("apt-get install -y --no-install-recommends {}", packages.join(" "));

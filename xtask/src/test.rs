@@ -7,6 +7,8 @@ pub fn test(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
     setup::rust()?;
     setup::program("python3", "python3")?;
+    setup::program("curl", "curl")?;
+    setup::postgres()?;
     let mut steps = Steps::default();
     steps.step("tests of all crates", || {
         show(&mut cargo(&["test", "--workspace", "--no-fail-fast"]))

@@ -66,7 +66,9 @@ export class Demo {
     });
   }
 
+  /** Takes control and commands. */
   async request(monitor: string, request: string): Promise<void> {
+    await this.post(`/api/monitors/${monitor}/authority`, { action: 'take' });
     const answer = await this.post(`/api/monitors/${monitor}/requests`, { request });
     if (!answer.ok) throw new Error(`${request}: ${await answer.text()}`);
   }

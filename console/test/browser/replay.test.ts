@@ -11,7 +11,6 @@ let page: Page;
 beforeAll(async () => {
   demo = await Demo.start();
   // Something to look back at: the barrel turns for some seconds.
-  await demo.post('/api/monitors/M1/authority', { action: 'take' });
   await demo.request('M1', 'Deploy Deployer');
   await until(async () => (await flags('Deployer')).includes('Deployed'), 40_000);
   await demo.request('M1', 'Move Horizontal 1200');
@@ -40,11 +39,11 @@ test('the history plays, is left for another page, and ends', async () => {
   await page.keyboard.press('End');
   await page.evaluate(() => (location.hash = '#/m/M1/operate'));
   // What was at the end: 20 degrees; at the beginning the barrel was wrapped.
-  const horizontal = page.locator('lf-value', { hasText: 'Horizontal' }).first();
+  const horizontal = page.locator('lf-value', { hasText: 'Horizontal' }).first().locator('.value');
   await until(async () => (await horizontal.textContent())?.includes('20.0') === true);
   expect(await page.locator('#take').count()).toBe(0);
   await page.locator('lf-replay-bar #live').click();
-  await page.locator('lf-replay-bar .bar').waitFor({ state: 'detached' });
+  await page.locator('lf-replay-bar section').waitFor({ state: 'detached' });
   await page.getByText('REPLAY of a recording').waitFor({ state: 'detached' });
 });
 
@@ -65,9 +64,7 @@ test('no command leaves, STOP does', async () => {
 });
 
 test('a recording is made, listed and played', async () => {
-  await page.getByText('Record now…').click();
   await demo.post('/api/recordings', { monitor: 'M1', seconds: 1, before_s: 10 });
-  await page.keyboard.press('Escape');
   const play = page.getByRole('button', { name: /^Play .*\.mcap/ }).first();
   await until(async () => (await play.getAttribute('aria-disabled')) !== 'true', 20_000);
   await play.click();

@@ -165,6 +165,9 @@ impl Hub {
         }
         let list: Vec<Value> = answers.iter().map(model::answer).collect();
         let ok = answers.iter().all(|answer| answer.status().is_success());
+        if let Some(simulation) = self.simulation.get().filter(|_| ok) {
+            simulation.commanded(station.id(), &what);
+        }
         Ok(json!({
             "ok": ok, "request": what, "took_ms": millis(took), "audit": audit, "answers": list,
         }))

@@ -3,19 +3,23 @@
 use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, watch};
+use tokio::task::JoinSet;
 use tokio::time::Instant;
 
 use crate::access::{Access, Bucket, Logins, Principal};
 use crate::alarms::Alarms;
 use crate::authority::{Notice, Now, Refusal, Seat};
 use crate::clock::Clock;
-use crate::config::Config;
+use crate::config::{Config, MonitorConfig};
 use crate::error::ApiError;
+use crate::owner;
+use crate::recording::Recordings;
+use crate::simulation::Simulation;
 use crate::station::Station;
 use crate::store::{Audit, History, Record, StoreError};
 use crate::sync::lock;
@@ -46,14 +50,14 @@ pub struct Inner {
     pub started_ms: u64,
     /// What is published.
     pub topics: Topics,
-    /// The monitors, by id.
-    pub stations: BTreeMap<String, Arc<Station>>,
     /// The audit log.
     pub audit: Audit,
     /// Users, sessions, tokens.
     pub access: Access,
     /// The history.
     pub history: Mutex<History>,
+    /// The recordings.
+    pub recordings: Recordings,
     /// The alarms.
     pub alarms: Mutex<Alarms>,
     /// Logins that failed.
@@ -64,6 +68,13 @@ pub struct Inner {
     pub counts: Counts,
     /// `true`: the hub ends.
     pub ending: watch::Sender<bool>,
+    /// A simulation that is behind the monitors, if there is one.
+    pub simulation: OnceLock<Box<dyn Simulation>>,
+    stations: Mutex<Arc<BTreeMap<String, Arc<Station>>>>,
+    /// Where things stand.
+    site: Mutex<Option<Value>>,
+    /// What goes on for each link; dropping it ends that.
+    owners: Mutex<Option<JoinSet<()>>>,
     seats: Mutex<HashMap<String, Live>>,
     buckets: Mutex<HashMap<String, Bucket>>,
     next_seat: AtomicU64,
@@ -136,15 +147,19 @@ impl Hub {
     pub fn new(config: Config, clock: Clock, dictionary: Value) -> Result<Self, StoreError> {
         let folder = config.data.clone();
         let folder = folder.as_deref();
-        let stations = config.monitors.iter().map(|monitor| {
-            let lost = Duration::from_millis(config.lost_ms);
-            (monitor.id.clone(), Arc::new(Station::new(monitor.clone(), lost)))
-        });
+        let stations = stations_of(&config, &config.monitors);
         let hub = Self(Arc::new(Inner {
-            stations: stations.collect(),
+            stations: Mutex::new(Arc::new(stations)),
+            site: Mutex::new(config.site.clone()),
+            simulation: OnceLock::new(),
+            owners: Mutex::default(),
             audit: Audit::open(folder)?,
             access: Access::open(folder)?,
-            history: Mutex::new(History::open(folder)?),
+            history: Mutex::new(match &config.history_url {
+                Some(url) => History::open_postgres(url)?,
+                None => History::open(folder)?,
+            }),
+            recordings: Recordings::open(&config.recording)?,
             alarms: Mutex::default(),
             logins: Mutex::default(),
             topics: Topics::default(),
@@ -160,7 +175,7 @@ impl Hub {
             dictionary,
         }));
         hub.topics.set("hub", &hub.about());
-        for station in hub.stations.values() {
+        for station in hub.stations() {
             station.publish_all(&hub);
         }
         Ok(hub)
@@ -176,18 +191,46 @@ impl Hub {
         json!({
             "name": "lafet", "version": env!("CARGO_PKG_VERSION"), "api": 1,
             "demo": self.config.demo, "simulation": self.config.simulation,
-            "login": self.config.login, "started_ms": self.started_ms, "site": self.config.site,
+            "login": self.config.login, "started_ms": self.started_ms, "site": *lock(&self.site),
         })
     }
 
     /// The monitor with this id.
-    pub fn station(&self, id: &str) -> Result<&Arc<Station>, ApiError> {
-        self.stations.get(id).ok_or_else(|| ApiError::no_monitor(id))
+    pub fn station(&self, id: &str) -> Result<Arc<Station>, ApiError> {
+        lock(&self.stations).get(id).cloned().ok_or_else(|| ApiError::no_monitor(id))
     }
 
     /// All monitors.
-    pub fn stations(&self) -> impl Iterator<Item = &Arc<Station>> {
-        self.stations.values()
+    pub fn stations(&self) -> Vec<Arc<Station>> {
+        lock(&self.stations).values().cloned().collect()
+    }
+
+    /// Owns the links from now on.
+    pub fn own(&self) {
+        *lock(&self.owners) = Some(owner::own(self));
+    }
+
+    /// Other monitors instead of these, as a simulation has loaded another site: nobody holds
+    /// them, and the alarms of the old ones are gone.
+    pub fn replace_monitors(&self, monitors: &[MonitorConfig], site: Option<Value>) {
+        let owned = lock(&self.owners).take().is_some();
+        let new = Arc::new(stations_of(&self.config, monitors));
+        let old = std::mem::replace(&mut *lock(&self.stations), new.clone());
+        *lock(&self.site) = site;
+        self.recordings.forget();
+        for station in old.values() {
+            let changes = lock(&self.alarms).forget(station.id());
+            self.publish_alarms(changes);
+            lock(&self.history).lost(self.clock.now_ms(), station.id());
+            if !new.contains_key(station.id()) {
+                station.unpublish(self);
+            }
+        }
+        new.values().for_each(|station| station.publish_all(self));
+        self.topics.set("hub", &self.about());
+        if owned {
+            self.own();
+        }
     }
 
     /// Requests sent to monitors so far.
@@ -221,7 +264,7 @@ impl Hub {
         };
         seats.insert(seat.clone(), live);
         drop(seats);
-        for station in self.stations.values() {
+        for station in self.stations() {
             lock(&station.authority).back(self.now(), &seat);
             station.publish_authority(self);
         }
@@ -235,7 +278,7 @@ impl Hub {
             return;
         }
         let mut holds = false;
-        for station in self.stations.values() {
+        for station in self.stations() {
             station.let_go(&key.seat);
             holds |= lock(&station.authority).lost(self.now(), &key.seat);
             station.publish_authority(self);
@@ -404,13 +447,19 @@ impl Hub {
     /// Releases what nobody holds any more, hands over what was asked for.
     pub fn handle_timeouts(&self) {
         let now = self.now();
-        for station in self.stations.values() {
+        for station in self.stations() {
             let notices = lock(&station.authority).handle_timeout(now);
             if !notices.is_empty() {
-                self.notices(station, notices);
+                self.notices(&station, notices);
             }
         }
     }
+}
+
+fn stations_of(config: &Config, monitors: &[MonitorConfig]) -> BTreeMap<String, Arc<Station>> {
+    let lost = Duration::from_millis(config.lost_ms);
+    let one = |it: &MonitorConfig| (it.id.clone(), Arc::new(Station::new(it.clone(), lost)));
+    monitors.iter().map(one).collect()
 }
 
 impl Caller {

@@ -25,7 +25,9 @@ mod error;
 mod hub;
 pub mod model;
 mod owner;
+mod recording;
 mod server;
+pub mod simulation;
 mod station;
 pub mod store;
 mod sync;
@@ -34,7 +36,7 @@ pub mod topics;
 
 pub use api::description;
 pub use clock::Clock;
-pub use config::{Config, MonitorConfig, Overrides, Problem, TlsConfig};
+pub use config::{Config, MonitorConfig, Overrides, Problem, RecordingConfig, TlsConfig};
 pub use error::ApiError;
 pub use hub::Hub;
 pub use server::Server;

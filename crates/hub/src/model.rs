@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use lafet_client::{AnswerBuf, Answers, LinkStatistics, Stats};
+use lafet_client::{AnswerBuf, LinkStatistics, Stats};
 use lafet_proto::dictionary::{self, layouts};
 use lafet_proto::flags::{self, Severity};
 use lafet_proto::status::Hotbed;
@@ -44,8 +44,8 @@ pub struct Subsystem {
 }
 
 /// Reads the answers to GetStatus.
-pub fn subsystems(answers: &Answers) -> BTreeMap<String, Subsystem> {
-    let told = answers.iter().filter(|answer| answer.status().is_success());
+pub fn subsystems<'a>(answers: impl Iterator<Item = &'a AnswerBuf>) -> BTreeMap<String, Subsystem> {
+    let told = answers.filter(|answer| answer.status().is_success());
     told.filter_map(|answer| Some((answer.from().name()?.to_owned(), subsystem(answer)?))).collect()
 }
 

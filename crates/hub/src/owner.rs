@@ -14,6 +14,7 @@ use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use serde_json::{Map, Value, json};
 use tokio::sync::broadcast::error::RecvError;
+use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
 use crate::hub::Hub;
@@ -38,16 +39,21 @@ const STALE_MS: u64 = 600;
 
 /// Starts everything that goes on by itself.
 pub fn start(hub: &Hub) {
-    let mut links: BTreeMap<String, Vec<Arc<Station>>> = BTreeMap::new();
-    for monitor in &hub.config.monitors {
-        if let Some(station) = hub.stations.get(&monitor.id) {
-            links.entry(link_of(&monitor.endpoint)).or_default().push(station.clone());
-        }
-    }
-    for stations in links.into_values() {
-        tokio::spawn(connect(hub.clone(), stations));
-    }
+    hub.own();
     tokio::spawn(keep(hub.clone()));
+}
+
+/// Connects to all monitors; dropping what is returned lets go of them.
+pub fn own(hub: &Hub) -> JoinSet<()> {
+    let mut links: BTreeMap<String, Vec<Arc<Station>>> = BTreeMap::new();
+    for station in hub.stations() {
+        links.entry(link_of(&station.config.endpoint)).or_default().push(station);
+    }
+    let mut owners = JoinSet::new();
+    for stations in links.into_values() {
+        owners.spawn(connect(hub.clone(), stations));
+    }
+    owners
 }
 
 /// Monitors with the same answer share a link.
@@ -79,19 +85,23 @@ async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
             }
         }
     };
+    let mut tasks = JoinSet::new();
     for station in stations {
         let address = station.config.endpoint.addresses().monitor;
         match client.at(address) {
             Ok(client) => {
                 station.client.send_replace(Some(client.clone()));
                 station.set_link(&hub, true, None);
-                tokio::spawn(follow_link(hub.clone(), station.clone(), client.clone()));
-                tokio::spawn(poll(hub.clone(), station.clone(), client.clone()));
-                tokio::spawn(read_slow(hub.clone(), station, Monitor::new(client)));
+                tasks.spawn(follow_link(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(record(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(poll(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(read_slow(hub.clone(), station, Monitor::new(client)));
             }
             Err(error) => station.set_link(&hub, false, Some(Both::of_error(&error))),
         }
     }
+    drop(client);
+    while tasks.join_next().await.is_some() {}
 }
 
 async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {
@@ -135,7 +145,7 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
                     at_ms: Some(hub.clock.now_ms().saturating_sub(age_ms)),
                     stale: false,
                     error: None,
-                    subsystems: model::subsystems(sample.answers()),
+                    subsystems: model::subsystems(sample.answers().iter()),
                 }
             }
             Ok(Update::Stale(error)) => {
@@ -152,6 +162,20 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
         note(&hub, &station, &status);
         station.set_status(&hub, status);
         observe(&hub, &station);
+    }
+}
+
+/// Keeps the frames of a monitor for recordings.
+async fn record(hub: Hub, station: Arc<Station>, client: Client) {
+    let (mut frames, address) = (client.trace(), client.address());
+    loop {
+        match frames.recv().await {
+            Ok(frame) if frame.dst == address || frame.src == address => {
+                hub.recordings.frame(hub.clock.now_ms(), station.id(), &frame);
+            }
+            Ok(_) | Err(RecvError::Lagged(_)) => {}
+            Err(RecvError::Closed) => return,
+        }
     }
 }
 
@@ -261,14 +285,18 @@ async fn keep(hub: Hub) {
         }
         hub.handle_timeouts();
         if tick.is_multiple_of(10) {
-            let changes = lock(&hub.alarms).handle_time(hub.clock.now_ms(), hub.audit.is_failing());
+            let failing = (hub.audit.is_failing(), lock(&hub.history).is_failing());
+            let now_ms = hub.clock.now_ms();
+            let changes = lock(&hub.alarms).handle_time(now_ms, failing.0, failing.1);
             hub.publish_alarms(changes);
             lock(&hub.history).flush();
+            hub.recordings.handle_time(hub.clock.now_ms());
         }
         if tick.is_multiple_of(36_000) {
             let history = lock(&hub.history);
             history.forget(hub.clock.now_ms(), hub.config.raw_days, hub.config.minute_days);
         }
     }
+    hub.recordings.end_all();
     lock(&hub.history).flush();
 }

@@ -163,6 +163,15 @@ impl Station {
         self.publish_params(hub);
     }
 
+    /// Takes everything back that was published.
+    pub fn unpublish(&self, hub: &Hub) {
+        for part in
+            ["info", "status", "link", "authority", "readiness", "limits", "hotbeds", "params"]
+        {
+            hub.topics.remove(&self.topic(part));
+        }
+    }
+
     fn info(&self) -> Value {
         let address = self.config.endpoint.addresses().monitor;
         json!({ "id": self.id(), "name": self.config.name, "address": address })

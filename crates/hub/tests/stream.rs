@@ -286,3 +286,41 @@ async fn what_was_asked_answered_and_came_of_it_is_in_the_log() {
     assert!(export.text.lines().count() >= 4);
     until("the log is stored", || site.hub.audit.waiting() == 0).await;
 }
+
+#[tokio::test]
+async fn the_history_is_played_and_exported() {
+    let site = Site::open(2).await;
+    let mut socket = site.ws("").await;
+    site.post("", "/api/monitors/M1/lockout", json!({})).await;
+    socket.next_where(|it| !it["set"]["alarms/M1/General/LockedOut"].is_null()).await;
+    // A change that follows another one closely is noted with the next poll but one.
+    let began = tokio::time::Instant::now();
+    let mut ticks = tokio::time::interval(Duration::from_millis(50));
+    let reply = loop {
+        ticks.tick().await;
+        let reply = site.get("", "/api/history/changes?monitor=M1").await;
+        if reply.text.contains("LockedOut") {
+            break reply;
+        }
+        assert!(began.elapsed() < support::PATIENCE, "{reply:?}");
+    };
+    assert_eq!(reply.header("content-type"), Some("application/x-ndjson"));
+    let lines: Vec<Value> =
+        reply.text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    let lines: Vec<&Value> = lines.iter().filter(|it| it["at_ms"].is_u64()).collect();
+    let has = |topic: &str| lines.iter().rev().find_map(|it| it["set"].get(topic));
+    let status = has("monitors/M1/status").unwrap();
+    let flags = status["subsystems"]["General"]["flags"].to_string();
+    assert!(flags.contains("LockedOut"), "{status}");
+    assert_eq!(has("alarms/M1/General/LockedOut").unwrap()["state"], "unack");
+    assert_eq!(has("monitors/M1/info").unwrap()["address"], 1);
+    assert!(has("monitors/M2/status").is_none(), "only M1 was asked for");
+    let long = site.get("", "/api/history/changes?from_ms=0").await;
+    assert_eq!((long.status, long.code()), (400, "bad_request"));
+    assert_eq!(site.get("", "/api/history/changes?monitor=M9").await.code(), "no_monitor");
+
+    let series = "monitor=M1&series=General.bits,General.pressure";
+    let parquet = site.get("", &format!("/api/history.parquet?{series}")).await;
+    assert_eq!(parquet.header("content-type"), Some("application/vnd.apache.parquet"));
+    assert!(parquet.text.starts_with("PAR1") && parquet.text.ends_with("PAR1"));
+}

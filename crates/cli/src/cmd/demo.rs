@@ -3,35 +3,33 @@
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use lafet_hub::{Config, MonitorConfig};
-use lafet_sim::exercise::{Director, Shipped};
+use lafet_hub::Config;
+use lafet_hub::text::Both;
 use lafet_sim::fire::FireSpec;
 use serde_json::json;
 use tokio::task::JoinSet;
 
 use crate::demo::{self, Options};
 use crate::failure::{Failure, Outcome};
-use crate::hub::{Running, browse, log, scene};
+use crate::hub::training::Training;
+use crate::hub::{Running, browse, log};
 use crate::interrupt::Interrupt;
 use crate::lang::{current, pick};
 use crate::out::Out;
-use crate::serve::{Listen, SharedSite, pace};
+use crate::serve::{Listen, pace};
 use crate::simulator;
 
 /// The scenario of the demo.
 const SCENARIO: &str = "tank-farm";
 /// The port of the console, if it is free.
 const PORT: u16 = 8480;
-/// Simulated time before anybody can ask: the monitors read their sensors for the first time.
-const POWER_UP_MS: u64 = 200;
 /// How often fires and jets are shown.
 const SCENE: Duration = Duration::from_millis(200);
-/// How often the hub asks the monitors, ms.
-const POLL_MS: u64 = 100;
+/// The state of the exercise is shown each so many of these.
+const STATE_TICKS: u64 = 3;
 
 /// `lafet demo`
 #[derive(Debug, Args)]
@@ -94,36 +92,27 @@ pub async fn run(args: DemoArgs, out: &mut Out) -> Outcome {
 async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     log(out.json(), "warn");
-    let shipped = Shipped::by_name(SCENARIO).and_then(|shipped| shipped.exercise().ok());
-    let exercise = Arc::new(shipped.ok_or_else(|| Failure::Usage(SCENARIO.into()))?);
-    let mut director = Director::new(exercise.clone(), args.seed);
-    director.advance_ms(POWER_UP_MS);
-    let site = SharedSite::new(director);
     let bus = lafet_proto::bus::PORT_EXTERNAL_CONN;
     let listening = match Listen::tcp(format!("127.0.0.1:{bus}")).open().await {
         Ok(listening) => listening,
         Err(_) => Listen::tcp("127.0.0.1:0").open().await?,
     };
     let place = listening.url().to_owned();
+    let cannot = |text: Both| Failure::Usage(text.of(current()).to_owned());
+    let training = Training::new(SCENARIO, Some(args.seed), &place).map_err(cannot)?;
+    let loaded = training.loaded().map_err(cannot)?;
     let mut tasks = JoinSet::new();
-    tasks.spawn(listening.serve(site.tap((0..exercise.monitors.len()).collect())));
-    let all = site.tap(Vec::new());
+    tasks.spawn(listening.serve(training.clone()));
+    let all = training.clone();
     tasks.spawn(async move {
         pace(all, 1.0).await;
         Ok(())
     });
-    let mut monitors = Vec::new();
-    for (plan, monitor) in exercise.monitors.iter().zip(&exercise.site.monitors) {
-        let url = format!("{place}?addr={}", monitor.sim.address);
-        let endpoint = url.parse().map_err(lafet_client::Error::from).map_err(Failure::Client)?;
-        let name = lafet_hub::text::both(&plan.name, &plan.name);
-        monitors.push(MonitorConfig { id: plan.name.clone(), name, endpoint, poll_ms: POLL_MS });
-    }
     let config = |port| Config {
         listen: SocketAddr::from(([127, 0, 0, 1], port)),
         login: false,
-        monitors: monitors.clone(),
-        site: Some(scene::site(&exercise)),
+        monitors: loaded.monitors.clone(),
+        site: loaded.site.clone(),
         simulation: true,
         demo: true,
         ..Config::default()
@@ -132,54 +121,67 @@ async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
         (None, Err(_)) => Running::start(config(0)).await?,
         (_, running) => running?,
     };
+    running.hub().simulate(Box::new(training.clone()));
     say(&running, &place, out)?;
     if !args.no_browser {
         browse(running.url());
     }
     let mut ticks = tokio::time::interval(SCENE);
-    loop {
+    for tick in 0_u64.. {
         tokio::select! {
             () = interrupt.wait() => break,
             _ = ticks.tick() => {}
         }
-        let (shown, happened) = {
-            let mut director = site.lock();
-            let mut happened = director.take_happened();
-            happened.extend(director.take_fires());
-            (scene::scene(&director), happened)
-        };
-        running.hub().publish_scene(&shown);
-        for (_, text) in happened {
-            running.hub().event(None, &lafet_hub::text::both(&*text.en, &*text.ru));
+        running.hub().publish_scene(&training.scene());
+        if tick.is_multiple_of(STATE_TICKS) {
+            running.hub().publish_simulation();
+        }
+        for (monitor, text) in training.news() {
+            running.hub().event(monitor.as_deref(), &text);
         }
     }
     running.end().await;
     Ok(())
 }
 
+/// What to try next, as a shell takes it; `crates/cli/tests/try_next.rs` tries each line.
+fn lines_to_try(url: &str, place: &str) -> Vec<String> {
+    let monitor = format!("'{place}?addr=1'");
+    vec![
+        format!("lafet -c {monitor} status"),
+        format!("lafet -c {monitor} record demo.pcapng --for 5"),
+        "lafet decode demo.pcapng".into(),
+        format!("curl {url}/api/monitors/M1"),
+        format!("curl -X POST {url}/api/stop"),
+        format!("curl -X POST {url}/api/sim/fire -d '{{\"at\":[5,-8]}}'"),
+        format!(
+            "curl -X POST {url}/api/sim/scenario -d '{{\"id\":\"hangar\",\"automatic\":true}}'"
+        ),
+    ]
+}
+
 /// Where it is, and what to try next.
 fn say(running: &Running, place: &str, out: &mut Out) -> Outcome {
     let url = running.url();
-    let monitor = format!("'{place}?addr=1'");
+    let lines = lines_to_try(url, place);
+    let list: String = lines.iter().map(|line| format!("  {line}\n")).collect();
     let text = pick(
         format!(
             "{url}\n\nSimulated: a tank farm, three monitors, and a fire. No login is needed, as nobody \
-             else can reach this.\nTry in another terminal:\n  \
-             lafet -c {monitor} status\n  \
-             lafet -c {monitor} record demo.pcapng --for 5\n  \
-             curl {url}/api/monitors/M1\n  \
-             curl -X POST {url}/api/stop\nCtrl-C ends it. In the terminal: lafet demo --terminal"
+             else can reach this.\nTry in another terminal (Wireshark opens demo.pcapng as well: \
+             lafet dissector):\n{list}Ctrl-C ends it. In the terminal: lafet demo --terminal"
         ),
         format!(
             "{url}\n\nИмитация: резервуарный парк, три ствола и пожар. Вход не нужен: с других машин \
-             сюда не попасть.\nПопробуйте в другом терминале:\n  \
-             lafet -c {monitor} status\n  \
-             lafet -c {monitor} record demo.pcapng --for 5\n  \
-             curl {url}/api/monitors/M1\n  \
-             curl -X POST {url}/api/stop\nCtrl-C завершает. В терминале: lafet demo --terminal"
+             сюда не попасть.\nПопробуйте в другом терминале (demo.pcapng открывает и Wireshark: \
+             lafet dissector):\n{list}Ctrl-C завершает. В терминале: lafet demo --terminal"
         ),
     );
-    out.show(text, || json!({ "listening": url, "bus": place, "lang": format!("{:?}", current()) }))
+    out.show(text, || {
+        json!({
+            "listening": url, "bus": place, "lang": format!("{:?}", current()), "try": lines,
+        })
+    })
 }
 
 async fn in_terminal(args: DemoArgs, out: &mut Out) -> Outcome {

@@ -1,6 +1,8 @@
 //! The hub inside this program: its own threads, its logs, a browser.
 
+mod faults;
 pub mod scene;
+pub mod training;
 
 use std::io::IsTerminal;
 use std::process::{Command, Stdio};

@@ -29,7 +29,7 @@ pub fn site(exercise: &Exercise) -> Value {
 }
 
 /// What only the simulation knows.
-pub fn scene(director: &Director) -> Value {
+pub fn scene(director: &Director, speed: f64) -> Value {
     let (exercise, site) = (director.exercise(), &director.site);
     let ambient_c = site.members.first().map(|member| member.sim.world().climate.ambient_c);
     let fires: Vec<Value> = exercise
@@ -66,7 +66,7 @@ pub fn scene(director: &Director) -> Value {
         })
         .collect();
     json!({
-        "t_s": site.now_ms() as f64 / 1000.0, "speed": 1, "wind": pair(site.wind.now_mps()),
+        "t_s": site.now_ms() as f64 / 1000.0, "speed": speed, "wind": pair(site.wind.now_mps()),
         "ambient_c": ambient_c, "fires": fires, "jets": jets, "splashes": splashes,
     })
 }

@@ -88,6 +88,26 @@ pub fn audit() -> Texts {
     }
 }
 
+/// PostgreSQL does not take the history.
+pub fn history() -> Texts {
+    Texts {
+        priority: "low",
+        what: both("The history is not being stored.", "История не сохраняется."),
+        cause: both(
+            "PostgreSQL does not answer, or refuses the hub.",
+            "PostgreSQL не отвечает или не принимает центр управления.",
+        ),
+        consequence: both(
+            "Control is not affected. Values wait in memory; when there are too many, the oldest are lost.",
+            "На управление не влияет. Значения ждут в памяти; если их слишком много, старые теряются.",
+        ),
+        remedy: both(
+            "Mend the server or url in [history]; the values are then stored by themselves.",
+            "Исправьте сервер или url раздела [history]; значения сохранятся сами.",
+        ),
+    }
+}
+
 const DRIVE: (&str, &str) = (
     "The axis cannot be trusted: it stops and may refuse to move, so the jet cannot be aimed.",
     "Оси нельзя доверять: она останавливается и может не двигаться, струю не навести.",

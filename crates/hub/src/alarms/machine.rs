@@ -194,19 +194,44 @@ impl Alarms {
         changes
     }
 
-    /// Time has passed, and whether the audit log cannot be stored.
-    pub fn handle_time(&mut self, now_ms: u64, audit_failing: bool) -> Vec<Change> {
+    /// A monitor is not there any more.
+    pub fn forget(&mut self, monitor: &str) -> Vec<Change> {
+        let own = self.all.extract_if(.., |_, alarm| alarm.monitor == monitor);
+        let change = |(id, alarm): (String, Alarm)| Change {
+            id,
+            monitor: alarm.monitor,
+            before: alarm.state,
+            after: "normal",
+            user: None,
+            reason: None,
+        };
+        own.map(change).collect()
+    }
+
+    /// Time has passed, and whether the audit log or the history cannot be stored.
+    pub fn handle_time(
+        &mut self,
+        now_ms: u64,
+        audit_failing: bool,
+        history_failing: bool,
+    ) -> Vec<Change> {
         let mut changes = Vec::new();
-        if audit_failing {
-            let condition = Condition {
-                monitor: String::new(),
-                subsystem: "Hub".into(),
-                flag: "Audit".into(),
-                texts: catalogue::audit(),
-            };
-            self.holds(now_ms, "hub/Audit".into(), condition, &mut changes);
-        } else {
-            self.gone(now_ms, "hub/Audit", &mut changes);
+        for (failing, flag, texts) in [
+            (audit_failing, "Audit", catalogue::audit as fn() -> Texts),
+            (history_failing, "History", catalogue::history),
+        ] {
+            let id = format!("hub/{flag}");
+            if failing {
+                let condition = Condition {
+                    monitor: String::new(),
+                    subsystem: "Hub".into(),
+                    flag: flag.into(),
+                    texts: texts(),
+                };
+                self.holds(now_ms, id, condition, &mut changes);
+            } else {
+                self.gone(now_ms, &id, &mut changes);
+            }
         }
         let over: Vec<String> = self
             .all
@@ -391,8 +416,8 @@ mod tests {
         see(&mut alarms, 0, OVERLOAD);
         assert_eq!(alarms.shelve(ID, "anna", 10_000, "known").unwrap().after, "shelved");
         assert!(alarms.unacknowledged().is_empty());
-        assert!(alarms.handle_time(9_999, false).is_empty());
-        assert_eq!(alarms.handle_time(10_000, false)[0].after, "unack");
+        assert!(alarms.handle_time(9_999, false, false).is_empty());
+        assert_eq!(alarms.handle_time(10_000, false, false)[0].after, "unack");
         alarms.shelve(ID, "anna", 90_000, "known");
         see(&mut alarms, 11_000, 0);
         assert_eq!(see(&mut alarms, 14_000, 0), [("shelved", "shelved")]);
@@ -422,8 +447,8 @@ mod tests {
     #[test]
     fn a_log_that_is_not_stored_is_an_alarm() {
         let mut alarms = Alarms::default();
-        assert_eq!(alarms.handle_time(0, true)[0].after, "unack");
-        alarms.handle_time(1, false);
-        assert_eq!(alarms.handle_time(3_000, false)[0].after, "rtn_unack");
+        assert_eq!(alarms.handle_time(0, true, false)[0].after, "unack");
+        alarms.handle_time(1, false, false);
+        assert_eq!(alarms.handle_time(3_000, false, false)[0].after, "rtn_unack");
     }
 }

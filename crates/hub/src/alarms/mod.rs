@@ -30,6 +30,9 @@ impl Hub {
                 continue;
             }
             tracing::info!(alarm = %id, before, after, user, "alarm");
+            if before == "normal" && after == "unack" {
+                self.recordings.alarm(now_ms, &monitor, &id);
+            }
             let alarm = [id, monitor, before.to_owned(), after.to_owned()];
             history.alarm(now_ms, alarm, user, reason);
         }

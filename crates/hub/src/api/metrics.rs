@@ -33,12 +33,14 @@ impl FromRequestParts<Hub> for Reader {
 pub async fn health(State(hub): State<Hub>) -> (StatusCode, Json<Value>) {
     let failing = hub.audit.is_failing();
     let monitors: Map<String, Value> =
-        hub.stations.values().map(|it| (it.id().to_owned(), it.health().into())).collect();
-    let degraded = failing || monitors.values().any(|state| state != "up");
+        hub.stations().iter().map(|it| (it.id().to_owned(), it.health().into())).collect();
+    let history = lock(&hub.history).is_failing();
+    let degraded = failing || history || monitors.values().any(|state| state != "up");
     let status = if failing { StatusCode::SERVICE_UNAVAILABLE } else { StatusCode::OK };
     let body = json!({
         "status": if degraded { "degraded" } else { "ok" }, "monitors": monitors,
         "storage": if failing { "failing" } else { "ok" },
+        "history": if history { "failing" } else { "ok" },
     });
     (status, Json(body))
 }
@@ -92,13 +94,20 @@ fn text(hub: &Hub) -> String {
             "Entries of the audit log that were given up.",
             hub.audit.lost() as f64,
         ),
+        (
+            "history_lost_total",
+            "counter",
+            "Values that were given up.",
+            lock(&hub.history).given_up() as f64,
+        ),
         ("alarms_active", "gauge", "Alarms whose condition holds.", alarms as f64),
         ("uptime_seconds", "gauge", "Time since the start.", hub.now().as_secs_f64()),
     ];
     for (name, kind, help, value) in plain {
         family(&mut text, name, kind, help, [(String::new(), value)]);
     }
-    let stations = || hub.stations.values();
+    let all = hub.stations();
+    let stations = || all.iter();
     let label = |id: &str| format!("{{monitor=\"{id}\"}}");
     let up = stations().map(|it| (label(it.id()), f64::from(u8::from(it.health() == "up"))));
     family(&mut text, "monitor_up", "gauge", "The monitor answers.", up);

@@ -5,8 +5,12 @@ mod assets;
 mod guard;
 mod metrics;
 mod monitors;
+mod parquet;
+mod past;
+mod recordings;
 mod records;
 mod session;
+mod sim;
 mod ws;
 
 use axum::extract::{DefaultBodyLimit, State};
@@ -22,6 +26,7 @@ use utoipa_axum::routes;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 pub use guard::{Peer, Place};
+pub use ws::show_frame;
 
 /// Largest body of a request; Stop, Close and Lockout are read only so far.
 pub const BODY_MAX: usize = 64 * 1024;
@@ -55,6 +60,9 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(session::routes())
         .merge(monitors::routes())
         .merge(records::routes())
+        .merge(past::routes())
+        .merge(recordings::routes())
+        .merge(sim::routes())
         .merge(admin::routes())
         .split_for_parts()
 }

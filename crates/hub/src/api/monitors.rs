@@ -81,7 +81,7 @@ struct Values {
 #[utoipa::path(get, path = "/api/monitors", responses((status = 200, body = Object), (status = 401)))]
 async fn list(State(hub): State<Hub>, _: Caller) -> Json<Value> {
     let all: Map<String, Value> =
-        hub.stations.iter().map(|(id, station)| (id.clone(), station.json(&hub))).collect();
+        hub.stations().iter().map(|it| (it.id().to_owned(), it.json(&hub))).collect();
     Json(Value::Object(all))
 }
 
@@ -107,7 +107,7 @@ async fn request(
     headers: axum::http::HeaderMap,
     Body(asked): Body<Asked>,
 ) -> Result<Json<Value>, ApiError> {
-    let station = hub.station(&id)?.clone();
+    let station = hub.station(&id)?;
     if !is_urgent(&asked.request) {
         csrf(&caller, &headers)?;
     }
@@ -148,7 +148,7 @@ async fn stop(
     Lenient(body): Lenient,
 ) -> Result<Json<Value>, ApiError> {
     let body: Value = serde_json::from_slice(&body).unwrap_or_default();
-    let station = hub.station(&id)?.clone();
+    let station = hub.station(&id)?;
     Ok(Json(hub.stop(&caller, &station, body["of"].as_str()).await?))
 }
 
@@ -163,7 +163,7 @@ async fn close(
     Lenient(body): Lenient,
 ) -> Result<Json<Value>, ApiError> {
     let body: Value = serde_json::from_slice(&body).unwrap_or_default();
-    let station = hub.station(&id)?.clone();
+    let station = hub.station(&id)?;
     Ok(Json(hub.close(&caller, &station, body["valve"].as_str()).await?))
 }
 
@@ -176,7 +176,7 @@ async fn lockout(
     Urgent(caller): Urgent,
     Path(id): Path<String>,
 ) -> Result<Json<Value>, ApiError> {
-    let station = hub.station(&id)?.clone();
+    let station = hub.station(&id)?;
     Ok(Json(hub.command(&caller, &station, LOCKOUT, None).await?))
 }
 
@@ -202,7 +202,7 @@ async fn authority(
     Path(id): Path<String>,
     Body(change): Body<Change>,
 ) -> Result<Json<Value>, ApiError> {
-    let station = hub.station(&id)?.clone();
+    let station = hub.station(&id)?;
     let state =
         hub.change_authority(&caller, &station, &change.action, change.reason.as_deref())?;
     Ok(Json(state))
@@ -218,7 +218,7 @@ async fn jog(
     Path(id): Path<String>,
     Body(beat): Body<JogBeat>,
 ) -> Result<Json<Value>, ApiError> {
-    let station = hub.station(&id)?.clone();
+    let station = hub.station(&id)?;
     Ok(Json(json!({ "state": hub.beat(&caller, &station, &beat)? })))
 }
 
@@ -242,7 +242,7 @@ async fn read_params(
     Path(id): Path<String>,
 ) -> Result<Json<Value>, ApiError> {
     hub.count_request(&caller.principal)?;
-    let station = hub.station(&id)?.clone();
+    let station = hub.station(&id)?;
     owner::read_params(&hub, &station, &Monitor::new(station.client()?)).await;
     Ok(Json(json!(*lock(&station.params))))
 }
@@ -258,7 +258,7 @@ async fn set_param(
     Path((id, subsystem, name)): Path<(String, String, String)>,
     Body(Values { values }): Body<Values>,
 ) -> Result<Json<Value>, ApiError> {
-    let station = hub.station(&id)?.clone();
+    let station = hub.station(&id)?;
     let word = |text: &str| text.chars().all(|c| c.is_ascii_alphanumeric() || c == '@');
     if !word(&subsystem) || !word(&name) {
         return Err(ApiError::not_found());
@@ -361,8 +361,8 @@ impl Hub {
 
     /// The same urgent request to every monitor, at the same time.
     pub async fn everywhere(&self, caller: &Caller, text: &str) -> Value {
-        let all = self.stations.values().map(|station| async move {
-            let result = self.command(caller, station, text, None).await;
+        let all = self.stations().into_iter().map(|station| async move {
+            let result = self.command(caller, &station, text, None).await;
             let value = result.unwrap_or_else(|error| json!({ "error": error.json() }));
             (station.id().to_owned(), value)
         });

@@ -18,7 +18,7 @@ use super::guard::{Body, not_understood};
 use crate::access::Role;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::store::{RAW_RANGE_MS, alarm_history, history_values};
+use crate::store::{RAW_RANGE_MS, StoreError};
 use crate::sync::lock;
 use crate::text::{Both, both};
 
@@ -31,7 +31,7 @@ const SERIES_MAX: usize = 32;
 /// Points of a series in one answer.
 const POINTS_MAX: usize = 10_000;
 
-type Asked<T> = Result<Query<T>, QueryRejection>;
+pub type Asked<T> = Result<Query<T>, QueryRejection>;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
@@ -46,6 +46,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(series))
         .routes(routes!(history))
         .routes(routes!(history_csv))
+        .routes(routes!(history_parquet))
 }
 
 /// Which alarms.
@@ -90,7 +91,8 @@ struct Part {
     points: Option<usize>,
 }
 
-fn needs(caller: &Caller, role: Role) -> Result<(), ApiError> {
+/// The caller has this role at least.
+pub fn needs(caller: &Caller, role: Role) -> Result<(), ApiError> {
     if caller.principal.role < role { Err(ApiError::role(role)) } else { Ok(()) }
 }
 
@@ -167,18 +169,17 @@ async fn unshelve(
 
 /// What alarms did.
 #[utoipa::path(get, path = "/api/alarms/history", params(Range),
-    responses((status = 200, body = Vec<Object>), (status = 400), (status = 401)))]
+    responses((status = 200, body = Vec<Object>), (status = 400), (status = 401), (status = 503)))]
 async fn alarm_log(
     State(hub): State<Hub>,
     _: Caller,
     range: Asked<Range>,
 ) -> Result<Json<Value>, ApiError> {
     let Query(range) = range.map_err(|error| not_understood(&error))?;
-    let db = lock(&hub.history).db();
+    let base = lock(&hub.history).base();
     let times = (range.from_ms.unwrap_or(0), range.to_ms.unwrap_or(u64::MAX));
     let limit = range.limit.unwrap_or(100).min(LIMIT_MAX);
-    let read = move |db: &mut _| alarm_history(db, range.monitor.as_deref(), times, limit);
-    Ok(Json(Value::Array(db.call(read).await?)))
+    Ok(Json(Value::Array(base.alarms(range.monitor, times, limit).await?)))
 }
 
 /// The latest entries of the audit log.
@@ -250,7 +251,7 @@ async fn series(
 
 /// Values over time.
 #[utoipa::path(get, path = "/api/history", params(Part),
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 404)))]
+    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 404), (status = 503)))]
 async fn history(
     State(hub): State<Hub>,
     _: Caller,
@@ -264,7 +265,7 @@ async fn history(
 
 /// The same as CSV.
 #[utoipa::path(get, path = "/api/history.csv", params(Part),
-    responses((status = 200, content_type = "text/csv"), (status = 400), (status = 401), (status = 404)))]
+    responses((status = 200, content_type = "text/csv"), (status = 400), (status = 401), (status = 404), (status = 503)))]
 async fn history_csv(
     State(hub): State<Hub>,
     _: Caller,
@@ -284,7 +285,24 @@ async fn history_csv(
     Ok(([(header::CONTENT_TYPE, "text/csv; charset=utf-8")], text).into_response())
 }
 
-type Rows = Vec<(String, Vec<Vec<Value>>)>;
+/// The same as Parquet.
+#[utoipa::path(get, path = "/api/history.parquet", params(Part),
+    responses((status = 200, content_type = "application/vnd.apache.parquet"), (status = 400), (status = 401),
+    (status = 404), (status = 503)))]
+async fn history_parquet(
+    State(hub): State<Hub>,
+    _: Caller,
+    part: Asked<Part>,
+) -> Result<Response, ApiError> {
+    let (minutes, all) = read(&hub, part).await?;
+    let file = super::parquet::file(minutes, &all).map_err(StoreError::Io)?;
+    let kind = (header::CONTENT_TYPE, "application/vnd.apache.parquet");
+    let name = (header::CONTENT_DISPOSITION, "attachment; filename=\"lafet-history.parquet\"");
+    Ok(([kind, name], file).into_response())
+}
+
+/// Series with their rows.
+pub type Rows = Vec<(String, Vec<Vec<Value>>)>;
 
 async fn read(hub: &Hub, part: Asked<Part>) -> Result<(bool, Rows), ApiError> {
     let Query(part) = part.map_err(|error| not_understood(&error))?;
@@ -295,20 +313,16 @@ async fn read(hub: &Hub, part: Asked<Part>) -> Result<(bool, Rows), ApiError> {
     let names: Vec<String> =
         part.series.unwrap_or_default().split(',').take(SERIES_MAX).map(str::to_owned).collect();
     let points = part.points.unwrap_or(POINTS_MAX).clamp(1, POINTS_MAX);
-    let db = {
+    let base = {
         let mut history = lock(&hub.history);
         history.flush();
-        history.db()
+        history.base()
     };
-    let rows = db
-        .call(move |db| {
-            let one = |name: String| {
-                let rows =
-                    history_values(db, &part.monitor, &name, (from_ms, to_ms), minutes, points);
-                rows.map(|rows| (name, rows))
-            };
-            names.into_iter().filter(|name| !name.is_empty()).map(one).collect()
-        })
-        .await?;
+    let mut rows = Vec::new();
+    for name in names.into_iter().filter(|name| !name.is_empty()) {
+        let range = (from_ms, to_ms);
+        let values = base.values(&part.monitor, &name, range, minutes, points).await?;
+        rows.push((name, values));
+    }
     Ok((minutes, rows))
 }

@@ -13,6 +13,7 @@ use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use lafet_client::{Direction, Traced};
 use lafet_proto::Request;
+use lafet_proto::link::Frame;
 use lafet_proto::record::Records;
 use lafet_proto::text::AnswerText;
 use serde::{Deserialize, Serialize};
@@ -335,7 +336,7 @@ impl Reader {
             }
             Said::Authority { id, monitor, action, reason } => {
                 let result = self.hub.station(&monitor).and_then(|station| {
-                    self.hub.change_authority(&self.caller, station, &action, reason.as_deref())
+                    self.hub.change_authority(&self.caller, &station, &action, reason.as_deref())
                 });
                 self.answer(id, "authority", result);
             }
@@ -343,7 +344,7 @@ impl Reader {
             Said::JogEnd { monitor, drive } => {
                 let end = JogBeat { drive: drive.clone(), toward: None, t: None, end: true };
                 if let Ok(station) = self.hub.station(&monitor) {
-                    _ = self.hub.beat(&self.caller, station, &end);
+                    _ = self.hub.beat(&self.caller, &station, &end);
                 }
                 self.told.remove(&(monitor, drive));
             }
@@ -354,7 +355,7 @@ impl Reader {
     /// A beat is answered where the state is news: `moving` and its end are told by the motion.
     fn beat(&mut self, monitor: String, beat: &JogBeat) {
         let result = self.hub.station(&monitor);
-        let result = result.and_then(|station| self.hub.beat(&self.caller, station, beat));
+        let result = result.and_then(|station| self.hub.beat(&self.caller, &station, beat));
         let key = (monitor, beat.drive.clone());
         let (state, text) = match &result {
             Ok(state) => (*state, None),
@@ -482,7 +483,22 @@ async fn show_frames(hub: Hub, caller: Caller, station: Arc<Station>) {
 
 fn show(monitor: &str, at_ms: u64, frame: &Traced) -> Value {
     let sent = frame.direction() == Direction::Sent;
-    let texts = Records::new(&frame.payload).map(|record| match record {
+    let verdict = format!("{:?}", frame.verdict).to_lowercase();
+    let frame = Frame { dst: frame.dst, src: frame.src, payload: &frame.payload };
+    let mut message = show_frame(monitor, at_ms, sent, &verdict, &frame);
+    message["type"] = "frame".into();
+    message
+}
+
+/// A frame as text and bytes.
+pub fn show_frame(
+    monitor: &str,
+    at_ms: u64,
+    sent: bool,
+    verdict: &str,
+    frame: &Frame<'_>,
+) -> Value {
+    let texts = Records::new(frame.payload).map(|record| match record {
         Ok(record) if sent => match Request::decode(&record) {
             Ok(request) => request.to_string(),
             Err(error) => error.to_string(),
@@ -492,11 +508,9 @@ fn show(monitor: &str, at_ms: u64, frame: &Traced) -> Value {
     });
     let bytes: Vec<String> = frame.payload.iter().map(|byte| format!("{byte:02x}")).collect();
     json!({
-        "type": "frame", "monitor": monitor, "at_ms": at_ms,
-        "direction": if sent { "out" } else { "in" },
-        "verdict": format!("{:?}", frame.verdict).to_lowercase(),
-        "dst": frame.dst, "src": frame.src,
-        "bytes": bytes.join(" "), "text": texts.collect::<Vec<_>>().join(" ; "),
+        "monitor": monitor, "at_ms": at_ms, "direction": if sent { "out" } else { "in" },
+        "verdict": verdict, "dst": frame.dst, "src": frame.src, "bytes": bytes.join(" "),
+        "text": texts.collect::<Vec<_>>().join(" ; "),
     })
 }
 

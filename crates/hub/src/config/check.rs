@@ -9,7 +9,7 @@ use lafet_client::{Endpoint, Lang};
 use serde_json::{Value, json};
 
 use super::file::{File, Monitor, Name, Tls};
-use super::{Config, LISTEN, MonitorConfig, Overrides, TlsConfig};
+use super::{Config, LISTEN, MonitorConfig, Overrides, RecordingConfig, TlsConfig};
 use crate::text::{Both, both};
 
 /// Polls are not closer together, and a monitor that is asked more seldom is not being watched.
@@ -97,21 +97,40 @@ pub fn check(
     }
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
+    check.history(&read.history);
     check.range(&read.history.raw_days, 1..=3650, "raw_days");
     check.range(&read.history.minute_days, 1..=36_500, "minute_days");
+    check.range(&read.recording.before_s, 0..=300, "before_s");
+    check.range(&read.recording.after_s, 1..=3600, "after_s");
+    check.range(&read.recording.keep_days, 1..=3650, "keep_days");
+    check.range(&read.recording.keep_mb, 1..=10_000_000, "keep_mb");
     let tls = read.tls.map(|tls| check.tls(tls.span().start, tls.into_inner()));
     let monitors = check.monitors(&read.monitor);
     let data = overrides.data.clone().or(read.server.data).map(|path| folder.join(path));
+    let data = data.unwrap_or_else(|| folder.join("lafet-data"));
+    let recording = RecordingConfig {
+        folder: Some(match read.recording.folder {
+            Some(path) => folder.join(path),
+            None => data.join("recordings"),
+        }),
+        alarms: read.recording.alarms,
+        before_s: read.recording.before_s.into_inner(),
+        after_s: read.recording.after_s.into_inner(),
+        keep_days: read.recording.keep_days.into_inner(),
+        keep_mb: read.recording.keep_mb.into_inner(),
+    };
     let config = Config {
         listen,
         names: read.server.names,
         origins: read.server.origins,
         login,
-        data: data.or_else(|| Some(folder.join("lafet-data"))),
+        data: Some(data),
+        recording,
         connections_max: read.server.connections_max.into_inner(),
         tls,
         metrics_open: read.metrics.open,
         lost_ms: read.authority.lost_ms.into_inner(),
+        history_url: read.history.url.map(toml::Spanned::into_inner),
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
         site: site(&read.monitor, &json!(read.tank), &json!(read.wall)),
@@ -157,6 +176,21 @@ impl Check<'_> {
                 }
                 port(SocketAddr::from(([127, 0, 0, 1], 8480)))
             }
+        }
+    }
+
+    fn history(&mut self, history: &super::file::History) {
+        let Some(url) = &history.url else { return };
+        let known = ["postgres://", "postgresql://"].iter().any(|it| url.get_ref().starts_with(it));
+        if !known || url.get_ref().parse::<tokio_postgres::Config>().is_err() {
+            self.say(
+                url.span().start,
+                both("This is no address of PostgreSQL.", "Это не адрес PostgreSQL."),
+                both(
+                    "Write postgres://USER:PASSWORD@HOST/DATABASE, or leave url out for SQLite.",
+                    "Напишите postgres://ИМЯ:ПАРОЛЬ@УЗЕЛ/БАЗА либо уберите url — будет SQLite.",
+                ),
+            );
         }
     }
 

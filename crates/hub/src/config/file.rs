@@ -18,6 +18,7 @@ pub struct File {
     pub authority: Authority,
     pub history: History,
     pub metrics: Metrics,
+    pub recording: Recording,
     pub monitor: Vec<Spanned<Monitor>>,
     pub tank: Vec<Tank>,
     pub wall: Vec<Wall>,
@@ -76,13 +77,38 @@ impl Default for Authority {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct History {
+    pub url: Option<Spanned<String>>,
     pub raw_days: Spanned<u32>,
     pub minute_days: Spanned<u32>,
 }
 
 impl Default for History {
     fn default() -> Self {
-        Self { raw_days: Spanned::new(0..0, 7), minute_days: Spanned::new(0..0, 400) }
+        Self { url: None, raw_days: Spanned::new(0..0, 7), minute_days: Spanned::new(0..0, 400) }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Recording {
+    pub folder: Option<PathBuf>,
+    pub alarms: bool,
+    pub before_s: Spanned<u64>,
+    pub after_s: Spanned<u64>,
+    pub keep_days: Spanned<u32>,
+    pub keep_mb: Spanned<u64>,
+}
+
+impl Default for Recording {
+    fn default() -> Self {
+        Self {
+            folder: None,
+            alarms: true,
+            before_s: Spanned::new(0..0, 30),
+            after_s: Spanned::new(0..0, 30),
+            keep_days: Spanned::new(0..0, 90),
+            keep_mb: Spanned::new(0..0, 2000),
+        }
     }
 }
 

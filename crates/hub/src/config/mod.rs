@@ -40,10 +40,14 @@ pub struct Config {
     pub metrics_open: bool,
     /// Milliseconds that a holder whose connection is lost may take to come back.
     pub lost_ms: u64,
+    /// PostgreSQL for the history, instead of SQLite.
+    pub history_url: Option<String>,
     /// Days for which each change is kept.
     pub raw_days: u32,
     /// Days for which minutes are kept.
     pub minute_days: u32,
+    /// Recordings of frames.
+    pub recording: RecordingConfig,
     /// The monitors, in the order of the file.
     pub monitors: Vec<MonitorConfig>,
     /// Where things stand, as the API publishes it.
@@ -65,6 +69,29 @@ pub struct TlsConfig {
     pub client_ca: Option<PathBuf>,
     /// Role of a client by the common name of its certificate; others have to log in as well.
     pub client_roles: BTreeMap<String, Role>,
+}
+
+/// Recordings of frames.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordingConfig {
+    /// Where they are; `None`: in a folder that is removed at the end.
+    pub folder: Option<PathBuf>,
+    /// Whether alarms are recorded.
+    pub alarms: bool,
+    /// So much of the time before an alarm, s.
+    pub before_s: u64,
+    /// So much of the time after it, s.
+    pub after_s: u64,
+    /// They are removed after so many days …
+    pub keep_days: u32,
+    /// … or when all of them are larger than this: the oldest first.
+    pub keep_mb: u64,
+}
+
+impl Default for RecordingConfig {
+    fn default() -> Self {
+        Self { folder: None, alarms: true, before_s: 30, after_s: 30, keep_days: 90, keep_mb: 2000 }
+    }
 }
 
 /// A monitor.
@@ -92,8 +119,10 @@ impl Default for Config {
             tls: None,
             metrics_open: false,
             lost_ms: 3000,
+            history_url: None,
             raw_days: 7,
             minute_days: 400,
+            recording: RecordingConfig::default(),
             monitors: Vec::new(),
             site: None,
             simulation: false,

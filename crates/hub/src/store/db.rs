@@ -24,6 +24,12 @@ pub enum StoreError {
     /// What SQLite says.
     #[error("{0}")]
     Sqlite(#[from] rusqlite::Error),
+    /// What PostgreSQL says.
+    #[error("{0}")]
+    Postgres(#[from] tokio_postgres::Error),
+    /// PostgreSQL does not answer.
+    #[error("PostgreSQL does not answer")]
+    Away,
     /// The disk is so slow that too much waits.
     #[error("too much waits for the disk")]
     Busy,

@@ -8,13 +8,14 @@ use rusqlite::{Connection, params};
 use serde_json::{Value, json};
 
 use super::db::{Db, StoreError, open};
+use super::postgres::{Postgres, Work};
 
 /// A value is not noted more often.
 const RAW_MS: u64 = 200;
 /// A minute.
 const MINUTE_MS: u64 = 60_000;
 /// A day.
-const DAY_MS: u64 = 86_400_000;
+pub const DAY_MS: u64 = 86_400_000;
 /// Ranges longer than this are answered in minutes.
 pub const RAW_RANGE_MS: u64 = 2 * 3_600_000;
 
@@ -43,7 +44,7 @@ pub type Series = String;
 /// The history.
 #[derive(Debug)]
 pub struct History {
-    db: Db,
+    base: Base,
     now: HashMap<(String, Series), Current>,
     pending: Vec<Row>,
 }
@@ -67,9 +68,21 @@ struct Minute {
     most: f64,
 }
 
+/// Where the history is.
+#[derive(Clone, Debug)]
+pub enum Base {
+    /// A file, or memory.
+    Sqlite(Db),
+    /// A server.
+    Postgres(Postgres),
+}
+
+/// A series, since when, its value; `None`: it is not known.
+pub type Change = (Series, u64, Option<f64>);
+
 /// Something to store.
-#[derive(Debug)]
-enum Row {
+#[derive(Clone, Debug)]
+pub enum Row {
     Raw(String, Series, u64, Option<f64>),
     Minute(String, Series, u64, [f64; 3]),
 }
@@ -100,12 +113,34 @@ impl History {
     /// Opens it in a folder, or in memory.
     pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
         let db = Db::new("history", open(folder, "history.db", SCHEMA)?)?;
-        Ok(Self { db, now: HashMap::new(), pending: Vec::new() })
+        Ok(Self::of(Base::Sqlite(db)))
     }
 
-    /// The database, to read from.
-    pub fn db(&self) -> Db {
-        self.db.clone()
+    /// Opens it in PostgreSQL.
+    pub fn open_postgres(url: &str) -> Result<Self, StoreError> {
+        Ok(Self::of(Base::Postgres(Postgres::open(url)?)))
+    }
+
+    fn of(base: Base) -> Self {
+        Self { base, now: HashMap::new(), pending: Vec::new() }
+    }
+
+    /// Where it is, to read from.
+    pub fn base(&self) -> Base {
+        self.base.clone()
+    }
+
+    /// Whether it cannot be stored.
+    pub fn is_failing(&self) -> bool {
+        matches!(&self.base, Base::Postgres(postgres) if postgres.is_failing())
+    }
+
+    /// Values that were given up, as the server was away for too long.
+    pub fn given_up(&self) -> u64 {
+        match &self.base {
+            Base::Sqlite(_) => 0,
+            Base::Postgres(postgres) => postgres.lost(),
+        }
     }
 
     /// A value of a series is known.
@@ -154,19 +189,31 @@ impl History {
     /// Stores what has come together; `false`: the disk takes nothing, it is dropped.
     pub fn flush(&mut self) -> bool {
         let rows = std::mem::take(&mut self.pending);
-        rows.is_empty()
-            || self.db.post(move |db| {
+        if rows.is_empty() {
+            return true;
+        }
+        match &self.base {
+            Base::Postgres(postgres) => postgres.post(Work::Rows(rows)),
+            Base::Sqlite(db) => db.post(move |db| {
                 if let Err(error) = store(db, &rows) {
                     tracing::warn!(%error, rows = rows.len(), "history is not stored");
                 }
-            })
+            }),
+        }
     }
 
     /// Forgets what is too old.
     pub fn forget(&self, now_ms: u64, raw_days: u32, minute_days: u32) {
         let before = |days: u32| signed(now_ms.saturating_sub(u64::from(days) * DAY_MS));
         let (raw, minute) = (before(raw_days), before(minute_days));
-        self.db.post(move |db| {
+        let db = match &self.base {
+            Base::Sqlite(db) => db,
+            Base::Postgres(postgres) => {
+                postgres.post(Work::Forget(raw, minute));
+                return;
+            }
+        };
+        db.post(move |db| {
             let forgotten = db
                 .execute("DELETE FROM raw WHERE t < ?1", [raw])
                 .and_then(|_| db.execute("DELETE FROM minute WHERE t < ?1", [minute]))
@@ -186,7 +233,15 @@ impl History {
         reason: Option<String>,
     ) {
         let [id, monitor, before, after] = alarm;
-        self.db.post(move |db| {
+        let db = match &self.base {
+            Base::Sqlite(db) => db,
+            Base::Postgres(postgres) => {
+                let texts = [Some(id), Some(monitor), Some(before), Some(after), user, reason];
+                postgres.post(Work::Alarm(at_ms, Box::new(texts)));
+                return;
+            }
+        };
+        db.post(move |db| {
             let row = params![signed(at_ms), id, monitor, before, after, user, reason];
             if let Err(error) = db.execute("INSERT INTO alarm VALUES (?1,?2,?3,?4,?5,?6,?7)", row) {
                 tracing::warn!(%error, "history of alarms is not stored");
@@ -217,15 +272,88 @@ fn store(db: &mut Connection, rows: &[Row]) -> Result<(), rusqlite::Error> {
     transaction.commit()
 }
 
-/// The values of a series between two times; `minutes` instead of each change. Of more than
-/// `points`, every so many are given.
-pub fn values(
+impl Base {
+    /// The values of a series between two times; `minutes` instead of each change. Of more than
+    /// `points`, every so many are given.
+    pub async fn values(
+        &self,
+        monitor: &str,
+        series: &str,
+        range: (u64, u64),
+        minutes: bool,
+        points: usize,
+    ) -> Result<Vec<Vec<Value>>, StoreError> {
+        let rows = match self {
+            Self::Postgres(postgres) => postgres.values(monitor, series, range, minutes).await?,
+            Self::Sqlite(db) => {
+                let (monitor, series) = (monitor.to_owned(), series.to_owned());
+                db.call(move |db| values(db, &monitor, &series, range, minutes)).await?
+            }
+        };
+        let step = rows.len().div_ceil(points.max(1)).max(1);
+        Ok(rows.into_iter().step_by(step).collect())
+    }
+
+    /// What alarms did, the latest first.
+    pub async fn alarms(
+        &self,
+        monitor: Option<String>,
+        range: (u64, u64),
+        limit: u32,
+    ) -> Result<Vec<Value>, StoreError> {
+        match self {
+            Self::Postgres(postgres) => postgres.alarms(monitor.as_deref(), range, limit).await,
+            Self::Sqlite(db) => {
+                db.call(move |db| alarms(db, monitor.as_deref(), range, limit)).await
+            }
+        }
+    }
+
+    /// All series of a monitor: what held at the beginning of a range, or each change after that.
+    pub async fn changes(
+        &self,
+        monitor: &str,
+        range: (u64, u64),
+        held: bool,
+    ) -> Result<Vec<Change>, StoreError> {
+        match self {
+            Self::Postgres(postgres) => postgres.changes(monitor, range, held).await,
+            Self::Sqlite(db) => {
+                let monitor = monitor.to_owned();
+                db.call(move |db| changes(db, &monitor, range, held)).await
+            }
+        }
+    }
+}
+
+fn changes(
+    db: &Connection,
+    monitor: &str,
+    (from_ms, to_ms): (u64, u64),
+    held: bool,
+) -> Result<Vec<Change>, rusqlite::Error> {
+    // SQLite gives the other columns of the row that has the greatest one.
+    let query = if held {
+        "SELECT name, MAX(t), value FROM raw JOIN series ON series.id = series
+         WHERE monitor = ?1 AND t <= ?2 AND ?3 >= ?2 GROUP BY name"
+    } else {
+        "SELECT name, t, value FROM raw JOIN series ON series.id = series
+         WHERE monitor = ?1 AND t > ?2 AND t <= ?3 ORDER BY t"
+    };
+    let mut query = db.prepare_cached(query)?;
+    let row = |row: &rusqlite::Row<'_>| {
+        let at: i64 = row.get(1)?;
+        Ok((row.get(0)?, at.cast_unsigned(), row.get(2)?))
+    };
+    query.query_map(params![monitor, signed(from_ms), signed(to_ms)], row)?.collect()
+}
+
+fn values(
     db: &Connection,
     monitor: &str,
     series: &str,
     (from_ms, to_ms): (u64, u64),
     minutes: bool,
-    points: usize,
 ) -> Result<Vec<Vec<Value>>, rusqlite::Error> {
     let query = if minutes {
         "SELECT t, mean, least, most FROM minute JOIN series ON series.id = series
@@ -249,13 +377,10 @@ pub fn values(
             };
             (0..columns).map(one).collect::<Result<Vec<Value>, _>>()
         })?;
-    let rows: Vec<Vec<Value>> = rows.collect::<Result<_, _>>()?;
-    let step = rows.len().div_ceil(points.max(1)).max(1);
-    Ok(rows.into_iter().step_by(step).collect())
+    rows.collect()
 }
 
-/// What alarms did, the latest first.
-pub fn alarms(
+fn alarms(
     db: &Connection,
     monitor: Option<&str>,
     (from_ms, to_ms): (u64, u64),
@@ -277,7 +402,8 @@ pub fn alarms(
         .collect()
 }
 
-fn signed(number: u64) -> i64 {
+/// As databases have it.
+pub fn signed(number: u64) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)
 }
 
@@ -286,8 +412,7 @@ mod tests {
     use super::*;
 
     async fn read(history: &History, range: (u64, u64), minutes: bool) -> Vec<Vec<Value>> {
-        let read = move |db: &mut Connection| values(db, "M1", "a", range, minutes, 100);
-        history.db().call(read).await.unwrap()
+        history.base().values("M1", "a", range, minutes, 100).await.unwrap()
     }
 
     #[tokio::test]
@@ -330,8 +455,7 @@ mod tests {
             let alarm = ["M1/x", "M1", "normal", after].map(str::to_owned);
             history.alarm(at_ms, alarm, None, None);
         }
-        let read = |db: &mut Connection| alarms(db, Some("M1"), (0, 9), 10);
-        let list = history.db().call(read).await.unwrap();
+        let list = history.base().alarms(Some("M1".into()), (0, 9), 10).await.unwrap();
         assert_eq!((list[0]["to"].as_str(), list.len()), (Some("ack"), 2));
     }
 }

@@ -3,10 +3,9 @@
 mod audit;
 mod db;
 mod history;
+mod postgres;
 
 pub use audit::{Audit, Entry, Record, Verified, verify_lines};
 pub(crate) use db::open;
 pub use db::{Db, StoreError};
-pub use history::{
-    History, RAW_RANGE_MS, Series, alarms as alarm_history, values as history_values,
-};
+pub use history::{Base, Change, History, RAW_RANGE_MS, Series};

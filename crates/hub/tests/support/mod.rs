@@ -129,7 +129,7 @@ impl Site {
         tokio::spawn(server.serve(async { _ = ending.await }));
         let site = Self { bus, hub, address, _end: end };
         until("the monitors answer", || {
-            site.hub.stations().all(|station| station.health() == "up")
+            site.hub.stations().iter().all(|station| station.health() == "up")
         })
         .await;
         site

@@ -67,6 +67,11 @@ impl Checks {
         }
     }
 
+    /// What became of each so far, in the order of the file.
+    pub fn decided(&self) -> &[Option<Check>] {
+        &self.decided
+    }
+
     /// What became of all.
     pub fn finish(self) -> Vec<Check> {
         self.decided.into_iter().flatten().collect()

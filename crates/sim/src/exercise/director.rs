@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use lafet_device::Source;
 
-use super::plan::{Action, Exercise, Link, Trigger};
+use super::plan::{Action, Exercise, FirePlan, Link, Trigger};
 use super::text::{Both, both};
 use crate::event::What;
 use crate::fault::button_name;
-use crate::site::Site;
+use crate::fire::FireSpec;
+use crate::obstacle::Shape;
+use crate::site::{Site, SiteFire};
 
 /// Events and triggers are looked at this often, ms.
 pub const LOOK_MS: u64 = 100;
@@ -161,7 +163,31 @@ impl Director {
         }
     }
 
-    fn act(&mut self, action: Action) {
+    /// Lights a new fire at a place; on a tank, if one stands there. Its name.
+    pub fn light(&mut self, at: (f64, f64), spec: FireSpec) -> String {
+        let mut tanks = self.site.obstacles().iter().enumerate();
+        let on = tanks.find_map(|(index, it)| match it.shape {
+            Shape::Tank((x, y), diameter_m) => {
+                let inside = libm::hypot(at.0 - x, at.1 - y) <= diameter_m / 2.0;
+                inside.then_some((index, it.height_m))
+            }
+            Shape::Wall(..) => None,
+        });
+        let base_m = on.map_or(spec.base_m, |(_, height_m)| height_m);
+        let fire =
+            SiteFire { at, spec: FireSpec { base_m, lit: true, ..spec }, on: on.map(|it| it.0) };
+        let exercise = Arc::make_mut(&mut self.exercise);
+        let mut names = (1..).map(|number| format!("fire-{number}"));
+        let taken = |name: &String| exercise.fires.iter().any(|fire| fire.name == *name);
+        let name = names.find(|name| !taken(name)).unwrap_or_default();
+        exercise.fires.push(FirePlan { name: name.clone(), lit_ms: None });
+        exercise.site.fires.push(fire);
+        self.site.add_fire(fire);
+        name
+    }
+
+    /// Does something to the site.
+    pub fn act(&mut self, action: Action) {
         let site = &mut self.site;
         match action {
             Action::Inject(monitor, fault) => {

@@ -17,7 +17,8 @@ use crate::site::{MonitorConfig, Pose, SiteConfig, SiteFire, SupplySpec, WindSpe
 
 /// Monitors and fires at most: a picture with more is not legible.
 const MONITORS_MAX: usize = 16;
-const FIRES_MAX: usize = 32;
+/// Fires at most.
+pub const FIRES_MAX: usize = 32;
 
 impl Exercise {
     /// Reads a scenario; `file` is what problems call it.
@@ -197,6 +198,11 @@ const KINDS: [(&str, FireSpec); 3] = [
     ("pile", FireSpec { growth_mps: 0.005, reignites: true, ..PLAIN }),
     ("spray", FireSpec { kw_m2: 1500.0, critical: 0.12, reignites: true, ..PLAIN }),
 ];
+/// A fire of a kind.
+pub fn kind_of_fire(kind: &str) -> Option<FireSpec> {
+    KINDS.iter().find(|(name, _)| *name == kind).map(|(_, spec)| *spec)
+}
+
 const PLAIN: FireSpec = FireSpec {
     azimuth_deg: 0.0,
     range_m: 0.0,

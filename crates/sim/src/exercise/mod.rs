@@ -36,7 +36,7 @@ pub use plan::{
 pub use reader::Problem;
 pub use recording::{Bar, BarKind, Bounds, Recording, Sample};
 pub use report::{json, text};
-pub use run::{FireFigures, MonitorFigures, Outcome, run};
+pub use run::{FireFigures, MonitorFigures, Outcome, Run, run};
 pub use shipped::{SHIPPED, Shipped};
 pub use text::{Both, Lang};
 

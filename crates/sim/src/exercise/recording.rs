@@ -123,6 +123,12 @@ impl Recording {
         }
     }
 
+    /// Somebody has lit another fire.
+    pub fn add_fire(&mut self) {
+        let before = self.fires.first().map_or(0, Vec::len);
+        self.fires.push(vec![(0.0, 0.0); before]);
+    }
+
     /// Keeps the present moment; called each 100 ms.
     pub fn keep(&mut self, director: &Director, told: &[(usize, String, Severity)]) {
         for splash in director.site.splashes() {

@@ -1,4 +1,4 @@
-//! Runs a scenario in virtual time.
+//! Runs a scenario: at once in virtual time, or step by step while people act in it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,11 +11,13 @@ use lafet_proto::{Answer, Request, SubsystemId};
 use super::checks::{Check, Checks};
 use super::controller::Controller;
 use super::director::{Director, LOOK_MS, Waiting, fire_news};
+use super::file::{FIRES_MAX, kind_of_fire};
 use super::log::{Counts, Kind, Line, Log};
 use super::plan::{Exercise, Link, OperatorLine};
 use super::recording::Recording;
 use super::text::{Both, both};
 use crate::event::What;
+use crate::fire::FireSpec;
 use crate::site::{Site, SiteEvent};
 
 /// Time in which monitors look at their sensors for the first time, ms.
@@ -85,8 +87,12 @@ pub struct FireFigures {
     pub size_m: f64,
 }
 
-struct Run {
+/// A scenario that runs.
+#[derive(Clone, Debug)]
+pub struct Run {
     director: Director,
+    automatic: bool,
+    seed: u64,
     log: Log,
     checks: Checks,
     answers: Vec<Option<Check>>,
@@ -99,7 +105,7 @@ struct Run {
 }
 
 /// Where the operator is at a monitor.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 struct Operator {
     /// Lines that are done.
     done: usize,
@@ -109,23 +115,9 @@ struct Operator {
 
 /// Runs a scenario from beginning to end; `trace` keeps the state of everything.
 pub fn run(exercise: &Arc<Exercise>, seed: u64, trace: bool) -> Outcome {
-    let count = exercise.monitors.len();
-    let mut director = Director::new(Arc::clone(exercise), seed);
-    let recording = Recording::new(exercise, &mut director.site);
-    let mut run = Run {
-        director,
-        log: Log::new(count),
-        checks: Checks::new(exercise),
-        answers: vec![None; exercise.operator.len()],
-        operators: vec![Operator::default(); count],
-        controllers: vec![Controller::new(); exercise.controllers.len()],
-        recording,
-        told: BTreeMap::new(),
-        monitors: vec![MonitorFigures::default(); count],
-        fires: vec![FireFigures::default(); exercise.fires.len()],
-    };
+    let mut run = Run::new(exercise, seed);
     let mut lines = String::new();
-    while run.director.now_ms() < exercise.duration_ms {
+    while !run.is_over() {
         if run.director.now_ms().is_multiple_of(LOOK_MS) {
             run.look();
             if trace {
@@ -138,20 +130,120 @@ pub fn run(exercise: &Arc<Exercise>, seed: u64, trace: bool) -> Outcome {
         }
         run.director.tick();
     }
-    run.finish(seed, lines)
+    run.finish(lines)
 }
 
 impl Run {
+    /// A scenario at its beginning. The scenario's operator and controllers act.
+    pub fn new(exercise: &Arc<Exercise>, seed: u64) -> Self {
+        let count = exercise.monitors.len();
+        let mut director = Director::new(Arc::clone(exercise), seed);
+        let recording = Recording::new(exercise, &mut director.site);
+        Self {
+            director,
+            automatic: true,
+            seed,
+            log: Log::new(count),
+            checks: Checks::new(exercise),
+            answers: vec![None; exercise.operator.len()],
+            operators: vec![Operator::default(); count],
+            controllers: vec![Controller::new(); exercise.controllers.len()],
+            recording,
+            told: BTreeMap::new(),
+            monitors: vec![MonitorFigures::default(); count],
+            fires: vec![FireFigures::default(); exercise.fires.len()],
+        }
+    }
+
+    /// Whether the scenario's operator and controllers act, or people do.
+    pub const fn set_automatic(&mut self, automatic: bool) {
+        self.automatic = automatic;
+    }
+
+    /// Whether its time is over.
+    pub fn is_over(&self) -> bool {
+        self.director.now_ms() >= self.director.exercise().duration_ms
+    }
+
+    /// One step of 10 ms.
+    pub fn tick(&mut self) {
+        if !self.is_over() && self.director.now_ms().is_multiple_of(LOOK_MS) {
+            self.look();
+        }
+        self.director.tick();
+    }
+
+    /// The site and its events.
+    pub const fn director(&self) -> &Director {
+        &self.director
+    }
+
+    /// The same, to change something.
+    pub const fn director_mut(&mut self) -> &mut Director {
+        &mut self.director
+    }
+
+    /// What has happened so far.
+    pub fn lines(&self) -> &[Line] {
+        &self.log.lines
+    }
+
+    /// What became of the expectations so far; those that are open have none.
+    pub fn checks(&self) -> Vec<(Both, Option<Check>)> {
+        let exercise = self.director.exercise();
+        let texts = exercise.expectations.iter().map(|it| it.text.clone());
+        texts.zip(self.checks.decided().iter().cloned()).collect()
+    }
+
+    /// A monitor has accepted a request of somebody: what waits for this line of the scenario's
+    /// operator has it now. Request and addressee count; how it is aimed is up to them.
+    pub fn commanded(&mut self, monitor: usize, request: &str) {
+        let head = |text: &str| text.split_whitespace().take(2).map(str::to_owned).collect();
+        let sent: Vec<String> = head(request);
+        let exercise = Arc::clone(self.director.exercise());
+        let own = exercise.operator.iter().filter(|line| line.monitor == monitor);
+        for line in own {
+            let same = line.request.split(';').any(|one| head(one) == sent);
+            if same && line.mark.is_some_and(|mark| self.director.passed(mark).is_none()) {
+                self.director.pass(line.mark);
+                break;
+            }
+        }
+    }
+
+    /// Lights a fire at a place; on a tank, if one stands there. Its name.
+    pub fn light(&mut self, at: (f64, f64), size_m: f64, kind: &str) -> Option<String> {
+        let spec = FireSpec { size_m, ..kind_of_fire(kind)? };
+        if self.director.exercise().fires.len() >= FIRES_MAX {
+            return None;
+        }
+        let name = self.director.light(at, spec);
+        self.fires.push(FireFigures::default());
+        self.recording.add_fire();
+        Some(name)
+    }
+
+    /// What came of it, if it ended now.
+    pub fn outcome(&self) -> Outcome {
+        self.clone().finish(String::new())
+    }
+
     fn look(&mut self) {
         self.events();
         self.statuses();
+        if self.automatic {
+            self.act();
+        }
+        self.checks.look(&mut self.director, false);
+        self.record();
+    }
+
+    fn act(&mut self) {
         self.operate();
         let exercise = Arc::clone(self.director.exercise());
         for (controller, plan) in self.controllers.iter_mut().zip(&exercise.controllers) {
             controller.step(plan, &mut self.director, &mut self.log);
         }
-        self.checks.look(&mut self.director, false);
-        self.record();
     }
 
     fn record(&mut self) {
@@ -352,11 +444,12 @@ impl Run {
         }
     }
 
-    fn finish(mut self, seed: u64, trace: String) -> Outcome {
+    fn finish(mut self, trace: String) -> Outcome {
         self.look();
         self.checks.look(&mut self.director, true);
         let exercise = Arc::clone(self.director.exercise());
-        for monitor in 0..self.operators.len() {
+        let undone = if self.automatic { self.operators.len() } else { 0 };
+        for monitor in 0..undone {
             let own = exercise.operator.iter().enumerate().filter(|(_, it)| it.monitor == monitor);
             for (index, line) in own.skip(self.operators[monitor].done) {
                 let came = both("its turn never came", "до неё не дошла очередь");
@@ -371,7 +464,7 @@ impl Run {
         checks.extend(self.checks.finish());
         Outcome {
             exercise,
-            seed,
+            seed: self.seed,
             lines: self.log.lines,
             checks,
             monitors: self.monitors,

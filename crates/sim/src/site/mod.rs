@@ -271,6 +271,16 @@ impl Site {
         }
     }
 
+    /// Adds something that burns, or can burn.
+    pub fn add_fire(&mut self, fire: SiteFire) {
+        let index = self.fires.add(Fire::at(fire.spec, fire.at));
+        self.on.push(fire.on);
+        if fire.spec.lit {
+            self.events.note(self.now_ms, What::FireLit(index));
+        }
+        self.show();
+    }
+
     /// Changes the temperature of the air for everybody.
     pub fn set_ambient_c(&mut self, ambient_c: f64) {
         for member in &mut self.members {

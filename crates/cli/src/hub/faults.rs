@@ -1,0 +1,195 @@
+//! What can be broken on purpose, in words.
+
+use lafet_hub::text::{Both, both};
+use lafet_sim::fault::{
+    ButtonFault, DriveFault, Fault, SingleFault, UnitFault, ValveFault, axis_name, place_name,
+    unit_name, valve_name,
+};
+use serde_json::{Value, json};
+
+type Words = (&'static str, &'static str);
+
+/// All faults: name, group, and what they are.
+pub fn catalogue() -> Value {
+    let one = |fault: Fault| {
+        let (group, text) = (group(fault), words(fault));
+        let group_text = group_words(group);
+        json!({
+            "name": fault.name(), "group": group,
+            "group_text": both(group_text.0, group_text.1), "text": text,
+        })
+    };
+    Fault::all().map(one).collect()
+}
+
+/// The part of the monitor that it belongs to.
+fn group(fault: Fault) -> &'static str {
+    match fault {
+        Fault::Drive(axis, _) => axis_name(axis),
+        Fault::Valve(valve, _) => valve_name(valve),
+        Fault::Temperature(place) | Fault::Heater(place) => place_name(place),
+        Fault::Unit(unit, _) => unit_name(unit),
+        Fault::Button(post, ..) => post.name(),
+        Fault::Single(fault) => match fault {
+            SingleFault::PressureBreak
+            | SingleFault::PressureShort
+            | SingleFault::PumpOff
+            | SingleFault::PumpWeak => "water",
+            SingleFault::DetectorDead | SingleFault::DirtyLens => "detector",
+            SingleFault::Humidity => "box",
+            _ => "general",
+        },
+    }
+}
+
+fn group_words(group: &str) -> Words {
+    match group {
+        "vertical" => ("Elevation drive", "Привод вертикали"),
+        "horizontal" => ("Azimuth drive", "Привод горизонтали"),
+        "nozzle" => ("Nozzle", "Насадок"),
+        "deployer" => ("Deployer", "Механизм развёртывания"),
+        "valve1" => ("Valve 1", "Затвор 1"),
+        "valve2" => ("Valve 2", "Затвор 2"),
+        "box" => ("Control box", "Блок управления"),
+        "buttons" => ("Button post", "Кнопочный пост"),
+        "ext-buttons" => ("Remote button post", "Выносной кнопочный пост"),
+        "water" => ("Water", "Вода"),
+        "detector" => ("Detector", "Извещатель"),
+        _ => ("Monitor", "Ствол"),
+    }
+}
+
+fn words(fault: Fault) -> Both {
+    match fault {
+        Fault::Drive(_, fault) => of(drive(fault)),
+        Fault::Valve(_, fault) => of(valve(fault)),
+        Fault::Temperature(_) => {
+            of(("Temperature sensor does not answer", "Датчик температуры не отвечает"))
+        }
+        Fault::Heater(_) => of(("Heater's circuit is broken", "Обрыв цепи обогревателя")),
+        Fault::Unit(_, fault) => of(unit(fault)),
+        Fault::Button(_, button, fault) => {
+            let (en, ru) = match fault {
+                ButtonFault::Short => ("short circuit", "короткое замыкание"),
+                ButtonFault::Break => ("broken wire", "обрыв"),
+            };
+            both(format!("Button {button:?}: {en}"), format!("Кнопка {button:?}: {ru}"))
+        }
+        Fault::Single(fault) => of(single(fault)),
+    }
+}
+
+fn of((en, ru): Words) -> Both {
+    both(en, ru)
+}
+
+const fn drive(fault: DriveFault) -> Words {
+    match fault {
+        DriveFault::MotorOpen => ("Motor circuit is broken", "Обрыв цепи двигателя"),
+        DriveFault::Jam => ("Jammed: stands still", "Заклинило: не движется"),
+        DriveFault::PowerStage => {
+            ("Power stage is dead, undiagnosed", "Силовой каскад мёртв, диагностики нет")
+        }
+        DriveFault::Friction => ("Friction: draws too much", "Трение: ток выше допустимого"),
+        DriveFault::Stiff => ("Stiff grease: draws more", "Густая смазка: ток повышен"),
+        DriveFault::EncoderDead => ("Position reading stands still", "Положение не меняется"),
+        DriveFault::EncoderReversed => {
+            ("Position counts the wrong way", "Положение считается наоборот")
+        }
+        DriveFault::EncoderFault => {
+            ("Position sensor reports a fault", "Датчик положения сообщает о неисправности")
+        }
+        DriveFault::SpeedDead => ("Speed sensor reads nought", "Датчик скорости показывает ноль"),
+        DriveFault::SpeedReversed => {
+            ("Speed sensor has the wrong sign", "Датчик скорости с обратным знаком")
+        }
+        DriveFault::SpeedFault => {
+            ("Speed sensor reports a fault", "Датчик скорости сообщает о неисправности")
+        }
+        DriveFault::MinSwitch => {
+            ("Lower, right or wrapped end switch stuck on", "Залип концевой выключатель min")
+        }
+        DriveFault::MaxSwitch => {
+            ("Upper, left or deployed end switch stuck on", "Залип концевой выключатель max")
+        }
+    }
+}
+
+const fn valve(fault: ValveFault) -> Words {
+    match fault {
+        ValveFault::MotorOpen => ("Motor circuit is broken", "Обрыв цепи двигателя"),
+        ValveFault::Jam => ("Plug is stuck", "Заклинило"),
+        ValveFault::OpenSwitch => {
+            ("Circuit of the switch «open» is broken", "Неисправна цепь датчика «открыт»")
+        }
+        ValveFault::CloseSwitch => {
+            ("Circuit of the switch «closed» is broken", "Неисправна цепь датчика «закрыт»")
+        }
+        ValveFault::Blocked => ("Hardware block is on", "Включена аппаратная блокировка"),
+    }
+}
+
+const fn unit(fault: UnitFault) -> Words {
+    match fault {
+        UnitFault::Offline => ("Remote unit does not answer", "Удалённый модуль не отвечает"),
+        UnitFault::Lossy => {
+            ("Remote unit: half of the exchanges are lost", "Удалённый модуль: теряется половина")
+        }
+        UnitFault::Protocol => {
+            ("Remote unit breaks its protocol", "Удалённый модуль нарушает протокол")
+        }
+        UnitFault::Watchdog => {
+            ("Remote unit was reset by its watchdog", "Удалённый модуль перезапущен таймером")
+        }
+        UnitFault::ParamSilent => {
+            ("Remote parameters: no answer", "Удалённые параметры: нет ответа")
+        }
+        UnitFault::ParamIncomplete => {
+            ("Remote parameters: incomplete", "Удалённые параметры: неполный обмен")
+        }
+        UnitFault::ParamBadId => ("Remote parameters: bad id", "Удалённые параметры: неверный id"),
+        UnitFault::ParamBadValue => {
+            ("Remote parameters: bad value", "Удалённые параметры: неверное значение")
+        }
+        UnitFault::ParamError => ("Remote parameters: error", "Удалённые параметры: ошибка"),
+    }
+}
+
+const fn single(fault: SingleFault) -> Words {
+    match fault {
+        SingleFault::PressureBreak => ("Pressure sensor: broken wire", "Датчик давления: обрыв"),
+        SingleFault::PressureShort => {
+            ("Pressure sensor: short circuit", "Датчик давления: замыкание")
+        }
+        SingleFault::PumpOff => ("The pump gives nothing", "Насос не работает"),
+        SingleFault::PumpWeak => {
+            ("The pump gives a quarter of its pressure", "Насос даёт четверть давления")
+        }
+        SingleFault::VoltageLow => ("Supply voltage a third too low", "Питание ниже на треть"),
+        SingleFault::VoltageHigh => ("Supply voltage a third too high", "Питание выше на треть"),
+        SingleFault::Humidity => {
+            ("Humidity sensor does not answer", "Датчик влажности не отвечает")
+        }
+        SingleFault::DetectorDead => ("Detector does not answer", "Извещатель не отвечает"),
+        SingleFault::DirtyLens => ("Detector's glass is dirty", "Загрязнено стекло извещателя"),
+        SingleFault::FlashRead => ("Memory cannot be read", "Память не читается"),
+        SingleFault::FlashWrite => ("Memory cannot be written", "Память не записывается"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_has_its_words_once() {
+        let all = catalogue();
+        let all = all.as_array().unwrap();
+        assert_eq!(all.len(), Fault::all().count());
+        let mut told: Vec<String> =
+            all.iter().map(|it| format!("{}{}", it["group"], it["text"]["ru"])).collect();
+        told.sort();
+        told.dedup();
+        assert_eq!(told.len(), all.len(), "two faults of a part have the same words");
+    }
+}

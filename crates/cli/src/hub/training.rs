@@ -1,0 +1,443 @@
+//! A simulated site for the hub: scenarios, faults and fires at will, and the score.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use lafet_device::Source;
+use lafet_hub::MonitorConfig;
+use lafet_hub::simulation::{Act, Loaded, Simulation};
+use lafet_hub::text::{Both, both};
+use lafet_sim::exercise::{self, Action, Exercise, Lang, Link, Outcome, Run, SHIPPED, Shipped};
+use lafet_sim::fault::Fault;
+use serde_json::{Map, Value, json};
+
+use super::{faults, scene};
+use crate::serve::{Bus, Wire};
+
+/// Simulated time before anybody can ask: the monitors read their sensors for the first time.
+const POWER_UP_MS: u64 = 200;
+/// How often the hub asks the monitors, ms.
+const POLL_MS: u64 = 100;
+/// Step of the simulation, ms.
+const STEP_MS: u64 = lafet_sim::world::STEP_MS;
+
+/// A simulated site, shared by its bus and the hub.
+#[derive(Clone)]
+pub struct Training(Arc<Mutex<State>>);
+
+struct State {
+    scenario: &'static str,
+    run: Run,
+    /// How many scenarios were started.
+    number: u64,
+    seed: u64,
+    automatic: bool,
+    paused: bool,
+    speed: f64,
+    due_ms: f64,
+    /// The final score, when its time is over.
+    outcome: Option<Outcome>,
+    /// Lines of the log that were told.
+    told: usize,
+    /// Where its monitors listen.
+    place: String,
+}
+
+impl Training {
+    /// A scenario at its beginning; its monitors listen at `place`.
+    pub fn new(scenario: &str, seed: Option<u64>, place: &str) -> Result<Self, Both> {
+        let (scenario, exercise) = find(scenario)?;
+        let seed = seed.unwrap_or(exercise.site.seed);
+        let run = start(&exercise, seed, false);
+        Ok(Self(Arc::new(Mutex::new(State {
+            scenario,
+            run,
+            number: 1,
+            seed,
+            automatic: false,
+            paused: false,
+            speed: 1.0,
+            due_ms: 0.0,
+            outcome: None,
+            told: 0,
+            place: place.to_owned(),
+        }))))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The monitors and the site of what is loaded.
+    pub fn loaded(&self) -> Result<Loaded, Both> {
+        let state = self.lock();
+        let exercise = state.run.director().exercise();
+        let monitors = monitors(exercise, &state.place)?;
+        Ok(Loaded { monitors, site: Some(scene::site(exercise)) })
+    }
+
+    /// What only the simulation knows.
+    pub fn scene(&self) -> Value {
+        let state = self.lock();
+        let speed = if state.paused { 0.0 } else { state.speed };
+        scene::scene(state.run.director(), speed)
+    }
+
+    /// What has happened since the last call: to which monitor, and what.
+    pub fn news(&self) -> Vec<(Option<String>, Both)> {
+        let mut state = self.lock();
+        if state.outcome.is_some() {
+            let director = state.run.director_mut();
+            let mut all = director.take_happened();
+            all.extend(director.take_fires());
+            return all.into_iter().map(|(_, it)| (None, text(&it))).collect();
+        }
+        let exercise = state.run.director().exercise();
+        let name = |index: usize| exercise.monitors.get(index).map(|it| it.name.clone());
+        let lines = state.run.lines();
+        // What monitors tell and are asked, the hub sees itself.
+        use exercise::Kind;
+        let ours = |kind| matches!(kind, Kind::Event | Kind::Fire | Kind::Plant | Kind::Note);
+        let news = lines.iter().skip(state.told).filter(|line| ours(line.kind));
+        let news = news.map(|line| (line.monitor.and_then(name), text(&line.text))).collect();
+        state.told = lines.len();
+        news
+    }
+}
+
+impl State {
+    fn advance(&mut self, ms: u64) {
+        if self.paused {
+            return;
+        }
+        self.due_ms += ms as f64 * self.speed;
+        while self.due_ms >= STEP_MS as f64 {
+            self.due_ms -= STEP_MS as f64;
+            self.run.tick();
+            if self.outcome.is_none() && self.run.is_over() {
+                self.outcome = Some(self.run.outcome());
+            }
+        }
+    }
+
+    fn monitor(&self, name: &str) -> Result<usize, Both> {
+        let monitors = &self.run.director().exercise().monitors;
+        let found = monitors.iter().position(|monitor| monitor.name == name);
+        found.ok_or_else(|| none("monitor", "ствола", name))
+    }
+
+    fn act(&mut self, act: &Act) -> Result<(), Both> {
+        let action = match act {
+            Act::Automatic(on) => {
+                self.automatic = *on;
+                self.run.set_automatic(*on);
+                return Ok(());
+            }
+            Act::Pause(paused) => {
+                self.paused = *paused;
+                return Ok(());
+            }
+            Act::Speed(speed) => {
+                self.speed = *speed;
+                return Ok(());
+            }
+            Act::Fire { at: [x, y], size, kind } => {
+                let lit = self.run.light((*x, *y), *size, kind);
+                return lit.map(|_| ()).ok_or_else(|| {
+                    both(
+                        format!("`{kind}` is none of pool, pile, spray; or too much burns."),
+                        format!("`{kind}` — не pool, pile, spray; либо очагов уже слишком много."),
+                    )
+                });
+            }
+            Act::Ignite(name) => {
+                let fires = &self.run.director().exercise().fires;
+                let found = fires.iter().position(|fire| fire.name == *name);
+                Action::Ignite(found.ok_or_else(|| none("fire", "очага", name))?)
+            }
+            Act::Link { monitor, up } => {
+                let link = if *up { Link::Up } else { Link::Lost };
+                Action::Link(self.monitor(monitor)?, Source::ExternalConn, link)
+            }
+            Act::Fault { monitor, fault, on } => {
+                let monitor = self.monitor(monitor)?;
+                match Fault::from_name(fault) {
+                    Some(fault) if *on => Action::Inject(monitor, fault),
+                    Some(fault) => Action::Clear(monitor, Some(fault)),
+                    None if fault == "all" && !on => Action::Clear(monitor, None),
+                    None => return Err(none("fault", "неисправности", fault)),
+                }
+            }
+        };
+        self.run.director_mut().act(action);
+        Ok(())
+    }
+
+    fn json(&self) -> Value {
+        let director = self.run.director();
+        let exercise = director.exercise();
+        let monitors = exercise.monitors.iter().zip(&director.site.members).enumerate();
+        let monitors: Map<String, Value> = monitors
+            .map(|(index, (plan, member))| {
+                let faults = member.sim.world().faults.active();
+                let link = match director.link(index, Source::ExternalConn) {
+                    Link::Up => "up",
+                    Link::Lost => "lost",
+                    Link::AnswersLost => "answers_lost",
+                };
+                let faults: Vec<String> = faults.iter().map(|fault| fault.name()).collect();
+                (plan.name.clone(), json!({ "faults": faults, "link": link }))
+            })
+            .collect();
+        json!({
+            "scenario": self.scenario, "run": self.number, "seed": self.seed,
+            "automatic": self.automatic, "t_s": seconds(director.now_ms()),
+            "duration_s": seconds(exercise.duration_ms), "over": self.outcome.is_some(),
+            "paused": self.paused, "speed": self.speed, "monitors": monitors,
+            "score": self.score(),
+        })
+    }
+
+    fn score(&self) -> Value {
+        let checks: Vec<Value> = match &self.outcome {
+            Some(outcome) => outcome.checks.iter().map(decided).collect(),
+            None => {
+                let open = |(text_of, check): &(exercise::Both, Option<exercise::Check>)| {
+                    let open = || {
+                        json!({
+                            "text": text(text_of), "state": "open", "at_s": null, "came": null,
+                        })
+                    };
+                    check.as_ref().map_or_else(open, decided)
+                };
+                self.run.checks().iter().map(open).collect()
+            }
+        };
+        let count = |state: &str| checks.iter().filter(|check| check["state"] == state).count();
+        json!({
+            "passed": count("passed"), "failed": count("failed"), "open": count("open"),
+            "checks": checks,
+        })
+    }
+}
+
+impl Simulation for Training {
+    fn catalogue(&self) -> (Value, Value) {
+        let scenario = |shipped: &Shipped| {
+            let exercise = shipped.exercise().ok()?;
+            let monitors: Vec<&str> = exercise.monitors.iter().map(|it| &*it.name).collect();
+            Some(json!({
+                "id": shipped.name, "title": text(&exercise.title), "about": text(&exercise.about),
+                "duration_s": seconds(exercise.duration_ms), "monitors": monitors,
+            }))
+        };
+        (SHIPPED.iter().filter_map(scenario).collect(), faults::catalogue())
+    }
+
+    fn state(&self) -> Value {
+        self.lock().json()
+    }
+
+    fn load(&self, scenario: &str, seed: Option<u64>, automatic: bool) -> Result<Loaded, Both> {
+        let (scenario, exercise) = find(scenario)?;
+        let seed = seed.unwrap_or(exercise.site.seed);
+        let mut state = self.lock();
+        let loaded = Loaded {
+            monitors: monitors(&exercise, &state.place)?,
+            site: Some(scene::site(&exercise)),
+        };
+        state.run = start(&exercise, seed, automatic);
+        (state.scenario, state.seed, state.automatic) = (scenario, seed, automatic);
+        (state.outcome, state.told, state.due_ms, state.paused) = (None, 0, 0.0, false);
+        state.number += 1;
+        Ok(loaded)
+    }
+
+    fn act(&self, act: &Act) -> Result<(), Both> {
+        self.lock().act(act)
+    }
+
+    fn commanded(&self, monitor: &str, request: &str) {
+        let mut state = self.lock();
+        if let Ok(monitor) = state.monitor(monitor) {
+            state.run.commanded(monitor, request);
+        }
+    }
+
+    fn report(&self) -> Value {
+        exercise::json(&self.outcome())
+    }
+
+    fn picture(&self, russian: bool) -> String {
+        exercise::svg(&self.outcome(), if russian { Lang::Ru } else { Lang::En })
+    }
+}
+
+impl Training {
+    /// The outcome, or what it would be if it ended now.
+    fn outcome(&self) -> Outcome {
+        let state = self.lock();
+        if let Some(outcome) = &state.outcome {
+            return outcome.clone();
+        }
+        // Commands must not wait until a report is made.
+        let run = state.run.clone();
+        drop(state);
+        run.outcome()
+    }
+}
+
+impl Bus for Training {
+    fn receive(&self, wire: &mut Wire, bytes: &[u8]) -> Vec<u8> {
+        let mut state = self.lock();
+        let director = state.run.director_mut();
+        let mut answers = Vec::new();
+        for index in 0..director.site.members.len() {
+            let link = director.link(index, wire.source());
+            if link == Link::Lost {
+                continue;
+            }
+            let own = wire.receive(index, &mut director.site.members[index].sim, bytes);
+            if link == Link::Up {
+                answers.extend(own);
+            }
+        }
+        answers
+    }
+
+    fn datagram(&self, _: Source, _: &[u8]) -> Option<Vec<u8>> {
+        None
+    }
+
+    fn advance_ms(&self, ms: u64) {
+        self.lock().advance(ms);
+    }
+}
+
+impl fmt::Debug for Training {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Training")
+    }
+}
+
+fn find(scenario: &str) -> Result<(&'static str, Arc<Exercise>), Both> {
+    let shipped =
+        Shipped::by_name(scenario).ok_or_else(|| none("scenario", "сценария", scenario))?;
+    let exercise = shipped.exercise().map_err(|_| none("scenario", "сценария", scenario))?;
+    Ok((shipped.name, Arc::new(exercise)))
+}
+
+fn start(exercise: &Arc<Exercise>, seed: u64, automatic: bool) -> Run {
+    let mut run = Run::new(exercise, seed);
+    run.set_automatic(automatic);
+    for _ in 0..POWER_UP_MS / STEP_MS {
+        run.tick();
+    }
+    run
+}
+
+fn monitors(exercise: &Exercise, place: &str) -> Result<Vec<MonitorConfig>, Both> {
+    let one = |(plan, monitor): (&exercise::MonitorPlan, &lafet_sim::site::MonitorConfig)| {
+        let url = format!("{place}?addr={}", monitor.sim.address);
+        let endpoint = url.parse().map_err(|_| none("place", "адреса", &url))?;
+        let name = both(&plan.name, &plan.name);
+        Ok(MonitorConfig { id: plan.name.clone(), name, endpoint, poll_ms: POLL_MS })
+    };
+    exercise.monitors.iter().zip(&exercise.site.monitors).map(one).collect()
+}
+
+fn decided(check: &exercise::Check) -> Value {
+    json!({
+        "text": text(&check.text), "state": if check.passed { "passed" } else { "failed" },
+        "at_s": seconds(check.at_ms), "came": text(&check.came),
+    })
+}
+
+fn text(text: &exercise::Both) -> Both {
+    both(text.en.trim(), text.ru.trim())
+}
+
+fn none(en: &str, ru: &str, name: &str) -> Both {
+    both(format!("There is no {en} `{name}`."), format!("Нет {ru} «{name}»."))
+}
+
+fn seconds(ms: u64) -> f64 {
+    ms as f64 / 1000.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn training(scenario: &str) -> Training {
+        Training::new(scenario, Some(7), "tcp://127.0.0.1:1").unwrap()
+    }
+
+    #[test]
+    fn a_scenario_that_acts_by_itself_is_that_of_sim_run() {
+        let training = training("tank-farm");
+        training.load("two-fires", None, true).unwrap();
+        training.act(&Act::Speed(20.0)).unwrap();
+        let whole_ms = 8 * 60 * 1000;
+        training.advance_ms(whole_ms / 20 + 10);
+        let state = training.state();
+        assert_eq!((&state["over"], &state["run"]), (&json!(true), &json!(2)));
+        let (_, exercise) = find("two-fires").unwrap();
+        let run = exercise::run(&exercise, exercise.site.seed, false);
+        assert_eq!(training.report()["passed"], json!(run.passed()));
+        assert_eq!(training.report()["fires"], exercise::json(&run)["fires"]);
+        assert_eq!(state["score"]["open"], 0);
+    }
+
+    #[test]
+    fn people_act_and_what_they_send_counts() {
+        let training = training("tank-farm");
+        training.advance_ms(40_000);
+        let found = |training: &Training| {
+            let checks = training.state()["score"]["checks"].clone();
+            let mut checks = checks.as_array().unwrap().iter();
+            let found = checks.find(|it| it["text"]["en"].as_str().unwrap().contains("a minute"));
+            found.unwrap()["state"].clone()
+        };
+        assert_eq!(found(&training), "open");
+        training.commanded("M2", "StartSeek Detector -100 100 0 10");
+        training.commanded("M1", "StartSeek Control");
+        training.advance_ms(61_000);
+        assert_eq!(found(&training), "open", "nobody has given the alarm");
+        training.commanded("M1", "StartSeek Detector -100 100 0 10");
+        training.advance_ms(61_000);
+        assert_eq!(found(&training), "failed", "a minute after the alarm nothing was found");
+        training.act(&Act::Pause(true)).unwrap();
+        let at = training.state()["t_s"].clone();
+        training.advance_ms(5000);
+        assert_eq!(training.state()["t_s"], at);
+    }
+
+    #[test]
+    fn faults_links_and_fires() {
+        let training = training("hangar");
+        let fault = |fault: &str, on| {
+            let (monitor, fault) = ("M1".to_owned(), fault.to_owned());
+            training.act(&Act::Fault { monitor, fault, on })
+        };
+        fault("vertical-jam", true).unwrap();
+        training.act(&Act::Link { monitor: "M2".into(), up: false }).unwrap();
+        let monitors = training.state()["monitors"].clone();
+        assert_eq!(monitors["M1"], json!({ "faults": ["vertical-jam"], "link": "up" }));
+        assert_eq!(monitors["M2"], json!({ "faults": [], "link": "lost" }));
+        fault("all", false).unwrap();
+        assert_eq!(training.state()["monitors"]["M1"]["faults"], json!([]));
+        assert!(fault("all", true).is_err() && fault("teapot", true).is_err());
+        let fires = training.scene()["fires"].as_array().unwrap().len();
+        let fire = |kind: &str| Act::Fire { at: [3.0, 4.0], size: 2.0, kind: kind.into() };
+        training.act(&fire("spray")).unwrap();
+        assert!(training.act(&fire("candle")).is_err());
+        training.advance_ms(1000);
+        let scene = training.scene();
+        assert_eq!(scene["fires"].as_array().unwrap().len(), fires + 1);
+        assert_eq!(scene["fires"][fires]["burns"], true);
+        assert!(training.act(&Act::Ignite("nothing".into())).is_err());
+        training.report();
+        assert!(training.picture(true).starts_with("<svg"));
+    }
+}

@@ -1,0 +1,322 @@
+//! The folder of recordings, and the thread that writes them.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{self, File};
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender};
+
+use lafet_capture::{Captured, Format, ReadError, Recorder};
+use time::OffsetDateTime;
+
+use super::{Recording, Whose, player};
+
+/// How often the folder is looked at for what is too old or too much, ms.
+const KEEP_MS: u64 = 60_000;
+const DAY_MS: u64 = 86_400_000;
+const MEGABYTE: u64 = 1_000_000;
+/// Ends the name of what is told of a recording.
+const ABOUT: &str = "json";
+const ENDINGS: [&str; 2] = [".mcap", ".pcapng"];
+const NAME_MAX: usize = 100;
+
+/// What the thread does.
+#[derive(Debug)]
+pub enum Work {
+    /// A recording begins with these frames.
+    Begin(Recording, Vec<Captured>),
+    /// A frame of a recording.
+    Frame(String, Captured),
+    /// A recording ends.
+    End(Recording),
+    /// What waits is brought to the disk.
+    Flush(SyncSender<()>),
+    /// A second has passed: what is too old goes.
+    Keep(u64),
+    /// Nothing more comes.
+    Stop,
+}
+
+/// Why an uploaded file is refused.
+#[derive(Debug)]
+pub enum Unfit {
+    /// It is no recording.
+    Read(ReadError),
+    /// It cannot be stored.
+    Io(io::Error),
+}
+
+/// The folder; a temporary one goes with the last clone.
+#[derive(Clone, Debug)]
+pub struct Folder(Arc<Place>);
+
+#[derive(Debug)]
+struct Place {
+    path: PathBuf,
+    temporary: bool,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        if self.temporary {
+            _ = fs::remove_dir_all(&self.path);
+        }
+    }
+}
+
+impl Folder {
+    /// Opens it, or makes a temporary one.
+    pub fn open(path: Option<PathBuf>) -> io::Result<Self> {
+        static NUMBER: AtomicU64 = AtomicU64::new(0);
+        let temporary = path.is_none();
+        let path = path.unwrap_or_else(|| {
+            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+            std::env::temp_dir().join(format!("lafet-recordings-{}-{number}", std::process::id()))
+        });
+        fs::create_dir_all(&path)?;
+        let folder = Self(Arc::new(Place { path, temporary }));
+        folder.mend();
+        Ok(folder)
+    }
+
+    /// What was being written when the hub was killed is complete as it is.
+    fn mend(&self) {
+        for meta in self.list().into_iter().filter(|it| it.recording) {
+            let pieces = lafet_capture::read(&self.path().join(&meta.name)).unwrap_or_default();
+            let to_ms = pieces.last().map_or(meta.to_ms, |it| it.at_ns / 1_000_000);
+            _ = tell(self.path(), &Recording { to_ms, recording: false, ..meta });
+        }
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.0.path
+    }
+
+    /// Whether there is a file of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.path().join(name).is_file()
+    }
+
+    /// Bytes of a recording.
+    pub fn size(&self, name: &str) -> u64 {
+        fs::metadata(self.path().join(name)).map_or(0, |it| it.len())
+    }
+
+    /// All recordings that are in it.
+    pub fn list(&self) -> Vec<Recording> {
+        let Ok(entries) = fs::read_dir(self.path()) else { return Vec::new() };
+        let names = entries.flatten().filter_map(|entry| entry.file_name().into_string().ok());
+        names.filter(|name| is_name(name)).map(|name| self.about(&name)).collect()
+    }
+
+    /// What is told of a recording; one that somebody has put there has told nothing.
+    pub fn about(&self, name: &str) -> Recording {
+        let text = fs::read(about(self.path(), name)).unwrap_or_default();
+        let told = serde_json::from_slice(&text)
+            .unwrap_or_else(|_| Recording { cause: "uploaded".into(), ..Recording::default() });
+        Recording { name: name.to_owned(), size: self.size(name), ..told }
+    }
+
+    /// Removes a recording.
+    pub fn remove(&self, name: &str) -> io::Result<()> {
+        _ = fs::remove_file(about(self.path(), name));
+        fs::remove_file(self.path().join(name))
+    }
+
+    /// Puts a file into it, if it is a recording.
+    pub fn add(
+        &self,
+        now_ms: u64,
+        name: &str,
+        bytes: &[u8],
+        by: &str,
+        known: &Whose,
+    ) -> Result<Recording, Unfit> {
+        let format = Format::of_bytes(bytes).ok_or(Unfit::Read(ReadError::Unknown))?;
+        let ending = if format == Format::Mcap { ".mcap" } else { ".pcapng" };
+        let stem = ENDINGS.iter().find_map(|it| name.strip_suffix(it)).unwrap_or(name);
+        let fine = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+        let stem: String = stem.chars().map(|c| if fine(c) { c } else { '_' }).take(60).collect();
+        let stem = stem.trim_matches(['.', '_']);
+        let stem = if stem.is_empty() { date(now_ms) } else { stem.to_owned() };
+        let name = fresh(&(stem + ending), |name| self.has(name));
+        let path = self.path().join(&name);
+        fs::write(&path, bytes).map_err(Unfit::Io)?;
+        let read = lafet_capture::read(&path);
+        let pieces = read.inspect_err(|_| _ = fs::remove_file(&path)).map_err(Unfit::Read)?;
+        let at = |piece: Option<&Captured>| piece.map_or(now_ms, |it| it.at_ns / 1_000_000);
+        let mut addresses: BTreeMap<u8, String> = BTreeMap::new();
+        for piece in &pieces {
+            player::frames(piece, |frame| {
+                if let Some(address) = player::monitor_of(frame) {
+                    addresses.entry(address).or_insert_with(|| player::name_of(known, address));
+                }
+            });
+        }
+        let meta = Recording {
+            size: bytes.len() as u64,
+            cause: "uploaded".into(),
+            by: Some(by.to_owned()),
+            monitors: addresses.values().cloned().collect(),
+            addresses,
+            from_ms: at(pieces.first()),
+            to_ms: at(pieces.last()),
+            name,
+            ..Recording::default()
+        };
+        tell(self.path(), &meta).map_err(Unfit::Io)?;
+        Ok(meta)
+    }
+}
+
+/// Whether it can be the name of a recording, and nothing else.
+pub fn is_name(name: &str) -> bool {
+    let fine = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let ends = ENDINGS.iter().any(|it| name.len() > it.len() && name.ends_with(it));
+    ends && name.len() <= NAME_MAX && !name.starts_with('.') && name.chars().all(fine)
+}
+
+/// A name that no other has.
+pub fn fresh(name: &str, taken: impl Fn(&str) -> bool) -> String {
+    let (stem, ending) = name.rsplit_once('.').unwrap_or((name, "mcap"));
+    let mut names = (2..).map(|number| format!("{stem}-{number}.{ending}"));
+    if taken(name) { names.find(|name| !taken(name)).unwrap_or_default() } else { name.to_owned() }
+}
+
+/// `20261121-123005`, UTC.
+pub fn date(now_ms: u64) -> String {
+    let seconds = i64::try_from(now_ms / 1000).unwrap_or(0);
+    let at = OffsetDateTime::from_unix_timestamp(seconds).unwrap_or(OffsetDateTime::UNIX_EPOCH);
+    format!(
+        "{:04}{:02}{:02}-{:02}{:02}{:02}",
+        at.year(),
+        u8::from(at.month()),
+        at.day(),
+        at.hour(),
+        at.minute(),
+        at.second()
+    )
+}
+
+fn about(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{name}.{ABOUT}"))
+}
+
+fn tell(folder: &Path, meta: &Recording) -> io::Result<()> {
+    fs::write(about(folder, &meta.name), serde_json::to_vec(meta)?)
+}
+
+type Open = HashMap<String, Recorder<BufWriter<File>>>;
+
+/// Writes recordings until there is nothing more to do.
+pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
+    let (mut open, mut kept_ms) = (Open::new(), 0);
+    let failed = |error: io::Error| tracing::warn!(%error, "a recording is not stored");
+    while let Ok(work) = queue.recv() {
+        match work {
+            Work::Begin(meta, past) => {
+                let begun = begin(folder, &meta, &past);
+                _ = begun.map_err(failed).map(|recorder| open.insert(meta.name, recorder));
+            }
+            Work::Frame(name, captured) => {
+                let lost = open.get_mut(&name).and_then(|it| it.write(&captured).err());
+                if let Some(error) = lost {
+                    // What could be written stays; a full disk is not tried for each frame.
+                    failed(error);
+                    open.remove(&name);
+                }
+            }
+            Work::End(meta) => {
+                let ended = open.remove(&meta.name).map_or(Ok(()), Recorder::finish);
+                _ = ended.and_then(|()| tell(folder, &meta)).map_err(failed);
+            }
+            Work::Flush(done) => {
+                open.values_mut().for_each(|it| _ = it.flush());
+                _ = done.send(());
+            }
+            Work::Keep(now_ms) => {
+                if now_ms.saturating_sub(kept_ms) >= KEEP_MS {
+                    kept_ms = now_ms;
+                    forget(folder, now_ms, keep, &open);
+                }
+            }
+            Work::Stop => return,
+        }
+    }
+}
+
+fn begin(
+    folder: &Path,
+    meta: &Recording,
+    past: &[Captured],
+) -> io::Result<Recorder<BufWriter<File>>> {
+    let file = BufWriter::new(File::create(folder.join(&meta.name))?);
+    tell(folder, meta)?;
+    let mut recorder = Recorder::new(Format::Mcap, file)?;
+    past.iter().try_for_each(|captured| recorder.write(captured))?;
+    Ok(recorder)
+}
+
+/// Removes what is too old, and the oldest while all are too much. What is written stays.
+fn forget(folder: &Path, now_ms: u64, (days, megabytes): (u32, u64), open: &Open) {
+    let before_ms = now_ms.saturating_sub(u64::from(days) * DAY_MS);
+    let place = Folder(Arc::new(Place { path: folder.to_owned(), temporary: false }));
+    let mut all = place.list();
+    all.retain(|it| !open.contains_key(&it.name));
+    all.sort_by_key(|it| it.to_ms);
+    let mut total: u64 = all.iter().map(|it| it.size).sum();
+    for meta in all {
+        if meta.to_ms >= before_ms && total <= megabytes.saturating_mul(MEGABYTE) {
+            return;
+        }
+        total = total.saturating_sub(meta.size);
+        tracing::info!(name = %meta.name, "recording is removed: too old, or there are too many");
+        _ = place.remove(&meta.name);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_nowhere_else() {
+        for name in ["a.mcap", "20261121-123005-M1-alarm-2.mcap", "x.pcapng"] {
+            assert!(is_name(name), "{name}");
+        }
+        for name in
+            ["", ".mcap", "../a.mcap", "a/b.mcap", "a.json", "a.mcap.json", "б.mcap", ".a.mcap"]
+        {
+            assert!(!is_name(name), "{name}");
+        }
+        assert_eq!(fresh("a.mcap", |name| name != "a-3.mcap"), "a-3.mcap");
+        assert_eq!(date(1_763_712_000_000), "20251121-080000");
+    }
+
+    #[test]
+    fn the_oldest_goes_when_there_is_too_much() {
+        let folder = Folder::open(None).unwrap();
+        for (name, to_ms) in [("old.mcap", 1), ("older.mcap", 0), ("new.mcap", 10 * DAY_MS)] {
+            fs::write(folder.path().join(name), vec![0; 600_000]).unwrap();
+            let meta = Recording { name: name.into(), to_ms, ..Recording::default() };
+            tell(folder.path(), &meta).unwrap();
+        }
+        let left = || {
+            let mut names: Vec<String> = folder.list().into_iter().map(|it| it.name).collect();
+            names.sort();
+            names
+        };
+        forget(folder.path(), 10 * DAY_MS, (100, 2), &Open::new());
+        assert_eq!(left().len(), 3);
+        forget(folder.path(), 10 * DAY_MS, (100, 1), &Open::new());
+        assert_eq!(left(), ["new.mcap"], "1.2 MB are more than 1 MB, too");
+        forget(folder.path(), 20 * DAY_MS, (5, 1), &Open::new());
+        assert!(left().is_empty());
+        let path = folder.path().to_owned();
+        drop(folder);
+        assert!(!path.exists());
+    }
+}

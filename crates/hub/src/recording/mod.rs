@@ -1,0 +1,315 @@
+//! Recordings of frames: a ring of what was last, and files around alarms and on demand.
+//!
+//! ```text
+//! owner ─▶ ring of each monitor ─┬─▶ what is being written ─▶ thread ─▶ NAME.mcap, NAME.mcap.json
+//!                alarm, request ─┘
+//! ```
+
+mod files;
+pub mod player;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use lafet_capture::{Captured, Direction};
+use lafet_client::{Direction as Way, Traced};
+use lafet_proto::link::{Frame, WIRE_MAX, encode};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::config::RecordingConfig;
+use crate::store::StoreError;
+use crate::sync::lock;
+use files::Work;
+pub use files::{Folder, Unfit, is_name};
+
+/// Frames that are kept of a monitor: 5 minutes at 20 polls a second.
+const RING_MAX: usize = 12_000;
+/// Frames that wait for the disk; more are lost.
+const QUEUE_MAX: usize = 10_000;
+/// A recording that alarms extend ends after this time at the latest.
+const LONGEST_MS: u64 = 3_600_000;
+/// Recordings that are written at the same time.
+const AT_ONCE_MAX: usize = 16;
+
+/// A recording.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Recording {
+    /// The file.
+    pub name: String,
+    /// `alarm`, `asked` or `uploaded`.
+    pub cause: String,
+    /// Who asked for it.
+    pub by: Option<String>,
+    /// Which alarm it was.
+    pub alarm: Option<String>,
+    /// Whose frames there are.
+    pub monitors: Vec<String>,
+    /// Which address is which of them.
+    #[serde(default)]
+    pub addresses: BTreeMap<u8, String>,
+    /// Its first frame.
+    pub from_ms: u64,
+    /// Its last frame.
+    pub to_ms: u64,
+    /// Bytes.
+    pub size: u64,
+    /// It is being written.
+    #[serde(default)]
+    pub recording: bool,
+}
+
+/// The recordings of the hub.
+#[derive(Debug)]
+pub struct Recordings {
+    /// Where they are.
+    pub folder: Folder,
+    config: RecordingConfig,
+    inner: Mutex<Inner>,
+    work: SyncSender<Work>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+}
+
+#[derive(Debug, Default)]
+struct Inner {
+    rings: BTreeMap<String, VecDeque<(u64, Captured)>>,
+    running: Vec<Running>,
+}
+
+#[derive(Debug)]
+struct Running {
+    meta: Recording,
+    until_ms: u64,
+}
+
+/// Which monitors a recording is of, with their addresses.
+pub type Whose = BTreeMap<u8, String>;
+
+impl Recordings {
+    /// Opens the folder.
+    pub fn open(config: &RecordingConfig) -> Result<Self, StoreError> {
+        let folder = Folder::open(config.folder.clone())?;
+        let (work, queue) = sync_channel(QUEUE_MAX);
+        let (own, keep) = (folder.path().to_owned(), (config.keep_days, config.keep_mb));
+        let thread = std::thread::Builder::new()
+            .name("lafet-recording".into())
+            .spawn(move || files::write(&own, keep, &queue))?;
+        let (inner, thread) = (Mutex::default(), Mutex::new(Some(thread)));
+        Ok(Self { folder, config: config.clone(), inner, work, thread })
+    }
+
+    /// A frame of a monitor.
+    pub fn frame(&self, now_ms: u64, monitor: &str, frame: &Traced) {
+        let mut wire = [0; WIRE_MAX];
+        let frame_of = Frame { dst: frame.dst, src: frame.src, payload: &frame.payload };
+        let Some(len) = encode(&frame_of, &mut wire) else { return };
+        let direction = match frame.direction() {
+            Way::Sent => Direction::ToMonitor,
+            Way::Received => Direction::FromMonitor,
+        };
+        let bytes = wire.get(..len).unwrap_or_default().to_vec();
+        let captured = Captured { at_ns: now_ms.saturating_mul(1_000_000), direction, bytes };
+        let mut inner = lock(&self.inner);
+        for running in &mut inner.running {
+            if running.meta.monitors.iter().any(|it| it == monitor) {
+                running.meta.to_ms = now_ms;
+                let name = running.meta.name.clone();
+                // A disk that is too slow for it loses frames, not the hub its time.
+                _ = self.work.try_send(Work::Frame(name, captured.clone()));
+            }
+        }
+        let before_ms = self.config.before_s * 1000;
+        if !inner.rings.contains_key(monitor) {
+            inner.rings.insert(monitor.to_owned(), VecDeque::new());
+        }
+        let Some(ring) = inner.rings.get_mut(monitor) else { return };
+        ring.push_back((now_ms, captured));
+        let old = |(at_ms, _): &(u64, Captured)| now_ms.saturating_sub(*at_ms) > before_ms;
+        while ring.len() > RING_MAX || ring.front().is_some_and(old) {
+            ring.pop_front();
+        }
+    }
+
+    /// An alarm of a monitor: what was before it and what comes after it is recorded.
+    pub fn alarm(&self, now_ms: u64, monitor: &str, id: &str) {
+        if !self.config.alarms {
+            return;
+        }
+        let until_ms = now_ms + self.config.after_s * 1000;
+        let mut inner = lock(&self.inner);
+        let running = inner.running.iter_mut().find(|it| {
+            it.meta.cause == "alarm" && it.meta.monitors.first().is_some_and(|it| it == monitor)
+        });
+        if let Some(running) = running {
+            running.until_ms = until_ms.min(running.meta.from_ms + LONGEST_MS);
+            return;
+        }
+        // Of a monitor that was never heard there is nothing to record.
+        let heard = inner.rings.get(monitor).and_then(|ring| ring.back());
+        let Some(address) = heard.and_then(|(_, captured)| address_of(captured)) else { return };
+        let whose = Whose::from([(address, monitor.to_owned())]);
+        let meta = Recording {
+            name: format!("{}-{monitor}-alarm.mcap", files::date(now_ms)),
+            cause: "alarm".into(),
+            alarm: Some(id.to_owned()),
+            ..Recording::default()
+        };
+        self.begin(
+            &mut inner,
+            meta,
+            whose,
+            (now_ms.saturating_sub(self.config.before_s * 1000), now_ms, until_ms),
+        );
+    }
+
+    /// Somebody asks for a recording; `None`: too many are being written.
+    pub fn ask(
+        &self,
+        (from_ms, now_ms, until_ms): (u64, u64, u64),
+        whose: Whose,
+        by: &str,
+    ) -> Option<Recording> {
+        let mut inner = lock(&self.inner);
+        let one = match whose.values().next() {
+            Some(one) if whose.len() == 1 => format!("-{one}"),
+            _ => String::new(),
+        };
+        let meta = Recording {
+            name: format!("{}{one}.mcap", files::date(now_ms)),
+            cause: "asked".into(),
+            by: Some(by.to_owned()),
+            ..Recording::default()
+        };
+        self.begin(&mut inner, meta, whose, (from_ms, now_ms, until_ms))
+    }
+
+    fn begin(
+        &self,
+        inner: &mut Inner,
+        meta: Recording,
+        whose: Whose,
+        (from_ms, now_ms, until_ms): (u64, u64, u64),
+    ) -> Option<Recording> {
+        if inner.running.len() >= AT_ONCE_MAX {
+            return None;
+        }
+        let monitors: Vec<String> = whose.values().cloned().collect();
+        let rings = monitors.iter().filter_map(|monitor| inner.rings.get(monitor));
+        let mut past: Vec<&(u64, Captured)> =
+            rings.flatten().filter(|(at_ms, _)| *at_ms >= from_ms).collect();
+        past.sort_by_key(|(at_ms, _)| *at_ms);
+        let taken = |name: &str| {
+            inner.running.iter().any(|it| it.meta.name == name) || self.folder.has(name)
+        };
+        let meta = Recording {
+            name: files::fresh(&meta.name, taken),
+            monitors,
+            addresses: whose,
+            from_ms: past.first().map_or(now_ms, |(at_ms, _)| *at_ms),
+            to_ms: now_ms,
+            recording: true,
+            ..meta
+        };
+        let past = past.into_iter().map(|(_, captured)| captured.clone()).collect();
+        self.work.try_send(Work::Begin(meta.clone(), past)).ok()?;
+        inner.running.push(Running { meta: meta.clone(), until_ms });
+        Some(meta)
+    }
+
+    /// Ends what is complete; called each second.
+    pub fn handle_time(&self, now_ms: u64) {
+        let mut inner = lock(&self.inner);
+        for running in inner.running.extract_if(.., |it| it.until_ms <= now_ms) {
+            self.end(running);
+        }
+        drop(inner);
+        _ = self.work.try_send(Work::Keep(now_ms));
+    }
+
+    /// Ends a recording that is being written.
+    pub fn end_one(&self, name: &str) {
+        let mut inner = lock(&self.inner);
+        for running in inner.running.extract_if(.., |it| it.meta.name == name) {
+            self.end(running);
+        }
+    }
+
+    /// Ends all, as the hub ends, and waits for the disk.
+    pub fn end_all(&self) {
+        let running = std::mem::take(&mut lock(&self.inner).running);
+        running.into_iter().for_each(|it| self.end(it));
+        _ = self.work.send(Work::Stop);
+        if let Some(thread) = lock(&self.thread).take() {
+            _ = thread.join();
+        }
+    }
+
+    /// Other monitors come: what was heard of the old ones is not theirs.
+    pub fn forget(&self) {
+        let mut inner = lock(&self.inner);
+        inner.rings.clear();
+        let running = std::mem::take(&mut inner.running);
+        running.into_iter().for_each(|it| self.end(it));
+    }
+
+    fn end(&self, running: Running) {
+        let meta = Recording { recording: false, ..running.meta };
+        // The end of a file is not lost to a full queue: it has the index.
+        _ = self.work.send(Work::End(meta));
+    }
+
+    /// All recordings, the latest first.
+    pub fn list(&self) -> Vec<Recording> {
+        let running: Vec<Recording> =
+            lock(&self.inner).running.iter().map(|it| it.meta.clone()).collect();
+        let mut all = self.folder.list();
+        for meta in running {
+            let size = self.folder.size(&meta.name);
+            all.retain(|it| it.name != meta.name);
+            all.push(Recording { size, ..meta });
+        }
+        all.sort_by(|a, b| (b.from_ms, &b.name).cmp(&(a.from_ms, &a.name)));
+        all
+    }
+
+    /// Writes to the disk what waits, so that a file that is being written can be read.
+    pub fn flush(&self) {
+        let (done, wait) = sync_channel(1);
+        if self.work.send(Work::Flush(done)).is_ok() {
+            _ = wait.recv();
+        }
+    }
+
+    /// A file that somebody has sent.
+    pub fn add(
+        &self,
+        now_ms: u64,
+        name: &str,
+        bytes: &[u8],
+        by: &str,
+        known: &Whose,
+    ) -> Result<Recording, Unfit> {
+        let _one_after_the_other = lock(&self.inner);
+        self.folder.add(now_ms, name, bytes, by, known)
+    }
+
+    /// The path of a recording.
+    pub fn path(&self, name: &str) -> Option<PathBuf> {
+        (is_name(name) && self.folder.has(name)).then(|| self.folder.path().join(name))
+    }
+}
+
+impl Drop for Recordings {
+    fn drop(&mut self) {
+        self.end_all();
+    }
+}
+
+fn address_of(captured: &Captured) -> Option<u8> {
+    let mut address = None;
+    player::frames(captured, |frame| address = player::monitor_of(frame));
+    address
+}

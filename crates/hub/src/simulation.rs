@@ -1,0 +1,135 @@
+//! A simulated site behind the hub: what the hub asks of it. The hub knows no simulator; who
+//! starts both (`lafet demo`) brings them together.
+
+use serde_json::Value;
+
+use crate::config::MonitorConfig;
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::text::Both;
+
+/// A simulated site that can be told what happens to it.
+pub trait Simulation: std::fmt::Debug + Send + Sync {
+    /// The scenarios and faults that there are.
+    fn catalogue(&self) -> (Value, Value);
+
+    /// What runs, and how it stands: the topic `sim`.
+    fn state(&self) -> Value;
+
+    /// Loads a scenario and starts it.
+    fn load(&self, scenario: &str, seed: Option<u64>, automatic: bool) -> Result<Loaded, Both>;
+
+    /// Changes something. What cannot be done is told.
+    fn act(&self, act: &Act) -> Result<(), Both>;
+
+    /// A monitor has accepted a request of somebody.
+    fn commanded(&self, monitor: &str, request: &str);
+
+    /// The report so far.
+    fn report(&self) -> Value;
+
+    /// The report as a picture (SVG).
+    fn picture(&self, russian: bool) -> String;
+}
+
+/// The site of a scenario.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// Its monitors.
+    pub monitors: Vec<MonitorConfig>,
+    /// Where things stand, as the API publishes it.
+    pub site: Option<Value>,
+}
+
+/// A change of a simulated site.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Act {
+    /// Whether the scenario's own operator and controllers act.
+    Automatic(bool),
+    /// Time stands still, or goes on.
+    Pause(bool),
+    /// So many times as fast as the clock.
+    Speed(f64),
+    /// A fault of a monitor begins or ends; `all` can only end.
+    Fault {
+        /// The monitor.
+        monitor: String,
+        /// The fault's name.
+        fault: String,
+        /// It begins.
+        on: bool,
+    },
+    /// A fire is lit at a place, metres east and north.
+    Fire {
+        /// Where.
+        at: [f64; 2],
+        /// Its diameter, m.
+        size: f64,
+        /// `pool`, `pile` or `spray`.
+        kind: String,
+    },
+    /// A fire of the scenario is lit.
+    Ignite(String),
+    /// The link to a monitor is lost, or back.
+    Link {
+        /// The monitor.
+        monitor: String,
+        /// It is back.
+        up: bool,
+    },
+}
+
+impl Hub {
+    /// Brings a simulation and the hub together; the first one stays.
+    pub fn simulate(&self, simulation: Box<dyn Simulation>) {
+        _ = self.simulation.set(simulation);
+        self.publish_simulation();
+    }
+
+    /// The simulation, where there is one.
+    pub fn simulation(&self) -> Result<&dyn Simulation, ApiError> {
+        self.simulation.get().map(|it| &**it).ok_or_else(ApiError::not_found)
+    }
+
+    /// Publishes how the simulation stands.
+    pub fn publish_simulation(&self) {
+        if let Some(simulation) = self.simulation.get() {
+            self.topics.set("sim", &simulation.state());
+        }
+    }
+
+    /// Loads a scenario: other monitors, on another site.
+    pub fn load_scenario(
+        &self,
+        caller: &Caller,
+        scenario: &str,
+        seed: Option<u64>,
+        automatic: bool,
+    ) -> Result<Value, ApiError> {
+        let simulation = self.simulation()?;
+        let loaded = simulation.load(scenario, seed, automatic);
+        self.note_act(caller, &format!("sim scenario {scenario}"), loaded.is_ok());
+        let Loaded { monitors, site } = loaded.map_err(ApiError::bad_request)?;
+        self.replace_monitors(&monitors, site);
+        self.publish_simulation();
+        Ok(simulation.state())
+    }
+
+    /// Changes something in the simulation.
+    pub fn act(&self, caller: &Caller, act: &Act) -> Result<Value, ApiError> {
+        let simulation = self.simulation()?;
+        if let Act::Fault { monitor, .. } | Act::Link { monitor, .. } = act {
+            self.station(monitor)?;
+        }
+        let done = simulation.act(act);
+        self.note_act(caller, &format!("sim {act:?}"), done.is_ok());
+        done.map_err(ApiError::bad_request)?;
+        self.publish_simulation();
+        Ok(simulation.state())
+    }
+
+    fn note_act(&self, caller: &Caller, what: &str, done: bool) {
+        let outcome = if done { "Ok" } else { "refused" };
+        drop(self.audit.note(self.record(caller, "", what, outcome)));
+    }
+}

@@ -45,7 +45,7 @@ async function take(url, lang) {
     locale: lang === 'ru' ? 'ru-RU' : 'en-GB',
   });
   const picture = (name) => page.screenshot({ path: `${FOLDER}console-${name}.${lang}.png` });
-  await page.addInitScript(() => localStorage.setItem('lafet.guide', '"done"'));
+  await page.addInitScript(() => localStorage.setItem('lafet.guide', 'done'));
   await page.goto(`${url}/#/m/M1/operate`);
   await page.getByRole('button', { name: words.take }).first().click();
   await page.getByRole('button', { name: words.deploy }).first().click();

@@ -6,7 +6,9 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
-use crate::{TaskResult, console, demo, dissector, firmware, flag, licences, links, model, no_std};
+use crate::{
+    TaskResult, api, console, demo, dissector, firmware, flag, licences, links, model, no_std,
+};
 use crate::{setup, swarm};
 
 /// How the README's test command begins.
@@ -34,6 +36,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("the interlock, model-checked", model::check);
     steps.step("the Wireshark dissector in tshark", dissector::check);
     steps.step("the swarm, for a while", swarm::check);
+    steps.step("the API and its description", api::check);
     steps.step("the demo", smoke);
     Ok(steps.finish("cargo xtask ci"))
 }

@@ -11,6 +11,7 @@ import './parts/lf-plot';
 import './parts/lf-scene';
 import './parts/lf-slider';
 import './parts/lf-sparkline';
+import './parts/lf-timeline';
 
 const SITE: PlanSite = {
   monitors: {
@@ -232,6 +233,19 @@ class Gallery extends LitElement {
         <lf-gauge label="Flow" .value=${0} .max=${40} .normal=${[15, 30]} unit="l/s" idle></lf-gauge>
         <div><lf-sparkline .points=${spark()} .max=${20} label="Flow"></lf-sparkline></div>
         <div class="mini"><lf-plan class="mini" mode="mini" .site=${SITE} .scene=${scene} .monitors=${monitors} selected="M1"></lf-plan></div>
+      </section>
+      <section style="grid-column: span 12">
+        <lf-timeline
+          .from=${0}
+          .to=${240_000}
+          .at=${90_000}
+          .marks=${[
+            { at_ms: 30_000, kind: 'command', text: 'M1 Open Valve1 (anna)' },
+            { at_ms: 32_000, kind: 'alarm', text: 'M1: The drive draws too much current.' },
+            { at_ms: 150_000, kind: 'event', text: 'M2 linked' },
+          ]}
+          @seek=${this.said}
+        ></lf-timeline>
       </section>
       <section style="grid-column: span 12"><pre>${this.log.join('\n')}</pre></section>
     `;

@@ -80,7 +80,8 @@ pub fn size(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-fn memory(program: &Path) -> Result<(u64, u64), String> {
+/// Bytes of flash and of RAM that a program's sections take.
+pub fn memory(program: &Path) -> Result<(u64, u64), String> {
     let bytes = std::fs::read(program).map_err(|e| format!("{}: {e}", program.display()))?;
     let damaged = || format!("{}: not an ELF file for the Cortex-M3", program.display());
     sections(&bytes).ok_or_else(damaged)

@@ -2,6 +2,8 @@
 //! check is checked from here.
 
 mod api;
+mod bench;
+mod bindings;
 mod ci;
 mod citation;
 mod console;
@@ -158,6 +160,24 @@ const TASKS: &[Task] = &[
         about: "flash and RAM of the firmware, for each board",
         details: "The figures stand in docs/firmware.md.",
         run: firmware::size,
+    },
+    Task {
+        name: "bench",
+        arguments: "[--check | --only PART]",
+        about: "lafet and its peers, measured side by side: docs/performance.md",
+        details: "Parts: codec, roundtrip, sim, capture, footprint. Installs what it measures \
+                  with where it may. With --check nothing is written: instruction counts that have \
+                  drifted by more than 3 % are an error.",
+        run: bench::bench,
+    },
+    Task {
+        name: "bindings",
+        arguments: "[--header]",
+        about: "lafet for C: builds it for host and Cortex-M3, and tests it under valgrind",
+        details: "Checks that the header is the library's, holds the golden vectors against it, lets the \
+                  C controller move the C monitor. Installs what is missing where it may. With --header \
+                  it writes the header anew.",
+        run: bindings::bindings,
     },
     Task {
         name: "swarm",

@@ -1,5 +1,5 @@
 // Plays a recording, or a part of the history, into the store. What is shown is fetched in pieces
-// of some minutes, as a day of it would be too much to keep.
+// of two minutes, as a day of it would be too much to keep (each may be some megabytes).
 import { HubError } from './errors';
 import { store } from './store';
 import type { Alarm, AuditEntry } from './types';
@@ -40,11 +40,13 @@ export interface ReplayMark {
   text: string;
 }
 
-export const PIECE_MS = 5 * 60_000;
-const PIECES_KEPT = 6;
+export const PIECE_MS = 2 * 60_000;
+const PIECES_KEPT = 5;
 /** Recordings up to this are fetched as a whole, for their marks. */
-const WHOLE_MS = 30 * 60_000;
+const WHOLE_MS = 10 * 60_000;
 const TICK_MS = 50;
+/** So many pieces are looked through for something to show. */
+const BEGIN_PIECES_MAX = 30;
 const MARKS_MAX = 400;
 
 /** Everything as it is at a time, from a piece that begins with everything. */
@@ -133,7 +135,7 @@ class Replay extends EventTarget {
     this.changed();
     const turn = ++this.turn;
     try {
-      await this.load(0);
+      await this.findBegin(source);
     } catch (cause) {
       if (turn !== this.turn) return;
       this.close();
@@ -146,8 +148,10 @@ class Replay extends EventTarget {
     store.beginReplay();
     this.speed = 1;
     await this.seek(source.from_ms);
+    if (turn !== this.turn) return;
     this.play();
     void this.commandMarks(source, turn);
+    void this.alarmMarks(source, turn);
     if (source.to_ms - source.from_ms <= WHOLE_MS) void this.loadAll(turn);
   }
 
@@ -199,6 +203,21 @@ class Replay extends EventTarget {
     this.next = this.lines.findIndex((line) => line.at_ms > at);
     if (this.next < 0) this.next = this.lines.length;
     this.changed();
+  }
+
+  /** Before the hub ran there is nothing to see: begins where there is. */
+  private async findBegin(source: Source): Promise<void> {
+    for (let index = 0; index < BEGIN_PIECES_MAX; index++) {
+      const lines = await this.load(index);
+      const first = lines.find(({ set }) => set && Object.keys(set).length);
+      if (!first && source.from_ms + (index + 1) * PIECE_MS < source.to_ms) continue;
+      if (first && index > 0) {
+        source.from_ms = first.at_ms;
+        // Pieces are counted from the beginning.
+        this.pieces.clear();
+      }
+      return;
+    }
   }
 
   private pieceOf(at_ms: number): number {
@@ -303,33 +322,36 @@ class Replay extends EventTarget {
 
   /** Commands stand in the audit log, for those who may read it. */
   private async commandMarks(source: Source, turn: number): Promise<void> {
-    const query = new URLSearchParams({
-      limit: String(MARKS_MAX),
-      from_ms: String(Math.round(source.from_ms)),
-      to_ms: String(Math.round(source.to_ms)),
-    });
-    if (source.monitor) query.set('monitor', source.monitor);
-    try {
-      const answer = await fetch(`/api/audit?${query}`);
-      if (!answer.ok || turn !== this.turn) return;
-      const { entries } = (await answer.json()) as { entries: AuditEntry[] };
-      this.mark(
-        entries
-          .filter(({ outcome }) => outcome === 'asked')
-          .filter(({ at_ms }) => at_ms >= source.from_ms && at_ms <= source.to_ms)
-          .map(({ at_ms, what, monitor, user }) => ({
-            at_ms,
-            kind: 'command',
-            text: `${monitor ?? ''} ${what} (${user})`.trim(),
-          })),
-      );
-    } catch {
-      // Without them the marks are fewer.
-    }
+    const log = await told<{ entries?: AuditEntry[] }>('/api/audit', source);
+    if (turn !== this.turn) return;
+    this.mark(
+      (log?.entries ?? [])
+        .filter(({ outcome, at_ms }) => outcome === 'asked' && within(source, at_ms))
+        .map(({ at_ms, what, monitor, user }) => ({
+          at_ms,
+          kind: 'command',
+          text: `${monitor ?? ''} ${what} (${user})`.trim(),
+        })),
+    );
+  }
+
+  /** What the hub's own alarms did; a recording from elsewhere has its own. */
+  private async alarmMarks(source: Source, turn: number): Promise<void> {
+    if (!source.path.startsWith('/api/history')) return;
+    type Entry = { at_ms: number; id: string; to: string };
+    const log = await told<Entry[]>('/api/alarms/history', source);
+    if (turn !== this.turn || !Array.isArray(log)) return;
+    this.mark(
+      log
+        .filter(({ to, at_ms }) => to === 'unack' && within(source, at_ms))
+        .map(({ at_ms, id }) => ({ at_ms, kind: 'alarm', alarm: store.getLive(`alarms/${id}`), text: id })),
+    );
   }
 
   private mark(more: ReplayMark[]): void {
-    const key = ({ at_ms, kind, text }: ReplayMark): string => `${at_ms} ${kind} ${text}`;
+    // The two sources of alarms may tell their moments a little apart.
+    const key = ({ at_ms, kind, text }: ReplayMark): string =>
+      `${kind === 'alarm' ? Math.round(at_ms / 5000) : at_ms} ${kind} ${text}`;
     const known = new Map([...this.marks, ...more].map((mark) => [key(mark), mark]));
     this.marks = [...known.values()].sort((a, b) => a.at_ms - b.at_ms).slice(-MARKS_MAX);
     this.changed();
@@ -337,6 +359,26 @@ class Replay extends EventTarget {
 
   private changed(): void {
     this.dispatchEvent(new Event('change'));
+  }
+}
+
+function within({ from_ms, to_ms }: Source, at_ms: number): boolean {
+  return at_ms >= from_ms && at_ms <= to_ms;
+}
+
+/** What a log says of this time; null when it does not, as marks are not worth an error. */
+async function told<T>(path: string, { from_ms, to_ms, monitor }: Source): Promise<T | null> {
+  const query = new URLSearchParams({
+    limit: String(MARKS_MAX),
+    from_ms: String(Math.floor(from_ms)),
+    to_ms: String(Math.ceil(to_ms)),
+  });
+  if (monitor) query.set('monitor', monitor);
+  try {
+    const answer = await fetch(`${path}?${query}`);
+    return answer.ok ? ((await answer.json()) as T) : null;
+  } catch {
+    return null;
   }
 }
 

@@ -19,6 +19,7 @@ const RETRY_FIRST_MS = 250;
 const RETRY_MOST_MS = 4000;
 /** The hub speaks each second; so long without a word means that the way to it is broken. */
 const SILENT_MS = 2500;
+const LISTEN_MS = 500;
 const RESUME_KEY = 'lafet.resume';
 const SESSION_ENDED = 4401;
 
@@ -28,6 +29,7 @@ class Socket {
   private retry_ms = RETRY_FIRST_MS;
   private retryTimer = 0;
   private heard_ms = 0;
+  private watched = false;
   private nextId = 1;
   private readonly waiting = new Map<number, Waiting>();
   private readonly listeners = new Map<string, Set<(message: never) => void>>();
@@ -37,7 +39,9 @@ class Socket {
     if (this.wanted) return;
     this.wanted = true;
     this.open();
-    window.setInterval(() => this.listen(), 500);
+    if (this.watched) return;
+    this.watched = true;
+    window.setInterval(() => this.listen(), LISTEN_MS);
     window.addEventListener('online', () => this.reopen());
   }
 
@@ -46,6 +50,19 @@ class Socket {
     sessionStorage.removeItem(RESUME_KEY);
     clearTimeout(this.retryTimer);
     this.ws?.close();
+  }
+
+  /** Breaks the connection for so long: shows what a lost link is like. */
+  interrupt(for_ms: number): void {
+    const dead = this.ws;
+    this.ws = null;
+    if (dead) {
+      dead.onmessage = null;
+      dead.close();
+    }
+    this.closed(0);
+    clearTimeout(this.retryTimer);
+    this.retryTimer = window.setTimeout(() => this.open(), for_ms);
   }
 
   /** Messages that are not topics: `socket.on('event', fn)`. Returns what ends it. */
@@ -94,6 +111,7 @@ class Socket {
 
   /** A connection that says nothing is given up before the browser would. */
   private listen(): void {
+    store.tick();
     if (!this.ws || performance.now() - this.heard_ms < SILENT_MS) return;
     const dead = this.ws;
     this.ws = null;

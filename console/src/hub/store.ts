@@ -114,6 +114,11 @@ export class Store {
     this.tell(SECOND);
   }
 
+  /** Ages grow also while the hub says nothing. */
+  tick(): void {
+    if (!this.linked && !this.replayed) this.tell(SECOND);
+  }
+
   /** From now on the store shows a recording; live values are kept aside. */
   beginReplay(): void {
     const before = [...this.topics.keys()];

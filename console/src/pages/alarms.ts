@@ -43,7 +43,7 @@ export class LfPageAlarms extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => ['alarms/', 'monitors/', SECOND]);
+    new TopicController(this, () => ['alarms/', SECOND]);
   }
 
   override connectedCallback(): void {
@@ -136,14 +136,7 @@ export class LfPageAlarms extends LitElement {
     if (alarms.length === 0) return this.renderBlank(count);
     const { shown, fresh } = inOrder(alarms, this.held);
     const first = fresh[0];
-    return html`${first
-        ? html`<div class="fresh" role="status">
-            ${priorityMark(first.priority)}
-            <span>${t('alarms.fresh', { n: num(fresh.length), what: `${first.monitor} · ${tt(first.what)}` })}</span>
-            <lf-button @click=${() => this.release()}>${t('alarms.fresh_show')}</lf-button>
-          </div>`
-        : nothing}
-      <ul
+    return html`<ul
         class="list ${store.linked || store.source === 'replay' ? '' : 'old'}"
         @pointermove=${(e: PointerEvent) => this.hold(e, shown)}
         @pointerleave=${() => this.release()}
@@ -153,7 +146,14 @@ export class LfPageAlarms extends LitElement {
           (alarm) => alarm.id,
           (alarm) => this.renderAlarm(alarm),
         )}
-      </ul>`;
+      </ul>
+      ${first
+        ? html`<div class="fresh" role="status">
+            ${priorityMark(first.priority)}
+            <span>${t('alarms.fresh', { n: num(fresh.length), what: `${first.monitor} · ${tt(first.what)}` })}</span>
+            <span class="hint">${t('alarms.fresh_show')}</span>
+          </div>`
+        : nothing}`;
   }
 
   private renderBlank(count: number) {
@@ -191,7 +191,18 @@ export class LfPageAlarms extends LitElement {
         ${unheard ? html`<div class="small dim">${t('alarms.unheard')}</div>` : nothing}
         ${alarm.shelved ? html`<div class="small dim">${t('alarms.shelved_by', { ...alarm.shelved })}</div>` : nothing}
       </div>
-      ${this.renderWhen(alarm)} ${this.renderActs(alarm, open)} ${open ? this.renderMore(alarm) : nothing}
+      ${this.renderWhen(alarm)} ${this.renderActs(alarm)}
+      <lf-button
+        class="open"
+        kind="quiet"
+        data-act="more"
+        icon=${open ? 'up' : 'down'}
+        toggle
+        ?on=${open}
+        .label=${t('alarms.details')}
+        @click=${() => this.toggle(alarm.id)}
+      ></lf-button>
+      ${open ? this.renderMore(alarm) : nothing}
     </li>`;
   }
 
@@ -213,7 +224,7 @@ export class LfPageAlarms extends LitElement {
     </div>`;
   }
 
-  private renderActs(alarm: Alarm, open: boolean) {
+  private renderActs(alarm: Alarm) {
     const why = whyNotHere('operator');
     return html`<div class="acts">
       ${waits(alarm)
@@ -228,15 +239,6 @@ export class LfPageAlarms extends LitElement {
         : html`<lf-button data-act="shelve" icon="clock" .why=${why} @click=${() => this.shelve(alarm)}
             >${t('alarms.do_shelve')}</lf-button
           >`}
-      <lf-button
-        kind="quiet"
-        data-act="more"
-        icon=${open ? 'up' : 'down'}
-        toggle
-        ?on=${open}
-        .label=${t('alarms.details')}
-        @click=${() => this.toggle(alarm.id)}
-      ></lf-button>
     </div>`;
   }
 

@@ -35,6 +35,7 @@ export class LfPageDiagnosis extends LitElement {
       }
       .column {
         display: grid;
+        grid-template-columns: minmax(0, 1fr);
         gap: var(--s3);
         min-width: 0;
       }
@@ -112,7 +113,20 @@ export class LfPageDiagnosis extends LitElement {
       }
       @media (max-width: 1180px) {
         .body {
-          grid-template-columns: 1fr;
+          grid-template-columns: minmax(0, 1fr);
+        }
+        /* One below the other, in the order of what is needed first. */
+        .column {
+          display: contents;
+        }
+        .readiness {
+          order: -3;
+        }
+        #try {
+          order: -2;
+        }
+        #set {
+          order: -1;
         }
       }
     `,
@@ -185,7 +199,7 @@ export class LfPageDiagnosis extends LitElement {
     const ready = readiness?.ready ?? false;
     const reasons = readiness?.reasons ?? [];
     const icons = (severity: Severity) => html`<span class=${severity}>${icon(SEVERITY_ICONS[severity])}</span>`;
-    return html`<section class="card">
+    return html`<section class="card readiness">
       <header>
         <h2>${t('diagnosis.readiness')}</h2>
         <lf-chip kind=${ready ? 'normal' : 'high'} icon=${ready ? 'check' : 'alarm'} ?stale=${stale && ready}

@@ -165,7 +165,7 @@ export class LfPageInspector extends LitElement {
             ${this.missed > 0 ? html`<span>${t('inspector.missed', { n: num(this.missed) })}</span>` : nothing}
           </div>
         </div>
-        <div class="side">
+        <div class="side" tabindex="0">
           <section class="card">
             <header>
               <h2>${t('inspector.decoded')}</h2>

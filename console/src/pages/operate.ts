@@ -6,10 +6,11 @@ import { has } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
 import { age, t, tt, type Key } from '../i18n';
-import type { QuenchSector, Sector } from '../parts/geometry';
+import { sectorOf, type QuenchSector, type Sector } from '../parts/geometry';
 import { icon } from '../parts/icons';
 import '../parts/lf-dial';
 import { planMonitor, type AimDetail, type LfPlan, type PlanMonitor } from '../parts/lf-plan';
+import { hotbedOf } from '../parts/plan/model';
 import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
@@ -21,6 +22,8 @@ import { exists, field, limits, position, posture, whyNotWork } from './operate/
 import './operate/trends';
 import './operate/valves';
 
+/** A hotbed is seen smaller than what burns; the jet is to fall around it. */
+const HOTBED_LEAST_ARCMIN = 60;
 const VIEW_KEY = 'lafet.view';
 
 @customElement('lf-page-operate')
@@ -120,6 +123,12 @@ export class PageOperate extends LitElement {
         }
       }
       @container (max-width: 1100px) {
+        .strip .chips {
+          min-height: 0;
+        }
+        .strip .ready {
+          padding: 4px 0;
+        }
         .below {
           grid-template-columns: minmax(0, 1fr);
         }
@@ -196,6 +205,8 @@ export class PageOperate extends LitElement {
           .monitor=${monitor}
           .tool=${this.tool}
           .sector=${this.sector}
+          .found=${store.get(`monitors/${monitor}/hotbeds`)?.list.length ?? 0}
+          @found=${this.takeFound}
           @tool=${(e: CustomEvent<Tool>) => this.choose(e.detail)}
           @quenching=${(e: CustomEvent<QuenchSector>) => this.begun(e.detail)}
         ></lf-automatic>
@@ -228,7 +239,7 @@ export class PageOperate extends LitElement {
               >${age_ms === null ? t('operate.no_data') : t('operate.old', { age: age(age_ms) })}</lf-chip
             >`
           : nothing}
-        ${this.postureChip(stale)} ${this.readiness()}
+        ${stale ? nothing : html`${this.postureChip(stale)} ${this.readiness()}`}
       </div>
     </section>`;
   }
@@ -268,7 +279,13 @@ export class PageOperate extends LitElement {
         >${text}</lf-button
       >`;
     return html`${three
-        ? html`<lf-scene .site=${site} .monitors=${monitors} .scene=${scene} .selected=${monitor}></lf-scene>`
+        ? html`<lf-scene
+            .site=${site}
+            .monitors=${monitors}
+            .scene=${scene}
+            .selected=${monitor}
+            @no-webgl=${this.noScene}
+          ></lf-scene>`
         : html`<lf-plan
             .site=${site}
             .monitors=${monitors}
@@ -336,6 +353,24 @@ export class PageOperate extends LitElement {
     }
   }
 
+  /** The brightest of the hotbeds becomes the sector. */
+  private readonly takeFound = (): void => {
+    const { monitor } = this;
+    const site = siteOf();
+    const stand = site.monitors[monitor];
+    const box = store.get(`monitors/${monitor}/hotbeds`)?.list.toSorted((a, b) => b.brightness - a.brightness)[0];
+    if (!stand || !box) return;
+    const width = Math.max(Math.abs(box.x2 - box.x1), HOTBED_LEAST_ARCMIN);
+    const found: Omit<QuenchSector, 'clipped' | 'sector'> = {
+      centre_arcmin: [(box.x1 + box.x2) / 2, Math.min(box.y1, box.y2)],
+      width_arcmin: width,
+      height_arcmin: HOTBED_LEAST_ARCMIN,
+      distance_m: Math.round(hotbedOf(stand, box, site.tanks).distance_m),
+    };
+    this.sector = { ...found, clipped: false, sector: sectorOf(stand, found) };
+    if (this.plan) this.plan.sector = this.sector.sector;
+  };
+
   private begun(sector: QuenchSector): void {
     this.running = { ...this.running, [this.monitor]: sector.sector };
   }
@@ -375,10 +410,14 @@ export class PageOperate extends LitElement {
     } catch {
       this.sceneLoaded = false;
     }
-    if (this.sceneLoaded) return;
-    this.view = 'plan';
-    toast({ kind: 'info', text: t('operate.no_3d') });
+    if (!this.sceneLoaded) this.noScene();
   }
+
+  private readonly noScene = (): void => {
+    this.view = 'plan';
+    localStorage.setItem(VIEW_KEY, 'plan');
+    toast({ kind: 'info', text: t('operate.no_3d') });
+  };
 
   private readonly keyed = (event: KeyboardEvent): void => {
     if (event.key === 'Escape' && !event.shiftKey && dialog.stack.length === 0) this.choose('look');

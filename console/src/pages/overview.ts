@@ -39,7 +39,7 @@ export class PageOverview extends LitElement {
       .map {
         position: sticky;
         top: var(--s3);
-        height: calc(100dvh - var(--topbar) - 49px - 48px - 3 * var(--s3));
+        height: calc(100dvh - var(--topbar) - 57px - 48px - 3 * var(--s3));
         min-height: 320px;
         padding: 0;
         overflow: hidden;

@@ -334,6 +334,7 @@ export class PageReplay extends LitElement {
   private playing() {
     const ids = store.monitors();
     const site = standAlone((store.get('hub') ?? store.hello?.hub)?.site ?? null, ids);
+    const foreign = ids.some((id) => !store.getLive(`monitors/${id}/info`));
     const monitors = ids.flatMap(
       (id) =>
         planMonitor(id, site, {
@@ -345,6 +346,7 @@ export class PageReplay extends LitElement {
     );
     return html`<div class="page">
       <header class="head"><h1>${t('replay.now')}</h1></header>
+      ${foreign ? html`<p class="lead">${t('replay.foreign')}</p>` : nothing}
       <div class="stage">
         <lf-plan
           .site=${site}

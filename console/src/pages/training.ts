@@ -51,6 +51,11 @@ export class PageTraining extends LitElement {
     void this.load();
   }
 
+  protected override willUpdate(): void {
+    const told = store.get('sim') as SimState | undefined;
+    if (this.answered && told && told.run >= this.answered.run) this.answered = null;
+  }
+
   private get sim(): SimState | null {
     const told = (store.get('sim') as SimState | undefined) ?? this.simulation?.state ?? null;
     const { answered } = this;

@@ -145,7 +145,8 @@ export class LfHold extends LitElement {
   private readonly abort = (): void => {
     clearTimeout(this.timer);
     this.holding = false;
-    hideWhy(this);
+    // Why it does nothing stays to be read.
+    if (!this.why) hideWhy(this);
   };
 }
 

@@ -64,6 +64,7 @@ export class LfScene extends LitElement {
         border-radius: var(--radius, 8px);
         background: var(--p-raised);
         contain: strict;
+        container-type: inline-size;
       }
       canvas {
         position: absolute;
@@ -86,6 +87,7 @@ export class LfScene extends LitElement {
         position: absolute;
         left: 12px;
         bottom: 12px;
+        max-width: calc(100% - 24px);
         display: flex;
         border: 1px solid var(--p-line);
         border-radius: 8px;
@@ -94,7 +96,7 @@ export class LfScene extends LitElement {
       }
       .views button {
         min-height: 48px;
-        padding: 0 16px;
+        padding: 0 clamp(8px, 3cqw, 16px);
         border: 0;
         background: none;
         color: var(--p-dim);

@@ -94,6 +94,12 @@ export class LfTabbar extends LitElement {
     </div>`;
   }
 
+  override updated(): void {
+    this.renderRoot
+      .querySelector('[aria-selected="true"]')
+      ?.scrollIntoView?.({ block: 'nearest', inline: 'nearest' });
+  }
+
   private choose(id: string): void {
     if (id === this.selected) return;
     this.selected = id;

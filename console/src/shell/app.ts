@@ -19,6 +19,7 @@ import { base } from '../theme/shared';
 import { unitsChanged } from '../units';
 import { followAuthority } from './authority';
 import './banners';
+import { guideChanged, guideIsWanted } from './guide-key';
 import { dialog } from './dialog';
 import './nav';
 import { loadPage, router } from './router';
@@ -55,12 +56,14 @@ export class LfApp extends LitElement {
       }
       main {
         grid-area: main;
+        position: relative;
         overflow: auto;
         min-width: 0;
         min-height: 0;
       }
       main > * {
-        display: block;
+        display: grid;
+        grid-template-columns: minmax(0, 1fr);
         min-height: 100%;
       }
       lf-replay-bar {
@@ -136,8 +139,10 @@ export class LfApp extends LitElement {
     followPauses();
     followAuthority();
     http.onLoginNeeded = (setup) => (this.phase = setup ? 'setup' : 'login');
+    socket.on('hello', () => this.requestUpdate());
     socket.onSessionEnded = () => (this.phase = 'login');
     router.addEventListener('change', () => this.goTo());
+    guideChanged.addEventListener('change', () => this.requestUpdate());
     for (const changed of [langChanged, unitsChanged]) {
       changed.addEventListener('change', () => this.anew());
     }
@@ -170,7 +175,8 @@ export class LfApp extends LitElement {
         <main ?inert=${this.modal} tabindex="-1">${this.page(page, monitor)}</main>
         <lf-replay-bar ?inert=${this.modal}></lf-replay-bar>
         <lf-dialogs></lf-dialogs>
-        <lf-toasts></lf-toasts>`,
+        <lf-toasts></lf-toasts>
+        ${this.guided() ? html`<lf-guide ?inert=${this.modal}></lf-guide>` : nothing}`,
     );
   }
 
@@ -181,6 +187,13 @@ export class LfApp extends LitElement {
     }
     const tag = unsafeStatic(`lf-page-${name}`);
     return keyed(`${name} ${monitor}`, staticHtml`<${tag} .monitor=${monitor}></${tag}>`);
+  }
+
+  /** In the demo, until somebody has seen it. */
+  private guided(): boolean {
+    if (!store.hello?.hub.demo || store.source === 'replay' || !guideIsWanted()) return false;
+    void import('./guide');
+    return true;
   }
 
   private alone(name: 'login' | 'setup') {
@@ -210,9 +223,7 @@ export class LfApp extends LitElement {
     setSession(given);
     this.phase = 'on';
     socket.start();
-    const again = () => this.requestUpdate();
-    socket.on('hello', again);
-    dictionary().then(again, () => {});
+    dictionary().then(() => this.requestUpdate(), () => {});
     void this.load(this.route.page);
   }
 

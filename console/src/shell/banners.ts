@@ -20,11 +20,11 @@ export class LfBanners extends LitElement {
     css`
       :host {
         display: flex;
-        min-height: 48px;
+        min-height: 56px;
         border-bottom: 1px solid var(--line);
         background: var(--surface-2);
         overflow-x: auto;
-        --lf-button-height: 40px;
+        --lf-button-height: 48px;
       }
       .banner {
         display: flex;
@@ -127,6 +127,7 @@ export class LfBanners extends LitElement {
 
   private control(monitor: string) {
     const authority = store.get(`monitors/${monitor}/authority`);
+    if (!store.linked && store.source === 'live') return nothing;
     if (!authority || !may('operator') || store.source === 'replay') {
       return may('operator') ? nothing : banner('info', 'user', t('banner.observer'), true);
     }

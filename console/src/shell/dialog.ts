@@ -70,6 +70,8 @@ export interface ConfirmOptions {
   danger?: boolean;
   /** Seconds that the button has to be held. */
   hold?: number;
+  /** Why it cannot be done now, asked anew as things change. */
+  why?: () => string;
   /** What has to be typed first, e.g. the monitor's id. */
   typed?: string;
 }
@@ -78,7 +80,8 @@ export interface ConfirmOptions {
 export async function confirmDialog(options: ConfirmOptions): Promise<boolean> {
   let typed = '';
   const missing = () =>
-    options.typed && typed !== options.typed ? t('shell.type_first', { what: options.typed }) : '';
+    options.why?.() ||
+    (options.typed && typed !== options.typed ? t('shell.type_first', { what: options.typed }) : '');
   const typing = (event: Event) => {
     typed = (event.target as HTMLInputElement).value.trim();
     dialog.update();
@@ -131,6 +134,9 @@ export class LfDialogs extends LitElement {
         border: 1px solid var(--line);
         border-radius: 12px;
         box-shadow: var(--shadow-large);
+      }
+      .dialog:focus {
+        outline: none;
       }
       .wide {
         width: min(920px, 100%);

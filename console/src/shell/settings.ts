@@ -7,6 +7,7 @@ import { store } from '../hub/store';
 import { lang, setLang, t, type Key } from '../i18n';
 import { choices, chosenUnit, setUnit } from '../units';
 import { dialog } from './dialog';
+import { guideWanted } from './guide-key';
 
 export type Theme = 'day' | 'night' | 'auto';
 const THEME_KEY = 'lafet.theme';
@@ -117,6 +118,11 @@ async function logout(): Promise<void> {
   location.reload();
 }
 
+function showGuide(): void {
+  dialog.closeAll();
+  guideWanted(true);
+}
+
 const KEYS: [string, Key][] = [
   ['Pause · F9 · Shift+Esc', 'help.stop'],
   ['← → ↑ ↓', 'help.move'],
@@ -141,6 +147,7 @@ export function openHelp(): void {
           )}
         </tbody>
       </table>
+      ${store.hello?.hub.demo ? html`<div><lf-button icon="training" @click=${showGuide}>${t('help.guide')}</lf-button></div>` : nothing}
       <p>${t('help.gamepad')}</p>
       <p>${t('help.hardware')}</p>`,
   });

@@ -231,6 +231,7 @@ export class LfStop extends LitElement {
       title: t('stop.release_title', { monitor }),
       text: why ? html`${t('stop.release_text')}<br /><br /><b>${why}</b>` : t('stop.release_text'),
       yes: t('stop.release_yes'),
+      why: () => (inControl(monitor) ? '' : whyNot(monitor, { lockedOut: true })),
       hold: 2,
       typed: monitor,
     });

@@ -67,7 +67,8 @@ export class LfToasts extends LitElement {
       :host {
         position: fixed;
         left: calc(var(--nav-now, 0px) + var(--s3));
-        bottom: var(--s3);
+        bottom: calc(var(--s3) + var(--guide-height, 0px));
+        transition: bottom var(--quick);
         width: min(440px, calc(100vw - 2 * var(--s3)));
         display: flex;
         flex-direction: column;
@@ -118,7 +119,7 @@ export class LfToasts extends LitElement {
       @media (max-width: 720px) {
         :host {
           left: var(--s2);
-          bottom: 80px;
+          bottom: calc(80px + var(--guide-height, 0px));
         }
       }
     `,

@@ -173,7 +173,7 @@ export class LfTopbar extends LitElement {
     const all = store.alarms().filter((alarm) => alarm.state !== 'shelved');
     const worst = all[0];
     if (!worst) {
-      return html`<a class="quiet" href="#/alarms">${icon('check')}<span class="wide">${t('topbar.no_alarms')}</span></a>`;
+      return html`<a class="quiet" href="#/alarms" aria-label=${t('topbar.no_alarms')}>${icon('check')}<span class="wide">${t('topbar.no_alarms')}</span></a>`;
     }
     const known = all.every((alarm) => alarm.state === 'ack') ? 'known' : '';
     return html`<a

@@ -66,6 +66,13 @@ export class Demo {
     });
   }
 
+  /** Takes control and commands. */
+  async request(monitor: string, request: string): Promise<void> {
+    await this.post(`/api/monitors/${monitor}/authority`, { action: 'take' });
+    const answer = await this.post(`/api/monitors/${monitor}/requests`, { request });
+    if (!answer.ok) throw new Error(`${request}: ${await answer.text()}`);
+  }
+
   private async serve(): Promise<void> {
     const page = await (await fetch(this.hub)).text();
     if (page.includes('lf-app') && !process.env.CONSOLE_DIST) {

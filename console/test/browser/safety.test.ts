@@ -3,8 +3,12 @@ import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
 import { Site, until } from './site';
 
+const FAR_ARCMIN = 5000;
+
 let site: Site;
 let page: Page;
+/** Where M1 pointed when the test began. */
+let began: number;
 const others: Page[] = [];
 
 beforeAll(async () => {
@@ -14,6 +18,7 @@ afterAll(() => site?.stop());
 
 beforeEach(async () => {
   page = await site.open('#/m/M1/operate');
+  began = await site.position('M1');
 });
 
 afterEach(async () => {
@@ -25,8 +30,11 @@ afterEach(async () => {
     await site.send(id, 'Lockout All off');
     await site.send(id, 'Stop All');
     await site.send(id, 'Close Valve1');
-    await site.send(id, 'Move Horizontal 0');
-    await until(() => site.position(id).then((at) => Math.abs(at) < 60), 15_000);
+    // Back, where the next motion would meet a limit.
+    if (Math.abs(await site.position(id)) > FAR_ARCMIN) {
+      await site.send(id, 'Move Horizontal 0');
+      await until(async () => Math.abs(await site.position(id)) < 60, 15_000);
+    }
     await until(async () => !(await site.moves(id)));
   }
 });
@@ -42,37 +50,60 @@ async function sent(request: string, id = 'M1'): Promise<void> {
   await until(() => site.moves(id));
 }
 
-/** Pulls the stick to the left and waits until the barrel moves. */
+/**
+ * Holds until the barrel moves. On a busy machine the page's beats may be late, and the motion ends,
+ * as it has to: then the hand lets go and holds anew.
+ */
+async function begun(hold: () => Promise<void>, leave: () => Promise<void>): Promise<void> {
+  for (let n = 0; n < 5; n += 1) {
+    await hold();
+    const moved = await until(() => site.moves('M1'), 3000).then(
+      () => true,
+      () => false,
+    );
+    if (moved) return;
+    await leave();
+  }
+  throw new Error('the barrel does not move');
+}
+
+/** Pulls the stick to the left. */
 async function pull(): Promise<void> {
   const pad = (await page.locator('lf-joystick').boundingBox())!;
   const [x, y] = [pad.x + pad.width / 2, pad.y + 100];
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  await page.mouse.move(x - 60, y, { steps: 3 });
-  await until(() => site.moves('M1'));
+  const hold = async () => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x - 60, y, { steps: 3 });
+  };
+  await begun(hold, () => page.mouse.up());
+}
+
+async function press(key: string): Promise<void> {
+  await begun(
+    () => page.keyboard.down(key),
+    () => page.keyboard.up(key),
+  );
 }
 
 describe('a motion that is held', () => {
   test('ends with the release', async () => {
     await take();
     await pull();
-    expect(await site.moves('M1')).toBe(true);
     await page.mouse.up();
     expect(await site.stands('M1')).toBe(true);
-    expect(await site.position('M1')).toBeGreaterThan(0);
+    expect(await site.position('M1')).toBeGreaterThan(began);
   });
 
   test('of a key ends with its release, and opposite keys mean nothing', async () => {
     await take();
-    await page.keyboard.down('ArrowRight');
-    await until(() => site.moves('M1'));
+    await press('ArrowRight');
     await page.keyboard.down('ArrowLeft');
     expect(await site.stands('M1')).toBe(true);
     await page.keyboard.up('ArrowLeft');
-    await until(() => site.moves('M1'));
     await page.keyboard.up('ArrowRight');
     expect(await site.stands('M1')).toBe(true);
-    expect(await site.position('M1')).toBeLessThan(0);
+    expect(await site.position('M1')).toBeLessThan(began);
   });
 
   test('ends when the window loses the focus', async () => {
@@ -132,8 +163,7 @@ describe('a motion that is held', () => {
 
   test('ends when a dialog opens', async () => {
     await take();
-    await page.keyboard.down('ArrowLeft');
-    await until(() => site.moves('M1'));
+    await press('ArrowLeft');
     await page.locator('#readiness').click();
     expect(await site.stands('M1')).toBe(true);
     await page.keyboard.up('ArrowLeft');
@@ -143,7 +173,7 @@ describe('a motion that is held', () => {
     await page.keyboard.down('ArrowLeft');
     await page.getByText('Take control of M1 first').first().waitFor();
     expect(await site.stands('M1')).toBe(true);
-    expect(await site.position('M1')).toBe(0);
+    expect(await site.position('M1')).toBe(began);
     await page.keyboard.up('ArrowLeft');
   });
 });
@@ -219,7 +249,7 @@ describe('STOP', () => {
     await page.evaluate(() => (WebSocket.prototype.send = () => {}));
     await sent('Move Horizontal 9000');
     await page.locator('#stop').click();
-    expect(await site.stands('M1', 2500)).toBe(true);
+    expect(await site.stands('M1')).toBe(true);
   });
 });
 
@@ -235,10 +265,10 @@ describe('valves and lockout', () => {
     await page.waitForTimeout(900);
     expect((await site.outputs('M1')).Valve1!.flags).toEqual(['Closed']);
     await page.mouse.down();
-    await until(async () => (await site.outputs('M1')).Valve1!.flags.includes('Opening'), 3000);
+    await until(async () => (await site.outputs('M1')).Valve1!.flags.includes('Opening'), 10_000);
     await page.mouse.up();
     await page.locator('#Valve1 .close-button').click();
-    await until(async () => !(await site.outputs('M1')).Valve1!.flags.some((f) => f.startsWith('Open')), 3000);
+    await until(async () => !(await site.outputs('M1')).Valve1!.flags.some((f) => f.startsWith('Open')), 10_000);
   });
 
   test('lockout is one press; its release wants the name typed and the button held', async () => {

@@ -61,6 +61,10 @@ describe('a replay', () => {
     vi.stubGlobal('fetch', (url: URL | string) => {
       const wanted = new URL(String(url), 'http://hub.test/');
       if (wanted.pathname === '/api/audit') return Promise.resolve(new Response('{}', { status: 403 }));
+      if (wanted.pathname === '/api/alarms/history') {
+        const entry = (seconds: number, to: string) => ({ at_ms: START + seconds * 1000, id: 'M1/Link/Down', to });
+        return Promise.resolve(Response.json([entry(20, 'unack'), entry(25, 'ack'), entry(-5, 'unack')]));
+      }
       asked.push(wanted);
       const from = Number(wanted.searchParams.get('from_ms'));
       const to = Number(wanted.searchParams.get('to_ms'));
@@ -121,7 +125,13 @@ describe('a replay', () => {
     await replay.seek(START + 90_000);
     expect(position()).toBe(90);
     const fetched = asked.map((url) => (Number(url.searchParams.get('from_ms')) - START) / PIECE_MS);
-    expect(fetched).toEqual([0, 8]);
+    expect(fetched).toEqual([0, 20]);
+  });
+
+  it('marks the alarms of the time it shows', async () => {
+    await open();
+    await vi.waitFor(() => expect(replay.marks).toHaveLength(1));
+    expect(replay.marks[0]).toMatchObject({ at_ms: START + 20_000, kind: 'alarm', text: 'M1/Link/Down' });
   });
 
   it('crosses into the next piece and ends at the end', async () => {
@@ -133,6 +143,26 @@ describe('a replay', () => {
     await vi.advanceTimersByTimeAsync(3_000);
     expect(replay.playing).toBe(false);
     expect(replay.at_ms).toBe(START + HOUR_MS);
+  });
+
+  it('begins where there is something', async () => {
+    const [first, last] = [START + 9 * 60_000, START + 10 * 60_000];
+    vi.stubGlobal('fetch', (url: URL) => {
+      const [from, to] = ['from_ms', 'to_ms'].map((name) => Number(url.searchParams?.get(name)));
+      const rows = from! <= last && to! >= first ? [JSON.stringify({ at_ms: Math.max(first, from!), set: { 'monitors/M1/status': status(5) } })] : [];
+      return Promise.resolve(new Response(rows.join('')));
+    });
+    await replay.open({ title: '', path: '/api/history/changes', from_ms: START, to_ms: last });
+    expect(replay.source?.from_ms).toBe(first);
+    expect(replay.at_ms).toBe(first);
+    expect(position()).toBe(5);
+  });
+
+  it('of which there is nothing is shown as such', async () => {
+    vi.stubGlobal('fetch', () => Promise.resolve(new Response('')));
+    await open();
+    expect(store.source).toBe('replay');
+    expect(store.monitors()).toEqual([]);
   });
 
   it('that the hub refuses leaves the live picture', async () => {

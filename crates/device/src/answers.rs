@@ -52,6 +52,7 @@ impl<'a> Answers<'a> {
         self.push(&Answer::bare(from, request, status));
     }
 
+    #[cold]
     fn no_room(&mut self, from: SubsystemId, request: RequestId) {
         self.full = true;
         self.writer.reserve(0);

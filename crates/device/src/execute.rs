@@ -34,10 +34,7 @@ impl Device {
     ) {
         let request = body.id();
         let status = match body {
-            Body::GetStatus => {
-                let data = self.status_of(id);
-                return answers.push(&Answer { from: id, request, status: Status::OK, data });
-            }
+            Body::GetStatus => return self.tell_status(id, answers),
             Body::GetParam { id: param } => {
                 let mut buffer = [0; VALUES_MAX];
                 let result = self.read_param(id, *param, &mut buffer);
@@ -375,6 +372,11 @@ impl Device {
     }
 
     /// §3.3
+    pub(crate) fn tell_status(&self, from: SubsystemId, answers: &mut Answers<'_>) {
+        let (request, status) = (RequestId::GET_STATUS, Status::OK);
+        answers.push(&Answer { from, request, status, data: self.status_of(from) });
+    }
+
     fn status_of(&self, id: SubsystemId) -> Reply<'static> {
         let common = self.common_flags(id);
         let bits = common.bits();
@@ -429,20 +431,30 @@ impl Device {
 
     /// §3.3.1 The flags that mean the same in every subsystem.
     fn common_flags(&self, id: SubsystemId) -> CommonFlags {
-        let moving = self.drive(id).is_some_and(|drive| drive.flags().contains(DriveFlags::MOVE));
         let restarting = self.general.is_restarting();
+        let moving = || self.drive(id).is_some_and(Drive::is_moving);
         // §3.3.1/4
         let bad_power = id == SubsystemId::GENERAL && self.general.has_bad_power();
+        let mut flags = self.config_flags(id);
+        flags.set(CommonFlags::BAD_POWER, bad_power);
+        flags.set(CommonFlags::RESTARTING, restarting);
+        flags.set(CommonFlags::TERMINATED, restarting && !moving());
+        flags
+    }
+
+    /// Nobody is looked for while all is well.
+    fn config_flags(&self, id: SubsystemId) -> CommonFlags {
         let mut flags = CommonFlags::empty();
+        if self.params.is_sound() {
+            flags.set(CommonFlags::CONFIG_INVALID, self.params.is_contradictory(id));
+            return flags;
+        }
         // §3.3.1/1
         flags.set(CommonFlags::CONFIG_FAULT, self.params.has_read_fault(id));
         // §3.3.1/2
         let invalid = self.params.is_incomplete(id) || self.params.is_contradictory(id);
         flags.set(CommonFlags::CONFIG_INVALID, invalid);
         flags.set(CommonFlags::CONFIG_WRITE_FAULT, self.params.has_write_fault(id));
-        flags.set(CommonFlags::BAD_POWER, bad_power);
-        flags.set(CommonFlags::RESTARTING, restarting);
-        flags.set(CommonFlags::TERMINATED, restarting && !moving);
         flags
     }
 

@@ -294,6 +294,11 @@ impl Params {
         (self.dirty | self.absent | self.unread | self.unwritten) & group.bit() == 0
     }
 
+    /// Every set is complete, and the memory was read and written without errors.
+    pub(crate) const fn is_sound(&self) -> bool {
+        self.incomplete == 0 && self.unread | self.unwritten == 0
+    }
+
     /// §3.3.1 ConfigInvalid: parameters of this subsystem are still unset.
     pub fn is_incomplete(&self, id: SubsystemId) -> bool {
         self.incomplete & owner_bit(id) != 0
@@ -313,12 +318,12 @@ impl Params {
 
     /// §3.3.1 ConfigFault: stored parameters of this subsystem could not be read.
     pub fn has_read_fault(&self, id: SubsystemId) -> bool {
-        owns_one_of(id, self.unread)
+        self.unread & Group::owned_by(id) != 0
     }
 
     /// §3.3.1 ConfigWriteFault: parameters of this subsystem could not be stored.
     pub fn has_write_fault(&self, id: SubsystemId) -> bool {
-        owns_one_of(id, self.unwritten)
+        self.unwritten & Group::owned_by(id) != 0
     }
 
     /// Whether everything accepted has been stored, or tried in vain.
@@ -488,12 +493,6 @@ impl Params {
 fn is_number(param: Param) -> bool {
     let spec = param.spec();
     spec.storage == param::Storage::Stored && spec.max_len == 1
-}
-
-/// Whether one of these groups belongs to a subsystem.
-fn owns_one_of(id: SubsystemId, groups: u64) -> bool {
-    let mut rest = (0..Group::COUNT).map(Group::from_index).filter(|g| groups & g.bit() != 0);
-    rest.any(|group| group.owner() == id)
 }
 
 fn owner_bit(id: SubsystemId) -> u16 {

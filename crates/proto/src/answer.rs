@@ -70,7 +70,8 @@ impl<'a> Answer<'a> {
     }
 
     /// Reads the answer of a record.
-    #[inline]
+    // The caller mostly looks at one kind of data: only in its place is the rest left out.
+    #[inline(always)]
     pub fn decode(record: &Record<'a>) -> Result<Self, DecodeError> {
         let Record { request, device, status, data } = *record;
         Ok(Self { from: device, request, status, data: Reply::decode(request, device, data)? })
@@ -79,17 +80,26 @@ impl<'a> Answer<'a> {
     /// Appends the answer to a frame's payload.
     #[inline]
     pub fn encode(&self, out: &mut Writer<'_>) -> Result<(), NoRoom> {
+        let Self { from, request, status, data } = self;
+        let mut put = |data: &[u8]| out.push_bytes(*request, *from, *status, data);
+        match data {
+            Reply::None => put(&[]),
+            Reply::General(status) => put(&status.to_bytes()),
+            Reply::Thermo(status) => put(&status.to_bytes()),
+            Reply::Drive(status) => put(&status.to_bytes()),
+            Reply::Valve(status) => put(&status.to_bytes()),
+            Reply::Control(status) => put(&status.to_bytes()),
+            Reply::Detector(status) => put(&status.to_bytes()),
+            Reply::Deployer(status) => put(&status.to_bytes()),
+            Reply::Conn(status) => put(&status.to_bytes()),
+            Reply::Buttons(status) => put(&status.to_bytes()),
+            _ => self.encode_other(out),
+        }
+    }
+
+    /// What is asked for rarely: not worth a place in every caller.
+    fn encode_other(&self, out: &mut Writer<'_>) -> Result<(), NoRoom> {
         out.push_with(self.request, self.from, self.status, |data| match self.data {
-            Reply::None => Ok(()),
-            Reply::General(status) => data.put(&status.to_bytes()),
-            Reply::Thermo(status) => data.put(&status.to_bytes()),
-            Reply::Drive(status) => data.put(&status.to_bytes()),
-            Reply::Valve(status) => data.put(&status.to_bytes()),
-            Reply::Control(status) => data.put(&status.to_bytes()),
-            Reply::Detector(status) => data.put(&status.to_bytes()),
-            Reply::Deployer(status) => data.put(&status.to_bytes()),
-            Reply::Conn(status) => data.put(&status.to_bytes()),
-            Reply::Buttons(status) => data.put(&status.to_bytes()),
             Reply::Param { id, values } => {
                 data.put_u16(id.0)?;
                 data.put_ints(values.iter())
@@ -110,6 +120,8 @@ impl<'a> Answer<'a> {
                 data.put(log.lines)
             }
             Reply::Raw(bytes) => data.put(bytes),
+            // Encoded above.
+            _ => Ok(()),
         })
     }
 
@@ -146,16 +158,22 @@ impl<'a> Reply<'a> {
         })
     }
 
+    #[inline(always)]
     fn decode(
         request: RequestId,
         device: SubsystemId,
         data: &'a [u8],
     ) -> Result<Self, DecodeError> {
-        if data.is_empty() {
-            return Ok(Self::None);
-        }
         match request {
+            _ if data.is_empty() => Ok(Self::None),
             RequestId::GET_STATUS => Self::decode_status(device, data),
+            _ => Self::decode_other(request, data),
+        }
+    }
+
+    /// What is asked for rarely: not worth a place in every caller.
+    fn decode_other(request: RequestId, data: &'a [u8]) -> Result<Self, DecodeError> {
+        match request {
             RequestId::GET_PARAM | RequestId::SET_PARAM => Self::decode_param(data),
             RequestId::GET_HOTBED => Self::decode_param(data),
             RequestId::RETRIEVE_LIMITS => Ok(Self::Limits(Limits::from_bytes(exact(data)?))),
@@ -168,7 +186,7 @@ impl<'a> Reply<'a> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn decode_status(device: SubsystemId, data: &'a [u8]) -> Result<Self, DecodeError> {
         Ok(match device {
             SubsystemId::VERTICAL | SubsystemId::HORIZONTAL | SubsystemId::NOZZLE => {

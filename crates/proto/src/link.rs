@@ -10,7 +10,7 @@
 //! client finds out by a probe of this form.
 
 use crate::{DecodeError, Expected};
-use crc::{CRC_16_MODBUS, CRC_32_ISCSI, Crc, NoTable};
+use crc::{CRC_16_MODBUS, CRC_32_ISCSI, Crc};
 
 /// Payload that every monitor and client can take (ours).
 pub const PAYLOAD_MAX: usize = 512;
@@ -27,9 +27,14 @@ const ESCAPED_ESCAPE: u8 = 0xDD;
 /// After DB at the beginning of a frame: a CRC-32C ends it.
 const MARK_CRC32C: u8 = 0xDE;
 
-static CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_MODBUS);
-/// Without a table: it is rare on a chip, and 1 KiB is much there.
-static CRC32C: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+/// Tables of 24 KiB on a host, none on a chip: at 115200 baud a byte has 6,000 cycles.
+#[cfg(feature = "crc-slice16")]
+type Tables = crc::Table<16>;
+#[cfg(not(feature = "crc-slice16"))]
+type Tables = crc::NoTable;
+
+static CRC: Crc<u16, Tables> = Crc::<u16, Tables>::new(&CRC_16_MODBUS);
+static CRC32C: Crc<u32, Tables> = Crc::<u32, Tables>::new(&CRC_32_ISCSI);
 
 /// What tells a frame from noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -95,7 +100,7 @@ pub fn encode(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
     let mut wire = Wire { out, len: 0 };
     wire.put(SYNC)?;
     wire.put(END)?;
-    wire.put_body(addresses.iter().chain(frame.payload).chain(&crc))
+    wire.put_body([&addresses, frame.payload, &crc])
 }
 
 /// Writes a frame with this check.
@@ -117,7 +122,7 @@ fn encode_crc32c(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
     for byte in [SYNC, END, ESCAPE, MARK_CRC32C] {
         wire.put(byte)?;
     }
-    wire.put_body(addresses.iter().chain(frame.payload).chain(&crc))
+    wire.put_body([&addresses, frame.payload, &crc])
 }
 
 struct Wire<'a> {
@@ -133,18 +138,57 @@ impl Wire<'_> {
         Some(())
     }
 
-    #[inline]
-    fn put_body<'b>(mut self, body: impl Iterator<Item = &'b u8>) -> Option<usize> {
-        for byte in body {
-            match *byte {
-                END => self.put(ESCAPE).and_then(|()| self.put(ESCAPED_END))?,
-                ESCAPE => self.put(ESCAPE).and_then(|()| self.put(ESCAPED_ESCAPE))?,
-                plain => self.put(plain)?,
+    fn put_body(mut self, parts: [&[u8]; 3]) -> Option<usize> {
+        for mut rest in parts {
+            loop {
+                let plain = copy_plain(rest, self.out.get_mut(self.len..)?);
+                self.len += plain;
+                let Some((byte, after)) = rest.get(plain..)?.split_first() else { break };
+                self.put(ESCAPE)?;
+                self.put(match *byte {
+                    END => ESCAPED_END,
+                    ESCAPE => ESCAPED_ESCAPE,
+                    // It stopped for want of room.
+                    _ => return None,
+                })?;
+                rest = after;
             }
         }
         self.put(END)?;
         Some(self.len)
     }
+}
+
+/// Copies bytes up to one that stands for itself nowhere in a frame, and says how many.
+#[inline]
+fn copy_plain(from: &[u8], to: &mut [u8]) -> usize {
+    const WORD: usize = size_of::<usize>();
+    let mut done = 0;
+    for (bytes, place) in from.as_chunks::<WORD>().0.iter().zip(to.as_chunks_mut::<WORD>().0) {
+        let word = usize::from_le_bytes(*bytes);
+        if has(word, END) || has(word, ESCAPE) {
+            break;
+        }
+        *place = *bytes;
+        done += WORD;
+    }
+    let rest = from.get(done..).unwrap_or_default();
+    for (byte, place) in rest.iter().zip(to.get_mut(done..).unwrap_or_default()) {
+        if matches!(*byte, END | ESCAPE) {
+            break;
+        }
+        *place = *byte;
+        done += 1;
+    }
+    done
+}
+
+/// Whether a byte is one of those in a word: the lowest that is becomes zero, and borrows.
+#[inline]
+const fn has(word: usize, byte: u8) -> bool {
+    const ONES: usize = usize::MAX / 0xFF;
+    let zeroed = word ^ (ONES * byte as usize);
+    zeroed.wrapping_sub(ONES) & !zeroed & (ONES << 7) != 0
 }
 
 /// What a decoder has seen on its medium since it was made.
@@ -255,12 +299,30 @@ impl<const N: usize> Decoder<N> {
     ///
     /// Call it again with the rest until it returns no frame: then all were taken.
     pub fn push_slice(&mut self, bytes: &[u8]) -> (usize, Option<Frame<'_>>) {
-        for (index, byte) in bytes.iter().enumerate() {
+        let mut taken = 0;
+        while let Some((byte, _)) = bytes.get(taken..).and_then(<[u8]>::split_first) {
+            if self.state == State::Inside {
+                let run = self.store_run(bytes.get(taken..).unwrap_or_default());
+                taken += run;
+                if run > 0 {
+                    continue;
+                }
+            }
+            taken += 1;
             if self.push(*byte).is_some() {
-                return (index + 1, self.last());
+                return (taken, self.last());
             }
         }
         (bytes.len(), None)
+    }
+
+    /// Takes bytes that are themselves, as many as there is room for.
+    fn store_run(&mut self, bytes: &[u8]) -> usize {
+        let room = self.body.get_mut(self.len..).unwrap_or_default();
+        let run = copy_plain(bytes, room);
+        self.len += run;
+        self.wire_len += run;
+        run
     }
 
     /// Forgets a frame that has begun: the medium was silent or broken for too long.

@@ -141,7 +141,29 @@ impl<'a> Writer<'a> {
     /// Writes a whole record, or nothing.
     #[inline]
     pub fn push(&mut self, record: &Record<'_>) -> Result<(), NoRoom> {
-        self.push_with(record.request, record.device, record.status, |data| data.put(record.data))
+        self.push_bytes(record.request, record.device, record.status, record.data)
+    }
+
+    /// Writes a record with these data, or nothing.
+    #[inline]
+    pub(crate) fn push_bytes(
+        &mut self,
+        request: RequestId,
+        device: SubsystemId,
+        status: Status,
+        data: &[u8],
+    ) -> Result<(), NoRoom> {
+        let size = u8::try_from(data.len()).map_err(|_| NoRoom)?;
+        let end = HEADER_SIZE + data.len();
+        if self.room() < end {
+            return Err(NoRoom);
+        }
+        let free = self.buffer.get_mut(self.len..).ok_or(NoRoom)?;
+        let (header, place) = free.split_first_chunk_mut::<HEADER_SIZE>().ok_or(NoRoom)?;
+        place.get_mut(..data.len()).ok_or(NoRoom)?.copy_from_slice(data);
+        *header = [request.0, device.0, status.0, size];
+        self.len += end;
+        Ok(())
     }
 
     /// Writes a record whose data `fill` puts in place, or nothing if they do not fit.

@@ -47,8 +47,8 @@ export default {
   'alarms.none_shelved_text':
     'A known alarm that cannot be mended at once can be shelved for up to 8 hours: it then no longer counts, and comes back by itself.',
   'alarms.none_history': 'No history in this time',
-  'alarms.fresh': '{n} new above: {what}',
-  'alarms.fresh_show': 'Show',
+  'alarms.fresh': '{n} new: {what}',
+  'alarms.fresh_show': 'Shown when the pointer leaves the list',
   'alarms.unlinked': 'No connection to the hub: this is how things stood at {time}.',
   'alarms.failed': 'This could not be loaded: {what}',
   'alarms.again': 'Try again',

@@ -10,6 +10,7 @@ export default {
   'help.tab': 'The first press of Tab goes to STOP',
   'help.gamepad':
     'A gamepad moves the barrel too, on the page Operate: left stick the barrel, shoulder buttons the nozzle, B is STOP.',
+  'help.guide': 'Show the first steps',
   'help.hardware':
     'STOP and LOCKOUT are commands over a network. They do not replace an emergency stop, which is a device with wires of its own.',
 };

@@ -41,6 +41,7 @@ export default {
   'operate.paused': 'Extinguishing, paused',
   'operate.searching': 'Searching for fire',
   'operate.draw_first': 'Draw the sector on the plan first',
+  'operate.use_found': 'Take what the search has found',
   'operate.draw_how': 'Drag on the plan over what is to be extinguished.',
   'operate.sector_is': '{width} wide, {height} high, {distance} away',
   'operate.clipped': 'A part lies beyond the limits and is left out.',

@@ -101,6 +101,8 @@ export default {
   'programs.export_hint': 'A file that lafet param restore reads as well',
   'programs.why_nothing': 'There is no program yet',
   'programs.imported.one': '{n} taken from {name}; it is not stored yet.',
+  'programs.imported.few': '{n} taken from {name}; they are not stored yet.',
+  'programs.imported.many': '{n} taken from {name}; they are not stored yet.',
   'programs.imported.other': '{n} taken from {name}; they are not stored yet.',
   'programs.file_none': 'The file has no programs and no trajectories.',
 };

@@ -50,5 +50,5 @@ export default {
   'replay.now': 'Now playing',
   'replay.look': 'Look at',
   'replay.nothing': 'There is nothing in this part of the recording.',
-  'replay.foreign': 'Recorded elsewhere: the plan shows this site.',
+  'replay.foreign': 'Monitors that this hub does not know are in it: they stand apart on the plan.',
 } as const;

@@ -47,8 +47,8 @@ export default {
   'alarms.none_shelved_text':
     'Известную тревогу, которую нельзя устранить сразу, можно отложить на время до 8 часов: она не считается и потом вернётся сама.',
   'alarms.none_history': 'За это время событий нет',
-  'alarms.fresh': 'Новых выше: {n} — {what}',
-  'alarms.fresh_show': 'Показать',
+  'alarms.fresh': 'Новых: {n} — {what}',
+  'alarms.fresh_show': 'Появится, когда указатель уйдёт со списка',
   'alarms.unlinked': 'Нет связи с центром управления: состояние на {time}.',
   'alarms.failed': 'Не удалось загрузить: {what}',
   'alarms.again': 'Повторить',

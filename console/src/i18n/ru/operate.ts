@@ -41,6 +41,7 @@ export default {
   'operate.paused': 'Тушение приостановлено',
   'operate.searching': 'Поиск очага',
   'operate.draw_first': 'Сначала нарисуйте сектор на плане',
+  'operate.use_found': 'Взять найденное поиском',
   'operate.draw_how': 'Проведите по плану над тем, что надо тушить.',
   'operate.sector_is': 'ширина {width}, высота {height}, дальность {distance}',
   'operate.clipped': 'Часть лежит за пределами и не орошается.',

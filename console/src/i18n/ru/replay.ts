@@ -52,6 +52,6 @@ const ru: Record<keyof typeof en, string> = {
   'replay.now': 'Сейчас показывается',
   'replay.look': 'Посмотреть',
   'replay.nothing': 'В этой части записи ничего нет.',
-  'replay.foreign': 'Записано в другом месте: на плане этот объект.',
+  'replay.foreign': 'В записи есть стволы, которых этот центр не знает: на плане они стоят отдельно.',
 };
 export default ru;

@@ -38,7 +38,7 @@ export default {
   'stop.stop': 'СТОП',
   'stop.all': 'все',
   'stop.stop_one': 'СТОП {monitor}',
-  'stop.stop_all': 'СТОП всем стволам',
+  'stop.stop_all': 'СТОП все стволы',
   'stop.stop_all_short': 'СТОП все',
   'stop.lockout': 'БЛОКИРОВКА',
   'stop.lockout_one': 'БЛОКИРОВКА {monitor}: остановить, закрыть затворы, не принимать команд',

@@ -3,7 +3,6 @@ import type en from '../en/training';
 const ru: Record<keyof typeof en, string> = {
   'training.title': 'Тренажёр',
   'training.off': 'Для обучения нужен имитируемый объект: запустите центр командой «lafet demo». Этот центр управляет настоящими стволами.',
-  'training.scenario': 'Упражнение',
   'training.none': 'Выберите упражнение',
   'training.choose': 'Упражнения',
   'training.choose_title': 'Начать упражнение',

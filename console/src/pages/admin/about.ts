@@ -40,7 +40,7 @@ export class LfAdminHub extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'monitors/']);
+    new TopicController(this, () => SECOND);
   }
 
   override connectedCallback(): void {
@@ -89,7 +89,7 @@ export class LfAdminHub extends LitElement {
           <h2>${t('admin.storage')}</h2>
           ${this.renderStorage()}
         </header>
-        <dl class="facts">
+        <dl class="facts figures">
           <dt>${t('admin.audit_waiting')}</dt>
           <dd>${this.figure('lafet_audit_waiting')}</dd>
           <dt>${t('admin.audit_lost')}</dt>
@@ -109,11 +109,9 @@ export class LfAdminHub extends LitElement {
       </section>
       <section class="card">
         <header><h2>${t('admin.monitors')}</h2></header>
-        <table>
-          <tbody>
-            ${store.monitors().map((id) => this.renderMonitor(id))}
-          </tbody>
-        </table>
+        <ul class="monitors">
+          ${store.monitors().map((id) => this.renderMonitor(id))}
+        </ul>
       </section>
     </div>`;
   }
@@ -123,18 +121,15 @@ export class LfAdminHub extends LitElement {
     const info = store.get(`monitors/${id}/info`);
     const down = link?.state !== 'up';
     const stale = store.stale(id);
-    return html`<tr>
-      <td>
-        <b>${id}</b> ${monitorName(id)}
+    return html`<li>
+      <div>
+        <b>${id}</b> ${monitorName(id)} <span class="dim">· ${t('admin.monitor_address', { n: info?.address ?? '—' })}</span>
         <div class="small dim mono">${link?.endpoint ?? ''}</div>
-      </td>
-      <td class="num">${t('admin.monitor_address', { n: info?.address ?? '—' })}</td>
-      <td class="num">
-        <lf-chip kind=${down ? 'high' : stale ? 'medium' : 'normal'} icon=${down ? 'unlinked' : 'link'}
-          >${t(down ? 'admin.monitor_down' : stale ? 'admin.monitor_stale' : 'admin.monitor_up')}</lf-chip
-        >
-      </td>
-    </tr>`;
+      </div>
+      <lf-chip kind=${down ? 'high' : stale ? 'medium' : 'normal'} icon=${down ? 'unlinked' : 'link'}
+        >${t(down ? 'admin.monitor_down' : stale ? 'admin.monitor_stale' : 'admin.monitor_up')}</lf-chip
+      >
+    </li>`;
   }
 
   private renderStorage() {
@@ -152,7 +147,7 @@ export class LfAdminHub extends LitElement {
 
   private stopLongest(): string {
     const seconds = this.metrics.get('lafet_stop_seconds_max');
-    return seconds === undefined ? '—' : t('admin.ms', { n: num(seconds * 1000, 1) });
+    return !seconds ? '—' : t('admin.ms', { n: num(seconds * 1000, 1) });
   }
 
   private async load(): Promise<void> {

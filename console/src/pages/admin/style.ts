@@ -9,10 +9,12 @@ export const adminStyle = css`
     display: flex;
     flex-wrap: wrap;
     align-items: center;
+    justify-content: space-between;
     gap: var(--s2) var(--s3);
   }
   .bar p {
-    flex: 1 1 320px;
+    flex: 0 1 90ch;
+    min-width: min(320px, 100%);
     max-width: 90ch;
     color: var(--dim);
     line-height: 1.5;
@@ -51,6 +53,31 @@ export const adminStyle = css`
     font-weight: 600;
     overflow-wrap: anywhere;
   }
+  dl.facts dd .dim {
+    font-weight: 400;
+  }
+  dl.facts.figures {
+    grid-template-columns: minmax(0, 1fr) max-content;
+  }
+  .figures dd {
+    text-align: right;
+  }
+  .monitors {
+    list-style: none;
+    margin: 0;
+    padding: 0;
+  }
+  .monitors li {
+    display: grid;
+    grid-template-columns: minmax(0, 1fr) auto;
+    gap: 12px;
+    align-items: center;
+    padding: 10px 0;
+    border-top: 1px solid var(--line);
+  }
+  .monitors .mono {
+    overflow-wrap: anywhere;
+  }
   .cards {
     display: grid;
     grid-template-columns: repeat(auto-fit, minmax(min(380px, 100%), 1fr));
@@ -77,7 +104,7 @@ export const adminStyle = css`
     align-items: center;
     gap: 8px;
     min-height: 48px;
-    margin-right: var(--s3);
+    margin-right: 20px;
     font-weight: 600;
   }
   @media (max-width: 720px) {
@@ -117,11 +144,11 @@ export const adminStyle = css`
       content: attr(data-short);
       font-size: 12px;
     }
-    dl.facts {
+    dl.facts:not(.figures) {
       grid-template-columns: 1fr;
       gap: 2px;
     }
-    dl.facts dd {
+    dl.facts:not(.figures) dd {
       margin-bottom: 10px;
     }
   }

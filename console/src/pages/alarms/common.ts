@@ -112,6 +112,11 @@ export const filters = css`
   .filters > .wide {
     flex: 1 1 220px;
   }
+  @media (max-width: 1180px) {
+    .filters > label.field {
+      flex: 1 1 150px;
+    }
+  }
   @media (max-width: 720px) {
     .filters > * {
       flex: 1 1 140px;

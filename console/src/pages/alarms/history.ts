@@ -1,5 +1,5 @@
 // What alarms did: came, were acknowledged, went.
-import { LitElement, html, nothing } from 'lit';
+import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionary, flag, subsystem } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
@@ -35,7 +35,23 @@ export function subsystemText(name: string): string {
 
 @customElement('lf-alarm-history')
 export class LfAlarmHistory extends LitElement {
-  static override styles = [base, card, table, fields, filters, markStyle, notice, alarmStyle];
+  static override styles = [
+    base,
+    card,
+    table,
+    fields,
+    filters,
+    markStyle,
+    notice,
+    alarmStyle,
+    css`
+      :host {
+        display: grid;
+        grid-template-columns: minmax(0, 1fr);
+        gap: var(--s3);
+      }
+    `,
+  ];
 
   @property() monitor = '';
   @property() text = '';

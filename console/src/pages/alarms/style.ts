@@ -41,7 +41,7 @@ export const alarmStyle = css`
     --edge: var(--line-strong);
     position: relative;
     display: grid;
-    grid-template-columns: 40px minmax(0, 1fr) 168px 388px;
+    grid-template-columns: 40px minmax(0, 1fr) 168px 340px 48px;
     gap: 4px var(--s3);
     align-items: center;
     padding: 10px var(--s2) 10px 20px;
@@ -187,20 +187,26 @@ export const alarmStyle = css`
     font-size: 14px;
   }
   .fresh {
+    /* Below the list: above it, it would push away what a hand aims at. */
     position: sticky;
-    top: 0;
+    bottom: var(--s2);
     z-index: 2;
     display: flex;
     align-items: center;
     gap: var(--s3);
-    padding: 4px 4px 4px var(--s3);
+    padding: 10px var(--s3);
     border-radius: var(--radius-large);
     border: 2px solid var(--high);
     background: var(--surface);
     font-weight: 600;
     box-shadow: var(--shadow-large);
   }
-  .fresh span {
+  .fresh .hint {
+    flex: none;
+    font-weight: 400;
+    color: var(--dim);
+  }
+  .fresh span:not(.hint) {
     flex: 1;
     min-width: 0;
     overflow: hidden;
@@ -232,22 +238,28 @@ export const alarmStyle = css`
   }
   @media (max-width: 1180px) {
     .alarm {
-      grid-template-columns: 40px minmax(0, 1fr) 132px;
+      grid-template-columns: 40px minmax(0, 1fr) 132px 48px;
     }
     .acts {
-      grid-column: 2 / -1;
+      grid-area: 2 / 2 / 3 / -1;
       justify-content: flex-start;
       flex-wrap: wrap;
+    }
+    .acts:not(:has(*)) {
+      display: none;
     }
   }
   @media (max-width: 720px) {
     .alarm {
-      grid-template-columns: 32px minmax(0, 1fr);
+      grid-template-columns: 32px minmax(0, 1fr) 48px;
       gap: 6px 10px;
       padding-left: 16px;
     }
+    .open {
+      grid-area: 1 / 3;
+    }
     .when {
-      grid-column: 2;
+      grid-area: 2 / 2 / 3 / -1;
       display: flex;
       flex-wrap: wrap;
       gap: 0 10px;
@@ -256,16 +268,19 @@ export const alarmStyle = css`
     .when b {
       font-size: 14px;
     }
-    .acts,
+    .acts {
+      grid-area: 3 / 1 / 4 / -1;
+      flex-wrap: nowrap;
+      padding-right: var(--s2);
+    }
+    .acts lf-button {
+      flex: 1 1 auto;
+    }
+    .acts lf-button::part(button) {
+      padding: 6px 8px;
+    }
     .more {
       grid-column: 1 / -1;
-    }
-    .acts {
-      flex-wrap: nowrap;
-    }
-    .acts lf-button:not([data-act='more']) {
-      flex: 1 1 auto;
-      --lf-button-pad: 8px;
     }
     .counts {
       gap: 6px;

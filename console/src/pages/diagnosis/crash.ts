@@ -9,7 +9,7 @@ import { lang, t, time, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
 import { base, card, table } from '../../theme/shared';
-import { exceptionOf, wordHex, type Crash } from './model';
+import { exceptionOf, faultBits, wordHex, type Crash } from './model';
 
 @customElement('lf-crash')
 export class LfCrash extends LitElement {
@@ -52,8 +52,17 @@ export class LfCrash extends LitElement {
         min-height: 48px;
         display: flex;
         align-items: center;
+        gap: 10px;
         cursor: pointer;
         font-weight: 600;
+      }
+      summary::before {
+        content: '›';
+        font-size: 20px;
+        color: var(--dim);
+      }
+      details[open] > summary::before {
+        transform: rotate(90deg);
       }
     `,
   ];
@@ -103,12 +112,8 @@ export class LfCrash extends LitElement {
         <li>${icon('right', 18)}<span>${t('diagnosis.crash_lr')} <b>${wordHex(word('lr'))}</b></span></li>
         <li>${icon('right', 18)}<span>${t('diagnosis.crash_sp')} <b>${wordHex(word('spcr'))}</b></span></li>
         ${context ? html`<li>${icon('right', 18)}<span>${context}</span></li>` : nothing}
-        ${(crash.bits ?? []).map(
-          (bit) => html`<li>
-            ${icon('warning', 18)}<span
-              ><b>${bit.name}</b> · ${tt(bit.meaning)} <span class="dim">${tt(bit.remedy)}</span></span
-            >
-          </li>`,
+        ${faultBits(crash.words).map(
+          (name) => html`<li>${icon('warning', 18)}<span><b>${name}</b> · ${t(`diagnosis.bit_${name}`)}</span></li>`,
         )}
       </ul>
       <p class="small dim">${t('diagnosis.crash_send')}</p>

@@ -174,6 +174,19 @@ export class LfAllFlags extends LitElement {
       summary .title {
         font-weight: 650;
       }
+      @media (max-width: 720px) {
+        summary {
+          flex-wrap: wrap;
+          gap: 2px 12px;
+          padding: 8px var(--s3);
+        }
+        summary .mono {
+          display: none;
+        }
+        lf-find {
+          flex-basis: 100%;
+        }
+      }
       .flags {
         padding: 0 var(--s3) var(--s2) calc(var(--s3) + 12px);
       }
@@ -185,6 +198,7 @@ export class LfAllFlags extends LitElement {
   /** Nothing was ever heard of the monitor. */
   @property({ type: Boolean }) never = false;
   @state() private text = '';
+  @state() private open = new Set<string>();
 
   override render() {
     const shown = matchingFlags(this.flags, this.text, lang());
@@ -209,11 +223,21 @@ export class LfAllFlags extends LitElement {
     </section>`;
   }
 
+  /** Only what is open is in the page: there are hundreds of flags. */
+  private toggled(name: string, event: Event): void {
+    if (this.text.trim() !== '') return;
+    const open = new Set(this.open);
+    if ((event.target as HTMLDetailsElement).open) open.add(name);
+    else open.delete(name);
+    this.open = open;
+  }
+
   private renderSubsystem(name: string, flags: FlagSeen[]) {
     const set = flags.filter((flag) => flag.set);
     const bad = set.filter((flag) => flag.severity === 'alarm' || flag.severity === 'warning');
     const worst = bad.some((flag) => flag.severity === 'alarm') ? 'high' : 'medium';
-    return html`<details ?open=${this.text.trim() !== ''}>
+    const open = this.open.has(name) || this.text.trim() !== '';
+    return html`<details ?open=${open} @toggle=${(event: Event) => this.toggled(name, event)}>
       <summary>
         <span class="title">${subsystemText(name)}</span>
         <span class="small dim mono">${name}</span>
@@ -225,7 +249,9 @@ export class LfAllFlags extends LitElement {
           : html`<span class="small dim">${this.never ? t('diagnosis.unknown') : t('diagnosis.set_of', { n: num(set.length), of: num(flags.length) })}</span>`}
       </summary>
       <div class="flags">
-        ${[...set, ...flags.filter((flag) => !flag.set)].map((flag) => renderFlag(flag, { where: false, full: true }))}
+        ${open
+          ? [...set, ...flags.filter((flag) => !flag.set)].map((flag) => renderFlag(flag, { where: false, full: true }))
+          : nothing}
       </div>
     </details>`;
   }

@@ -108,19 +108,47 @@ function linkTries(link: Link): Try[] {
   return found;
 }
 
-export interface CrashBit {
-  register: string;
-  bit: number;
-  name: string;
-  meaning: Text;
-  remedy: Text;
-}
-
 export interface Crash {
   words: [string, number][];
   filled: boolean;
-  bits?: CrashBit[];
-  arch?: string | null;
+}
+
+/** Bits of the fault registers of ARMv7-M, by register and place; keys `diagnosis.bit_…`. */
+const FAULT_BITS = {
+  VECTTBL: ['hfsr', 1],
+  FORCED: ['hfsr', 30],
+  DEBUGEVT: ['hfsr', 31],
+  IACCVIOL: ['cfsr', 0],
+  DACCVIOL: ['cfsr', 1],
+  MUNSTKERR: ['cfsr', 3],
+  MSTKERR: ['cfsr', 4],
+  MLSPERR: ['cfsr', 5],
+  MMARVALID: ['cfsr', 7],
+  IBUSERR: ['cfsr', 8],
+  PRECISERR: ['cfsr', 9],
+  IMPRECISERR: ['cfsr', 10],
+  UNSTKERR: ['cfsr', 11],
+  STKERR: ['cfsr', 12],
+  LSPERR: ['cfsr', 13],
+  BFARVALID: ['cfsr', 15],
+  UNDEFINSTR: ['cfsr', 16],
+  INVSTATE: ['cfsr', 17],
+  INVPC: ['cfsr', 18],
+  NOCP: ['cfsr', 19],
+  STKOF: ['cfsr', 20],
+  UNALIGNED: ['cfsr', 24],
+  DIVBYZERO: ['cfsr', 25],
+} as const satisfies Record<string, readonly ['hfsr' | 'cfsr', number]>;
+
+export type FaultBit = keyof typeof FAULT_BITS;
+
+/** The bits that are set. */
+export function faultBits(words: [string, number][]): FaultBit[] {
+  const value = new Map(words);
+  return (Object.keys(FAULT_BITS) as FaultBit[]).filter((name) => {
+    const [register, bit] = FAULT_BITS[name];
+    return Math.floor((value.get(register) ?? 0) / 2 ** bit) % 2 === 1;
+  });
 }
 
 /** 0x0800 1F3C */

@@ -53,6 +53,7 @@ setInterval(take, EVERY_MS);
 take();
 
 export function samplesOf(monitor: string): Sample[] {
+  if (!all.has(monitor)) take();
   return all.get(monitor) ?? [];
 }
 

@@ -23,8 +23,10 @@ export function renderDeed(deed: Deed, open: boolean, toggle: () => void) {
   return html`<tr class="deed ${open ? 'open' : ''}" data-n=${first.n} @click=${toggle}>
     <td class="c-time"><span class="time">${dateTime(first.at_ms)}</span></td>
     <td class="c-who">
-      <b>${first.user}</b>
-      <div class="small dim">${first.role ? named(`role.${first.role}`, first.role) : ''}</div>
+      ${first.via === 'hub' && first.user === 'hub'
+        ? t('events.hub')
+        : html`<b>${first.user}</b>
+            <div class="small dim">${first.role ? named(`role.${first.role}`, first.role) : ''}</div>`}
     </td>
     <td class="c-monitor"><b>${first.monitor ?? ''}</b></td>
     <td class="c-what">

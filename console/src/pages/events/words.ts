@@ -27,7 +27,7 @@ export function wordsOf(what: string): string {
       return `${tt(request.title)}: ${tail}`;
     }
     case 'jog': {
-      const toward = known(`events.toward_${rest[1]}`) ?? rest[1] ?? '';
+      const toward = known(`events.toward_${rest[0]}_${rest[1]}`) ?? rest[1] ?? '';
       return t('events.jog', { drive: subsystemName(rest[0] ?? ''), toward });
     }
     case 'authority':

@@ -64,6 +64,9 @@ export class LfRequestSender extends LitElement {
         border-radius: var(--radius);
         box-shadow: var(--shadow-large);
         z-index: 5;
+        font-size: 14px;
+        font-weight: 400;
+        color: var(--text);
       }
       [role='option'] {
         display: grid;

@@ -75,6 +75,8 @@ export class LfAutomatic extends LitElement {
 
   @property() monitor = '';
   @property() tool: Tool = 'look';
+  /** How many hotbeds the last search has found. */
+  @property({ type: Number }) found = 0;
   @property({ attribute: false }) sector: QuenchSector | null = null;
 
   constructor() {
@@ -155,6 +157,11 @@ export class LfAutomatic extends LitElement {
           : t('operate.draw_how')}
         ${sector?.clipped ? html`<br /><b>${t('operate.clipped')}</b>` : nothing}
       </p>
+      ${!sector && this.found > 0
+        ? html`<lf-button icon="fire" id="found" @click=${() => this.dispatchEvent(new CustomEvent('found'))}
+            >${t('operate.use_found')}</lf-button
+          >`
+        : nothing}
       <div class="two">
         <lf-button kind="primary" id="quench" .why=${whyStart} @click=${this.quench}
           >${t('operate.quench')}</lf-button

@@ -20,9 +20,10 @@ export function limits(monitor: string, drive: 'Horizontal' | 'Vertical' | 'Nozz
   return store.get(`monitors/${monitor}/limits`)?.[drive] ?? null;
 }
 
+/** Whether it has a subsystem; one that has never answered is taken to have all. */
 export function exists(monitor: string, subsystem: string): boolean {
-  const subsystems = store.get(`monitors/${monitor}/status`)?.subsystems;
-  return subsystems !== undefined && subsystem in subsystems;
+  const status = store.get(`monitors/${monitor}/status`);
+  return status?.at_ms ? subsystem in status.subsystems : true;
 }
 
 export type Posture = 'deployed' | 'wrapped' | 'deploying' | 'wrapping' | 'between' | 'none';

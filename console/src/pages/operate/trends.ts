@@ -41,7 +41,7 @@ export class LfTrends extends LitElement {
     css`
       :host {
         display: block;
-        height: 252px;
+        height: 256px;
         container-type: inline-size;
       }
       .both {
@@ -62,7 +62,7 @@ export class LfTrends extends LitElement {
       .what {
         display: flex;
         gap: 4px;
-        --lf-button-height: 40px;
+        --lf-button-height: 48px;
         --lf-button-size: 13px;
         --lf-button-wrap: nowrap;
       }

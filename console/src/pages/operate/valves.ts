@@ -2,7 +2,7 @@
 import { LitElement, css, html } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
-import { has, whyNot } from '../../hub/session';
+import { has } from '../../hub/session';
 import { store, TopicController } from '../../hub/store';
 import type { Valve } from '../../hub/types';
 import { t, type Key } from '../../i18n';
@@ -106,7 +106,8 @@ export class LfValves extends LitElement {
     const going = state === 'Opening' || state === 'Closing';
     const kind = `${state === 'Open' ? 'open' : ''} ${going ? 'going' : ''} ${foam ? 'foam' : ''}`;
     const why = state === 'Open' ? t('operate.valve_is_open') : whyNotWork(monitor, valve);
-    const whyClose = whyNot(monitor, { role: 'observer', authority: false, lockedOut: true });
+    // Close is refused to nobody, and tried whatever is known of the link.
+    const whyClose = store.source === 'replay' ? t('why.replay') : '';
     return html`<div class="valve ${kind}" id=${valve}>
       <div class="name">
         <span class="mark">${icon(foam ? 'foam' : 'water')}</span>
@@ -125,7 +126,7 @@ export class LfValves extends LitElement {
       >
       <lf-button
         class="close-button"
-        .why=${whyClose === t('why.hub') ? '' : whyClose}
+        .why=${whyClose}
         @click=${() => commands.close(monitor, valve).catch(() => {})}
         >${t('operate.close')}</lf-button
       >

@@ -155,7 +155,12 @@ export class Editing extends EventTarget {
       );
     }, PROGRESS_MS);
     try {
-      await http.post(`${path}/read`);
+      let read = await http.post<Params>(`${path}/read`);
+      // The hub was reading already, and has answered what it had.
+      while (read.reading) {
+        await new Promise((resolve) => setTimeout(resolve, PROGRESS_MS));
+        read = await http.get<Params>(path);
+      }
       this.fresh.clear();
     } catch (cause) {
       this.readError = HubError.of(cause);

@@ -211,8 +211,8 @@ export class LfProgramRun extends LitElement {
 
   private why(empty: boolean): string {
     const { monitor, which, stored } = this;
-    if (empty || !stored) return t('programs.why_empty');
     if (this.unsaved) return t('programs.why_unsaved');
+    if (empty || !stored) return t('programs.why_empty');
     const why = whyNot(monitor, { subsystem: 'Control' });
     if (why) return why;
     if (has(monitor, 'Detector', 'Searching') || has(monitor, 'Detector', 'Justifying')) {

@@ -36,6 +36,9 @@ export const planStyle = css`
   :host([tool='aim']) > svg {
     cursor: crosshair;
   }
+  svg:focus:not(:focus-visible) {
+    outline: none;
+  }
   svg:focus-visible,
   button:focus-visible {
     outline: 3px solid var(--p-focus);

@@ -44,6 +44,21 @@ const FRAMES_JUDGED = 45;
 const SHARE_LEAST = 0.3;
 const FLIGHT_S = 0.6;
 const LABEL_PX = 27;
+/** A tank that looks smaller has no name. */
+const NAMED_PX = 58;
+/** Part of the picture that the site may fill, and what stands above the ground. */
+const FILLED = 0.9;
+const ROOM_ABOVE_M = 10;
+const AWAY_MAX_M = 250;
+/** Slope of the view from which on the roofs bear the names. */
+const STEEP = 1.6;
+/** From where the site is looked at. */
+const FROM: Record<Preset, Vector3> = {
+  eye: new Vector3(-0.55, 0.48, 0.7),
+  orbit: new Vector3(-0.55, 0.48, 0.7),
+  side: new Vector3(0, 0.15, 1),
+  top: new Vector3(0, 1, 0.001),
+};
 
 export class World {
   private readonly renderer: WebGLRenderer;
@@ -209,24 +224,33 @@ export class World {
   }
 
   private viewpoint(preset: Preset): [Vector3, Vector3] {
-    const box = boundsOf(placesOf(this.shown.site, this.shown.scene));
-    const middle = new Vector3((box.west + box.east) / 2, 1, -(box.south + box.north) / 2);
-    const wide = Math.max(box.east - box.west, box.north - box.south);
-    // A tall picture needs more distance than a wide one.
-    const away = (wide / 2) * Math.max(0.85, 1.62 / Math.max(this.camera.aspect, 0.4));
-    if (preset === 'top') {
-      return [middle.clone().add(new Vector3(0, away * 1.85, 0.01)), middle];
-    }
-    if (preset === 'side') {
-      return [middle.clone().add(new Vector3(0, away * 0.3, away * 1.95)), middle.setY(5)];
-    }
     const pose = this.chosen();
     if (preset === 'eye' && pose) {
       const ahead = directionOf({ bearing: pose.bearing, elevation: 0 });
       const to = pose.foot.clone().addScaledVector(ahead, -7).add(new Vector3(0, 3.4, 0));
       return [to, pose.foot.clone().addScaledVector(ahead, 26)];
     }
-    return [middle.clone().add(new Vector3(-away * 0.95, away * 0.82, away * 1.2)), middle];
+    const box = boundsOf(placesOf(this.shown.site, this.shown.scene));
+    const middle = new Vector3((box.west + box.east) / 2, 2, -(box.south + box.north) / 2);
+    const from = FROM[preset].clone().normalize();
+    return [middle.clone().addScaledVector(from, this.distance(middle, from)), middle];
+  }
+
+  /** How far away everything is in the picture. */
+  private distance(middle: Vector3, from: Vector3): number {
+    const across = new Vector3(0, 1, 0).cross(from).normalize();
+    const up = from.clone().cross(across);
+    const high = Math.tan((this.camera.fov * Math.PI) / 360) * FILLED;
+    const wide = high * this.camera.aspect;
+    let most = 20;
+    for (const [[east, north], radius] of placesOf(this.shown.site, this.shown.scene)) {
+      for (const [x, y, z] of [[-1, 0, 1], [1, 0, 1], [-1, 0, -1], [1, 0, -1], [0, ROOM_ABOVE_M, 0]] as const) {
+        const at = new Vector3(east + x * radius, y, -north + z * radius).sub(middle);
+        const near = at.dot(from);
+        most = Math.max(most, near + Math.abs(at.dot(across)) / wide, near + Math.abs(at.dot(up)) / high);
+      }
+    }
+    return Math.min(most, AWAY_MAX_M);
   }
 
   private chosen(): Pose | undefined {
@@ -410,10 +434,16 @@ export class World {
       put(`m/${id}`, id, new Vector3(at[0], height + 2.2, -at[1]), id === selected);
     }
     for (const { name, at, height, diameter } of site?.tanks ?? []) {
-      // On the side of the shell that is seen, so that other tanks may hide it.
+      // On the side of the shell that is seen, where other tanks may hide it; on the roof from above.
       const middle = new Vector3(at[0], 0, -at[1]);
-      const toward = this.camera.position.clone().sub(middle).setY(0).setLength(diameter / 2 + 1.3);
-      put(`t/${name}`, name, middle.add(toward).setY(height * 0.36), false, true);
+      const toward = this.camera.position.clone().sub(middle);
+      // Its name is not to be wider than the tank.
+      if ((diameter / toward.length()) * (LABEL_PX / size) < NAMED_PX) continue;
+      const above = toward.y > Math.hypot(toward.x, toward.z) * STEEP;
+      const place = above
+        ? middle.setY(height + 1)
+        : middle.add(toward.setY(0).setLength(diameter / 2 + 1.3)).setY(height * 0.36);
+      put(`t/${name}`, name, place, false, true);
     }
     for (const [key, label] of this.labels) {
       if (wanted.has(key)) continue;

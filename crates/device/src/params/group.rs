@@ -69,6 +69,18 @@ impl Group {
         }
     }
 
+    /// The bits of the groups that a subsystem owns.
+    pub(super) const fn owned_by(id: SubsystemId) -> u64 {
+        let Some(index) = table_index(id) else { return 0 };
+        let own = Self::Subsystem(index).bit();
+        match id {
+            SubsystemId::GENERAL => own | Self::Lockout.bit(),
+            // Programs, trajectories and the correction table follow each other.
+            SubsystemId::CONTROL => own | (Self::Lockout.bit() - Self::Program(0).bit()),
+            _ => own,
+        }
+    }
+
     pub(super) fn of(param: Param) -> Self {
         let offset = |first: Param| (param as u8).wrapping_sub(first as u8);
         if offset(Param::ControlProgram0) < PROGRAMS {
@@ -78,5 +90,21 @@ impl Group {
         } else {
             Self::Subsystem(table_index(param.spec().subsystem).unwrap_or(0))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// §3.3.1/1: what a group's owner is told of is what is looked for on its behalf.
+    #[test]
+    fn groups_and_their_owners_agree() {
+        for id in SubsystemId::TABLE {
+            let groups = (0..Group::COUNT).map(Group::from_index);
+            let own = groups.filter(|group| group.owner() == id);
+            assert_eq!(Group::owned_by(id), own.fold(0, |bits, group| bits | group.bit()), "{id}");
+        }
+        assert_eq!(Group::owned_by(SubsystemId::ALL), 0);
     }
 }

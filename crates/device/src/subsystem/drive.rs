@@ -371,10 +371,8 @@ impl Drive {
     /// Flags but BadPower, which General adds.
     pub fn flags(&self) -> DriveFlags {
         let Limits { min, max } = self.limits;
-        let moving = self.goal != Goal::Hold || self.input.speed_tenths.unsigned_abs() > 1;
         let mut flags = self.latched | self.unit_flags;
-        // §3.3.4/2
-        flags.set(DriveFlags::MOVE, moving && self.online);
+        flags.set(DriveFlags::MOVE, self.is_moving());
         flags.set(DriveFlags::AMPERAGE_OVERLOAD, self.overload.is_running());
         flags.set(DriveFlags::MOTOR_BROKEN, self.input.motor_open);
         if self.input.position_sensor_fault {
@@ -393,6 +391,11 @@ impl Drive {
         flags.set(DriveFlags::CONFIG_INVALID, self.faulty_config);
         flags.set(DriveFlags::CONN_LOST, !self.online);
         flags
+    }
+
+    /// §3.3.4/2
+    pub(crate) fn is_moving(&self) -> bool {
+        self.online && (self.goal != Goal::Hold || self.input.speed_tenths.unsigned_abs() > 1)
     }
 
     /// §3.3 DriveStatus.

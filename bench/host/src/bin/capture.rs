@@ -1,0 +1,124 @@
+//! Frames of a capture read: `lafet decode`, tshark with and without our dissector, pymavlink.
+//!
+//! `capture LAFET FOLDER`
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+use std::time::Instant;
+
+use lafet_bench_report::{Bars, Goals, Table, number, section};
+use lafet_proto::link::{self, Frame};
+
+/// For lafet.
+const FRAMES: usize = 1_000_000;
+/// For the others, which take longer.
+const FEWER: usize = 100_000;
+/// The best of so many counts.
+const TRIES: usize = 3;
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let [lafet, folder] = &words[..] else {
+        eprintln!("capture LAFET FOLDER");
+        return ExitCode::from(2);
+    };
+    match report(lafet, folder.as_ref()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn report(lafet: &str, folder: &Path) -> Result<(), String> {
+    let target = std::env::current_exe().map_err(|e| e.to_string())?;
+    let at = |name: &str| target.with_file_name(name).display().to_string();
+    let (raw, pcap, lua) = (at("bench.bin"), at("bench.pcap"), at("bench.lua"));
+    let bytes: Vec<u8> = pair()?.concat().repeat(FRAMES / 2);
+    fs::write(&raw, bytes).map_err(|e| format!("{raw}: {e}"))?;
+    fs::write(&pcap, packets(&pair()?)).map_err(|e| format!("{pcap}: {e}"))?;
+    let dissector = run(&[lafet, "dissector"])?;
+    fs::write(&lua, dissector).map_err(|e| format!("{lua}: {e}"))?;
+    let script = format!("lua_script:{lua}");
+    let mavlink = folder.join("pymavlink_read.py").display().to_string();
+    let count = FEWER.to_string();
+    let best = |words: &[&str], frames: usize| -> Result<f64, String> {
+        let tries = (0..TRIES).map(|_| seconds(words)).collect::<Result<Vec<_>, _>>()?;
+        Ok(tries.into_iter().fold(f64::INFINITY, f64::min) / frames as f64 * 1e6)
+    };
+    let counted = best(&[lafet, "decode", "--quiet", &raw], FRAMES)?;
+    let text = best(&[lafet, "decode", &raw], FRAMES)?;
+    let plain = best(&["tshark", "-r", &pcap], FEWER)?;
+    let ours = best(&["tshark", "-X", &script, "-r", &pcap], FEWER)?;
+    let python: f64 = run(&["python3", &mavlink, &count])?.trim().parse().unwrap_or(f64::NAN);
+    let rows = [
+        ("lafet decode --quiet", counted),
+        ("lafet decode, text", text),
+        ("pymavlink, HEARTBEAT", python),
+        ("tshark, no dissector", plain),
+        ("tshark, our dissector", ours),
+    ];
+    let mut table = Table::new(&["", "µs a frame", "frames a second"]);
+    let mut bars = Bars::new("microseconds a frame");
+    for (name, us) in rows {
+        table.row(&[name.to_owned(), number(us), number(1e6 / us)]);
+        bars.bar(name, us);
+    }
+    section("capture", table.text());
+    let mut goals = Goals::default();
+    goals.at_least("`lafet decode`, frames a second", 5e6, 1e6 / counted, "");
+    goals.at_most("tshark with our dissector, against none", 1.4, ours / plain, "×");
+    goals.at_least("pymavlink's time, against `lafet decode`", 1.0, python / counted, "×");
+    section("capture-goals", goals.text());
+    section("capture.svg", &bars.svg());
+    Ok(())
+}
+
+/// A request for the state of a drive, and its answer.
+fn pair() -> Result<[Vec<u8>; 2], String> {
+    let request = [0xD4, 0x0D, 0, 0];
+    let answer = [0xD4, 0x0D, 0, 8, 0, 0, 0x41, 0, 0xB0, 4, 21, 9];
+    let frame = |dst, src, payload: &[u8]| {
+        let mut out = [0; 64];
+        let len = link::encode(&Frame { dst, src, payload }, &mut out).ok_or("no room")?;
+        Ok::<_, String>(out[..len].to_vec())
+    };
+    Ok([frame(1, 129, &request)?, frame(129, 1, &answer)?])
+}
+
+/// A pcap file of link type USER0.
+fn packets(pair: &[Vec<u8>; 2]) -> Vec<u8> {
+    let mut file = Vec::new();
+    for word in [0xA1B2_C3D4u32, 0x0004_0002, 0, 0, 65_535, 147] {
+        file.extend(word.to_le_bytes());
+    }
+    for index in 0..FEWER {
+        let packet = &pair[index % 2];
+        let (time, len) = (index as u32, packet.len() as u32);
+        for word in [time / 1000, time % 1000 * 1000, len, len] {
+            file.extend(word.to_le_bytes());
+        }
+        file.extend(packet);
+    }
+    file
+}
+
+fn run(words: &[&str]) -> Result<String, String> {
+    let output = Command::new(words[0]).args(&words[1..]).output();
+    let output = output.map_err(|e| format!("{}: {e}", words[0]))?;
+    if !output.status.success() {
+        return Err(format!("{words:?}: {}", String::from_utf8_lossy(&output.stderr)));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+fn seconds(words: &[&str]) -> Result<f64, String> {
+    let mut command = Command::new(words[0]);
+    command.args(&words[1..]).stdout(Stdio::null()).stderr(Stdio::null());
+    let start = Instant::now();
+    let status = command.status().map_err(|e| format!("{}: {e}", words[0]))?;
+    let took = start.elapsed().as_secs_f64();
+    if status.success() { Ok(took) } else { Err(format!("{words:?}: {status}")) }
+}

@@ -1,0 +1,76 @@
+//! The servers that this program is: an echo, and tokio-modbus.
+
+use std::future;
+
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpListener;
+use tokio_modbus::prelude::*;
+use tokio_modbus::server::Service;
+use tokio_modbus::server::tcp::{Server, accept_tcp_connection};
+
+/// Bytes of a request for the state of a drive in its frame, and of the answer.
+pub const REQUEST: usize = 11;
+/// See [`REQUEST`].
+pub const ANSWER: usize = 19;
+
+/// Serves for ever.
+pub async fn serve(who: &str, port: &str) -> Result<(), String> {
+    let listener = TcpListener::bind(format!("127.0.0.1:{port}")).await;
+    let listener = listener.map_err(|e| format!("{port}: {e}"))?;
+    match who {
+        "echo" => echo(listener).await,
+        "tokio-modbus" => modbus(listener).await,
+        _ => Err(format!("nobody is called {who}")),
+    }
+}
+
+/// As many bytes as a monitor would answer, without looking at any.
+async fn echo(listener: TcpListener) -> Result<(), String> {
+    loop {
+        let (mut stream, _) = listener.accept().await.map_err(|e| e.to_string())?;
+        stream.set_nodelay(true).map_err(|e| e.to_string())?;
+        tokio::spawn(async move {
+            let (mut bytes, mut left) = ([0; 512], 0);
+            let answers = [0x55; 512 / REQUEST * ANSWER + ANSWER];
+            while let Ok(count @ 1..) = stream.read(&mut bytes).await {
+                left += count;
+                let wanted = left / REQUEST * ANSWER;
+                left %= REQUEST;
+                if stream.write_all(&answers[..wanted]).await.is_err() {
+                    return;
+                }
+            }
+        });
+    }
+}
+
+/// 16 registers.
+#[derive(Clone)]
+struct Registers([u16; 16]);
+
+impl Service for Registers {
+    type Request = Request<'static>;
+    type Response = Response;
+    type Exception = ExceptionCode;
+    type Future = future::Ready<Result<Response, ExceptionCode>>;
+
+    fn call(&self, request: Self::Request) -> Self::Future {
+        let Request::ReadHoldingRegisters(first, count) = request else {
+            return future::ready(Err(ExceptionCode::IllegalFunction));
+        };
+        let (first, count) = (usize::from(first), usize::from(count));
+        let values = self.0.get(first..first + count).map(<[u16]>::to_vec);
+        let answer = values.map(Response::ReadHoldingRegisters);
+        future::ready(answer.ok_or(ExceptionCode::IllegalDataAddress))
+    }
+}
+
+async fn modbus(listener: TcpListener) -> Result<(), String> {
+    let server = Server::new(listener);
+    let registers = |_| Ok(Some(Registers([0x41; 16])));
+    let connected = |stream: tokio::net::TcpStream, address| async move {
+        stream.set_nodelay(true)?;
+        accept_tcp_connection(stream, address, registers)
+    };
+    server.serve(&connected, |_| {}).await.map_err(|e| e.to_string())
+}

@@ -1,0 +1,52 @@
+//! lafet for C: link frames, records, a client session and the device core, without an allocator.
+//!
+//! `include/lafet.h` is generated from this file and its modules (`cargo xtask bindings`). All
+//! memory is the caller's: structures whose content is opaque are large enough for what is kept in
+//! them, which the compiler checks here.
+//!
+//! Rules for all functions, on which the unsafe code here stands:
+//! - a pointer is null or points to what its type says, for as long as the call lasts; null makes the
+//!   function do nothing and return 0 or false;
+//! - bytes given with a length are readable (or writable) for that length;
+//! - a structure with opaque content was initialised by its `_init` function and has not been moved
+//!   while something in it points into it: nothing in them does, so they may be copied;
+//! - a structure is used by one thread at a time.
+#![cfg_attr(target_os = "none", no_std)]
+#![expect(non_camel_case_types, reason = "names of C")]
+
+mod device;
+mod image;
+mod link;
+mod record;
+mod session;
+
+/// The program is ended by whoever supplies this; nothing in lafet leads here.
+#[cfg(target_os = "none")]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {}
+}
+
+/// The bytes that C means by a pointer and a length.
+///
+/// # Safety
+/// `data` is null, or `len` bytes there are readable for `'a`.
+unsafe fn bytes<'a>(data: *const u8, len: usize) -> &'a [u8] {
+    if data.is_null() {
+        return &[];
+    }
+    // SAFETY: not null, and the caller says that the bytes are readable.
+    unsafe { core::slice::from_raw_parts(data, len) }
+}
+
+/// The room that C means by a pointer and a length.
+///
+/// # Safety
+/// `data` is null, or `len` bytes there are readable and writable for `'a`, by nobody else.
+unsafe fn room<'a>(data: *mut u8, len: usize) -> &'a mut [u8] {
+    if data.is_null() {
+        return &mut [];
+    }
+    // SAFETY: not null, and the caller says that the bytes are writable.
+    unsafe { core::slice::from_raw_parts_mut(data, len) }
+}

@@ -1,0 +1,286 @@
+// Zero point, limits of travel, nozzle.
+import { html, nothing } from 'lit';
+import { customElement, state } from 'lit/decorators.js';
+import { param } from '../../hub/dictionary';
+import { HubError } from '../../hub/errors';
+import type { Toward } from '../../hub/types';
+import { t } from '../../i18n';
+import { save, waysTo } from '../params/save';
+import { Step } from './base';
+import { near, type Fact } from './model';
+import { WAYS } from './move';
+
+const TURNED = ['Horizontal', 'Vertical'] as const;
+const LIMITED = ['Horizontal', 'Vertical', 'Nozzle'] as const;
+type Limited = (typeof LIMITED)[number];
+/** A remote unit takes its limits after a while: Busy is asked again. */
+const TRIES = 20;
+const PAUSE_MS = 150;
+const SETTLE_MS = 400;
+
+/** With what switches limits, and takes positions. */
+class Teaching extends Step {
+  @state() protected error = '';
+
+  /** SwitchLimits; false when it was refused. */
+  protected async switchLimits(drive: string, to: 'off' | 'on' | 'reject'): Promise<boolean> {
+    for (let tries = 1; ; tries += 1) {
+      if (await this.send(`SwitchLimits ${drive} ${to}`)) return true;
+      const answers = this.failure?.details.answers as { status: string }[] | undefined;
+      if (answers?.[0]?.status !== 'Busy' || tries >= TRIES) return false;
+      await pause(PAUSE_MS);
+    }
+  }
+
+  /** The present position becomes a parameter (§3.17/5). */
+  protected async take(drive: string, name: string): Promise<number | null> {
+    const at = this.position(drive);
+    const spec = param(drive, name);
+    if (at === null || !spec || this.has(drive, 'Move')) {
+      this.error = t('commissioning.why_moving');
+      return null;
+    }
+    this.busy = true;
+    this.error = '';
+    this.requestUpdate();
+    try {
+      const saved = await save(waysTo(this.monitor), spec, [at]);
+      if (saved === 'write_failed') this.error = t('params.outcome.write_failed');
+      return at;
+    } catch (cause) {
+      this.failure = HubError.of(cause);
+      return null;
+    } finally {
+      this.busy = false;
+      this.requestUpdate();
+    }
+  }
+
+  protected hold(drive: Limited) {
+    const why = this.whyMove(drive);
+    return html`<div class="acts">
+      <lf-move .monitor=${this.monitor} .drive=${drive} toward="max" .why=${why}></lf-move>
+      <lf-move .monitor=${this.monitor} .drive=${drive} toward="min" .why=${why}></lf-move>
+    </div>`;
+  }
+
+  protected errors() {
+    return html`${this.failed()}${this.error ? this.told('bad', this.error) : nothing}`;
+  }
+}
+
+@customElement('lf-step-zero')
+export class StepZero extends Teaching {
+  override render() {
+    const drives = TURNED.filter((drive) => this.exists(drive));
+    const left = drives.filter((drive) => !this.work[drive]).length;
+    return html`<p>${t('commissioning.zero.text')}</p>
+      ${this.moves(t('commissioning.zero.moves'))} ${drives.map((drive) => this.drive(drive))} ${this.errors()}
+      ${this.done(left ? t('commissioning.zero.why', { n: left }) : '', () =>
+        drives.map((drive) => {
+          const kept = this.work[drive] === 'kept';
+          return { key: kept ? 'commissioning.fact.zero_kept' : 'commissioning.fact.zero', args: { drive } };
+        }),
+      )}`;
+  }
+
+  private drive(drive: (typeof TURNED)[number]) {
+    const done = this.work[drive];
+    const at = this.position(drive);
+    const why = this.whyMove(drive) || (this.has(drive, 'Move') ? t('commissioning.why_moving') : '');
+    const off = at === null || !near(drive, at, 0) ? t('commissioning.zero.why_keep') : '';
+    return html`<div class="box">
+      <div class="acts">
+        <h3 style="margin-right:auto">${t(`commissioning.drive.${drive}`)}</h3>
+        ${this.where(drive)}
+      </div>
+      <p>${t(`commissioning.zero.${drive}`)}</p>
+      ${this.hold(drive)}
+      <div class="acts">
+        <lf-hold .why=${why} @held=${() => this.zero(drive)}>${t('commissioning.zero.take')}</lf-hold>
+        <lf-button .why=${why || off} @click=${() => this.keep({ [drive]: 'kept' })}>${t('commissioning.zero.keep')}</lf-button>
+      </div>
+      ${done
+        ? this.told('good', t(done === 'kept' ? 'commissioning.zero.kept' : 'commissioning.zero.taken'))
+        : nothing}
+    </div>`;
+  }
+
+  private async zero(drive: string): Promise<void> {
+    if (!(await this.switchLimits(drive, 'off'))) return;
+    const taken = await this.take(drive, 'ZeroPoint');
+    const refused = this.failure;
+    if (!(await this.switchLimits(drive, taken === null ? 'reject' : 'on')) || taken === null) {
+      this.failure ??= refused;
+      return this.requestUpdate();
+    }
+    await pause(SETTLE_MS);
+    const now = this.position(drive);
+    if (now !== null && near(drive, now, 0)) this.keep({ [drive]: 'taken' });
+    else this.error = t('commissioning.zero.not_zero', { at: this.angle(drive, now) });
+  }
+}
+
+/** Taken ends while limits are off, and ends that were driven to with limits on. */
+interface Taught {
+  max?: number;
+  min?: number;
+  seenMax?: boolean;
+  seenMin?: boolean;
+  taught?: boolean;
+}
+
+@customElement('lf-step-limits')
+export class StepLimits extends Teaching {
+  override willUpdate(): void {
+    if (this.stale) return;
+    for (const drive of LIMITED) {
+      const limits = this.limits(drive);
+      const at = this.position(drive);
+      if (!limits || at === null || this.has(drive, 'Limitless')) continue;
+      const of = this.taught(drive);
+      // Verified is what the monitor says when it stands at its limit.
+      if (!of.seenMax && this.has(drive, 'MaxLimitReached') && near(drive, at, limits.max)) this.note(drive, { seenMax: true });
+      if (!of.seenMin && this.has(drive, 'MinLimitReached') && near(drive, at, limits.min)) this.note(drive, { seenMin: true });
+    }
+  }
+
+  override render() {
+    const drives = LIMITED.filter((drive) => this.exists(drive));
+    const left = drives.filter((drive) => {
+      const of = this.taught(drive);
+      return !of.seenMax || !of.seenMin || this.has(drive, 'Limitless');
+    });
+    return html`<p>${t('commissioning.limits.text')}</p>
+      ${this.moves(t('commissioning.limits.moves'))} ${drives.map((drive) => this.drive(drive))} ${this.errors()}
+      ${this.done(left.length ? t('commissioning.limits.why', { list: left.join(', ') }) : '', () =>
+        drives.map((drive): Fact => {
+          const limits = this.limits(drive);
+          const key = this.taught(drive).taught ? 'commissioning.fact.limits_taught' : 'commissioning.fact.limits';
+          return { key, args: { drive, min: this.angle(drive, limits?.min), max: this.angle(drive, limits?.max) } };
+        }),
+      )}`;
+  }
+
+  private drive(drive: Limited) {
+    const off = this.has(drive, 'Limitless');
+    const limits = this.limits(drive);
+    return html`<div class="box">
+      <div class="acts">
+        <h3 style="margin-right:auto">${t(`commissioning.drive.${drive}`)}</h3>
+        ${limits
+          ? html`<span class="dim">${t('commissioning.limits.now', { min: this.angle(drive, limits.min), max: this.angle(drive, limits.max) })}</span>`
+          : nothing}
+        ${this.where(drive)}
+      </div>
+      ${off ? this.teaching(drive) : this.verifying(drive)}
+    </div>`;
+  }
+
+  private teaching(drive: Limited) {
+    const of = this.taught(drive);
+    const why = this.why() || (this.has(drive, 'Move') ? t('commissioning.why_moving') : '');
+    const take = (toward: Toward) => {
+      const way = t(WAYS[drive]![toward].name);
+      const taken = of[toward];
+      return html`<div class="col">
+        <lf-button .why=${why} @click=${() => this.takeLimit(drive, toward)}
+          >${t('commissioning.limits.take', { way: way.toLocaleLowerCase() })}</lf-button
+        >
+        ${taken === undefined
+          ? this.told('dim', t('commissioning.limits.not_taken'))
+          : this.told('good', t('commissioning.limits.taken', { at: this.angle(drive, taken) }))}
+      </div>`;
+    };
+    const order = of.max !== undefined && of.min !== undefined && of.max <= of.min ? t('commissioning.limits.why_order') : '';
+    const none = of.max === undefined && of.min === undefined ? t('commissioning.limits.why_none') : '';
+    return html`${this.told('soso', t('commissioning.limits.off'))} ${this.hold(drive)}
+      <div class="pair">${take('max')} ${take('min')}</div>
+      <div class="acts">
+        <lf-button kind="primary" .why=${why || none || order} @click=${() => this.inForce(drive)}>${t('commissioning.limits.on')}</lf-button>
+        <lf-button .why=${why} @click=${() => this.giveUp(drive)}>${t('commissioning.limits.reject')}</lf-button>
+      </div>`;
+  }
+
+  private verifying(drive: Limited) {
+    const of = this.taught(drive);
+    const seen = (toward: Toward, done: boolean | undefined) =>
+      this.told(
+        done ? 'good' : 'dim',
+        t(done ? 'commissioning.limits.seen' : 'commissioning.limits.drive_to', { way: t(WAYS[drive]![toward].name).toLocaleLowerCase() }),
+      );
+    const why = this.whyMove(drive);
+    const switches = this.value(drive, 'DriveType') === 2 ? t('commissioning.limits.why_switches') : '';
+    return html`<p>${t('commissioning.limits.verify')}</p>
+      ${this.hold(drive)}
+      <div class="pair">${seen('max', of.seenMax)} ${seen('min', of.seenMin)}</div>
+      <div class="acts">
+        <lf-hold kind="danger" .why=${why || switches} @held=${() => this.teach(drive)}>${t('commissioning.limits.teach')}</lf-hold>
+      </div>`;
+  }
+
+  private taught(drive: string): Taught {
+    return (this.work[drive] as Taught | undefined) ?? {};
+  }
+
+  private note(drive: string, part: Taught): void {
+    this.keep({ [drive]: { ...this.taught(drive), ...part } });
+  }
+
+  private async teach(drive: string): Promise<void> {
+    if (await this.switchLimits(drive, 'off')) this.keep({ [drive]: {} });
+  }
+
+  private async takeLimit(drive: string, toward: Toward): Promise<void> {
+    const at = await this.take(drive, toward === 'max' ? 'MaxLimit' : 'MinLimit');
+    if (at !== null) this.note(drive, { [toward]: at });
+  }
+
+  private async inForce(drive: string): Promise<void> {
+    if (!(await this.switchLimits(drive, 'on'))) return;
+    const { max, min } = this.taught(drive);
+    const answer = await this.send(`RetrieveLimits ${drive}`);
+    const told = answer?.answers[0]?.values as { min?: number; max?: number } | undefined;
+    const same = (max === undefined || told?.max === max) && (min === undefined || told?.min === min);
+    if (same) this.keep({ [drive]: { taught: true } });
+    else this.error = t('commissioning.limits.other', { min: this.angle(drive, told?.min), max: this.angle(drive, told?.max) });
+  }
+
+  private async giveUp(drive: string): Promise<void> {
+    if (await this.switchLimits(drive, 'reject')) this.keep({ [drive]: {} });
+  }
+}
+
+@customElement('lf-step-nozzle')
+export class StepNozzle extends Teaching {
+  override willUpdate(): void {
+    if (this.stale || !this.exists('Nozzle')) return;
+    if (!this.work.wide && this.has('Nozzle', 'MinLimitReached')) this.keep({ wide: true });
+    if (!this.work.narrow && this.has('Nozzle', 'MaxLimitReached')) this.keep({ narrow: true });
+  }
+
+  override render() {
+    const { work } = this;
+    const trv = this.value('Nozzle', 'TrvPosition');
+    const why = !work.wide || !work.narrow ? t('commissioning.nozzle.why') : !work.looks ? t('commissioning.nozzle.why_looks') : '';
+    const end = (name: 'wide' | 'narrow') =>
+      this.told(work[name] ? 'good' : 'dim', t(`commissioning.nozzle.${name}${work[name] ? '_seen' : ''}`));
+    return html`<p>${t('commissioning.nozzle.text')}</p>
+      ${this.moves(t('commissioning.nozzle.moves'))}
+      <div class="box">
+        <div class="acts"><h3 style="margin-right:auto">${t('commissioning.drive.Nozzle')}</h3>${this.where('Nozzle')}</div>
+        ${this.hold('Nozzle')}
+        <div class="pair">${end('narrow')} ${end('wide')}</div>
+        ${trv !== undefined && trv >= 0
+          ? this.told(this.has('Nozzle', 'TRVEngage') ? 'good' : 'dim', t('commissioning.nozzle.trv', { at: this.angle('Nozzle', trv) }))
+          : nothing}
+        ${this.check(t('commissioning.nozzle.looks'), work.looks === true, (on) => this.keep({ looks: on }))}
+      </div>
+      ${this.errors()}
+      ${this.done(why, () => [{ key: 'commissioning.fact.nozzle' }])}`;
+  }
+}
+
+export function pause(ms: number): Promise<void> {
+  return new Promise((resolve) => setTimeout(resolve, ms));
+}

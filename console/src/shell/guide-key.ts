@@ -1,0 +1,15 @@
+// Whether the newcomer's guide is still wanted in this browser.
+export const GUIDE_KEY = 'lafet.guide';
+
+export function guideIsWanted(): boolean {
+  return localStorage.getItem(GUIDE_KEY) !== 'done';
+}
+
+export function guideWanted(wanted: boolean): void {
+  sessionStorage.removeItem(GUIDE_KEY);
+  if (wanted) localStorage.removeItem(GUIDE_KEY);
+  else localStorage.setItem(GUIDE_KEY, 'done');
+  guideChanged.dispatchEvent(new Event('change'));
+}
+
+export const guideChanged = new EventTarget();

@@ -1,0 +1,272 @@
+// The first minute: leads a newcomer of the demo through taking control, moving, opening,
+// extinguishing, the automatic way, and a lost link. Each step ends when the monitor says so.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, state } from 'lit/decorators.js';
+import { has, inControl } from '../hub/session';
+import { socket } from '../hub/socket';
+import { SECOND, store, TopicController } from '../hub/store';
+import { t, type Key } from '../i18n';
+import { icon } from '../parts/icons';
+import { base } from '../theme/shared';
+import { show } from '../units';
+import { GUIDE_KEY, guideWanted } from './guide-key';
+import { router } from './router';
+
+interface Step {
+  name: 'welcome' | 'control' | 'deploy' | 'move' | 'open' | 'fire' | 'auto' | 'link' | 'end';
+  /** What to look at. */
+  at?: string[];
+  done?: () => boolean;
+}
+
+const MONITOR = 'M1';
+const MOVED_ARCMIN = 180;
+const HEAT_LEFT = 0.6;
+const BREAK_MS = 6000;
+const MARGIN_PX = 6;
+
+@customElement('lf-guide')
+export class LfGuide extends LitElement {
+  static override styles = [
+    base,
+    css`
+      .card {
+        position: fixed;
+        left: calc(var(--nav-now, 0px) + var(--s3));
+        bottom: var(--s3);
+        width: min(420px, calc(100vw - 32px));
+        z-index: 44;
+        display: grid;
+        gap: 12px;
+        padding: 18px 20px;
+        border-radius: 12px;
+        border: 1px solid var(--accent);
+        background: var(--surface);
+        box-shadow: var(--shadow-large);
+      }
+      header {
+        display: flex;
+        align-items: center;
+        gap: var(--s2);
+        min-height: 32px;
+        --lf-button-size: 13px;
+      }
+      header span {
+        flex: 1;
+        font-size: 12px;
+        font-weight: 600;
+        color: var(--dim);
+      }
+      h2 {
+        font-size: 19px;
+        letter-spacing: -0.01em;
+      }
+      p {
+        font-size: 15px;
+        line-height: 1.5;
+      }
+      .dots {
+        display: flex;
+        gap: 5px;
+      }
+      .dots i {
+        width: 100%;
+        height: 4px;
+        border-radius: 2px;
+        background: var(--line);
+      }
+      .dots .past {
+        background: var(--accent);
+      }
+      footer {
+        display: flex;
+        align-items: center;
+        gap: var(--s2);
+      }
+      .done {
+        display: flex;
+        align-items: center;
+        gap: 6px;
+        font-weight: 650;
+        color: var(--accent);
+      }
+      .ring {
+        position: fixed;
+        z-index: 43;
+        pointer-events: none;
+        border: 3px solid var(--accent);
+        border-radius: 10px;
+        box-shadow: 0 0 0 4px color-mix(in srgb, var(--accent) 30%, transparent);
+        animation: pulse 1.6s ease-in-out infinite;
+      }
+      @keyframes pulse {
+        50% {
+          box-shadow: 0 0 0 9px color-mix(in srgb, var(--accent) 12%, transparent);
+        }
+      }
+      @media (prefers-reduced-motion: reduce) {
+        .ring {
+          animation: none;
+        }
+      }
+      @media (max-width: 720px) {
+        .card {
+          left: 16px;
+          bottom: 84px;
+          padding: 12px 14px;
+        }
+      }
+    `,
+  ];
+
+  @state() private at = 0;
+  @state() private ring: DOMRect | null = null;
+  private from: { h: number; v: number } | null = null;
+  private heat = 0;
+  private broken = false;
+  private timer = 0;
+  private advancing = 0;
+
+  private readonly steps: Step[] = [
+    { name: 'welcome' },
+    { name: 'control', at: ['#take'], done: () => inControl(MONITOR) },
+    { name: 'deploy', at: ['#deploy'], done: () => has(MONITOR, 'Deployer', 'Deployed') },
+    { name: 'move', at: ['lf-joystick'], done: () => this.moved() },
+    { name: 'open', at: ['#Valve1 .open-button'], done: () => has(MONITOR, 'Valve1', 'Open') },
+    { name: 'fire', at: ['lf-joystick'], done: () => this.cooled() },
+    { name: 'auto', at: ['#quench', '#draw'], done: () => has(MONITOR, 'Control', 'Quench') },
+    { name: 'link', done: () => this.broken && store.linked },
+    { name: 'end' },
+  ];
+
+  constructor() {
+    super();
+    new TopicController(this, () => [SECOND, 'monitors/', 'scene']);
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.at = Number(sessionStorage.getItem(GUIDE_KEY) ?? 0) || 0;
+    this.timer = window.setInterval(() => this.look(), 200);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    clearInterval(this.timer);
+    clearTimeout(this.advancing);
+    document.documentElement.style.removeProperty('--guide-height');
+  }
+
+  /** Notes stand above the guide. */
+  override updated(): void {
+    const height = this.renderRoot.querySelector<HTMLElement>('.card')?.offsetHeight ?? 0;
+    document.documentElement.style.setProperty('--guide-height', `${height + 12}px`);
+  }
+
+  override render() {
+    const step = this.steps[this.at]!;
+    const done = step.done?.() ?? false;
+    const first = step.name === 'welcome';
+    const last = step.name === 'end';
+    return html`${this.ring && !done
+        ? html`<div
+            class="ring"
+            style="left:${this.ring.x - MARGIN_PX}px;top:${this.ring.y - MARGIN_PX}px;width:${this.ring.width +
+            2 * MARGIN_PX}px;height:${this.ring.height + 2 * MARGIN_PX}px"
+          ></div>`
+        : nothing}
+      <section class="card" role="complementary" aria-label=${t('guide.title')}>
+        <header>
+          <span>${t('guide.title')}${first || last ? '' : ` · ${this.at} / ${this.steps.length - 2}`}</span>
+          <lf-button kind="quiet" icon="close" .label=${t('guide.leave')} @click=${this.leave}></lf-button>
+        </header>
+        <div class="dots" aria-hidden="true">
+          ${this.steps.slice(1).map((_, n) => html`<i class=${n < this.at ? 'past' : ''}></i>`)}
+        </div>
+        <div role="status">
+          <h2>${t(`guide.${step.name}_title` as Key)}</h2>
+          <p>${t(`guide.${step.name}` as Key)}</p>
+          ${step.name === 'fire' ? html`<p class="dim">${t('guide.heat', { heat: show('heat', this.heatNow()) })}</p>` : nothing}
+        </div>
+        <footer>
+          ${done && !last
+            ? html`<span class="done grow">${icon('check')}${t('guide.well')}</span>`
+            : html`<span class="grow"></span>`}
+          ${step.name === 'link' && !this.broken
+            ? html`<lf-button kind="primary" id="guide-break" @click=${this.breakLink}>${t('guide.break')}</lf-button>`
+            : last
+              ? html`<lf-button kind="primary" @click=${this.leave}>${t('guide.finish')}</lf-button>`
+              : html`<lf-button kind=${first || done ? 'primary' : 'normal'} id="guide-next" @click=${this.next}
+                  >${first ? t('guide.start') : done ? t('guide.next') : t('guide.skip')}</lf-button
+                >`}
+        </footer>
+      </section>`;
+  }
+
+  /** Where the ring is; and on to the next step, a moment after this one is done. */
+  private look(): void {
+    const step = this.steps[this.at]!;
+    const boxes = (step.at ?? []).map((s) => deepQuery(document, s)?.getBoundingClientRect());
+    const box = boxes.find((one) => one && one.width > 0) ?? null;
+    if (box?.x !== this.ring?.x || box?.y !== this.ring?.y || box?.width !== this.ring?.width) this.ring = box;
+    if (!step.done?.() || this.advancing) return;
+    this.advancing = window.setTimeout(this.next, 1400);
+  }
+
+  private readonly next = (): void => {
+    clearTimeout(this.advancing);
+    this.advancing = 0;
+    if (this.at === 0) router.go('operate', MONITOR);
+    this.at = Math.min(this.at + 1, this.steps.length - 1);
+    // What was done before is not asked for again.
+    while (['control', 'deploy', 'open'].includes(this.steps[this.at]!.name) && this.steps[this.at]!.done!()) {
+      this.at += 1;
+    }
+    this.from = this.place();
+    this.heat = this.heatNow();
+    sessionStorage.setItem(GUIDE_KEY, String(this.at));
+  };
+
+  private readonly leave = (): void => {
+    guideWanted(false);
+    this.dispatchEvent(new CustomEvent('left', { bubbles: true, composed: true }));
+  };
+
+  private readonly breakLink = (): void => {
+    this.broken = true;
+    socket.interrupt(BREAK_MS);
+    this.requestUpdate();
+  };
+
+  private place(): { h: number; v: number } {
+    const of = (drive: string) =>
+      store.get(`monitors/${MONITOR}/status`)?.subsystems[drive]?.position ?? 0;
+    return { h: of('Horizontal'), v: of('Vertical') };
+  }
+
+  private moved(): boolean {
+    const now = this.place();
+    this.from ??= now;
+    return Math.abs(now.h - this.from.h) + Math.abs(now.v - this.from.v) > MOVED_ARCMIN;
+  }
+
+  private heatNow(): number {
+    const fires = store.get('scene')?.fires ?? [];
+    return fires.reduce((sum, fire) => sum + (fire.burns ? fire.heat_kw : 0), 0);
+  }
+
+  private cooled(): boolean {
+    this.heat = Math.max(this.heat, this.heatNow());
+    return this.heat > 0 && this.heatNow() < this.heat * HEAT_LEFT;
+  }
+}
+
+function deepQuery(root: Document | ShadowRoot, selector: string): Element | null {
+  const found = root.querySelector(selector);
+  if (found) return found;
+  for (const element of root.querySelectorAll('*')) {
+    const inner = element.shadowRoot && deepQuery(element.shadowRoot, selector);
+    if (inner) return inner;
+  }
+  return null;
+}

@@ -1,0 +1,79 @@
+// The first minute, done as a newcomer would: each step ends by what the monitor says.
+import type { Page } from 'playwright-core';
+import { afterAll, beforeAll, expect, test } from 'vitest';
+import type { Monitor } from '../../src/hub/types';
+import { Demo } from './demo';
+import { until } from './site';
+
+let demo: Demo;
+beforeAll(async () => {
+  demo = await Demo.start();
+});
+afterAll(() => demo?.stop());
+
+const monitor = () => demo.get<Monitor>('/api/monitors/M1');
+const flags = async (subsystem: string) => (await monitor()).status.subsystems[subsystem]!.flags;
+
+async function step(page: Page, title: string, within_ms = 8000): Promise<void> {
+  await page.locator('lf-guide h2', { hasText: title }).waitFor({ timeout: within_ms });
+}
+
+async function hold(page: Page, selector: string, by: [number, number], until_it: () => Promise<boolean>): Promise<void> {
+  const box = (await page.locator(selector).boundingBox())!;
+  const [x, y] = [box.x + box.width / 2, box.y + Math.min(box.height / 2, 104)];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + by[0], y + by[1], { steps: 3 });
+  await until(until_it, 10_000);
+  await page.mouse.up();
+}
+
+test('leads from taking control to a lost link', { timeout: 90_000 }, async () => {
+  const page = await demo.open('#/overview');
+  await page.locator('lf-page-overview').waitFor();
+  await page.keyboard.press('?');
+  await page.getByText('Show the first steps').click();
+  await step(page, 'on fire');
+  await page.locator('#guide-next').click();
+
+  await step(page, 'Take control');
+  await page.locator('#take').click();
+  await step(page, 'Deploy');
+  expect((await monitor()).authority.state).toBe('held');
+
+  await page.locator('#deploy').click();
+  await step(page, 'Hold to move', 40_000);
+  expect(await flags('Deployer')).toContain('Deployed');
+
+  const before = (await monitor()).status.subsystems.Vertical!.position!;
+  const raised = async () => (await monitor()).status.subsystems.Vertical!.position! > before + 240;
+  await hold(page, 'lf-joystick', [0, -60], raised);
+
+  await step(page, 'Open the water');
+  const opens = async () => (await flags('Valve1')).includes('Opening');
+  await hold(page, '#Valve1 .open-button', [0, 0], opens);
+  await step(page, 'to the fire', 20_000);
+  expect(await flags('Valve1')).toContain('Open');
+
+  await page.locator('#guide-next').click();
+  await step(page, 'by itself');
+  await page.locator('#draw').click();
+  const plan = (await page.locator('lf-plan').boundingBox())!;
+  const fire = [plan.x + plan.width * 0.48, plan.y + plan.height * 0.45] as const;
+  await page.mouse.move(fire[0] - 25, fire[1] - 20);
+  await page.mouse.down();
+  await page.mouse.move(fire[0] + 25, fire[1] + 20, { steps: 4 });
+  await page.mouse.up();
+  await page.locator('#quench').click();
+  await step(page, 'link breaks');
+  expect(await flags('Control')).toContain('Quench');
+
+  await page.locator('#guide-break').click();
+  await page.getByText('No connection to the hub').first().waitFor();
+  await until(async () => (await monitor()).authority.state === 'free', 6000);
+  expect(await flags('Control')).toContain('Quench');
+  await step(page, 'first minute', 15_000);
+  await page.locator('lf-guide').getByText('Done', { exact: true }).click();
+  await page.locator('lf-guide').waitFor({ state: 'detached' });
+  await page.context().close();
+});

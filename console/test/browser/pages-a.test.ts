@@ -1,0 +1,481 @@
+// Alarms, event log, inspector, diagnosis, administration: in a browser against the real program.
+import { spawn, type ChildProcess } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import type { Page } from 'playwright-core';
+import { preview, type PreviewServer } from 'vite';
+import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
+import type { Alarm, AuditEntry } from '../../src/hub/types';
+import { LAFET, Site, until } from './site';
+
+const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
+const LOCKED = 'M2/General/LockedOut';
+
+let site: Site;
+const pages: Page[] = [];
+
+beforeAll(async () => {
+  site = await Site.start();
+});
+afterAll(() => site?.stop());
+
+afterEach(async () => {
+  site.way.mend();
+  for (const link of site.links) link.mend();
+  for (const page of pages.splice(0)) await page.context().close();
+  await site.send('M2', 'Lockout All off');
+  await until(async () => (await alarm(LOCKED))?.active !== true);
+  await post('/api/alarms/ack', {});
+  await until(async () => (await get<Alarm[]>('/api/alarms')).every((one) => one.active), 10_000);
+});
+
+async function get<T>(path: string): Promise<T> {
+  const answer = await fetch(`http://127.0.0.1:${site.way.port}${path}`);
+  return (await answer.json()) as T;
+}
+
+async function post(path: string, body: unknown): Promise<Response> {
+  const headers = { 'content-type': 'application/json' };
+  return fetch(`http://127.0.0.1:${site.way.port}${path}`, { method: 'POST', headers, body: JSON.stringify(body) });
+}
+
+async function alarm(id: string): Promise<Alarm | undefined> {
+  return (await get<Alarm[]>('/api/alarms')).find((one) => one.id === id);
+}
+
+async function open(route: string, lang = 'en', size?: { width: number; height: number }): Promise<Page> {
+  const page = await site.open(route, lang, size);
+  pages.push(page);
+  return page;
+}
+
+/** Locks M2 out past the console, and waits for the alarm. */
+async function lockOut(): Promise<void> {
+  await site.send('M2', 'Lockout All on');
+  await until(async () => (await alarm(LOCKED)) !== undefined);
+}
+
+describe('alarms', () => {
+  test('come, say what to do, are acknowledged at the hub, and go', async () => {
+    const page = await open('#/alarms');
+    await page.getByText('No alarms').last().waitFor();
+    await lockOut();
+    const row = page.locator(`[data-id="${LOCKED}"]`);
+    await row.getByText('Unacknowledged').waitFor();
+    expect(await page.locator('lf-nav a[href="#/alarms"] .count').textContent()).toContain('1');
+    await row.locator('[data-act=more]').click();
+    await row.getByText('Find out who locked it', { exact: false }).waitFor();
+    await row.locator('[data-act=ack]').click();
+    await row.getByText('Acknowledged', { exact: true }).waitFor();
+    expect((await alarm(LOCKED))?.state).toBe('ack');
+    expect((await alarm(LOCKED))?.ack?.user).toBe('demo');
+    expect(await row.locator('[data-act=ack]').count()).toBe(0);
+    await site.send('M2', 'Lockout All off');
+    await row.waitFor({ state: 'detached', timeout: 8000 });
+    await page.locator('lf-tabbar [data-tab=history]').click();
+    for (const step of ['Came', 'Acknowledged', 'Gone']) {
+      await page.locator('lf-alarm-history .step', { hasText: step }).first().waitFor();
+    }
+  });
+
+  test('are shelved for a time with a reason, and come back', async () => {
+    await lockOut();
+    const page = await open('#/alarms');
+    await page.locator(`[data-id="${LOCKED}"] [data-act=shelve]`).click();
+    const yes = page.locator('lf-dialogs lf-button[data-yes]');
+    await yes.click();
+    expect((await alarm(LOCKED))?.state, 'not without a reason').toBe('unack');
+    await page.locator('lf-dialogs input[name=reason]').fill('The gate is being painted');
+    await page.locator('lf-dialogs lf-button', { hasText: '4 h' }).click();
+    await yes.click();
+    await until(async () => (await alarm(LOCKED))?.state === 'shelved');
+    const { shelved } = (await alarm(LOCKED))!;
+    expect(shelved?.reason).toBe('The gate is being painted');
+    const hours = (shelved!.until_ms - Date.now()) / 3_600_000;
+    expect(hours).toBeGreaterThan(3.9);
+    expect(hours).toBeLessThan(4.1);
+    await page.getByText('No alarms').last().waitFor();
+    await page.locator('lf-tabbar [data-tab=shelved]').click();
+    await page.getByText('“The gate is being painted”', { exact: false }).waitFor();
+    await page.locator(`[data-id="${LOCKED}"] [data-act=unshelve]`).click();
+    await until(async () => (await alarm(LOCKED))?.state === 'unack');
+  });
+
+  test('do not move under a hand that aims at one', async () => {
+    await lockOut();
+    const page = await open('#/alarms');
+    const row = page.locator(`[data-id="${LOCKED}"]`);
+    await row.waitFor();
+    await row.hover();
+    const before = (await row.boundingBox())!.y;
+    site.links[0]!.cut();
+    // A hand that is about to press moves a little.
+    let step = 0;
+    await until(async () => {
+      await row.hover({ position: { x: 200 + (step++ % 2), y: 20 } });
+      return page.locator('.fresh').isVisible();
+    }, 10_000);
+    expect(await page.locator('lf-page-alarms .list > .alarm').count(), 'what is new waits').toBe(1);
+    expect((await row.boundingBox())!.y).toBe(before);
+    await page.mouse.move(5, 400);
+    await until(async () => (await page.locator('lf-page-alarms .list > .alarm').first().getAttribute('class'))!.includes('high'));
+  });
+
+  test('are old when the hub is lost, and nothing can be acknowledged', async () => {
+    await lockOut();
+    const page = await open('#/alarms');
+    const ack = page.locator(`[data-id="${LOCKED}"] [data-act=ack]`);
+    await ack.waitFor();
+    site.way.freeze();
+    await page.getByText('No connection to the hub', { exact: false }).last().waitFor({ timeout: 8000 });
+    expect(await ack.locator('button').getAttribute('aria-disabled')).toBe('true');
+    expect(await ack.locator('button').getAttribute('aria-description')).toBe('No connection to the hub');
+  });
+});
+
+describe('the event log', () => {
+  test('has a command with its answer and effect in one line, and the chain is intact', async () => {
+    const page = await open('#/events');
+    await page.getByText('Chain intact', { exact: false }).waitFor();
+    await post('/api/monitors/M1/authority', { action: 'take' });
+    await post('/api/monitors/M1/requests', { request: 'Move Horizontal 300' });
+    await post('/api/monitors/M1/requests', { request: 'Wrap' });
+    const line = page.locator('tr.deed', { hasText: 'Move Horizontal 300' });
+    await line.locator('.effect').waitFor({ timeout: 10_000 });
+    expect(await line.count()).toBe(1);
+    expect(await line.locator('.fate').textContent()).toContain('accepted');
+    expect(await line.locator('.effect').textContent()).toContain('°');
+    await line.click();
+    const inside = page.locator('tr.inside');
+    await inside.getByText('2 s later').waitFor();
+    expect(await inside.locator('.entry').count()).toBe(3);
+    const { entries } = await get<{ entries: AuditEntry[] }>('/api/audit?limit=50');
+    const asked = entries.find((entry) => entry.what === 'Move Horizontal 300' && entry.outcome === 'asked')!;
+    expect(await inside.textContent()).toContain(asked.hash);
+    await page.locator('select[name=kind]').selectOption('authority');
+    await page.locator('tr.deed', { hasText: 'Took control' }).first().waitFor();
+    await line.waitFor({ state: 'detached' });
+    await page.locator('select[name=kind]').selectOption('');
+    await page.locator('lf-find input').fill('horizontal 300');
+    await until(async () => (await page.locator('tr.deed').count()) === 1);
+    await post('/api/monitors/M1/authority', { action: 'release' });
+    await site.send('M1', 'Stop All');
+  });
+
+  test('shows what was not allowed', async () => {
+    await post('/api/monitors/M2/requests', { request: 'Restart', confirm: 'wrong' });
+    const page = await open('#/events');
+    await page.locator('select[name=kind]').selectOption('bad');
+    const line = page.locator('tr.deed', { hasText: 'Restart' }).first();
+    await line.waitFor();
+    expect(await line.locator('.fate').textContent()).toContain('not allowed');
+  });
+});
+
+describe('the inspector', () => {
+  test('shows frames as they pass, takes one apart, and pauses', async () => {
+    const page = await open('#/m/M1/inspector');
+    await page.locator('.frame.in').first().waitFor();
+    await page.locator('#pause').click();
+    const before = await page.locator('.foot span').first().textContent();
+    await page.locator('.foot b').waitFor();
+    expect(await page.locator('.foot span').first().textContent()).toBe(before);
+    await page.locator('.frame.in').last().click();
+    await page.locator('lf-frame-decoded summary', { hasText: 'General' }).click();
+    const voltage = page.locator('lf-frame-decoded .field', { hasText: 'main_voltage' });
+    expect(await voltage.locator('.value').textContent()).toContain('24 V');
+    expect(await voltage.locator('.raw').textContent()).toBe('18 00');
+    await page.locator('select[name=polls]').selectOption('off');
+    await page.getByText('Nothing matches').waitFor();
+  });
+
+  test('completes a request by the keyboard, sends it, and shows its frame', async () => {
+    const page = await open('#/m/M1/inspector');
+    await page.locator('select[name=polls]').selectOption('off');
+    const field = page.locator('input[name=request]');
+    await field.click();
+    await field.pressSequentially('getp');
+    await page.keyboard.press('Tab');
+    await field.pressSequentially('vert');
+    await page.keyboard.press('Tab');
+    await field.pressSequentially('minl');
+    await page.keyboard.press('ArrowDown');
+    await page.keyboard.press('Enter');
+    expect(await field.inputValue()).toBe('GetParam Vertical MinLimit');
+    await page.getByText('no control is needed', { exact: false }).waitFor();
+    await page.keyboard.press('Enter');
+    await page.locator('.outcome', { hasText: 'Vertical GetParam → Ok: MinLimit' }).waitFor();
+    await page.locator('.frame.out', { hasText: 'GetParam Vertical MinLimit' }).waitFor();
+    await page.locator('.frame.in', { hasText: 'Vertical GetParam → Ok' }).click();
+    await page.locator('lf-frame-decoded .value', { hasText: 'MinLimit' }).waitFor();
+  });
+
+  test('moves nothing without control, and asks for the id where the hub does', async () => {
+    const page = await open('#/m/M1/inspector');
+    const field = page.locator('input[name=request]');
+    const send = page.locator('#send button');
+    const at = await site.position('M1');
+    await field.fill('Move Horizontal 1800');
+    await until(async () => (await send.getAttribute('aria-description')) === 'Take control of M1 first');
+    await send.click({ force: true });
+    await field.press('Escape');
+    await field.press('Enter');
+    expect(await site.position('M1')).toBe(at);
+    expect(await site.moves('M1')).toBe(false);
+    await page.locator('#take').click();
+    await page.getByText('You control M1', { exact: true }).waitFor();
+    await field.fill('Restart All');
+    await field.press('Escape');
+    await send.click();
+    const yes = page.locator('lf-dialogs lf-button').last();
+    expect(await yes.locator('button').getAttribute('aria-disabled')).toBe('true');
+    await page.locator('lf-dialogs lf-button', { hasText: 'Cancel' }).click();
+    const { entries } = await get<{ entries: AuditEntry[] }>('/api/audit?limit=50&monitor=M1');
+    expect(entries.filter((entry) => entry.what === 'Restart All' && entry.monitor === 'M1')).toEqual([]);
+    await field.fill('Mve Horizontal 1');
+    await field.press('Escape');
+    await send.click();
+    await page.locator('.outcome.bad .at').waitFor();
+  });
+});
+
+describe('diagnosis', () => {
+  test('has what is set first, with cause and remedy, and what to try', async () => {
+    await lockOut();
+    const page = await open('#/m/M2/diagnosis');
+    const flag = page.locator('#set [data-flag="General/LockedOut"]');
+    await flag.waitFor();
+    expect(await flag.textContent()).toContain('What to do');
+    expect(await page.locator('#try li').first().textContent()).toContain('Find out who locked it');
+    await page.locator('lf-all-flags lf-find input').fill('PosEncoderFault');
+    const known = page.locator('lf-all-flags [data-flag$="/PosEncoderFault"]');
+    await known.first().waitFor();
+    expect(await known.count()).toBeGreaterThanOrEqual(4);
+    await page.getByText('There has been no hardware fault.').waitFor();
+  });
+
+  test('does not say that all is well of a monitor that is not heard', async () => {
+    const page = await open('#/m/M1/diagnosis');
+    await page.getByText('No faults and no warnings', { exact: true }).waitFor();
+    site.links[0]!.cut();
+    await page.getByText('Not heard since', { exact: false }).waitFor({ timeout: 10_000 });
+    expect(await page.getByText('No faults and no warnings', { exact: true }).count()).toBe(0);
+    await page.locator('#try li.urgent').first().waitFor();
+    await page.locator('lf-link-stats lf-chip', { hasText: 'No connection' }).waitFor();
+  });
+
+  test('saves a report with everything that is known', async () => {
+    const page = await open('#/m/M1/diagnosis');
+    await page.getByText('There has been no hardware fault.').waitFor();
+    const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#report').click()]);
+    expect(download.suggestedFilename()).toMatch(/^lafet-report-M1-\d{4}-\d\d-\d\d_.*\.json$/);
+    const report = JSON.parse(readFileSync(await download.path(), 'utf8'));
+    expect(report.monitor.id).toBe('M1');
+    expect(report.monitor.status.subsystems.General.main_voltage).toBeGreaterThan(20);
+    expect(report.crash.filled).toBe(false);
+    expect(report.params.values).toBeTypeOf('object');
+    expect(report.link_samples.length).toBeGreaterThan(0);
+  });
+});
+
+describe('administration', () => {
+  test('adds a user and a token, which is shown once and works', async () => {
+    const page = await open('#/admin');
+    await page.locator('#add-user').click();
+    const yes = page.locator('lf-dialogs lf-button[data-yes]');
+    await page.locator('lf-dialogs input[name=name]').fill('anna');
+    await page.locator('lf-dialogs input[name=password]').fill('short');
+    expect(await yes.locator('button').getAttribute('aria-description')).toContain('10 characters');
+    await page.locator('lf-dialogs lf-button', { hasText: 'Suggest' }).click();
+    await page.locator('lf-dialogs select[name=role]').selectOption('administrator');
+    await yes.click();
+    const row = page.locator('tr[data-user=anna]');
+    await row.waitFor();
+    const last = row.locator('[data-act=remove] button');
+    expect(await last.getAttribute('aria-description')).toContain('last administrator');
+    await page.locator('lf-tabbar [data-tab=tokens]').click();
+    await page.locator('#add-token').click();
+    await page.locator('lf-dialogs input[name=name]').fill('SCADA');
+    await yes.click();
+    const token = await page.locator('lf-dialogs textarea[name=token]').inputValue();
+    expect(token).toMatch(/^lafet_/);
+    await yes.click();
+    await page.locator('tr[data-token=SCADA]').waitFor();
+    expect(await page.content()).not.toContain(token);
+    await page.locator('tr[data-token=SCADA] [data-act=remove]').click();
+    await page.locator('lf-dialogs lf-button', { hasText: 'Withdraw' }).last().click();
+    await page.getByText('No tokens').waitFor();
+    expect(await get('/api/tokens')).toEqual([]);
+  });
+});
+
+describe('with login', () => {
+  test('an observer reads alarms and is told why the rest is not for observers', async () => {
+    const guarded = await Guarded.start();
+    try {
+      const page = await site.open('#/alarms', 'en', undefined);
+      pages.push(page);
+      await guarded.enter(page, 'olga');
+      await page.locator('#ack-all').waitFor();
+      expect(await page.locator('lf-nav a[href="#/admin"]').count()).toBe(0);
+      await page.goto(`${guarded.url}/#/events`);
+      await page.getByText('for operators and above', { exact: false }).waitFor();
+      await page.goto(`${guarded.url}/#/admin`);
+      await page.locator('lf-admin-own').waitFor();
+      expect(await page.locator('lf-tabbar [data-tab=users]').count()).toBe(0);
+      await page.locator('input[name=old]').fill(guarded.password);
+      await page.locator('input[name=new]').fill('another password');
+      await page.locator('input[name=again]').fill('another password');
+      await page.locator('#save-password').click();
+      await page.getByText('The password is changed').waitFor();
+      expect(await guarded.login('olga', guarded.password)).toBe(401);
+    } finally {
+      await guarded.stop();
+    }
+  });
+});
+
+describe('every page', () => {
+  const ROUTES = ['#/alarms', '#/events', '#/m/M2/inspector', '#/m/M2/diagnosis', '#/admin'];
+  const SIZES = [
+    { width: 390, height: 844 },
+    { width: 1024, height: 768 },
+    { width: 2560, height: 1440 },
+  ];
+
+  test.each(ROUTES)('%s: axe finds nothing, nothing is cut off, targets are 48 px', async (route) => {
+    await lockOut();
+    for (const [lang, theme] of [['en', 'day'], ['ru', 'night']] as const) {
+      const page = await open(route, lang);
+      await page.evaluate((wanted) => (document.documentElement.dataset.theme = wanted), theme);
+      await page.locator('lf-app main h1').waitFor();
+      for (const size of SIZES) {
+        await page.setViewportSize(size);
+        await drawn(page);
+        const main = page.locator('lf-app main');
+        const wide = await main.evaluate((el) => el.scrollWidth - el.clientWidth);
+        expect(wide, `${route} ${lang} at ${size.width}`).toBeLessThanOrEqual(0);
+        expect(await small(page), `${route} ${lang} at ${size.width}`).toEqual([]);
+        if (size.width === 1024) expect(await axe(page), `${route} ${lang} ${theme}`).toEqual([]);
+      }
+    }
+  }, 40_000);
+});
+
+/** Two frames of the screen later. */
+async function drawn(page: Page): Promise<void> {
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+}
+
+interface Found {
+  violations: { id: string; nodes: { target: unknown[]; failureSummary?: string }[] }[];
+  passes: unknown[];
+}
+
+async function axe(page: Page): Promise<string[]> {
+  await page.evaluate(readFileSync(AXE, 'utf8'));
+  const { violations, passes } = await page.evaluate(() => {
+    const { axe } = window as unknown as { axe: { run: (of: object, options: object) => Promise<Found> } };
+    const of = { include: [{ fromShadowDom: ['lf-app', 'main'] }] };
+    return axe.run(of, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] });
+  });
+  expect(passes.length, 'it has looked').toBeGreaterThan(8);
+  return violations.flatMap(({ id, nodes }) =>
+    nodes.map((node) => `${id}: ${JSON.stringify(node.target)} ${node.failureSummary ?? ''}`),
+  );
+}
+
+/** Controls of the page that are lower than 48 px, or out of sight. */
+function small(page: Page): Promise<string[]> {
+  return page.locator('lf-app main').evaluate((main) => {
+    const found: string[] = [];
+    const walk = (root: Element | ShadowRoot) => {
+      for (const el of root.querySelectorAll('*')) {
+        if (el.shadowRoot) walk(el.shadowRoot);
+        if (!el.matches('button, select, input, textarea, summary, [role=tab], [role=option], a[href]')) continue;
+        const { height, width, right } = el.getBoundingClientRect();
+        if (width === 0 || height === 0) continue;
+        const outside = right > innerWidth && !el.closest('[role=tablist]');
+        if (height < 47.5 || outside) found.push(`${el.outerHTML.slice(0, 120)} ${height} to ${right}`);
+      }
+    };
+    walk(main);
+    return found;
+  });
+}
+
+/** A hub that wants a login, with one monitor that does not answer. */
+class Guarded {
+  readonly password = 'first password';
+  private readonly folder = mkdtempSync(join(tmpdir(), 'lafet-guarded-'));
+  private child!: ChildProcess;
+  private served?: PreviewServer;
+  url = '';
+
+  static async start(): Promise<Guarded> {
+    const guarded = new Guarded();
+    const config = join(guarded.folder, 'hub.toml');
+    writeFileSync(
+      config,
+      `[server]\nlisten = "127.0.0.1:0"\ndata = "${guarded.folder}"\n[[monitor]]\nid = "M1"\nurl = "tcp://127.0.0.1:9?addr=1"\n`,
+    );
+    guarded.child = spawn(LAFET, ['serve', '--config', config], { stdio: ['ignore', 'pipe', 'pipe'] });
+    const link = await new Promise<string>((resolve, reject) => {
+      let told = '';
+      const hear = (text: Buffer) => {
+        told += text.toString();
+        const found = /http:\/\/127\.0\.0\.1:\d+\/setup#\S+/.exec(told)?.[0];
+        if (found) resolve(found);
+      };
+      guarded.child.stdout!.on('data', hear);
+      guarded.child.stderr!.on('data', hear);
+      guarded.child.on('exit', () => reject(new Error(told)));
+    });
+    const [url, token] = link.split('/setup#') as [string, string];
+    guarded.url = url;
+    const { password } = guarded;
+    const made = await guarded.post('/api/setup', { token, user: 'root', password });
+    const cookie = made.headers.get('set-cookie')!.split(';')[0]!;
+    const { csrf } = (await made.json()) as { csrf: string };
+    const headers = { cookie, 'x-csrf-token': csrf };
+    await guarded.post('/api/users', { user: 'olga', role: 'observer', password }, headers);
+    if (process.env.CONSOLE_DIST) await guarded.serve();
+    return guarded;
+  }
+
+  /** The console of dist before the hub, as in site.ts. */
+  private async serve(): Promise<void> {
+    const to = { target: this.url, ws: true, changeOrigin: true, headers: { origin: this.url } };
+    this.served = await preview({
+      logLevel: 'silent',
+      preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
+    });
+    this.url = this.served.resolvedUrls!.local[0]!.replace(/\/$/, '');
+  }
+
+  async stop(): Promise<void> {
+    await this.served?.close();
+    this.child.kill('SIGKILL');
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+
+  async login(user: string, password: string): Promise<number> {
+    return (await this.post('/api/login', { user, password })).status;
+  }
+
+  /** Leads a page to this hub, and logs in there. */
+  async enter(page: Page, user: string): Promise<void> {
+    const answer = await this.post('/api/login', { user, password: this.password });
+    const [name, value] = answer.headers.get('set-cookie')!.split(';')[0]!.split('=') as [string, string];
+    await page.context().addCookies([{ name, value, url: this.url, httpOnly: true, sameSite: 'Strict' }]);
+    await page.goto(`${this.url}/#/alarms`);
+    await page.waitForSelector('lf-topbar');
+  }
+
+  private post(path: string, body: unknown, headers: Record<string, string> = {}): Promise<Response> {
+    const all = { 'content-type': 'application/json', ...headers };
+    return fetch(this.url + path, { method: 'POST', headers: all, body: JSON.stringify(body) });
+  }
+}

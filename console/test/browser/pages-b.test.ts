@@ -1,0 +1,304 @@
+// Parameters, programs, commissioning: what the page says is what the monitor has.
+import { readFileSync } from 'node:fs';
+import type { Download, Page } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
+import type { Result } from '../../src/hub/types';
+import { STEPS, type StepId } from '../../src/pages/commissioning/model';
+import { Site, until } from './site';
+
+let site: Site;
+let page: Page;
+
+beforeAll(async () => {
+  site = await Site.start();
+});
+afterAll(() => site?.stop());
+
+afterEach(async () => {
+  await page.context().close();
+  await until(async () => (await site.holder('M1')) === null);
+  await site.send('M1', 'Lockout All off');
+  await site.send('M1', 'Stop All');
+});
+
+async function open(route: string, lang = 'en'): Promise<void> {
+  page = await site.open(`#/m/M1/${route}`, lang);
+  await page.locator('#take').click();
+  await page.locator(`lf-page-${route}`).waitFor();
+}
+
+/** What the monitor answers to GetParam now. */
+async function stored(subsystem: string, name: string): Promise<number[]> {
+  const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1/requests`, {
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify({ request: `GetParam ${subsystem} ${name}` }),
+  });
+  const { values } = ((await answer.json()) as Result).answers[0]!;
+  return ((values.values ?? values.value) as number[] | undefined) ?? [];
+}
+
+const field = (name: string) => page.getByLabel(`Value of ${name}`, { exact: true });
+const row = (name: string) => page.locator('lf-param-row').filter({ has: field(name) });
+const textOf = async (download: Download) => readFileSync(await download.path(), 'utf8');
+
+async function hold(button: ReturnType<Page['locator']>, ms = 1150): Promise<void> {
+  await button.scrollIntoViewIfNeeded();
+  const box = (await button.boundingBox())!;
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.waitForTimeout(ms);
+  await page.mouse.up();
+}
+
+async function choose(name: string, text: string): Promise<void> {
+  const buffer = Buffer.from(text);
+  await page.locator('input[type=file]').setInputFiles({ name, mimeType: 'text/plain', buffer });
+}
+
+describe('parameters', () => {
+  test('are found, checked in the field, and written until they are stored', async () => {
+    await open('params');
+    await page.getByPlaceholder('Name, meaning, or 0x id').fill('vertical speed');
+    await field('Vertical.Speed').fill('999');
+    await page.getByText('Allowed is 1 … 255 °/s.').waitFor();
+    await row('Vertical.Speed').getByText('Write', { exact: true }).click();
+    expect(await stored('Vertical', 'Speed')).toEqual([12]);
+    await field('Vertical.Speed').fill('14');
+    await page.getByText('Monitor: 12 °/s').waitFor();
+    await row('Vertical.Speed').getByText('Write', { exact: true }).click();
+    await row('Vertical.Speed').getByText('Stored', { exact: true }).waitFor();
+    expect(await stored('Vertical', 'Speed')).toEqual([14]);
+  });
+
+  test('that are edited are written all at once, in the units that are shown', async () => {
+    await open('params');
+    await field('Horizontal.MaxLimit').fill('170.5');
+    await field('Horizontal.MaxCurrent').fill('7,5');
+    await field('Horizontal.Speed').fill('0');
+    await page.getByText('1 cannot be written').waitFor();
+    await page.getByText('Write 2').click();
+    await row('Horizontal.MaxLimit').getByText('Stored').waitFor();
+    expect(await stored('Horizontal', 'MaxLimit')).toEqual([10230]);
+    expect(await stored('Horizontal', 'MaxCurrent')).toEqual([75]);
+    expect(await stored('Horizontal', 'Speed')).toEqual([20]);
+    await page.getByText('1 parameter edited').waitFor();
+    await page.getByText('Discard').click();
+  });
+
+  test('go to a file and come back from it, each with its outcome', async () => {
+    await open('params');
+    const [download] = await Promise.all([
+      page.waitForEvent('download'),
+      page.getByText('Save to a file', { exact: true }).click(),
+    ]);
+    expect(download.suggestedFilename()).toMatch(/^lafet-M1-params-\d{4}-\d\d-\d\d\.toml$/);
+    const file = await textOf(download);
+    expect(file).toContain('\n[Nozzle]\n');
+    await choose('same.toml', file);
+    await page.getByText('The file and M1 do not differ.').waitFor();
+    await choose('other.toml', file.replace('FieldOfView = 900', 'FieldOfView = 800').replace('Threshold = 50', 'Threshold = 60'));
+    await page.getByText('2 parameters differ').waitFor();
+    await page.getByLabel('Restore Detector.Threshold').uncheck();
+    await page.getByText('Restore 1', { exact: true }).click();
+    await page.getByText('Everything that was ticked is stored.').waitFor();
+    expect(await stored('Detector', 'FieldOfView')).toEqual([800]);
+    expect(await stored('Detector', 'Threshold')).toEqual([50]);
+    expect(await page.evaluate(() => localStorage.getItem('lafet.restore.M1'))).toBe(null);
+    await choose('wrong.toml', 'format = 1\n[Vertical]\nSped = 1\n');
+    await page.getByText('wrong.toml cannot be used').waitFor();
+  });
+
+  test('a restore that was cut short is offered again', async () => {
+    await open('params');
+    await page.evaluate(() =>
+      localStorage.setItem(
+        'lafet.restore.M1',
+        JSON.stringify({
+          file: 'format = 1\n[Detector]\nThreshold = 70\n',
+          name: 'left.toml',
+          at_ms: Date.now(),
+          chosen: ['Detector.Threshold'],
+          begun: [],
+        }),
+      ),
+    );
+    await page.getByText('A restore of left.toml').waitFor();
+    await page.getByText('Go on with it').click();
+    await page.getByText('Restore 1', { exact: true }).click();
+    await page.getByText('Everything that was ticked is stored.').waitFor();
+    expect(await stored('Detector', 'Threshold')).toEqual([70]);
+  });
+
+  test('are not written without control', async () => {
+    page = await site.open('#/m/M1/params');
+    await field('Vertical.Acceleration').fill('30');
+    await row('Vertical.Acceleration').getByText('Write', { exact: true }).click();
+    await page.getByText('Take control of M1 first', { exact: true }).waitFor();
+    expect(await stored('Vertical', 'Acceleration')).toEqual([24]);
+  });
+});
+
+describe('programs', () => {
+  const number = (name: string) => page.locator('.form').getByLabel(name);
+
+  test('are drawn, stored and run', async () => {
+    await open('programs');
+    await page.locator('.entry').nth(2).click();
+    for (const [name, value] of [
+      ['Centre, horizontally', '10'],
+      ['Centre, vertically', '-4'],
+      ['Width', '12'],
+      ['Height', '6'],
+      ['Between the lines', '2'],
+      ['Nozzle', '40'],
+    ] as const) {
+      await number(name).fill(value);
+    }
+    await page.getByText('4 lines', { exact: true }).waitFor();
+    const handle = page.locator('lf-aim-chart [data-what=left]');
+    await handle.focus();
+    await page.keyboard.press('Shift+ArrowLeft');
+    await page.getByText('Store in M1').click();
+    await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();
+    // The left edge went out by 5°: the width grew by that, the centre by half of it.
+    expect(await stored('Control', 'Program2')).toEqual([750, -240, 40, 1020, 360, 2, 0]);
+    await page.getByText('The jet scans 17.0° × 6.0° in 4 lines').waitFor();
+    await hold(page.getByText('Run program 2'));
+    await until(async () => (await site.outputs('M1')).Control?.flags.includes('Quench') === true);
+    await page.getByText('Stop the program').click();
+    await until(async () => (await site.outputs('M1')).Control?.flags.includes('Quench') === false);
+  });
+
+  test('trajectories take the point where the barrel is, and a file brings them', async () => {
+    await open('programs');
+    await page.locator('.entry').nth(9).click();
+    await page.getByText('Take this point', { exact: true }).click();
+    await page.getByText('Add a point', { exact: true }).click();
+    await page.getByLabel('Point 2: Horizontally').fill('5');
+    await page.getByLabel('Point 2: Dwell').fill('2.5');
+    await page.getByText('Store in M1').click();
+    await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();
+    const values = await stored('Control', 'Trajectory1');
+    expect(values).toHaveLength(8);
+    expect(values[0]).toBe(await site.position('M1'));
+    expect(values.slice(4)).toEqual([300, values[1], 25, 25]);
+    await choose('programs.toml', 'format = 1\n[Control]\nTrajectory3 = [60, 0, 25, 10]\n[Vertical]\nSpeed = 99\n');
+    await page.getByText('1 taken from programs.toml; it is not stored yet.').waitFor();
+    await page.locator('.entry').nth(11).click();
+    await page.getByText('Store in M1').click();
+    await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();
+    expect(await stored('Control', 'Trajectory3')).toEqual([60, 0, 25, 10]);
+    expect(await stored('Vertical', 'Speed')).not.toEqual([99]);
+  });
+
+  test('wholly beyond the limits do not run', async () => {
+    await open('programs');
+    await page.locator('.entry').nth(6).click();
+    await number('Centre, vertically').fill('-60');
+    await page.getByText('Wholly beyond the limits: the monitor refuses it.').first().waitFor();
+    await page.locator('lf-hold', { hasText: 'Run program 6' }).hover();
+    await page.getByText('Store it first: the monitor runs what it has stored').waitFor();
+  });
+});
+
+describe('commissioning', () => {
+  async function prepared(): Promise<void> {
+    await open('commissioning');
+    for (const box of await page.locator('lf-step-prepare input[type=checkbox]').all()) await box.check();
+    await page.getByText('Passed', { exact: true }).click();
+    await page.locator('lf-step-stop').waitFor();
+  }
+
+  /** With everything before this step passed. */
+  async function openAt(step: StepId): Promise<void> {
+    page = await site.open('#/m/M1/commissioning');
+    await page.evaluate(
+      (before) => {
+        const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
+        const steps = Object.fromEntries(before.map((id) => [id, done]));
+        localStorage.setItem('lafet.commissioning.M1', JSON.stringify({ begun_ms: 1, steps, work: {} }));
+      },
+      STEPS.slice(0, STEPS.indexOf(step)),
+    );
+    await page.reload();
+    await page.locator('#take').click();
+    await page.locator(`lf-step-${step}`).waitFor();
+  }
+
+  test('refuses to go on before STOP is proved', async () => {
+    await prepared();
+    await page.getByText('Valves', { exact: false }).first().click();
+    await page.getByText('First comes: Test of STOP.').waitFor();
+    await page.getByText('Go to it').click();
+    await page.getByText('It cannot be passed …').click();
+    await page.getByLabel('What is wrong, and what was done about it').fill('no power at the drives');
+    await page.getByText('Record it').click();
+    await page.getByText('no power at the drives').first().waitFor();
+    await page.getByText('Limits of travel').click();
+    await page.getByText('First comes: Test of STOP.').waitFor();
+  });
+
+  test('proves STOP at the monitor, by a motion that is held', async () => {
+    await prepared();
+    const button = page.locator('lf-step-stop lf-move').first();
+    const box = (await button.boundingBox())!;
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    await page.getByText('It moves. Press STOP now!').waitFor();
+    await page.mouse.up();
+    await page.getByText('It came to rest before STOP was pressed.').waitFor();
+    expect(await site.stands('M1')).toBe(true);
+    await page.mouse.down();
+    await until(() => site.moves('M1'));
+    await page.getByText('It moves. Press STOP now!').waitFor();
+    await page.keyboard.press('F9');
+    await page.getByText(/STOP works: \d+ ms later/).waitFor();
+    expect(await site.stands('M1')).toBe(true);
+    await page.mouse.up();
+    await page.getByText('Passed', { exact: true }).click();
+    await page.locator('lf-step-directions').waitFor();
+    await page.reload();
+    await page.locator('lf-step-directions').waitFor();
+  });
+
+  test('teaches a limit, and the report has it', async () => {
+    await openAt('limits');
+    const box = page.locator('lf-step-limits .box').first();
+    await hold(box.getByText('Limits off, to teach'));
+    await until(async () => (await site.outputs('M1')).Horizontal?.flags.includes('Limitless') === true);
+    await hold(box.locator('lf-move').first(), 1500);
+    await until(async () => !(await site.moves('M1')));
+    const at = await site.position('M1');
+    await box.getByText('Take as limit: left').click();
+    await box.getByText(/^Taken: /).waitFor();
+    await box.getByText('Limits on: take effect').click();
+    await until(async () => (await site.outputs('M1')).Horizontal?.flags.includes('Limitless') === false);
+    expect(await stored('Horizontal', 'MaxLimit')).toEqual([at]);
+    await box.getByText('Limits are on.').waitFor();
+    await hold(box.locator('lf-move').first(), 400);
+    await box.getByText('Stopped at its limit: left').waitFor();
+    await page.locator('.steps').getByText('Report').click();
+    await page.getByText('NOT FINISHED').waitFor();
+    const [download] = await Promise.all([page.waitForEvent('download'), page.getByText('Save the report').click()]);
+    const report = await textOf(download);
+    expect(report).toContain('<h1>Commissioning report</h1>');
+    expect(report).toContain(`<td>Horizontal.MaxLimit</td><td class="n">${at}</td>`);
+    await site.send('M1', 'SetParam Horizontal MaxLimit 10800');
+  });
+
+  test('lets LOCKOUT be seen to refuse', async () => {
+    await openAt('lockout');
+    await page.locator('lf-step-lockout').getByText('LOCKOUT', { exact: true }).click();
+    await page.getByText('The monitor says that it is locked out.').waitFor();
+    await hold(page.locator('lf-hold', { hasText: 'Try a Move' }));
+    await page.getByText('Refused by the monitor, and nothing moved.').waitFor();
+    await hold(page.locator('lf-step-lockout lf-hold', { hasText: 'Release' }));
+    await page.getByLabel('Type M1 to confirm').fill('M1');
+    await page.locator('lf-dialogs').getByText('Release', { exact: true }).click();
+    await page.getByText('Released: it obeys again').waitFor();
+    expect((await site.outputs('M1')).General?.flags).not.toContain('LockedOut');
+    await page.getByText('Passed', { exact: true }).click();
+    await page.getByText('PASSED', { exact: true }).waitFor();
+  });
+});

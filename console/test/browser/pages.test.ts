@@ -1,0 +1,64 @@
+// Every page, in both languages and themes: nothing thrown, nothing that axe finds (WCAG 2.2 AA), no
+// text that runs out of its place sideways.
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { afterAll, beforeAll, expect, test } from 'vitest';
+import { Site, until } from './site';
+
+interface Violation {
+  id: string;
+  nodes: { target: unknown; failureSummary?: string }[];
+}
+
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const TAGS = ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'];
+
+let site: Site;
+beforeAll(async () => {
+  site = await Site.start();
+});
+afterAll(() => site?.stop());
+
+const VIEWS = [
+  { lang: 'en', theme: 'day', size: { width: 1440, height: 900 } },
+  { lang: 'ru', theme: 'night', size: { width: 1024, height: 768 } },
+  { lang: 'ru', theme: 'day', size: { width: 390, height: 844 } },
+];
+
+for (const { lang, theme, size } of VIEWS) {
+  test(`pages in ${lang}, ${theme}, ${size.width} × ${size.height}`, { timeout: 120_000 }, async () => {
+    const page = await site.open('#/overview', lang, size);
+    const thrown: string[] = [];
+    page.on('pageerror', (error) => thrown.push(String(error)));
+    await page.evaluate((to) => {
+      document.documentElement.dataset.theme = to;
+      localStorage.setItem('lafet.theme', to);
+    }, theme);
+    await page.locator('lf-page-overview').waitFor();
+    await page.evaluate(axe);
+    const all = await page
+      .locator('lf-nav a')
+      .evaluateAll((links) => links.map((link) => link.getAttribute('href')!));
+    const found: string[] = [];
+    for (const href of all) {
+      await page.evaluate((to) => (location.hash = to), href);
+      await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
+      await until(() => page.evaluate(() => document.querySelector('lf-app')!.shadowRoot!.querySelector('.boot') === null));
+      const violations = await page.evaluate(
+        (tags) =>
+          (globalThis as unknown as { axe: { run: (o: object) => Promise<{ violations: Violation[] }> } }).axe
+            .run({ runOnly: tags })
+            .then((result) => result.violations),
+        TAGS,
+      );
+      for (const { id, nodes } of violations) {
+        found.push(`${href} ${id}: ${nodes.map((n) => `${JSON.stringify(n.target)} ${n.failureSummary}`).join('; ')}`);
+      }
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      if (wide > 0) found.push(`${href} is ${wide} px too wide`);
+    }
+    expect(found).toEqual([]);
+    expect(thrown).toEqual([]);
+    await page.context().close();
+  });
+}

@@ -1,0 +1,73 @@
+// A recording plays on the same pages; nothing leaves but STOP, which reaches the live monitor.
+import type { Page } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from 'vitest';
+import type { Monitor } from '../../src/hub/types';
+import { Demo } from './demo';
+import { until } from './site';
+
+let demo: Demo;
+let page: Page;
+
+beforeAll(async () => {
+  demo = await Demo.start();
+  // Something to look back at: the barrel turns for some seconds.
+  await demo.request('M1', 'Deploy Deployer');
+  await until(async () => (await flags('Deployer')).includes('Deployed'), 40_000);
+  await demo.request('M1', 'Move Horizontal 1200');
+  await until(async () => (await position()) === 1200, 30_000);
+});
+afterAll(() => demo?.stop());
+beforeEach(async () => {
+  page = await demo.open('#/replay');
+});
+afterEach(() => page.context().close());
+
+const status = async () => (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems;
+const flags = async (subsystem: string) => (await status())[subsystem]?.flags ?? [];
+const position = async () => (await status()).Horizontal?.position;
+
+async function playHistory(): Promise<void> {
+  await page.locator('#play-history').click();
+  await page.locator('lf-replay-bar #live').waitFor();
+}
+
+test('the history plays, is left for another page, and ends', async () => {
+  await playHistory();
+  await page.getByText('REPLAY of a recording').waitFor();
+  const track = page.getByRole('slider', { name: 'Position in the recording' });
+  await track.focus();
+  await page.keyboard.press('End');
+  await page.evaluate(() => (location.hash = '#/m/M1/operate'));
+  // What was at the end: 20 degrees; at the beginning the barrel was wrapped.
+  const horizontal = page.locator('lf-value', { hasText: 'Horizontal' }).first().locator('.value');
+  await until(async () => (await horizontal.textContent())?.includes('20.0') === true);
+  expect(await page.locator('#take').count()).toBe(0);
+  await page.locator('lf-replay-bar #live').click();
+  await page.locator('lf-replay-bar section').waitFor({ state: 'detached' });
+  await page.getByText('REPLAY of a recording').waitFor({ state: 'detached' });
+});
+
+test('no command leaves, STOP does', async () => {
+  await playHistory();
+  await page.evaluate(() => (location.hash = '#/m/M1/operate'));
+  await page.locator('lf-joystick').waitFor();
+  await page.getByText('STOP and LOCKOUT act on the live monitors').waitFor();
+  // The live monitor moves while the recording plays.
+  await demo.request('M1', 'Move Horizontal -6000');
+  await until(async () => (await flags('Horizontal')).includes('Move'));
+  await page.locator('lf-joystick').focus();
+  await page.keyboard.press('ArrowLeft');
+  expect(await flags('Horizontal')).toContain('Move');
+  await page.locator('#stop').click();
+  await until(async () => !(await flags('Horizontal')).includes('Move'), 3000);
+  expect(await position()).toBeGreaterThan(-6000);
+});
+
+test('a recording is made, listed and played', async () => {
+  await demo.post('/api/recordings', { monitor: 'M1', seconds: 1, before_s: 10 });
+  const play = page.getByRole('button', { name: /^Play .*\.mcap/ }).first();
+  await until(async () => (await play.getAttribute('aria-disabled')) !== 'true', 20_000);
+  await play.click();
+  await page.locator('lf-replay-bar #live').waitFor();
+  await until(async () => (await page.locator('lf-plan .monitor').count()) > 0);
+});

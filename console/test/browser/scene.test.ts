@@ -1,0 +1,49 @@
+// The view in three dimensions: it draws, it is cheap, and without WebGL there is the plan.
+import type { Page } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
+import { Demo } from './demo';
+import { until } from './site';
+
+interface SceneElement extends Element {
+  figures: { calls: number; particles: number } | null;
+}
+
+const CALLS_MAX = 50;
+let demo: Demo;
+let page: Page;
+
+beforeAll(async () => {
+  demo = await Demo.start();
+});
+afterAll(() => demo?.stop());
+afterEach(() => page.context().close());
+
+const figures = () =>
+  page.locator('lf-scene').evaluate((scene) => (scene as unknown as SceneElement).figures);
+
+test('draws the site with few calls, and stops when it is left', async () => {
+  page = await demo.open('#/m/M1/operate');
+  const loaded: string[] = [];
+  page.on('request', (request) => loaded.push(request.url()));
+  await page.getByText('3D', { exact: true }).click();
+  await until(async () => ((await figures())?.calls ?? 0) > 5, 20_000);
+  // The fire of the demo: flames and smoke.
+  await until(async () => (await figures())!.particles > 20, 20_000);
+  expect((await figures())!.calls).toBeLessThan(CALLS_MAX);
+  // Only now was it loaded.
+  expect(loaded.some((url) => /world-.*\.js/.test(url))).toBe(true);
+  const scene = await page.locator('lf-scene').elementHandle();
+  await page.evaluate(() => (location.hash = '#/overview'));
+  await until(() => scene!.evaluate((element) => !element.isConnected && (element as unknown as SceneElement).figures === null));
+});
+
+test('without WebGL there is the plan', async () => {
+  page = await demo.open('#/m/M1/operate');
+  await page.evaluate(() => {
+    HTMLCanvasElement.prototype.getContext = () => null;
+  });
+  await page.getByText('3D', { exact: true }).click();
+  await page.locator('lf-toasts').getByText('The 3D picture does not work in this browser').waitFor();
+  await page.locator('lf-plan').waitFor();
+  expect(await page.locator('lf-scene').count()).toBe(0);
+});

@@ -1,0 +1,86 @@
+import { describe, expect, it } from 'vitest';
+import type { Alarm } from '../../src/hub/types';
+import { countOf, csv, inOrder, matching, partsOf, stepOf } from '../../src/pages/alarms/model';
+
+function alarm(id: string, change: Partial<Alarm> = {}): Alarm {
+  const { monitor, subsystem, flag } = partsOf(id);
+  const text = (en: string, ru: string) => ({ en, ru });
+  return {
+    id,
+    monitor,
+    subsystem,
+    flag,
+    priority: 'high',
+    state: 'unack',
+    active: true,
+    since_ms: 1000,
+    returned_ms: null,
+    count: 1,
+    ack: null,
+    shelved: null,
+    what: text('The drive is overloaded.', 'Перегрузка привода.'),
+    cause: text('Ice.', 'Лёд.'),
+    consequence: text('It stands.', 'Он стоит.'),
+    remedy: text('Free it.', 'Освободите его.'),
+    ...change,
+  };
+}
+
+const OVERLOAD = alarm('M1/Vertical/AmperageOverload');
+const LINK = alarm('M2/Link/Down', { priority: 'medium', state: 'rtn_unack', active: false });
+const SHELVED = alarm('M2/Valve1/WdtFault', {
+  priority: 'low',
+  state: 'shelved',
+  shelved: { user: 'anna', until_ms: 9, reason: 'known' },
+});
+const ALL = [OVERLOAD, LINK, SHELVED];
+
+describe('alarms', () => {
+  it('counts what waits, and leaves out what is shelved', () => {
+    expect(countOf(ALL)).toEqual({ waiting: 2, shelved: 1, active: 2, by: { high: 1, medium: 1, low: 0 } });
+    expect(countOf([{ ...OVERLOAD, state: 'ack' }]).waiting).toBe(0);
+  });
+
+  it('finds by monitor and by every text of the language that is read', () => {
+    const ids = (monitor: string, text: string, lang: 'en' | 'ru') =>
+      matching(ALL, { monitor, text }, lang).map((one) => one.id);
+    expect(ids('M2', '', 'en')).toEqual([LINK.id, SHELVED.id]);
+    expect(ids('', 'ПЕРЕГРУЗКА', 'ru')).toHaveLength(3);
+    expect(ids('', 'перегрузка', 'en')).toEqual([]);
+    expect(ids('', 'wdtfault', 'en')).toEqual([SHELVED.id]);
+    expect(ids('M1', 'free it', 'en')).toEqual([OVERLOAD.id]);
+  });
+
+  it('keeps the order under a hand; what is new waits, what is gone leaves', () => {
+    expect(inOrder(ALL, null)).toEqual({ shown: ALL, fresh: [] });
+    const held = [LINK.id, 'M9/General/BadPower'];
+    const { shown, fresh } = inOrder([OVERLOAD, LINK], held);
+    expect(shown).toEqual([LINK]);
+    expect(fresh).toEqual([OVERLOAD]);
+  });
+
+  it.each([
+    ['normal', 'unack', 'came'],
+    ['rtn_unack', 'unack', 'again'],
+    ['unack', 'ack', 'acked'],
+    ['unack', 'rtn_unack', 'returned'],
+    ['ack', 'normal', 'cleared'],
+    ['rtn_unack', 'normal', 'acked_cleared'],
+    ['ack', 'shelved', 'shelved'],
+    ['shelved', 'unack', 'unshelved'],
+    ['shelved', 'normal', 'ended'],
+  ])('%s → %s is: %s', (from, to, name) => {
+    expect(stepOf({ from, to })).toBe(name);
+  });
+
+  it('takes ids apart, also those of the hub', () => {
+    expect(partsOf('M1/Vertical/Move')).toEqual({ monitor: 'M1', subsystem: 'Vertical', flag: 'Move' });
+    expect(partsOf('north/2/Link/Down')).toEqual({ monitor: 'north/2', subsystem: 'Link', flag: 'Down' });
+    expect(partsOf('hub/Audit')).toEqual({ monitor: '', subsystem: 'Hub', flag: 'Audit' });
+  });
+
+  it('writes tables that a spreadsheet reads, and no formulas', () => {
+    expect(csv([['a', 'b,c'], ['say "x"', -5]])).toBe('a,"b,c"\r\n"say ""x""",-5\r\n');
+    expect(csv([['=1+1', '-cmd', '@x']])).toBe("'=1+1,'-cmd,'@x\r\n");
+  });
+});

@@ -1,0 +1,101 @@
+import { describe, expect, it } from 'vitest';
+import type { AuditEntry } from '../../src/hub/types';
+import { deedsOf, fateOf, fieldTime, joined, kindOf, matches, plainDetails } from '../../src/pages/events/model';
+
+function entry(n: number, what: string, outcome: string, details: Record<string, unknown> = {}, change = {}): AuditEntry {
+  return {
+    n,
+    at_ms: n * 1000,
+    user: 'anna',
+    role: 'operator',
+    from: '10.0.0.5',
+    via: 'ws',
+    seat: 's1',
+    monitor: 'M1',
+    what,
+    outcome,
+    details,
+    prev: '',
+    hash: '',
+    ...change,
+  };
+}
+
+const MOVE = [
+  entry(1, 'Move Vertical 1200', 'asked'),
+  entry(3, 'Move Vertical 1200', 'Denied', { asked: 1, answers: ['Deployer Move → Denied'], took_ms: 2 }),
+  entry(6, 'Move Vertical 1200', 'effect', { answered: 3, state: { Vertical: { bits: 0, flags: [] } } }),
+];
+const OPEN = [entry(2, 'Open Valve1', 'asked'), entry(4, 'Open Valve1', 'Accepted', { asked: 2 })];
+const REFUSED = entry(5, 'Restart All', 'not allowed', { code: 'confirm_needed' });
+const NO_FILTER = { text: '', kind: '' as const, from_ms: null, to_ms: null };
+
+describe('the audit log', () => {
+  it('puts the entries of a command together, also where they are mixed', () => {
+    const deeds = deedsOf([...MOVE, ...OPEN, REFUSED].reverse());
+    expect(deeds.map((deed) => deed.entries.map((one) => one.n))).toEqual([[5], [2, 4], [1, 3, 6]]);
+    const move = deeds[2]!;
+    expect([move.answer?.n, move.effect?.n, fateOf(move)]).toEqual([3, 6, 'failed']);
+    expect(deeds.map(fateOf)).toEqual(['refused', 'done', 'failed']);
+  });
+
+  it('keeps an effect whose command is on an earlier page', () => {
+    const [deed] = deedsOf([MOVE[2]!]);
+    expect(deed?.n).toBe(6);
+    expect(fateOf(deed!)).toBe('open');
+  });
+
+  it('pairs the ends of motions by hand with their beginnings, seat by seat', () => {
+    const other = { seat: 's2' };
+    const deeds = deedsOf([
+      entry(1, 'jog Vertical max', 'asked'),
+      entry(2, 'jog Vertical max', 'asked', {}, other),
+      entry(3, 'jog Vertical max', 'stopped', {}, other),
+      entry(4, 'jog Vertical max', 'stopped'),
+      entry(5, 'jog Vertical max', 'asked'),
+    ]);
+    expect(deeds.map((deed) => deed.entries.map((one) => one.n))).toEqual([[5], [2, 3], [1, 4]]);
+    expect(deeds.map(fateOf)).toEqual(['open', 'done', 'done']);
+  });
+
+  it.each([
+    ['Open Valve1', 'command'],
+    ['0x12 0x34 de ad', 'command'],
+    ['jog Vertical max', 'jog'],
+    ['authority force', 'authority'],
+    ['shelve M1/General/BadPower', 'alarm'],
+    ['login', 'access'],
+    ['add user boris as operator', 'access'],
+  ])('%s is of the kind %s', (what, kind) => {
+    expect(kindOf(what)).toBe(kind);
+  });
+
+  it('finds by kind, fate, time and any text, details among it', () => {
+    const deeds = deedsOf([...MOVE, ...OPEN, REFUSED]);
+    const found = (filter: object) =>
+      deeds.filter((deed) => matches(deed, { ...NO_FILTER, ...filter }, 'Moving')).map((deed) => deed.n);
+    expect(found({})).toEqual([5, 2, 1]);
+    expect(found({ kind: 'bad' })).toEqual([5, 1]);
+    expect(found({ kind: 'jog' })).toEqual([]);
+    expect(found({ text: 'deployer' })).toEqual([1]);
+    expect(found({ text: '#2' })).toEqual([2]);
+    expect(found({ from_ms: 1500, to_ms: 2500 })).toEqual([2]);
+  });
+
+  it('joins what is new, and notices a gap', () => {
+    const known = [OPEN[0]!, MOVE[0]!];
+    expect(joined(known, [MOVE[1]!, OPEN[0]!], false)?.map((one) => one.n)).toEqual([3, 2, 1]);
+    expect(joined(known, known, false)).toBe(known);
+    expect(joined(known, [MOVE[2]!, REFUSED], false)).toBeNull();
+    expect(joined([], [OPEN[0]!, MOVE[0]!], false)?.length).toBe(2);
+  });
+
+  it('reads times of fields, and shows details that are not shown otherwise', () => {
+    expect(fieldTime('')).toBeNull();
+    expect(fieldTime('2026-11-21T12:00')).toBe(new Date(2026, 10, 21, 12).getTime());
+    expect(plainDetails(entry(1, 'x', 'Ok', { minutes: 5, answers: [], reason: 'ice', code: null }))).toEqual([
+      ['minutes', '5'],
+      ['reason', 'ice'],
+    ]);
+  });
+});

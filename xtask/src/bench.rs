@@ -1,0 +1,219 @@
+//! `cargo xtask bench`: lafet and its peers, measured side by side: docs/performance.md.
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use crate::run::{self, StepResult};
+use crate::{TaskResult, firmware, no_std, setup};
+
+const PAGE: &str = "docs/performance.md";
+/// Instructions of our own code, and how they are kept.
+const COUNTS: &str = "bench/instructions.txt";
+
+const QEMU: &str = "qemu-system-arm";
+
+/// A part of the benchmarks: a program of bench/ that prints sections.
+struct Part {
+    name: &'static str,
+    needs: fn() -> StepResult,
+    print: fn() -> Result<String, String>,
+}
+
+const PARTS: &[Part] = &[
+    Part { name: "codec", needs: valgrind, print: codec },
+    Part { name: "roundtrip", needs: modbus, print: roundtrip },
+    Part { name: "sim", needs: nothing, print: sim },
+    Part { name: "capture", needs: mavlink, print: capture },
+    Part { name: "footprint", needs: emulator, print: footprint },
+];
+
+pub fn bench(arguments: &[String]) -> TaskResult {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words[..] {
+        ["--check"] => check()?,
+        [] => PARTS.iter().try_for_each(measure)?,
+        ["--only", name] => {
+            let part = PARTS.iter().find(|part| part.name == name);
+            measure(part.ok_or_else(|| format!("no part `{name}`: {}", names()))?)?;
+        }
+        _ => return Err(format!("bench [--check | --only {}]", names())),
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Fails when instructions have drifted from those that are written down.
+pub fn check() -> StepResult {
+    valgrind()?;
+    let counts = run::root().join(COUNTS);
+    let mut command = program("lafet-bench-codec", &["--no-default-features"]);
+    let printed = run::output(command.arg("check").arg(counts))?;
+    println!("   {}", printed.trim());
+    Ok(())
+}
+
+fn names() -> String {
+    PARTS.iter().map(|part| part.name).collect::<Vec<_>>().join("|")
+}
+
+fn measure(part: &Part) -> StepResult {
+    (part.needs)()?;
+    println!("== {}", part.name);
+    let printed = (part.print)()?;
+    println!("{printed}");
+    let mut page = run::read(PAGE)?;
+    for (name, text) in sections(&printed)? {
+        if name.ends_with(".svg") {
+            let path = run::root().join("docs/images").join(format!("bench-{name}"));
+            std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+        } else {
+            page = put(&page, name, &text)?;
+        }
+    }
+    std::fs::write(run::root().join(PAGE), page).map_err(|e| format!("{PAGE}: {e}"))
+}
+
+fn codec() -> Result<String, String> {
+    // The gate builds without the peers: so must what it compares with.
+    let counts = run::root().join(COUNTS);
+    let mut write = program("lafet-bench-codec", &["--no-default-features"]);
+    run::output(write.arg("write").arg(counts))?;
+    run::output(program("lafet-bench-codec", &[]).arg("report"))
+}
+
+fn roundtrip() -> Result<String, String> {
+    let lafet = lafet()?;
+    let folder = run::root().join("bench/trips");
+    run::output(program("lafet-bench-trips", &[]).arg("report").arg(lafet).arg(folder))
+}
+
+fn sim() -> Result<String, String> {
+    run::output(&mut program("lafet-bench-host", &["--bin", "sim"]))
+}
+
+fn capture() -> Result<String, String> {
+    let lafet = lafet()?;
+    let folder = run::root().join("bench/host");
+    run::output(program("lafet-bench-host", &["--bin", "capture"]).arg(lafet).arg(folder))
+}
+
+/// Flash, RAM and instructions a message, beside a program that does nothing.
+fn footprint() -> Result<String, String> {
+    const GOALS: [(&str, u64); 3] = [("flash", 1_500), ("RAM", 600), ("instructions", 1_200)];
+    let none = chip("none", &[])?;
+    let mut table =
+        String::from("| | flash | RAM | instructions a message |\n|---|---:|---:|---:|\n");
+    let mut goals = String::from("| goal | at most | measured | |\n|---|---:|---:|---|\n");
+    for name in ["lafet", "mavlink", "postcard", "rmodbus"] {
+        let all = chip(name, &["--features", name])?;
+        let own = [all.0.saturating_sub(none.0), all.1.saturating_sub(none.1), all.2];
+        table += &format!("| {name} | {} | {} | {} |\n", own[0], own[1], own[2]);
+        for ((what, goal), got) in GOALS.iter().zip(own).filter(|_| name == "lafet") {
+            let word = if got <= *goal { "met" } else { "**missed**" };
+            goals += &format!("| {what} | {goal} | {got} | {word} |\n");
+        }
+    }
+    Ok(format!("== footprint\n{table}\n== footprint-goals\n{goals}"))
+}
+
+/// Flash and RAM of a program for the chip, and what it counts there.
+fn chip(name: &str, features: &[&str]) -> Result<(u64, u64, u64), String> {
+    let target = no_std::target().join("footprint");
+    let mut build = no_std::build(Some(&target))?;
+    build.current_dir(run::root().join("bench/footprint"));
+    build.args(["--release", "--locked", "--bin", name]).args(features);
+    run::output(&mut build)?;
+    let program = target.join(no_std::TARGET).join("release").join(name);
+    let (flash, ram) = firmware::memory(&program)?;
+    let mut qemu = Command::new(QEMU);
+    qemu.args(["-M", "lm3s6965evb", "-nographic", "-icount", "shift=0"]);
+    qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&program);
+    let printed = run::output(&mut qemu)?;
+    let count = printed.trim().parse().map_err(|_| format!("{name} printed `{printed}`"))?;
+    Ok((flash, ram, count))
+}
+
+/// The program of the workspace, as it is released.
+fn lafet() -> Result<PathBuf, String> {
+    run::output(&mut run::cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
+    Ok(no_std::target().join("release/lafet"))
+}
+
+fn nothing() -> StepResult {
+    Ok(())
+}
+
+fn modbus() -> StepResult {
+    setup::program("taskset", "util-linux")?;
+    if run::output(Command::new("pkg-config").args(["--exists", "libmodbus"])).is_err() {
+        setup::debian(&["libmodbus-dev", "pkg-config"])?;
+    }
+    python("pymodbus")
+}
+
+fn mavlink() -> StepResult {
+    setup::program("tshark", "tshark")?;
+    python("pymavlink")
+}
+
+fn emulator() -> StepResult {
+    setup::program(QEMU, QEMU)
+}
+
+fn python(package: &str) -> StepResult {
+    if run::output(Command::new("python3").args(["-c", &format!("import {package}")])).is_ok() {
+        return Ok(());
+    }
+    run::show(Command::new("python3").args(["-m", "pip", "install", "--quiet", package]))
+}
+
+/// `cargo run` of a program of bench/, whose target folder is its own.
+fn program(package: &str, features: &[&str]) -> Command {
+    let mut command = run::cargo(&["run", "--quiet", "--release", "--locked"]);
+    command.current_dir(run::root().join("bench"));
+    command.env("CARGO_TARGET_DIR", no_std::target().join("bench"));
+    command.args(["--package", package]).args(features).arg("--");
+    command
+}
+
+fn valgrind() -> StepResult {
+    setup::program("valgrind", "valgrind")
+}
+
+/// The text by sections: `== NAME`, then lines.
+fn sections(printed: &str) -> Result<Vec<(&str, String)>, String> {
+    let mut sections: Vec<(&str, String)> = Vec::new();
+    for line in printed.lines() {
+        match (line.strip_prefix("== "), sections.last_mut()) {
+            (Some(name), _) => sections.push((name, String::new())),
+            (None, Some((_, text))) => *text += &format!("{line}\n"),
+            (None, None) => return Err(format!("a benchmark began with `{line}`")),
+        }
+    }
+    sections.iter_mut().for_each(|(_, text)| *text = format!("{}\n", text.trim_end()));
+    Ok(sections)
+}
+
+/// The page with this text between `<!-- NAME:begin -->` and `<!-- NAME:end -->`.
+fn put(page: &str, name: &str, text: &str) -> Result<String, String> {
+    let (begin, end) = (format!("<!-- {name}:begin -->\n"), format!("<!-- {name}:end -->"));
+    let parts = page.split_once(&begin);
+    let parts = parts.and_then(|(head, tail)| Some((head, tail.split_once(&end)?.1)));
+    let (head, tail) = parts.ok_or_else(|| format!("{PAGE}: no marks for `{name}`"))?;
+    Ok(format!("{head}{begin}{text}{end}{tail}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_find_their_places() {
+        let sections = sections("== a\n| 1 |\n\n== b.svg\n<svg>\n").unwrap();
+        assert_eq!(sections, [("a", "| 1 |\n".to_owned()), ("b.svg", "<svg>\n".to_owned())]);
+        let page = "x\n<!-- a:begin -->\nold\n<!-- a:end -->\ny\n";
+        let new = put(page, "a", "| 1 |\n").unwrap();
+        assert_eq!(new, page.replace("old", "| 1 |"));
+        assert!(put(page, "c", "").is_err());
+        assert!(super::sections("no section\n").is_err());
+    }
+}

@@ -6,16 +6,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
-use crate::{
-<<<<<<< HEAD
-    TaskResult, api, console, demo, dissector, firmware, flag, licences, links, model, no_std,
-};
-use crate::{setup, swarm};
-=======
-    TaskResult, bench, bindings, console, demo, dissector, firmware, flag, licences, links, model,
-    no_std, setup, swarm,
-};
->>>>>>> d273967f276e38f00546b7407c5a3aa1cf83cf45
+use crate::{HEAD, TaskResult, api, bench, bindings, console, demo, dissector, firmware, flag, licences, links, model, no_std, setup, swarm};
 
 /// How the README's test command begins.
 const TEST_COMMAND: &str = "cargo xtask test";

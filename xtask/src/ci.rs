@@ -6,7 +6,10 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
-use crate::{HEAD, TaskResult, api, bench, bindings, console, demo, dissector, firmware, flag, licences, links, model, no_std, setup, swarm};
+use crate::{
+    TaskResult, api, bench, bindings, console, demo, dissector, firmware, flag, licences, links,
+    model, no_std, setup, swarm,
+};
 
 /// How the README's test command begins.
 const TEST_COMMAND: &str = "cargo xtask test";
@@ -33,12 +36,9 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("the interlock, model-checked", model::check);
     steps.step("the Wireshark dissector in tshark", dissector::check);
     steps.step("the swarm, for a while", swarm::check);
-<<<<<<< HEAD
     steps.step("the API and its description", api::check);
-=======
     steps.step("lafet for C", bindings::check);
     steps.step("instructions of the codec and the device", bench::check);
->>>>>>> d273967f276e38f00546b7407c5a3aa1cf83cf45
     steps.step("the demo", smoke);
     steps.step("the console in a browser", console::browser);
     Ok(steps.finish("cargo xtask ci"))

@@ -1,6 +1,7 @@
 //! The workspace's tasks: `cargo xtask <task>`. Each law of ARCHITECTURE.md that a machine can
 //! check is checked from here.
 
+mod api;
 mod bench;
 mod bindings;
 mod ci;
@@ -134,6 +135,14 @@ const TASKS: &[Task] = &[
                   tests. browser drives Chromium against the release build of lafet with simulated \
                   monitors. pictures takes those of the README.",
         run: console::console,
+    },
+    Task {
+        name: "api",
+        arguments: "",
+        about: "the hub's API against its description, by schemathesis",
+        details: "Runs lafet demo and asks it, for 30 s, what the description allows and what it \
+                  does not. Installs schemathesis below target.",
+        run: api::api,
     },
     Task {
         name: "firmware",

@@ -50,6 +50,7 @@ pub struct Recording {
     pub monitors: Vec<String>,
     /// Which address is which of them.
     #[serde(default)]
+    #[schema(value_type = BTreeMap<String, String>)]
     pub addresses: BTreeMap<u8, String>,
     /// Its first frame.
     pub from_ms: u64,

@@ -1,0 +1,82 @@
+//! A hub that is killed at any moment: no audit entry that was acknowledged is lost, the chain holds.
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+use support::{Running, Sim, lafet};
+
+/// How often it is killed, each time after another number of answers.
+const KILLS: usize = 6;
+
+fn curl(arguments: &[&str]) -> Option<Value> {
+    let mut command = Command::new("curl");
+    let output = command.args(["-s", "--max-time", "20"]).args(arguments).output().ok()?;
+    serde_json::from_slice(&output.stdout).ok()
+}
+
+fn hub(config: &Path) -> (Running, String) {
+    let mut command = lafet();
+    command.args(["--json", "serve", "--no-browser", "--config"]).arg(config);
+    let hub = Running::stdout(&mut command);
+    let line: Value = serde_json::from_str(&hub.line()).expect("its address");
+    let url = line["listening"].as_str().expect("its address").to_owned();
+    (hub, url)
+}
+
+/// Asks until the monitor answers; the number of the audit entry.
+fn stop(url: &str) -> Option<u64> {
+    curl(&["-X", "POST", &format!("{url}/api/monitors/M1/stop")])?["audit"].as_u64()
+}
+
+#[test]
+fn what_was_acknowledged_survives_kill_9() {
+    let sim = Sim::start(&[]);
+    let folder = std::env::temp_dir().join(format!("lafet-kill-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let config = folder.join("hub.toml");
+    let text = format!(
+        "[server]\nlisten = \"127.0.0.1:0\"\nlogin = false\ndata = \"data\"\n\
+         [[monitor]]\nid = \"M1\"\nurl = \"tcp://{}?addr=1\"\n",
+        sim.place()
+    );
+    std::fs::write(&config, text).unwrap();
+    let mut acknowledged = BTreeSet::new();
+    for kill in 0..KILLS {
+        let (mut hub, url) = hub(&config);
+        let mut answered = 0;
+        for _ in 0..1000 {
+            if let Some(number) = stop(&url) {
+                assert!(acknowledged.insert(number), "{number} was given twice");
+                answered += 1;
+            }
+            if answered > 2 + kill {
+                break;
+            }
+        }
+        assert!(answered > 2, "the hub answers");
+        // Killed while others are being written.
+        std::thread::scope(|scope| {
+            let late = scope.spawn(|| (0..20).map_while(|_| stop(&url)).collect::<Vec<_>>());
+            if let Some(number) = stop(&url) {
+                acknowledged.insert(number);
+            }
+            hub.signal("KILL");
+            acknowledged.extend(late.join().unwrap());
+        });
+        assert_eq!(hub.code(), None, "a signal has ended it");
+    }
+    let (_hub, url) = hub(&config);
+    let verified = curl(&[&format!("{url}/api/audit/verify")]).expect("an answer");
+    assert_eq!(verified["ok"], true, "{verified}");
+    let log = curl(&[&format!("{url}/api/audit?limit=1000")]).expect("the log");
+    let stored: BTreeSet<u64> =
+        log["entries"].as_array().unwrap().iter().filter_map(|it| it["n"].as_u64()).collect();
+    let lost: Vec<_> = acknowledged.difference(&stored).collect();
+    assert!(lost.is_empty(), "acknowledged, and lost: {lost:?} of {}", acknowledged.len());
+    assert!(acknowledged.len() > 3 * KILLS);
+    std::fs::remove_dir_all(&folder).unwrap();
+}

@@ -1,0 +1,74 @@
+//! `cargo xtask api`: the hub's API against its description, by schemathesis.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, Stdio};
+
+use crate::run::{StepResult, cargo, output, show, target};
+use crate::{TaskResult, flag, setup};
+
+/// The version that the figures of docs/hub.md were measured with.
+const SCHEMATHESIS: &str = "schemathesis==4.32.5";
+/// Seconds of generated requests.
+const SECONDS: &str = "30";
+/// The hub lets a user ask 50 times a second.
+const RATE: &str = "40/s";
+/// What an answer must be as described in.
+const CHECKS: &str = "status_code_conformance,content_type_conformance,response_schema_conformance";
+
+pub fn api(arguments: &[String]) -> TaskResult {
+    flag(arguments, None)?;
+    check().map(|()| ExitCode::SUCCESS)
+}
+
+/// Asks a demo what the description allows, and what it does not.
+pub fn check() -> StepResult {
+    let schemathesis = schemathesis()?;
+    show(&mut cargo(&["build", "--release", "--package", "lafet"]))?;
+    let (mut demo, url) = demo()?;
+    let result = ask(&schemathesis, &url);
+    // It may have ended already; the verdict is that of the questions.
+    let _ = demo.kill();
+    let _ = demo.wait();
+    result
+}
+
+fn ask(schemathesis: &Path, url: &str) -> StepResult {
+    let mut run = Command::new(schemathesis);
+    run.args(["run", &format!("{url}/api/openapi.json"), "--phases", "coverage,fuzzing"]);
+    run.args(["-n", "5", "--max-time", SECONDS, "--rate-limit", RATE, "--seed", "7"]);
+    run.args(["--checks", CHECKS, "--continue-on-failure", "--warnings", "off"]);
+    // A WebSocket is no answer; passwords are made slow on purpose.
+    run.args(["--exclude-path", "/api/ws", "--exclude-path-regex", "users|password|setup"]);
+    show(&mut run)
+}
+
+fn demo() -> Result<(Child, String), String> {
+    let mut demo = Command::new(target().join("release/lafet"))
+        .args(["--lang", "en", "demo", "--port", "0", "--no-browser"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|e| format!("cannot run the demo: {e}"))?;
+    let mut line = String::new();
+    let stdout = demo.stdout.take().ok_or("the demo has no output")?;
+    BufReader::new(stdout).read_line(&mut line).map_err(|e| e.to_string())?;
+    let url = line.trim().to_owned();
+    if url.starts_with("http://") { Ok((demo, url)) } else { Err(format!("no address: {url}")) }
+}
+
+/// Schemathesis in an environment of its own.
+fn schemathesis() -> Result<PathBuf, String> {
+    let folder = target().join("schemathesis");
+    let program = folder.join("bin/schemathesis");
+    if output(Command::new(&program).arg("--version")).is_ok() {
+        return Ok(program);
+    }
+    setup::program("python3", "python3")?;
+    let made = output(Command::new("python3").args(["-m", "venv"]).arg(&folder));
+    if made.is_err() {
+        setup::debian(&["python3-venv"])?;
+        show(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+    }
+    show(Command::new(folder.join("bin/pip")).args(["install", "-q", SCHEMATHESIS]))?;
+    Ok(program)
+}

@@ -36,6 +36,8 @@ pub fn check() -> StepResult {
 fn ask(schemathesis: &Path, url: &str) -> StepResult {
     let mut run = Command::new(schemathesis);
     run.args(["run", &format!("{url}/api/openapi.json"), "--phases", "coverage,fuzzing"]);
+    // It leaves a folder where it runs.
+    run.current_dir(target());
     run.args(["-n", "5", "--max-time", SECONDS, "--rate-limit", RATE, "--seed", "7"]);
     run.args(["--checks", CHECKS, "--continue-on-failure", "--warnings", "off"]);
     // A WebSocket is no answer; passwords are made slow on purpose.

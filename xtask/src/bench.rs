@@ -45,7 +45,7 @@ pub fn bench(arguments: &[String]) -> TaskResult {
 pub fn check() -> StepResult {
     valgrind()?;
     let counts = run::root().join(COUNTS);
-    let mut command = program("lafet-bench-codec", &["--no-default-features"]);
+    let mut command = program("lafet-bench-codec", &["--no-default-features"])?;
     let printed = run::output(command.arg("check").arg(counts))?;
     println!("   {}", printed.trim());
     Ok(())
@@ -75,25 +75,25 @@ fn measure(part: &Part) -> StepResult {
 fn codec() -> Result<String, String> {
     // The gate builds without the peers: so must what it compares with.
     let counts = run::root().join(COUNTS);
-    let mut write = program("lafet-bench-codec", &["--no-default-features"]);
+    let mut write = program("lafet-bench-codec", &["--no-default-features"])?;
     run::output(write.arg("write").arg(counts))?;
-    run::output(program("lafet-bench-codec", &[]).arg("report"))
+    run::output(program("lafet-bench-codec", &[])?.arg("report"))
 }
 
 fn roundtrip() -> Result<String, String> {
     let lafet = lafet()?;
     let folder = run::root().join("bench/trips");
-    run::output(program("lafet-bench-trips", &[]).arg("report").arg(lafet).arg(folder))
+    run::output(program("lafet-bench-trips", &[])?.arg("report").arg(lafet).arg(folder))
 }
 
 fn sim() -> Result<String, String> {
-    run::output(&mut program("lafet-bench-host", &["--bin", "sim"]))
+    run::output(&mut program("lafet-bench-host", &["--bin", "sim"])?)
 }
 
 fn capture() -> Result<String, String> {
     let lafet = lafet()?;
     let folder = run::root().join("bench/host");
-    run::output(program("lafet-bench-host", &["--bin", "capture"]).arg(lafet).arg(folder))
+    run::output(program("lafet-bench-host", &["--bin", "capture"])?.arg(lafet).arg(folder))
 }
 
 /// Flash, RAM and instructions a message, beside a program that does nothing.
@@ -167,12 +167,23 @@ fn python(package: &str) -> StepResult {
 }
 
 /// `cargo run` of a program of bench/, whose target folder is its own.
-fn program(package: &str, features: &[&str]) -> Command {
-    let mut command = run::cargo(&["run", "--quiet", "--release", "--locked"]);
-    command.current_dir(run::root().join("bench"));
+///
+/// It is reached through a link of the same name everywhere: cargo hashes the path of a crate
+/// outside its workspace into the names of symbols, the order of the symbols bears on what is
+/// inlined, and then instruction counts would differ between one clone and another.
+fn program(package: &str, features: &[&str]) -> Result<Command, String> {
+    let link = std::env::temp_dir().join("lafet-bench");
+    if std::fs::read_link(&link).ok() != Some(run::root()) {
+        let fresh = std::env::temp_dir().join(format!("lafet-bench-{}", std::process::id()));
+        std::os::unix::fs::symlink(run::root(), &fresh)
+            .and_then(|()| std::fs::rename(&fresh, &link))
+            .map_err(|error| format!("{}: {error}", link.display()))?;
+    }
+    let mut command = run::cargo(&["run", "--quiet", "--release", "--locked", "--manifest-path"]);
+    command.arg(link.join("bench/Cargo.toml"));
     command.env("CARGO_TARGET_DIR", no_std::target().join("bench"));
     command.args(["--package", package]).args(features).arg("--");
-    command
+    Ok(command)
 }
 
 fn valgrind() -> StepResult {

@@ -11,6 +11,8 @@ pub struct Case {
     pub symbol: &'static str,
     /// Bytes that are made or read.
     pub bytes: usize,
+    /// Where the function is: two of the same code may have been made one, with one of the names.
+    pub address: usize,
     subject: Box<dyn Subject>,
 }
 
@@ -46,7 +48,8 @@ impl Case {
         run: fn(&mut S),
         right: fn(&S) -> bool,
     ) -> Self {
-        Self { name, symbol, bytes, subject: Box::new(Entry { state, run, right }) }
+        let subject = Box::new(Entry { state, run, right });
+        Self { name, symbol, bytes, address: run as usize, subject }
     }
 
     /// Runs it so often. The error says that it has not done its work.

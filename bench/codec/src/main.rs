@@ -47,10 +47,10 @@ fn main() -> ExitCode {
 }
 
 fn cases() -> Vec<Case> {
-    let mut cases = lafet::cases();
+    let cases = lafet::cases().into_iter();
     #[cfg(feature = "peers")]
-    cases.extend(peers::cases());
-    cases
+    let cases = cases.chain(peers::cases());
+    cases.collect()
 }
 
 /// Runs the cases so often and no more: for callgrind.
@@ -67,11 +67,13 @@ fn count(times: &str, only: &str) -> Result<String, String> {
 /// Instructions of each case.
 fn counted() -> Result<BTreeMap<&'static str, f64>, String> {
     let counts = callgrind::instructions()?;
-    let of = |case: Case| {
-        let count = counts.get(case.symbol).copied();
+    let cases = cases();
+    let of = |case: &Case| {
+        let mut same = cases.iter().filter(|other| other.address == case.address);
+        let count = same.find_map(|case| counts.get(case.symbol).copied());
         count.map(|count| (case.name, count)).ok_or_else(|| format!("{}: not seen", case.symbol))
     };
-    cases().into_iter().map(of).collect()
+    cases.iter().map(of).collect()
 }
 
 fn report() -> Result<String, String> {

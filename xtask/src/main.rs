@@ -236,13 +236,13 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "mutants",
-        arguments: "[guard|chain|device|FILE] [--minutes N] [--shard K/N] [--apart K/N]",
+        arguments: "[guard|chain|device|FILE] [--minutes N] [--quick] [--shard K/N] [--apart K/N]",
         about: "changes that a test should notice: which ones none of the device's tests does",
         details: "The mutants of cargo-mutants (installed where it is missing), woven into a copy of the \
                   device, so that it is built once. Fails on a survivor in guard.rs or chain.rs, and \
                   under 95 % of the device. xtask/mutants.toml explains those that change nothing. \
-                  --minutes tries what there is time for, --shard every Nth; --apart tries every Nth of \
-                  those that need a build each.",
+                  --minutes tries what there is time for, --quick leaves out the tests that take \
+                  minutes, --shard tries every Nth, --apart every Nth of those that need a build each.",
         run: mutants::mutants,
     },
     Task {

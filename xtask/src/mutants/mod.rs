@@ -49,6 +49,8 @@ struct Options {
     apart: Shard,
     /// For how long the woven ones are tried.
     minutes: Option<f64>,
+    /// Without the tests that take minutes.
+    quick: bool,
 }
 
 pub fn mutants(arguments: &[String]) -> TaskResult {
@@ -65,7 +67,7 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
     println!("   {} mutants, {} of them woven", mutants.len(), woven.len());
     let tests = tree.tests()?;
     let files: Vec<&str> = mutants.values().map(Mutant::short_file).collect();
-    let trial = Trial::new(&tests, &files)?;
+    let trial = Trial::new(&tests, &files, options.quick)?;
     let mut outcomes = try_all(&trial, &mutants, &woven, options.minutes);
     let apart: Vec<usize> = mutants.keys().copied().filter(|id| !woven.contains(id)).collect();
     let count = apart.len();
@@ -75,7 +77,7 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
         let Some(mutant) = mutants.get(&id) else { continue };
         let outcome = match tree.build_apart(mutant)? {
             None => Outcome::Unviable,
-            Some(tests) => Trial::unproved(&tests).outcome(None, mutant),
+            Some(tests) => Trial::unproved(&tests, options.quick).outcome(None, mutant),
         };
         report(mutant, outcome);
         outcomes.insert(id, outcome);
@@ -86,7 +88,8 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
 
 fn options(arguments: &[String]) -> Result<Options, String> {
     let all = Shard { k: 0, n: 1 };
-    let mut options = Options { area: "device".into(), shard: all, apart: all, minutes: None };
+    let area = "device".into();
+    let mut options = Options { area, shard: all, apart: all, minutes: None, quick: false };
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
         let mut shard = || -> Result<Shard, String> {
@@ -101,6 +104,7 @@ fn options(arguments: &[String]) -> Result<Options, String> {
         match argument.as_str() {
             "--shard" => options.shard = shard()?,
             "--apart" => options.apart = shard()?,
+            "--quick" => options.quick = true,
             "--minutes" => {
                 let number = rest.next().and_then(|text| text.parse().ok());
                 let number = number.filter(|minutes: &f64| *minutes > 0.0 && minutes.is_finite());
@@ -229,7 +233,7 @@ fn judge(
     println!("|---|--:|--:|--:|--:|--:|--:|--:|");
     files.iter().for_each(|(name, count)| println!("{}", count.row(name)));
     println!("{}\n", sum.row("together"));
-    let whole = options.shard.n == 1 && options.minutes.is_none();
+    let whole = options.shard.n == 1 && options.minutes.is_none() && !options.quick;
     if whole {
         problems.extend(explained.stale(mutants.values(), &options.area));
     }

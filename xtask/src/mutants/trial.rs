@@ -44,14 +44,19 @@ struct Long {
     seconds: u32,
 }
 
+/// The longest that is still quick.
+const QUICK_SECONDS: u32 = 60;
+
 pub struct Trial<'a> {
     tests: &'a [Test],
+    /// Without the tests that take minutes: what is noticed then, is noticed at least.
+    quick: bool,
 }
 
 impl<'a> Trial<'a> {
     /// Fails if a test fails without a mutant.
-    pub fn new(tests: &'a [Test], files: &[&str]) -> Result<Self, String> {
-        let trial = Self::unproved(tests);
+    pub fn new(tests: &'a [Test], files: &[&str], quick: bool) -> Result<Self, String> {
+        let trial = Self::unproved(tests, quick);
         let mut runs: Vec<_> = trial.short().map(|test| (test, "", SHORT_SECONDS)).collect();
         for (test, long) in files.iter().flat_map(|file| trial.long(file)) {
             if !runs.iter().any(|run| (&run.0.name, run.1) == (&test.name, long.filter)) {
@@ -66,8 +71,8 @@ impl<'a> Trial<'a> {
         Ok(trial)
     }
 
-    pub fn unproved(tests: &'a [Test]) -> Self {
-        Self { tests }
+    pub fn unproved(tests: &'a [Test], quick: bool) -> Self {
+        Self { tests, quick }
     }
 
     /// The quick tests first; at the first failure it is decided.
@@ -88,8 +93,9 @@ impl<'a> Trial<'a> {
         &self,
         file: &'b str,
     ) -> impl Iterator<Item = (&'a Test, &'static Long)> + use<'a, 'b> {
-        let tests = self.tests;
+        let Self { tests, quick } = *self;
         LONG.iter()
+            .filter(move |long| !quick || long.seconds <= QUICK_SECONDS)
             .filter(move |long| long.only.iter().any(|start| file.starts_with(start)))
             .filter_map(move |long| Some((tests.iter().find(|test| test.name == long.name)?, long)))
     }

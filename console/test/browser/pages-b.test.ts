@@ -270,9 +270,10 @@ describe('commissioning', () => {
     await hold(box.locator('lf-move').first(), 1500);
     await until(async () => !(await site.moves('M1')));
     const at = await site.position('M1');
-    await box.getByText('Take as limit: left').click();
+    // The page hears later than the monitor stands.
+    await box.locator('lf-button', { hasText: 'Take as limit: left' }).locator('button:not([aria-disabled])').click();
     await box.getByText(/^Taken: /).waitFor();
-    await box.getByText('Limits on: take effect').click();
+    await box.locator('lf-button', { hasText: 'Limits on: take effect' }).locator('button:not([aria-disabled])').click();
     await until(async () => (await site.outputs('M1')).Horizontal?.flags.includes('Limitless') === false);
     expect(await stored('Horizontal', 'MaxLimit')).toEqual([at]);
     await box.getByText('Limits are on.').waitFor();

@@ -104,7 +104,9 @@ impl<'a> Trial<'a> {
 fn run(test: &Test, filter: &str, seconds: u32, id: Option<usize>) -> Outcome {
     let mut command = Command::new("sh");
     // Processor time, so that a busy machine does not decide.
-    let limits = format!("ulimit -c 0 -t {seconds} -v {MEMORY_KIB}; exec \"$0\" -q $1");
+    let limits = format!(
+        "set -e; ulimit -c 0; ulimit -v {MEMORY_KIB}; ulimit -S -t {seconds}; exec \"$0\" -q $1"
+    );
     command.args(["-c", &limits]).arg(&test.path).arg(filter);
     command.current_dir(root().join("crates/device")).envs(CASES).env("RUST_BACKTRACE", "0");
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());

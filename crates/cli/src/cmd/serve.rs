@@ -15,18 +15,27 @@ use crate::out::Out;
 
 /// Where the configuration is looked for.
 const FILES: [&str; 2] = ["hub.toml", "/etc/lafet/hub.toml"];
+/// A configuration to begin with, English and Russian.
+const EXAMPLES: [&str; 2] = [
+    include_str!("../../../hub/hub.example.toml"),
+    include_str!("../../../hub/hub.example.ru.toml"),
+];
 /// The unit for systemd.
 const UNIT: &str = include_str!("../../../hub/lafet-hub.service");
 
 /// `lafet serve`
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  lafet serve --config hub.toml --check\n  \
+#[command(after_help = "Examples:\n  lafet serve --example > hub.toml\n  \
+                        lafet serve --config hub.toml --check\n  \
                         lafet serve --config hub.toml\n  \
                         lafet serve --unit > /etc/systemd/system/lafet-hub.service")]
 pub struct ServeArgs {
     /// Configuration (default: hub.toml here, then /etc/lafet/hub.toml)
     #[arg(long, value_name = "FILE", env = "LAFET_HUB_CONFIG")]
     config: Option<PathBuf>,
+    /// Print a configuration to begin with
+    #[arg(long)]
+    example: bool,
     /// Only tell what is wrong with the configuration
     #[arg(long)]
     check: bool,
@@ -46,6 +55,10 @@ pub struct ServeArgs {
 
 /// Runs the hub until SIGINT or SIGTERM.
 pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
+    if args.example {
+        let example = pick(EXAMPLES[0], EXAMPLES[1]);
+        return out.show(example.trim_end(), || json!({ "example": example }));
+    }
     if args.unit {
         return out.show(UNIT.trim_end(), || json!({ "unit": UNIT }));
     }
@@ -82,13 +95,13 @@ fn read(args: &ServeArgs) -> Result<(String, Config), Failure> {
     let Some(path) = args.config.clone().or_else(usual) else {
         return Err(Failure::Usage(pick(
             format!(
-                "There is no configuration: neither {} nor {} exists. Give one with --config FILE; \
-                 docs/hub.md has an example. To look around without monitors: lafet demo.",
+                "There is no configuration: neither {} nor {} exists. To begin with one: \
+                 lafet serve --example > hub.toml. To look around without monitors: lafet demo.",
                 FILES[0], FILES[1]
             ),
             format!(
-                "Нет конфигурации: ни {}, ни {} не существует. Укажите её: --config ФАЙЛ; пример — \
-                 в docs/hub.md. Посмотреть без стволов: lafet demo.",
+                "Нет конфигурации: ни {}, ни {} не существует. С чего начать: \
+                 lafet serve --example > hub.toml. Посмотреть без стволов: lafet demo.",
                 FILES[0], FILES[1]
             ),
         )));

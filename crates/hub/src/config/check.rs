@@ -389,6 +389,27 @@ mod tests {
     }
 
     #[test]
+    fn the_examples_are_right_and_so_is_what_they_leave_out() {
+        let english = include_str!("../../hub.example.toml");
+        let russian = include_str!("../../hub.example.ru.toml");
+        for text in [english, russian] {
+            assert_eq!(parse(text).unwrap().monitors.len(), 2);
+            let setting = |line: &str| line.contains(" = ") || line.starts_with('[');
+            let all: Vec<&str> = text
+                .lines()
+                .map(|line| line.strip_prefix("# ").filter(|it| setting(it)).unwrap_or(line))
+                .collect();
+            let file = File::read("hub.toml", &all.join("\n")).unwrap();
+            assert!(file.tls.is_some() && file.metrics.open && file.history.url.is_some());
+        }
+        let bare = |text: &str| -> Vec<String> {
+            let value = |line: &str| line.split(" #").next().unwrap_or_default().trim().to_owned();
+            text.lines().filter(|line| line.contains(" = ")).map(value).collect()
+        };
+        assert_eq!(bare(english), bare(russian));
+    }
+
+    #[test]
     fn everything_wrong_is_told_with_its_line_and_a_remedy() {
         let problems = parse(
             "[server]\nlisten = \"0.0.0.0:1\"\nlogin = false\n[authority]\nlost_ms = 1\n\

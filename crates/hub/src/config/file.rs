@@ -169,8 +169,8 @@ impl File {
                 at,
                 both(said.clone(), said),
                 both(
-                    "See docs/hub.md for what may stand here.",
-                    "Что здесь может стоять, описано в docs/hub.md.",
+                    "What may stand here: lafet serve --example.",
+                    "Что здесь может стоять: lafet serve --example.",
                 ),
             )
         })

@@ -1,5 +1,6 @@
 //! What a fault leaves for GetCrashData (§3.20): kept in memory that no start clears.
 
+use crate::board::INTERRUPTS;
 use crate::register::Register;
 use core::arch::naked_asm;
 use core::mem::MaybeUninit;
@@ -77,6 +78,11 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 unsafe extern "C" fn DefaultHandler() {
     naked_asm!("mrs r0, msp", "b {record}", record = sym unexpected)
 }
+
+/// As many interrupts as the chip has; cortex-m-rt would provide for the 240 that a Cortex-M3 can have.
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".vector_table.interrupts")]
+static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = [DefaultHandler; INTERRUPTS];
 
 unsafe extern "C" fn unexpected(frame: &ExceptionFrame) -> ! {
     record(frame)

@@ -531,7 +531,8 @@ struct Sink<'a> {
 impl Sink<'_> {
     fn put(&mut self, bytes: &[u8]) -> Option<()> {
         let end = self.len + bytes.len();
-        self.buffer.get_mut(self.len..end)?.copy_from_slice(bytes);
+        let space = self.buffer.get_mut(self.len..end)?;
+        space.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
         self.len = end;
         Some(())
     }

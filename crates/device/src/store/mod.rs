@@ -255,8 +255,8 @@ impl<F: NorFlash, const N: usize> Storage for Store<F, N> {
         };
         let value = buffer.get_mut(..slot.entry().value_len()).ok_or(StorageError::Read)?;
         let whole = self.read_value(slot, |from, bytes| {
-            if let Some(space) = value.get_mut(from..from + bytes.len()) {
-                space.copy_from_slice(bytes);
+            for (place, byte) in value.iter_mut().skip(from).zip(bytes) {
+                *place = *byte;
             }
         });
         if whole && slot.len != DAMAGED { Ok(Some(value)) } else { Err(StorageError::Read) }

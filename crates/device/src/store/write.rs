@@ -197,9 +197,11 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
             self.write(page, at, words)?;
         }
         let mut tail = ZEROS;
-        tail.get_mut(..rest.len())?.copy_from_slice(rest);
+        let check = check.finish();
+        for (place, byte) in tail.iter_mut().zip(rest.iter().chain(&check)) {
+            *place = *byte;
+        }
         let end = rest.len() + CHECK;
-        tail.get_mut(rest.len()..end)?.copy_from_slice(&check.finish());
         self.write(page, at + whole, tail.get(..end.next_multiple_of(F::WRITE_SIZE))?)
     }
 

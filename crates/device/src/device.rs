@@ -274,6 +274,7 @@ impl Device {
 
     /// §3.1/1 What aims ends with the working position, and does not go on when that is reached
     /// again; nor does what opens (§3.8/1). Programs end by themselves.
+    #[inline(never)]
     fn end_aims(&mut self) {
         for valve in &mut self.valves {
             valve.end_opening(Rule::NotDeployed);
@@ -287,6 +288,7 @@ impl Device {
     }
 
     /// §3.3.10/1 Buttons act as requests would, and are refused where those would be.
+    #[inline(never)]
     fn run_buttons(&mut self, now: Millis) {
         let locked = self.general.is_locked() || self.general.is_restarting();
         let [first, second] = self.inputs.buttons;
@@ -315,6 +317,7 @@ impl Device {
         self.run_valve_buttons(now, open, close);
     }
 
+    #[inline(never)]
     fn run_direction_button(
         &mut self,
         now: Millis,
@@ -341,6 +344,7 @@ impl Device {
     }
 
     /// Valve1, or Valve2 where there is no Valve1.
+    #[inline(never)]
     fn run_valve_buttons(
         &mut self,
         now: Millis,
@@ -365,6 +369,7 @@ impl Device {
         }
     }
 
+    #[inline(never)]
     fn rules(&self) -> Rules {
         let limits = Axis::ALL.map(|axis| {
             let zero = self.params.drive(axis, DriveParam::ZeroPoint);
@@ -393,6 +398,7 @@ impl Device {
     }
 
     /// What the subsystems of the chain want; the others want nothing.
+    #[inline(never)]
     fn wanted(&self) -> Outputs {
         let mut wanted = Outputs::default();
         for (axis, output) in Axis::ALL.into_iter().zip(&mut wanted.drives) {
@@ -423,6 +429,7 @@ impl Device {
     }
 
     /// Why they want it.
+    #[inline(never)]
     fn wanted_causes(&self) -> Causes {
         let mut causes = Causes::all(Rule::Absent);
         for (axis, cause) in Axis::ALL.into_iter().zip(&mut causes.drives) {

@@ -31,6 +31,7 @@ pub struct Rules {
 
 /// What may reach the hardware of what is wanted. Where that is something else, the rule takes the
 /// place of the cause.
+#[inline(never)]
 pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Causes) -> Outputs {
     let mut allowed = *wanted;
     let [_, _, _, deployer] = &inputs.drives;

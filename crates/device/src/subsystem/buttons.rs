@@ -35,6 +35,7 @@ impl ButtonPost {
     }
 
     /// Takes the states; a locked post asks for nothing (§3.18/7).
+    #[inline(never)]
     pub(crate) fn step(
         &mut self,
         states: &[ButtonState; 8],

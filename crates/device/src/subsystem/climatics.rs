@@ -20,6 +20,7 @@ pub struct Climatics {
 }
 
 impl Climatics {
+    #[inline(never)]
     pub(crate) fn step(&mut self, inputs: &Inputs, params: &Params) {
         self.places = inputs.places;
         self.humidity_percent = inputs.humidity_percent;

@@ -161,6 +161,7 @@ impl Deployer {
         self.travel.stop();
     }
 
+    #[inline(never)]
     pub(crate) fn step(
         &mut self,
         now: Millis,

@@ -187,6 +187,7 @@ impl Detector {
     }
 
     /// Runs the search or the alignment.
+    #[inline(never)]
     pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
         self.ready = env.inputs.detector.ready;
         self.dirty_lens = env.inputs.detector.dirty_lens;

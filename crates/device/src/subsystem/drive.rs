@@ -332,6 +332,7 @@ impl Drive {
     }
 
     /// Senses and decides; the result is what the drive wants, the guard has the last word.
+    #[inline(never)]
     pub(crate) fn step(
         &mut self,
         now: Millis,
@@ -436,8 +437,8 @@ impl Drive {
             return Status::INVALID_ID;
         };
         if self.kind == DriveKind::Remote
-            && param.spec().placement == lafet_proto::param::Placement::Unit
-            && !self.unit.write(param.spec().id, value)
+            && param.kind().placement == lafet_proto::param::Placement::Unit
+            && !self.unit.write(param.id(), value)
         {
             return Status::CACHED;
         }
@@ -504,6 +505,7 @@ impl Drive {
         self.input.position.saturating_sub(params.drive(self.axis, DriveParam::ZeroPoint))
     }
 
+    #[inline(never)]
     fn sense(&mut self, dt_ms: u32, input: &DriveInput, unit: &UnitInput, params: &Params) {
         self.faulty_config = config_invalid(self.axis, params);
         self.online = self.kind != DriveKind::Remote || unit.online;
@@ -530,6 +532,7 @@ impl Drive {
     }
 
     /// §3.3.4 AmperageOverload and SpeedSlowAmp.
+    #[inline(never)]
     fn watch_current(&mut self, now: Millis, dt_ms: u32, params: &Params) {
         self.overload.poll(now);
         let max = params.drive(self.axis, DriveParam::MaxCurrent);
@@ -570,6 +573,7 @@ impl Drive {
     }
 
     /// The speed of this step: a ramp up, and a ramp down that ends at the target.
+    #[inline(never)]
     fn advance(&mut self, dt_ms: u32, params: &Params) {
         let wanted = match self.wanted_speed_milli(params) {
             Ok(wanted) => wanted,
@@ -588,6 +592,7 @@ impl Drive {
     }
 
     /// The rule that ends the motion when the goal is reached or lies behind an end switch.
+    #[inline(never)]
     fn wanted_speed_milli(&self, params: &Params) -> Result<i32, Rule> {
         let (error, up) = match self.goal {
             Goal::Hold => return Err(Rule::Arrived),

@@ -39,6 +39,7 @@ impl Watch {
 
     /// Judges after a while whether the drive did what it was told. `way_per_tenth` is the way, in
     /// tenths of a milli-unit of position, that a speed of one tenth makes in a millisecond.
+    #[inline(never)]
     pub fn step(
         &mut self,
         dt_ms: u32,

@@ -226,7 +226,7 @@ impl Device {
         let motors = to == SubsystemId::MOTORS;
         let whole = matches!(request, RequestId::RESTART | RequestId::LOCKOUT);
         let provided = if motors { who.motors } else { who.all };
-        let handlers = SubsystemId::CHAIN.into_iter().filter(|id| {
+        let handlers = SubsystemId::CHAIN.iter().copied().filter(|id| {
             provided
                 && self.has(*id)
                 && (whole || who.subsystems.contains(*id))
@@ -237,7 +237,7 @@ impl Device {
             return answers.bare(SubsystemId::GENERAL, request, Status::WRONG_REQUEST);
         }
         // §1/1
-        let in_chain = SubsystemId::CHAIN.into_iter().filter(|id| handlers.contains(*id));
+        let in_chain = SubsystemId::CHAIN.iter().copied().filter(|id| handlers.contains(*id));
         match Body::decode(request, data).map_err(|error| refusal_of_data(error.expected)) {
             Err(status) => in_chain.for_each(|id| answers.bare(id, request, status)),
             Ok(body) => match self.execute_as_a_whole(now, &body, motors, by) {
@@ -377,7 +377,7 @@ impl Device {
     }
 
     fn held_by_button(&self, to: SubsystemId) -> Option<SubsystemId> {
-        let axis = crate::image::Axis::ALL.into_iter().find(|axis| axis.id() == to)?;
+        let axis = crate::execute::axis_of(to)?;
         let held = |id, post: &crate::subsystem::buttons::ButtonPost| {
             (self.has(id) && post.holds(axis)).then_some(id)
         };

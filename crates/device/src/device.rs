@@ -225,10 +225,10 @@ impl Device {
         self.detector.stop();
         let [_, _, _, deployer] = self.inputs.drives;
         self.deployer.stop(&mut self.drives, &deployer, why);
-        for (drive, axis) in self.drives.iter_mut().zip(Axis::ALL) {
+        for (drive, axis) in self.drives.iter_mut().zip(&Axis::ALL) {
             drive.stop(why);
-            self.buttons.disarm(axis);
-            self.ext_buttons.disarm(axis);
+            self.buttons.disarm(*axis);
+            self.ext_buttons.disarm(*axis);
         }
         if valves {
             for valve in &mut self.valves {
@@ -249,11 +249,11 @@ impl Device {
         let Self { inputs, params, .. } = self;
         self.general.step(inputs, params);
         self.climatics.step(inputs, params);
-        for (drive, axis) in self.drives.iter_mut().zip(Axis::ALL) {
-            let unit = unit_of(&inputs.units, axis.unit());
-            drive.step(now, dt_ms, of_axis(&inputs.drives, axis), unit, params);
+        let sensed = inputs.drives.iter().zip(&Axis::ALL);
+        for (drive, (input, axis)) in self.drives.iter_mut().zip(sensed) {
+            drive.step(now, dt_ms, input, unit_of(&inputs.units, axis.unit()), params);
         }
-        for ((valve, no), input) in self.valves.iter_mut().zip(ValveNo::ALL).zip(&inputs.valves) {
+        for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {
             valve.step(now, dt_ms, input, unit_of(&inputs.units, no.unit()), params);
         }
         let invalid = |id| params.is_incomplete(id);
@@ -401,12 +401,13 @@ impl Device {
     #[inline(never)]
     fn wanted(&self) -> Outputs {
         let mut wanted = Outputs::default();
-        for (axis, output) in Axis::ALL.into_iter().zip(&mut wanted.drives) {
+        let drives = Axis::ALL.iter().zip(&self.drives).zip(&mut wanted.drives);
+        for ((axis, drive), output) in drives {
             if self.has(axis.id()) {
-                *output = of_axis(&self.drives, axis).output();
+                *output = drive.output();
             }
         }
-        let valves = ValveNo::ALL.into_iter().zip(&self.valves).zip(&mut wanted.valves);
+        let valves = ValveNo::ALL.iter().zip(&self.valves).zip(&mut wanted.valves);
         for ((no, valve), output) in valves {
             if self.has(no.id()) {
                 *output = valve.output();
@@ -432,14 +433,14 @@ impl Device {
     #[inline(never)]
     fn wanted_causes(&self) -> Causes {
         let mut causes = Causes::all(Rule::Absent);
-        for (axis, cause) in Axis::ALL.into_iter().zip(&mut causes.drives) {
+        let drives = Axis::ALL.iter().zip(&self.drives).zip(&mut causes.drives);
+        for ((axis, drive), cause) in drives {
             if self.has(axis.id()) {
-                *cause = of_axis(&self.drives, axis).driven();
+                *cause = drive.driven();
             }
         }
-        for ((no, valve), cause) in
-            ValveNo::ALL.into_iter().zip(&self.valves).zip(&mut causes.valves)
-        {
+        let valves = ValveNo::ALL.iter().zip(&self.valves).zip(&mut causes.valves);
+        for ((no, valve), cause) in valves {
             if self.has(no.id()) {
                 *cause = valve.cause();
             }
@@ -472,14 +473,6 @@ fn unit_of(
     units: &[crate::image::UnitInput; UNITS],
     unit: crate::image::Unit,
 ) -> &crate::image::UnitInput {
-    use crate::image::Unit;
-    let [vertical, horizontal, nozzle, deployer, valve1, valve2] = units;
-    match unit {
-        Unit::Vertical => vertical,
-        Unit::Horizontal => horizontal,
-        Unit::Nozzle => nozzle,
-        Unit::Deployer => deployer,
-        Unit::Valve1 => valve1,
-        Unit::Valve2 => valve2,
-    }
+    let [first, ..] = units;
+    units.get(unit as usize).unwrap_or(first)
 }

@@ -485,8 +485,8 @@ impl Device {
     }
 }
 
-fn axis_of(id: SubsystemId) -> Option<Axis> {
-    Axis::ALL.into_iter().find(|axis| axis.id() == id)
+pub(crate) fn axis_of(id: SubsystemId) -> Option<Axis> {
+    Axis::ALL.iter().copied().find(|axis| axis.id() == id)
 }
 
 /// The drive and the common drive parameter that a parameter is.
@@ -502,8 +502,9 @@ fn drive_param(param: Param) -> Option<(Axis, DriveParam)> {
         DriveParam::DriveType,
     ];
     let axis = axis_of(param.subsystem())?;
-    let which = ALL.into_iter().find(|which| Param::of_drive(axis.id(), *which) == Some(param))?;
-    Some((axis, which))
+    let first = Param::of_drive(axis.id(), DriveParam::MinLimit)?;
+    let which = ALL.get((param as usize).checked_sub(first as usize)?)?;
+    Some((axis, *which))
 }
 
 /// §3.21 Hotbeds as the values of the parameter.

@@ -157,13 +157,16 @@ impl Wire<'_> {
 fn copy_plain(from: &[u8], to: &mut [u8]) -> usize {
     const WORD: usize = size_of::<usize>();
     let mut done = 0;
-    for (bytes, place) in from.as_chunks::<WORD>().0.iter().zip(to.as_chunks_mut::<WORD>().0) {
-        let word = usize::from_le_bytes(*bytes);
-        if has(word, END) || has(word, ESCAPE) {
-            break;
+    // On a chip a word is too short to be worth its code.
+    if WORD > 4 {
+        for (bytes, place) in from.as_chunks::<WORD>().0.iter().zip(to.as_chunks_mut::<WORD>().0) {
+            let word = usize::from_le_bytes(*bytes);
+            if has(word, END) || has(word, ESCAPE) {
+                break;
+            }
+            *place = *bytes;
+            done += WORD;
         }
-        *place = *bytes;
-        done += WORD;
     }
     let rest = from.get(done..).unwrap_or_default();
     for (byte, place) in rest.iter().zip(to.get_mut(done..).unwrap_or_default()) {

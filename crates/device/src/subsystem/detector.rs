@@ -17,7 +17,7 @@ use super::control::approach::{self, Approach, Direction, POINTING, Progress};
 use super::control::raster::{Area, Raster};
 use super::{Env, of_axis};
 use crate::cause::{Asked, Cause, Program, Rule};
-use crate::image::{Axis, Inputs};
+use crate::image::{Axis, SPOTS};
 use crate::params::Params;
 use crate::time::{Millis, Timer};
 use hotbeds::{Hotbeds, centre, joined, near};
@@ -250,9 +250,9 @@ impl Detector {
             return;
         };
         if there || raster.on_line() {
-            for seen in sightings(env) {
-                if search.covers(&seen) {
-                    self.hotbeds.see(seen);
+            for seen in sightings(env, &mut Default::default()) {
+                if search.covers(seen) {
+                    self.hotbeds.see(*seen);
                 }
             }
         }
@@ -283,8 +283,11 @@ impl Detector {
             return;
         };
         // A hotbed may be several flames; what it was made of, it is measured by.
-        let flames = || sightings(env).filter(|seen| near(seen, &expected));
-        let done = samples.step(now, || flames().reduce(|a, b| joined(&a, &b)));
+        let done = samples.step(now, || {
+            let mut list = Default::default();
+            let flames = sightings(env, &mut list).iter().filter(|seen| near(seen, &expected));
+            flames.copied().reduce(|a, b| joined(&a, &b))
+        });
         self.state = State::Measuring { index, samples: Some(samples) };
         let next = match done {
             None => return,
@@ -308,7 +311,10 @@ impl Detector {
         else {
             return;
         };
-        let done = samples.step(now, || only(sightings(env)));
+        let done = samples.step(now, || match sightings(env, &mut Default::default()) {
+            [one] => Some(*one),
+            _ => None,
+        });
         self.state = State::Aligning { samples: Some(samples) };
         let Some(done) = done else { return };
         let found = done.filter(|measured| measured.scatter <= SCATTER_ARCMIN).map(|measured| {
@@ -419,22 +425,20 @@ fn justification(params: &Params) -> Direction {
 }
 
 /// The spots that count, where they are in the monitor's own angles.
-fn sightings<'a>(env: &Env<'a>) -> impl Iterator<Item = Hotbed> + use<'a> {
-    let inputs: &'a Inputs = env.inputs;
+fn sightings<'l>(env: &Env<'_>, list: &'l mut [Hotbed; SPOTS]) -> &'l [Hotbed] {
     let threshold = env.params.get(Param::DetectorThreshold);
     let axis = approach::direction(env.drives).plus(justification(env.params));
-    let bright = move |spot: &crate::image::Spot| spot.brightness >= threshold;
-    inputs.detector.spots.iter().copied().flatten().filter(bright).map(move |spot| Hotbed {
-        x1: axis.horizontal.saturating_add(spot.left.into()),
-        x2: axis.horizontal.saturating_add(spot.right.into()),
-        y1: axis.vertical.saturating_add(spot.bottom.into()),
-        y2: axis.vertical.saturating_add(spot.top.into()),
-        brightness: spot.brightness,
-    })
-}
-
-/// The one there is; `None` when there are none or several.
-fn only(mut all: impl Iterator<Item = Hotbed>) -> Option<Hotbed> {
-    let first = all.next();
-    first.filter(|_| all.next().is_none())
+    let bright = env.inputs.detector.spots.iter().flatten().filter(|s| s.brightness >= threshold);
+    let mut len = 0;
+    for (place, spot) in list.iter_mut().zip(bright) {
+        *place = Hotbed {
+            x1: axis.horizontal.saturating_add(spot.left.into()),
+            x2: axis.horizontal.saturating_add(spot.right.into()),
+            y1: axis.vertical.saturating_add(spot.bottom.into()),
+            y2: axis.vertical.saturating_add(spot.top.into()),
+            brightness: spot.brightness,
+        };
+        len += 1;
+    }
+    list.get(..len).unwrap_or_default()
 }

@@ -414,7 +414,9 @@ impl Device {
             }
         }
         if self.has(SubsystemId::CLIMATICS) {
-            wanted.heaters = self.climatics.heaters();
+            for (output, heater) in wanted.heaters.iter_mut().zip(self.climatics.heaters()) {
+                *output = heater;
+            }
         }
         let [vertical, horizontal, nozzle, deployer] = &self.drives;
         let [valve1, valve2] = &self.valves;
@@ -446,7 +448,9 @@ impl Device {
             }
         }
         if self.has(SubsystemId::CLIMATICS) {
-            causes.heaters = self.climatics.causes();
+            for (cause, why) in causes.heaters.iter_mut().zip(self.climatics.causes()) {
+                *cause = why;
+            }
         }
         causes
     }

@@ -127,6 +127,7 @@ impl Device {
     ///
     /// `out` should take [`lafet_proto::link::PAYLOAD_MAX`] bytes. Never touches hardware: what
     /// it changes shows in the outputs of the next [`Device::step`].
+    #[inline(never)]
     pub fn handle(&mut self, now_ms: u32, source: Source, payload: &[u8], out: &mut [u8]) -> usize {
         let now = Millis(now_ms);
         let mut answers = Answers::new(out);

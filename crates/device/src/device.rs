@@ -59,6 +59,7 @@ impl Device {
     ///
     /// `composition` and `address` are what the hardware says; stored parameters precede them.
     /// `crash` is what a fault before this start has left (§3.20).
+    #[inline(never)]
     pub fn power_up(
         now_ms: u32,
         composition: &Composition,
@@ -168,6 +169,7 @@ impl Device {
     }
 
     /// One cycle: inputs, subsystems, guard, outputs; then what has to be stored or reset.
+    #[inline(never)]
     pub fn step(&mut self, now_ms: u32, hal: &mut impl Hal) {
         let now = Millis(now_ms);
         let dt_ms = now.since(self.last_step);

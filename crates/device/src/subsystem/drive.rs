@@ -81,6 +81,7 @@ pub struct Drive {
 }
 
 impl Drive {
+    #[inline(never)]
     pub(crate) fn new(axis: Axis, params: &Params, input: DriveInput) -> Self {
         let kind = DriveKind::from_param(params.drive(axis, DriveParam::DriveType));
         let mut drive = Self {

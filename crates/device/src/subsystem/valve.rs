@@ -56,6 +56,7 @@ pub struct Valve {
 
 impl Valve {
     /// §D/1, §D/2 A valve starts by closing unless it is told to stay.
+    #[inline(never)]
     pub(crate) fn new(
         now: Millis,
         no: ValveNo,

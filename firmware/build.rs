@@ -14,6 +14,8 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by cargo"));
     let memory = format!("memory/{board}.x");
     fs::copy(&memory, out.join("memory.x")).expect("the board's memory");
+    // cortex-m-rt asks for the names of the interrupts' handlers: no board has one of its own.
+    fs::write(out.join("device.x"), "").expect("a place for what is made");
     println!("cargo:rustc-link-search={}", out.display());
     println!("cargo:rerun-if-changed={memory}");
     println!("cargo:rerun-if-changed=build.rs");

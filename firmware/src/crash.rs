@@ -1,5 +1,6 @@
 //! What a fault leaves for GetCrashData (§3.20): kept in memory that no start clears.
 
+use crate::board::INTERRUPTS;
 use crate::register::Register;
 use core::arch::naked_asm;
 use core::mem::MaybeUninit;
@@ -24,17 +25,17 @@ static mut RECORD: MaybeUninit<[u32; 20]> = MaybeUninit::uninit();
 pub fn take(by_watchdog: bool) -> Option<FaultInfo> {
     let record = addr_of_mut!(RECORD).cast::<[u32; 20]>();
     // SAFETY: any bits are words, and nobody else has the record now.
-    let words = unsafe { record.read_volatile() };
-    // SAFETY: as above.
-    unsafe { record.write_volatile([0; 20]) };
-    let [signature, ..] = words;
-    if signature == SIGNATURE {
-        return Some(FaultInfo::from_words(words));
+    let record = unsafe { &mut *record };
+    let mut words = core::mem::replace(record, [0; 20]);
+    if words[0] != SIGNATURE {
+        if !by_watchdog {
+            return None;
+        }
+        // It was beyond recording: the stack was gone, or interrupts were off.
+        words = [0; 20];
+        [words[0], words[1]] = [SIGNATURE, ARCHITECTURE];
     }
-    // It was beyond recording: the stack was gone, or interrupts were off.
-    let mut nothing = [0; 20];
-    [nothing[0], nothing[1]] = [SIGNATURE, ARCHITECTURE];
-    by_watchdog.then_some(FaultInfo::from_words(nothing))
+    Some(FaultInfo::from_words(words))
 }
 
 /// Records where the program was, and starts anew: outputs fall to rest with the reset.
@@ -77,6 +78,11 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 unsafe extern "C" fn DefaultHandler() {
     naked_asm!("mrs r0, msp", "b {record}", record = sym unexpected)
 }
+
+/// As many interrupts as the chip has; cortex-m-rt would provide for the 240 that a Cortex-M3 can have.
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".vector_table.interrupts")]
+static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = [DefaultHandler; INTERRUPTS];
 
 unsafe extern "C" fn unexpected(frame: &ExceptionFrame) -> ! {
     record(frame)

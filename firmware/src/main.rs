@@ -7,6 +7,7 @@
 
 mod board;
 mod crash;
+mod memory;
 mod register;
 mod stack;
 

@@ -21,6 +21,8 @@
 //! takes 12 to 100 cycles of the device and never disturbs one. The high solution, for planning,
 //! takes up to 2000.
 
+use crate::math;
+
 /// Acceleration of gravity, m/s².
 const GRAVITY: f32 = 9.806_65;
 /// Square of the exit speed at a pressure of 0.1 atm, m²/s²: 0.97² · 2 · 10 132.5 Pa / 1000 kg/m³.
@@ -45,7 +47,6 @@ pub const NARROWEST_MM: i32 = 60;
 /// speak of, above is no fire pump.
 pub const PRESSURE_DATM: core::ops::RangeInclusive<u16> = 10..=250;
 
-const ARCMIN_PER_RADIAN: f32 = 3_437.746_8;
 /// Steps of a shot, of a steep one, which needs more, and how many of them one call makes.
 const STEPS: u8 = 64;
 const STEPS_STEEP: u8 = 240;
@@ -154,9 +155,9 @@ impl Jet {
         let bore = diameter_mm / REFERENCE_MM;
         let pressure = f32::from(pressure_datm) / REFERENCE_DATM;
         let together =
-            diameter_mm * libm::powf(bore * pressure, CORE_EXPONENT) * (1.0 - wide) * (1.0 - wide);
+            diameter_mm * math::pow(bore * pressure, CORE_EXPONENT) * (1.0 - wide) * (1.0 - wide);
         let length =
-            DRAG_M * libm::powf(bore, DIAMETER_EXPONENT) * libm::powf(pressure, PRESSURE_EXPONENT);
+            DRAG_M * math::pow(bore, DIAMETER_EXPONENT) * math::pow(pressure, PRESSURE_EXPONENT);
         Ok(Self {
             speed2: SPEED2_PER_DATM * f32::from(pressure_datm),
             drag: (1.0 + SPRAY_DRAG * wide * wide) / length,
@@ -169,7 +170,8 @@ impl Jet {
     pub fn range_of(&self, elevation_arcmin: i32, above_ground_m: f32) -> f32 {
         const PIECE_M: f32 = 0.25;
         const PIECES: u16 = 1000;
-        let mut flight = self.leave(libm::tanf(elevation_arcmin as f32 / ARCMIN_PER_RADIAN));
+        let (sin, cos) = math::sin_cos(elevation_arcmin);
+        let mut flight = self.leave(sin / cos);
         for piece in 0..PIECES {
             let before = flight.height;
             self.advance(&mut flight, PIECE_M);
@@ -190,12 +192,12 @@ impl Jet {
     fn advance(&self, flight: &mut Flight, way: f32) {
         let Flight { slope, slowness, .. } = *flight;
         let half = 0.5 * way;
-        let path = libm::sqrtf(1.0 + slope * slope);
+        let path = math::sqrt(1.0 + slope * slope);
         let broken = ((flight.path + half * path - self.core) * self.breakup).clamp(0.0, 1.0);
         let drag = self.drag * broken;
         let mid = slowness * (1.0 + 2.0 * drag * half * path);
         let mid_slope = slope - GRAVITY * slowness * half;
-        let mid_path = libm::sqrtf(1.0 + mid_slope * mid_slope);
+        let mid_path = math::sqrt(1.0 + mid_slope * mid_slope);
         flight.height += mid_slope * way;
         flight.slope -= GRAVITY * mid * way;
         flight.slowness += 2.0 * drag * mid * mid_path * way;
@@ -208,11 +210,11 @@ impl Target {
     /// `above_ground_cm` below the nozzle: a line of sight that is a little low must not bring the
     /// water down before the fire.
     pub fn new(sight_arcmin: i32, distance_m: u8, above_ground_cm: i32) -> Self {
-        let sight = sight_arcmin as f32 / ARCMIN_PER_RADIAN;
+        let (sin, cos) = math::sin_cos(sight_arcmin);
         let distance = f32::from(distance_m);
         Self {
-            way: (distance * libm::cosf(sight)).max(0.1),
-            height: (distance * libm::sinf(sight)).max(-(above_ground_cm as f32) / 100.0),
+            way: (distance * cos).max(0.1),
+            height: (distance * sin).max(-(above_ground_cm as f32) / 100.0),
         }
     }
 }
@@ -223,7 +225,7 @@ impl Solver {
         let slope = (target.height / target.way).clamp(-SLOPE_MAX, SLOPE_MAX);
         // Without drag a jet goes farthest along a slope when it halves the angle between that and
         // the vertical; with drag it must be aimed lower.
-        let steepest = (slope + libm::sqrtf(1.0 + slope * slope)).min(SLOPE_MAX);
+        let steepest = (slope + math::sqrt(1.0 + slope * slope)).min(SLOPE_MAX);
         Self {
             jet,
             target,
@@ -326,7 +328,7 @@ impl Solver {
     }
 
     fn elevation(&self) -> i32 {
-        libm::roundf(libm::atanf(self.slope) * ARCMIN_PER_RADIAN) as i32
+        math::atan_arcmin(self.slope)
     }
 }
 

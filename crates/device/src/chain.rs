@@ -127,6 +127,7 @@ impl Device {
     ///
     /// `out` should take [`lafet_proto::link::PAYLOAD_MAX`] bytes. Never touches hardware: what
     /// it changes shows in the outputs of the next [`Device::step`].
+    #[inline(never)]
     pub fn handle(&mut self, now_ms: u32, source: Source, payload: &[u8], out: &mut [u8]) -> usize {
         let now = Millis(now_ms);
         let mut answers = Answers::new(out);
@@ -226,7 +227,7 @@ impl Device {
         let motors = to == SubsystemId::MOTORS;
         let whole = matches!(request, RequestId::RESTART | RequestId::LOCKOUT);
         let provided = if motors { who.motors } else { who.all };
-        let handlers = SubsystemId::CHAIN.into_iter().filter(|id| {
+        let handlers = SubsystemId::CHAIN.iter().copied().filter(|id| {
             provided
                 && self.has(*id)
                 && (whole || who.subsystems.contains(*id))
@@ -237,7 +238,7 @@ impl Device {
             return answers.bare(SubsystemId::GENERAL, request, Status::WRONG_REQUEST);
         }
         // §1/1
-        let in_chain = SubsystemId::CHAIN.into_iter().filter(|id| handlers.contains(*id));
+        let in_chain = SubsystemId::CHAIN.iter().copied().filter(|id| handlers.contains(*id));
         match Body::decode(request, data).map_err(|error| refusal_of_data(error.expected)) {
             Err(status) => in_chain.for_each(|id| answers.bare(id, request, status)),
             Ok(body) => match self.execute_as_a_whole(now, &body, motors, by) {
@@ -308,40 +309,38 @@ impl Device {
         request: RequestId,
         to: SubsystemId,
     ) -> Option<(SubsystemId, Status)> {
-        let denied = |by: Option<SubsystemId>| by.map(|by| (by, Status::DENIED));
-        match request {
-            RequestId::MOVE if to == SubsystemId::DEPLOYER => {
-                denied(self.refusal_of_move_deployer())
-            }
-            RequestId::MOVE => denied(self.refusal_of_move(to)),
-            RequestId::STOP => denied(self.refusal_of_stop(to)),
-            RequestId::OPEN => denied(self.refusal_of_work()),
+        let by = match request {
+            RequestId::MOVE if to == SubsystemId::DEPLOYER => self.refusal_of_move_deployer(),
+            RequestId::MOVE => self.refusal_of_move(to),
+            RequestId::STOP => self.refusal_of_stop(to),
+            RequestId::OPEN => self.refusal_of_work(),
             // §3.9/1; Deployer has no say: closing is the safe direction (§3.9/6).
-            RequestId::CLOSE => denied(self.seeking()),
+            RequestId::CLOSE => self.seeking(),
             // §3.11/6, §3.11/7; the barrel is brought to its rest first, which a held button forbids.
-            RequestId::WRAP => denied(
-                AIMING
-                    .into_iter()
-                    .find_map(|drive| self.held_by_button(drive))
-                    .or(self.busy_detector())
-                    .or(self.open_valve()),
-            ),
+            RequestId::WRAP => AIMING
+                .iter()
+                .find_map(|drive| self.held_by_button(*drive))
+                .or(self.busy_detector())
+                .or(self.open_valve()),
             // §3.13/2
             RequestId::START_JUSTIFY => {
-                denied(self.not_deployed().or(self.seeking()).or(self.quenching()))
+                self.not_deployed().or(self.seeking()).or(self.quenching())
             }
             // §3.14/6, §3.15/4
-            RequestId::START_QUENCH | RequestId::START_TRAJECTORY => {
-                denied(self.busy_detector()).or(self.broken_deployer())
-            }
+            RequestId::START_QUENCH | RequestId::START_TRAJECTORY => self.busy_detector(),
             // §3.16/4, §3.16/8
             RequestId::START_SEEK => {
                 let busy = self.control.is_active() || self.detector.is_justifying();
-                denied(busy.then_some(SubsystemId::DETECTOR).or(self.open_valve()))
-                    .or(self.broken_deployer())
+                busy.then_some(SubsystemId::DETECTOR).or(self.open_valve())
             }
             _ => None,
-        }
+        };
+        let program = matches!(
+            request,
+            RequestId::START_QUENCH | RequestId::START_TRAJECTORY | RequestId::START_SEEK
+        );
+        by.map(|by| (by, Status::DENIED))
+            .or_else(|| program.then(|| self.broken_deployer()).flatten())
     }
 
     /// Who forbids to move a drive by a request.
@@ -377,7 +376,7 @@ impl Device {
     }
 
     fn held_by_button(&self, to: SubsystemId) -> Option<SubsystemId> {
-        let axis = crate::image::Axis::ALL.into_iter().find(|axis| axis.id() == to)?;
+        let axis = crate::execute::axis_of(to)?;
         let held = |id, post: &crate::subsystem::buttons::ButtonPost| {
             (self.has(id) && post.holds(axis)).then_some(id)
         };

@@ -188,7 +188,7 @@ impl Composition {
             Param::DeployerDriveType => drive(Axis::Deployer),
             Param::Valve1ValveType => valve(ValveNo::Valve1).map(i32::from).sum(),
             Param::Valve2ValveType => valve(ValveNo::Valve2).map(i32::from).sum(),
-            other => other.spec().default,
+            other => other.default(),
         }
     }
 }

@@ -59,6 +59,7 @@ impl Device {
     ///
     /// `composition` and `address` are what the hardware says; stored parameters precede them.
     /// `crash` is what a fault before this start has left (§3.20).
+    #[inline(never)]
     pub fn power_up(
         now_ms: u32,
         composition: &Composition,
@@ -168,6 +169,7 @@ impl Device {
     }
 
     /// One cycle: inputs, subsystems, guard, outputs; then what has to be stored or reset.
+    #[inline(never)]
     pub fn step(&mut self, now_ms: u32, hal: &mut impl Hal) {
         let now = Millis(now_ms);
         let dt_ms = now.since(self.last_step);
@@ -225,10 +227,10 @@ impl Device {
         self.detector.stop();
         let [_, _, _, deployer] = self.inputs.drives;
         self.deployer.stop(&mut self.drives, &deployer, why);
-        for (drive, axis) in self.drives.iter_mut().zip(Axis::ALL) {
+        for (drive, axis) in self.drives.iter_mut().zip(&Axis::ALL) {
             drive.stop(why);
-            self.buttons.disarm(axis);
-            self.ext_buttons.disarm(axis);
+            self.buttons.disarm(*axis);
+            self.ext_buttons.disarm(*axis);
         }
         if valves {
             for valve in &mut self.valves {
@@ -249,11 +251,11 @@ impl Device {
         let Self { inputs, params, .. } = self;
         self.general.step(inputs, params);
         self.climatics.step(inputs, params);
-        for (drive, axis) in self.drives.iter_mut().zip(Axis::ALL) {
-            let unit = unit_of(&inputs.units, axis.unit());
-            drive.step(now, dt_ms, of_axis(&inputs.drives, axis), unit, params);
+        let sensed = inputs.drives.iter().zip(&Axis::ALL);
+        for (drive, (input, axis)) in self.drives.iter_mut().zip(sensed) {
+            drive.step(now, dt_ms, input, unit_of(&inputs.units, axis.unit()), params);
         }
-        for ((valve, no), input) in self.valves.iter_mut().zip(ValveNo::ALL).zip(&inputs.valves) {
+        for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {
             valve.step(now, dt_ms, input, unit_of(&inputs.units, no.unit()), params);
         }
         let invalid = |id| params.is_incomplete(id);
@@ -274,6 +276,7 @@ impl Device {
 
     /// §3.1/1 What aims ends with the working position, and does not go on when that is reached
     /// again; nor does what opens (§3.8/1). Programs end by themselves.
+    #[inline(never)]
     fn end_aims(&mut self) {
         for valve in &mut self.valves {
             valve.end_opening(Rule::NotDeployed);
@@ -287,6 +290,7 @@ impl Device {
     }
 
     /// §3.3.10/1 Buttons act as requests would, and are refused where those would be.
+    #[inline(never)]
     fn run_buttons(&mut self, now: Millis) {
         let locked = self.general.is_locked() || self.general.is_restarting();
         let [first, second] = self.inputs.buttons;
@@ -315,6 +319,7 @@ impl Device {
         self.run_valve_buttons(now, open, close);
     }
 
+    #[inline(never)]
     fn run_direction_button(
         &mut self,
         now: Millis,
@@ -341,6 +346,7 @@ impl Device {
     }
 
     /// Valve1, or Valve2 where there is no Valve1.
+    #[inline(never)]
     fn run_valve_buttons(
         &mut self,
         now: Millis,
@@ -365,6 +371,7 @@ impl Device {
         }
     }
 
+    #[inline(never)]
     fn rules(&self) -> Rules {
         let limits = Axis::ALL.map(|axis| {
             let zero = self.params.drive(axis, DriveParam::ZeroPoint);
@@ -393,21 +400,25 @@ impl Device {
     }
 
     /// What the subsystems of the chain want; the others want nothing.
+    #[inline(never)]
     fn wanted(&self) -> Outputs {
         let mut wanted = Outputs::default();
-        for (axis, output) in Axis::ALL.into_iter().zip(&mut wanted.drives) {
+        let drives = Axis::ALL.iter().zip(&self.drives).zip(&mut wanted.drives);
+        for ((axis, drive), output) in drives {
             if self.has(axis.id()) {
-                *output = of_axis(&self.drives, axis).output();
+                *output = drive.output();
             }
         }
-        let valves = ValveNo::ALL.into_iter().zip(&self.valves).zip(&mut wanted.valves);
+        let valves = ValveNo::ALL.iter().zip(&self.valves).zip(&mut wanted.valves);
         for ((no, valve), output) in valves {
             if self.has(no.id()) {
                 *output = valve.output();
             }
         }
         if self.has(SubsystemId::CLIMATICS) {
-            wanted.heaters = self.climatics.heaters();
+            for (output, heater) in wanted.heaters.iter_mut().zip(self.climatics.heaters()) {
+                *output = heater;
+            }
         }
         let [vertical, horizontal, nozzle, deployer] = &self.drives;
         let [valve1, valve2] = &self.valves;
@@ -423,22 +434,25 @@ impl Device {
     }
 
     /// Why they want it.
+    #[inline(never)]
     fn wanted_causes(&self) -> Causes {
         let mut causes = Causes::all(Rule::Absent);
-        for (axis, cause) in Axis::ALL.into_iter().zip(&mut causes.drives) {
+        let drives = Axis::ALL.iter().zip(&self.drives).zip(&mut causes.drives);
+        for ((axis, drive), cause) in drives {
             if self.has(axis.id()) {
-                *cause = of_axis(&self.drives, axis).driven();
+                *cause = drive.driven();
             }
         }
-        for ((no, valve), cause) in
-            ValveNo::ALL.into_iter().zip(&self.valves).zip(&mut causes.valves)
-        {
+        let valves = ValveNo::ALL.iter().zip(&self.valves).zip(&mut causes.valves);
+        for ((no, valve), cause) in valves {
             if self.has(no.id()) {
                 *cause = valve.cause();
             }
         }
         if self.has(SubsystemId::CLIMATICS) {
-            causes.heaters = self.climatics.causes();
+            for (cause, why) in causes.heaters.iter_mut().zip(self.climatics.causes()) {
+                *cause = why;
+            }
         }
         causes
     }
@@ -465,14 +479,6 @@ fn unit_of(
     units: &[crate::image::UnitInput; UNITS],
     unit: crate::image::Unit,
 ) -> &crate::image::UnitInput {
-    use crate::image::Unit;
-    let [vertical, horizontal, nozzle, deployer, valve1, valve2] = units;
-    match unit {
-        Unit::Vertical => vertical,
-        Unit::Horizontal => horizontal,
-        Unit::Nozzle => nozzle,
-        Unit::Deployer => deployer,
-        Unit::Valve1 => valve1,
-        Unit::Valve2 => valve2,
-    }
+    let [first, ..] = units;
+    units.get(unit as usize).unwrap_or(first)
 }

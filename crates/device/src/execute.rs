@@ -310,8 +310,8 @@ impl Device {
         let value = match (staged, self.remote_link(id)) {
             (Some(value), _) => Some(value),
             // §3.4/2
-            (None, Some(link)) if param.spec().placement == Placement::Unit => {
-                Some(link.read(param.spec().id).ok_or(Status::NOT_CACHED)?)
+            (None, Some(link)) if param.kind().placement == Placement::Unit => {
+                Some(link.read(param.id()).ok_or(Status::NOT_CACHED)?)
             }
             (None, _) => None,
         };
@@ -334,7 +334,7 @@ impl Device {
     ) -> Status {
         // §3.5/2
         let Some(param) = Param::find(id, param) else { return Status::INVALID_ID };
-        let spec = param.spec();
+        let spec = param.kind();
         // §3.5/5, §3.21/3
         if spec.access == Access::ReadOnly {
             return Status::ACCESS_DENIED;
@@ -343,7 +343,7 @@ impl Device {
         if let Err(status) = spec.check(values.iter()) {
             return status;
         }
-        let first = values.iter().next().unwrap_or(0);
+        let first = values.get(0).unwrap_or(0);
         if let Some((axis, which)) = drive_param(param) {
             return by_axis(&mut self.drives, axis).set_param(which, first, &mut self.params, by);
         }
@@ -354,7 +354,7 @@ impl Device {
             _ => {
                 let unit = (spec.placement == Placement::Unit).then(|| self.remote_link(id));
                 // §3.5/7
-                if unit.flatten().is_some_and(|unit| !unit.write(spec.id, first)) {
+                if unit.flatten().is_some_and(|unit| !unit.write(param.id(), first)) {
                     return Status::CACHED;
                 }
                 self.params.write(param, values)
@@ -485,8 +485,8 @@ impl Device {
     }
 }
 
-fn axis_of(id: SubsystemId) -> Option<Axis> {
-    Axis::ALL.into_iter().find(|axis| axis.id() == id)
+pub(crate) fn axis_of(id: SubsystemId) -> Option<Axis> {
+    Axis::ALL.iter().copied().find(|axis| axis.id() == id)
 }
 
 /// The drive and the common drive parameter that a parameter is.
@@ -501,9 +501,10 @@ fn drive_param(param: Param) -> Option<(Axis, DriveParam)> {
         DriveParam::SlowCurrent,
         DriveParam::DriveType,
     ];
-    let axis = axis_of(param.spec().subsystem)?;
-    let which = ALL.into_iter().find(|which| Param::of_drive(axis.id(), *which) == Some(param))?;
-    Some((axis, which))
+    let axis = axis_of(param.subsystem())?;
+    let first = Param::of_drive(axis.id(), DriveParam::MinLimit)?;
+    let which = ALL.get((param as usize).checked_sub(first as usize)?)?;
+    Some((axis, *which))
 }
 
 /// §3.21 Hotbeds as the values of the parameter.

@@ -31,6 +31,7 @@ pub struct Rules {
 
 /// What may reach the hardware of what is wanted. Where that is something else, the rule takes the
 /// place of the cause.
+#[inline(never)]
 pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Causes) -> Outputs {
     let mut allowed = *wanted;
     let [_, _, _, deployer] = &inputs.drives;
@@ -49,11 +50,11 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Cau
         }
     }
     let water = valves.any(|(present, valve)| *present && !valve.close_switch);
-    let drives = allowed.drives.iter_mut().zip(&inputs.drives).zip(Axis::ALL);
+    let drives = allowed.drives.iter_mut().zip(&inputs.drives).zip(&Axis::ALL);
     let bounds = rules.limits.iter().zip(&rules.current_da).zip(&mut causes.drives);
     for (((output, input), axis), ((limits, current_da), cause)) in drives.zip(bounds) {
         // Folding with water in the barrel destroys it; aiming a folded barrel does too.
-        let rule = match axis {
+        let rule = match *axis {
             _ if !rules.settled => Some(Rule::Inert),
             _ if rules.locked => Some(Rule::Lockout),
             Axis::Deployer if water && rules.deployer && folding.speed_tenths < 0 => {

@@ -60,6 +60,7 @@ pub struct Params {
 
 impl Params {
     /// Reads everything that is stored.
+    #[inline(never)]
     pub(crate) fn load(storage: &mut impl Storage) -> Self {
         let mut params = Self::unset();
         for index in 0..Group::COUNT {
@@ -117,7 +118,7 @@ impl Params {
     fn unset() -> Self {
         let mut values = [0; Param::COUNT];
         for (value, param) in values.iter_mut().zip(Param::ALL) {
-            *value = param.spec().default;
+            *value = param.default();
         }
         Self {
             values,
@@ -213,7 +214,6 @@ impl Params {
         param: Param,
         buffer: &'b mut [i32; VALUES_MAX],
     ) -> Result<&'b [i32], Status> {
-        let spec = param.spec();
         let len = match Group::of(param) {
             Group::Program(number) => {
                 let program = self.programs.get(usize::from(number)).ok_or(Status::INVALID_ID)?;
@@ -232,7 +232,7 @@ impl Params {
                 points.len() * 4
             }
             // §3.4/3
-            _ if spec.required && !self.is_set(param) => return Err(Status::INCOMPLETE_CONFIG),
+            _ if param.kind().required && !self.is_set(param) => return Err(Status::INCOMPLETE_CONFIG),
             _ => {
                 if let Some(value) = buffer.first_mut() {
                     *value = self.get(param);
@@ -265,13 +265,13 @@ impl Params {
                 }
             }
             _ => {
-                if let Some(value) = values.iter().next() {
+                if let Some(value) = values.get(0) {
                     changed = !self.is_set(param) || self.get(param) != value;
                     self.put(param, value);
                 }
             }
         }
-        let owner = param.spec().subsystem;
+        let owner = param.subsystem();
         self.update_incomplete();
         // §3.5/6
         if self.is_incomplete(owner) {
@@ -373,13 +373,14 @@ impl Params {
     }
 
     /// Bytes of a group, CRC-16 at the end.
+    #[inline(never)]
     fn encode(&self, group: Group, buffer: &mut [u8; VALUE_MAX]) -> Option<usize> {
         let mut out = Sink { buffer, len: 0 };
         match group {
             Group::Subsystem(_) => {
                 for param in Param::of(group.owner()).filter(|param| is_number(*param)) {
                     if self.is_set(param) {
-                        out.put(&param.spec().id.0.to_le_bytes())?;
+                        out.put(&param.id().0.to_le_bytes())?;
                         out.put(&self.get(param).to_le_bytes())?;
                     }
                 }
@@ -406,6 +407,7 @@ impl Params {
         Some(out.len)
     }
 
+    #[inline(never)]
     fn decode(&mut self, group: Group, value: &[u8]) -> Option<()> {
         let (bytes, crc) = value.split_last_chunk()?;
         if crc16(bytes) != u16::from_le_bytes(*crc) {
@@ -417,7 +419,7 @@ impl Params {
                     let id = lafet_proto::ParamId(u16::from_le_bytes([*i0, *i1]));
                     let value = i32::from_le_bytes([*v0, *v1, *v2, *v3]);
                     if let Some(param) = Param::find(group.owner(), id)
-                        && param.spec().check(core::iter::once(value)).is_ok()
+                        && param.kind().check(core::iter::once(value)).is_ok()
                     {
                         self.put(param, value);
                     }
@@ -471,9 +473,8 @@ impl Params {
         let before = self.incomplete;
         self.incomplete = 0;
         for param in Param::ALL {
-            let spec = param.spec();
-            if spec.required && !self.is_set(param) {
-                self.incomplete |= owner_bit(spec.subsystem);
+            if param.kind().required && !self.is_set(param) {
+                self.incomplete |= owner_bit(param.subsystem());
             }
         }
         // §3.5/6
@@ -491,7 +492,7 @@ impl Params {
 
 /// A parameter that is stored as one number.
 fn is_number(param: Param) -> bool {
-    let spec = param.spec();
+    let spec = param.kind();
     spec.storage == param::Storage::Stored && spec.max_len == 1
 }
 
@@ -531,7 +532,8 @@ struct Sink<'a> {
 impl Sink<'_> {
     fn put(&mut self, bytes: &[u8]) -> Option<()> {
         let end = self.len + bytes.len();
-        self.buffer.get_mut(self.len..end)?.copy_from_slice(bytes);
+        let space = self.buffer.get_mut(self.len..end)?;
+        space.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
         self.len = end;
         Some(())
     }

@@ -27,6 +27,7 @@ impl Port {
     /// how many bytes of answer stand in `out` ([`link::WIRE_MAX`] bytes suffice).
     ///
     /// Call it again with the rest until all bytes are taken.
+    #[inline(never)]
     pub fn receive(
         &mut self,
         now_ms: u32,

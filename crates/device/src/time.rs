@@ -34,6 +34,7 @@ impl Timer {
     }
 
     /// True once when the time is over.
+    #[inline(never)]
     pub fn poll(&mut self, now: Millis) -> bool {
         let fired = self.deadline.is_some_and(|deadline| now.since(deadline) < 1 << 31);
         if fired {

@@ -23,13 +23,17 @@ impl<'a> Ints<'a> {
         self.len() == 0
     }
 
+    /// The value at a place.
+    pub fn get(self, index: usize) -> Option<i32> {
+        match self {
+            Self::Wire(bytes) => bytes.as_chunks().0.get(index).map(|b| i32::from_le_bytes(*b)),
+            Self::Values(values) => values.get(index).copied(),
+        }
+    }
+
     /// The values in order.
     pub fn iter(self) -> impl Iterator<Item = i32> + Clone + 'a {
-        let (bytes, values): (&[u8], &[i32]) = match self {
-            Self::Wire(bytes) => (bytes, &[]),
-            Self::Values(values) => (&[], values),
-        };
-        bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b)).chain(values.iter().copied())
+        (0..self.len()).map_while(move |index| self.get(index))
     }
 }
 

@@ -28,6 +28,7 @@ extern crate std;
 pub mod answer;
 pub mod bus;
 pub mod crash;
+pub mod crc;
 pub mod dictionary;
 mod error;
 pub mod flags;

@@ -200,7 +200,8 @@ impl Data<'_> {
     #[inline]
     pub fn put(&mut self, bytes: &[u8]) -> Result<(), NoRoom> {
         let end = self.len.checked_add(bytes.len()).ok_or(NoRoom)?;
-        self.buffer.get_mut(self.len..end).ok_or(NoRoom)?.copy_from_slice(bytes);
+        let space = self.buffer.get_mut(self.len..end).ok_or(NoRoom)?;
+        space.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
         self.len = end;
         Ok(())
     }

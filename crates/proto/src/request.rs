@@ -236,16 +236,12 @@ impl<'a> Points<'a> {
 
     /// The points in order.
     pub fn iter(self) -> impl Iterator<Item = TrajectoryPoint> + Clone + 'a {
-        let (bytes, values): (&[u8], &[TrajectoryPoint]) = match self {
-            Self::Wire(bytes) => (bytes, &[]),
-            Self::Values(values) => (&[], values),
-        };
-        bytes
-            .as_chunks()
-            .0
-            .iter()
-            .map(|b| TrajectoryPoint::from_bytes(*b))
-            .chain(values.iter().copied())
+        (0..self.len()).map_while(move |index| match self {
+            Self::Wire(bytes) => {
+                bytes.as_chunks().0.get(index).map(|b| TrajectoryPoint::from_bytes(*b))
+            }
+            Self::Values(values) => values.get(index).copied(),
+        })
     }
 }
 

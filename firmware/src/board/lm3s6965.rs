@@ -25,6 +25,8 @@ const WATCHDOG: usize = 0x4000_0000;
 const WATCHDOG_LOAD: Register = Register::at(WATCHDOG);
 const WATCHDOG_CONTROL: Register = Register::at(WATCHDOG + 0x008);
 const WATCHDOG_CLEAR: Register = Register::at(WATCHDOG + 0x00C);
+/// How many interrupts the chip has.
+pub const INTERRUPTS: usize = 44;
 const WATCHDOG_IRQ: Irq = Irq(18);
 /// About a second: the first time it runs out it interrupts, the second time it resets.
 const WATCHDOG_TICKS: u32 = 12_000_000;

@@ -6,9 +6,9 @@ mod lm3s6965;
 mod stm32f103;
 
 #[cfg(feature = "lm3s6965")]
-pub use lm3s6965::Lm3s6965 as Chosen;
+pub use lm3s6965::{INTERRUPTS, Lm3s6965 as Chosen};
 #[cfg(feature = "stm32f103")]
-pub use stm32f103::Stm32f103 as Chosen;
+pub use stm32f103::{INTERRUPTS, Stm32f103 as Chosen};
 
 use lafet_device::Composition;
 use lafet_device::hal::Hal;

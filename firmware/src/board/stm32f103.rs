@@ -31,6 +31,8 @@ use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Inputs, Outputs, ValveOutput};
 use lafet_device::store::Store;
 
+/// How many interrupts the chip has.
+pub const INTERRUPTS: usize = 60;
 const CLOCK_HZ: u32 = 72_000_000;
 const BAUD: u32 = 115_200;
 const ADDRESS: u8 = 1;

@@ -88,7 +88,7 @@ impl Group {
         } else if offset(Param::ControlTrajectory0) < TRAJECTORIES {
             Self::Trajectory(offset(Param::ControlTrajectory0))
         } else {
-            Self::Subsystem(table_index(param.spec().subsystem).unwrap_or(0))
+            Self::Subsystem(table_index(param.subsystem()).unwrap_or(0))
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::Geometry;
 use crate::hal::VALUE_MAX;
-use crc::{CRC_32_ISCSI, Crc, NoTable};
+use lafet_proto::crc::Crc32c;
 
 /// Bytes of a page's header; its marks follow.
 pub(super) const PAGE_HEADER: usize = 16;
@@ -17,19 +17,16 @@ pub(super) const DAMAGED: u16 = 0x8000;
 const VERSION: u16 = 0x4C01;
 const LOST: u16 = 1;
 
-/// Castagnoli's polynomial: up to 5,243 bits (655 bytes) it detects any five flipped ones.
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
-
-/// The checksum of a value: the same wherever the value is copied to.
-pub(super) struct ValueCheck(crc::Digest<'static, u32, NoTable>);
+/// The checksum of a value: the same wherever the value is copied to. Castagnoli's polynomial detects
+/// any five flipped bits in up to 5,243 (655 bytes).
+pub(super) struct ValueCheck(Crc32c);
 
 impl ValueCheck {
     pub(super) fn new(entry: Entry) -> Self {
-        const CRC_OF_VALUES: &Crc<u32, NoTable> = &CRC;
-        let mut digest = CRC_OF_VALUES.digest();
-        digest.update(&entry.key.to_le_bytes());
-        digest.update(&entry.len.to_le_bytes());
-        Self(digest)
+        let mut crc = Crc32c::new();
+        crc.update(&entry.key.to_le_bytes());
+        crc.update(&entry.len.to_le_bytes());
+        Self(crc)
     }
 
     pub(super) fn update(&mut self, bytes: &[u8]) {
@@ -37,7 +34,7 @@ impl ValueCheck {
     }
 
     pub(super) fn finish(self) -> [u8; CHECK] {
-        self.0.finalize().to_le_bytes()
+        self.0.finish().to_le_bytes()
     }
 }
 
@@ -145,12 +142,12 @@ fn repaired<const N: usize, T>(bytes: [u8; N], read: impl Fn(&[u8; N]) -> Option
 
 /// A flash that was divided in another way holds nothing that could be read.
 fn check(geometry: Geometry, bytes: &[u8]) -> u32 {
-    let mut digest = CRC.digest();
-    digest.update(&geometry.pages.get().to_le_bytes());
-    digest.update(&(geometry.page as u32).to_le_bytes());
-    digest.update(&(geometry.word as u32).to_le_bytes());
-    digest.update(bytes);
-    digest.finalize()
+    let mut crc = Crc32c::new();
+    for word in [geometry.pages.get(), geometry.page as u32, geometry.word as u32] {
+        crc.update(&word.to_le_bytes());
+    }
+    crc.update(bytes);
+    crc.finish()
 }
 
 #[cfg(test)]

@@ -196,7 +196,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
     }
 
     /// Reads a value piece by piece; whether its checksum is right.
-    fn read_value(&mut self, slot: Slot, mut take: impl FnMut(usize, &[u8])) -> bool {
+    fn read_value(&mut self, slot: Slot, take: &mut dyn FnMut(usize, &[u8])) -> bool {
         let len = slot.entry().value_len();
         let stored = (len + CHECK).next_multiple_of(F::WRITE_SIZE);
         let mut check = ValueCheck::new(slot.entry());
@@ -254,9 +254,9 @@ impl<F: NorFlash, const N: usize> Storage for Store<F, N> {
             return if self.lost { Err(StorageError::Read) } else { Ok(None) };
         };
         let value = buffer.get_mut(..slot.entry().value_len()).ok_or(StorageError::Read)?;
-        let whole = self.read_value(slot, |from, bytes| {
-            if let Some(space) = value.get_mut(from..from + bytes.len()) {
-                space.copy_from_slice(bytes);
+        let whole = self.read_value(slot, &mut |from, bytes| {
+            for (place, byte) in value.iter_mut().skip(from).zip(bytes) {
+                *place = *byte;
             }
         });
         if whole && slot.len != DAMAGED { Ok(Some(value)) } else { Err(StorageError::Read) }

@@ -34,7 +34,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
             return false;
         };
         let mut same = true;
-        let whole = self.read_value(slot, |from, bytes| {
+        let whole = self.read_value(slot, &mut |from, bytes| {
             same &= value.get(from..from + bytes.len()) == Some(bytes);
         });
         whole && same
@@ -134,7 +134,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
             }
             let mut entry = slot.entry();
             // That a value is damaged must be known as long as it is not replaced.
-            if entry.len != DAMAGED && !self.read_value(slot, |_, _| {}) {
+            if entry.len != DAMAGED && !self.read_value(slot, &mut |_, _| {}) {
                 entry.len = DAMAGED;
                 if let Some(slot) = self.slots.get_mut(index) {
                     slot.len = DAMAGED;
@@ -177,7 +177,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
             }
         }
         let slot = Slot { key: entry.key, len: entry.len, page: page as u16, at: at as u16 };
-        if !self.read_value(slot, |_, _| {}) {
+        if !self.read_value(slot, &mut |_, _| {}) {
             return None;
         }
         let marks = at + self.size(entry) - 2 * F::WRITE_SIZE;
@@ -197,9 +197,11 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
             self.write(page, at, words)?;
         }
         let mut tail = ZEROS;
-        tail.get_mut(..rest.len())?.copy_from_slice(rest);
+        let check = check.finish();
+        for (place, byte) in tail.iter_mut().zip(rest.iter().chain(&check)) {
+            *place = *byte;
+        }
         let end = rest.len() + CHECK;
-        tail.get_mut(rest.len()..end)?.copy_from_slice(&check.finish());
         self.write(page, at + whole, tail.get(..end.next_multiple_of(F::WRITE_SIZE))?)
     }
 

@@ -35,6 +35,7 @@ impl ButtonPost {
     }
 
     /// Takes the states; a locked post asks for nothing (§3.18/7).
+    #[inline(never)]
     pub(crate) fn step(
         &mut self,
         states: &[ButtonState; 8],
@@ -100,16 +101,17 @@ impl ButtonPost {
         ];
         let mut flags = ButtonsFlags::empty();
         flags.set(ButtonsFlags::CONFIG_INVALID, self.faulty_config);
-        for (button, state) in BUTTONS.into_iter().zip(self.states) {
-            flags = flags.with_button(button, state);
+        for (button, state) in BUTTONS.iter().zip(&self.states) {
+            flags = flags.with_button(*button, *state);
         }
         ButtonsStatus { flags }
     }
 
+    #[inline(never)]
     fn pressed(&self) -> [bool; 8] {
         let mut pressed = self.armed;
-        for (pressed, state) in pressed.iter_mut().zip(self.states) {
-            *pressed &= state == ButtonState::Pressed;
+        for (pressed, state) in pressed.iter_mut().zip(&self.states) {
+            *pressed &= *state == ButtonState::Pressed;
         }
         pressed
     }

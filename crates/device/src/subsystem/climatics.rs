@@ -10,85 +10,85 @@ use lafet_proto::status::ThermoStatus;
 /// Heating by thresholds: on below HeatOn, off above HeatOff, between them as it was.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Climatics {
-    places: [PlaceInput; PLACES],
+    nodes: [Node; PLACES],
     humidity_percent: Option<u8>,
+}
+
+/// A place that may be heated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Node {
+    input: PlaceInput,
     /// Too cold, faults aside.
-    demand: [bool; PLACES],
+    demand: bool,
     /// A broken heater shows only while it is on, so its fault stays until no heat is asked for.
-    faulty: [bool; PLACES],
-    heating: [bool; PLACES],
+    faulty: bool,
+    heating: bool,
 }
 
 impl Climatics {
+    #[inline(never)]
     pub(crate) fn step(&mut self, inputs: &Inputs, params: &Params) {
-        self.places = inputs.places;
         self.humidity_percent = inputs.humidity_percent;
         let on_below = params.get(Param::ClimaticsHeatOn);
         let off_above = params.get(Param::ClimaticsHeatOff).max(on_below);
-        let nodes = self.demand.iter_mut().zip(&mut self.faulty).zip(&mut self.heating);
-        for (((demand, faulty), heating), place) in nodes.zip(&self.places) {
-            *demand = match place.temperature_dc.map(i32::from) {
+        for (node, place) in self.nodes.iter_mut().zip(&inputs.places) {
+            node.input = *place;
+            match place.temperature_dc.map(i32::from) {
                 // §3.3.3/1: without a temperature nothing is heated.
-                None => false,
-                Some(value) if value < on_below => true,
-                Some(value) if value > off_above => false,
-                Some(_) => *demand,
-            };
-            *faulty = place.heater_fault || *faulty && *demand;
-            *heating = *demand && !*faulty;
+                None => node.demand = false,
+                Some(value) if value < on_below => node.demand = true,
+                Some(value) if value > off_above => node.demand = false,
+                Some(_) => {}
+            }
+            node.faulty = place.heater_fault || node.faulty && node.demand;
+            node.heating = node.demand && !node.faulty;
         }
     }
 
-    pub(crate) const fn heaters(&self) -> [bool; PLACES] {
-        self.heating
+    /// Which heaters are on.
+    pub(crate) fn heaters(&self) -> impl Iterator<Item = bool> {
+        self.nodes.iter().map(|node| node.heating)
     }
 
     /// Why each heater is on or off.
-    pub(crate) fn causes(&self) -> [Cause; PLACES] {
-        let mut causes = [Cause::Rule(Rule::Warm); PLACES];
-        let nodes = self.places.iter().zip(self.demand).zip(self.heating);
-        for (cause, ((place, demand), heating)) in causes.iter_mut().zip(nodes) {
-            *cause = Cause::Rule(match () {
-                () if heating => Rule::Cold,
-                () if demand => Rule::HeaterFault,
-                () if place.temperature_dc.is_none() => Rule::NoTemperature,
+    pub(crate) fn causes(&self) -> impl Iterator<Item = Cause> {
+        self.nodes.iter().map(|node| {
+            Cause::Rule(match () {
+                () if node.heating => Rule::Cold,
+                () if node.demand => Rule::HeaterFault,
+                () if node.input.temperature_dc.is_none() => Rule::NoTemperature,
                 () => Rule::Warm,
-            });
-        }
-        causes
+            })
+        })
     }
 
     /// §3.3 ThermoStatus; a faulty sensor reads 0.
     pub(crate) fn status(&self, common: u32) -> ThermoStatus {
         use ClimaticsFlags as F;
-        const HEAT: [F; PLACES] =
-            [F::HORIZONTAL_HEAT, F::VERTICAL_HEAT, F::NOZZLE_HEAT, F::DEPLOYER_HEAT, F::BOX_HEAT];
-        const FAULT: [F; PLACES] = [
-            F::HORIZONTAL_FAULT,
-            F::VERTICAL_FAULT,
-            F::NOZZLE_FAULT,
-            F::DEPLOYER_FAULT,
-            F::BOX_FAULT,
-        ];
-        const SENSOR: [F; PLACES] = [
-            F::HORIZONTAL_SENSOR_FAULT,
-            F::VERTICAL_SENSOR_FAULT,
-            F::NOZZLE_SENSOR_FAULT,
-            F::DEPLOYER_SENSOR_FAULT,
-            F::BOX_SENSOR_FAULT,
+        const FLAGS: [[F; 3]; PLACES] = [
+            [F::HORIZONTAL_HEAT, F::HORIZONTAL_FAULT, F::HORIZONTAL_SENSOR_FAULT],
+            [F::VERTICAL_HEAT, F::VERTICAL_FAULT, F::VERTICAL_SENSOR_FAULT],
+            [F::NOZZLE_HEAT, F::NOZZLE_FAULT, F::NOZZLE_SENSOR_FAULT],
+            [F::DEPLOYER_HEAT, F::DEPLOYER_FAULT, F::DEPLOYER_SENSOR_FAULT],
+            [F::BOX_HEAT, F::BOX_FAULT, F::BOX_SENSOR_FAULT],
         ];
         let mut flags = F::from_bits_retain(common);
-        let bits = HEAT.iter().zip(FAULT).zip(SENSOR);
-        let nodes = self.places.iter().zip(self.heating).zip(self.faulty);
-        for (((heat, fault), sensor), ((place, heating), faulty)) in bits.zip(nodes) {
-            flags.set(*heat, heating);
-            flags.set(fault, faulty);
-            flags.set(sensor, place.temperature_dc.is_none());
+        for (node, [heat, fault, sensor]) in self.nodes.iter().zip(&FLAGS) {
+            flags.set(*heat, node.heating);
+            flags.set(*fault, node.faulty);
+            flags.set(*sensor, node.input.temperature_dc.is_none());
         }
         flags.set(F::HUMIDITY_SENSOR_FAULT, self.humidity_percent.is_none());
-        let [horizontal, vertical, nozzle, deployer, housing] =
-            self.places.map(|place| place.temperature_dc.unwrap_or(0));
-        let humidity = self.humidity_percent.unwrap_or(0).into();
-        ThermoStatus { flags, horizontal, vertical, nozzle, deployer, housing, humidity }
+        let [horizontal, vertical, nozzle, deployer, housing] = &self.nodes;
+        let of = |node: &Node| node.input.temperature_dc.unwrap_or(0);
+        ThermoStatus {
+            flags,
+            horizontal: of(horizontal),
+            vertical: of(vertical),
+            nozzle: of(nozzle),
+            deployer: of(deployer),
+            housing: of(housing),
+            humidity: self.humidity_percent.unwrap_or(0).into(),
+        }
     }
 }

@@ -260,6 +260,7 @@ impl Control {
     }
 
     /// Runs the program.
+    #[inline(never)]
     pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
         self.elevation.follow(now, env.pressure_datm);
         match self.state {
@@ -370,6 +371,7 @@ impl Control {
     }
 
     /// §3.14/1 Line by line over the sector, or at its centre.
+    #[inline(never)]
     fn scan(&mut self, now: Millis, scan: &mut Scan, aim: Option<Aim>, env: &mut Env<'_>) {
         if aim.is_none() {
             // What a program that this one replaces has begun ends before the new aim is known.
@@ -392,6 +394,7 @@ impl Control {
     }
 
     /// §3.15/1 Point by point, each for its dwell.
+    #[inline(never)]
     fn walk(&mut self, now: Millis, walk: &mut Walk, env: &mut Env<'_>) {
         let Some(point) = walk.path.point(&self.data, env.params) else {
             return self.end(ControlFlags::empty(), env);
@@ -448,6 +451,7 @@ impl Control {
     }
 
     /// §3.1/3 Paused: nothing moves but what the operator moves.
+    #[inline(never)]
     fn wait(&mut self, now: Millis, mut resume: Timer, mut moved: [bool; 3], env: &mut Env<'_>) {
         approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::Paused));
         for (moved, axis) in moved.iter_mut().zip(AIMING) {

@@ -161,6 +161,7 @@ impl Deployer {
         self.travel.stop();
     }
 
+    #[inline(never)]
     pub(crate) fn step(
         &mut self,
         now: Millis,
@@ -222,8 +223,8 @@ impl Deployer {
         match self.position {
             Position::Deploying => by_axis(drives, Axis::Deployer).refuses(true),
             Position::Folding => by_axis(drives, Axis::Deployer).refuses(false),
-            Position::Resting => [Axis::Horizontal, Axis::Vertical].into_iter().any(|axis| {
-                let drive = by_axis(drives, axis);
+            Position::Resting => [Axis::Horizontal, Axis::Vertical].iter().any(|axis| {
+                let drive = by_axis(drives, *axis);
                 let back = drive.position() < drive.clamp(REST_ARCMIN);
                 drive.refuses(back)
             }),

@@ -17,7 +17,7 @@ use super::control::approach::{self, Approach, Direction, POINTING, Progress};
 use super::control::raster::{Area, Raster};
 use super::{Env, of_axis};
 use crate::cause::{Asked, Cause, Program, Rule};
-use crate::image::{Axis, Inputs};
+use crate::image::{Axis, SPOTS};
 use crate::params::Params;
 use crate::time::{Millis, Timer};
 use hotbeds::{Hotbeds, centre, joined, near};
@@ -26,7 +26,7 @@ use lafet_proto::flags::DetectorFlags;
 use lafet_proto::param::Param;
 use lafet_proto::request::Seek;
 use lafet_proto::status::{Hotbed, Limits};
-use samples::Samples;
+use samples::{Measured, Samples};
 
 /// §3.13 Where the reference source stands (ours): straight ahead, level with the barrel.
 const REFERENCE: Direction = Direction { horizontal: 0, vertical: 0 };
@@ -61,12 +61,9 @@ enum State {
     /// §3.16/6: the second pass, one hotbed after another.
     Measuring {
         index: usize,
-        samples: Option<Samples>,
     },
     /// §3.13/1
-    Aligning {
-        samples: Option<Samples>,
-    },
+    Aligning,
 }
 
 /// What is to be searched.
@@ -80,6 +77,8 @@ struct Search {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detector {
     state: State,
+    /// What is being measured, or aligned, at rest.
+    samples: Option<Samples>,
     /// Of what it moves.
     cause: Cause,
     hotbeds: Hotbeds,
@@ -95,6 +94,7 @@ impl Default for Detector {
     fn default() -> Self {
         Self {
             state: State::Idle,
+            samples: None,
             cause: Cause::Rule(Rule::Inert),
             hotbeds: Hotbeds::default(),
             approach: Approach::default(),
@@ -114,7 +114,7 @@ impl Detector {
 
     /// Detector and barrel are being aligned.
     pub fn is_justifying(&self) -> bool {
-        matches!(self.state, State::Aligning { .. })
+        self.state == State::Aligning
     }
 
     /// §3.21 What the last search has found, brightest first.
@@ -152,6 +152,7 @@ impl Detector {
         let search = Search { sector, analyse };
         self.cause = Cause::Program(Program::Seek, by);
         self.state = if env.deployed { State::scanning(search) } else { State::Deploying(search) };
+        self.samples = None;
         self.hotbeds = Hotbeds::default();
         self.approach = Approach::default();
         self.silence.stop();
@@ -170,7 +171,8 @@ impl Detector {
             return status;
         }
         self.cause = Cause::Program(Program::Justify, by);
-        self.state = State::Aligning { samples: None };
+        self.state = State::Aligning;
+        self.samples = None;
         self.approach = Approach::default();
         self.silence.stop();
         self.latched -=
@@ -184,9 +186,11 @@ impl Detector {
             self.latched |= DetectorFlags::CANCELED;
         }
         self.state = State::Idle;
+        self.samples = None;
     }
 
     /// Runs the search or the alignment.
+    #[inline(never)]
     pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
         self.ready = env.inputs.detector.ready;
         self.dirty_lens = env.inputs.detector.dirty_lens;
@@ -198,7 +202,7 @@ impl Detector {
             }
             State::Deploying(_) if !env.deployed => return,
             State::Deploying(search) => self.state = State::scanning(search),
-            State::Scanning { .. } | State::Measuring { .. } | State::Aligning { .. } => {}
+            State::Scanning { .. } | State::Measuring { .. } | State::Aligning => {}
         }
         if approach::is_faulty(env.drives, &POINTING) {
             self.fail(DetectorFlags::INTERNAL_FAULT, env);
@@ -230,8 +234,8 @@ impl Detector {
                 let raster = raster.unwrap_or_else(|| search.lay(env));
                 self.scan(now, search, raster, dwell, env);
             }
-            State::Measuring { index, samples } => self.measure(now, index, samples, env),
-            State::Aligning { samples } => self.align(now, samples, env),
+            State::Measuring { index } => self.measure(now, index, env),
+            State::Aligning => self.align(now, env),
         }
     }
 
@@ -249,16 +253,16 @@ impl Detector {
             return;
         };
         if there || raster.on_line() {
-            for seen in sightings(env) {
-                if search.covers(&seen) {
-                    self.hotbeds.see(seen);
+            for seen in sightings(env, &mut Default::default()) {
+                if search.covers(seen) {
+                    self.hotbeds.see(*seen);
                 }
             }
         }
         if there && dwell.poll(now) {
             if !raster.advance() {
                 match search.analyse {
-                    true => self.state = State::Measuring { index: 0, samples: None },
+                    true => self.state = State::Measuring { index: 0 },
                     false => self.end(env),
                 }
                 return;
@@ -270,21 +274,19 @@ impl Detector {
     }
 
     /// §3.16/6 Looks straight at a hotbed and measures it at rest.
-    fn measure(&mut self, now: Millis, index: usize, samples: Option<Samples>, env: &mut Env<'_>) {
+    fn measure(&mut self, now: Millis, index: usize, env: &mut Env<'_>) {
         let Some(expected) = self.hotbeds().get(index).copied() else {
             self.hotbeds.sort();
             return self.end(env);
         };
         let to = centre(&expected).minus(justification(env.params));
         let Some(there) = self.approach(now, to, None, env) else { return };
-        let Some(mut samples) = samples.or_else(|| there.then(|| Samples::after(now, SETTLE_MS)))
-        else {
-            return;
-        };
         // A hotbed may be several flames; what it was made of, it is measured by.
-        let flames = || sightings(env).filter(|seen| near(seen, &expected));
-        let done = samples.step(now, || flames().reduce(|a, b| joined(&a, &b)));
-        self.state = State::Measuring { index, samples: Some(samples) };
+        let done = self.sample(now, there, &mut || {
+            let mut list = Default::default();
+            let flames = sightings(env, &mut list).iter().filter(|seen| near(seen, &expected));
+            flames.copied().reduce(|a, b| joined(&a, &b))
+        });
         let next = match done {
             None => return,
             Some(Some(measured)) => {
@@ -297,18 +299,19 @@ impl Detector {
                 index
             }
         };
-        self.state = State::Measuring { index: next, samples: None };
+        self.samples = None;
+        self.state = State::Measuring { index: next };
     }
 
     /// §3.13/1 Looks where the reference source is and measures where it seems to be.
-    fn align(&mut self, now: Millis, samples: Option<Samples>, env: &mut Env<'_>) {
+    fn align(&mut self, now: Millis, env: &mut Env<'_>) {
         let Some(there) = self.approach(now, REFERENCE, None, env) else { return };
-        let Some(mut samples) = samples.or_else(|| there.then(|| Samples::after(now, SETTLE_MS)))
-        else {
-            return;
-        };
-        let done = samples.step(now, || only(sightings(env)));
-        self.state = State::Aligning { samples: Some(samples) };
+        let done = self.sample(now, there, &mut || {
+            match sightings(env, &mut Default::default()) {
+                [one] => Some(*one),
+                _ => None,
+            }
+        });
         let Some(done) = done else { return };
         let found = done.filter(|measured| measured.scatter <= SCATTER_ARCMIN).map(|measured| {
             // As seen with the old values; the new ones make it seem where it is.
@@ -324,6 +327,19 @@ impl Detector {
             }
             _ => self.fail(DetectorFlags::empty(), env),
         }
+    }
+
+    /// Measures once the barrel is there: the result, `None` in it without any.
+    fn sample(
+        &mut self,
+        now: Millis,
+        there: bool,
+        picture: &mut dyn FnMut() -> Option<Hotbed>,
+    ) -> Option<Option<Measured>> {
+        if self.samples.is_none() && there {
+            self.samples = Some(Samples::after(now, SETTLE_MS));
+        }
+        self.samples.as_mut()?.step(now, picture)
     }
 
     /// Takes the barrel to a direction; whether it is there, `None` when all has ended over it.
@@ -357,6 +373,7 @@ impl Detector {
     /// The barrel stays where it is.
     fn end(&mut self, env: &mut Env<'_>) {
         self.state = State::Idle;
+        self.samples = None;
         approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::ProgramEnd));
     }
 
@@ -418,22 +435,20 @@ fn justification(params: &Params) -> Direction {
 }
 
 /// The spots that count, where they are in the monitor's own angles.
-fn sightings<'a>(env: &Env<'a>) -> impl Iterator<Item = Hotbed> + use<'a> {
-    let inputs: &'a Inputs = env.inputs;
+fn sightings<'l>(env: &Env<'_>, list: &'l mut [Hotbed; SPOTS]) -> &'l [Hotbed] {
     let threshold = env.params.get(Param::DetectorThreshold);
     let axis = approach::direction(env.drives).plus(justification(env.params));
-    let bright = move |spot: &crate::image::Spot| spot.brightness >= threshold;
-    inputs.detector.spots.iter().copied().flatten().filter(bright).map(move |spot| Hotbed {
-        x1: axis.horizontal.saturating_add(spot.left.into()),
-        x2: axis.horizontal.saturating_add(spot.right.into()),
-        y1: axis.vertical.saturating_add(spot.bottom.into()),
-        y2: axis.vertical.saturating_add(spot.top.into()),
-        brightness: spot.brightness,
-    })
-}
-
-/// The one there is; `None` when there are none or several.
-fn only(mut all: impl Iterator<Item = Hotbed>) -> Option<Hotbed> {
-    let first = all.next();
-    first.filter(|_| all.next().is_none())
+    let bright = env.inputs.detector.spots.iter().flatten().filter(|s| s.brightness >= threshold);
+    let mut len = 0;
+    for (place, spot) in list.iter_mut().zip(bright) {
+        *place = Hotbed {
+            x1: axis.horizontal.saturating_add(spot.left.into()),
+            x2: axis.horizontal.saturating_add(spot.right.into()),
+            y1: axis.vertical.saturating_add(spot.bottom.into()),
+            y2: axis.vertical.saturating_add(spot.top.into()),
+            brightness: spot.brightness,
+        };
+        len += 1;
+    }
+    list.get(..len).unwrap_or_default()
 }

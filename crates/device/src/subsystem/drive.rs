@@ -8,6 +8,7 @@
 use crate::cause::{Asked, Cause, Rule};
 use crate::composition::DriveKind;
 use crate::image::{Axis, DriveInput, DriveOutput, UnitInput};
+use crate::math::isqrt;
 use crate::params::Params;
 use crate::subsystem::remote;
 use crate::subsystem::watch::Watch;
@@ -23,10 +24,12 @@ const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// A motor draws more than its rated current while it starts: only a longer excess is overload.
 const OVERLOAD_DELAY_MS: u32 = 200;
 /// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
-const CREEP_TENTHS: i64 = 2;
+const CREEP_TENTHS: u32 = 2;
 
 /// How far beyond its target a drive may come to rest, ' or mm.
-const PASSED_COUNTS: i64 = 2;
+const PASSED_COUNTS: u32 = 2;
+/// From farther away than this a drive comes at its full speed, ' or mm.
+const FAR_COUNTS: u32 = 10_000_000;
 
 /// Where a drive wants to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +81,7 @@ pub struct Drive {
 }
 
 impl Drive {
+    #[inline(never)]
     pub(crate) fn new(axis: Axis, params: &Params, input: DriveInput) -> Self {
         let kind = DriveKind::from_param(params.drive(axis, DriveParam::DriveType));
         let mut drive = Self {
@@ -329,6 +333,7 @@ impl Drive {
     }
 
     /// Senses and decides; the result is what the drive wants, the guard has the last word.
+    #[inline(never)]
     pub(crate) fn step(
         &mut self,
         now: Millis,
@@ -348,7 +353,7 @@ impl Drive {
             // An overload is judged by its current alone.
             let overloaded = self.overload_ms > 0;
             let speed_tenths = if overloaded { 0 } else { self.output().speed_tenths };
-            let per_tenth = self.milli_per_tenth();
+            let per_tenth = self.way_per_tenth();
             self.latched |= self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
         }
         if self.is_faulty() {
@@ -433,8 +438,8 @@ impl Drive {
             return Status::INVALID_ID;
         };
         if self.kind == DriveKind::Remote
-            && param.spec().placement == lafet_proto::param::Placement::Unit
-            && !self.unit.write(param.spec().id, value)
+            && param.kind().placement == lafet_proto::param::Placement::Unit
+            && !self.unit.write(param.id(), value)
         {
             return Status::CACHED;
         }
@@ -501,6 +506,7 @@ impl Drive {
         self.input.position.saturating_sub(params.drive(self.axis, DriveParam::ZeroPoint))
     }
 
+    #[inline(never)]
     fn sense(&mut self, dt_ms: u32, input: &DriveInput, unit: &UnitInput, params: &Params) {
         self.faulty_config = config_invalid(self.axis, params);
         self.online = self.kind != DriveKind::Remote || unit.online;
@@ -527,6 +533,7 @@ impl Drive {
     }
 
     /// §3.3.4 AmperageOverload and SpeedSlowAmp.
+    #[inline(never)]
     fn watch_current(&mut self, now: Millis, dt_ms: u32, params: &Params) {
         self.overload.poll(now);
         let max = params.drive(self.axis, DriveParam::MaxCurrent);
@@ -558,23 +565,24 @@ impl Drive {
         }
     }
 
-    /// Milli-units of position that a speed of one tenth makes in a second.
-    const fn milli_per_tenth(&self) -> i64 {
+    /// Tenths of a milli-unit of position that a speed of one tenth makes in a millisecond.
+    const fn way_per_tenth(&self) -> i32 {
         match self.axis {
-            Axis::Nozzle => 100,
-            Axis::Vertical | Axis::Horizontal | Axis::Deployer => 6000,
+            Axis::Nozzle => 1,
+            Axis::Vertical | Axis::Horizontal | Axis::Deployer => 60,
         }
     }
 
     /// The speed of this step: a ramp up, and a ramp down that ends at the target.
+    #[inline(never)]
     fn advance(&mut self, dt_ms: u32, params: &Params) {
         let wanted = match self.wanted_speed_milli(params) {
             Ok(wanted) => wanted,
             Err(end) => return self.stop(Cause::Rule(end)),
         };
         self.driven = self.cause;
-        let accel_tenths = i64::from(params.drive(self.axis, DriveParam::Acceleration)) * 10;
-        let change = (accel_tenths * i64::from(dt_ms)).clamp(1, 1_000_000_000) as i32;
+        let change = self.acceleration(params).saturating_mul(dt_ms).clamp(1, 1_000_000_000);
+        let change = change.cast_signed();
         let speed = self.speed_milli;
         // Braking is not limited: the approach is already slow enough, and a stop is a stop.
         self.speed_milli = if wanted.signum() == speed.signum() && wanted.abs() < speed.abs() {
@@ -585,35 +593,40 @@ impl Drive {
     }
 
     /// The rule that ends the motion when the goal is reached or lies behind an end switch.
+    #[inline(never)]
     fn wanted_speed_milli(&self, params: &Params) -> Result<i32, Rule> {
         let (error, up) = match self.goal {
             Goal::Hold => return Err(Rule::Arrived),
-            Goal::Run(up) => (i64::MAX / 1_000_000_000, up),
+            Goal::Run(up) => (FAR_COUNTS, up),
             Goal::Position(target) => {
-                let error = i64::from(target) - i64::from(self.position);
+                let (error, up) = (target.abs_diff(self.position), target > self.position);
                 // Passing the target by a count or two is arriving: turning back would hunt.
-                let passed = error.signum() * i64::from(self.speed_milli.signum()) < 0;
-                if error == 0 || passed && error.abs() <= PASSED_COUNTS {
+                let passed = if up { self.speed_milli < 0 } else { self.speed_milli > 0 };
+                if error == 0 || passed && error <= PASSED_COUNTS {
                     return Err(Rule::Arrived);
                 }
-                (error.abs(), error > 0)
+                (error.min(FAR_COUNTS), up)
             }
         };
         if self.is_at_end(up) {
             return Err(Rule::EndSwitch);
         }
-        let set = i64::from(params.drive(self.axis, DriveParam::Speed)) * 10;
-        let cap = self.speed_cap_tenths.map_or(set, |cap| set.min(i64::from(cap)));
+        let set = params.drive(self.axis, DriveParam::Speed).unsigned_abs().saturating_mul(10);
+        let cap = self.speed_cap_tenths.map_or(set, |cap| set.min(cap.unsigned_abs()));
         let cap = if self.slowed { cap / 2 } else { cap };
-        let accel = i64::from(params.drive(self.axis, DriveParam::Acceleration)) * 10;
         // Distance in units of 0.1 ° or 0.1 mm, so that v² = 2·a·s holds with the tenths of speed.
-        let way = error * 1000 / self.milli_per_tenth().max(1);
-        let brake = (2 * accel * way * 3 / 4).unsigned_abs().isqrt() as i64;
+        let way = if self.axis == Axis::Nozzle { error * 10 } else { error / 6 };
+        let brake = isqrt((self.acceleration(params).saturating_mul(way) / 2).saturating_mul(3));
         // The last stretch is approached in proportion: a quarter of a second to go.
-        let near = error * 4000 / self.milli_per_tenth().max(1);
-        let speed =
-            cap.min(brake).min(near.max(CREEP_TENTHS)).max(CREEP_TENTHS).min(i16::MAX.into());
-        Ok((if up { speed } else { -speed } * 1000) as i32)
+        let near = if self.axis == Axis::Nozzle { error * 40 } else { error * 2 / 3 };
+        let speed = cap.min(brake).min(near.max(CREEP_TENTHS)).max(CREEP_TENTHS);
+        let speed = speed.min(i16::MAX.unsigned_abs().into()).cast_signed() * 1000;
+        Ok(if up { speed } else { -speed })
+    }
+
+    /// 0.1 °/s² or 0.1 mm/s².
+    fn acceleration(&self, params: &Params) -> u32 {
+        params.drive(self.axis, DriveParam::Acceleration).unsigned_abs().saturating_mul(10)
     }
 }
 

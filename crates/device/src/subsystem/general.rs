@@ -111,6 +111,7 @@ impl General {
         self.crash
     }
 
+    #[inline(never)]
     pub(crate) fn step(&mut self, inputs: &Inputs, params: &Params) {
         self.pressure = pressure(inputs.pressure_ua, params.get(Param::GeneralPressureRange));
         self.voltage_v = inputs.main_voltage_dv.saturating_add(5) / 10;

@@ -41,22 +41,15 @@ impl Env<'_> {
 
 /// A drive by its axis, without an index that could be wrong.
 pub(crate) fn by_axis<T>(all: &mut [T; AXES], axis: Axis) -> &mut T {
-    let [vertical, horizontal, nozzle, deployer] = all;
-    match axis {
-        Axis::Vertical => vertical,
-        Axis::Horizontal => horizontal,
-        Axis::Nozzle => nozzle,
-        Axis::Deployer => deployer,
+    let [first, others @ ..] = all;
+    match others.get_mut((axis as usize).wrapping_sub(1)) {
+        Some(other) => other,
+        None => first,
     }
 }
 
 /// What belongs to an axis, without an index that could be wrong.
-pub(crate) const fn of_axis<T>(all: &[T; AXES], axis: Axis) -> &T {
-    let [vertical, horizontal, nozzle, deployer] = all;
-    match axis {
-        Axis::Vertical => vertical,
-        Axis::Horizontal => horizontal,
-        Axis::Nozzle => nozzle,
-        Axis::Deployer => deployer,
-    }
+pub(crate) fn of_axis<T>(all: &[T; AXES], axis: Axis) -> &T {
+    let [first, ..] = all;
+    all.get(axis as usize).unwrap_or(first)
 }

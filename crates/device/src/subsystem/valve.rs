@@ -56,6 +56,7 @@ pub struct Valve {
 
 impl Valve {
     /// §D/1, §D/2 A valve starts by closing unless it is told to stay.
+    #[inline(never)]
     pub(crate) fn new(
         now: Millis,
         no: ValveNo,
@@ -128,8 +129,7 @@ impl Valve {
 
     /// §3.5 SetParam of this valve; range and access have been checked.
     pub(crate) fn set_param(&mut self, param: Param, value: i32, params: &mut Params) -> Status {
-        let spec = param.spec();
-        if self.remote && spec.placement == Placement::Unit && !self.unit.write(spec.id, value) {
+        if self.remote && param.kind().placement == Placement::Unit && !self.unit.write(param.id(), value) {
             return Status::CACHED;
         }
         params.write(param, Ints::Values(&[value]))
@@ -143,6 +143,7 @@ impl Valve {
         self.unit.op()
     }
 
+    #[inline(never)]
     pub(crate) fn step(
         &mut self,
         now: Millis,

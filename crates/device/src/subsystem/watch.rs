@@ -11,7 +11,7 @@ const START_MS: u32 = 250;
 const WATCH_MS: u32 = 400;
 /// Way over which motion is judged at least: a quarter of it is a whole count of the position. A
 /// slow drive takes longer for it.
-const WATCH_MILLI: i64 = 4000;
+const WATCH_MILLI: i32 = 4000;
 /// A longer step says too little of what happened in it.
 const WATCH_STEP_MS: u32 = 250;
 /// Speed below which motion is not judged, 0.1 °/s or 0.1 mm/s.
@@ -26,9 +26,9 @@ pub(crate) struct Watch {
     elapsed_ms: u32,
     start: i32,
     /// Commanded way, milli-units of position.
-    expected: i64,
+    expected: i32,
     /// Way by the speed sensor, milli-units of position.
-    measured: i64,
+    measured: i32,
 }
 
 impl Watch {
@@ -37,13 +37,14 @@ impl Watch {
         Self { start: input.position, ..Self::default() }
     }
 
-    /// Judges after a while whether the drive did what it was told. `milli_per_tenth` is the way, in
-    /// milli-units of position, that a speed of one tenth makes in a second.
+    /// Judges after a while whether the drive did what it was told. `way_per_tenth` is the way, in
+    /// tenths of a milli-unit of position, that a speed of one tenth makes in a millisecond.
+    #[inline(never)]
     pub fn step(
         &mut self,
         dt_ms: u32,
         speed_tenths: i16,
-        milli_per_tenth: i64,
+        way_per_tenth: i32,
         input: &DriveInput,
     ) -> DriveFlags {
         let judged = speed_tenths.abs() >= WATCH_SPEED_TENTHS && dt_ms <= WATCH_STEP_MS;
@@ -56,10 +57,11 @@ impl Watch {
             self.start = input.position;
             return DriveFlags::empty();
         }
-        let way = |tenths: i16| i64::from(tenths) * milli_per_tenth * i64::from(dt_ms) / 1000;
+        // A step that is judged is short: 32,767 tenths over 250 ms have room in 32 bits.
+        let way = |tenths: i16| i32::from(tenths) * way_per_tenth * dt_ms.cast_signed() / 10;
         self.elapsed_ms = self.elapsed_ms.saturating_add(dt_ms);
-        self.expected += way(speed_tenths);
-        self.measured += way(input.speed_tenths);
+        self.expected = self.expected.saturating_add(way(speed_tenths));
+        self.measured = self.measured.saturating_add(way(input.speed_tenths));
         if self.elapsed_ms < WATCH_MS || self.expected.abs() < WATCH_MILLI {
             return DriveFlags::empty();
         }
@@ -68,12 +70,13 @@ impl Watch {
         if input.min_switch || input.max_switch {
             return DriveFlags::empty();
         }
-        let moved = i64::from(input.position.saturating_sub(start)) * 1000;
+        let moved = input.position.saturating_sub(start).saturating_mul(1000);
         let sign = expected.signum();
-        let (went, sensed, part) = (moved * sign, measured * sign, expected.abs() / 4);
+        let of = |way: i32| way.saturating_mul(sign);
+        let (went, sensed, part) = (of(moved), of(measured), expected.abs() / 4);
         // What turned round within this stretch has measured next to nothing in sum.
-        let now = i64::from(input.speed_tenths) * sign;
-        let turned = now < -i64::from(speed_tenths.abs()) / 4;
+        let now = i32::from(input.speed_tenths) * sign;
+        let turned = now < -i32::from(speed_tenths.abs()) / 4;
         match () {
             () if went < -part => DriveFlags::POSITION_WAY_FAULT,
             () if went < part && sensed > part => DriveFlags::POS_ENCODER_FAULT,

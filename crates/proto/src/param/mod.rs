@@ -249,12 +249,12 @@ pub enum ValveParam {
 impl Param {
     /// The parameter of a subsystem with this id.
     pub fn find(subsystem: SubsystemId, id: ParamId) -> Option<Param> {
-        Self::of(subsystem).find(|param| param.spec().id == id)
+        Self::of(subsystem).find(|param| param.id() == id)
     }
 
     /// The parameters of a subsystem in the order of the table.
     pub fn of(subsystem: SubsystemId) -> impl Iterator<Item = Param> {
-        Self::ALL.iter().copied().filter(move |param| param.spec().subsystem == subsystem)
+        Self::ALL.iter().copied().filter(move |param| param.subsystem() == subsystem)
     }
 
     /// The parameter of a subsystem with this name, in any case.
@@ -302,6 +302,15 @@ mod tests {
             let spec = param.spec();
             assert_eq!(Param::find(spec.subsystem, spec.id), Some(param), "{param:?}");
             assert_eq!(Param::by_name(spec.subsystem, param.name()), Some(param));
+        }
+    }
+
+    #[test]
+    fn kind_and_own_are_the_specification() {
+        for param in Param::ALL {
+            let (subsystem, id, default) = (param.subsystem(), param.id(), param.default());
+            let whole = ParamSpec { subsystem, id, default, ..*param.kind() };
+            assert_eq!(whole, *param.spec(), "{param:?}");
         }
     }
 

@@ -36,6 +36,34 @@ macro_rules! params {
                 }
             }
 
+            /// What stands for it alone, in little memory.
+            const fn own(self) -> &'static Own {
+                const ALL: [Own; Param::COUNT] = [$(Own {
+                    default: $spec.default,
+                    id: ParamId::of($name),
+                    subsystem: SubsystemId::$subsystem,
+                }),+];
+                match ALL.split_at_checked(self as usize) {
+                    Some((_, [own, ..])) => own,
+                    _ => &OWN,
+                }
+            }
+
+            /// What the specification says of all parameters of this kind: those of the same kind share
+            /// it, so it takes little memory. Subsystem, id and default are not those of this one.
+            pub const fn kind(self) -> &'static ParamSpec {
+                match self {
+                    $(Param::$variant => &const {
+                        ParamSpec {
+                            subsystem: SubsystemId::GENERAL,
+                            id: ParamId(0),
+                            default: 0,
+                            ..$spec
+                        }
+                    },)+
+                }
+            }
+
             /// The name whose hash is the id.
             pub const fn name(self) -> &'static str {
                 match self {
@@ -51,6 +79,33 @@ macro_rules! params {
             }
         }
     };
+}
+
+/// What tells a parameter from others of its kind.
+struct Own {
+    default: i32,
+    id: ParamId,
+    subsystem: SubsystemId,
+}
+
+/// Of no parameter.
+const OWN: Own = Own { default: 0, id: ParamId(0), subsystem: SubsystemId::GENERAL };
+
+impl Param {
+    /// The subsystem it belongs to.
+    pub const fn subsystem(self) -> SubsystemId {
+        self.own().subsystem
+    }
+
+    /// The 16-bit hash of its name.
+    pub const fn id(self) -> ParamId {
+        self.own().id
+    }
+
+    /// The value of every element until it is set.
+    pub const fn default(self) -> i32 {
+        self.own().default
+    }
 }
 
 /// One stored value that SetParam may change at once; the methods below change what differs.

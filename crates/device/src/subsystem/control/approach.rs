@@ -154,6 +154,8 @@ pub(crate) fn clamp(drives: &[Drive; AXES], wanted: Direction) -> Direction {
 }
 
 fn in_proportion(speed: i32, way: i32, longest: i32) -> i32 {
-    let part = i64::from(speed) * i64::from(way.saturating_abs()) / i64::from(longest.max(1));
-    part.clamp(1, i64::from(speed.max(1))) as i32
+    /// Beyond 24 turns, and 400 °/s, proportions need not be kept: the product has room in 32 bits.
+    const WAY_MAX: i32 = (1 << 19) - 1;
+    let part = speed.min(4096) * way.saturating_abs().min(WAY_MAX) / longest.clamp(1, WAY_MAX);
+    part.min(speed).max(1)
 }

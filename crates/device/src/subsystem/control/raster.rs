@@ -32,7 +32,7 @@ impl Area {
 
     /// The area without a margin, but at least its middle.
     pub(crate) fn without_sides(self, margin: i32) -> Self {
-        let margin = margin.clamp(0, self.left.saturating_sub(self.right).max(0) / 2);
+        let margin = margin.min(self.left.saturating_sub(self.right) / 2).max(0);
         Self {
             right: self.right.saturating_add(margin),
             left: self.left.saturating_sub(margin),

@@ -49,7 +49,7 @@ impl Samples {
     pub(super) fn step(
         &mut self,
         now: Millis,
-        picture: impl FnOnce() -> Option<Hotbed>,
+        picture: &mut dyn FnMut() -> Option<Hotbed>,
     ) -> Option<Option<Measured>> {
         if self.picture.poll(now) {
             self.picture.start(now, PICTURE_MS);
@@ -99,7 +99,7 @@ mod tests {
         let mut samples = Samples::after(Millis(0), 300);
         let mut pictures = 0;
         let done = (0..5000).find_map(|ms| {
-            let done = samples.step(Millis(ms), || {
+            let done = samples.step(Millis(ms), &mut || {
                 pictures += 1;
                 Some(spot(if pictures % 2 == 0 { 3 } else { -2 }))
             });
@@ -117,7 +117,7 @@ mod tests {
         let mut samples = Samples::after(Millis(0), 300);
         let mut pictures = 0;
         let done = (0..5000).find(|ms| {
-            let done = samples.step(Millis(*ms), || {
+            let done = samples.step(Millis(*ms), &mut || {
                 pictures += 1;
                 (pictures < 16).then(|| spot(0))
             });

@@ -15,7 +15,6 @@ use board::{Board, Chosen};
 use cortex_m_rt::entry;
 use lafet_device::port::Port;
 use lafet_device::{Device, Source};
-use lafet_proto::link::WIRE_MAX;
 
 #[entry]
 fn main() -> ! {
@@ -32,10 +31,9 @@ fn run(board: &mut impl Board) -> ! {
     let mut device = Device::power_up(start.now_ms, start.composition, start.address, fault, board);
     board.started();
     let mut port = Port::new(Source::ExternalConn);
-    let mut answer = [0; WIRE_MAX];
     loop {
         board.feed_watchdog();
-        serve(board, &mut device, &mut port, &mut answer);
+        serve(board, &mut device, &mut port);
         if let Some(now_ms) = board.due() {
             device.step(now_ms, board);
             board.stepped();
@@ -44,18 +42,12 @@ fn run(board: &mut impl Board) -> ! {
 }
 
 /// Answers what has come over the line.
-fn serve(
-    board: &mut impl Board,
-    device: &mut Device,
-    port: &mut Port,
-    answer: &mut [u8; WIRE_MAX],
-) {
+fn serve(board: &mut impl Board, device: &mut Device, port: &mut Port) {
     let mut chunk = [0; CHUNK];
-    let mut rest = board.receive(&mut chunk);
-    while !rest.is_empty() {
-        let (taken, len) = port.receive(board.now_ms(), device, rest, answer);
-        board.send(answer.get(..len).unwrap_or_default());
-        rest = rest.get(taken..).unwrap_or_default();
+    let bytes = board.receive(&mut chunk);
+    if !bytes.is_empty() {
+        port.serve(board.now_ms(), device, bytes, &mut |byte| board.put(byte));
+        board.release();
     }
 }
 

@@ -79,6 +79,7 @@ impl Device {
     }
 
     /// Requests answered with a status alone.
+    #[inline(never)]
     fn command(&mut self, now: Millis, id: SubsystemId, body: &Body<'_>, by: Asked) -> Status {
         match body {
             Body::Move { destination } => self.move_to(now, id, *destination, by),
@@ -286,6 +287,7 @@ impl Device {
     }
 
     /// §3.4
+    #[inline(never)]
     fn read_param<'b>(
         &mut self,
         id: SubsystemId,
@@ -325,6 +327,7 @@ impl Device {
     }
 
     /// §3.5: order of checks in docs/questions.md.
+    #[inline(never)]
     fn write_param(
         &mut self,
         id: SubsystemId,

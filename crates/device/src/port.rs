@@ -52,6 +52,28 @@ impl Port {
         }
         (taken, 0)
     }
+
+    /// Takes all these bytes, and puts those of the answers on the line one by one: no room for
+    /// them is needed.
+    pub fn serve(
+        &mut self,
+        now_ms: u32,
+        device: &mut Device,
+        bytes: &[u8],
+        put: &mut dyn FnMut(u8),
+    ) {
+        for byte in bytes {
+            if self.decoder.push(*byte).is_none() {
+                continue;
+            }
+            let (check, mut answer) = (self.decoder.check(), [0; PAYLOAD_MAX]);
+            let Some(frame) = self.decoder.last() else { continue };
+            let reply = respond(now_ms, self.source, check, device, &frame, &mut answer);
+            if let Some(reply) = reply {
+                link::send(check, &reply, put);
+            }
+        }
+    }
 }
 
 /// §C/3 A connection that carries bare records instead of frames: one monitor, no address, no CRC.

@@ -118,6 +118,38 @@ fn encode_crc32c(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
     wire.put_body([&addresses, frame.payload, &crc])
 }
 
+/// §L/1, §L/7 Hands over a frame with this check byte by byte, as it goes on the wire: a chip sends it
+/// without keeping it.
+pub fn send(check: Check, frame: &Frame<'_>, put: &mut dyn FnMut(u8)) {
+    let addresses = [frame.dst, frame.src];
+    let (start, crc): (&[u8], u32) = match check {
+        Check::Crc16 => {
+            let mut crc = Crc16::new();
+            crc.update(&addresses);
+            crc.update(frame.payload);
+            (&[SYNC, END], crc.finish().into())
+        }
+        Check::Crc32c => {
+            let mut crc = Crc32c::new();
+            crc.update(&addresses);
+            crc.update(frame.payload);
+            (&[SYNC, END, ESCAPE, MARK_CRC32C], crc.finish())
+        }
+    };
+    start.iter().for_each(|byte| put(*byte));
+    let crc = crc.to_le_bytes();
+    for part in [addresses.as_slice(), frame.payload, crc.get(..check.size()).unwrap_or_default()] {
+        for byte in part {
+            match *byte {
+                END => [ESCAPE, ESCAPED_END].into_iter().for_each(&mut *put),
+                ESCAPE => [ESCAPE, ESCAPED_ESCAPE].into_iter().for_each(&mut *put),
+                plain => put(plain),
+            }
+        }
+    }
+    put(END);
+}
+
 struct Wire<'a> {
     out: &'a mut [u8],
     len: usize,

@@ -331,6 +331,7 @@ impl FaultInfo {
     pub const NONE: Self = Self::from_words([0; 20]);
 
     /// The block of a Cortex-M3.
+    #[inline(never)]
     pub const fn from_words(words: [u32; 20]) -> Self {
         let [signature, archtype, spcr, r0, r1, r2, r3, r12, lr, pc, a, b, c, d, e, f, g, h, i, j] =
             words;
@@ -350,6 +351,7 @@ impl FaultInfo {
     }
 
     /// Twenty words; those an ARM7TDMI does not have are 0.
+    #[inline(never)]
     pub const fn to_words(self) -> [u32; 20] {
         let [a, b, c, d, e, f, g, h, i, j] = match self.arch {
             FaultArch::CortexM3(words) => words,

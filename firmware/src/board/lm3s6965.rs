@@ -63,11 +63,9 @@ impl Uart {
         (!is_empty).then(|| Register::at(self.0).read() as u8)
     }
 
-    fn write(&self, bytes: &[u8]) {
-        for byte in bytes {
-            while Register::at(self.0 + 0x18).read() & 1 << 5 != 0 {}
-            Register::at(self.0).write((*byte).into());
-        }
+    fn put(&self, byte: u8) {
+        while Register::at(self.0 + 0x18).read() & 1 << 5 != 0 {}
+        Register::at(self.0).write(byte.into());
     }
 }
 
@@ -106,7 +104,7 @@ impl Lm3s6965 {
     fn report(&self, report: &Report) {
         let mut wire = [0; WIRE_MAX];
         let len = report.encode(&mut wire).unwrap_or_default();
-        self.plant.write(wire.get(..len).unwrap_or_default());
+        wire.iter().take(len).for_each(|byte| self.plant.put(*byte));
     }
 
     fn order(&mut self) -> Option<Order> {
@@ -209,8 +207,8 @@ impl Board for Lm3s6965 {
         buffer.get(..len).unwrap_or_default()
     }
 
-    fn send(&mut self, bytes: &[u8]) {
-        self.line.write(bytes);
+    fn put(&mut self, byte: u8) {
+        self.line.put(byte);
     }
 
     fn feed_watchdog(&mut self) {

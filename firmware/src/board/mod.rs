@@ -48,8 +48,11 @@ pub trait Board: Hal {
     /// What has come over the line and fits.
     fn receive<'b>(&mut self, buffer: &'b mut [u8]) -> &'b [u8];
 
-    /// Sends a frame.
-    fn send(&mut self, bytes: &[u8]);
+    /// Sends a byte of a frame.
+    fn put(&mut self, byte: u8);
+
+    /// Lets go of the line, when all that was sent has left.
+    fn release(&mut self) {}
 
     /// The program is alive.
     fn feed_watchdog(&mut self);

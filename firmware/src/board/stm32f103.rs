@@ -275,12 +275,13 @@ impl Board for Stm32f103 {
         buffer.get(..len).unwrap_or_default()
     }
 
-    fn send(&mut self, bytes: &[u8]) {
+    fn put(&mut self, byte: u8) {
         PORT_A.write(TRANSMIT, TRANSMIT);
-        for byte in bytes {
-            while Register::at(USART1).read() & 1 << 7 == 0 {}
-            Register::at(USART1 + 0x04).write((*byte).into());
-        }
+        while Register::at(USART1).read() & 1 << 7 == 0 {}
+        Register::at(USART1 + 0x04).write(byte.into());
+    }
+
+    fn release(&mut self) {
         // The transmitter lets go of the line with the last stop bit.
         while Register::at(USART1).read() & 1 << 6 == 0 {}
         PORT_A.write(TRANSMIT, 0);

@@ -28,7 +28,8 @@ const CHUNK: usize = 32;
 fn run(board: &mut impl Board) -> ! {
     let fault = crash::take(board.reset_by_watchdog());
     let start = board.start(fault.is_some());
-    let mut device = Device::power_up(start.now_ms, start.composition, start.address, fault, board);
+    let mut device = Device::at_rest(start.composition, start.address);
+    device.wake(start.now_ms, fault, board);
     board.started();
     let mut port = Port::new(Source::ExternalConn);
     loop {

@@ -323,9 +323,7 @@ impl Device {
                 .or(self.busy_detector())
                 .or(self.open_valve()),
             // §3.13/2
-            RequestId::START_JUSTIFY => {
-                self.not_deployed().or(self.seeking()).or(self.quenching())
-            }
+            RequestId::START_JUSTIFY => self.not_deployed().or(self.seeking()).or(self.quenching()),
             // §3.14/6, §3.15/4
             RequestId::START_QUENCH | RequestId::START_TRAJECTORY => self.busy_detector(),
             // §3.16/4, §3.16/8

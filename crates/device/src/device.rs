@@ -59,7 +59,6 @@ impl Device {
     ///
     /// `composition` and `address` are what the hardware says; stored parameters precede them.
     /// `crash` is what a fault before this start has left (§3.20).
-    #[inline(never)]
     pub fn power_up(
         now_ms: u32,
         composition: &Composition,
@@ -67,48 +66,71 @@ impl Device {
         crash: Option<FaultInfo>,
         hal: &mut impl Hal,
     ) -> Self {
-        let now = Millis(now_ms);
-        let params = Params::load(hal);
-        let mut inputs = Inputs::default();
-        hal.read(&mut inputs);
-        let configured = !params.is_incomplete(SubsystemId::GENERAL);
-        // §3.19/3 What is not stored is as compiled in, the address as the hardware has it.
-        let chain = if configured {
-            ChainSet::from_bits(params.get(Param::GeneralChain) as u16)
-        } else {
-            composition.chain
-        };
-        let address = if configured { params.get(Param::GeneralAddress) as u8 } else { address };
-        let locked = params.lockout();
-        let keep_valves = params.get(Param::GeneralResetValves) != 0 && !locked;
-        let drive = |axis| Drive::new(axis, &params, *of_axis(&inputs.drives, axis));
-        let [valve1, valve2] = inputs.valves;
-        let valve = |(no, input)| Valve::new(now, no, &params, input, keep_valves);
-        let invalid = |id| params.is_incomplete(id);
-        let [_, _, _, deployer] = &inputs.drives;
-        let mut settling = Timer::default();
-        settling.start(now, guard::SETTLE_MS);
+        let mut device = Self::at_rest(composition, address);
+        device.wake(now_ms, crash, hal);
+        device
+    }
+
+    /// A monitor before its power-up: nothing is driven, and nothing known. [`Self::wake`] goes on; a
+    /// chip, on which there is no room for two, calls both by itself.
+    #[inline(never)]
+    pub fn at_rest(composition: &Composition, address: u8) -> Self {
+        // Greatest parts last, each by a call: then each is made in its place, none on the stack.
         Self {
-            chain,
+            chain: composition.chain,
             address,
+            inputs: Inputs::default(),
             outputs: Outputs::default(),
             causes: Causes::all(Rule::Inert),
-            general: General::new(locked, crash),
+            general: General::default(),
             climatics: Climatics::default(),
-            drives: Axis::ALL.map(drive),
-            valves: [(ValveNo::Valve1, valve1), (ValveNo::Valve2, valve2)].map(valve),
+            deployer: Deployer::default(),
+            external_conn: Conn::default(),
+            radio: Conn::default(),
+            buttons: ButtonPost::default(),
+            ext_buttons: ButtonPost::default(),
+            settling: Timer::default(),
+            last_step: Millis::default(),
+            params: Params::BLANK,
+            drives: Drive::all(),
+            valves: Valve::both(),
             control: Control::default(),
             detector: Detector::default(),
-            deployer: Deployer::new(deployer),
-            external_conn: Conn::new(invalid(SubsystemId::EXTERNAL_CONN)),
-            radio: Conn::new(invalid(SubsystemId::RADIO)),
-            buttons: ButtonPost::new(invalid(SubsystemId::BUTTONS)),
-            ext_buttons: ButtonPost::new(invalid(SubsystemId::EXT_BUTTONS)),
-            settling,
-            last_step: now,
-            params,
-            inputs,
         }
+    }
+
+    /// §D/1 Takes what memory and sensors say at the start.
+    pub fn wake(&mut self, now_ms: u32, crash: Option<FaultInfo>, hal: &mut impl Hal) {
+        let now = Millis(now_ms);
+        self.last_step = now;
+        if let Some(crash) = crash {
+            self.general.set_crash(crash);
+        }
+        let Self { params, inputs, .. } = self;
+        params.restore(hal);
+        hal.read(inputs);
+        // §3.19/3 What is not stored is as compiled in, the address as the hardware has it.
+        if !params.is_incomplete(SubsystemId::GENERAL) {
+            self.chain = ChainSet::from_bits(params.get(Param::GeneralChain) as u16);
+            self.address = params.get(Param::GeneralAddress) as u8;
+        }
+        let locked = params.lockout();
+        let keep_valves = params.get(Param::GeneralResetValves) != 0 && !locked;
+        self.general.set_locked(locked);
+        for (drive, input) in self.drives.iter_mut().zip(&inputs.drives) {
+            drive.power_up(params, *input);
+        }
+        for (valve, input) in self.valves.iter_mut().zip(&inputs.valves) {
+            valve.power_up(now, params, *input, keep_valves);
+        }
+        let [_, _, _, deployer] = &inputs.drives;
+        self.deployer.power_up(deployer);
+        let invalid = |id| params.is_incomplete(id);
+        self.external_conn.power_up(invalid(SubsystemId::EXTERNAL_CONN));
+        self.radio.power_up(invalid(SubsystemId::RADIO));
+        self.buttons.power_up(invalid(SubsystemId::BUTTONS));
+        self.ext_buttons.power_up(invalid(SubsystemId::EXT_BUTTONS));
+        self.settling.start(now, guard::SETTLE_MS);
     }
 
     /// Stores the parameters with which a monitor of this composition leaves the factory.

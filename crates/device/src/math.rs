@@ -14,7 +14,8 @@ pub(crate) fn sin_cos(arcmin: i32) -> (f32, f32) {
     let rest = arcmin - quadrant * ARCMIN_PER_QUADRANT;
     let angle = rest as f32 * (FRAC_PI_2 / ARCMIN_PER_QUADRANT as f32);
     let square = angle * angle;
-    let sin = angle * series(square, &[1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0]);
+    let sin =
+        angle * series(square, &[1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0]);
     let cos = series(square, &[1.0, -0.5, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0]);
     match quadrant & 3 {
         0 => (sin, cos),
@@ -51,8 +52,7 @@ pub(crate) fn pow(base: f32, exponent: f32) -> f32 {
     let whole = (power + if power < 0.0 { -0.5 } else { 0.5 }) as i32;
     let whole = whole.clamp(-126, 127);
     let rest = (power - whole as f32) * LN_2;
-    const TERMS: [f32; 7] =
-        [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0];
+    const TERMS: [f32; 7] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0];
     series(rest, &TERMS) * f32::from_bits((whole + 127).cast_unsigned() << 23)
 }
 

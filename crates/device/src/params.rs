@@ -26,10 +26,17 @@ const WORDS: usize = Param::COUNT.div_ceil(32);
 const RETRY_MS: u32 = 60_000;
 
 /// A stored trajectory.
-#[derive(Clone, Copy, Default, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 struct Stored {
     points: [TrajectoryPoint; POINTS],
     len: u8,
+}
+
+impl Stored {
+    const BLANK: Self = {
+        let point = TrajectoryPoint { horizontal: 0, vertical: 0, distance: 0, dwell: 0 };
+        Self { points: [point; POINTS], len: 0 }
+    };
 }
 
 /// The points there are: what stands behind them means nothing.
@@ -47,7 +54,7 @@ pub struct Params {
     programs: [[i16; 7]; PROGRAMS],
     trajectories: [Stored; TRAJECTORIES],
     correction: [i8; 256],
-    correction_valid: bool,
+    correction_damaged: bool,
     lockout: bool,
     /// Groups by index: to be stored, never stored, that could not be read, nor be stored.
     dirty: u64,
@@ -60,9 +67,19 @@ pub struct Params {
 
 impl Params {
     /// Reads everything that is stored.
-    #[inline(never)]
+    #[cfg(test)]
     pub(crate) fn load(storage: &mut impl Storage) -> Self {
-        let mut params = Self::unset();
+        let mut params = Self::BLANK;
+        params.restore(storage);
+        params
+    }
+
+    /// Reads everything that is stored, into parameters that are blank.
+    #[inline(never)]
+    pub(crate) fn restore(&mut self, storage: &mut impl Storage) {
+        for (value, param) in self.values.iter_mut().zip(&Param::ALL) {
+            *value = param.default();
+        }
         for index in 0..Group::COUNT {
             let group = Group::from_index(index);
             let mut buffer = [0; VALUE_MAX];
@@ -70,27 +87,26 @@ impl Params {
                 Ok(None) => {
                     // A monitor that was never locked out has nothing to store.
                     if group != Group::Lockout {
-                        params.absent |= group.bit();
+                        self.absent |= group.bit();
                     }
                     continue;
                 }
-                Ok(Some(value)) => params.decode(group, value),
+                Ok(Some(value)) => self.decode(group, value),
                 Err(_) => None,
             };
             if read.is_none() {
-                params.unread |= group.bit();
+                self.unread |= group.bit();
                 // §3.6/3
                 if group == Group::Correction {
-                    params.correction_valid = false;
+                    self.correction_damaged = true;
                 }
                 // §3.18/6 A monitor that cannot tell whether it was locked out stays locked out.
                 if group == Group::Lockout {
-                    params.lockout = true;
+                    self.lockout = true;
                 }
             }
         }
-        params.update_incomplete();
-        params
+        self.update_incomplete();
     }
 
     /// Stores the factory's values of a composition: what a new monitor leaves the factory with.
@@ -116,26 +132,27 @@ impl Params {
     }
 
     fn unset() -> Self {
-        let mut values = [0; Param::COUNT];
-        for (value, param) in values.iter_mut().zip(Param::ALL) {
-            *value = param.default();
-        }
-        Self {
-            values,
-            set: [0; WORDS],
-            programs: [[0; 7]; PROGRAMS],
-            trajectories: [Stored::default(); TRAJECTORIES],
-            correction: [0; 256],
-            correction_valid: true,
-            lockout: false,
-            dirty: 0,
-            absent: 0,
-            unread: 0,
-            unwritten: 0,
-            retry_in: Timer::default(),
-            incomplete: 0,
-        }
+        let mut params = Self::BLANK;
+        params.values = Param::ALL.map(Param::default);
+        params
     }
+
+    /// Before anything is known of them, the defaults not either.
+    pub(crate) const BLANK: Self = Self {
+        values: [0; Param::COUNT],
+        set: [0; WORDS],
+        programs: [[0; 7]; PROGRAMS],
+        trajectories: [Stored::BLANK; TRAJECTORIES],
+        correction: [0; 256],
+        correction_damaged: false,
+        lockout: false,
+        dirty: 0,
+        absent: 0,
+        unread: 0,
+        unwritten: 0,
+        retry_in: Timer::STOPPED,
+        incomplete: 0,
+    };
 
     /// A parameter that holds one number; its default while it is unset.
     pub fn get(&self, param: Param) -> i32 {
@@ -162,12 +179,12 @@ impl Params {
     pub fn correction(&self, pressure_datm: u16) -> Option<i8> {
         let last = self.correction.len() - 1;
         let index = usize::from(pressure_datm).min(last);
-        self.correction.get(index).copied().filter(|_| self.correction_valid)
+        self.correction.get(index).copied().filter(|_| !self.correction_damaged)
     }
 
     /// §3.6 The correction table is whole.
     pub const fn correction_valid(&self) -> bool {
-        self.correction_valid
+        !self.correction_damaged
     }
 
     /// §3.6/1 Changes entries of the correction table, which is stored as a whole.
@@ -181,7 +198,7 @@ impl Params {
         for (entry, correction) in entries.iter_mut().zip(corrections.iter()) {
             changed |= core::mem::replace(entry, correction) != correction;
         }
-        self.correction_valid = true;
+        self.correction_damaged = false;
         self.keep(Group::Correction, changed)
     }
 
@@ -232,7 +249,9 @@ impl Params {
                 points.len() * 4
             }
             // §3.4/3
-            _ if param.kind().required && !self.is_set(param) => return Err(Status::INCOMPLETE_CONFIG),
+            _ if param.kind().required && !self.is_set(param) => {
+                return Err(Status::INCOMPLETE_CONFIG);
+            }
             _ => {
                 if let Some(value) = buffer.first_mut() {
                     *value = self.get(param);
@@ -505,7 +524,7 @@ fn saturate(value: i32) -> i16 {
 }
 
 fn stored_points(values: Ints<'_>) -> Stored {
-    let mut stored = Stored::default();
+    let mut stored = Stored::BLANK;
     let mut values = values.iter();
     for point in &mut stored.points {
         let (Some(horizontal), Some(vertical), Some(distance), Some(dwell)) =

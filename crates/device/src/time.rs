@@ -18,6 +18,9 @@ pub struct Timer {
 }
 
 impl Timer {
+    /// Does not run.
+    pub const STOPPED: Self = Self { deadline: None };
+
     /// Starts, or starts anew.
     pub fn start(&mut self, now: Millis, after_ms: u32) {
         self.deadline = Some(Millis(now.0.wrapping_add(after_ms)));

@@ -29,9 +29,15 @@ pub(crate) struct Demand {
     pub close: bool,
 }
 
+impl Default for ButtonPost {
+    fn default() -> Self {
+        Self { states: [ButtonState::Released; 8], armed: [false; 8], faulty_config: false }
+    }
+}
+
 impl ButtonPost {
-    pub(crate) fn new(faulty_config: bool) -> Self {
-        Self { states: [ButtonState::Released; 8], armed: [false; 8], faulty_config }
+    pub(crate) fn power_up(&mut self, faulty_config: bool) {
+        self.faulty_config = faulty_config;
     }
 
     /// Takes the states; a locked post asks for nothing (§3.18/7).

@@ -21,8 +21,8 @@ pub struct Conn {
 }
 
 impl Conn {
-    pub(crate) fn new(faulty_config: bool) -> Self {
-        Self { faulty_config, ..Self::default() }
+    pub(crate) fn power_up(&mut self, faulty_config: bool) {
+        self.faulty_config = faulty_config;
     }
 
     /// §3.3.9/1 Somebody has tried to control the monitor through this interface.

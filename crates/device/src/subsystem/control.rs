@@ -104,6 +104,12 @@ pub(crate) struct Data {
     len: usize,
 }
 
+impl Default for Data {
+    fn default() -> Self {
+        Self { bytes: [0; DATA_MAX], len: 0 }
+    }
+}
+
 impl core::fmt::Debug for Data {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         self.bytes().fmt(f)
@@ -130,12 +136,13 @@ pub struct Control {
 }
 
 impl Default for Control {
+    #[inline(never)]
     fn default() -> Self {
         Self {
             state: State::Idle,
             task: Task::Sector(Scan::aim(Direction::default())),
             cause: Cause::Rule(Rule::Inert),
-            data: Data::of(core::iter::empty()),
+            data: Data::default(),
             nozzle: 0,
             nozzle_kept: false,
             nozzle_goal: None,
@@ -195,7 +202,8 @@ impl Control {
             Quench::Corrected { corrections, .. } => corrections.0,
             Quench::Program { .. } | Quench::Full { .. } => &[],
         };
-        self.begin(Task::Sector(scan.with(law)), Data::of(data.iter().copied()), env);
+        self.begin(Task::Sector(scan.with(law)), env);
+        self.data.set(&mut data.iter().copied());
         self.cause = Cause::Program(Program::Quench, by);
         self.nozzle = i32::from(sector.nozzle);
         self.latched.set(ControlFlags::OUTSIDE_LIMITS, inside != Some(area));
@@ -209,25 +217,20 @@ impl Control {
         by: Asked,
         env: &Env<'_>,
     ) -> Status {
-        let (data, stored) = match trajectory.path {
-            request::Path::Points(points) => {
-                (Data::of(points.iter().flat_map(|point| point.to_bytes())), false)
+        if let request::Path::Stored(numbers) = trajectory.path {
+            // §3.15/3, §3.15/2
+            if numbers.iter().any(|number| *number >= TRAJECTORIES) {
+                return Status::INVALID_VALUE;
             }
-            request::Path::Stored(numbers) => {
-                // §3.15/3, §3.15/2
-                if numbers.iter().any(|number| *number >= TRAJECTORIES) {
-                    return Status::INVALID_VALUE;
-                }
-                let empty = |number: &u8| env.params.trajectory(usize::from(*number)).is_empty();
-                if numbers.iter().any(empty) {
-                    return Status::INVALID_ID;
-                }
-                (Data::of(numbers.iter().copied()), true)
+            let empty = |number: &u8| env.params.trajectory(usize::from(*number)).is_empty();
+            if numbers.iter().any(empty) {
+                return Status::INVALID_ID;
             }
-        };
+        }
         if let Err(status) = self.check_drives(env) {
             return status;
         }
+        let stored = matches!(trajectory.path, request::Path::Stored(_));
         let walk = Walk {
             path: Path::new(stored, trajectory.repeat),
             ballistics: trajectory.ballistics,
@@ -236,7 +239,13 @@ impl Control {
             drawing: false,
             dwell: Timer::default(),
         };
-        self.begin(Task::Trajectory(walk), data, env);
+        self.begin(Task::Trajectory(walk), env);
+        match trajectory.path {
+            request::Path::Points(points) => {
+                self.data.set(&mut points.iter().flat_map(|point| point.to_bytes()));
+            }
+            request::Path::Stored(numbers) => self.data.set(&mut numbers.iter().copied()),
+        }
         self.cause = Cause::Program(Program::Trajectory, by);
         self.nozzle = NARROWEST_MM;
         Status::ACCEPTED
@@ -317,10 +326,9 @@ impl Control {
     }
 
     /// §3.14/1, §3.14/5, §3.14/9
-    fn begin(&mut self, task: Task, data: Data, env: &Env<'_>) {
+    fn begin(&mut self, task: Task, env: &Env<'_>) {
         self.state = if env.deployed { State::Running } else { State::Deploying };
         self.task = task;
-        self.data = data;
         self.nozzle_kept = false;
         self.nozzle_goal = None;
         self.elevation.restart();
@@ -562,13 +570,20 @@ fn law_of_distance(on: bool, distance_m: Option<u8>) -> Option<Law> {
 }
 
 impl Data {
-    pub(crate) fn of(bytes: impl Iterator<Item = u8>) -> Self {
-        let mut data = Self { bytes: [0; DATA_MAX], len: 0 };
-        for (place, byte) in data.bytes.iter_mut().zip(bytes) {
-            *place = byte;
-            data.len += 1;
-        }
+    #[cfg(test)]
+    pub(crate) fn of(mut bytes: impl Iterator<Item = u8>) -> Self {
+        let mut data = Self::default();
+        data.set(&mut bytes);
         data
+    }
+
+    /// Keeps these bytes instead.
+    fn set(&mut self, bytes: &mut dyn Iterator<Item = u8>) {
+        *self = Self::default();
+        for (place, byte) in self.bytes.iter_mut().zip(bytes) {
+            *place = byte;
+            self.len += 1;
+        }
     }
 
     pub(crate) fn bytes(&self) -> &[u8] {

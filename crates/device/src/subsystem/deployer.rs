@@ -52,16 +52,22 @@ pub struct Deployer {
     internal_fault: bool,
 }
 
-impl Deployer {
-    /// §D/1 The sensors tell where the monitor is.
-    pub(crate) fn new(input: &DriveInput) -> Self {
+impl Default for Deployer {
+    fn default() -> Self {
         Self {
-            position: at_rest(input),
+            position: Position::Between,
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
             failed: false,
             internal_fault: false,
         }
+    }
+}
+
+impl Deployer {
+    /// §D/1 The sensors tell where the monitor is.
+    pub(crate) fn power_up(&mut self, input: &DriveInput) {
+        self.position = at_rest(input);
     }
 
     /// In working position.

@@ -91,6 +91,7 @@ pub struct Detector {
 }
 
 impl Default for Detector {
+    #[inline(never)]
     fn default() -> Self {
         Self {
             state: State::Idle,
@@ -306,11 +307,9 @@ impl Detector {
     /// §3.13/1 Looks where the reference source is and measures where it seems to be.
     fn align(&mut self, now: Millis, env: &mut Env<'_>) {
         let Some(there) = self.approach(now, REFERENCE, None, env) else { return };
-        let done = self.sample(now, there, &mut || {
-            match sightings(env, &mut Default::default()) {
-                [one] => Some(*one),
-                _ => None,
-            }
+        let done = self.sample(now, there, &mut || match sightings(env, &mut Default::default()) {
+            [one] => Some(*one),
+            _ => None,
         });
         let Some(done) = done else { return };
         let found = done.filter(|measured| measured.scatter <= SCATTER_ARCMIN).map(|measured| {

@@ -7,7 +7,7 @@
 
 use crate::cause::{Asked, Cause, Rule};
 use crate::composition::DriveKind;
-use crate::image::{Axis, DriveInput, DriveOutput, UnitInput};
+use crate::image::{AXES, Axis, DriveInput, DriveOutput, UnitInput};
 use crate::math::isqrt;
 use crate::params::Params;
 use crate::subsystem::remote;
@@ -82,17 +82,26 @@ pub struct Drive {
 
 impl Drive {
     #[inline(never)]
-    pub(crate) fn new(axis: Axis, params: &Params, input: DriveInput) -> Self {
-        let kind = DriveKind::from_param(params.drive(axis, DriveParam::DriveType));
-        let mut drive = Self {
+    pub(crate) fn all() -> [Self; AXES] {
+        [
+            Self::new(Axis::Vertical),
+            Self::new(Axis::Horizontal),
+            Self::new(Axis::Nozzle),
+            Self::new(Axis::Deployer),
+        ]
+    }
+
+    #[inline(never)]
+    pub(crate) fn new(axis: Axis) -> Self {
+        Self {
             axis,
-            kind,
+            kind: DriveKind::Encoder,
             goal: Goal::Hold,
             cause: Cause::Rule(Rule::Inert),
             driven: Cause::Rule(Rule::Inert),
             speed_cap_tenths: None,
             speed_milli: 0,
-            input,
+            input: DriveInput::default(),
             position: 0,
             latched: DriveFlags::empty(),
             limitless: false,
@@ -107,12 +116,19 @@ impl Drive {
             unit: remote::Link::default(),
             online: true,
             unit_flags: DriveFlags::empty(),
-            faulty_config: config_invalid(axis, params),
+            faulty_config: false,
             trv: false,
-            limits: stored_limits(axis, params),
-        };
-        drive.position = drive.sensed(params);
-        drive
+            limits: Limits { min: 0, max: 0 },
+        }
+    }
+
+    /// Takes what memory and sensors say at the start.
+    pub(crate) fn power_up(&mut self, params: &Params, input: DriveInput) {
+        self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
+        self.faulty_config = config_invalid(self.axis, params);
+        self.limits = stored_limits(self.axis, params);
+        self.input = input;
+        self.position = self.sensed(params);
     }
 
     /// Position, arc-minutes or mm from the zero point.

@@ -48,10 +48,10 @@ pub struct General {
     crash: FaultInfo,
 }
 
-impl General {
-    pub(crate) fn new(locked: bool, crash: Option<FaultInfo>) -> Self {
+impl Default for General {
+    fn default() -> Self {
         Self {
-            locked,
+            locked: false,
             reset: None,
             reset_in: Timer::default(),
             erase_failed: false,
@@ -59,8 +59,15 @@ impl General {
             voltage_v: 0,
             flow_lps: 0,
             bad_power: false,
-            crash: crash.unwrap_or(FaultInfo::NONE),
+            crash: FaultInfo::NONE,
         }
+    }
+}
+
+impl General {
+    /// §3.20 What a fault before this start has left.
+    pub(crate) fn set_crash(&mut self, crash: FaultInfo) {
+        self.crash = crash;
     }
 
     /// §3.18 Locked out.

@@ -7,7 +7,7 @@ use lafet_proto::ParamId;
 use lafet_proto::flags::DriveFlags;
 
 /// How long what a unit has said counts as its value (ours).
-const FRESH_MS: u32 = 5000;
+const FRESH_MS: u16 = 5000;
 /// Parameters of one unit that are asked for at a time: as many as any unit keeps.
 const READS: usize = 8;
 
@@ -25,9 +25,9 @@ pub struct Link {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Read {
     param: u16,
+    age_ms: u16,
     /// What the unit has said; `None` until then.
     value: Option<i32>,
-    age_ms: u32,
 }
 
 /// A value that somebody wants to write.
@@ -37,7 +37,7 @@ struct Write {
     value: i32,
     /// The unit has taken it, and nobody has been told yet.
     taken: bool,
-    age_ms: u32,
+    age_ms: u16,
 }
 
 impl Link {
@@ -47,7 +47,7 @@ impl Link {
             return read.value;
         }
         // An empty place, or that of the oldest value.
-        let age = |place: &&mut Option<Read>| place.map_or(u32::MAX, |read| read.age_ms);
+        let age = |place: &&mut Option<Read>| place.map_or(u32::MAX, |read| read.age_ms.into());
         if let Some(place) = self.reads.iter_mut().max_by_key(age) {
             *place = Some(Read { param: id.0, value: None, age_ms: 0 });
         }
@@ -103,6 +103,7 @@ impl Link {
     }
 
     fn age(&mut self, dt_ms: u32) {
+        let dt_ms = dt_ms.min(u16::MAX.into()) as u16;
         for place in &mut self.reads {
             if let Some(read) = place {
                 read.age_ms = read.age_ms.saturating_add(dt_ms);

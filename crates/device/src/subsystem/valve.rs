@@ -8,7 +8,7 @@
 //! fault or reset makes the plug go faster than its gear does.
 
 use crate::cause::{Cause, Rule};
-use crate::image::{UnitInput, UnitOp, ValveInput, ValveNo, ValveOutput};
+use crate::image::{UnitInput, UnitOp, VALVES, ValveInput, ValveNo, ValveOutput};
 use crate::params::Params;
 use crate::subsystem::remote;
 use crate::time::{Millis, Timer};
@@ -57,33 +57,38 @@ pub struct Valve {
 impl Valve {
     /// §D/1, §D/2 A valve starts by closing unless it is told to stay.
     #[inline(never)]
-    pub(crate) fn new(
-        now: Millis,
-        no: ValveNo,
-        params: &Params,
-        input: ValveInput,
-        keep: bool,
-    ) -> Self {
-        let mut valve = Self {
+    pub(crate) fn both() -> [Self; VALVES] {
+        [Self::new(ValveNo::Valve1), Self::new(ValveNo::Valve2)]
+    }
+
+    #[inline(never)]
+    fn new(no: ValveNo) -> Self {
+        Self {
             no,
-            remote: param(no, ValveParam::ValveType, params) == 1,
+            remote: false,
             motion: Motion::Still,
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
             leaving: Timer::default(),
-            input,
+            input: ValveInput::default(),
             latched: ValveFlags::empty(),
             overload_ms: 0,
             overload: Timer::default(),
             unit: remote::Link::default(),
             unit_flags: ValveFlags::empty(),
             online: true,
-            faulty_config: params.is_incomplete(no.id()),
-        };
-        if !keep {
-            valve.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
+            faulty_config: false,
         }
-        valve
+    }
+
+    /// §D/2 Closes at the start, unless it is to be kept as it is.
+    pub(crate) fn power_up(&mut self, now: Millis, params: &Params, input: ValveInput, keep: bool) {
+        self.remote = param(self.no, ValveParam::ValveType, params) == 1;
+        self.faulty_config = params.is_incomplete(self.no.id());
+        self.input = input;
+        if !keep {
+            self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
+        }
     }
 
     /// A remote unit.
@@ -129,7 +134,10 @@ impl Valve {
 
     /// §3.5 SetParam of this valve; range and access have been checked.
     pub(crate) fn set_param(&mut self, param: Param, value: i32, params: &mut Params) -> Status {
-        if self.remote && param.kind().placement == Placement::Unit && !self.unit.write(param.id(), value) {
+        if self.remote
+            && param.kind().placement == Placement::Unit
+            && !self.unit.write(param.id(), value)
+        {
             return Status::CACHED;
         }
         params.write(param, Ints::Values(&[value]))

@@ -96,7 +96,11 @@ impl Bench {
         inputs.detector.ready = true;
         let mut bench = Self {
             now: Millis(u32::MAX - 5000),
-            drives: Axis::ALL.map(|axis| Drive::new(axis, &params, *of_axis(&inputs.drives, axis))),
+            drives: Axis::ALL.map(|axis| {
+                let mut drive = Drive::new(axis);
+                drive.power_up(&params, *of_axis(&inputs.drives, axis));
+                drive
+            }),
             params,
             inputs,
             deployed: true,

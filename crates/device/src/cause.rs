@@ -159,6 +159,7 @@ pub struct Causes {
 
 impl Causes {
     /// The same rule for everything.
+    #[inline(never)]
     pub const fn all(rule: Rule) -> Self {
         let cause = Cause::Rule(rule);
         Self { drives: [cause; AXES], valves: [cause; VALVES], heaters: [cause; PLACES] }

@@ -57,10 +57,10 @@ pub struct Params {
     correction_damaged: bool,
     lockout: bool,
     /// Groups by index: to be stored, never stored, that could not be read, nor be stored.
-    dirty: u64,
-    absent: u64,
-    unread: u64,
-    unwritten: u64,
+    dirty: u32,
+    absent: u32,
+    unread: u32,
+    unwritten: u32,
     retry_in: Timer,
     incomplete: u16,
 }

@@ -25,6 +25,9 @@ pub(super) enum Group {
     Lockout,
 }
 
+// Sets of groups are words.
+const _: () = assert!(Group::COUNT <= 32);
+
 impl Group {
     pub(super) const COUNT: u8 = SUBSYSTEMS + PROGRAMS + TRAJECTORIES + 2;
 
@@ -50,7 +53,7 @@ impl Group {
         }
     }
 
-    pub(super) const fn bit(self) -> u64 {
+    pub(super) const fn bit(self) -> u32 {
         1 << self.index()
     }
 
@@ -70,7 +73,7 @@ impl Group {
     }
 
     /// The bits of the groups that a subsystem owns.
-    pub(super) const fn owned_by(id: SubsystemId) -> u64 {
+    pub(super) const fn owned_by(id: SubsystemId) -> u32 {
         let Some(index) = table_index(id) else { return 0 };
         let own = Self::Subsystem(index).bit();
         match id {

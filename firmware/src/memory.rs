@@ -46,6 +46,24 @@ unsafe extern "C" fn memmove(to: *mut u8, from: *const u8, len: usize) -> *mut u
     )
 }
 
+/// The difference of the first bytes that differ.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn memcmp(one: *const u8, other: *const u8, len: usize) -> i32 {
+    naked_asm!(
+        "mov r12, r0",
+        "1: subs r2, #1",
+        "blo 2f",
+        "ldrb r0, [r12], #1",
+        "ldrb r3, [r1], #1",
+        "subs r0, r0, r3",
+        "beq 1b",
+        "bx lr",
+        "2: movs r0, #0",
+        "bx lr",
+    )
+}
+
 /// Fills.
 #[unsafe(naked)]
 #[unsafe(no_mangle)]

@@ -162,7 +162,7 @@ impl Jet {
             speed2: SPEED2_PER_DATM * f32::from(pressure_datm),
             drag: (1.0 + SPRAY_DRAG * wide * wide) / length,
             core: CORE_M_PER_MM * together,
-            breakup: 1.0 / (BREAKUP_M_PER_MM * together).max(BREAKUP_LEAST_M),
+            breakup: 1.0 / math::at_least(BREAKUP_M_PER_MM * together, BREAKUP_LEAST_M),
         })
     }
 
@@ -193,7 +193,8 @@ impl Jet {
         let Flight { slope, slowness, .. } = *flight;
         let half = 0.5 * way;
         let path = math::sqrt(1.0 + slope * slope);
-        let broken = ((flight.path + half * path - self.core) * self.breakup).clamp(0.0, 1.0);
+        let broken = (flight.path + half * path - self.core) * self.breakup;
+        let broken = math::at_least(math::at_most(broken, 1.0), 0.0);
         let drag = self.drag * broken;
         let mid = slowness * (1.0 + 2.0 * drag * half * path);
         let mid_slope = slope - GRAVITY * slowness * half;
@@ -213,8 +214,8 @@ impl Target {
         let (sin, cos) = math::sin_cos(sight_arcmin);
         let distance = f32::from(distance_m);
         Self {
-            way: (distance * cos).max(0.1),
-            height: (distance * sin).max(-(above_ground_cm as f32) / 100.0),
+            way: math::at_least(distance * cos, 0.1),
+            height: math::at_least(distance * sin, -(above_ground_cm as f32) / 100.0),
         }
     }
 }
@@ -222,10 +223,11 @@ impl Target {
 impl Solver {
     /// Begins.
     pub fn new(jet: Jet, target: Target) -> Self {
-        let slope = (target.height / target.way).clamp(-SLOPE_MAX, SLOPE_MAX);
+        let slope = math::at_most(target.height / target.way, SLOPE_MAX);
+        let slope = math::at_least(slope, -SLOPE_MAX);
         // Without drag a jet goes farthest along a slope when it halves the angle between that and
         // the vertical; with drag it must be aimed lower.
-        let steepest = (slope + math::sqrt(1.0 + slope * slope)).min(SLOPE_MAX);
+        let steepest = math::at_most(slope + math::sqrt(1.0 + slope * slope), SLOPE_MAX);
         Self {
             jet,
             target,
@@ -290,7 +292,7 @@ impl Solver {
             }
             Phase::Lowering { short } => {
                 // Flatter than this no jet goes farther.
-                let sight = self.target.height.max(0.0) / self.target.way;
+                let sight = math::at_least(self.target.height, 0.0) / self.target.way;
                 if self.slope <= sight + SLOPE_FLATTEST {
                     return Some(Err(Fault::Range));
                 }
@@ -312,7 +314,7 @@ impl Solver {
                 *last = height.map(|height| (self.slope, height)).or(*last);
                 *short = self.slope;
                 let raise = miss.map_or(0.0, |miss| miss / self.target.way);
-                (self.slope + raise.max(SLOPE_ADVANCE)).min(self.steepest)
+                math::at_most(self.slope + math::at_least(raise, SLOPE_ADVANCE), self.steepest)
             }
             Phase::Halving { left: 0, .. } => return Some(Ok(self.elevation())),
             Phase::Halving { short, over: high, left } => {

@@ -96,6 +96,16 @@ pub(crate) const fn isqrt(number: u32) -> u32 {
     root
 }
 
+/// The greater of two numbers; the second where the first is none.
+pub(crate) fn at_least(x: f32, least: f32) -> f32 {
+    if x > least { x } else { least }
+}
+
+/// The lesser of two numbers; the second where the first is none.
+pub(crate) fn at_most(x: f32, most: f32) -> f32 {
+    if most > x { x } else { most }
+}
+
 /// c₀ + c₁·x + c₂·x² + …
 fn series(x: f32, terms: &[f32]) -> f32 {
     terms.iter().rev().fold(0.0, |sum, term| sum * x + term)

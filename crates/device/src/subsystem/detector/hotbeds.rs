@@ -49,9 +49,12 @@ impl Hotbeds {
     }
 
     pub(super) fn remove(&mut self, index: usize) -> Option<Hotbed> {
-        let rest = self.list.get_mut(index..self.len)?;
+        let mut rest = self.list.get_mut(index..self.len)?;
         let removed = *rest.first()?;
-        rest.rotate_left(1);
+        while let [place, next, ..] = rest {
+            *place = *next;
+            rest = rest.get_mut(1..)?;
+        }
         self.len -= 1;
         Some(removed)
     }

@@ -63,28 +63,28 @@ const fn addressees(request: RequestId) -> Option<Addressees> {
         SubsystemId::VALVE2,
     ];
     Some(match request {
-        RequestId::MOVE => only(&DRIVES),
-        RequestId::STOP => only(&STOPPABLE).and_all().and_motors(),
+        RequestId::MOVE => const { only(&DRIVES) },
+        RequestId::STOP => const { only(&STOPPABLE).and_all().and_motors() },
         // §3.3/1
         RequestId::GET_STATUS => Addressees::ANY.and_all().and_motors(),
         RequestId::GET_PARAM | RequestId::SET_PARAM => Addressees::ANY,
         RequestId::RETRIEVE_LIMITS | RequestId::SWITCH_LIMITS => {
-            only(&DRIVES).and_all().and_motors()
+            const { only(&DRIVES).and_all().and_motors() }
         }
-        RequestId::OPEN | RequestId::CLOSE => only(&VALVES),
-        RequestId::DEPLOY | RequestId::WRAP => only(&[SubsystemId::DEPLOYER]),
+        RequestId::OPEN | RequestId::CLOSE => const { only(&VALVES) },
+        RequestId::DEPLOY | RequestId::WRAP => const { only(&[SubsystemId::DEPLOYER]) },
         RequestId::START_JUSTIFY | RequestId::START_SEEK | RequestId::GET_HOTBED => {
-            only(&[SubsystemId::DETECTOR])
+            const { only(&[SubsystemId::DETECTOR]) }
         }
         RequestId::START_QUENCH
         | RequestId::START_TRAJECTORY
-        | RequestId::SETUP_CORRECTION_TABLE => only(&[SubsystemId::CONTROL]),
+        | RequestId::SETUP_CORRECTION_TABLE => const { only(&[SubsystemId::CONTROL]) },
         // §3.12, §3.18: only the monitor as a whole; every subsystem answers.
         RequestId::RESTART | RequestId::LOCKOUT => {
             Addressees { subsystems: ChainSet::exactly(0), all: true, motors: false }
         }
-        RequestId::CLEAN_FLASH => only(&[SubsystemId::GENERAL]),
-        RequestId::GET_CRASH_DATA => only(&[SubsystemId::GENERAL]).and_all(),
+        RequestId::CLEAN_FLASH => const { only(&[SubsystemId::GENERAL]) },
+        RequestId::GET_CRASH_DATA => const { only(&[SubsystemId::GENERAL]).and_all() },
         _ => return None,
     })
 }

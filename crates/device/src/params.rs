@@ -280,7 +280,8 @@ impl Params {
             Group::Trajectory(number) => {
                 if let Some(stored) = self.trajectories.get_mut(usize::from(number)) {
                     let points = stored_points(values);
-                    changed = core::mem::replace(stored, points) != points;
+                    changed = *stored != points;
+                    *stored = points;
                 }
             }
             _ => {
@@ -438,7 +439,7 @@ impl Params {
                     let id = lafet_proto::ParamId(u16::from_le_bytes([*i0, *i1]));
                     let value = i32::from_le_bytes([*v0, *v1, *v2, *v3]);
                     if let Some(param) = Param::find(group.owner(), id)
-                        && param.kind().check(core::iter::once(value)).is_ok()
+                        && param.kind().check(Ints::Values(&[value]).iter()).is_ok()
                     {
                         self.put(param, value);
                     }

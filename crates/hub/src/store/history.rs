@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use super::db::{Db, StoreError, open};
 use super::postgres::{Postgres, Work};
+use crate::link_series::PREFIX;
 
 /// A value is not noted more often.
 const RAW_MS: u64 = 200;
@@ -179,7 +180,17 @@ impl History {
 
     /// The values of a monitor are not known any more.
     pub fn lost(&mut self, at_ms: u64, monitor: &str) {
-        let gone: Vec<_> = self.now.keys().filter(|(of, _)| of == monitor).cloned().collect();
+        self.lose(at_ms, monitor, |series| !series.starts_with(PREFIX));
+    }
+
+    /// The figures of its link are not known any more.
+    pub fn lost_link(&mut self, at_ms: u64, monitor: &str) {
+        self.lose(at_ms, monitor, |series| series.starts_with(PREFIX));
+    }
+
+    fn lose(&mut self, at_ms: u64, monitor: &str, which: impl Fn(&str) -> bool) {
+        let gone = self.now.keys().filter(|(of, series)| of == monitor && which(series));
+        let gone: Vec<_> = gone.cloned().collect();
         for key in gone {
             self.now.remove(&key);
             self.pending.push(Row::Raw(key.0, key.1, at_ms, None));

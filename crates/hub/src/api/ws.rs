@@ -34,6 +34,8 @@ use crate::station::Station;
 
 /// Longest message of a client.
 const MESSAGE_MAX: usize = 16 * 1024;
+/// What a connection reads into; each has one, and clients say little.
+const READ_BUFFER: usize = 4 * 1024;
 /// How often the other side is pinged.
 const PING: Duration = Duration::from_secs(5);
 /// A connection that is silent for so long is closed.
@@ -110,6 +112,7 @@ pub async fn upgrade(
 ) -> Response {
     let from: IpAddr = caller.seat.from.parse().unwrap_or(IpAddr::from([0, 0, 0, 0]));
     let principal = caller.principal;
+    let socket = socket.read_buffer_size(READ_BUFFER);
     socket.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(
         move |socket| async move {
             serve(hub, socket, principal, from, resume).await;

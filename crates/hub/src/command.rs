@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use lafet_client::{Lang, mistake};
+use lafet_client::{Answers, Lang, Saved, mistake};
 use lafet_proto::text::{BUFFER_SIZE, parse};
 use lafet_proto::{Record as WireRecord, Request, RequestId, SubsystemId};
 use serde_json::{Map, Value, json};
@@ -145,14 +145,7 @@ impl Hub {
             }
             noted = Some(note);
         }
-        let exchanged = match station.client() {
-            Ok(client) if save => saving::save(&client, &request).await.map_err(|it| (&it).into()),
-            Ok(client) => {
-                let answers = client.request(&request).await.map_err(|it| ApiError::from(&it));
-                answers.map(|answers| (answers, None))
-            }
-            Err(error) => Err(error),
-        };
+        let exchanged = exchange(station, &request, save).await;
         let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved).map(saving::name);
         let result = exchanged.map(|(answers, _)| answers);
         let took = began.elapsed();
@@ -171,17 +164,8 @@ impl Hub {
             if asked.is_none() {
                 asked = timeout(self.patience(), &mut note).await.ok().and_then(Result::ok);
             }
-            let texts = result.as_ref().map(|answers| {
-                answers.iter().map(|it| model::answer(it)["text"].clone()).collect::<Vec<_>>()
-            });
             let mut record = self.record(caller, station.id(), &what, &outcome);
-            record.details = json!({
-                "asked": asked, "took_ms": millis(took),
-                "answers": texts.unwrap_or_default(),
-            });
-            if let Some(saved) = saved {
-                record.details["saved"] = saved.into();
-            }
+            record.details = details(asked, millis(took), result.as_ref().ok(), saved);
             let answered = self.audit.note(record);
             audit = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
             self.watch_effect(caller, station, &what, request.to, audit);
@@ -198,13 +182,8 @@ impl Hub {
         }
         let list: Vec<Value> = answers.iter().map(model::answer).collect();
         let ok = answers.iter().all(|answer| answer.status().is_success());
-        if ok && program::begins(request.body.id()) {
-            let (now_ms, by) = (self.clock.now_ms(), &caller.principal.user);
-            lock(&station.programs).accepted(now_ms, &what, by);
-            station.publish_program(self);
-        }
-        if let Some(simulation) = self.simulation.get().filter(|_| ok) {
-            simulation.commanded(station.id(), &what);
+        if ok {
+            self.was_accepted(caller, station, request.body.id(), &what);
         }
         let mut result = json!({
             "ok": ok, "request": what, "took_ms": millis(took), "audit": audit, "answers": list,
@@ -213,6 +192,18 @@ impl Hub {
             result["saved"] = saved.into();
         }
         Ok(result)
+    }
+
+    /// Others have to know what a monitor has accepted.
+    fn was_accepted(&self, caller: &Caller, station: &Station, id: RequestId, what: &str) {
+        if program::begins(id) {
+            let (now_ms, by) = (self.clock.now_ms(), &caller.principal.user);
+            lock(&station.programs).accepted(now_ms, what, by);
+            station.publish_program(self);
+        }
+        if let Some(simulation) = self.simulation.get() {
+            simulation.commanded(station.id(), what);
+        }
     }
 
     /// So long an entry is waited for: not at all while the disk takes none.
@@ -260,6 +251,36 @@ impl Hub {
             drop(hub.audit.note(record));
         });
     }
+}
+
+/// What the log has of an answer besides its outcome.
+fn details(
+    asked: Option<u64>,
+    took_ms: u64,
+    answers: Option<&Answers>,
+    saved: Option<&str>,
+) -> Value {
+    let texts = answers.into_iter().flat_map(|answers| answers.iter());
+    let texts: Vec<Value> = texts.map(|it| model::answer(it)["text"].clone()).collect();
+    let mut details = json!({ "asked": asked, "took_ms": took_ms, "answers": texts });
+    if let Some(saved) = saved {
+        details["saved"] = saved.into();
+    }
+    details
+}
+
+/// Sends a request; a parameter's value is waited for until it is stored, if that is wanted.
+async fn exchange(
+    station: &Station,
+    request: &Request<'_>,
+    save: bool,
+) -> Result<(Answers, Option<Saved>), ApiError> {
+    let client = station.client()?;
+    let exchanged = match save {
+        true => saving::save(&client, request).await,
+        false => client.request(request).await.map(|answers| (answers, None)),
+    };
+    exchanged.map_err(|error| ApiError::from(&error))
 }
 
 /// Reads the text of a request.

@@ -3,6 +3,8 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rusqlite::{Connection, params};
 use serde_json::{Value, json};
@@ -48,6 +50,14 @@ pub struct History {
     base: Base,
     now: HashMap<(String, Series), Current>,
     pending: Vec<Row>,
+    file: Arc<File>,
+}
+
+/// How storing in the file goes.
+#[derive(Debug, Default)]
+struct File {
+    failing: AtomicBool,
+    lost: AtomicU64,
 }
 
 /// What a series is at.
@@ -123,7 +133,7 @@ impl History {
     }
 
     fn of(base: Base) -> Self {
-        Self { base, now: HashMap::new(), pending: Vec::new() }
+        Self { base, now: HashMap::new(), pending: Vec::new(), file: Arc::default() }
     }
 
     /// Where it is, to read from.
@@ -133,13 +143,16 @@ impl History {
 
     /// Whether it cannot be stored.
     pub fn is_failing(&self) -> bool {
-        matches!(&self.base, Base::Postgres(postgres) if postgres.is_failing())
+        match &self.base {
+            Base::Sqlite(_) => self.file.failing.load(Ordering::Relaxed),
+            Base::Postgres(postgres) => postgres.is_failing(),
+        }
     }
 
-    /// Values that were given up, as the server was away for too long.
+    /// Values that were given up, as the disk took none or the server was away for too long.
     pub fn given_up(&self) -> u64 {
         match &self.base {
-            Base::Sqlite(_) => 0,
+            Base::Sqlite(_) => self.file.lost.load(Ordering::Relaxed),
             Base::Postgres(postgres) => postgres.lost(),
         }
     }
@@ -205,11 +218,17 @@ impl History {
         }
         match &self.base {
             Base::Postgres(postgres) => postgres.post(Work::Rows(rows)),
-            Base::Sqlite(db) => db.post(move |db| {
-                if let Err(error) = store(db, &rows) {
-                    tracing::warn!(%error, rows = rows.len(), "history is not stored");
-                }
-            }),
+            Base::Sqlite(db) => {
+                let file = self.file.clone();
+                db.post(move |db| {
+                    let stored = store(db, &rows);
+                    file.failing.store(stored.is_err(), Ordering::Relaxed);
+                    if let Err(error) = stored {
+                        file.lost.fetch_add(rows.len() as u64, Ordering::Relaxed);
+                        tracing::warn!(%error, rows = rows.len(), "history is not stored");
+                    }
+                })
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 use crate::run::{self, StepResult};
-use crate::{TaskResult, firmware, no_std, setup};
+use crate::{TaskResult, firmware, hub, no_std, setup};
 
 const PAGE: &str = "docs/performance.md";
 /// Instructions of our own code, and how they are kept.
@@ -24,6 +24,7 @@ const PARTS: &[Part] = &[
     Part { name: "roundtrip", needs: modbus, print: roundtrip },
     Part { name: "sim", needs: nothing, print: sim },
     Part { name: "capture", needs: mavlink, print: capture },
+    Part { name: "hub", needs: nothing, print: hub::bench },
     Part { name: "footprint", needs: emulator, print: footprint },
 ];
 

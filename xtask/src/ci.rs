@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
 use crate::{
-    TaskResult, api, bench, bindings, console, demo, dissector, firmware, flag, licences, links,
-    model, no_std, setup, swarm,
+    TaskResult, api, bench, bindings, console, demo, dissector, firmware, flag, hub, licences,
+    links, model, no_std, setup, swarm,
 };
 
 /// How the README's test command begins.
@@ -37,6 +37,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     steps.step("the Wireshark dissector in tshark", dissector::check);
     steps.step("the swarm, for a while", swarm::check);
     steps.step("the API and its description", api::check);
+    steps.step("the hub in trouble", hub::check);
     steps.step("lafet for C", bindings::check);
     steps.step("instructions of the codec and the device", bench::check);
     steps.step("the demo", smoke);

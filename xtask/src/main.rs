@@ -15,6 +15,7 @@ mod docs;
 mod faults;
 mod firmware;
 mod fuzz;
+mod hub;
 mod late;
 mod laws;
 mod layers;
@@ -143,6 +144,16 @@ const TASKS: &[Task] = &[
         details: "Runs lafet demo and asks it, for 30 s, what the description allows and what it \
                   does not. Installs schemathesis below target.",
         run: api::api,
+    },
+    Task {
+        name: "hub-load",
+        arguments: "[--quick]",
+        about: "the hub in trouble: garbage, storms, slow clients, a full disk, kill -9",
+        details: "Runs lafet serve with simulated monitors. Fails when a Stop is not through within \
+                  100 ms (99 of 100), when an entry of the audit log is lost or its chain broken. The \
+                  figures of a run stand in docs/hub.md. With --quick, half a minute and less of \
+                  everything: part of cargo xtask ci.",
+        run: hub::load,
     },
     Task {
         name: "firmware",

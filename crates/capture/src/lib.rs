@@ -17,7 +17,7 @@ mod splitter;
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
-pub use read::{ReadError, read};
+pub use read::{ReadError, read, read_pieces};
 pub use splitter::Splitter;
 
 /// A piece of a line's traffic: usually one frame, with what noise came before it.
@@ -29,6 +29,35 @@ pub struct Captured {
     pub direction: Direction,
     /// The bytes as they were on the wire.
     pub bytes: Vec<u8>,
+}
+
+/// Something that was told beside the traffic, as JSON: the scene of a simulation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Note {
+    /// When, nanoseconds since 1970 (UTC).
+    pub at_ns: u64,
+    /// What it is about; in MCAP its topic is `/note/` and this.
+    pub topic: String,
+    /// What is told.
+    pub json: String,
+}
+
+/// Part of a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Piece {
+    /// Bytes of the line.
+    Captured(Captured),
+    /// Told beside them.
+    Note(Note),
+}
+
+impl Piece {
+    /// When, nanoseconds since 1970 (UTC).
+    pub const fn at_ns(&self) -> u64 {
+        match self {
+            Self::Captured(Captured { at_ns, .. }) | Self::Note(Note { at_ns, .. }) => *at_ns,
+        }
+    }
 }
 
 /// Which way bytes went.
@@ -96,6 +125,14 @@ impl<W: Write + Seek> Recorder<W> {
         match &mut self.form {
             Form::Mcap(writer) => writer.write(captured),
             Form::Pcapng(writer) => writer.write(captured),
+        }
+    }
+
+    /// Adds a note. Of pcapng, which is for lines alone, it is left out.
+    pub fn note(&mut self, note: &Note) -> io::Result<()> {
+        match &mut self.form {
+            Form::Mcap(writer) => writer.note(note),
+            Form::Pcapng(_) => Ok(()),
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Topics: `/frames` (the raw bytes, from which a recording is replayed), `/monitor/A/S` (states of
 //! subsystem S of the monitor at address A, in plain units), `/monitor/A/log` (requests and
-//! answers as text).
+//! answers as text), `/note/…` (what was told beside the traffic, as JSON).
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Seek, Write};
@@ -14,12 +14,14 @@ use lafet_proto::link::{Decoder, Frame};
 
 use crate::messages::{self, Message, Schema};
 use crate::read::ReadError;
-use crate::{Captured, Direction};
+use crate::{Captured, Direction, Note, Piece};
 
 /// Topic of the raw frames.
 const FRAMES: &str = "/frames";
 /// Encoding of their messages: a byte for the direction, then the bytes.
 const ENCODING: &str = "lafet";
+/// What topics of notes begin with.
+const NOTE: &str = "/note/";
 /// A chunk is closed at this size, or when the recorder flushes.
 const CHUNK: u64 = 256 * 1024;
 
@@ -70,6 +72,12 @@ impl<W: Write + Seek> Writer<W> {
         Ok(())
     }
 
+    pub fn note(&mut self, note: &Note) -> io::Result<()> {
+        let any = Schema { name: "lafet.Note", json: serde_json::json!({ "type": "object" }) };
+        let channel = self.channel(format!("{NOTE}{}", note.topic), &any)?;
+        self.message(channel, note.at_ns, note.json.as_bytes())
+    }
+
     fn channel(&mut self, topic: String, schema: &Schema) -> io::Result<u16> {
         if let Some(channel) = self.channels.get(&topic) {
             return Ok(*channel);
@@ -107,8 +115,8 @@ fn monitor_of(frame: &Frame<'_>) -> Option<u8> {
     [frame.src, frame.dst].into_iter().find(|address| MONITORS.contains(address))
 }
 
-/// Reads the frames of MCAP.
-pub fn read(bytes: &[u8], mut take: impl FnMut(Captured)) -> Result<(), ReadError> {
+/// Reads the frames and notes of MCAP.
+pub fn read(bytes: &[u8], mut take: impl FnMut(Piece)) -> Result<(), ReadError> {
     let stream =
         MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into()).map_err(damaged)?;
     let (mut taken, mut others) = (0, 0);
@@ -119,17 +127,25 @@ pub fn read(bytes: &[u8], mut take: impl FnMut(Captured)) -> Result<(), ReadErro
             Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => break,
             Err(error) => return Err(damaged(error)),
         };
+        if let Some(topic) = message.channel.topic.strip_prefix(NOTE) {
+            take(Piece::Note(Note {
+                at_ns: message.log_time,
+                topic: topic.to_owned(),
+                json: String::from_utf8_lossy(&message.data).into_owned(),
+            }));
+            continue;
+        }
         if message.channel.topic != FRAMES || message.channel.message_encoding != ENCODING {
             others += 1;
             continue;
         }
         let Some((direction, bytes)) = message.data.split_first() else { continue };
         taken += 1;
-        take(Captured {
+        take(Piece::Captured(Captured {
             at_ns: message.log_time,
             direction: direction_of(*direction),
             bytes: bytes.to_vec(),
-        });
+        }));
     }
     if taken == 0 && others > 0 { Err(ReadError::NoFrames) } else { Ok(()) }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{Captured, Format, mcap, pcapng};
+use crate::{Captured, Format, Piece, mcap, pcapng};
 
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -24,14 +24,24 @@ pub enum ReadError {
     Damaged(String),
 }
 
-/// The pieces of a recording, in order. One that was not finished is read as far as it goes.
+/// The traffic of a recording, in order. One that was not finished is read as far as it goes.
 pub fn read(path: &Path) -> Result<Vec<Captured>, ReadError> {
+    let of_line = |piece| match piece {
+        Piece::Captured(captured) => Some(captured),
+        Piece::Note(_) => None,
+    };
+    Ok(read_pieces(path)?.into_iter().filter_map(of_line).collect())
+}
+
+/// Everything in a recording, in the order in which it was written.
+pub fn read_pieces(path: &Path) -> Result<Vec<Piece>, ReadError> {
     let bytes = std::fs::read(path)?;
     let mut pieces = Vec::new();
-    let take = |captured| pieces.push(captured);
     match Format::of_bytes(&bytes).ok_or(ReadError::Unknown)? {
-        Format::Mcap => mcap::read(&bytes, take)?,
-        Format::Pcapng => pcapng::read(&bytes, take)?,
+        Format::Mcap => mcap::read(&bytes, |piece| pieces.push(piece))?,
+        Format::Pcapng => {
+            pcapng::read(&bytes, |captured| pieces.push(Piece::Captured(captured)))?;
+        }
     }
     Ok(pieces)
 }

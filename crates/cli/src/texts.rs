@@ -1,8 +1,7 @@
 //! Messages of lafet-proto in the language of the user; that crate itself speaks English.
 
-use lafet_proto::dictionary::{self, REQUESTS, SUBSYSTEMS};
-use lafet_proto::param::Param;
-use lafet_proto::text::{ParseError, Wanted};
+use lafet_client::mistake;
+use lafet_proto::text::ParseError;
 use lafet_proto::{DecodeError, Expected};
 
 use crate::lang::{Lang, current};
@@ -13,15 +12,7 @@ pub fn parse_error(text: &str, error: &ParseError) -> String {
     let word = text.get(error.column..error.column.saturating_add(error.len));
     let length = word.map_or(1, |word| word.chars().count()).max(1);
     let mark = format!("  {text}\n  {}{}", " ".repeat(column), "^".repeat(length));
-    match current() {
-        Lang::En => format!("{error}\n{mark}"),
-        Lang::Ru => {
-            let suggestion = error
-                .suggestion
-                .map_or_else(String::new, |name| format!("; может быть, `{name}`?"));
-            format!("позиция {}: {}{suggestion}\n{mark}", column + 1, wanted_ru(&error.expected))
-        }
-    }
+    format!("{}\n{mark}", mistake(text, error, current()))
 }
 
 /// Why bytes could not be understood.
@@ -53,106 +44,9 @@ fn expected_ru(error: &DecodeError) -> String {
     }
 }
 
-fn wanted_ru(wanted: &Wanted) -> String {
-    match *wanted {
-        Wanted::Request => {
-            let names = list(REQUESTS.iter().map(|info| info.name));
-            format!("ожидается запрос (0x и две цифры либо одно из: {names})")
-        }
-        Wanted::Addressee(request) => {
-            let names = match dictionary::request(request) {
-                Some(info) if !info.addressees.is_empty() => {
-                    list(info.addressees.iter().filter_map(|id| id.name()))
-                }
-                _ => list(SUBSYSTEMS.iter().map(|info| info.name)),
-            };
-            format!("ожидается подсистема (0x и две цифры либо одна из: {names})")
-        }
-        Wanted::Param(subsystem) => {
-            let names = list(Param::of(subsystem).map(Param::name));
-            let names =
-                if names.is_empty() { names } else { format!(" либо один из: {names}") };
-            format!("ожидается параметр {subsystem} (0x и четыре цифры, @ЛюбоеИмя{names})")
-        }
-        Wanted::Word(words) => format!("ожидается {}", words.join(" или ")),
-        Wanted::Number { what, min, max } => {
-            format!("ожидается {}: число от {min} до {max}", what_ru(what))
-        }
-        Wanted::Numbers { what, count } => {
-            format!("ожидается {}: чисел через запятую — {count}", what_ru(what))
-        }
-        Wanted::Missing(what) => format!("не хватает: {}", what_ru(what)),
-        Wanted::Once => "задано дважды".into(),
-        Wanted::NotTogether(one, other) => {
-            format!("{one} и {other} относятся к разным вариантам запроса")
-        }
-        Wanted::Hex => "ожидаются байты в шестнадцатеричном виде, например `de ad be`".into(),
-        Wanted::End => "здесь запрос должен закончиться".into(),
-        Wanted::FewerData => "слишком много данных: запрос вмещает не более 255 байт".into(),
-    }
-}
-
-/// The words for what a number stands for; keys like `step=` stay as they are written.
-fn what_ru(what: &'static str) -> &'static str {
-    match what {
-        "destination" => "точка назначения",
-        "start, horizontal" => "начало сектора по горизонтали",
-        "end, horizontal" => "конец сектора по горизонтали",
-        "start, vertical" => "начало сектора по вертикали",
-        "end, vertical" => "конец сектора по вертикали",
-        "value" => "значение",
-        "key" => "ключ",
-        "program" => "номер программы",
-        "nozzle" => "положение насадка",
-        "step" => "шаг",
-        "distance" => "расстояние",
-        "dwell" => "выдержка",
-        "horizontal" => "горизонталь",
-        "vertical" => "вертикаль",
-        "correction" => "поправка",
-        "corrections" => "поправки",
-        "trajectory" => "номер траектории",
-        "first" => "первый номер",
-        "count" => "количество",
-        "analyse" => "признак анализа",
-        "centre h,v" => "центр по горизонтали и вертикали",
-        "sector width,height" => "ширина и высота сектора",
-        "point h,v,distance,dwell" => "точка: горизонталь, вертикаль, расстояние, выдержка",
-        "distance= or corrections=" => "distance= или corrections=",
-        "point= or stored=" => "point= или stored=",
-        other => other,
-    }
-}
-
-fn list(names: impl Iterator<Item = &'static str>) -> String {
-    names.collect::<Vec<_>>().join(", ")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Every way to write a request wrongly is told in Russian without English words, but for
-    /// the words that the user has to write.
-    #[test]
-    fn mistakes_are_told_in_russian() {
-        let mut buffer = [0; lafet_proto::text::BUFFER_SIZE];
-        for (text, word) in [
-            ("Opn Valve1", "ожидается запрос"),
-            ("Move Vertikal 1", "ожидается подсистема"),
-            ("Move Vertical", "точка назначения"),
-            ("Move Vertical 99999", "точка назначения"),
-            ("GetParam Vertical Sped", "ожидается параметр"),
-            ("StartSeek Detector 1 2 3", "конец сектора по вертикали"),
-            ("StartQuench Control centre=1", "центр по горизонтали"),
-            ("StartTrajectory Control", "point= или stored="),
-            ("Stop All now", "закончиться"),
-        ] {
-            let error = lafet_proto::text::parse(text, &mut buffer).expect_err(text);
-            let russian = wanted_ru(&error.expected);
-            assert!(russian.contains(word), "{text}: {russian}");
-        }
-    }
 
     #[test]
     fn the_place_is_marked() {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use lafet_client::{Answers, Lang, Saved, mistake};
 use lafet_proto::text::{BUFFER_SIZE, parse};
 use lafet_proto::{Record as WireRecord, Request, RequestId, SubsystemId};
 use serde_json::{Map, Value, json};
@@ -13,6 +14,8 @@ use crate::access::{Need, Role, need};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::model;
+use crate::program;
+use crate::saving;
 use crate::station::Station;
 use crate::sync::lock;
 use crate::text::both;
@@ -20,7 +23,7 @@ use crate::text::both;
 /// So long a command waits for its entry to be on the disk; then it goes first.
 const NOTED: Duration = Duration::from_millis(50);
 /// So long an answer waits for the number of its entry.
-const NUMBERED: Duration = Duration::from_millis(500);
+pub const NUMBERED: Duration = Duration::from_millis(500);
 /// The effect of a command is looked at so long after its answer.
 const EFFECT: Duration = Duration::from_secs(2);
 /// Longest text of a request.
@@ -35,6 +38,27 @@ impl Hub {
         station: &Arc<Station>,
         text: &str,
         confirm: Option<&str>,
+    ) -> Result<Value, ApiError> {
+        self.send(caller, station, text, confirm, false).await
+    }
+
+    /// Sets a parameter, and waits until it is stored.
+    pub async fn save(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        text: &str,
+    ) -> Result<Value, ApiError> {
+        self.send(caller, station, text, None, true).await
+    }
+
+    async fn send(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        text: &str,
+        confirm: Option<&str>,
+        save: bool,
     ) -> Result<Value, ApiError> {
         let began = Instant::now();
         let mut buffer = [0; BUFFER_SIZE];
@@ -51,10 +75,9 @@ impl Hub {
         self.counts.commands.fetch_add(1, Ordering::Relaxed);
         let (hub, caller, station) = (self.clone(), caller.clone(), station.clone());
         let text = text.to_owned();
-        let run =
-            tokio::spawn(
-                async move { hub.carry_out(&caller, &station, &text, needs, began).await },
-            );
+        let run = tokio::spawn(async move {
+            hub.carry_out(&caller, &station, &text, (needs, save), began).await
+        });
         run.await.unwrap_or_else(|_| Err(ApiError::from(&lafet_client::Error::Closed)))
     }
 
@@ -105,7 +128,7 @@ impl Hub {
         caller: &Caller,
         station: &Arc<Station>,
         text: &str,
-        needs: Need,
+        (needs, save): (Need, bool),
         began: Instant,
     ) -> Result<Value, ApiError> {
         let mut buffer = [0; BUFFER_SIZE];
@@ -117,14 +140,14 @@ impl Hub {
         if !reads {
             let mut note = self.audit.note(self.record(caller, station.id(), &what, "asked"));
             if !needs.urgent {
-                asked = timeout(NOTED, &mut note).await.ok().and_then(Result::ok);
+                asked =
+                    timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
             }
             noted = Some(note);
         }
-        let result = match station.client() {
-            Ok(client) => client.request(&request).await.map_err(|error| ApiError::from(&error)),
-            Err(error) => Err(error),
-        };
+        let exchanged = exchange(station, &request, save).await;
+        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved).map(saving::name);
+        let result = exchanged.map(|(answers, _)| answers);
         let took = began.elapsed();
         if needs.urgent {
             let micros = u64::try_from(took.as_micros()).unwrap_or(u64::MAX);
@@ -139,18 +162,12 @@ impl Hub {
         let mut audit = None;
         if let Some(mut note) = noted {
             if asked.is_none() {
-                asked = timeout(NUMBERED, &mut note).await.ok().and_then(Result::ok);
+                asked = timeout(self.patience(), &mut note).await.ok().and_then(Result::ok);
             }
-            let texts = result.as_ref().map(|answers| {
-                answers.iter().map(|it| model::answer(it)["text"].clone()).collect::<Vec<_>>()
-            });
             let mut record = self.record(caller, station.id(), &what, &outcome);
-            record.details = json!({
-                "asked": asked, "took_ms": millis(took),
-                "answers": texts.unwrap_or_default(),
-            });
+            record.details = details(asked, millis(took), result.as_ref().ok(), saved);
             let answered = self.audit.note(record);
-            audit = timeout(NUMBERED, answered).await.ok().and_then(Result::ok);
+            audit = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
             self.watch_effect(caller, station, &what, request.to, audit);
         }
         if matches!(
@@ -165,12 +182,33 @@ impl Hub {
         }
         let list: Vec<Value> = answers.iter().map(model::answer).collect();
         let ok = answers.iter().all(|answer| answer.status().is_success());
-        if let Some(simulation) = self.simulation.get().filter(|_| ok) {
-            simulation.commanded(station.id(), &what);
+        if ok {
+            self.was_accepted(caller, station, request.body.id(), &what);
         }
-        Ok(json!({
+        let mut result = json!({
             "ok": ok, "request": what, "took_ms": millis(took), "audit": audit, "answers": list,
-        }))
+        });
+        if let Some(saved) = saved {
+            result["saved"] = saved.into();
+        }
+        Ok(result)
+    }
+
+    /// Others have to know what a monitor has accepted.
+    fn was_accepted(&self, caller: &Caller, station: &Station, id: RequestId, what: &str) {
+        if program::begins(id) {
+            let (now_ms, by) = (self.clock.now_ms(), &caller.principal.user);
+            lock(&station.programs).accepted(now_ms, what, by);
+            station.publish_program(self);
+        }
+        if let Some(simulation) = self.simulation.get() {
+            simulation.commanded(station.id(), what);
+        }
+    }
+
+    /// So long an entry is waited for: not at all while the disk takes none.
+    fn patience(&self) -> Duration {
+        if self.audit.is_failing() { Duration::ZERO } else { NUMBERED }
     }
 
     /// Notes the state of the addressee some time after its answer.
@@ -215,6 +253,36 @@ impl Hub {
     }
 }
 
+/// What the log has of an answer besides its outcome.
+fn details(
+    asked: Option<u64>,
+    took_ms: u64,
+    answers: Option<&Answers>,
+    saved: Option<&str>,
+) -> Value {
+    let texts = answers.into_iter().flat_map(|answers| answers.iter());
+    let texts: Vec<Value> = texts.map(|it| model::answer(it)["text"].clone()).collect();
+    let mut details = json!({ "asked": asked, "took_ms": took_ms, "answers": texts });
+    if let Some(saved) = saved {
+        details["saved"] = saved.into();
+    }
+    details
+}
+
+/// Sends a request; a parameter's value is waited for until it is stored, if that is wanted.
+async fn exchange(
+    station: &Station,
+    request: &Request<'_>,
+    save: bool,
+) -> Result<(Answers, Option<Saved>), ApiError> {
+    let client = station.client()?;
+    let exchanged = match save {
+        true => saving::save(&client, request).await,
+        false => client.request(request).await.map(|answers| (answers, None)),
+    };
+    exchanged.map_err(|error| ApiError::from(&error))
+}
+
 /// Reads the text of a request.
 pub fn understand<'b>(text: &str, buffer: &'b mut [u8]) -> Result<Request<'b>, ApiError> {
     if text.len() > TEXT_MAX {
@@ -222,11 +290,13 @@ pub fn understand<'b>(text: &str, buffer: &'b mut [u8]) -> Result<Request<'b>, A
         return Err(ApiError::new(axum::http::StatusCode::PAYLOAD_TOO_LARGE, "too_large", text));
     }
     parse(text, buffer).map_err(|error| {
-        let text = both(
-            format!("{error}"),
-            format!("Запрос не понят, позиция {}. См. словарь: /api/dictionary.", error.column + 1),
-        );
-        ApiError::bad_request(text).with("column", error.column).with("length", error.len)
+        let told = both(mistake(text, &error, Lang::En), mistake(text, &error, Lang::Ru));
+        let told = ApiError::bad_request(told);
+        let told = told.with("column", error.column).with("length", error.len);
+        match error.suggestion {
+            Some(suggestion) => told.with("suggestion", suggestion),
+            None => told,
+        }
     })
 }
 

@@ -14,14 +14,16 @@ use tokio::time::Instant;
 use crate::access::{Access, Bucket, Logins, Principal};
 use crate::alarms::Alarms;
 use crate::authority::{Notice, Now, Refusal, Seat};
+use crate::broadcast::Shared;
 use crate::clock::Clock;
 use crate::config::{Config, MonitorConfig};
 use crate::error::ApiError;
 use crate::owner;
+use crate::rates::Rates;
 use crate::recording::Recordings;
 use crate::simulation::Simulation;
 use crate::station::Station;
-use crate::store::{Audit, History, Record, StoreError};
+use crate::store::{Audit, Events, History, Record, StoreError};
 use crate::sync::lock;
 use crate::text::{Both, both};
 use crate::topics::Topics;
@@ -56,6 +58,14 @@ pub struct Inner {
     pub access: Access,
     /// The history.
     pub history: Mutex<History>,
+    /// What has happened.
+    pub events: Events,
+    /// How often things happen.
+    pub rates: Rates,
+    /// What has changed last, as it is sent to everybody.
+    pub changes: watch::Sender<Arc<Shared>>,
+    /// Counts changes of users, sessions and tokens.
+    pub sessions: watch::Sender<u64>,
     /// The recordings.
     pub recordings: Recordings,
     /// The alarms.
@@ -91,6 +101,14 @@ pub struct Counts {
     pub commands: AtomicU64,
     /// Requests that were not accepted.
     pub refused: AtomicU64,
+    /// Answers to polls.
+    pub polls: AtomicU64,
+    /// Requests over HTTP.
+    pub requests: AtomicU64,
+    /// Messages to WebSockets.
+    pub messages: AtomicU64,
+    /// Bytes of these.
+    pub message_bytes: AtomicU64,
     /// Motions held.
     pub jogs: AtomicU64,
     /// Messages dropped, as a connection was slow.
@@ -107,7 +125,24 @@ struct Live {
     events: mpsc::Sender<Value>,
     missed: Arc<AtomicU64>,
     resume: String,
-    user: String,
+    principal: Principal,
+    from: String,
+    since_ms: u64,
+}
+
+/// Who sits at a WebSocket.
+#[derive(Clone, Debug)]
+pub struct Seated {
+    /// The seat.
+    pub seat: String,
+    /// Who.
+    pub principal: Principal,
+    /// From where.
+    pub from: String,
+    /// Since when.
+    pub since_ms: u64,
+    /// The connection stands; else it is lost, and may come back.
+    pub open: bool,
 }
 
 /// What a new WebSocket is given.
@@ -159,6 +194,10 @@ impl Hub {
                 Some(url) => History::open_postgres(url)?,
                 None => History::open(folder)?,
             }),
+            events: Events::open(folder)?,
+            rates: Rates::default(),
+            changes: watch::Sender::default(),
+            sessions: watch::Sender::new(0),
             recordings: Recordings::open(&config.recording)?,
             alarms: Mutex::default(),
             logins: Mutex::default(),
@@ -221,7 +260,10 @@ impl Hub {
         for station in old.values() {
             let changes = lock(&self.alarms).forget(station.id());
             self.publish_alarms(changes);
-            lock(&self.history).lost(self.clock.now_ms(), station.id());
+            let (now_ms, mut history) = (self.clock.now_ms(), lock(&self.history));
+            history.lost(now_ms, station.id());
+            history.lost_link(now_ms, station.id());
+            drop(history);
             if !new.contains_key(station.id()) {
                 station.unpublish(self);
             }
@@ -240,16 +282,18 @@ impl Hub {
 
     /// Publishes what only a simulation knows.
     pub fn publish_scene(&self, scene: &Value) {
+        self.recordings.scene(self.clock.now_ms(), scene);
         self.topics.set("scene", scene);
     }
 
     /// A WebSocket has been opened; with the right secret it has its old seat again.
-    pub fn sit_down(&self, user: &str, resume: Option<&str>) -> SeatKey {
+    pub fn sit_down(&self, principal: &Principal, from: &str, resume: Option<&str>) -> SeatKey {
+        let user = &principal.user;
         let (sender, events) = mpsc::channel(EVENTS_MAX);
         let missed = Arc::new(AtomicU64::new(0));
         let mut seats = lock(&self.seats);
         let old = resume.and_then(|secret| {
-            let matches = |live: &&Live| live.resume == secret && live.user == user;
+            let matches = |live: &&Live| live.resume == secret && live.principal.user == *user;
             seats.iter().find(|(_, live)| matches(live)).map(|(seat, _)| seat.clone())
         });
         let seat =
@@ -260,7 +304,9 @@ impl Hub {
             events: sender,
             missed: missed.clone(),
             resume: if resume.is_empty() { seat.clone() + "-" + user } else { resume.clone() },
-            user: user.to_owned(),
+            principal: principal.clone(),
+            from: from.to_owned(),
+            since_ms: self.clock.now_ms(),
         };
         seats.insert(seat.clone(), live);
         drop(seats);
@@ -288,6 +334,19 @@ impl Hub {
         }
     }
 
+    /// Who sits at WebSockets.
+    pub fn seated(&self) -> Vec<Seated> {
+        let seats = lock(&self.seats);
+        let one = |(seat, live): (&String, &Live)| Seated {
+            seat: seat.clone(),
+            principal: live.principal.clone(),
+            from: live.from.clone(),
+            since_ms: live.since_ms,
+            open: !live.events.is_closed(),
+        };
+        seats.iter().map(one).collect()
+    }
+
     /// Tells a WebSocket something.
     pub fn tell(&self, seat: &str, message: Value) {
         let seats = lock(&self.seats);
@@ -302,6 +361,7 @@ impl Hub {
     /// Tells everybody what has happened.
     pub fn event(&self, monitor: Option<&str>, what: &Both) {
         tracing::info!(monitor, "{}", what.en);
+        self.events.note(self.clock.now_ms(), monitor, what);
         let message = json!({
             "type": "event", "at_ms": self.clock.now_ms(), "monitor": monitor, "what": what,
         });

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use lafet_client::{AnswerBuf, LinkStatistics, Stats};
+use lafet_client::{AnswerBuf, Stats};
 use lafet_proto::dictionary::{self, layouts};
 use lafet_proto::flags::{self, Severity};
 use lafet_proto::status::Hotbed;
@@ -24,6 +24,8 @@ pub struct Status {
     pub stale: bool,
     /// Why not.
     pub error: Option<Both>,
+    /// When a paused program goes on.
+    pub resumes_ms: Option<u64>,
     /// The subsystems that the monitor consists of.
     #[schema(value_type = BTreeMap<String, Object>)]
     pub subsystems: BTreeMap<String, Subsystem>,
@@ -165,23 +167,57 @@ pub fn readiness(status: &Status, link_up: bool) -> Readiness {
     Readiness { ready, reasons }
 }
 
+/// What was exchanged: with a monitor, and on the line that it may share with others.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Exchanged {
+    /// With the monitor.
+    pub own: Stats,
+    /// On the line.
+    pub line: Stats,
+}
+
+impl Exchanged {
+    /// What has come since `before`.
+    #[must_use]
+    pub const fn since(&self, before: &Self) -> Self {
+        Self { own: self.own.since(&before.own), line: self.line.since(&before.line) }
+    }
+}
+
+/// Frames that came from the monitor.
+pub const fn received(own: &Stats) -> u64 {
+    own.believed + strays(own)
+}
+
+/// Of these, what was no answer to what was outstanding.
+pub const fn strays(own: &Stats) -> u64 {
+    own.late + own.duplicates + own.unmatched
+}
+
 /// A link in figures.
-pub fn link_figures(stats: &Stats, last: Option<&LinkStatistics>) -> Map<String, Value> {
+pub fn link_figures(all: &Exchanged, last: &Exchanged) -> Map<String, Value> {
     let millis = |time: Option<std::time::Duration>| {
         time.map(|time| (time.as_secs_f64() * 10_000.0).round() / 10.0)
     };
-    let last = last.map_or_else(Stats::default, |last| last.last);
+    let (own, of_last) = (&all.own, &last.own);
+    let line = |line: &Stats| {
+        json!({
+            "sent": line.frames_sent, "received": line.frames_received, "errors": line.errors(),
+            "foreign": line.foreign, "collisions": line.collisions,
+        })
+    };
     let figures = json!({
-        "sent": stats.frames_sent, "received": stats.frames_received, "errors": stats.errors(),
-        "retries": stats.retries, "timeouts": stats.timeouts, "late": stats.late,
-        "strays": stats.strays(), "collisions": stats.collisions, "reconnects": stats.reconnects,
-        "rtt_ms": millis(stats.rtt_last), "srtt_ms": millis(stats.rtt_average),
-        "loss_permille": stats.loss_permille(),
+        "sent": own.frames_sent, "received": received(own), "errors": own.errors(),
+        "retries": own.retries, "timeouts": own.timeouts, "late": own.late,
+        "strays": strays(own), "collisions": own.collisions, "reconnects": own.reconnects,
+        "rtt_ms": millis(own.rtt_last), "srtt_ms": millis(own.rtt_average),
+        "loss_permille": own.loss_permille(),
         "last": {
-            "sent": last.frames_sent, "received": last.frames_received, "errors": last.errors(),
-            "retries": last.retries, "timeouts": last.timeouts,
-            "loss_permille": last.loss_permille(),
+            "sent": of_last.frames_sent, "received": received(of_last), "errors": of_last.errors(),
+            "retries": of_last.retries, "timeouts": of_last.timeouts,
+            "loss_permille": of_last.loss_permille(),
         },
+        "line": line(&all.line), "line_last": line(&last.line),
     });
     match figures {
         Value::Object(figures) => figures,
@@ -224,10 +260,12 @@ fn values(answer: &AnswerBuf) -> Map<String, Value> {
     let Some(layout) = layouts.iter().find(|layout| layout.fits(answer.data())) else { return all };
     for (_, field, value) in layout.values(answer.data()) {
         let repeated = layout.repeated.iter().any(|it| it.name == field.name);
-        match all.get_mut(field.name) {
+        // As parameters have them everywhere else in the API.
+        let name = if repeated && field.name == "value" { "values" } else { field.name };
+        match all.get_mut(name) {
             Some(Value::Array(values)) => values.push(value.into()),
-            _ if repeated => _ = all.insert(field.name.into(), json!([value])),
-            _ => _ = all.insert(field.name.into(), value.into()),
+            _ if repeated => _ = all.insert(name.into(), json!([value])),
+            _ => _ = all.insert(name.into(), value.into()),
         }
     }
     all

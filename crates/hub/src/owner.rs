@@ -6,12 +6,14 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use lafet_client::{Client, Config as LinkConfig, Endpoint, LinkEvent, Monitor, Update};
 use lafet_proto::param::Param;
+use lafet_proto::record::Records;
 use lafet_proto::request::Body;
-use lafet_proto::{Request, SubsystemId};
+use lafet_proto::{Request, RequestId, SubsystemId};
 use serde_json::{Map, Value, json};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::task::JoinSet;
@@ -41,6 +43,7 @@ const STALE_MS: u64 = 600;
 pub fn start(hub: &Hub) {
     hub.own();
     tokio::spawn(keep(hub.clone()));
+    tokio::spawn(crate::broadcast::run(hub.clone()));
 }
 
 /// Connects to all monitors; dropping what is returned lets go of them.
@@ -125,7 +128,7 @@ async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {
                     hub.event(Some(station.id()), &text);
                 }
             }
-            Ok(LinkEvent::Statistics(figures)) => station.set_figures(&hub, *figures),
+            Ok(LinkEvent::Statistics(_)) => station.set_figures(&hub),
             Ok(_) | Err(RecvError::Lagged(_)) => {}
             Err(RecvError::Closed) => return,
         }
@@ -140,11 +143,13 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
     loop {
         let mut status = match timeout(stale, feed.next()).await {
             Ok(Update::Value(sample)) => {
+                hub.counts.polls.fetch_add(1, Ordering::Relaxed);
                 let age_ms = u64::try_from(sample.age().as_millis()).unwrap_or(0);
                 Status {
                     at_ms: Some(hub.clock.now_ms().saturating_sub(age_ms)),
                     stale: false,
                     error: None,
+                    resumes_ms: None,
                     subsystems: model::subsystems(sample.answers().iter()),
                 }
             }
@@ -171,12 +176,20 @@ async fn record(hub: Hub, station: Arc<Station>, client: Client) {
     loop {
         match frames.recv().await {
             Ok(frame) if frame.dst == address || frame.src == address => {
+                if frame.dst == address && has_move(&frame.payload) {
+                    lock(&station.programs).moved(hub.clock.now_ms());
+                }
                 hub.recordings.frame(hub.clock.now_ms(), station.id(), &frame);
             }
             Ok(_) | Err(RecvError::Lagged(_)) => {}
             Err(RecvError::Closed) => return,
         }
     }
+}
+
+/// A Move pauses a program (§3.1/3), whoever sends it.
+fn has_move(payload: &[u8]) -> bool {
+    Records::new(payload).map_while(Result::ok).any(|record| record.request == RequestId::MOVE)
 }
 
 /// Puts the values of a state into the history.
@@ -243,18 +256,20 @@ async fn read_limits(hub: &Hub, station: &Station, monitor: &Monitor) {
     }
 }
 
-/// Reads all parameters of the subsystems that the monitor has.
+/// Reads all parameters of the subsystems that the monitor has; while somebody does, waits for that.
 pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
+    let Ok(_reading) = station.reading.try_lock() else {
+        drop(station.reading.lock().await);
+        return;
+    };
     let status = station.status();
     let has = |param: &Param| status.bits(param.spec().subsystem).is_some();
     let which: Vec<Param> = Param::ALL.iter().copied().filter(has).collect();
     {
         let mut params = lock(&station.params);
-        if params.reading {
-            return;
-        }
         params.reading = true;
         params.progress = Some(Progress { done: 0, total: which.len() });
+        station.publish_progress(hub, params.progress);
     }
     let mut read = Params { at_ms: Some(hub.clock.now_ms()), ..Params::default() };
     for (chunk, params) in which.chunks(PARAMS_AT_ONCE).enumerate() {
@@ -267,10 +282,13 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
             subsystem.insert(param.name().to_owned(), value);
         }
         let done = (chunk * PARAMS_AT_ONCE + params.len()).min(which.len());
-        lock(&station.params).progress = Some(Progress { done, total: which.len() });
+        let progress = Some(Progress { done, total: which.len() });
+        lock(&station.params).progress = progress;
+        station.publish_progress(hub, progress);
     }
     *lock(&station.params) = read;
     station.publish_params(hub);
+    station.publish_progress(hub, None);
 }
 
 /// What the hub does from time to time.
@@ -290,13 +308,17 @@ async fn keep(hub: Hub) {
             let changes = lock(&hub.alarms).handle_time(now_ms, failing.0, failing.1);
             hub.publish_alarms(changes);
             lock(&hub.history).flush();
+            hub.events.flush();
+            hub.rates.take(tokio::time::Instant::now(), &hub.counts);
             hub.recordings.handle_time(hub.clock.now_ms());
         }
         if tick.is_multiple_of(36_000) {
             let history = lock(&hub.history);
             history.forget(hub.clock.now_ms(), hub.config.raw_days, hub.config.minute_days);
+            hub.events.forget(hub.clock.now_ms(), hub.config.minute_days);
         }
     }
     hub.recordings.end_all();
+    hub.events.flush();
     lock(&hub.history).flush();
 }

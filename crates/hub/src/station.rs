@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use lafet_client::{Client, Drive, JogEnd, LinkStatistics, Monitor, Toward};
+use lafet_client::{Client, Drive, JogEnd, Monitor, Toward};
 use lafet_proto::SubsystemId;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -12,12 +12,29 @@ use tokio::sync::{Notify, mpsc, watch};
 
 use crate::authority::Authority;
 use crate::beats::{Act, Beats, Delay};
+use crate::command::NUMBERED;
 use crate::config::MonitorConfig;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::model::{self, Status};
+use crate::link_series;
+use crate::model::{self, Exchanged, Status};
+use crate::program::Programs;
 use crate::sync::lock;
 use crate::text::{Both, both};
+
+/// What is published of a monitor.
+pub const PARTS: [&str; 10] = [
+    "info",
+    "status",
+    "link",
+    "authority",
+    "readiness",
+    "limits",
+    "hotbeds",
+    "params",
+    "params_progress",
+    "program",
+];
 
 /// A monitor.
 #[derive(Debug)]
@@ -32,6 +49,10 @@ pub struct Station {
     pub reread: Notify,
     /// Its parameters.
     pub params: Mutex<Params>,
+    /// Held while they are being read.
+    pub reading: tokio::sync::Mutex<()>,
+    /// What it does by itself.
+    pub programs: Mutex<Programs>,
     state: Mutex<State>,
     jogs: Mutex<HashMap<(String, SubsystemId), Slot>>,
 }
@@ -42,7 +63,8 @@ struct State {
     link_up: bool,
     link_since_ms: u64,
     link_error: Option<Both>,
-    link_last: Option<LinkStatistics>,
+    /// The figures at the last second, and what had come in that.
+    exchanged: (Exchanged, Exchanged),
     limits: Option<Value>,
     hotbeds: Option<Value>,
 }
@@ -110,6 +132,8 @@ impl Station {
             authority: Mutex::new(Authority::new(lost)),
             reread: Notify::new(),
             params: Mutex::default(),
+            reading: tokio::sync::Mutex::default(),
+            programs: Mutex::default(),
             state: Mutex::default(),
             jogs: Mutex::default(),
         }
@@ -161,13 +185,13 @@ impl Station {
         self.publish_readiness(hub);
         self.publish_authority(hub);
         self.publish_params(hub);
+        self.publish_progress(hub, None);
+        self.publish_program(hub);
     }
 
     /// Takes everything back that was published.
     pub fn unpublish(&self, hub: &Hub) {
-        for part in
-            ["info", "status", "link", "authority", "readiness", "limits", "hotbeds", "params"]
-        {
+        for part in PARTS {
             hub.topics.remove(&self.topic(part));
         }
     }
@@ -180,7 +204,7 @@ impl Station {
     /// Everything about it.
     pub fn json(&self, hub: &Hub) -> Value {
         let mut all = self.info();
-        for part in ["status", "link", "authority", "readiness", "limits", "hotbeds"] {
+        for part in ["status", "link", "authority", "readiness", "limits", "hotbeds", "program"] {
             let value = hub.topics.get(&self.topic(part));
             all[part] = json!(value.map(|value| serde_json::from_str::<Value>(value.get()).ok()));
         }
@@ -189,7 +213,12 @@ impl Station {
     }
 
     /// A new state, or that the old one has become stale.
-    pub fn set_status(&self, hub: &Hub, status: Status) {
+    pub fn set_status(&self, hub: &Hub, mut status: Status) {
+        status.resumes_ms = None;
+        if !status.stale {
+            status.resumes_ms = lock(&self.programs).observe(hub.clock.now_ms(), &status);
+            self.publish_program(hub);
+        }
         let status = Arc::new(status);
         lock(&self.state).status = status.clone();
         hub.topics.set(&self.topic("status"), &*status);
@@ -210,9 +239,23 @@ impl Station {
     }
 
     /// The figures of the last second.
-    pub fn set_figures(&self, hub: &Hub, figures: LinkStatistics) {
-        lock(&self.state).link_last = Some(figures);
+    pub fn set_figures(&self, hub: &Hub) {
+        let now = self.exchanged();
+        let last = {
+            let mut state = lock(&self.state);
+            let last = now.since(&state.exchanged.0);
+            state.exchanged = (now, last);
+            last
+        };
         self.publish_link(hub);
+        let up = self.is_up();
+        link_series::note(hub, self.id(), &last.own, up);
+    }
+
+    /// What was exchanged with it so far, and on its line.
+    pub fn exchanged(&self) -> Exchanged {
+        let of = |client: &Client| Exchanged { own: client.stats(), line: client.link_stats() };
+        self.client.borrow().as_ref().map(of).unwrap_or_default()
     }
 
     /// Its limits.
@@ -229,8 +272,7 @@ impl Station {
 
     fn publish_link(&self, hub: &Hub) {
         let state = lock(&self.state);
-        let stats = self.client.borrow().as_ref().map(Client::stats).unwrap_or_default();
-        let mut link = model::link_figures(&stats, state.link_last.as_ref());
+        let mut link = model::link_figures(&self.exchanged(), &state.exchanged.1);
         link.insert("endpoint".into(), self.config.endpoint.to_string().into());
         link.insert("state".into(), if state.link_up { "up" } else { "down" }.into());
         link.insert("since_ms".into(), state.link_since_ms.into());
@@ -248,6 +290,16 @@ impl Station {
     /// Publishes the parameters.
     pub fn publish_params(&self, hub: &Hub) {
         hub.topics.set(&self.topic("params"), &*lock(&self.params));
+    }
+
+    /// Publishes how far reading them is.
+    pub fn publish_progress(&self, hub: &Hub, progress: Option<Progress>) {
+        hub.topics.set(&self.topic("params_progress"), &progress);
+    }
+
+    /// Publishes what it does by itself.
+    pub fn publish_program(&self, hub: &Hub) {
+        hub.topics.set(&self.topic("program"), &lock(&self.programs).current());
     }
 
     /// Publishes who holds it.
@@ -344,7 +396,7 @@ impl Station {
         let mut jog = drive.jog(beat.toward).map_err(|error| ApiError::from(&error))?;
         let way = if beat.toward == Toward::Max { "max" } else { "min" };
         let what = format!("jog {} {way}", beat.drive);
-        drop(hub.audit.note(hub.record(caller, self.id(), &what, "asked")));
+        let asked = hub.audit.note(hub.record(caller, self.id(), &what, "asked"));
         hub.counts.jogs.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let (hub, caller, station) = (hub.clone(), caller.clone(), self.clone());
         tokio::spawn(async move {
@@ -363,7 +415,9 @@ impl Station {
             };
             station.jog_ended(&hub, &caller, beat.drive, number, &end);
             let mut record = hub.record(&caller, station.id(), &what, end_name(&end));
-            record.details = json!({ "end": format!("{end:?}") });
+            // Long since stored, unless the disk takes nothing: then nobody waits for it.
+            let asked = tokio::time::timeout(NUMBERED, asked).await.ok().and_then(Result::ok);
+            record.details = json!({ "asked": asked, "end": format!("{end:?}") });
             drop(hub.audit.note(record));
         });
         Ok("moving")

@@ -223,3 +223,20 @@ async fn what_makes_no_sense_is_refused() {
     assert_eq!(site.get(&token, "/api/recordings/nothing.mcap").await.status, 404);
     assert_eq!(list(&site, &token).await.len(), 0);
 }
+
+#[tokio::test]
+async fn the_scene_of_a_simulation_is_played_back() {
+    let site = Site::with(1, |_| {}).await;
+    let token = site.token(Role::Operator);
+    site.hub.publish_scene(&json!({ "t_s": 1, "fires": [] }));
+    let begun = site.post(&token, "/api/recordings", json!({ "seconds": 1 })).await;
+    let name = begun.body[0]["name"].as_str().unwrap().to_owned();
+    site.hub.publish_scene(&json!({ "t_s": 2, "fires": [] }));
+    complete(&site, &token, "asked").await;
+    let reply = site.get(&token, &format!("/api/recordings/{name}/changes")).await;
+    let lines = lines(&unchunked(&reply.text));
+    let scenes: Vec<&Value> = lines.iter().filter_map(|it| it["set"].get("scene")).collect();
+    assert_eq!(scenes[0]["t_s"], 1, "what was before is there: {scenes:?}");
+    assert_eq!(scenes[scenes.len() - 1]["t_s"], 2);
+    assert!(played(&lines).contains_key("monitors/M1/status"));
+}

@@ -340,10 +340,30 @@ fn monitors(exercise: &Exercise, place: &str) -> Result<Vec<MonitorConfig>, Both
     let one = |(plan, monitor): (&exercise::MonitorPlan, &lafet_sim::site::MonitorConfig)| {
         let url = format!("{place}?addr={}", monitor.sim.address);
         let endpoint = url.parse().map_err(|_| none("place", "адреса", &url))?;
-        let name = both(&plan.name, &plan.name);
+        let name = side(monitor.pose.at);
         Ok(MonitorConfig { id: plan.name.clone(), name, endpoint, poll_ms: POLL_MS })
     };
     exercise.monitors.iter().zip(&exercise.site.monitors).map(one).collect()
+}
+
+/// What people call a monitor: the side of the site on which it stands.
+fn side((east, north): (f64, f64)) -> Both {
+    const SIDES: [[&str; 2]; 8] = [
+        ["North", "Север"],
+        ["North-east", "Северо-восток"],
+        ["East", "Восток"],
+        ["South-east", "Юго-восток"],
+        ["South", "Юг"],
+        ["South-west", "Юго-запад"],
+        ["West", "Запад"],
+        ["North-west", "Северо-запад"],
+    ];
+    if east.hypot(north) < 1.0 {
+        return both("Middle", "Центр");
+    }
+    let eighths = (east.atan2(north).to_degrees() / 45.0).round().rem_euclid(8.0);
+    let [en, ru] = SIDES.get(eighths as usize).copied().unwrap_or(SIDES[0]);
+    both(en, ru)
 }
 
 fn decided(check: &exercise::Check) -> Value {

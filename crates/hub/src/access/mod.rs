@@ -12,7 +12,7 @@ use crate::text::{Both, both};
 pub use keys::secret;
 pub use rules::{Need, need};
 pub use throttle::{Bucket, Logins};
-pub use users::{Access, AccessError, SessionInfo, Token, User};
+pub use users::{Access, AccessError, Session, SessionInfo, Token, User};
 
 /// What somebody may do; each role may what the ones before it may.
 #[derive(

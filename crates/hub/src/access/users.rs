@@ -71,6 +71,23 @@ pub struct Token {
     pub last_used_ms: Option<u64>,
 }
 
+/// A session that has not run out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Session {
+    /// Its id, which is no secret.
+    pub id: String,
+    /// Whose.
+    pub user: String,
+    /// What they may.
+    pub role: Role,
+    /// Since when.
+    pub created_ms: u64,
+    /// When it was used last, to the minute.
+    pub used_ms: u64,
+    /// When it runs out.
+    pub expires_ms: u64,
+}
+
 /// A new session.
 #[derive(Clone, Debug)]
 pub struct SessionInfo {
@@ -338,10 +355,32 @@ impl Access {
         Ok(db.prepare_cached(query)?.query_row([key], |row| row.get::<_, i64>(0))? > 0)
     }
 
-    /// Ends a session.
-    pub fn log_out(&self, id: &str) -> Result<(), AccessError> {
-        lock(&self.db).execute("DELETE FROM session WHERE id = ?1", [id])?;
-        Ok(())
+    /// Ends a session; `false`: there is none.
+    pub fn log_out(&self, id: &str) -> Result<bool, AccessError> {
+        Ok(lock(&self.db).execute("DELETE FROM session WHERE id = ?1", [id])? > 0)
+    }
+
+    /// The sessions that have not run out, the latest used first.
+    pub fn sessions(&self, now_ms: u64) -> Result<Vec<Session>, AccessError> {
+        let db = lock(&self.db);
+        let mut query = db.prepare_cached(
+            "SELECT session.id, session.user, user.role, session.created_ms, used_ms
+             FROM session JOIN user ON user.name = session.user ORDER BY used_ms DESC",
+        )?;
+        let sessions = query.query_map([], |row| {
+            let (created_ms, used_ms) = (unsigned(row.get(3)?), unsigned(row.get(4)?));
+            Ok(Session {
+                id: row.get(0)?,
+                user: row.get(1)?,
+                role: role(&row.get::<_, String>(2)?),
+                created_ms,
+                used_ms,
+                expires_ms: (used_ms + IDLE_MS).min(created_ms + SESSION_MS),
+            })
+        })?;
+        let mut sessions: Vec<Session> = sessions.collect::<Result<_, _>>()?;
+        sessions.retain(|it| it.expires_ms > now_ms);
+        Ok(sessions)
     }
 
     /// Makes a token; its secret is told this once.

@@ -88,22 +88,25 @@ pub fn audit() -> Texts {
     }
 }
 
-/// PostgreSQL does not take the history.
+/// The disk, or PostgreSQL, does not take the history.
 pub fn history() -> Texts {
     Texts {
         priority: "low",
         what: both("The history is not being stored.", "История не сохраняется."),
         cause: both(
-            "PostgreSQL does not answer, or refuses the hub.",
-            "PostgreSQL не отвечает или не принимает центр управления.",
+            "The disk is full or faulty; or PostgreSQL, if it is used, does not answer or refuses the hub.",
+            "Диск заполнен или неисправен; либо PostgreSQL, если он используется, не отвечает или не \
+             принимает центр управления.",
         ),
         consequence: both(
-            "Control is not affected. Values wait in memory; when there are too many, the oldest are lost.",
-            "На управление не влияет. Значения ждут в памяти; если их слишком много, старые теряются.",
+            "Control is not affected. Values of this time are missing; PostgreSQL's wait in memory until \
+             there are too many.",
+            "На управление не влияет. Значений за это время не будет; для PostgreSQL они ждут в памяти, \
+             пока их не слишком много.",
         ),
         remedy: both(
-            "Mend the server or url in [history]; the values are then stored by themselves.",
-            "Исправьте сервер или url раздела [history]; значения сохранятся сами.",
+            "Make room on the disk, or mend the server or url in [history].",
+            "Освободите место либо исправьте сервер или url раздела [history].",
         ),
     }
 }

@@ -145,7 +145,7 @@ async fn remove_token(
     Ok(StatusCode::NO_CONTENT)
 }
 
-fn only_administrators(caller: &Caller) -> Result<(), ApiError> {
+pub fn only_administrators(caller: &Caller) -> Result<(), ApiError> {
     match caller.principal.role {
         Role::Administrator => Ok(()),
         _ => Err(ApiError::role(Role::Administrator)),
@@ -153,7 +153,7 @@ fn only_administrators(caller: &Caller) -> Result<(), ApiError> {
 }
 
 /// Changes something, if the caller may, and notes it.
-async fn change<T: Send + 'static>(
+pub async fn change<T: Send + 'static>(
     hub: &Hub,
     caller: &Caller,
     what: &str,
@@ -166,5 +166,7 @@ async fn change<T: Send + 'static>(
     let result = result.unwrap_or(Err(AccessError::Unfit));
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     drop(hub.audit.note(hub.record(caller, "", what, outcome)));
+    // Whoever is not known any more is not served any longer.
+    hub.sessions.send_modify(|changes| *changes += 1);
     Ok(result?)
 }

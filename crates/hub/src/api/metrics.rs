@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::model;
 use crate::sync::lock;
 
 /// Who may see metrics: everybody if so configured.
@@ -114,8 +115,10 @@ fn text(hub: &Hub) -> String {
     type Figure = fn(&lafet_client::Stats) -> f64;
     let figures: [(&str, &str, &str, Figure); 6] = [
         ("frames_sent_total", "counter", "Frames sent.", |it| it.frames_sent as f64),
-        ("frames_received_total", "counter", "Frames received.", |it| it.frames_received as f64),
-        ("frame_errors_total", "counter", "Frames with errors.", |it| it.errors() as f64),
+        ("frames_received_total", "counter", "Frames received.", |it| model::received(it) as f64),
+        ("frame_errors_total", "counter", "Frames with errors on its line.", |it| {
+            it.errors() as f64
+        }),
         ("retries_total", "counter", "Frames sent again.", |it| it.retries as f64),
         ("timeouts_total", "counter", "Answers that did not come.", |it| it.timeouts as f64),
         ("round_trip_seconds", "gauge", "Smoothed round trip.", |it| {

@@ -2,6 +2,7 @@
 
 mod admin;
 mod assets;
+mod crash;
 mod guard;
 mod metrics;
 mod monitors;
@@ -11,6 +12,7 @@ mod recordings;
 mod records;
 mod session;
 mod sim;
+mod state;
 mod ws;
 
 use axum::extract::{DefaultBodyLimit, State};
@@ -45,7 +47,7 @@ pub fn router(hub: Hub) -> Router {
         .fallback(assets::serve)
         .layer(DefaultBodyLimit::max(BODY_MAX))
         .layer(middleware::from_fn_with_state(hub.clone(), guard::same_origin))
-        .layer(middleware::from_fn(headers))
+        .layer(middleware::from_fn_with_state(hub.clone(), headers))
         .with_state(hub)
 }
 
@@ -63,6 +65,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(past::routes())
         .merge(recordings::routes())
         .merge(sim::routes())
+        .merge(state::routes())
         .merge(admin::routes())
         .split_for_parts()
 }
@@ -93,7 +96,8 @@ async fn openapi() -> Json<Value> {
 }
 
 /// What browsers have to keep to, and what is new is asked for.
-async fn headers(request: axum::extract::Request, next: Next) -> Response {
+async fn headers(State(hub): State<Hub>, request: axum::extract::Request, next: Next) -> Response {
+    hub.counts.requests.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     let api = request.uri().path().starts_with("/api");
     let mut response = next.run(request).await;
     let headers = response.headers_mut();

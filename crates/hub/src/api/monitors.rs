@@ -6,7 +6,6 @@ use axum::Json;
 use axum::extract::{Path, State};
 use lafet_client::{Monitor, Toward};
 use lafet_proto::SubsystemId;
-use lafet_proto::status::FaultInfo;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use utoipa::ToSchema;
@@ -243,11 +242,14 @@ async fn read_params(
 ) -> Result<Json<Value>, ApiError> {
     hub.count_request(&caller.principal)?;
     let station = hub.station(&id)?;
-    owner::read_params(&hub, &station, &Monitor::new(station.client()?)).await;
+    let (monitor, own) = (Monitor::new(station.client()?), station.clone());
+    // It is read to its end, even if nobody waits for that any more.
+    let reading = tokio::spawn(async move { owner::read_params(&hub, &own, &monitor).await });
+    _ = reading.await;
     Ok(Json(json!(*lock(&station.params))))
 }
 
-/// Sets a parameter.
+/// Sets a parameter, and waits until it is stored.
 #[utoipa::path(put, path = "/api/monitors/{id}/params/{subsystem}/{name}",
     params(("id" = String, Path), ("subsystem" = String, Path), ("name" = String, Path)),
     request_body = Values, responses((status = 200, body = Object), (status = 400), (status = 401),
@@ -265,7 +267,7 @@ async fn set_param(
     }
     let values: Vec<String> = values.iter().map(ToString::to_string).collect();
     let text = format!("SetParam {subsystem} {name} {}", values.join(" "));
-    Ok(Json(hub.command(&caller, &station, &text, None).await?))
+    Ok(Json(hub.save(&caller, &station, &text).await?))
 }
 
 /// What the last hardware fault has left.
@@ -278,30 +280,7 @@ async fn crash(
 ) -> Result<Json<Value>, ApiError> {
     let monitor = Monitor::new(hub.station(&id)?.client()?);
     let info = monitor.crash_data().await.map_err(|error| ApiError::from(&error))?;
-    let words = words(&info);
-    Ok(Json(json!({ "filled": info.signature != 0, "words": words })))
-}
-
-fn words(info: &FaultInfo) -> Vec<(&'static str, u32)> {
-    use lafet_proto::status::FaultArch;
-    let common = [
-        info.signature,
-        info.archtype,
-        info.spcr,
-        info.r0,
-        info.r1,
-        info.r2,
-        info.r3,
-        info.r12,
-        info.lr,
-        info.pc,
-    ];
-    let mut all: Vec<_> = FaultInfo::NAMES.into_iter().zip(common).collect();
-    match info.arch {
-        FaultArch::CortexM3(words) => all.extend(FaultInfo::NAMES.into_iter().skip(10).zip(words)),
-        FaultArch::Arm7Tdmi(words) => all.extend(FaultInfo::NAMES_ARM7TDMI.into_iter().zip(words)),
-    }
-    all
+    Ok(Json(super::crash::json(&info)))
 }
 
 /// Stops everything.

@@ -19,6 +19,7 @@ use super::recordings::{LINES_MAX, lines_of, names, whose};
 use super::records::Asked;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::link_series::PREFIX;
 use crate::model::{self, Status, Subsystem};
 use crate::recording::player::Player;
 use crate::store::{Base, Change, StoreError};
@@ -99,7 +100,8 @@ impl Past {
     /// What held at the beginning.
     async fn begin(&mut self, from_ms: u64) -> Result<(), StoreError> {
         for monitor in self.monitors.clone() {
-            let held = self.base.changes(&monitor, (from_ms, from_ms), true).await?;
+            let mut held = self.base.changes(&monitor, (from_ms, from_ms), true).await?;
+            held.retain(|(series, ..)| !series.starts_with(PREFIX));
             let last_ms = held.iter().map(|(_, t, _)| *t).max();
             let status = self.states.entry(monitor.clone()).or_default();
             held.iter().for_each(|change| apply(status, change));
@@ -133,6 +135,7 @@ impl Past {
                     }
                 }
             }
+            all.retain(|(.., (series, ..))| !series.starts_with(PREFIX));
             all.sort_by_key(|(at_ms, index, _)| (*at_ms, *index));
             for group in all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
                 if let Some(line) = self.moment(group) {

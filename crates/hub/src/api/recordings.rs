@@ -8,6 +8,7 @@ use axum::extract::rejection::BytesRejection;
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use lafet_capture::Piece;
 use serde::Deserialize;
 use tokio::sync::mpsc;
 use utoipa::{IntoParams, ToSchema};
@@ -219,7 +220,7 @@ async fn changes(
     let own = hub.clone();
     let pieces = blocking(move || {
         own.recordings.flush();
-        lafet_capture::read(&path).map_err(std::io::Error::other)
+        lafet_capture::read_pieces(&path).map_err(std::io::Error::other)
     })
     .await?;
     let mut addresses = whose(&hub);
@@ -232,8 +233,8 @@ async fn changes(
     Ok(lines_of(lines))
 }
 
-fn play(mut player: Player, pieces: &[lafet_capture::Captured], part: &Part, to: &Sender) {
-    let at = |piece: &lafet_capture::Captured| piece.at_ns / 1_000_000;
+fn play(mut player: Player, pieces: &[Piece], part: &Part, to: &Sender) {
+    let at = |piece: &Piece| piece.at_ns() / 1_000_000;
     let first_ms = pieces.first().map_or(0, at);
     let from_ms = part.from_ms.unwrap_or(first_ms).max(first_ms);
     let to_ms = part.to_ms.unwrap_or(u64::MAX);

@@ -15,6 +15,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::{Body, not_understood};
+use super::state::Wanted;
 use crate::access::Role;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -25,7 +26,7 @@ use crate::text::{Both, both};
 /// Longest time on the shelf, minutes.
 const SHELVE_MAX_MIN: u64 = 480;
 /// Entries in one answer.
-const LIMIT_MAX: u32 = 1000;
+pub const LIMIT_MAX: u32 = 1000;
 /// Series in one answer.
 const SERIES_MAX: usize = 32;
 /// Points of a series in one answer.
@@ -73,10 +74,8 @@ struct Id {
 #[derive(Debug, Deserialize, IntoParams)]
 struct Range {
     monitor: Option<String>,
-    user: Option<String>,
     from_ms: Option<u64>,
     to_ms: Option<u64>,
-    before: Option<u64>,
     limit: Option<u32>,
 }
 
@@ -183,18 +182,19 @@ async fn alarm_log(
 }
 
 /// The latest entries of the audit log.
-#[utoipa::path(get, path = "/api/audit", params(Range),
+#[utoipa::path(get, path = "/api/audit", params(Wanted),
     responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403)))]
 async fn audit(
     State(hub): State<Hub>,
     caller: Caller,
-    range: Asked<Range>,
+    wanted: Asked<Wanted>,
 ) -> Result<Json<Value>, ApiError> {
     needs(&caller, Role::Operator)?;
-    let Query(range) = range.map_err(|error| not_understood(&error))?;
-    let limit = range.limit.unwrap_or(100).min(LIMIT_MAX);
-    let entries = hub.audit.latest(range.before, limit, range.monitor, range.user).await?;
-    Ok(Json(json!({ "entries": entries, "waiting": hub.audit.waiting() })))
+    let Query(wanted) = wanted.map_err(|error| not_understood(&error))?;
+    let page = hub.audit.find(wanted.into()).await?;
+    Ok(Json(json!({
+        "entries": page.found, "next": page.next, "waiting": hub.audit.waiting(),
+    })))
 }
 
 /// Checks the chain of the audit log.
@@ -246,6 +246,7 @@ async fn series(
             }));
         }
     }
+    list.extend(crate::link_series::list());
     Ok(Json(Value::Array(list)))
 }
 

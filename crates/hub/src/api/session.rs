@@ -113,6 +113,7 @@ async fn set_up(
 #[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401), (status = 403)))]
 async fn log_out(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiError> {
     hub.access.log_out(&caller.principal.key)?;
+    hub.sessions.send_modify(|changes| *changes += 1);
     let cookie = format!("{COOKIE}=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, cookie)]).into_response())
 }
@@ -145,6 +146,7 @@ async fn password(
     }
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     drop(hub.audit.note(hub.record(&caller, "", "change own password", outcome)));
+    hub.sessions.send_modify(|changes| *changes += 1);
     result?;
     Ok(StatusCode::NO_CONTENT)
 }

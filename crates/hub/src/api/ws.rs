@@ -16,28 +16,26 @@ use lafet_proto::Request;
 use lafet_proto::link::Frame;
 use lafet_proto::record::Records;
 use lafet_proto::text::AnswerText;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::{Semaphore, mpsc};
 use tokio::task::AbortHandle;
-use tokio::time::{Instant, interval, sleep_until, timeout};
+use tokio::time::{Instant, interval, timeout};
 use utoipa::IntoParams;
 
 use super::guard::Peer;
 use super::monitors::{JogBeat, LOCKOUT, STOP};
 use crate::access::{Bucket, Principal};
 use crate::beats::{BEAT_MS, WATCHDOG};
+use crate::broadcast::{self, Shared};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub, SeatKey};
 use crate::station::Station;
-use crate::topics::Change;
 
 /// Longest message of a client.
 const MESSAGE_MAX: usize = 16 * 1024;
-/// Changes are not sent more often.
-const CHANGE_EVERY: Duration = Duration::from_millis(50);
-/// And not more seldom, so that ages can be told.
-const CHANGE_AT_LEAST: Duration = Duration::from_secs(1);
+/// What a connection reads into; each has one, and clients say little.
+const READ_BUFFER: usize = 4 * 1024;
 /// How often the other side is pinged.
 const PING: Duration = Duration::from_secs(5);
 /// A connection that is silent for so long is closed.
@@ -114,6 +112,7 @@ pub async fn upgrade(
 ) -> Response {
     let from: IpAddr = caller.seat.from.parse().unwrap_or(IpAddr::from([0, 0, 0, 0]));
     let principal = caller.principal;
+    let socket = socket.read_buffer_size(READ_BUFFER);
     socket.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(
         move |socket| async move {
             serve(hub, socket, principal, from, resume).await;
@@ -130,7 +129,7 @@ async fn serve(
     resume: Option<String>,
 ) {
     hub.counts.sockets.fetch_add(1, Ordering::Relaxed);
-    let mut key = hub.sit_down(&principal.user, resume.as_deref());
+    let mut key = hub.sit_down(&principal, &from.to_string(), resume.as_deref());
     let caller = Caller::socket(principal, from, key.seat.clone());
     let (sink, stream) = socket.split();
     let (answers, waiting) = mpsc::channel(ANSWERS_MAX);
@@ -161,21 +160,13 @@ async fn serve(
 /// Why a connection is closed; `None`: the other side has done it.
 type Close = Option<(u16, &'static str)>;
 
+const ENDED: (u16, &str) = (4401, "session ended");
+
 struct Writer {
     hub: Hub,
     caller: Caller,
     sink: SplitSink<WebSocket, Message>,
     version: u64,
-}
-
-/// `state` and `change`.
-#[derive(Serialize)]
-struct Published {
-    #[serde(rename = "type")]
-    kind: &'static str,
-    now_ms: u64,
-    #[serde(flatten)]
-    change: Change,
 }
 
 impl Writer {
@@ -185,18 +176,16 @@ impl Writer {
         mut answers: mpsc::Receiver<Value>,
         heard: &AtomicBool,
     ) -> Close {
+        let mut changes = self.hub.changes.subscribe();
         match self.begin(key).await {
             Ok(()) => {}
             Err(close) => return close,
         }
-        let mut version = self.hub.topics.version();
         let mut ending = self.hub.ending.subscribe();
+        let mut sessions = self.hub.sessions.subscribe();
         let mut pings = interval(PING);
-        let mut last = Instant::now();
         let mut silent_since = Instant::now();
         loop {
-            let dirty = *version.borrow_and_update() != self.version;
-            let next = last + if dirty { CHANGE_EVERY } else { CHANGE_AT_LEAST };
             let sent = tokio::select! {
                 biased;
                 Some(answer) = answers.recv() => self.send(&answer).await,
@@ -210,23 +199,28 @@ impl Writer {
                     } else if silent_since.elapsed() >= SILENT {
                         return Some((4408, "silent"));
                     }
-                    if !self.hub.access.is_valid(&self.caller.principal).unwrap_or(true) {
-                        return Some((4401, "session ended"));
+                    if !self.is_valid() {
+                        return Some(ENDED);
                     }
                     self.put(Message::Ping(Vec::new().into())).await
                 }
-                () = sleep_until(next) => {
-                    last = Instant::now();
-                    let (version, change) = self.hub.topics.since(self.version);
-                    self.version = version;
-                    self.publish("change", change).await
+                Ok(()) = sessions.changed() => match self.is_valid() {
+                    true => Ok(()),
+                    false => return Some(ENDED),
+                },
+                Ok(()) = changes.changed() => {
+                    let shared = changes.borrow_and_update().clone();
+                    self.publish(&shared).await
                 }
-                _ = version.changed(), if !dirty => Ok(()),
             };
             if let Err(close) = sent {
                 return close;
             }
         }
+    }
+
+    fn is_valid(&self) -> bool {
+        self.hub.access.is_valid(&self.caller.principal).unwrap_or(true)
     }
 
     async fn begin(&mut self, key: &SeatKey) -> Result<(), Close> {
@@ -239,9 +233,9 @@ impl Writer {
             "jog": { "beat_ms": BEAT_MS, "watchdog_ms": watchdog_ms },
         });
         self.send(&hello).await?;
-        let (version, change) = self.hub.topics.since(0);
+        let (version, text) = broadcast::since(&self.hub, 0);
         self.version = version;
-        self.publish("state", Change { gone: Vec::new(), ..change }).await
+        self.put(Message::Text(text)).await
     }
 
     async fn event(&mut self, key: &SeatKey, event: &Value) -> Result<(), Close> {
@@ -252,10 +246,22 @@ impl Writer {
         self.send(event).await
     }
 
-    async fn publish(&mut self, kind: &'static str, change: Change) -> Result<(), Close> {
-        let published = Published { kind, now_ms: self.hub.clock.now_ms(), change };
-        let text = serde_json::to_string(&published).unwrap_or_default();
-        self.put(Message::Text(text.into())).await
+    /// Who has kept up is sent what all are sent; who has not, what is new to them alone.
+    async fn publish(&mut self, shared: &Shared) -> Result<(), Close> {
+        let up_to_date = self.version == shared.to && shared.from != shared.to;
+        let text = match self.version {
+            version if version > shared.to || up_to_date => return Ok(()),
+            version if version == shared.from && !shared.text.is_empty() => {
+                self.version = shared.to;
+                shared.text.clone()
+            }
+            version => {
+                let (to, text) = broadcast::since(&self.hub, version);
+                self.version = to;
+                text
+            }
+        };
+        self.put(Message::Text(text)).await
     }
 
     async fn send(&mut self, message: &Value) -> Result<(), Close> {
@@ -263,6 +269,14 @@ impl Writer {
     }
 
     async fn put(&mut self, message: Message) -> Result<(), Close> {
+        let counts = &self.hub.counts;
+        counts.messages.fetch_add(1, Ordering::Relaxed);
+        let bytes = match &message {
+            Message::Text(text) => text.len(),
+            _ => 0,
+        };
+        let bytes = u64::try_from(bytes).unwrap_or(0);
+        counts.message_bytes.fetch_add(bytes, Ordering::Relaxed);
         match timeout(SLOW, self.sink.send(message)).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(_)) => Err(None),

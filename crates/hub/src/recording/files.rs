@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
 
-use lafet_capture::{Captured, Format, ReadError, Recorder};
+use lafet_capture::{Captured, Format, Piece, ReadError, Recorder};
 use time::OffsetDateTime;
 
 use super::{Recording, Whose, player};
@@ -26,9 +26,9 @@ const NAME_MAX: usize = 100;
 #[derive(Debug)]
 pub enum Work {
     /// A recording begins with these frames.
-    Begin(Recording, Vec<Captured>),
-    /// A frame of a recording.
-    Frame(String, Captured),
+    Begin(Recording, Vec<Piece>),
+    /// A frame, or the scene, of a recording.
+    Piece(String, Piece),
     /// A recording ends.
     End(Recording),
     /// What waits is brought to the disk.
@@ -221,8 +221,8 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
                 let begun = begin(folder, &meta, &past);
                 _ = begun.map_err(failed).map(|recorder| open.insert(meta.name, recorder));
             }
-            Work::Frame(name, captured) => {
-                let lost = open.get_mut(&name).and_then(|it| it.write(&captured).err());
+            Work::Piece(name, piece) => {
+                let lost = open.get_mut(&name).and_then(|it| put(it, &piece).err());
                 if let Some(error) = lost {
                     // What could be written stays; a full disk is not tried for each frame.
                     failed(error);
@@ -248,16 +248,19 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
     }
 }
 
-fn begin(
-    folder: &Path,
-    meta: &Recording,
-    past: &[Captured],
-) -> io::Result<Recorder<BufWriter<File>>> {
+fn begin(folder: &Path, meta: &Recording, past: &[Piece]) -> io::Result<Recorder<BufWriter<File>>> {
     let file = BufWriter::new(File::create(folder.join(&meta.name))?);
     tell(folder, meta)?;
     let mut recorder = Recorder::new(Format::Mcap, file)?;
-    past.iter().try_for_each(|captured| recorder.write(captured))?;
+    past.iter().try_for_each(|piece| put(&mut recorder, piece))?;
     Ok(recorder)
+}
+
+fn put(recorder: &mut Recorder<BufWriter<File>>, piece: &Piece) -> io::Result<()> {
+    match piece {
+        Piece::Captured(captured) => recorder.write(captured),
+        Piece::Note(note) => recorder.note(note),
+    }
 }
 
 /// Removes what is too old, and the oldest while all are too much. What is written stays.

@@ -14,10 +14,11 @@ use std::sync::Mutex;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
-use lafet_capture::{Captured, Direction};
+use lafet_capture::{Captured, Direction, Note, Piece};
 use lafet_client::{Direction as Way, Traced};
 use lafet_proto::link::{Frame, WIRE_MAX, encode};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use utoipa::ToSchema;
 
 use crate::config::RecordingConfig;
@@ -26,8 +27,12 @@ use crate::sync::lock;
 use files::Work;
 pub use files::{Folder, Unfit, is_name};
 
+/// The topic of what only a simulation knows.
+pub const SCENE: &str = "scene";
 /// Frames that are kept of a monitor: 5 minutes at 20 polls a second.
 const RING_MAX: usize = 12_000;
+/// Scenes of a simulation that are kept: 5 minutes at 5 a second.
+const SCENES_MAX: usize = 1500;
 /// Frames that wait for the disk; more are lost.
 const QUEUE_MAX: usize = 10_000;
 /// A recording that alarms extend ends after this time at the latest.
@@ -77,6 +82,7 @@ pub struct Recordings {
 #[derive(Debug, Default)]
 struct Inner {
     rings: BTreeMap<String, VecDeque<(u64, Captured)>>,
+    scenes: VecDeque<(u64, Note)>,
     running: Vec<Running>,
 }
 
@@ -119,7 +125,7 @@ impl Recordings {
                 running.meta.to_ms = now_ms;
                 let name = running.meta.name.clone();
                 // A disk that is too slow for it loses frames, not the hub its time.
-                _ = self.work.try_send(Work::Frame(name, captured.clone()));
+                _ = self.work.try_send(Work::Piece(name, Piece::Captured(captured.clone())));
             }
         }
         let before_ms = self.config.before_s * 1000;
@@ -131,6 +137,23 @@ impl Recordings {
         let old = |(at_ms, _): &(u64, Captured)| now_ms.saturating_sub(*at_ms) > before_ms;
         while ring.len() > RING_MAX || ring.front().is_some_and(old) {
             ring.pop_front();
+        }
+    }
+
+    /// What only a simulation knows: the replay shows it as well.
+    pub fn scene(&self, now_ms: u64, scene: &Value) {
+        let at_ns = now_ms.saturating_mul(1_000_000);
+        let note = Note { at_ns, topic: SCENE.into(), json: scene.to_string() };
+        let mut inner = lock(&self.inner);
+        for running in &inner.running {
+            let name = running.meta.name.clone();
+            _ = self.work.try_send(Work::Piece(name, Piece::Note(note.clone())));
+        }
+        let before_ms = self.config.before_s * 1000;
+        inner.scenes.push_back((now_ms, note));
+        let old = |(at_ms, _): &(u64, Note)| now_ms.saturating_sub(*at_ms) > before_ms;
+        while inner.scenes.len() > SCENES_MAX || inner.scenes.front().is_some_and(old) {
+            inner.scenes.pop_front();
         }
     }
 
@@ -199,8 +222,10 @@ impl Recordings {
         }
         let monitors: Vec<String> = whose.values().cloned().collect();
         let rings = monitors.iter().filter_map(|monitor| inner.rings.get(monitor));
-        let mut past: Vec<&(u64, Captured)> =
-            rings.flatten().filter(|(at_ms, _)| *at_ms >= from_ms).collect();
+        let frames = rings.flatten().map(|(at_ms, it)| (*at_ms, Piece::Captured(it.clone())));
+        let scenes = inner.scenes.iter().map(|(at_ms, it)| (*at_ms, Piece::Note(it.clone())));
+        let mut past: Vec<(u64, Piece)> =
+            frames.chain(scenes).filter(|(at_ms, _)| *at_ms >= from_ms).collect();
         past.sort_by_key(|(at_ms, _)| *at_ms);
         let taken = |name: &str| {
             inner.running.iter().any(|it| it.meta.name == name) || self.folder.has(name)
@@ -214,7 +239,7 @@ impl Recordings {
             recording: true,
             ..meta
         };
-        let past = past.into_iter().map(|(_, captured)| captured.clone()).collect();
+        let past = past.into_iter().map(|(_, piece)| piece).collect();
         self.work.try_send(Work::Begin(meta.clone(), past)).ok()?;
         inner.running.push(Running { meta: meta.clone(), until_ms });
         Some(meta)
@@ -252,6 +277,7 @@ impl Recordings {
     pub fn forget(&self) {
         let mut inner = lock(&self.inner);
         inner.rings.clear();
+        inner.scenes.clear();
         let running = std::mem::take(&mut inner.running);
         running.into_iter().for_each(|it| self.end(it));
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lafet_capture::{Captured, Direction};
+use lafet_capture::{Captured, Direction, Note, Piece};
 use lafet_client::AnswerBuf;
 use lafet_proto::RequestId;
 use lafet_proto::answer::Reply;
@@ -11,7 +11,7 @@ use lafet_proto::link::{Decoder, Frame};
 use lafet_proto::record::Records;
 use serde_json::{Map, Value, json};
 
-use super::Whose;
+use super::{SCENE, Whose};
 use crate::alarms::Alarms;
 use crate::api::show_frame;
 use crate::model::{self, Status};
@@ -62,7 +62,24 @@ impl Player {
     }
 
     /// A piece of a recording. What is complete before it is returned.
-    pub fn piece(&mut self, piece: &Captured) -> Option<String> {
+    pub fn piece(&mut self, piece: &Piece) -> Option<String> {
+        match piece {
+            Piece::Captured(captured) => self.captured(captured),
+            Piece::Note(note) => self.note(note),
+        }
+    }
+
+    fn note(&mut self, note: &Note) -> Option<String> {
+        let line = self.time(note.at_ns / 1_000_000);
+        if note.topic == SCENE
+            && let Ok(scene) = serde_json::from_str(&note.json)
+        {
+            self.set(SCENE, scene);
+        }
+        line
+    }
+
+    fn captured(&mut self, piece: &Captured) -> Option<String> {
         let at_ms = piece.at_ns / 1_000_000;
         let line = self.time(at_ms);
         let out = piece.direction == Direction::ToMonitor;
@@ -112,7 +129,7 @@ impl Player {
             let heard = self.monitors.entry(monitor.to_owned()).or_default();
             let mut subsystems = heard.status.subsystems.clone();
             subsystems.extend(states);
-            let status = Status { at_ms: Some(at_ms), stale: false, error: None, subsystems };
+            let status = Status { at_ms: Some(at_ms), subsystems, ..Status::default() };
             self.status(at_ms, monitor, Some(address), status);
         }
     }

@@ -21,6 +21,7 @@ use tokio::sync::oneshot;
 use utoipa::ToSchema;
 
 use super::db::{Db, StoreError, open};
+use super::events::{Page, Search};
 
 /// Entries in one transaction.
 const BATCH_MAX: usize = 256;
@@ -177,16 +178,32 @@ impl Audit {
         monitor: Option<String>,
         user: Option<String>,
     ) -> Result<Vec<Entry>, StoreError> {
-        let before = before.and_then(|n| i64::try_from(n).ok()).unwrap_or(i64::MAX);
+        let limit = limit as usize;
+        let search = Search { before, limit, monitor, user, ..Search::default() };
+        Ok(self.find(search).await?.found)
+    }
+
+    /// Looks entries up, the latest first.
+    pub async fn find(&self, search: Search) -> Result<Page<Entry>, StoreError> {
         self.reads
             .call(move |db| {
                 let mut query = db.prepare_cached(
                     "SELECT * FROM audit WHERE n < ?1 AND (?2 IS NULL OR monitor = ?2)
-                     AND (?3 IS NULL OR user = ?3) ORDER BY n DESC LIMIT ?4",
+                     AND (?3 IS NULL OR user = ?3) AND at_ms BETWEEN ?4 AND ?5 ORDER BY n DESC",
                 )?;
-                query.query_map(params![before, monitor, user, limit], entry)?.collect()
+                let (before, from_ms, to_ms) = search.bounds();
+                let rows = query.query_map(
+                    params![before, search.monitor, search.user, from_ms, to_ms],
+                    entry,
+                )?;
+                search.page(rows, |it| it.n, text)
             })
             .await
+    }
+
+    /// Number of the last entry that is stored.
+    pub async fn last(&self) -> Result<u64, StoreError> {
+        self.reads.call(|db| Ok(head(db)?.0)).await
     }
 
     /// Entries from a number on, for export.
@@ -349,6 +366,14 @@ fn head(db: &Connection) -> Result<(u64, String), rusqlite::Error> {
     Ok(last.unwrap_or((0, GENESIS.into())))
 }
 
+/// What a search looks through.
+fn text(entry: &Entry) -> String {
+    let it = &entry.record;
+    [&it.user, &it.from, &it.monitor, &it.what, &it.outcome, &it.details.to_string()]
+        .map(String::as_str)
+        .join(" ")
+}
+
 fn insert(db: &Connection, entry: &Entry) -> Result<(), rusqlite::Error> {
     let it = &entry.record;
     db.prepare_cached("INSERT INTO audit VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)")?
@@ -427,6 +452,13 @@ mod tests {
         assert_eq!(latest[0].prev, latest[1].hash);
         assert_eq!(latest[0].hash, verified.head);
         assert!(audit.latest(None, 2, Some("M1".into()), None).await.unwrap().is_empty());
+        let search = |text: &str| Search { text: Some(text.into()), limit: 1, ..Search::default() };
+        let page = audit.find(search("valve1")).await.unwrap();
+        assert_eq!((page.found[0].n, page.next), (3, Some(3)));
+        let page = audit.find(Search { before: page.next, ..search("valve1") }).await.unwrap();
+        assert_eq!((page.found[0].n, audit.last().await.unwrap()), (2, 3));
+        let none = audit.find(Search { to_ms: Some(4), ..search("") }).await.unwrap();
+        assert_eq!((none.found.len(), none.next), (0, None));
         assert_eq!((audit.waiting(), audit.is_failing()), (0, false));
     }
 

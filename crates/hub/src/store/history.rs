@@ -3,12 +3,15 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rusqlite::{Connection, params};
 use serde_json::{Value, json};
 
 use super::db::{Db, StoreError, open};
 use super::postgres::{Postgres, Work};
+use crate::link_series::PREFIX;
 
 /// A value is not noted more often.
 const RAW_MS: u64 = 200;
@@ -47,6 +50,14 @@ pub struct History {
     base: Base,
     now: HashMap<(String, Series), Current>,
     pending: Vec<Row>,
+    file: Arc<File>,
+}
+
+/// How storing in the file goes.
+#[derive(Debug, Default)]
+struct File {
+    failing: AtomicBool,
+    lost: AtomicU64,
 }
 
 /// What a series is at.
@@ -122,7 +133,7 @@ impl History {
     }
 
     fn of(base: Base) -> Self {
-        Self { base, now: HashMap::new(), pending: Vec::new() }
+        Self { base, now: HashMap::new(), pending: Vec::new(), file: Arc::default() }
     }
 
     /// Where it is, to read from.
@@ -132,13 +143,16 @@ impl History {
 
     /// Whether it cannot be stored.
     pub fn is_failing(&self) -> bool {
-        matches!(&self.base, Base::Postgres(postgres) if postgres.is_failing())
+        match &self.base {
+            Base::Sqlite(_) => self.file.failing.load(Ordering::Relaxed),
+            Base::Postgres(postgres) => postgres.is_failing(),
+        }
     }
 
-    /// Values that were given up, as the server was away for too long.
+    /// Values that were given up, as the disk took none or the server was away for too long.
     pub fn given_up(&self) -> u64 {
         match &self.base {
-            Base::Sqlite(_) => 0,
+            Base::Sqlite(_) => self.file.lost.load(Ordering::Relaxed),
             Base::Postgres(postgres) => postgres.lost(),
         }
     }
@@ -179,7 +193,17 @@ impl History {
 
     /// The values of a monitor are not known any more.
     pub fn lost(&mut self, at_ms: u64, monitor: &str) {
-        let gone: Vec<_> = self.now.keys().filter(|(of, _)| of == monitor).cloned().collect();
+        self.lose(at_ms, monitor, |series| !series.starts_with(PREFIX));
+    }
+
+    /// The figures of its link are not known any more.
+    pub fn lost_link(&mut self, at_ms: u64, monitor: &str) {
+        self.lose(at_ms, monitor, |series| series.starts_with(PREFIX));
+    }
+
+    fn lose(&mut self, at_ms: u64, monitor: &str, which: impl Fn(&str) -> bool) {
+        let gone = self.now.keys().filter(|(of, series)| of == monitor && which(series));
+        let gone: Vec<_> = gone.cloned().collect();
         for key in gone {
             self.now.remove(&key);
             self.pending.push(Row::Raw(key.0, key.1, at_ms, None));
@@ -194,11 +218,17 @@ impl History {
         }
         match &self.base {
             Base::Postgres(postgres) => postgres.post(Work::Rows(rows)),
-            Base::Sqlite(db) => db.post(move |db| {
-                if let Err(error) = store(db, &rows) {
-                    tracing::warn!(%error, rows = rows.len(), "history is not stored");
-                }
-            }),
+            Base::Sqlite(db) => {
+                let file = self.file.clone();
+                db.post(move |db| {
+                    let stored = store(db, &rows);
+                    file.failing.store(stored.is_err(), Ordering::Relaxed);
+                    if let Err(error) = stored {
+                        file.lost.fetch_add(rows.len() as u64, Ordering::Relaxed);
+                        tracing::warn!(%error, rows = rows.len(), "history is not stored");
+                    }
+                })
+            }
         }
     }
 

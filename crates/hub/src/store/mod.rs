@@ -2,10 +2,12 @@
 
 mod audit;
 mod db;
+mod events;
 mod history;
 mod postgres;
 
 pub use audit::{Audit, Entry, Record, Verified, verify_lines};
 pub(crate) use db::open;
 pub use db::{Db, StoreError};
+pub use events::{Event, Events, Page, Search};
 pub use history::{Base, Change, History, RAW_RANGE_MS, Series};

@@ -177,14 +177,23 @@ impl Site {
     }
 
     pub async fn ws_at(&self, token: &str, path: &str) -> Socket {
+        let authorization = format!("Bearer {token}");
+        let headers = [("Authorization", authorization.as_str())];
+        self.ws_with(path, if token.is_empty() { &[] } else { &headers }).await
+    }
+
+    pub async fn ws_as(&self, headers: &[(&'static str, &str)]) -> Socket {
+        self.ws_with("/api/ws", headers).await
+    }
+
+    async fn ws_with(&self, path: &str, headers: &[(&'static str, &str)]) -> Socket {
         let mut request = format!("ws://{}{path}", self.address).into_client_request().unwrap();
-        if !token.is_empty() {
-            let value = format!("Bearer {token}").parse().unwrap();
-            request.headers_mut().insert("Authorization", value);
+        for (name, value) in headers {
+            request.headers_mut().insert(*name, value.parse().unwrap());
         }
         let stream = TcpStream::connect(self.address).await.unwrap();
         let (socket, _) = tokio_tungstenite::client_async(request, stream).await.unwrap();
-        let mut socket = Socket { socket, hello: Value::Null };
+        let mut socket = Socket { socket, hello: Value::Null, known: serde_json::Map::new() };
         socket.hello = socket.next_of("hello").await;
         socket
     }
@@ -246,6 +255,8 @@ pub async fn http_over(
 pub struct Socket {
     pub socket: WebSocketStream<TcpStream>,
     pub hello: Value,
+    /// The topics, by every message that was read, whatever it was waited for.
+    pub known: serde_json::Map<String, Value>,
 }
 
 impl Socket {
@@ -261,7 +272,11 @@ impl Socket {
     pub async fn next(&mut self) -> Option<Value> {
         loop {
             match timeout(PATIENCE, self.socket.next()).await.expect("a message in time")? {
-                Ok(Message::Text(text)) => return Some(serde_json::from_str(&text).unwrap()),
+                Ok(Message::Text(text)) => {
+                    let message = serde_json::from_str(&text).unwrap();
+                    self.apply(&message);
+                    return Some(message);
+                }
                 Ok(Message::Close(frame)) => {
                     return Some(
                         json!({ "type": "closed", "code": frame.map(|it| u16::from(it.code)) }),
@@ -270,6 +285,28 @@ impl Socket {
                 Ok(_) => {}
                 Err(_) => return None,
             }
+        }
+    }
+
+    fn apply(&mut self, message: &Value) {
+        for (topic, value) in message["set"].as_object().into_iter().flatten() {
+            self.known.insert(topic.clone(), value.clone());
+        }
+        for topic in message["gone"].as_array().into_iter().flatten() {
+            self.known.remove(topic.as_str().unwrap());
+        }
+    }
+
+    /// Reads until what is known is as wanted.
+    pub async fn until(
+        &mut self,
+        what: &str,
+        wanted: impl Fn(&serde_json::Map<String, Value>) -> bool,
+    ) {
+        let began = Instant::now();
+        while !wanted(&self.known) {
+            assert!(began.elapsed() < PATIENCE, "{what}: {:?}", self.known);
+            self.next().await.expect("the connection stays");
         }
     }
 
@@ -328,6 +365,17 @@ pub async fn stays(time: Duration, condition: impl Fn() -> bool) -> bool {
         ticks.tick().await;
     }
     true
+}
+
+/// Beats every 60 ms until something is so, however long that takes a machine that is busy.
+pub async fn hold_until(socket: &mut Socket, drive: &str, toward: &str, wanted: impl Fn() -> bool) {
+    let began = Instant::now();
+    let mut ticks = interval(Duration::from_millis(60));
+    while !wanted() {
+        ticks.tick().await;
+        assert!(began.elapsed() < PATIENCE, "{drive} does not get there");
+        socket.beat(drive, toward).await;
+    }
 }
 
 /// Beats every 60 ms for a time.

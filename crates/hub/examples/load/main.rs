@@ -1,0 +1,48 @@
+//! The hub under load, as a process of its own with simulated monitors: `cargo xtask hub-load` and
+//! `cargo xtask bench --only hub`.
+
+#![allow(missing_docs, reason = "a program")]
+
+mod bench;
+mod client;
+mod figures;
+mod hub;
+mod kills;
+mod robust;
+mod site;
+mod trouble;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What goes wrong is told, and ends the program.
+pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
+
+const USAGE: &str = "load robust|bench PROGRAM FOLDER [--quick]";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let runtime =
+        tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+    let runtime = runtime.expect("a runtime");
+    let done = match words[..] {
+        ["robust", lafet, folder] => {
+            runtime.block_on(robust::run(PathBuf::from(lafet), folder.into(), &robust::WHOLE))
+        }
+        ["robust", lafet, folder, "--quick"] => {
+            runtime.block_on(robust::run(PathBuf::from(lafet), folder.into(), &robust::QUICK))
+        }
+        ["bench", lafet, folder] => runtime.block_on(bench::run(lafet.into(), folder.into())),
+        _ => Err(USAGE.into()),
+    };
+    // Connections that are left are of no use to anybody.
+    runtime.shutdown_background();
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! The figures of a link, second by second, as series of the history.
+
+use lafet_client::Stats;
+use serde_json::{Value, json};
+
+use crate::hub::Hub;
+use crate::model;
+use crate::sync::lock;
+use crate::text::{Both, both};
+
+/// What their names begin with.
+pub const PREFIX: &str = "Link.";
+
+type Figure = fn(&Stats) -> Option<f64>;
+
+/// Name, what it counts in both languages, and the figure.
+const SERIES: [(&str, [&str; 2], Figure); 6] = [
+    (
+        "sent",
+        ["Frames sent in a second", "Кадров отправлено за секунду"],
+        |it| Some(it.frames_sent as f64),
+    ),
+    (
+        "received",
+        ["Frames received in a second", "Кадров получено за секунду"],
+        |it| Some(model::received(it) as f64),
+    ),
+    (
+        "retries",
+        ["Frames sent again in a second", "Кадров повторено за секунду"],
+        |it| Some(it.retries as f64),
+    ),
+    (
+        "timeouts",
+        ["Answers that did not come in a second", "Ответов не пришло за секунду"],
+        |it| Some(it.timeouts as f64),
+    ),
+    (
+        "errors",
+        ["Frames with errors on the line in a second", "Ошибочных кадров за секунду"],
+        |it| Some(it.errors() as f64),
+    ),
+    ("rtt_ms", ["Smoothed round trip", "Сглаженное время ответа"], |it| {
+        let rtt = it.rtt_average?;
+        Some((rtt.as_secs_f64() * 10_000.0).round() / 10.0)
+    }),
+];
+
+/// Notes the figures of the last second; of a link that is down nothing is known.
+pub fn note(hub: &Hub, monitor: &str, last: &Stats, up: bool) {
+    let (at_ms, mut history) = (hub.clock.now_ms(), lock(&hub.history));
+    if !up {
+        return history.lost_link(at_ms, monitor);
+    }
+    for (name, _, figure) in SERIES {
+        if let Some(value) = figure(last) {
+            history.note(at_ms, monitor, &format!("{PREFIX}{name}"), value);
+        }
+    }
+}
+
+/// The series, as the API lists them.
+pub fn list() -> impl Iterator<Item = Value> {
+    SERIES.iter().map(|(name, [en, ru], _)| {
+        let unit = if *name == "rtt_ms" { both("ms", "мс") } else { Both::default() };
+        json!({ "series": format!("{PREFIX}{name}"), "unit": unit, "text": both(*en, *ru) })
+    })
+}

@@ -1,0 +1,225 @@
+//! What has happened, as it was told to everybody: kept, to be looked up later.
+
+use std::collections::VecDeque;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use rusqlite::{Row, params};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::db::{Db, StoreError, open};
+use super::history::{DAY_MS, signed};
+use crate::sync::lock;
+use crate::text::{Both, both};
+
+/// Events that wait for a disk that takes none; older ones are given up.
+const WAITING_MAX: usize = 10_000;
+
+const SCHEMA: &str = "
+CREATE TABLE IF NOT EXISTS event (
+  n INTEGER PRIMARY KEY AUTOINCREMENT, at_ms INTEGER NOT NULL, monitor TEXT, en TEXT NOT NULL,
+  ru TEXT NOT NULL
+) STRICT;
+CREATE INDEX IF NOT EXISTS event_by_time ON event (at_ms);
+PRAGMA synchronous = NORMAL;";
+
+/// Something that has happened.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Event {
+    /// Its number.
+    pub n: u64,
+    /// When, ms since 1970.
+    pub at_ms: u64,
+    /// To which monitor; `None`: to the site.
+    pub monitor: Option<String>,
+    /// What.
+    pub what: Both,
+}
+
+/// Which events, and which entries of the audit log.
+#[derive(Clone, Debug, Default)]
+pub struct Search {
+    /// Of this monitor.
+    pub monitor: Option<String>,
+    /// Of this user.
+    pub user: Option<String>,
+    /// With this text in it, in small letters.
+    pub text: Option<String>,
+    /// Not before this time.
+    pub from_ms: Option<u64>,
+    /// Not after this time.
+    pub to_ms: Option<u64>,
+    /// Before this number.
+    pub before: Option<u64>,
+    /// So many.
+    pub limit: usize,
+}
+
+/// Part of what was found, the latest first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Page<T> {
+    /// These.
+    pub found: Vec<T>,
+    /// There may be more before this number.
+    pub next: Option<u64>,
+}
+
+/// What has happened.
+#[derive(Clone, Debug)]
+pub struct Events {
+    db: Db,
+    /// What is not on the disk yet.
+    waiting: Arc<Mutex<VecDeque<Event>>>,
+}
+
+impl Events {
+    /// Opens it in a folder, or in memory.
+    pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
+        let db = Db::new("events", open(folder, "events.db", SCHEMA)?)?;
+        Ok(Self { db, waiting: Arc::default() })
+    }
+
+    /// Notes that something has happened; written with the next [`Events::flush`].
+    pub fn note(&self, at_ms: u64, monitor: Option<&str>, what: &Both) {
+        let event = Event { n: 0, at_ms, monitor: monitor.map(str::to_owned), what: what.clone() };
+        let mut waiting = lock(&self.waiting);
+        if waiting.len() == WAITING_MAX {
+            waiting.pop_front();
+        }
+        waiting.push_back(event);
+    }
+
+    /// Stores what has come together; what the disk does not take stays.
+    pub fn flush(&self) {
+        let waiting = self.waiting.clone();
+        if lock(&waiting).is_empty() {
+            return;
+        }
+        self.db.post(move |db| {
+            let all: Vec<Event> = lock(&waiting).iter().cloned().collect();
+            match store(db, &all) {
+                // Newer ones stand behind these; older ones may have been given up meanwhile.
+                Ok(()) => {
+                    let mut waiting = lock(&waiting);
+                    let stored = all.len().min(waiting.len());
+                    waiting.drain(..stored);
+                }
+                Err(error) => tracing::warn!(%error, events = all.len(), "events are not stored"),
+            }
+        });
+    }
+
+    /// Looks events up.
+    pub async fn find(&self, search: Search) -> Result<Page<Event>, StoreError> {
+        self.flush();
+        self.db.call(move |db| find(db, &search)).await
+    }
+
+    /// Forgets what is older than some days.
+    pub fn forget(&self, now_ms: u64, days: u32) {
+        let before = signed(now_ms.saturating_sub(u64::from(days) * DAY_MS));
+        self.db.post(move |db| {
+            if let Err(error) = db.execute("DELETE FROM event WHERE at_ms < ?1", [before]) {
+                tracing::warn!(%error, "old events are not removed");
+            }
+        });
+    }
+}
+
+fn store(db: &mut rusqlite::Connection, all: &[Event]) -> Result<(), rusqlite::Error> {
+    let transaction = db.transaction()?;
+    for it in all {
+        transaction
+            .prepare_cached("INSERT INTO event (at_ms, monitor, en, ru) VALUES (?1, ?2, ?3, ?4)")?
+            .execute(params![signed(it.at_ms), it.monitor, it.what.en, it.what.ru])?;
+    }
+    transaction.commit()
+}
+
+fn find(db: &rusqlite::Connection, search: &Search) -> Result<Page<Event>, rusqlite::Error> {
+    let mut query = db.prepare_cached(
+        "SELECT n, at_ms, monitor, en, ru FROM event
+         WHERE n < ?1 AND (?2 IS NULL OR monitor = ?2) AND at_ms BETWEEN ?3 AND ?4
+         ORDER BY n DESC",
+    )?;
+    let (before, from_ms, to_ms) = search.bounds();
+    let rows = query.query_map(params![before, search.monitor, from_ms, to_ms], event)?;
+    search.page(rows, |it| it.n, |it| format!("{} {}", it.what.en, it.what.ru))
+}
+
+fn event(row: &Row<'_>) -> Result<Event, rusqlite::Error> {
+    let unsigned = |index| row.get::<_, i64>(index).map(i64::cast_unsigned);
+    Ok(Event {
+        n: unsigned(0)?,
+        at_ms: unsigned(1)?,
+        monitor: row.get(2)?,
+        what: both(row.get::<_, String>(3)?, row.get::<_, String>(4)?),
+    })
+}
+
+/// Rows that one search looks at: the rest is for the next page.
+const LOOKED_AT_MAX: usize = 100_000;
+
+impl Search {
+    /// The number before which, the first and the last time, as databases have it.
+    pub fn bounds(&self) -> (i64, i64, i64) {
+        let number = |value: Option<u64>, none| value.map_or(none, signed);
+        (number(self.before, i64::MAX), number(self.from_ms, 0), number(self.to_ms, i64::MAX))
+    }
+
+    /// Takes rows, the latest first, in whose text the wanted one is. Letters are compared here, as
+    /// SQLite takes capital and small ones for the same in English alone.
+    pub fn page<T>(
+        &self,
+        rows: impl Iterator<Item = Result<T, rusqlite::Error>>,
+        number: impl Fn(&T) -> u64,
+        text: impl Fn(&T) -> String,
+    ) -> Result<Page<T>, rusqlite::Error> {
+        let (mut found, mut last) = (Vec::new(), None);
+        for (count, row) in rows.enumerate() {
+            if count == LOOKED_AT_MAX || found.len() == self.limit {
+                return Ok(Page { found, next: last });
+            }
+            let row = row?;
+            last = Some(number(&row));
+            let wanted = self.text.as_deref().unwrap_or_default();
+            if wanted.is_empty() || text(&row).to_lowercase().contains(wanted) {
+                found.push(row);
+            }
+        }
+        Ok(Page { found, next: None })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn events_are_found_page_by_page() {
+        let events = Events::open(None).unwrap();
+        for number in 1..=5_u64 {
+            let what = both(format!("Fire {number}"), format!("Пожар {number}"));
+            events.note(number * 1000, (number == 3).then_some("M1"), &what);
+        }
+        let search = |change: &dyn Fn(&mut Search)| {
+            let mut search = Search { limit: 2, ..Search::default() };
+            change(&mut search);
+            let events = events.clone();
+            async move {
+                let page = events.find(search).await.unwrap();
+                (page.found.iter().map(|it| it.n).collect::<Vec<_>>(), page.next)
+            }
+        };
+        assert_eq!(search(&|_| {}).await, (vec![5, 4], Some(4)));
+        assert_eq!(search(&|it| it.before = Some(2)).await, (vec![1], None));
+        let text = |it: &mut Search| it.text = Some("пожар 4".into());
+        assert_eq!(search(&text).await, (vec![4], None));
+        assert_eq!(search(&|it| it.monitor = Some("M1".into())).await, (vec![3], None));
+        let range = |it: &mut Search| (it.from_ms, it.to_ms) = (Some(2000), Some(3000));
+        assert_eq!(search(&range).await, (vec![3, 2], None));
+        events.forget(DAY_MS + 3000, 1);
+        assert_eq!(search(&|it| it.limit = 9).await, (vec![5, 4, 3], None));
+    }
+}

@@ -1,0 +1,53 @@
+//! `cargo xtask hub-load`: the hub in all kinds of trouble; and its part of the benchmarks.
+
+use std::process::{Command, ExitCode};
+
+use crate::run::{self, StepResult, cargo, output, show, target};
+use crate::{TaskResult, flag, setup};
+
+/// A thousand connections are two thousand files, half of them the hub's.
+const LIMITED: &str = "ulimit -n 8192 2>/dev/null || ulimit -n $(ulimit -H -n); exec \"$0\" \"$@\"";
+
+pub fn load(arguments: &[String]) -> TaskResult {
+    let quick = flag(arguments, Some("--quick"))?;
+    let mut command = program("robust")?;
+    if quick {
+        command.arg("--quick");
+    }
+    show(&mut command)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Half a minute of it.
+pub fn check() -> StepResult {
+    load(&["--quick".to_owned()]).map(|_| ())
+}
+
+/// The figures of docs/performance.md.
+pub fn bench() -> Result<String, String> {
+    output(&mut program("bench")?)
+}
+
+/// The load generator with the released program, in a folder that is made anew.
+fn program(what: &str) -> Result<Command, String> {
+    setup::program("prlimit", "util-linux")?;
+    show(&mut cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
+    show(&mut cargo(&[
+        "build",
+        "--quiet",
+        "--release",
+        "--package",
+        "lafet-hub",
+        "--example",
+        "load",
+    ]))?;
+    let folder = target().join("hub-load");
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    }
+    let mut command = Command::new("sh");
+    command.args(["-c", LIMITED]).arg(target().join("release/examples/load"));
+    command.arg(what).arg(target().join("release/lafet")).arg(folder);
+    command.current_dir(run::root());
+    Ok(command)
+}

@@ -78,7 +78,7 @@ pub(crate) fn sqrt(x: f32) -> f32 {
         bit >>= 1;
     }
     root += root & u32::from(rest > 0);
-    f32::from_bits((root >> 1) + (126 << 23) + (exponent / 2 << 23))
+    f32::from_bits((root >> 1) + ((126 + exponent / 2) << 23))
 }
 
 /// Square root of a whole number, rounded down.

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use crate::run::{StepResult, cargo, output, root, show};
-use crate::{TaskResult, no_std, setup};
+use crate::{TaskResult, no_std, setup, size};
 
-const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
+pub const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
 /// The board that QEMU knows.
-const EMULATED: &str = "lm3s6965";
+pub const EMULATED: &str = "lm3s6965";
 const QEMU: &str = "qemu-system-arm";
 
 pub fn firmware(arguments: &[String]) -> TaskResult {
@@ -25,10 +25,10 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Links the program for every board, which fails when a panic can be reached, and compares the
-/// emulated chip with the host for a while.
+/// Links the program for every board, which fails when a panic can be reached, looks how much it takes,
+/// and compares the emulated chip with the host for a while.
 pub fn check() -> StepResult {
-    BOARDS.into_iter().try_for_each(|board| build(board).map(|_| ()))?;
+    size::check()?;
     test(&["--seeds".into(), "2".into(), "--steps".into(), "1000".into()])
 }
 
@@ -67,17 +67,6 @@ fn emulator() -> StepResult {
         return Ok(());
     }
     setup::debian(&[QEMU])
-}
-
-/// Bytes of flash and RAM that a program takes, by its sections.
-pub fn size(arguments: &[String]) -> TaskResult {
-    crate::flag(arguments, None)?;
-    for board in BOARDS {
-        let program = build(board)?;
-        let (flash, ram) = memory(&program)?;
-        println!("{board}: {flash} bytes of flash, {ram} bytes of RAM beside the stack");
-    }
-    Ok(ExitCode::SUCCESS)
 }
 
 /// Bytes of flash and of RAM that a program's sections take.

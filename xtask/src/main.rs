@@ -29,6 +29,7 @@ mod physics;
 mod pictures;
 mod run;
 mod setup;
+mod size;
 mod source;
 mod spec;
 mod stops;
@@ -167,10 +168,10 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "size",
-        arguments: "",
-        about: "flash and RAM of the firmware, for each board",
-        details: "The figures stand in docs/firmware.md.",
-        run: firmware::size,
+        arguments: "[--check]",
+        about: "flash and RAM of the firmware, by board and crate: docs/footprint.md",
+        details: "Fails over its limits. With --check nothing is written.",
+        run: size::size,
     },
     Task {
         name: "bench",

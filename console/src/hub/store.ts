@@ -23,6 +23,8 @@ export class Store {
   private second = 0;
 
   hello: Hello | null = null;
+  /** Whether the hub has told its state: before that nothing is known, not even that there is no alarm. */
+  known = false;
   /** Whether the hub is heard; false also before its first word. */
   linked = false;
   /** When it was last heard, by this page's clock. */
@@ -99,6 +101,7 @@ export class Store {
   /** Everything anew, live. */
   replace(state: Change): void {
     this.clock(state.now_ms);
+    this.known = true;
     const before = this.live;
     this.live = new Map(Object.entries(state.set));
     if (!this.replayed) this.tellAll(new Set([...before.keys(), ...this.live.keys()]));

@@ -2,10 +2,11 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
+import { HubError } from '../hub/errors';
 import { has } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
-import { age, t, tt, type Key } from '../i18n';
+import { age, lang, t, tt, type Key } from '../i18n';
 import { sectorOf, type QuenchSector, type Sector } from '../parts/geometry';
 import { icon } from '../parts/icons';
 import '../parts/lf-dial';
@@ -15,6 +16,7 @@ import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
 import { base, card } from '../theme/shared';
+import { aimAt, flows, outlet_mm } from './operate/aim';
 import './operate/automatic';
 import type { Tool } from './operate/automatic';
 import './operate/hand';
@@ -156,6 +158,13 @@ export class PageOperate extends LitElement {
           padding: var(--s2);
           gap: var(--s2);
         }
+        .tools .word {
+          position: absolute;
+          width: 1px;
+          height: 1px;
+          overflow: hidden;
+          clip-path: inset(50%);
+        }
         .strip {
           gap: 10px 20px;
           --lf-value-size: 20px;
@@ -276,7 +285,7 @@ export class PageOperate extends LitElement {
     const three = this.view === 'scene' && this.sceneLoaded;
     const choice = (tool: Tool, name: 'map' | 'target', text: string, why = '') =>
       html`<lf-button icon=${name} kind="quiet" toggle .on=${this.tool === tool} .why=${why} @click=${() => this.choose(tool)}
-        >${text}</lf-button
+        ><span class="word">${text}</span></lf-button
       >`;
     return html`${three
         ? html`<lf-scene
@@ -293,6 +302,7 @@ export class PageOperate extends LitElement {
             .selected=${monitor}
             .tool=${this.tool}
             .running=${this.running}
+            .note=${this.tool === 'aim' ? t(flows(monitor) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
             @sector=${(e: CustomEvent<QuenchSector | null>) => (this.sector = e.detail)}
             @sector-change=${(e: CustomEvent<QuenchSector | null>) => (this.sector = e.detail)}
             @aim=${(e: CustomEvent<AimDetail>) => this.aim(e.detail)}
@@ -334,6 +344,7 @@ export class PageOperate extends LitElement {
         hotbeds: store.get(`monitors/${id}/hotbeds`),
         scene,
         down: store.stale(id),
+        outlet_mm: outlet_mm(id),
       });
       if (!made) return [];
       const { Horizontal } = this.target;
@@ -382,16 +393,20 @@ export class PageOperate extends LitElement {
   }
   private quenched = false;
 
-  /** Both drives go where the operator has pointed, by the line of sight. */
+  /** Both drives go where the operator has pointed. */
   private aim(at: AimDetail): void {
     const { monitor } = this;
     const why = whyNotWork(monitor, 'Horizontal');
     if (why) return toast({ kind: 'info', text: why });
-    const Horizontal = Math.round(at.horizontal_arcmin);
-    const Vertical = Math.round(at.sight_arcmin);
+    const { Horizontal, Vertical, kind, text } = aimAt(monitor, at);
     this.target = { Horizontal, Vertical };
-    commands.request(monitor, `Move Horizontal ${Horizontal}`).catch(() => {});
-    commands.request(monitor, `Move Vertical ${Vertical}`, { quiet: true }).catch(() => {});
+    const sent = (['Horizontal', 'Vertical'] as const).map((drive) =>
+      commands.request(monitor, `Move ${drive} ${this.target[drive]}`, { quiet: true }),
+    );
+    Promise.all(sent).then(
+      () => toast({ kind, text: `${monitor} · ${text}` }),
+      (cause: unknown) => toast({ kind: 'error', text: `${monitor} · ${t('operate.aim')}: ${HubError.of(cause).text(lang())}` }),
+    );
   }
 
   private readonly turnView = (): void => {

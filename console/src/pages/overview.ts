@@ -10,6 +10,7 @@ import { standAlone } from '../parts/stand-alone';
 import { router } from '../shell/router';
 import { base, card, page, table } from '../theme/shared';
 import { show } from '../units';
+import { outlet_mm } from './operate/aim';
 import { exists, field, position, posture } from './operate/state';
 
 const VIEW_KEY = 'lafet.overview';
@@ -81,8 +82,8 @@ export class PageOverview extends LitElement {
       }
       .values {
         display: grid;
-        grid-template-columns: repeat(4, 1fr);
-        gap: var(--s2);
+        grid-template-columns: repeat(auto-fit, minmax(96px, 1fr));
+        gap: var(--s2) var(--s3);
         --lf-value-size: 22px;
         --lf-value-width: 0;
       }
@@ -179,6 +180,7 @@ export class PageOverview extends LitElement {
         hotbeds: store.get(`monitors/${id}/hotbeds`),
         scene,
         down: store.stale(id),
+        outlet_mm: outlet_mm(id),
       });
       return made ? [made] : [];
     });

@@ -46,7 +46,7 @@ export class LfNav extends LitElement {
       }
       a[aria-current] {
         background: var(--accent-soft);
-        font-weight: 650;
+        box-shadow: inset 4px 0 var(--accent);
       }
       a[aria-current] .icon {
         color: var(--accent);
@@ -101,6 +101,9 @@ export class LfNav extends LitElement {
         flex: none;
         max-width: 100%;
       }
+      :host([rail]) a[aria-current] {
+        box-shadow: inset 3px 0 var(--accent);
+      }
       :host([rail]) h3 {
         padding: 10px 0 4px;
         text-align: center;
@@ -129,12 +132,14 @@ export class LfNav extends LitElement {
     const monitor = this.route.monitor ?? router.lastMonitor ?? ids[0] ?? null;
     return html`<nav aria-label=${t('nav.label')}>
       ${this.pages('site', null)}
-      ${monitor
+      ${monitor || !store.known
         ? html`<h3>${t('nav.monitor')}</h3>
             <label>
               <span class="unseen">${t('nav.monitor')}</span>
-              <select @change=${this.choose}>
-                ${ids.map((id) => html`<option ?selected=${id === monitor}>${id}</option>`)}
+              <select @change=${this.choose} ?disabled=${ids.length === 0}>
+                ${(ids.length ? ids : [monitor ?? '…']).map(
+                  (id) => html`<option ?selected=${id === monitor}>${id}</option>`,
+                )}
               </select>
             </label>
             ${this.pages('monitor', monitor)}`

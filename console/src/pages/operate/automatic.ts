@@ -4,8 +4,9 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { has, whyNot } from '../../hub/session';
+import { flag } from '../../hub/dictionary';
 import { store, TopicController } from '../../hub/store';
-import { t } from '../../i18n';
+import { t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import type { QuenchSector } from '../../parts/geometry';
 import { dialog } from '../../shell/dialog';
@@ -53,12 +54,17 @@ export class LfAutomatic extends LitElement {
         align-items: center;
         gap: 10px;
         grid-column: 1 / -1;
-        height: 64px;
+        min-height: 64px;
         padding: 8px 8px 8px 12px;
         --lf-button-height: 48px;
         border-radius: var(--radius);
         background: var(--accent-soft);
         font-weight: 600;
+      }
+      .direct {
+        display: block;
+        font-weight: 500;
+        color: var(--medium);
       }
       .sector {
         display: grid;
@@ -119,8 +125,11 @@ export class LfAutomatic extends LitElement {
   }
 
   private running(text: string, subsystem: string) {
+    const direct = subsystem === 'Control' ? directAim(this.monitor) : '';
     return html`<div class="running" role="status">
-      ${icon('play')}<span class="grow">${text}</span>
+      ${icon('play')}<span class="grow"
+        >${text}${direct ? html`<small class="direct">${t('operate.direct', { why: direct })}</small>` : nothing}</span
+      >
       <lf-button id="end" @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
         >${t('operate.end')}</lf-button
       >
@@ -316,4 +325,12 @@ export class LfAutomatic extends LitElement {
         >`,
     });
   }
+}
+
+/** What keeps the monitor from reckoning the jet: then it aims direct (§3.3.6/5). */
+const UNRECKONED = ['TrajectoryPressureFault', 'TrajectoryRangeFault', 'TrajectoryAngleFault'];
+
+function directAim(monitor: string): string {
+  const found = UNRECKONED.find((name) => has(monitor, 'Control', name));
+  return found ? tt(flag('Control', found)?.meaning) || found : '';
 }

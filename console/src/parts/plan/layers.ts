@@ -1,5 +1,6 @@
 // What lies on the plan, layer by layer, as SVG. Pure: a camera and things in, templates out.
 import { nothing, svg, type SVGTemplateResult } from 'lit';
+import { num } from '../../i18n';
 import {
   ARCMIN,
   bearingOf,
@@ -357,7 +358,7 @@ export function compassMark(
       speed > 0.2
         ? svg`<g transform="translate(-46 0)"><g transform="rotate(${f(toward)})">
             <path class="wind" d="M0 12V-12M-5-6 0-12 5-6"></path></g>
-            <text class="wind-speed" x="-16" dy="0.35em">${wind(speed.toFixed(1))}</text></g>`
+            <text class="wind-speed" x="-16" dy="0.35em">${wind(num(speed, 1))}</text></g>`
         : nothing
     }
   </g>`;

@@ -10,16 +10,18 @@ import { age, lang, t, tt, type Key } from '../i18n';
 import { sectorOf, type QuenchSector, type Sector } from '../parts/geometry';
 import { icon } from '../parts/icons';
 import '../parts/lf-dial';
-import { planMonitor, type AimDetail, type LfPlan, type PlanMonitor } from '../parts/lf-plan';
+import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
+import '../parts/lf-plan';
 import { hotbedOf } from '../parts/plan/model';
 import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
 import { base, card } from '../theme/shared';
-import { aimAt, flows, outlet_mm } from './operate/aim';
+import { aimAt, flows } from './operate/aim';
 import './operate/automatic';
 import type { Tool } from './operate/automatic';
 import './operate/hand';
+import { OnPlan } from './operate/on-plan';
 import { exists, field, limits, position, posture, whyNotWork } from './operate/state';
 import './operate/trends';
 import './operate/valves';
@@ -85,6 +87,9 @@ export class PageOperate extends LitElement {
       .view > * {
         min-height: 0;
         min-width: 0;
+      }
+      lf-plan {
+        --lf-plan-hint: 72px;
       }
       lf-plan,
       lf-scene {
@@ -175,6 +180,7 @@ export class PageOperate extends LitElement {
   ];
 
   @property() monitor = '';
+  private readonly onPlan = new OnPlan();
   @state() private tool: Tool = 'look';
   @state() private sector: QuenchSector | null = null;
   @state() private running: Record<string, Sector> = {};
@@ -336,22 +342,10 @@ export class PageOperate extends LitElement {
   }
 
   private monitors(site: Site): PlanMonitor[] {
-    const scene = store.get('scene') ?? null;
-    return store.monitors().flatMap((id) => {
-      const made = planMonitor(id, site, {
-        status: store.get(`monitors/${id}/status`),
-        limits: store.get(`monitors/${id}/limits`) as never,
-        hotbeds: store.get(`monitors/${id}/hotbeds`),
-        scene,
-        down: store.stale(id),
-        outlet_mm: outlet_mm(id),
-      });
-      if (!made) return [];
-      const { Horizontal } = this.target;
-      if (id === this.monitor && Horizontal !== undefined && has(id, 'Horizontal', 'Move')) {
-        made.target_arcmin = Horizontal;
-      }
-      return [made];
+    const { Horizontal } = this.target;
+    return this.onPlan.of(site, store.monitors()).map((made) => {
+      const aimed = made.id === this.monitor && Horizontal !== undefined && has(made.id, 'Horizontal', 'Move');
+      return aimed ? { ...made, target_arcmin: Horizontal } : made;
     });
   }
 

@@ -5,12 +5,12 @@ import { has, inControl } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { age, plural, t, tt, type Key } from '../i18n';
 import { icon } from '../parts/icons';
-import { planMonitor } from '../parts/lf-plan';
+import '../parts/lf-plan';
 import { standAlone } from '../parts/stand-alone';
 import { router } from '../shell/router';
 import { base, card, page, table } from '../theme/shared';
 import { show } from '../units';
-import { outlet_mm } from './operate/aim';
+import { OnPlan } from './operate/on-plan';
 import { exists, field, position, posture } from './operate/state';
 
 const VIEW_KEY = 'lafet.overview';
@@ -138,6 +138,7 @@ export class PageOverview extends LitElement {
     `,
   ];
 
+  private readonly onPlan = new OnPlan();
   @state() private chosen = localStorage.getItem(VIEW_KEY) as View | null;
 
   constructor() {
@@ -173,17 +174,7 @@ export class PageOverview extends LitElement {
   private map(ids: string[]) {
     const site = standAlone((store.get('hub') ?? store.hello?.hub)?.site ?? null, ids);
     const scene = store.get('scene') ?? null;
-    const monitors = ids.flatMap((id) => {
-      const made = planMonitor(id, site, {
-        status: store.get(`monitors/${id}/status`),
-        limits: store.get(`monitors/${id}/limits`) as never,
-        hotbeds: store.get(`monitors/${id}/hotbeds`),
-        scene,
-        down: store.stale(id),
-        outlet_mm: outlet_mm(id),
-      });
-      return made ? [made] : [];
-    });
+    const monitors = this.onPlan.of(site, ids);
     return html`<section class="card map" aria-label=${t('operate.plan')}>
       <lf-plan
         .site=${site}

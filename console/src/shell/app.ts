@@ -182,7 +182,7 @@ export class LfApp extends LitElement {
 
   private page(name: string, monitor: string | null) {
     if (this.phase === 'unreachable') return html`<div class="boot">${t('shell.unreachable')}</div>`;
-    if (this.phase === 'boot' || this.loaded !== name || !store.hello) {
+    if (this.phase === 'boot' || this.loaded !== name || !store.hello || !store.known) {
       return html`<div class="boot" aria-busy="true">${t('shell.loading')}</div>`;
     }
     const tag = unsafeStatic(`lf-page-${name}`);

@@ -31,6 +31,8 @@ export interface Drop {
 }
 
 const RING_PX = 30;
+/** Narrower than this the buttons of a page take the whole upper edge. */
+const NARROW_PX = 430;
 const RING_MINI_PX = 19;
 export const DROP_LIFE_MS = 2400;
 
@@ -351,7 +353,7 @@ export function compassMark(
   const speed = scene ? Math.hypot(...scene.wind) : 0;
   // The arrow points to where the wind blows.
   const toward = scene ? compass((Math.atan2(scene.wind[0], scene.wind[1]) * 180) / Math.PI) : 0;
-  return svg`<g class="compass" transform="translate(${f(camera.width - 34)} 34)">
+  return svg`<g class="compass" transform="translate(${f(camera.width - 34)} ${camera.width < NARROW_PX ? 92 : 34})">
     <circle r="19"></circle>
     <path class="needle" d="M0-16 5-3H-5Z"></path><text y="9">${north}</text>
     ${

@@ -7,7 +7,7 @@ import { has } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
 import { age, lang, t, tt, type Key } from '../i18n';
-import { sectorOf, type QuenchSector, type Sector } from '../parts/geometry';
+import { sectorOf, type QuenchSector } from '../parts/geometry';
 import { icon } from '../parts/icons';
 import '../parts/lf-dial';
 import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
@@ -183,7 +183,6 @@ export class PageOperate extends LitElement {
   private readonly onPlan = new OnPlan();
   @state() private tool: Tool = 'look';
   @state() private sector: QuenchSector | null = null;
-  @state() private running: Record<string, Sector> = {};
   @state() private view: 'plan' | 'scene' = localStorage.getItem(VIEW_KEY) === 'scene' ? 'scene' : 'plan';
   @state() private sceneLoaded = false;
   @state() private target: { Horizontal?: number; Vertical?: number } = {};
@@ -223,7 +222,6 @@ export class PageOperate extends LitElement {
           .found=${store.get(`monitors/${monitor}/hotbeds`)?.list.length ?? 0}
           @found=${this.takeFound}
           @tool=${(e: CustomEvent<Tool>) => this.choose(e.detail)}
-          @quenching=${(e: CustomEvent<QuenchSector>) => this.begun(e.detail)}
         ></lf-automatic>
       </div>
       <div class="below">${this.dial()}<lf-trends .monitor=${monitor}></lf-trends></div>
@@ -307,7 +305,7 @@ export class PageOperate extends LitElement {
             .scene=${scene}
             .selected=${monitor}
             .tool=${this.tool}
-            .running=${this.running}
+            .running=${this.onPlan.running(site, store.monitors())}
             .note=${this.tool === 'aim' ? t(flows(monitor) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
             @sector=${(e: CustomEvent<QuenchSector | null>) => (this.sector = e.detail)}
             @sector-change=${(e: CustomEvent<QuenchSector | null>) => (this.sector = e.detail)}
@@ -375,17 +373,6 @@ export class PageOperate extends LitElement {
     this.sector = { ...found, clipped: false, sector: sectorOf(stand, found) };
     if (this.plan) this.plan.sector = this.sector.sector;
   };
-
-  private begun(sector: QuenchSector): void {
-    this.running = { ...this.running, [this.monitor]: sector.sector };
-  }
-
-  override willUpdate(): void {
-    const { monitor } = this;
-    if (this.running[monitor] && this.quenched && !has(monitor, 'Control', 'Quench')) this.running = {};
-    this.quenched = has(monitor, 'Control', 'Quench');
-  }
-  private quenched = false;
 
   /** Both drives go where the operator has pointed. */
   private aim(at: AimDetail): void {

@@ -179,6 +179,7 @@ export class PageOverview extends LitElement {
       <lf-plan
         .site=${site}
         .monitors=${monitors}
+        .running=${this.onPlan.running(site, ids)}
         .scene=${scene}
         @select=${(e: CustomEvent<{ id: string }>) => router.go('operate', e.detail.id)}
       ></lf-plan>

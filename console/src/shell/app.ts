@@ -8,7 +8,6 @@ import { HubError } from '../hub/errors';
 import { http } from '../hub/http';
 import { guardJog, jog } from '../hub/jog';
 import { session, setSession } from '../hub/me';
-import { followPauses } from '../hub/pause';
 import { socket } from '../hub/socket';
 import { store, TopicController } from '../hub/store';
 import type { Session } from '../hub/types';
@@ -136,7 +135,6 @@ export class LfApp extends LitElement {
     super.connectedCallback();
     followTheme();
     guardJog();
-    followPauses();
     followAuthority();
     http.onLoginNeeded = (setup) => (this.phase = setup ? 'setup' : 'login');
     socket.on('hello', () => this.requestUpdate());

@@ -8,6 +8,7 @@ export default {
   'operate.direct': 'Direct aim on the narrowest jet: {why}',
   'operate.aim_jet': 'Click where the jet is to fall',
   'operate.aim_sight': 'Click where the barrel is to point (without water: line of sight)',
+  'operate.begun_by': 'begun by {user} {age} ago',
   'operate.plan_view': 'Plan',
   'operate.no_3d': 'The 3D picture does not work in this browser',
   'operate.hand': 'By hand',

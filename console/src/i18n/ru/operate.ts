@@ -8,6 +8,7 @@ export default {
   'operate.direct': 'Прямая наводка на самой узкой струе: {why}',
   'operate.aim_jet': 'Укажите, куда должна падать струя',
   'operate.aim_sight': 'Укажите, куда направить ствол (без воды: линия визирования)',
+  'operate.begun_by': 'начал {user}, {age} назад',
   'operate.plan_view': 'План',
   'operate.no_3d': 'Трёхмерный вид в этом браузере не работает',
   'operate.hand': 'Вручную',

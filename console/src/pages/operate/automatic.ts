@@ -5,8 +5,8 @@ import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { has, whyNot } from '../../hub/session';
 import { flag } from '../../hub/dictionary';
-import { store, TopicController } from '../../hub/store';
-import { t, tt } from '../../i18n';
+import { SECOND, store, TopicController } from '../../hub/store';
+import { age, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import type { QuenchSector } from '../../parts/geometry';
 import { dialog } from '../../shell/dialog';
@@ -61,6 +61,11 @@ export class LfAutomatic extends LitElement {
         background: var(--accent-soft);
         font-weight: 600;
       }
+      .by {
+        display: block;
+        font-weight: 500;
+        color: var(--dim);
+      }
       .direct {
         display: block;
         font-weight: 500;
@@ -87,7 +92,7 @@ export class LfAutomatic extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => `monitors/${this.monitor}/`);
+    new TopicController(this, () => [SECOND, `monitors/${this.monitor}/`]);
   }
 
   override render() {
@@ -128,12 +133,19 @@ export class LfAutomatic extends LitElement {
     const direct = subsystem === 'Control' ? directAim(this.monitor) : '';
     return html`<div class="running" role="status">
       ${icon('play')}<span class="grow"
-        >${text}${direct ? html`<small class="direct">${t('operate.direct', { why: direct })}</small>` : nothing}</span
+        >${text}${this.begun()}${direct ? html`<small class="direct">${t('operate.direct', { why: direct })}</small>` : nothing}</span
       >
       <lf-button id="end" @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
         >${t('operate.end')}</lf-button
       >
     </div>`;
+  }
+
+  private begun() {
+    const program = store.get(`monitors/${this.monitor}/program`);
+    if (!program?.by) return nothing;
+    const since = age(store.now() - program.since_ms);
+    return html`<small class="by">${t('operate.begun_by', { user: program.by, age: since })}</small>`;
   }
 
   private deployButtons() {
@@ -198,10 +210,7 @@ export class LfAutomatic extends LitElement {
       `sector=${Math.round(sector.width_arcmin)},${Math.round(sector.height_arcmin)} ` +
       `step=${STEP_USUAL_DEG} distance=${Math.round(sector.distance_m)}`;
     const done = await commands.request(this.monitor, request).catch(() => null);
-    if (done?.ok) {
-      this.dispatchEvent(new CustomEvent('quenching', { detail: sector }));
-      this.choose('look');
-    }
+    if (done?.ok) this.choose('look');
   }
 
   private seek(): void {

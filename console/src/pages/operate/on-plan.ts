@@ -2,8 +2,10 @@
 // hundred of them each change would be dear otherwise.
 import { store } from '../../hub/store';
 import type { Scene, Site } from '../../hub/types';
+import { sectorOf, type Sector } from '../../parts/geometry';
 import { planMonitor, type PlanMonitor } from '../../parts/lf-plan';
 import { outlet_mm } from './aim';
+import { quenchOf } from './state';
 
 export class OnPlan {
   private readonly made = new Map<string, { of: unknown[]; monitor: PlanMonitor | null }>();
@@ -14,6 +16,17 @@ export class OnPlan {
       const monitor = this.one(id, site, scene);
       return monitor ? [monitor] : [];
     });
+  }
+
+  /** What the programs scan that run, as far as the hub knows their numbers. */
+  running(site: Site, ids: readonly string[]): Record<string, Sector> {
+    return Object.fromEntries(
+      ids.flatMap((id) => {
+        const stand = site.monitors[id];
+        const quench = quenchOf(store.get(`monitors/${id}/program`)?.request);
+        return stand && quench ? [[id, sectorOf(stand, quench)]] : [];
+      }),
+    );
   }
 
   private one(id: string, site: Site, scene: Scene | null): PlanMonitor | null {

@@ -481,7 +481,12 @@ describe('what the page says', () => {
   test('why a control does nothing, to the eye and to a reader of the screen', async () => {
     const dead = page.locator('lf-page-operate [aria-disabled="true"]');
     const told = await dead.evaluateAll((all) =>
-      all.map((one) => [one.textContent?.trim(), one.getAttribute('aria-description') ?? one.getAttribute('title') ?? ''] as const),
+      all.map((one) => {
+        const by = (one.getAttribute('aria-describedby') ?? '').split(' ').filter((id) => id === 'reason');
+        const root = one.getRootNode() as ShadowRoot;
+        const why = one.getAttribute('aria-description') ?? by.map((id) => root.getElementById(id)?.textContent).join('');
+        return [one.getAttribute('aria-label') ?? one.textContent?.trim() ?? '', why ?? ''] as const;
+      }),
     );
     expect(told.length).toBeGreaterThan(6);
     for (const [name, why] of told) expect(why, name).not.toBe('');

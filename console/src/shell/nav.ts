@@ -97,6 +97,13 @@ export class LfNav extends LitElement {
         line-height: 1.1;
         text-align: center;
       }
+      @media (max-height: 860px) {
+        :host([rail]) a {
+          gap: 2px;
+          min-height: 50px;
+          padding: 3px 2px;
+        }
+      }
       :host([rail]) a span {
         flex: none;
         max-width: 100%;

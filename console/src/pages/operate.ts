@@ -9,6 +9,7 @@ import type { Readiness, Site } from '../hub/types';
 import { age, lang, t, tt, type Key } from '../i18n';
 import { sectorOf, type QuenchSector } from '../parts/geometry';
 import { icon } from '../parts/icons';
+import '../parts/lf-blank';
 import '../parts/lf-dial';
 import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
 import '../parts/lf-plan';
@@ -207,7 +208,7 @@ export class PageOperate extends LitElement {
   override render() {
     const { monitor } = this;
     if (!store.get(`monitors/${monitor}/info`) && store.get(`monitors/${monitor}/status`) === undefined) {
-      return html`<div class="page">${t('why.unknown', { monitor })}</div>`;
+      return html`<lf-blank icon="search" .head=${t('why.unknown', { monitor })}><a href="#/overview">${t('nav.overview')}</a></lf-blank>`;
     }
     return html`<div class="page">
       ${this.strip()}
@@ -259,7 +260,7 @@ export class PageOperate extends LitElement {
 
   private postureChip(stale: boolean) {
     const now = posture(this.monitor);
-    if (now === 'none') return nothing;
+    if (now === 'none' || now === 'unknown') return nothing;
     const goes = now === 'deploying' || now === 'wrapping';
     return html`<lf-chip ?stale=${stale} kind=${goes ? 'accent' : 'normal'} icon=${now === 'wrapped' ? 'wrap' : 'deploy'}
       >${t(`operate.posture_${now}` as Key)}</lf-chip

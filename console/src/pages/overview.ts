@@ -284,7 +284,7 @@ function doing(id: string) {
   if (has(id, 'Valve1', 'Open')) add('accent', 'water', t('operate.water'));
   if (exists(id, 'Valve2') && has(id, 'Valve2', 'Open')) add('accent', 'foam', t('operate.foam'));
   const now = posture(id);
-  if (now !== 'none') add('normal', now === 'wrapped' ? 'wrap' : 'deploy', t(`operate.posture_${now}` as Key));
+  if (now !== 'none' && now !== 'unknown') add('normal', now === 'wrapped' ? 'wrap' : 'deploy', t(`operate.posture_${now}` as Key));
   return chips;
 }
 

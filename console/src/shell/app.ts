@@ -160,7 +160,7 @@ export class LfApp extends LitElement {
     const { page, monitor } = this.route;
     return keyed(
       `${lang()} ${this.version}`,
-      html`<lf-stop .monitor=${monitor}></lf-stop>
+      html`<lf-stop .monitor=${monitor && (!store.known || store.liveMonitors().includes(monitor)) ? monitor : null}></lf-stop>
         <lf-topbar .route=${this.route} ?inert=${this.modal} @menu=${() => this.toggleAttribute('menu')}></lf-topbar>
         <lf-banners .route=${this.route} ?inert=${this.modal}></lf-banners>
         <div class="shade" @click=${() => this.removeAttribute('menu')}></div>

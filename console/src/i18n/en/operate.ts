@@ -32,6 +32,7 @@ export default {
   'operate.valve_Opening': 'opening…',
   'operate.valve_Closing': 'closing…',
   'operate.valve_Between': 'between',
+  'operate.valve_unknown': 'unknown',
   'operate.valve_is_open': 'It is open',
   'operate.open': 'Open',
   'operate.close': 'Close',

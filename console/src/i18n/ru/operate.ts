@@ -32,6 +32,7 @@ export default {
   'operate.valve_Opening': 'открывается…',
   'operate.valve_Closing': 'закрывается…',
   'operate.valve_Between': 'между',
+  'operate.valve_unknown': 'неизвестно',
   'operate.valve_is_open': 'Затвор открыт',
   'operate.open': 'Открыть',
   'operate.close': 'Закрыть',

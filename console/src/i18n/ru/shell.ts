@@ -78,7 +78,7 @@ export default {
   'banner.in_control': 'Стволом {monitor} управляете вы',
   'banner.held': 'Стволом {monitor} управляет {user}',
   'banner.held_lost': '{user}, управляющий {monitor}, потерял связь',
-  'banner.free': 'Стволом {monitor} никто не управляет',
+  'banner.free': '{monitor}: управление свободно',
   'banner.asked': '{user} просит управление {monitor}',
   'authority.take': 'Взять управление',
   'authority.ask': 'Попросить управление…',

@@ -30,9 +30,10 @@ export function exists(monitor: string, subsystem: string): boolean {
   return status?.at_ms ? subsystem in status.subsystems : true;
 }
 
-export type Posture = 'deployed' | 'wrapped' | 'deploying' | 'wrapping' | 'between' | 'none';
+export type Posture = 'deployed' | 'wrapped' | 'deploying' | 'wrapping' | 'between' | 'none' | 'unknown';
 
 export function posture(monitor: string): Posture {
+  if (!store.get(`monitors/${monitor}/status`)?.at_ms) return 'unknown';
   if (!exists(monitor, 'Deployer')) return 'none';
   for (const [flag, name] of [
     ['Deployed', 'deployed'],
@@ -52,7 +53,7 @@ export function whyNotWork(monitor: string, subsystem: string): string {
   if (has(monitor, 'Detector', 'Searching')) return t('operate.why_searching');
   if (has(monitor, 'Detector', 'Justifying')) return t('operate.why_justifying');
   const now = posture(monitor);
-  if (now === 'deployed' || now === 'none') return '';
+  if (now === 'deployed' || now === 'none' || now === 'unknown') return '';
   return t(now === 'wrapped' ? 'operate.why_wrapped' : 'operate.why_between');
 }
 

@@ -122,6 +122,7 @@ export class LfValves extends LitElement {
     const fault = ['OpenSensorFault', 'CloseSensorFault', 'AmperageOverload', 'Blocked', 'ConnLost'].find((flag) =>
       has(monitor, valve, flag),
     );
+    const heard = store.get(`monitors/${monitor}/status`)?.at_ms != null;
     const foam = valve === 'Valve2';
     const going = state === 'Opening' || state === 'Closing';
     const kind = `${state === 'Open' ? 'open' : ''} ${going ? 'going' : ''} ${foam ? 'foam' : ''}`;
@@ -134,7 +135,7 @@ export class LfValves extends LitElement {
         <span>
           <b>${t(foam ? 'operate.foam' : 'operate.water')}</b>
           <span class="${fault ? 'bad' : 'dim'} ${store.stale(monitor) ? 'stale' : ''}">
-            ${fault ? tt(flag(valve, fault)?.meaning) || fault : t(`operate.valve_${state ?? 'Between'}` as Key)}
+            ${fault ? tt(flag(valve, fault)?.meaning) || fault : t(`operate.valve_${state ?? (heard ? 'Between' : 'unknown')}` as Key)}
           </span>
         </span>
       </div>

@@ -1,6 +1,7 @@
 // Where one can go. A rail on wide screens, a drawer on narrow ones.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { session } from '../hub/me';
 import { may } from '../hub/session';
 import { store, TopicController } from '../hub/store';
 import { t, type Key } from '../i18n';
@@ -155,10 +156,13 @@ export class LfNav extends LitElement {
   }
 
   private pages(scope: PageInfo['scope'], monitor: string | null) {
-    return PAGES.filter((p) => p.scope === scope && (!p.role || may(p.role))).map((page) => {
+    // Until it is known who sits here, what not everybody has keeps its place.
+    const unknown = !store.hello && !session();
+    return PAGES.filter((p) => p.scope === scope && (!p.role || unknown || may(p.role))).map((page) => {
       const here = page.name === this.route.page;
       const label = t(`nav.${page.name}` as Key);
-      return html`<a href=${hrefOf(page.name, monitor)} aria-current=${here ? 'page' : nothing}>
+      const kept = unknown && page.role ? 'visibility:hidden' : nothing;
+      return html`<a href=${hrefOf(page.name, monitor)} style=${kept} aria-current=${here ? 'page' : nothing}>
         ${icon(page.icon, 22)}<span>${label}</span>
         ${page.name === 'alarms' ? this.alarmCount() : nothing}
       </a>`;

@@ -167,7 +167,7 @@ export class LfTopbar extends LitElement {
       </button>
       <div class="where">
         <b>${monitor ? `${monitor} · ${pageName}` : pageName}</b>
-        <span>${name && name !== monitor ? name : (store.hello?.hub.name ?? '')}</span>
+        <span>${name && name !== monitor ? name : (store.hello?.hub.name ?? '\u00a0')}</span>
       </div>
       ${this.alarms()} ${this.link(monitor)}
       <div class="item quiet clock">${store.hello ? time(store.now()) : nothing}</div>

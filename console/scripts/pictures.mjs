@@ -1,5 +1,5 @@
-// Pictures of the console for the READMEs: a demo is started, a monitor taken, deployed, aimed and
-// opened by hand, as a newcomer would. LAFET_BIN is the program.
+// Pictures of the console for the READMEs: a demo is started, a monitor taken, deployed and
+// opened, then aimed at the fire with the water on. LAFET_BIN is the program.
 import { spawn } from 'node:child_process';
 import { chromium } from 'playwright-core';
 
@@ -50,10 +50,11 @@ async function take(url, lang) {
   await page.getByRole('button', { name: words.take }).first().click();
   await page.getByRole('button', { name: words.deploy }).first().click();
   await page.getByText(words.deployed).first().waitFor({ timeout: 60_000 });
+  await hold(page, page.getByRole('button', { name: words.open }).first(), 1500);
+  await page.waitForTimeout(8_000);
   await page.getByRole('button', { name: words.aim }).first().click();
   await aimAtFire(page);
-  await hold(page, page.getByRole('button', { name: words.open }).first(), 1500);
-  await page.waitForTimeout(12_000);
+  await page.waitForTimeout(9_000);
   await picture('operate');
   await page.getByRole('button', { name: words.scene }).first().click();
   await page.waitForTimeout(5_000);

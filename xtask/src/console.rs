@@ -18,9 +18,10 @@ pub fn console(arguments: &[String]) -> TaskResult {
         ["check"] => check()?,
         ["browser"] => browser()?,
         ["pictures"] => pictures()?,
+        ["measure"] => measure()?,
         _ => {
             return Err(format!(
-                "console {}: build, check, browser or pictures",
+                "console {}: build, check, browser, pictures or measure",
                 arguments.join(" ")
             ));
         }
@@ -53,6 +54,11 @@ pub fn browser() -> StepResult {
 /// Pictures of its pages for the documentation.
 pub fn pictures() -> StepResult {
     with_browser("pictures")
+}
+
+/// How quick its pages are, and whether they stay so.
+pub fn measure() -> StepResult {
+    with_browser("measure")
 }
 
 fn with_browser(script: &str) -> StepResult {

@@ -81,7 +81,11 @@ export class Jog {
   heard(message: JogSeen): void {
     const hold = this.holds.get(key(message));
     if (!hold) return;
-    if (message.state === 'ended' || message.state === 'stopping') this.forget(hold);
+    if (message.state === 'ended' || message.state === 'stopping') {
+      this.forget(hold);
+      // Beats that are on their way already are not to begin another motion.
+      this.ways.send({ type: 'jog_end', monitor: hold.monitor, drive: hold.drive });
+    }
     hold.onState?.({ state: message.state, end: message.end, text: message.text });
   }
 

@@ -1,12 +1,13 @@
 // Who sits here, and what that person may do now: one place that says why a control does nothing.
 import { t, type Key } from '../i18n';
+import { session } from './me';
 import { store } from './store';
 import type { Role } from './types';
 
 const RANK: Record<Role, number> = { observer: 0, operator: 1, engineer: 2, administrator: 3 };
 
 export function role(): Role {
-  return store.hello?.role ?? 'observer';
+  return store.hello?.role ?? session()?.role ?? 'observer';
 }
 
 export function may(least: Role): boolean {
@@ -51,6 +52,7 @@ export function whyNot(monitor: string, wants: Wants = {}): string {
       return t('why.subsystem', { subsystem: wants.subsystem });
     }
   }
+  if (wants.authority !== false && store.stale(monitor)) return t('why.stale', { monitor });
   if (wants.authority !== false && !inControl(monitor)) {
     const holder = store.get(`monitors/${monitor}/authority`)?.holder;
     return holder ? t('why.held', { monitor, user: holder.user }) : t('why.authority', { monitor });

@@ -23,6 +23,8 @@ export class Store {
   private second = 0;
 
   hello: Hello | null = null;
+  /** Whether the hub has told its state: before that nothing is known, not even that there is no alarm. */
+  known = false;
   /** Whether the hub is heard; false also before its first word. */
   linked = false;
   /** When it was last heard, by this page's clock. */
@@ -41,29 +43,36 @@ export class Store {
     return this.live.get(topic) as TopicOf<K> | undefined;
   }
 
+  /** What is asked for at every change, and changes seldom: kept until a topic comes or goes. */
+  private readonly kept = new Map<string, unknown>();
+
+  private keep<T>(name: string, make: () => T): T {
+    if (!this.kept.has(name)) this.kept.set(name, make());
+    return this.kept.get(name) as T;
+  }
+
   /** Topics that begin with this, sorted. */
   keys(prefix: string): string[] {
-    return [...this.topics.keys()].filter((key) => key.startsWith(prefix)).sort(byNumber);
+    const make = () => [...this.topics.keys()].filter((key) => key.startsWith(prefix)).sort(byNumber);
+    return [...this.keep(`keys ${prefix}`, make)];
   }
 
   /** Ids of the monitors. */
   monitors(): string[] {
-    return monitorsIn(this.topics);
+    return [...this.keep('monitors', () => monitorsIn(this.topics))];
   }
 
   liveMonitors(): string[] {
-    return monitorsIn(this.live);
+    return [...this.keep('live', () => monitorsIn(this.live))];
   }
 
   /** Alarms, the most urgent first. */
   alarms(monitor?: string): Alarm[] {
-    const all: Alarm[] = [];
-    for (const [key, value] of this.topics) {
-      if (!key.startsWith('alarms/')) continue;
-      const alarm = value as Alarm;
-      if (!monitor || alarm.monitor === monitor) all.push(alarm);
-    }
-    return all.sort(byUrgency);
+    const all = this.keep('alarms', () =>
+      [...this.topics].flatMap(([key, value]) => (key.startsWith('alarms/') ? [value as Alarm] : [])).sort(byUrgency),
+    );
+    if (!monitor) return [...all];
+    return this.keep(`alarms ${monitor}`, () => all.filter((alarm) => alarm.monitor === monitor)).slice();
   }
 
   /** `fn` is called for each change of a topic that begins with this. Returns what ends it. */
@@ -99,6 +108,8 @@ export class Store {
   /** Everything anew, live. */
   replace(state: Change): void {
     this.clock(state.now_ms);
+    this.known = true;
+    this.kept.clear();
     const before = this.live;
     this.live = new Map(Object.entries(state.set));
     if (!this.replayed) this.tellAll(new Set([...before.keys(), ...this.live.keys()]));
@@ -121,6 +132,7 @@ export class Store {
 
   /** From now on the store shows a recording; live values are kept aside. */
   beginReplay(): void {
+    this.kept.clear();
     const before = [...this.topics.keys()];
     this.replayed = new Map();
     this.tellAll(before);
@@ -136,6 +148,7 @@ export class Store {
 
   endReplay(): void {
     if (!this.replayed) return;
+    this.kept.clear();
     const before = [...this.replayed.keys()];
     this.replayed = null;
     this.tellAll(new Set([...before, ...this.live.keys()]));
@@ -156,8 +169,14 @@ export class Store {
   }
 
   private merge(into: Map<string, unknown>, change: Change, shown: boolean): void {
-    for (const [topic, value] of Object.entries(change.set)) into.set(topic, value);
-    for (const topic of change.gone ?? []) into.delete(topic);
+    for (const [topic, value] of Object.entries(change.set)) {
+      if (!into.has(topic) || topic.startsWith('alarms/')) this.kept.clear();
+      into.set(topic, value);
+    }
+    for (const topic of change.gone ?? []) {
+      into.delete(topic);
+      this.kept.clear();
+    }
     if (shown) this.tellAll([...Object.keys(change.set), ...(change.gone ?? [])]);
   }
 

@@ -69,6 +69,8 @@ export interface Status {
   at_ms: number | null;
   stale: boolean;
   error: Text | string | null;
+  /** While Control is paused: when the program goes on (§3.1/3). Recordings do not have it. */
+  resumes_ms?: number | null;
   subsystems: Record<string, SubsystemStatus>;
 }
 
@@ -154,6 +156,14 @@ export interface Params {
   reading: boolean;
   progress: { done: number; total: number } | null;
   values: Record<string, Record<string, ParamValue>>;
+}
+
+/** What a monitor carries out by itself. */
+export interface Program {
+  /** Null: it was not begun through this hub. */
+  request: string | null;
+  by: string | null;
+  since_ms: number;
 }
 
 export interface Monitor extends Info {
@@ -278,7 +288,11 @@ export type TopicOf<K extends string> = K extends 'hub'
                     ? Hotbeds | null
                     : K extends `monitors/${string}/params`
                       ? Params
-                      : unknown;
+                      : K extends `monitors/${string}/params_progress`
+                        ? Params['progress']
+                        : K extends `monitors/${string}/program`
+                          ? Program | null
+                          : unknown;
 
 export interface Hello {
   type: 'hello';

@@ -7,6 +7,8 @@ export type Key = keyof typeof en;
 export type Dictionary = Record<Key, string>;
 
 const KEY = 'lafet.lang';
+const CLOCK = { hour: '2-digit', minute: '2-digit', second: '2-digit' } as const;
+const formatters = new Map<string, unknown>();
 const loaders: Record<Lang, () => Promise<{ default: Dictionary }>> = {
   en: () => import('./en'),
   ru: () => import('./ru'),
@@ -53,39 +55,29 @@ export function tt(text: Text | string | null | undefined): string {
 
 /** A count with its noun: `plural(3, 'shell.alarms')` uses the keys shell.alarms.one, .few, .many, .other. */
 export function plural(n: number, base: string): string {
-  const form = new Intl.PluralRules(now).select(n);
+  const form = made('plural', () => new Intl.PluralRules(now)).select(n);
   const key = `${base}.${form}`;
   return t((key in texts ? key : `${base}.other`) as Key, { n: num(n) });
 }
 
 export function num(value: number, digits = 0): string {
-  return new Intl.NumberFormat(now, {
-    minimumFractionDigits: digits,
-    maximumFractionDigits: digits,
-    useGrouping: Math.abs(value) >= 10000,
-  })
-    .format(value)
-    .replace(/^-/, '−');
+  const useGrouping = Math.abs(value) >= 10000;
+  const form = made(`n${digits}${useGrouping}`, () => {
+    const fraction = { minimumFractionDigits: digits, maximumFractionDigits: digits };
+    return new Intl.NumberFormat(now, { ...fraction, useGrouping });
+  });
+  return form.format(value).replace(/^-/, '−');
 }
 
 /** 14:03:27 */
 export function time(at_ms: number): string {
-  return new Intl.DateTimeFormat(now === 'en' ? 'en-GB' : 'ru', {
-    hour: '2-digit',
-    minute: '2-digit',
-    second: '2-digit',
-  }).format(at_ms);
+  return made('time', () => new Intl.DateTimeFormat(locale(), CLOCK)).format(at_ms);
 }
 
 /** 21 Nov, 14:03:27 */
 export function dateTime(at_ms: number): string {
-  return new Intl.DateTimeFormat(now === 'en' ? 'en-GB' : 'ru', {
-    day: 'numeric',
-    month: 'short',
-    hour: '2-digit',
-    minute: '2-digit',
-    second: '2-digit',
-  }).format(at_ms);
+  const day = { day: 'numeric', month: 'short' } as const;
+  return made('date', () => new Intl.DateTimeFormat(locale(), { ...day, ...CLOCK })).format(at_ms);
 }
 
 /** How long something has lasted: 4 s, 3 min, 2 h, 5 d. */
@@ -98,7 +90,20 @@ export function age(ms: number): string {
 }
 
 function unit(value: number, of: string): string {
-  return new Intl.NumberFormat(now, { style: 'unit', unit: of, unitDisplay: 'short' }).format(value);
+  const form = () => new Intl.NumberFormat(now, { style: 'unit', unit: of, unitDisplay: 'short' });
+  return made(of, form).format(value);
+}
+
+function locale(): string {
+  return now === 'en' ? 'en-GB' : 'ru';
+}
+
+/** Formatters are dear to make, and asked for at every change of a value. */
+function made<F>(key: string, make: () => F): F {
+  const whole = `${now} ${key}`;
+  const found = (formatters.get(whole) ?? make()) as F;
+  formatters.set(whole, found);
+  return found;
 }
 
 function first(): Lang {

@@ -12,7 +12,7 @@ import './admin/own';
 import './admin/people';
 import { notice } from './alarms/common';
 
-type Tab = 'users' | 'tokens' | 'own' | 'hub' | 'roles';
+type Tab = 'users' | 'tokens' | 'sessions' | 'own' | 'hub' | 'roles';
 
 @customElement('lf-page-admin')
 export class LfPageAdmin extends LitElement {
@@ -26,7 +26,7 @@ export class LfPageAdmin extends LitElement {
   }
 
   override render() {
-    const all: Tab[] = may('administrator') ? ['users', 'tokens', 'own', 'hub', 'roles'] : ['own', 'hub', 'roles'];
+    const all: Tab[] = may('administrator') ? ['users', 'tokens', 'sessions', 'own', 'hub', 'roles'] : ['own', 'hub', 'roles'];
     return html`<div class="page">
       <header class="head"><h1>${t('admin.title')}</h1></header>
       <lf-tabbar
@@ -48,6 +48,8 @@ export class LfPageAdmin extends LitElement {
         return html`<lf-admin-users></lf-admin-users>`;
       case 'tokens':
         return html`<lf-admin-tokens></lf-admin-tokens>`;
+      case 'sessions':
+        return html`<lf-admin-sessions></lf-admin-sessions>`;
       case 'own':
         return html`<lf-admin-own></lf-admin-own>`;
       case 'hub':

@@ -26,6 +26,7 @@ import { alarmStyle } from './alarms/style';
 /** A hand that has not moved for so long does not aim at anything. */
 const REST_MS = 4000;
 const DAY_MS = 86_400_000;
+const MOST = 60;
 
 type Tab = 'active' | 'shelved' | 'history';
 
@@ -39,6 +40,8 @@ export class LfPageAlarms extends LitElement {
   @state() private open = new Set<string>();
   /** The order that stays while a hand is over the list. */
   @state() private held: string[] | null = null;
+  /** The most urgent; a list that nobody reads to its end need not be in the page. */
+  @state() private most = MOST;
   private restTimer = 0;
 
   constructor() {
@@ -142,11 +145,16 @@ export class LfPageAlarms extends LitElement {
         @pointerleave=${() => this.release()}
       >
         ${repeat(
-          shown,
+          shown.slice(0, this.most),
           (alarm) => alarm.id,
           (alarm) => this.renderAlarm(alarm),
         )}
       </ul>
+      ${shown.length > this.most
+        ? html`<lf-button id="more" @click=${() => (this.most += MOST)}
+            >${t('alarms.show_more', { n: num(shown.length - this.most) })}</lf-button
+          >`
+        : nothing}
       ${first
         ? html`<div class="fresh" role="status">
             ${priorityMark(first.priority)}

@@ -1,23 +1,31 @@
-// The audit log, and what happens now.
-import { LitElement, html } from 'lit';
+// The audit log, and what has happened.
+import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { may } from '../hub/session';
-import { TopicController } from '../hub/store';
-import { dateTime, t, tt } from '../i18n';
+import { store, TopicController } from '../hub/store';
+import { dateTime, lang, t, tt } from '../i18n';
 import '../parts/lf-blank';
+import '../parts/lf-button';
+import '../parts/lf-find';
 import '../parts/lf-tabbar';
-import { base, card, page } from '../theme/shared';
+import { base, card, fields, page } from '../theme/shared';
+import { filters, notice } from './alarms/common';
 import './events/log';
-import { liveChanged, liveEvents } from './events/live';
+import { HubError } from '../hub/errors';
+import { Happenings } from './events/live';
 import { eventStyle } from './events/style';
 
 type Tab = 'log' | 'live';
 
 @customElement('lf-page-events')
 export class LfPageEvents extends LitElement {
-  static override styles = [base, page, card, eventStyle];
+  static override styles = [base, page, card, fields, filters, notice, eventStyle];
 
   @state() private tab: Tab = 'log';
+  @state() private monitor = '';
+  @state() private text = '';
+  @state() private error = '';
+  private readonly happened = new Happenings();
 
   constructor() {
     super();
@@ -26,12 +34,14 @@ export class LfPageEvents extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    liveChanged.addEventListener('change', this.changed);
+    this.happened.addEventListener('change', this.changed);
+    this.happened.begin();
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    liveChanged.removeEventListener('change', this.changed);
+    this.happened.removeEventListener('change', this.changed);
+    this.happened.stop();
   }
 
   override render() {
@@ -40,11 +50,11 @@ export class LfPageEvents extends LitElement {
       <lf-tabbar
         .tabs=${[
           { id: 'log', text: t('events.tab_log') },
-          { id: 'live', text: t('events.tab_live'), count: liveEvents.length ? String(liveEvents.length) : '' },
+          { id: 'live', text: t('events.tab_live') },
         ]}
         .selected=${this.tab}
         .label=${t('events.tabs')}
-        @change=${(e: CustomEvent<Tab>) => (this.tab = e.detail)}
+        @change=${(e: CustomEvent<Tab>) => this.choose(e.detail)}
       ></lf-tabbar>
       ${this.tab === 'live' ? this.renderLive() : this.renderLog()}
     </div>`;
@@ -60,20 +70,74 @@ export class LfPageEvents extends LitElement {
   }
 
   private renderLive() {
-    if (liveEvents.length === 0) {
-      return html`<lf-blank icon="events" .head=${t('events.live_none')} .text=${t('events.live_none_text')}></lf-blank>`;
+    const { events, next } = this.happened;
+    const filtered = this.monitor !== '' || this.text.trim() !== '';
+    return html`<div class="filters">
+        <label class="field"
+          >${t('events.monitor')}
+          <select
+            @change=${(e: Event) => {
+              this.monitor = (e.target as HTMLSelectElement).value;
+              void this.load();
+            }}
+          >
+            <option value="">${t('shell.all_monitors')}</option>
+            ${store.monitors().map((id) => html`<option ?selected=${id === this.monitor}>${id}</option>`)}
+          </select>
+        </label>
+        <lf-find
+          class="wide"
+          .label=${t('events.find_live')}
+          .clear=${t('events.find_clear')}
+          .value=${this.text}
+          @find=${(e: CustomEvent<string>) => {
+            this.text = e.detail;
+            void this.load();
+          }}
+        ></lf-find>
+      </div>
+      ${this.error
+        ? html`<div class="notice bad">
+            <span class="grow">${t('events.failed', { what: this.error })}</span>
+            <lf-button @click=${() => this.load()}>${t('events.again')}</lf-button>
+          </div>`
+        : nothing}
+      ${events.length === 0
+        ? html`<lf-blank
+            icon=${filtered ? 'search' : 'events'}
+            .head=${t(filtered ? 'events.none_match' : 'events.live_none')}
+            .text=${filtered ? '' : t('events.live_none_text')}
+          ></lf-blank>`
+        : html`<section class="card log" aria-live="polite">
+            <ul class="live">
+              ${events.map(
+                (event) => html`<li>
+                  <span class="dim">${dateTime(event.at_ms)}</span>
+                  <b>${event.monitor ?? t('events.hub')}</b>
+                  <span>${tt(event.what)}</span>
+                </li>`,
+              )}
+            </ul>
+            <div class="foot">
+              ${next === null
+                ? html`<span class="small">${t('events.beginning')}</span>`
+                : html`<lf-button id="more" @click=${() => this.load(true)}>${t('events.more')}</lf-button>`}
+            </div>
+          </section>`}`;
+  }
+
+  private choose(tab: Tab): void {
+    this.tab = tab;
+    if (tab === 'live') void this.load();
+  }
+
+  private async load(on = false): Promise<void> {
+    try {
+      await this.happened.load({ monitor: this.monitor, text: this.text }, on);
+      this.error = '';
+    } catch (cause) {
+      this.error = HubError.of(cause).text(lang());
     }
-    return html`<section class="card log" aria-live="polite">
-      <ul class="live">
-        ${liveEvents.map(
-          (event) => html`<li>
-            <span class="dim">${dateTime(event.at_ms)}</span>
-            <b>${event.monitor ?? t('events.hub')}</b>
-            <span>${tt(event.what)}</span>
-          </li>`,
-        )}
-      </ul>
-    </section>`;
   }
 
   private readonly changed = (): void => this.requestUpdate();

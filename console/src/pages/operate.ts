@@ -2,22 +2,27 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
+import { HubError } from '../hub/errors';
 import { has } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
-import { age, t, tt, type Key } from '../i18n';
-import { sectorOf, type QuenchSector, type Sector } from '../parts/geometry';
+import { age, lang, t, tt, type Key } from '../i18n';
+import { sectorOf, type QuenchSector } from '../parts/geometry';
 import { icon } from '../parts/icons';
+import '../parts/lf-blank';
 import '../parts/lf-dial';
-import { planMonitor, type AimDetail, type LfPlan, type PlanMonitor } from '../parts/lf-plan';
+import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
+import '../parts/lf-plan';
 import { hotbedOf } from '../parts/plan/model';
 import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
 import { base, card } from '../theme/shared';
+import { aimAt, flows } from './operate/aim';
 import './operate/automatic';
 import type { Tool } from './operate/automatic';
 import './operate/hand';
+import { OnPlan } from './operate/on-plan';
 import { exists, field, limits, position, posture, whyNotWork } from './operate/state';
 import './operate/trends';
 import './operate/valves';
@@ -83,6 +88,9 @@ export class PageOperate extends LitElement {
       .view > * {
         min-height: 0;
         min-width: 0;
+      }
+      lf-plan {
+        --lf-plan-hint: 72px;
       }
       lf-plan,
       lf-scene {
@@ -156,6 +164,13 @@ export class PageOperate extends LitElement {
           padding: var(--s2);
           gap: var(--s2);
         }
+        .tools .word {
+          position: absolute;
+          width: 1px;
+          height: 1px;
+          overflow: hidden;
+          clip-path: inset(50%);
+        }
         .strip {
           gap: 10px 20px;
           --lf-value-size: 20px;
@@ -166,9 +181,9 @@ export class PageOperate extends LitElement {
   ];
 
   @property() monitor = '';
+  private readonly onPlan = new OnPlan();
   @state() private tool: Tool = 'look';
   @state() private sector: QuenchSector | null = null;
-  @state() private running: Record<string, Sector> = {};
   @state() private view: 'plan' | 'scene' = localStorage.getItem(VIEW_KEY) === 'scene' ? 'scene' : 'plan';
   @state() private sceneLoaded = false;
   @state() private target: { Horizontal?: number; Vertical?: number } = {};
@@ -193,7 +208,7 @@ export class PageOperate extends LitElement {
   override render() {
     const { monitor } = this;
     if (!store.get(`monitors/${monitor}/info`) && store.get(`monitors/${monitor}/status`) === undefined) {
-      return html`<div class="page">${t('why.unknown', { monitor })}</div>`;
+      return html`<lf-blank icon="search" .head=${t('why.unknown', { monitor })}><a href="#/overview">${t('nav.overview')}</a></lf-blank>`;
     }
     return html`<div class="page">
       ${this.strip()}
@@ -208,7 +223,6 @@ export class PageOperate extends LitElement {
           .found=${store.get(`monitors/${monitor}/hotbeds`)?.list.length ?? 0}
           @found=${this.takeFound}
           @tool=${(e: CustomEvent<Tool>) => this.choose(e.detail)}
-          @quenching=${(e: CustomEvent<QuenchSector>) => this.begun(e.detail)}
         ></lf-automatic>
       </div>
       <div class="below">${this.dial()}<lf-trends .monitor=${monitor}></lf-trends></div>
@@ -246,7 +260,7 @@ export class PageOperate extends LitElement {
 
   private postureChip(stale: boolean) {
     const now = posture(this.monitor);
-    if (now === 'none') return nothing;
+    if (now === 'none' || now === 'unknown') return nothing;
     const goes = now === 'deploying' || now === 'wrapping';
     return html`<lf-chip ?stale=${stale} kind=${goes ? 'accent' : 'normal'} icon=${now === 'wrapped' ? 'wrap' : 'deploy'}
       >${t(`operate.posture_${now}` as Key)}</lf-chip
@@ -276,7 +290,7 @@ export class PageOperate extends LitElement {
     const three = this.view === 'scene' && this.sceneLoaded;
     const choice = (tool: Tool, name: 'map' | 'target', text: string, why = '') =>
       html`<lf-button icon=${name} kind="quiet" toggle .on=${this.tool === tool} .why=${why} @click=${() => this.choose(tool)}
-        >${text}</lf-button
+        ><span class="word">${text}</span></lf-button
       >`;
     return html`${three
         ? html`<lf-scene
@@ -292,7 +306,8 @@ export class PageOperate extends LitElement {
             .scene=${scene}
             .selected=${monitor}
             .tool=${this.tool}
-            .running=${this.running}
+            .running=${this.onPlan.running(site, store.monitors())}
+            .note=${this.tool === 'aim' ? t(flows(monitor) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
             @sector=${(e: CustomEvent<QuenchSector | null>) => (this.sector = e.detail)}
             @sector-change=${(e: CustomEvent<QuenchSector | null>) => (this.sector = e.detail)}
             @aim=${(e: CustomEvent<AimDetail>) => this.aim(e.detail)}
@@ -326,21 +341,10 @@ export class PageOperate extends LitElement {
   }
 
   private monitors(site: Site): PlanMonitor[] {
-    const scene = store.get('scene') ?? null;
-    return store.monitors().flatMap((id) => {
-      const made = planMonitor(id, site, {
-        status: store.get(`monitors/${id}/status`),
-        limits: store.get(`monitors/${id}/limits`) as never,
-        hotbeds: store.get(`monitors/${id}/hotbeds`),
-        scene,
-        down: store.stale(id),
-      });
-      if (!made) return [];
-      const { Horizontal } = this.target;
-      if (id === this.monitor && Horizontal !== undefined && has(id, 'Horizontal', 'Move')) {
-        made.target_arcmin = Horizontal;
-      }
-      return [made];
+    const { Horizontal } = this.target;
+    return this.onPlan.of(site, store.monitors()).map((made) => {
+      const aimed = made.id === this.monitor && Horizontal !== undefined && has(made.id, 'Horizontal', 'Move');
+      return aimed ? { ...made, target_arcmin: Horizontal } : made;
     });
   }
 
@@ -371,27 +375,20 @@ export class PageOperate extends LitElement {
     if (this.plan) this.plan.sector = this.sector.sector;
   };
 
-  private begun(sector: QuenchSector): void {
-    this.running = { ...this.running, [this.monitor]: sector.sector };
-  }
-
-  override willUpdate(): void {
-    const { monitor } = this;
-    if (this.running[monitor] && this.quenched && !has(monitor, 'Control', 'Quench')) this.running = {};
-    this.quenched = has(monitor, 'Control', 'Quench');
-  }
-  private quenched = false;
-
-  /** Both drives go where the operator has pointed, by the line of sight. */
+  /** Both drives go where the operator has pointed. */
   private aim(at: AimDetail): void {
     const { monitor } = this;
     const why = whyNotWork(monitor, 'Horizontal');
     if (why) return toast({ kind: 'info', text: why });
-    const Horizontal = Math.round(at.horizontal_arcmin);
-    const Vertical = Math.round(at.sight_arcmin);
+    const { Horizontal, Vertical, kind, text } = aimAt(monitor, at);
     this.target = { Horizontal, Vertical };
-    commands.request(monitor, `Move Horizontal ${Horizontal}`).catch(() => {});
-    commands.request(monitor, `Move Vertical ${Vertical}`, { quiet: true }).catch(() => {});
+    const sent = (['Horizontal', 'Vertical'] as const).map((drive) =>
+      commands.request(monitor, `Move ${drive} ${this.target[drive]}`, { quiet: true }),
+    );
+    Promise.all(sent).then(
+      () => toast({ kind, text: `${monitor} · ${text}` }),
+      (cause: unknown) => toast({ kind: 'error', text: `${monitor} · ${t('operate.aim')}: ${HubError.of(cause).text(lang())}` }),
+    );
   }
 
   private readonly turnView = (): void => {

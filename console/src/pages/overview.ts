@@ -5,11 +5,12 @@ import { has, inControl } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { age, plural, t, tt, type Key } from '../i18n';
 import { icon } from '../parts/icons';
-import { planMonitor } from '../parts/lf-plan';
+import '../parts/lf-plan';
 import { standAlone } from '../parts/stand-alone';
 import { router } from '../shell/router';
 import { base, card, page, table } from '../theme/shared';
 import { show } from '../units';
+import { OnPlan } from './operate/on-plan';
 import { exists, field, position, posture } from './operate/state';
 
 const VIEW_KEY = 'lafet.overview';
@@ -81,8 +82,8 @@ export class PageOverview extends LitElement {
       }
       .values {
         display: grid;
-        grid-template-columns: repeat(4, 1fr);
-        gap: var(--s2);
+        grid-template-columns: repeat(auto-fit, minmax(96px, 1fr));
+        gap: var(--s2) var(--s3);
         --lf-value-size: 22px;
         --lf-value-width: 0;
       }
@@ -137,6 +138,7 @@ export class PageOverview extends LitElement {
     `,
   ];
 
+  private readonly onPlan = new OnPlan();
   @state() private chosen = localStorage.getItem(VIEW_KEY) as View | null;
 
   constructor() {
@@ -172,20 +174,12 @@ export class PageOverview extends LitElement {
   private map(ids: string[]) {
     const site = standAlone((store.get('hub') ?? store.hello?.hub)?.site ?? null, ids);
     const scene = store.get('scene') ?? null;
-    const monitors = ids.flatMap((id) => {
-      const made = planMonitor(id, site, {
-        status: store.get(`monitors/${id}/status`),
-        limits: store.get(`monitors/${id}/limits`) as never,
-        hotbeds: store.get(`monitors/${id}/hotbeds`),
-        scene,
-        down: store.stale(id),
-      });
-      return made ? [made] : [];
-    });
+    const monitors = this.onPlan.of(site, ids);
     return html`<section class="card map" aria-label=${t('operate.plan')}>
       <lf-plan
         .site=${site}
         .monitors=${monitors}
+        .running=${this.onPlan.running(site, ids)}
         .scene=${scene}
         @select=${(e: CustomEvent<{ id: string }>) => router.go('operate', e.detail.id)}
       ></lf-plan>
@@ -290,7 +284,7 @@ function doing(id: string) {
   if (has(id, 'Valve1', 'Open')) add('accent', 'water', t('operate.water'));
   if (exists(id, 'Valve2') && has(id, 'Valve2', 'Open')) add('accent', 'foam', t('operate.foam'));
   const now = posture(id);
-  if (now !== 'none') add('normal', now === 'wrapped' ? 'wrap' : 'deploy', t(`operate.posture_${now}` as Key));
+  if (now !== 'none' && now !== 'unknown') add('normal', now === 'wrapped' ? 'wrap' : 'deploy', t(`operate.posture_${now}` as Key));
   return chips;
 }
 

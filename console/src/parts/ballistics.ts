@@ -87,6 +87,42 @@ export function rangeOf(jet: JetOf, elevation_arcmin: number, above_ground_m: nu
   return flight ? flight.points[flight.points.length - 1]![0] : null;
 }
 
+/** Height of the jet over the nozzle at a level way; −∞ where it has come down before. */
+function riseAt({ points }: Flight, way_m: number): number {
+  const next = points.findIndex(([way]) => way >= way_m);
+  if (next < 0) return -Infinity;
+  if (next === 0) return points[0]![1];
+  const [[near, low], [far, high]] = [points[next - 1]!, points[next]!];
+  return low + ((high - low) * (way_m - near)) / Math.max(far - near, 1e-9);
+}
+
+const FALL_MOST_M = 200;
+const FLATTEST_DEG = -60;
+const STEEPEST_DEG = 60;
+
+/** The lower of the elevations whose jet passes through a place; null: no jet of this pressure does. */
+export function elevationFor(jet: JetOf, way_m: number, rise_m: number): number | null {
+  const over = (arcmin: number): number => {
+    const flight = flightOf(jet, arcmin, FALL_MOST_M);
+    return flight ? riseAt(flight, way_m) - rise_m : -Infinity;
+  };
+  let low = FLATTEST_DEG * 60;
+  for (let degrees = FLATTEST_DEG; degrees <= STEEPEST_DEG; degrees += 2) {
+    if (over(degrees * 60) < 0) {
+      low = degrees * 60;
+      continue;
+    }
+    let high = degrees * 60;
+    while (high - low > 1) {
+      const middle = Math.round((low + high) / 2);
+      if (over(middle) < 0) low = middle;
+      else high = middle;
+    }
+    return high;
+  }
+  return null;
+}
+
 const REACHES_KEPT = 64;
 const reaches = new Map<string, number | null>();
 

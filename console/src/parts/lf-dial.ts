@@ -1,5 +1,5 @@
 import { css, html, LitElement, nothing, svg, type TemplateResult } from 'lit';
-import { t } from '../i18n';
+import { num, t } from '../i18n';
 import { ARCMIN, bearingOf, ringPath, type Limits } from './geometry';
 import { partStyle } from './part-style';
 import { angleText, Words } from './words';
@@ -193,7 +193,7 @@ export class LfDial extends LitElement {
         class="picture"
         role="img"
         aria-label="${label}: ${spoken.join(', ')}"
-        viewBox=${this.kind === 'vertical' ? '-44 -100 152 140' : '-112 -112 224 224'}
+        viewBox=${this.kind === 'vertical' ? '-44 -112 160 170' : '-112 -112 224 224'}
       >
         ${this.kind === 'vertical' ? this.side() : this.above()}
       </svg>
@@ -231,19 +231,19 @@ export class LfDial extends LitElement {
         const long = degrees % 30 === 0;
         return svg`<g transform="rotate(${-degrees})">
           <line class="tick" x1=${ARC_PX - (long ? 11 : 8)} x2=${ARC_PX - 4}></line></g>
-          ${long ? svg`<text x=${Math.cos((degrees * Math.PI) / 180) * (ARC_PX - 20)}
-            y=${-Math.sin((degrees * Math.PI) / 180) * (ARC_PX - 20)} dy="0.35em">${degrees}</text>` : nothing}`;
+          ${long ? svg`<text x=${Math.cos((degrees * Math.PI) / 180) * (ARC_PX + 18)}
+            y=${-Math.sin((degrees * Math.PI) / 180) * (ARC_PX + 18)} dy="0.35em">${num(degrees)}</text>` : nothing}`;
       })}
       ${limits ? [limits.min, limits.max].map((end) => svg`<line class="end" x1=${ARC_PX - 6} x2=${ARC_PX + 6}
         transform="rotate(${-end / ARCMIN})"></line>`) : nothing}
-      <line class="level" x1="14" x2="104"></line>
+      <line class="level" x1="14" x2="90"></line>
       <path class="mount" d="M-15 38-10 10A15 15 0 1 1 10 10L15 38Z"></path>
-      <line class="ground" x1="-36" x2="104" y1="38" y2="38"></line>
+      <line class="ground" x1="-36" x2="72" y1="38" y2="38"></line>
       ${
         target === null
           ? nothing
           : svg`<g transform="rotate(${-target / ARCMIN})"><line class="target-line" x1="52" x2=${ARC_PX - 5}></line>
-            <path class="target" d="M${ARC_PX + 4} 0l11-6v12Z"></path></g>`
+            <path class="target" d="M${ARC_PX - 6} 0l-11-6v12Z"></path></g>`
       }
       ${
         value === null
@@ -274,7 +274,7 @@ export class LfDial extends LitElement {
         transform="rotate(${to(end)})"></line>`) : nothing}
       ${[0, 90, 180, -90].map((degrees) => {
         const angle = (to(degrees * ARCMIN) * Math.PI) / 180;
-        return svg`<text x=${Math.sin(angle) * (radius - 22)} y=${-Math.cos(angle) * (radius - 22)} dy="0.35em">${degrees}</text>`;
+        return svg`<text x=${Math.sin(angle) * (radius - 22)} y=${-Math.cos(angle) * (radius - 22)} dy="0.35em">${num(degrees)}</text>`;
       })}
       ${
         target === null

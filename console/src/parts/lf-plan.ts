@@ -39,6 +39,8 @@ export interface AimDetail {
   horizontal_arcmin: number;
   /** Line of sight, without regard to the fall of the jet. */
   sight_arcmin: number;
+  /** Height of the place over the nozzle: the roof of a tank, else the ground. */
+  rise_m: number;
 }
 
 interface Drag {
@@ -481,13 +483,15 @@ export class LfPlan extends LitElement {
   private aimAt(stand: PlanMonitor, at: Place): AimDetail {
     const bearing = bearingTo(stand.at, at);
     const distance_m = distanceTo(stand.at, at);
+    const rise_m = groundAt(at, this.site?.tanks ?? []) - stand.height;
     return {
       monitor: stand.id,
       at,
       bearing,
       distance_m,
       horizontal_arcmin: horizontalOf(stand.heading, bearing, stand.limits?.Horizontal),
-      sight_arcmin: sightOf(groundAt(at, this.site?.tanks ?? []) - stand.height, distance_m),
+      sight_arcmin: sightOf(rise_m, distance_m),
+      rise_m,
     };
   }
 

@@ -398,7 +398,7 @@ export class LfPlot extends LitElement {
       gap: 6,
       ticks: { show: false },
       grid: { show: index === 0, stroke: colour('line'), width: 1 },
-      values: (_, values) => values.map((value) => (value === null ? '' : short(value))),
+      values: (_, values, __, ___, step) => values.map((value) => (value === null ? '' : num(value, digitsOf(step)))),
       space: 28,
     });
     return {
@@ -484,8 +484,9 @@ export class LfPlot extends LitElement {
   }
 }
 
-function short(value: number): string {
-  return num(value, Math.abs(value) < 10 && value % 1 ? (Math.abs(value) < 1 ? 2 : 1) : 0);
+/** As many as the step of an axis has, the same for each of its numbers. */
+function digitsOf(step: number): number {
+  return step >= 1 ? 0 : Math.min(Math.ceil(-Math.log10(step) - 1e-9), 3);
 }
 
 customElements.define('lf-plot', LfPlot);

@@ -20,6 +20,7 @@ export class LfSlider extends LitElement {
     highText: { attribute: 'high-text' },
     disabled: { type: Boolean, reflect: true },
     reason: {},
+    quiet: { type: Boolean },
     stale: { type: Boolean, reflect: true },
     plain: { type: Boolean, reflect: true },
     wish: { state: true },
@@ -37,6 +38,8 @@ export class LfSlider extends LitElement {
   declare highText: string;
   declare disabled: boolean;
   declare reason: string;
+  /** The reason stands beside it already: it is for readers of the screen alone. */
+  declare quiet: boolean;
   declare stale: boolean;
   /** Without the drawings of spray and jet. */
   declare plain: boolean;
@@ -55,6 +58,7 @@ export class LfSlider extends LitElement {
     this.highText = '';
     this.disabled = false;
     this.reason = '';
+    this.quiet = false;
     this.stale = false;
     this.plain = false;
     this.wish = null;
@@ -259,7 +263,7 @@ export class LfSlider extends LitElement {
           ${this.plain ? nothing : html`<svg viewBox="0 0 34 20" aria-hidden="true"><path d="M3 10H9M12 9.3H31M12 10.7H31"></path></svg>`}
         </span>
       </footer>
-      ${this.reason ? html`<p class="reason" id="reason">${this.reason}</p>` : nothing}
+      ${this.reason ? html`<p class=${this.quiet ? 'unseen' : 'reason'} id="reason">${this.reason}</p>` : nothing}
     `;
   }
 

@@ -8,7 +8,6 @@ import { HubError } from '../hub/errors';
 import { http } from '../hub/http';
 import { guardJog, jog } from '../hub/jog';
 import { session, setSession } from '../hub/me';
-import { followPauses } from '../hub/pause';
 import { socket } from '../hub/socket';
 import { store, TopicController } from '../hub/store';
 import type { Session } from '../hub/types';
@@ -136,7 +135,6 @@ export class LfApp extends LitElement {
     super.connectedCallback();
     followTheme();
     guardJog();
-    followPauses();
     followAuthority();
     http.onLoginNeeded = (setup) => (this.phase = setup ? 'setup' : 'login');
     socket.on('hello', () => this.requestUpdate());
@@ -162,7 +160,7 @@ export class LfApp extends LitElement {
     const { page, monitor } = this.route;
     return keyed(
       `${lang()} ${this.version}`,
-      html`<lf-stop .monitor=${monitor}></lf-stop>
+      html`<lf-stop .monitor=${monitor && (!store.known || store.liveMonitors().includes(monitor)) ? monitor : null}></lf-stop>
         <lf-topbar .route=${this.route} ?inert=${this.modal} @menu=${() => this.toggleAttribute('menu')}></lf-topbar>
         <lf-banners .route=${this.route} ?inert=${this.modal}></lf-banners>
         <div class="shade" @click=${() => this.removeAttribute('menu')}></div>
@@ -182,7 +180,7 @@ export class LfApp extends LitElement {
 
   private page(name: string, monitor: string | null) {
     if (this.phase === 'unreachable') return html`<div class="boot">${t('shell.unreachable')}</div>`;
-    if (this.phase === 'boot' || this.loaded !== name || !store.hello) {
+    if (this.phase === 'boot' || this.loaded !== name || !store.hello || !store.known) {
       return html`<div class="boot" aria-busy="true">${t('shell.loading')}</div>`;
     }
     const tag = unsafeStatic(`lf-page-${name}`);

@@ -37,6 +37,9 @@ export class LfBanners extends LitElement {
         border-right: 1px solid var(--line);
         min-width: max-content;
       }
+      .banner.grow {
+        min-width: min(100%, 260px);
+      }
       .grow {
         flex: 1;
       }
@@ -62,7 +65,16 @@ export class LfBanners extends LitElement {
       }
       @media (max-width: 720px) {
         :host {
+          position: relative;
           flex-wrap: wrap;
+          overflow: visible;
+        }
+        /* What comes and goes under a working hand moves nothing. */
+        .passing {
+          position: absolute;
+          inset: 100% 0 auto 0;
+          z-index: 30;
+          box-shadow: var(--shadow-large);
         }
         .banner {
           min-width: 0;
@@ -117,7 +129,7 @@ export class LfBanners extends LitElement {
         : nothing}
       ${resume !== null
         ? banner(
-            'medium',
+            'medium passing',
             'pause',
             html`<b>${t('banner.paused')}</b> <span class="count">${num(resume / 1000, 1)} ${t('banner.s')}</span>`,
           )

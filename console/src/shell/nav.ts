@@ -1,6 +1,7 @@
 // Where one can go. A rail on wide screens, a drawer on narrow ones.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { session } from '../hub/me';
 import { may } from '../hub/session';
 import { store, TopicController } from '../hub/store';
 import { t, type Key } from '../i18n';
@@ -46,7 +47,7 @@ export class LfNav extends LitElement {
       }
       a[aria-current] {
         background: var(--accent-soft);
-        font-weight: 650;
+        box-shadow: inset 4px 0 var(--accent);
       }
       a[aria-current] .icon {
         color: var(--accent);
@@ -97,9 +98,19 @@ export class LfNav extends LitElement {
         line-height: 1.1;
         text-align: center;
       }
+      @media (max-height: 860px) {
+        :host([rail]) a {
+          gap: 2px;
+          min-height: 50px;
+          padding: 3px 2px;
+        }
+      }
       :host([rail]) a span {
         flex: none;
         max-width: 100%;
+      }
+      :host([rail]) a[aria-current] {
+        box-shadow: inset 3px 0 var(--accent);
       }
       :host([rail]) h3 {
         padding: 10px 0 4px;
@@ -129,12 +140,14 @@ export class LfNav extends LitElement {
     const monitor = this.route.monitor ?? router.lastMonitor ?? ids[0] ?? null;
     return html`<nav aria-label=${t('nav.label')}>
       ${this.pages('site', null)}
-      ${monitor
+      ${monitor || !store.known
         ? html`<h3>${t('nav.monitor')}</h3>
             <label>
               <span class="unseen">${t('nav.monitor')}</span>
-              <select @change=${this.choose}>
-                ${ids.map((id) => html`<option ?selected=${id === monitor}>${id}</option>`)}
+              <select @change=${this.choose} ?disabled=${ids.length === 0}>
+                ${(ids.length ? ids : [monitor ?? '…']).map(
+                  (id) => html`<option ?selected=${id === monitor}>${id}</option>`,
+                )}
               </select>
             </label>
             ${this.pages('monitor', monitor)}`
@@ -143,10 +156,13 @@ export class LfNav extends LitElement {
   }
 
   private pages(scope: PageInfo['scope'], monitor: string | null) {
-    return PAGES.filter((p) => p.scope === scope && (!p.role || may(p.role))).map((page) => {
+    // Until it is known who sits here, what not everybody has keeps its place.
+    const unknown = !store.hello && !session();
+    return PAGES.filter((p) => p.scope === scope && (!p.role || unknown || may(p.role))).map((page) => {
       const here = page.name === this.route.page;
       const label = t(`nav.${page.name}` as Key);
-      return html`<a href=${hrefOf(page.name, monitor)} aria-current=${here ? 'page' : nothing}>
+      const kept = unknown && page.role ? 'visibility:hidden' : nothing;
+      return html`<a href=${hrefOf(page.name, monitor)} style=${kept} aria-current=${here ? 'page' : nothing}>
         ${icon(page.icon, 22)}<span>${label}</span>
         ${page.name === 'alarms' ? this.alarmCount() : nothing}
       </a>`;

@@ -3,9 +3,11 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { commands, type Outcome } from '../hub/commands';
+import { subsystem } from '../hub/dictionary';
 import { lang, t, tt, type Key } from '../i18n';
 import { icon, type IconName } from '../parts/icons';
 import { base } from '../theme/shared';
+import { show } from '../units';
 
 export interface Toast {
   kind: 'ok' | 'info' | 'warning' | 'error';
@@ -55,8 +57,16 @@ export function noteOf(outcome: Outcome): Toast | null {
 function titleOf(what: string): string {
   const key = `request.${what.split(' ')[0]}`;
   const title = t(key as Key);
-  const rest = what.split(' ').slice(1).join(' ');
+  const rest = restOf(what);
   return title === key ? what : rest ? `${title} (${rest})` : title;
+}
+
+/** Whom it is for; where a drive is to go, in the operator's units. */
+function restOf(what: string): string {
+  const [request, to, where] = what.split(' ');
+  if (request !== 'Move' || !where || !Number.isFinite(Number(where))) return what.split(' ').slice(1).join(' ');
+  const name = tt(subsystem(to!)) || to!;
+  return `${name}, ${show(to === 'Nozzle' ? 'nozzle' : 'angle', Number(where))}`;
 }
 
 @customElement('lf-toasts')

@@ -113,10 +113,23 @@ export class LfTopbar extends LitElement {
         background: #f0a73a;
         color: #1d1300;
       }
+      .old {
+        background: transparent;
+        color: var(--on-chrome-dim);
+        border: 2px dashed currentColor;
+      }
       @media (max-width: 1200px) {
         .where span,
         .clock {
           display: none;
+        }
+      }
+      @media (max-width: 1000px) {
+        .text {
+          display: none;
+        }
+        .link {
+          min-width: var(--touch);
         }
       }
       @media (max-width: 720px) {
@@ -126,9 +139,6 @@ export class LfTopbar extends LitElement {
         }
         .menu {
           display: inline-flex;
-        }
-        .link {
-          min-width: var(--touch);
         }
         .wide {
           display: none;
@@ -157,7 +167,7 @@ export class LfTopbar extends LitElement {
       </button>
       <div class="where">
         <b>${monitor ? `${monitor} · ${pageName}` : pageName}</b>
-        <span>${name && name !== monitor ? name : (store.hello?.hub.name ?? '')}</span>
+        <span>${name && name !== monitor ? name : (store.hello?.hub.name ?? '\u00a0')}</span>
       </div>
       ${this.alarms()} ${this.link(monitor)}
       <div class="item quiet clock">${store.hello ? time(store.now()) : nothing}</div>
@@ -170,10 +180,22 @@ export class LfTopbar extends LitElement {
   }
 
   private alarms() {
+    if (!store.known) {
+      return html`<div class="item quiet">${icon('clock')}<span class="text">${t('topbar.unknown')}</span></div>`;
+    }
     const all = store.alarms().filter((alarm) => alarm.state !== 'shelved');
     const worst = all[0];
+    // What was heard before the link was lost says nothing of now.
+    const old = !store.linked && store.source === 'live';
+    if (old) {
+      const told = worst ? plural(all.length, 'topbar.alarms') : t('topbar.no_alarms');
+      const label = `${told}, ${t('topbar.old_alarms')}`;
+      return html`<a class="old" href="#/alarms" aria-label=${label} title=${label}
+        >${icon('clock')}<span class="text">${told}</span></a
+      >`;
+    }
     if (!worst) {
-      return html`<a class="quiet" href="#/alarms" aria-label=${t('topbar.no_alarms')}>${icon('check')}<span class="wide">${t('topbar.no_alarms')}</span></a>`;
+      return html`<a class="quiet" href="#/alarms" aria-label=${t('topbar.no_alarms')}>${icon('check')}<span class="text">${t('topbar.no_alarms')}</span></a>`;
     }
     const known = all.every((alarm) => alarm.state === 'ack') ? 'known' : '';
     return html`<a
@@ -182,24 +204,27 @@ export class LfTopbar extends LitElement {
       aria-label=${plural(all.length, 'topbar.alarms')}
     >
       ${icon(worst.priority === 'high' ? 'alarm' : 'warning')}
-      <span class="wide">${plural(all.length, 'topbar.alarms')}</span>
+      <span class="text">${plural(all.length, 'topbar.alarms')}</span>
     </a>`;
   }
 
   private link(monitor: string | null) {
     if (store.source === 'replay') return html`<div class="item quiet link">${icon('replay')}</div>`;
+    if (!store.known) {
+      return html`<div class="item quiet link">${icon('link')}<span class="text">${t('topbar.connecting')}</span></div>`;
+    }
     if (!store.linked) {
-      return html`<div class="item link lost">${icon('unlinked')}<span class="wide">${t('topbar.lost')}</span></div>`;
+      return html`<div class="item link lost">${icon('unlinked')}<span class="text">${t('topbar.lost')}</span></div>`;
     }
     const link = monitor ? store.get(`monitors/${monitor}/link`) : undefined;
-    if (!link) return html`<div class="item quiet link">${icon('link')}<span class="wide">${t('topbar.hub')}</span></div>`;
+    if (!link) return html`<div class="item quiet link">${icon('link')}<span class="text">${t('topbar.hub')}</span></div>`;
     if (link.state === 'down') {
-      return html`<div class="item link lost">${icon('unlinked')}<span class="wide">${monitor}</span></div>`;
+      return html`<div class="item link lost">${icon('unlinked')}<span class="text">${monitor}</span></div>`;
     }
     const loss = link.last.loss_permille / 10;
     const text = loss >= 1 ? t('topbar.loss', { n: Math.round(loss) }) : show('duration_ms', link.srtt_ms);
     return html`<div class="item quiet link" title=${t('topbar.latency')}>
-      ${icon('link')}<span class="wide">${text}</span>
+      ${icon('link')}<span class="text">${text}</span>
     </div>`;
   }
 }

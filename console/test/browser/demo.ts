@@ -40,7 +40,7 @@ export class Demo {
 
   async open(route: string, lang = 'en'): Promise<Page> {
     const context = await this.browser.newContext({ viewport: { width: 1440, height: 1000 } });
-    context.setDefaultTimeout(8000);
+    context.setDefaultTimeout(20_000);
     await context.addInitScript((wanted) => {
       localStorage.setItem('lafet.lang', wanted);
       localStorage.setItem('lafet.theme', 'day');

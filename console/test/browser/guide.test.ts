@@ -14,23 +14,32 @@ afterAll(() => demo?.stop());
 const monitor = () => demo.get<Monitor>('/api/monitors/M1');
 const flags = async (subsystem: string) => (await monitor()).status.subsystems[subsystem]!.flags;
 
-async function step(page: Page, title: string, within_ms = 8000): Promise<void> {
+async function step(page: Page, title: string, within_ms = 20_000): Promise<void> {
   await page.locator('lf-guide h2', { hasText: title }).waitFor({ timeout: within_ms });
 }
 
 async function hold(page: Page, selector: string, by: [number, number], until_it: () => Promise<boolean>): Promise<void> {
   const box = (await page.locator(selector).boundingBox())!;
   const [x, y] = [box.x + box.width / 2, box.y + Math.min(box.height / 2, 104)];
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  await page.mouse.move(x + by[0], y + by[1], { steps: 3 });
-  await until(until_it, 10_000);
-  await page.mouse.up();
+  // On a busy machine the page's beats may be late; the motion ends then, as it has to, and the hand holds anew.
+  for (let tries = 1; ; tries += 1) {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + by[0], y + by[1], { steps: 3 });
+    const done = await until(until_it, 6000).then(
+      () => true,
+      () => false,
+    );
+    await page.mouse.up();
+    if (done) return;
+    if (tries === 5) throw new Error(`nothing comes of holding ${selector}`);
+  }
 }
 
-test('leads from taking control to a lost link', { timeout: 90_000 }, async () => {
+test('leads from taking control to a lost link', { timeout: 240_000 }, async () => {
   const page = await demo.open('#/overview');
   await page.locator('lf-page-overview').waitFor();
+  await page.getByText('SIMULATION', { exact: true }).waitFor();
   await page.keyboard.press('?');
   await page.getByText('Show the first steps').click();
   await step(page, 'on fire');
@@ -50,7 +59,7 @@ test('leads from taking control to a lost link', { timeout: 90_000 }, async () =
   await hold(page, 'lf-joystick', [0, -60], raised);
 
   await step(page, 'Open the water');
-  const opens = async () => (await flags('Valve1')).includes('Opening');
+  const opens = async () => (await flags('Valve1')).some((flag) => flag.startsWith('Open'));
   await hold(page, '#Valve1 .open-button', [0, 0], opens);
   await step(page, 'to the fire', 20_000);
   expect(await flags('Valve1')).toContain('Open');

@@ -129,7 +129,7 @@ describe('alarms', () => {
     const ack = page.locator(`[data-id="${LOCKED}"] [data-act=ack]`);
     await ack.waitFor();
     site.way.freeze();
-    await page.getByText('No connection to the hub', { exact: false }).last().waitFor({ timeout: 8000 });
+    await page.getByText('No connection to the hub', { exact: false }).last().waitFor();
     expect(await ack.locator('button').getAttribute('aria-disabled')).toBe('true');
     expect(await ack.locator('button').getAttribute('aria-description')).toBe('No connection to the hub');
   });
@@ -143,7 +143,7 @@ describe('the event log', () => {
     await post('/api/monitors/M1/requests', { request: 'Move Horizontal 300' });
     await post('/api/monitors/M1/requests', { request: 'Wrap' });
     const line = page.locator('tr.deed', { hasText: 'Move Horizontal 300' });
-    await line.locator('.effect').waitFor({ timeout: 10_000 });
+    await line.locator('.effect').waitFor();
     expect(await line.count()).toBe(1);
     expect(await line.locator('.fate').textContent()).toContain('accepted');
     expect(await line.locator('.effect').textContent()).toContain('°');
@@ -171,6 +171,29 @@ describe('the event log', () => {
     const line = page.locator('tr.deed', { hasText: 'Restart' }).first();
     await line.waitFor();
     expect(await line.locator('.fate').textContent()).toContain('not allowed');
+    await page.locator('select[name=kind]').selectOption('');
+    const [asked] = await Promise.all([
+      page.waitForRequest((request) => request.url().includes('/api/audit?') && request.url().includes('text=Restart')),
+      page.locator('lf-audit-log lf-find input').fill('Restart'),
+    ]);
+    expect(new URL(asked.url()).searchParams.get('text')).toBe('Restart');
+    await until(async () => (await page.locator('tr.deed').allTextContents()).every((text) => text.includes('Restart')));
+    await line.waitFor();
+  });
+
+  test('has what happened before the page was opened, and finds it', async () => {
+    site.links[1]!.cut();
+    await until(async () => (await get<{ link: { state: string } }>('/api/monitors/M2')).link.state === 'down');
+    site.links[1]!.mend();
+    await until(async () => (await get<{ link: { state: string } }>('/api/monitors/M2')).link.state === 'up');
+    const page = await open('#/events');
+    await page.locator('lf-tabbar [data-tab=live]').click();
+    const lines = page.locator('.live li');
+    await lines.filter({ hasText: 'M2' }).first().waitFor();
+    const text = (await lines.filter({ hasText: 'M2' }).first().locator('span').last().textContent())!.trim();
+    await page.locator('lf-page-events lf-find input').fill(text);
+    await until(async () => (await lines.allTextContents()).every((line) => line.includes(text)));
+    expect(await lines.count()).toBeGreaterThan(0);
   });
 });
 
@@ -260,7 +283,7 @@ describe('diagnosis', () => {
     const page = await open('#/m/M1/diagnosis');
     await page.getByText('No faults and no warnings', { exact: true }).waitFor();
     site.links[0]!.cut();
-    await page.getByText('Not heard since', { exact: false }).waitFor({ timeout: 10_000 });
+    await page.getByText('Not heard since', { exact: false }).waitFor();
     expect(await page.getByText('No faults and no warnings', { exact: true }).count()).toBe(0);
     await page.locator('#try li.urgent').first().waitFor();
     await page.locator('lf-link-stats lf-chip', { hasText: 'No connection' }).waitFor();
@@ -308,6 +331,10 @@ describe('administration', () => {
     await page.locator('lf-dialogs lf-button', { hasText: 'Withdraw' }).last().click();
     await page.getByText('No tokens').waitFor();
     expect(await get('/api/tokens')).toEqual([]);
+    await page.locator('lf-tabbar [data-tab=sessions]').click();
+    const own = page.locator('tr[data-session]', { hasText: 'you' });
+    await own.waitFor();
+    expect(await own.locator('[data-act=end] button').getAttribute('aria-description')).toContain('did not log in with a password');
   });
 });
 
@@ -361,7 +388,7 @@ describe('every page', () => {
         if (size.width === 1024) expect(await axe(page), `${route} ${lang} ${theme}`).toEqual([]);
       }
     }
-  }, 40_000);
+  });
 });
 
 /** Two frames of the screen later. */

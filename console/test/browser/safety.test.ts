@@ -1,9 +1,12 @@
 // The rules that keep people safe, each looked at where it counts: at the monitor's outputs.
-import type { Page } from 'playwright-core';
+import type { CDPSession, Locator, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
-import { Site, until } from './site';
+import { press, pressUntil, Site, until } from './site';
 
+const PAD_STOP = 1;
 const FAR_ARCMIN = 5000;
+/** So far a drive stops from where it was told to go, at least, when something has stopped it. */
+const SHORT_ARCMIN = 60;
 
 let site: Site;
 let page: Page;
@@ -79,11 +82,17 @@ async function pull(): Promise<void> {
   await begun(hold, () => page.mouse.up());
 }
 
-async function press(key: string): Promise<void> {
+async function pressKey(key: string): Promise<void> {
   await begun(
     () => page.keyboard.down(key),
     () => page.keyboard.up(key),
   );
+}
+
+/** It stands, and not because it has come to where it was sent. */
+async function stoppedShortOf(target: number, id = 'M1', where = ''): Promise<void> {
+  expect(await site.stands(id), where).toBe(true);
+  expect(Math.abs((await site.position(id)) - target), where).toBeGreaterThan(SHORT_ARCMIN);
 }
 
 describe('a motion that is held', () => {
@@ -97,7 +106,7 @@ describe('a motion that is held', () => {
 
   test('of a key ends with its release, and opposite keys mean nothing', async () => {
     await take();
-    await press('ArrowRight');
+    await pressKey('ArrowRight');
     await page.keyboard.down('ArrowLeft');
     expect(await site.stands('M1')).toBe(true);
     await page.keyboard.up('ArrowLeft');
@@ -163,7 +172,7 @@ describe('a motion that is held', () => {
 
   test('ends when a dialog opens', async () => {
     await take();
-    await press('ArrowLeft');
+    await pressKey('ArrowLeft');
     await page.locator('#readiness').click();
     expect(await site.stands('M1')).toBe(true);
     await page.keyboard.up('ArrowLeft');
@@ -179,16 +188,24 @@ describe('a motion that is held', () => {
 });
 
 describe('STOP', () => {
-  test('stops from every page', async () => {
+  test('stops from every page, by pointer and by key', async () => {
     const names = await page
       .locator('lf-nav a')
       .evaluateAll((all) => all.map((a) => (a as HTMLAnchorElement).getAttribute('href')!));
     expect(names.length).toBeGreaterThan(1);
-    for (const href of names) {
-      await sent(`Move Horizontal ${names.indexOf(href) % 2 ? -9000 : 9000}`);
+    for (const [n, href] of names.entries()) {
       await page.evaluate((to) => (location.hash = to), href);
-      await page.locator('#stop').click();
-      expect(await site.stands('M1'), href).toBe(true);
+      await page.locator('main > *').first().waitFor();
+      for (const [way, stop] of [
+        ['pointer', () => page.locator('#stop').click()],
+        ['F9', () => page.keyboard.press('F9')],
+        ['Shift+Escape', () => page.keyboard.press('Shift+Escape')],
+      ] as const) {
+        const target = (await site.position('M1')) > 0 ? -10_000 : 10_000;
+        await sent(`Move Horizontal ${target}`);
+        await stop();
+        await stoppedShortOf(target, 'M1', `${n} ${href} ${way}`);
+      }
     }
   });
 
@@ -253,22 +270,24 @@ describe('STOP', () => {
   });
 });
 
+/** Presses shorter than `limit_ms`, by the page's own clock, and sees that nothing comes of it later. */
+async function tooShort(button: Locator, for_ms: number, limit_ms: number): Promise<void> {
+  const took = await press(page, button, for_ms);
+  // The machine was too busy to let go in time: what it held long enough has been undone by Close.
+  if (took >= limit_ms) throw new Error(`let go after ${took} ms`);
+  await page.waitForTimeout(limit_ms);
+}
+
 describe('valves and lockout', () => {
   test('a valve opens after a second, not before; one press closes it', async () => {
     await take();
     const open = page.locator('#Valve1 .open-button');
-    const box = (await open.boundingBox())!;
-    await page.mouse.move(box.x + 20, box.y + 20);
-    await page.mouse.down();
-    await page.waitForTimeout(400);
-    await page.mouse.up();
-    await page.waitForTimeout(900);
-    expect((await site.outputs('M1')).Valve1!.flags).toEqual(['Closed']);
-    await page.mouse.down();
-    await until(async () => (await site.outputs('M1')).Valve1!.flags.includes('Opening'), 10_000);
-    await page.mouse.up();
+    const opens = async () => (await site.outputs('M1')).Valve1!.flags.some((flag) => flag.startsWith('Open'));
+    await tooShort(open, 400, 1000);
+    expect(await opens()).toBe(false);
+    await pressUntil(page, open, opens);
     await page.locator('#Valve1 .close-button').click();
-    await until(async () => !(await site.outputs('M1')).Valve1!.flags.some((f) => f.startsWith('Open')), 10_000);
+    await until(async () => !(await opens()), 10_000);
   });
 
   test('lockout is one press; its release wants the name typed and the button held', async () => {
@@ -278,20 +297,13 @@ describe('valves and lockout', () => {
     await page.getByText('M1 is locked out').first().waitFor();
     await page.locator('#release').click();
     const release = page.locator('lf-dialogs lf-hold');
-    const hold = async (ms: number) => {
-      const box = (await release.boundingBox())!;
-      await page.mouse.move(box.x + 20, box.y + 20);
-      await page.mouse.down();
-      await page.waitForTimeout(ms);
-      await page.mouse.up();
-    };
-    await hold(2300);
-    expect((await site.outputs('M1')).General!.flags).toContain('LockedOut');
+    const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
+    expect(await press(page, release, 2300)).toBeGreaterThan(2000);
+    expect(await locked()).toBe(true);
     await page.locator('lf-dialogs input').fill('M1');
-    await hold(500);
-    expect((await site.outputs('M1')).General!.flags).toContain('LockedOut');
-    await hold(2300);
-    await until(async () => !(await site.outputs('M1')).General!.flags.includes('LockedOut'));
+    await tooShort(release, 500, 2000);
+    expect(await locked()).toBe(true);
+    await pressUntil(page, release, async () => !(await locked()));
   });
 });
 
@@ -347,5 +359,140 @@ describe('what is old', () => {
     expect(await page.locator('#draw button').getAttribute('aria-disabled')).toBe('true');
     site.way.mend();
     await page.locator('lf-page-operate lf-value[stale]').first().waitFor({ state: 'detached' });
+  });
+});
+
+describe('hands of other kinds', () => {
+  /** A gamepad that the test holds. */
+  async function pad(axes: number[], pressed: number[] = [], there = true): Promise<void> {
+    await page.evaluate(
+      ([axes, pressed, there]) => {
+        const buttons = Array.from({ length: 17 }, (_, n) => ({ pressed: pressed.includes(n), touched: false, value: 0 }));
+        Object.defineProperty(navigator, 'getGamepads', { configurable: true, value: () => (there ? [{ axes, buttons }] : []) });
+        window.dispatchEvent(new Event('gamepadconnected'));
+      },
+      [axes, pressed, there] as const,
+    );
+  }
+
+  test('a gamepad moves while its stick is held, and not when it is gone', async () => {
+    await take();
+    await begun(
+      () => pad([-1, 0]),
+      () => pad([0, 0]),
+    );
+    await pad([0, 0]);
+    expect(await site.stands('M1')).toBe(true);
+    expect(await site.position('M1')).toBeGreaterThan(began);
+    await begun(
+      () => pad([-1, 0]),
+      () => pad([0, 0]),
+    );
+    await pad([-1, 0], [], false);
+    expect(await site.stands('M1')).toBe(true);
+  });
+
+  test('a button of the gamepad is STOP, without any control', async () => {
+    await sent('Move Horizontal 10000');
+    await pad([0, 0], [PAD_STOP]);
+    await stoppedShortOf(10_000);
+    await pad([0, 0]);
+  });
+
+  test('a finger that the system takes away lets go', async () => {
+    await page.context().close();
+    page = await site.open('#/m/M1/operate', 'en', { width: 1024, height: 1100 }, true);
+    await take();
+    const cdp = await page.context().newCDPSession(page);
+    const pad = (await page.locator('lf-joystick').boundingBox())!;
+    const [x, y] = [pad.x + pad.width / 2, pad.y + 100];
+    const hold = async () => {
+      await touch(cdp, 'touchStart', x, y);
+      await touch(cdp, 'touchMove', x - 30, y);
+      await touch(cdp, 'touchMove', x - 60, y);
+    };
+    await begun(hold, () => touch(cdp, 'touchEnd'));
+    await touch(cdp, 'touchCancel');
+    expect(await site.stands('M1')).toBe(true);
+    expect(await site.position('M1')).toBeGreaterThan(began);
+    await begun(hold, () => touch(cdp, 'touchEnd'));
+    await touch(cdp, 'touchEnd');
+    expect(await site.stands('M1')).toBe(true);
+  });
+
+  test('a finger holds a valve open as a mouse does, and one that slides away opens nothing', async () => {
+    await page.context().close();
+    page = await site.open('#/m/M1/operate', 'en', { width: 1024, height: 1100 }, true);
+    await take();
+    const cdp = await page.context().newCDPSession(page);
+    const open = page.locator('#Valve1 .open-button');
+    await open.scrollIntoViewIfNeeded();
+    const box = (await open.boundingBox())!;
+    const opens = async () => (await site.outputs('M1')).Valve1!.flags.some((flag) => flag.startsWith('Open'));
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    await touch(cdp, 'touchStart', x, y);
+    await touch(cdp, 'touchMove', x, y + 200);
+    await page.waitForTimeout(1500);
+    await touch(cdp, 'touchEnd');
+    expect(await opens()).toBe(false);
+    await touch(cdp, 'touchStart', x, y);
+    await until(opens);
+    await touch(cdp, 'touchEnd');
+  });
+});
+
+async function touch(cdp: CDPSession, type: 'touchStart' | 'touchMove' | 'touchEnd' | 'touchCancel', x = 0, y = 0): Promise<void> {
+  const touchPoints = type === 'touchEnd' || type === 'touchCancel' ? [] : [{ x, y }];
+  await cdp.send('Input.dispatchTouchEvent', { type, touchPoints });
+}
+
+describe('what the page says', () => {
+  test('a program that a hand has paused: until when, on every page of the monitor, and then it goes on', async () => {
+    const quench = 'StartQuench Control centre=0,0 nozzle=60 sector=3000,60 step=1 distance=25';
+    const control = async () => (await site.outputs('M1')).Control!.flags;
+    await take();
+    await site.send('M1', quench);
+    await until(async () => (await control()).includes('Quench'));
+    await pressKey('ArrowLeft');
+    await until(async () => (await control()).includes('Paused'));
+    await page.keyboard.up('ArrowLeft');
+    const banner = page.getByText('Program paused, goes on in');
+    await banner.waitFor();
+    const left = Number(/goes on in ([\d.]+) s/.exec((await page.locator('lf-banners').textContent())!.replace(/\s+/g, ' '))![1]);
+    expect(left).toBeGreaterThan(0);
+    expect(left).toBeLessThanOrEqual(3);
+    await until(async () => !(await control()).includes('Paused'), 10_000);
+    expect(await control()).toContain('Quench');
+    await banner.waitFor({ state: 'detached' });
+    await page.locator('#end').click();
+    await until(async () => !(await control()).includes('Quench'));
+  });
+
+  test('that limits are off, on every page', async () => {
+    await site.send('M1', 'SwitchLimits Horizontal off');
+    for (const route of ['#/m/M1/operate', '#/overview', '#/alarms', '#/m/M2/operate']) {
+      await page.evaluate((to) => (location.hash = to), route);
+      await page.getByText('Limits are off: M1').waitFor();
+    }
+    await site.send('M1', 'SwitchLimits Horizontal reject');
+    await page.getByText('Limits are off: M1').waitFor({ state: 'detached' });
+  });
+
+  test('why a control does nothing, to the eye and to a reader of the screen', async () => {
+    const dead = page.locator('lf-page-operate [aria-disabled="true"]');
+    const told = await dead.evaluateAll((all) =>
+      all.map((one) => {
+        const by = (one.getAttribute('aria-describedby') ?? '').split(' ').filter((id) => id === 'reason');
+        const root = one.getRootNode() as ShadowRoot;
+        const why = one.getAttribute('aria-description') ?? by.map((id) => root.getElementById(id)?.textContent).join('');
+        return [one.getAttribute('aria-label') ?? one.textContent?.trim() ?? '', why ?? ''] as const;
+      }),
+    );
+    expect(told.length).toBeGreaterThan(6);
+    for (const [name, why] of told) expect(why, name).not.toBe('');
+    await page.locator('#Valve1 .open-button').focus();
+    await page.locator('.lf-why', { hasText: 'Take control of M1 first' }).waitFor();
+    await page.locator('#seek').hover();
+    await page.locator('.lf-why', { hasText: 'Take control of M1 first' }).waitFor();
   });
 });

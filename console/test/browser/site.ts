@@ -6,17 +6,16 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { promisify } from 'node:util';
-import { chromium, type Browser, type BrowserContext, type Page } from 'playwright-core';
+import { chromium, type Browser, type BrowserContext, type Locator, type Page } from 'playwright-core';
 import { preview, type PreviewServer } from 'vite';
 import { Cable } from './cable';
+import { Wire, type Names, type Output } from './wire';
 
 export const LAFET = process.env.LAFET_BIN ?? 'lafet';
 const CHROMIUM = process.env.CHROMIUM_BIN ?? '/usr/bin/chromium';
 const run = promisify(execFile);
 
-export interface Outputs {
-  [subsystem: string]: { flags: string[]; position_arcmin?: number; position_mm?: number };
-}
+export type Outputs = Record<string, Output>;
 
 export class Site {
   private readonly children: ChildProcess[] = [];
@@ -25,6 +24,7 @@ export class Site {
   private browser!: Browser;
   /** The monitors' own port: a second connection beside the hub's. */
   private monitors: number[] = [];
+  private wires: Wire[] = [];
   /** Between the hub and the monitors. */
   links: Cable[] = [];
   /** Between the browser and the hub. */
@@ -48,6 +48,8 @@ export class Site {
         ports.map((port, n) => `[[monitor]]\nid = "M${n + 1}"\nurl = "tcp://127.0.0.1:${port}?addr=${n + 1}"\npoll_ms = 100\n`).join(''),
     );
     site.way = await Cable.to(await site.program(['serve', '--config', config]));
+    const names = (await (await fetch(`http://127.0.0.1:${site.way.port}/api/dictionary`)).json()) as Names;
+    site.wires = site.monitors.map((port, n) => new Wire(port, n + 1, names));
     await site.serve();
     site.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox'] });
     for (const id of ['M1', 'M2']) {
@@ -60,14 +62,15 @@ export class Site {
     await this.browser?.close();
     await this.served?.close();
     this.way?.close();
+    for (const wire of this.wires) wire.close();
     for (const link of this.links) link.close();
     for (const child of this.children) child.kill('SIGKILL');
     rmSync(this.folder, { recursive: true, force: true });
   }
 
   /** A page of a person of its own; `close` its context at the end. */
-  async open(route: string, lang = 'en', size = { width: 1440, height: 900 }): Promise<Page> {
-    const context: BrowserContext = await this.browser.newContext({ viewport: size });
+  async open(route: string, lang = 'en', size = { width: 1440, height: 900 }, touch = false): Promise<Page> {
+    const context: BrowserContext = await this.browser.newContext({ viewport: size, hasTouch: touch });
     // A busy machine is slow; what is asserted at the monitor has limits of its own.
     context.setDefaultTimeout(20_000);
     await context.addInitScript((wanted) => {
@@ -82,9 +85,8 @@ export class Site {
   }
 
   /** What the monitor itself says, over a connection that is not the hub's. */
-  async outputs(id: string): Promise<Outputs> {
-    const { stdout } = await run(LAFET, ['-c', this.address(id), 'status', '--json']);
-    return JSON.parse(stdout) as Outputs;
+  outputs(id: string): Promise<Outputs> {
+    return this.wires[Number(id.slice(1)) - 1]!.outputs();
   }
 
   async send(id: string, request: string): Promise<void> {
@@ -92,7 +94,7 @@ export class Site {
   }
 
   async position(id: string, drive = 'Horizontal'): Promise<number> {
-    return (await this.outputs(id))[drive]?.position_arcmin ?? NaN;
+    return (await this.outputs(id))[drive]?.position ?? NaN;
   }
 
   async moves(id: string): Promise<boolean> {
@@ -100,11 +102,12 @@ export class Site {
     return ['Horizontal', 'Vertical', 'Nozzle'].some((drive) => now[drive]?.flags.includes('Move'));
   }
 
-  /** The drives stand, and stay so. */
-  async stands(id: string, within_ms = 3000): Promise<boolean> {
+  /** The drives stand, and stay so for as many answers of the monitor as make half a second. */
+  async stands(id: string, within_ms = 10_000): Promise<boolean> {
     await until(async () => !(await this.moves(id)), within_ms);
     const before = await this.position(id);
-    for (let n = 0; n < 5; n += 1) {
+    for (let n = 0; n < 10; n += 1) {
+      await new Promise((done) => setTimeout(done, 50));
       if (await this.moves(id)) return false;
     }
     return (await this.position(id)) === before;
@@ -160,5 +163,42 @@ export async function until(so: () => Promise<boolean> | boolean, within_ms = 15
   while (!(await so())) {
     if (performance.now() > end) throw new Error(`not so within ${within_ms} ms: ${so}`);
     await new Promise((done) => setTimeout(done, 20));
+  }
+}
+
+/**
+ * Presses a button for at least so long and lets go; returns how long the page itself has seen it
+ * pressed. On a busy machine that is longer than it was meant to be, and it is what counts.
+ */
+export async function press(page: Page, button: Locator, for_ms: number): Promise<number> {
+  await button.scrollIntoViewIfNeeded();
+  const box = (await button.boundingBox())!;
+  await page.evaluate(() => {
+    const seen = (window as unknown as { pressed: Record<string, number> });
+    seen.pressed = {};
+    for (const type of ['pointerdown', 'pointerup']) {
+      window.addEventListener(type, (event) => (seen.pressed[type] = event.timeStamp), { capture: true, once: true });
+    }
+  });
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.waitForTimeout(for_ms);
+  await page.mouse.up();
+  return page.evaluate(() => {
+    const { pressed } = window as unknown as { pressed: Record<string, number> };
+    return pressed.pointerup! - pressed.pointerdown!;
+  });
+}
+
+/** Presses until it is so, then lets go. */
+export async function pressUntil(page: Page, button: Locator, so: () => Promise<boolean>): Promise<void> {
+  await button.scrollIntoViewIfNeeded();
+  const box = (await button.boundingBox())!;
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  try {
+    await until(so);
+  } finally {
+    await page.mouse.up();
   }
 }

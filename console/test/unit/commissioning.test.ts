@@ -17,6 +17,7 @@ import {
   type Progress,
   type StepId,
   type StopTest,
+  whyNotLimits,
 } from '../../src/pages/commissioning/model';
 import { escaped, reportHtml, reportJson, settings } from '../../src/pages/commissioning/report';
 
@@ -141,5 +142,16 @@ describe('the report', () => {
     expect(report.people).toEqual(['anna']);
     expect((report.steps as { step: string; state: string }[])[2]).toMatchObject({ step: 'directions', state: 'open' });
     expect(report.settings).toEqual({ 'Horizontal.MaxLimit': [10800] });
+  });
+});
+
+describe('taken limits', () => {
+  it('are looked at together with those that stay', () => {
+    const now = { min: -900, max: 5400 };
+    expect(whyNotLimits('Vertical', { max: 4800 }, now)).toBe('');
+    expect(whyNotLimits('Vertical', { max: -1200 }, now)).toBe('order');
+    expect(whyNotLimits('Vertical', { max: -800 }, now)).toBe('narrow');
+    expect(whyNotLimits('Vertical', { min: 0, max: 3000 }, null)).toBe('');
+    expect(whyNotLimits('Nozzle', { min: 10, max: 14 }, null)).toBe('narrow');
   });
 });

@@ -3,8 +3,8 @@ import { describe, expect, it } from 'vitest';
 import type { Dictionary } from '../../src/hub/dictionary';
 import type { Link, Readiness, Status } from '../../src/hub/types';
 import { niceTop, pathOf } from '../../src/parts/lf-trend';
-import { exceptionOf, faultBits, flagsOf, matchingFlags, setFlags, tries, wordHex } from '../../src/pages/diagnosis/model';
-import { sampleOf, spanOf } from '../../src/pages/diagnosis/samples';
+import { flagsOf, matchingFlags, setFlags, tries, wordHex } from '../../src/pages/diagnosis/model';
+import { fromHistory, sampleOf, spanOf } from '../../src/pages/diagnosis/samples';
 
 const file = (name: string) => JSON.parse(readFileSync(new URL(`files/${name}`, import.meta.url), 'utf8'));
 const dict = { ...file('dictionary.json'), ...file('dictionary-wire.json') } as Dictionary;
@@ -103,21 +103,20 @@ describe('crash data', () => {
     expect(wordHex(0x08001f3c)).toBe('0x0800 1F3C');
     expect(wordHex(4294967295)).toBe('0xFFFF FFFF');
   });
-
-  it('say which fault it was', () => {
-    expect(faultBits([['hfsr', 0x40000000], ['cfsr', 0x00008200]])).toEqual(['FORCED', 'PRECISERR', 'BFARVALID']);
-    expect(faultBits([['hfsr', 0x80000000], ['cfsr', 0x02000000]])).toEqual(['DEBUGEVT', 'DIVBYZERO']);
-    expect(faultBits([['cpsr', 16]])).toEqual([]);
-  });
-
-  it('say what the processor was doing', () => {
-    expect(exceptionOf([['psr', 0x61000003]])).toEqual({ name: 'HardFault', number: 3 });
-    expect(exceptionOf([['psr', 0x21000000]])).toEqual({ name: '', number: 0 });
-    expect(exceptionOf([['cpsr', 16]])).toBeNull();
-  });
 });
 
 describe('curves of the link', () => {
+  it('begin with what the hub has kept: a value holds until the next one', () => {
+    const samples = fromHistory({ 'Link.sent': [[1000, 10], [3000, 20]], 'Link.timeouts': [[1000, 0], [3000, 5]], 'Link.rtt_ms': [[1000, 4]] }, 0, 5000);
+    expect(samples.map(({ t, sent, loss_percent, rtt_ms }) => [t, sent, loss_percent, rtt_ms])).toEqual([
+      [1000, 10, 0, 4],
+      [2000, 10, 0, 4],
+      [3000, 20, 25, 4],
+      [4000, 20, 25, 4],
+    ]);
+    expect(fromHistory({}, 0, 5000)).toEqual([]);
+  });
+
   it('have a gap where nothing was heard', () => {
     expect(sampleOf(5, LINK, true)).toMatchObject({ t: 5, rtt_ms: 4, received: 100, loss_percent: 0 });
     expect(sampleOf(5, LINK, false)).toMatchObject({ rtt_ms: null, received: 0, loss_percent: null });

@@ -66,7 +66,9 @@ test('after the hub has ended it, it beats no more', () => {
   const hold = jog.hold('M1', 'Vertical', 'max', (state) => states.push(state));
   const heard = { type: 'jog', monitor: 'M1', drive: 'Vertical', text: null } as const;
   jog.heard({ ...heard, state: 'moving', end: null });
+  sent = [];
   jog.heard({ ...heard, state: 'ended', end: 'taken_over' });
+  expect(types(), 'what is on its way begins nothing').toEqual(['jog_end']);
   sent = [];
   vi.advanceTimersByTime(600);
   expect(sent).toEqual([]);

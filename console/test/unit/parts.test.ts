@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { flightOf, rangeOf, reachOf } from '../../src/parts/ballistics';
+import { elevationFor, flightOf, rangeOf, reachOf } from '../../src/parts/ballistics';
 import { distanceTo, type Place, type Sector } from '../../src/parts/geometry';
 import { changes, ofKeys, ofStick } from '../../src/parts/hold';
 import { hotbedOf, planMonitor } from '../../src/parts/plan/model';
@@ -20,6 +20,19 @@ describe('ballistics', () => {
     const [, last] = flight.points[flight.points.length - 1]!;
     expect(last).toBeCloseTo(-6, 1);
     expect(Math.max(...flight.points.map(([, rise]) => rise))).toBeGreaterThan(1);
+  });
+
+  it('is aimed so that the jet falls where it is to fall, by the lower of the two ways', () => {
+    const jet = { pressure_datm: 79, nozzle_mm: 60 };
+    for (const way of [8, 17, 28, 40]) {
+      const low = elevationFor(jet, way, -6)!;
+      expect(rangeOf(jet, low, 6)!).toBeCloseTo(way, 0);
+      expect(low).toBeLessThan(elevationFor(jet, way + 2, -6)!);
+    }
+    // Onto a roof the barrel is raised more than to the ground behind it.
+    expect(elevationFor(jet, 28, 4)!).toBeGreaterThan(elevationFor(jet, 28, -6)!);
+    expect(elevationFor(jet, 120, -6)).toBeNull();
+    expect(elevationFor({ pressure_datm: 0, nozzle_mm: 60 }, 10, -6)).toBeNull();
   });
 
   it('sprays less far, and not at all without pressure', () => {

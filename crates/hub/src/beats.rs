@@ -91,6 +91,15 @@ impl Beats {
         act
     }
 
+    /// A beat has come that was long under way. It moves nothing; and whoever sent it has not let go
+    /// meanwhile, so that the beats which follow it move nothing either.
+    pub fn late(&mut self, now: Now) {
+        let goes_on = matches!(self.phase, Phase::Moving(_, at) if now.saturating_sub(at) < WATCHDOG);
+        if !goes_on {
+            self.phase = Phase::Blocked(now);
+        }
+    }
+
     /// It was let go.
     pub fn end(&mut self) {
         self.phase = Phase::Idle;
@@ -153,6 +162,21 @@ mod tests {
         beats.ended(ms(1010));
         beats.end();
         assert_eq!(acts(&mut beats, &[1020]), [Act::Arm]);
+    }
+
+    #[test]
+    fn a_hand_that_held_on_through_a_stall_has_to_let_go() {
+        let mut beats = Beats::default();
+        acts(&mut beats, &[0, 60]);
+        beats.late(ms(1000));
+        assert_eq!(acts(&mut beats, &[1010, 1070, 1130]), [Act::Ended; 3]);
+        assert_eq!(acts(&mut beats, &[1430, 1490]), [Act::Arm, Act::Start], "300 ms without a beat");
+        beats.late(ms(1500));
+        assert_eq!(acts(&mut beats, &[1550]), [Act::Renew], "one late beat of a good stream");
+        let mut beats = Beats::default();
+        beats.late(ms(0));
+        beats.end();
+        assert_eq!(acts(&mut beats, &[10, 70]), [Act::Arm, Act::Start]);
     }
 
     #[test]

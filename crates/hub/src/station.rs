@@ -358,6 +358,7 @@ impl Station {
         let mut jogs = lock(&self.jogs);
         let slot = jogs.entry(key).or_default();
         if beat.sent_ms.is_some_and(|sent_ms| !slot.delay.is_fresh(now, sent_ms)) {
+            slot.beats.late(now);
             return Ok(if slot.hold.is_some() { "moving" } else { "ended" });
         }
         match slot.beats.beat(now, beat.toward) {

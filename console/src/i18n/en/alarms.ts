@@ -48,6 +48,7 @@ export default {
     'A known alarm that cannot be mended at once can be shelved for up to 8 hours: it then no longer counts, and comes back by itself.',
   'alarms.none_history': 'No history in this time',
   'alarms.fresh': '{n} new: {what}',
+  'alarms.show_more': 'Show more ({n} less urgent)',
   'alarms.fresh_show': 'Shown when the pointer leaves the list',
   'alarms.unlinked': 'No connection to the hub: this is how things stood at {time}.',
   'alarms.failed': 'This could not be loaded: {what}',

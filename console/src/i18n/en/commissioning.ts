@@ -128,6 +128,8 @@ export default {
   'commissioning.limits.reject': 'Give up: keep the old ones',
   'commissioning.limits.other': 'The monitor has other limits: {min} … {max}',
   'commissioning.limits.why': 'Not verified: {list}',
+  'commissioning.limits.why_narrow': 'The limits are too close to each other: drive on before you take the other one',
+  'commissioning.limits.insane': 'The position {at} is not a sane one ({min} … {max}): check the encoder and the zero point first',
   'commissioning.limits.why_order': 'The limits are the wrong way round',
   'commissioning.limits.why_none': 'Take a limit first',
   'commissioning.limits.why_switches': 'This drive has limit switches: they are set at the drive',

@@ -128,6 +128,8 @@ export default {
   'commissioning.limits.reject': 'Отказаться: оставить прежние',
   'commissioning.limits.other': 'В стволе другие пределы: {min} … {max}',
   'commissioning.limits.why': 'Не проверены: {list}',
+  'commissioning.limits.why_narrow': 'Пределы слишком близки друг к другу: отведите привод дальше, прежде чем брать второй',
+  'commissioning.limits.insane': 'Положение {at} неправдоподобно ({min} … {max}): сначала проверьте датчик положения и нулевую точку',
   'commissioning.limits.why_order': 'Пределы перепутаны местами',
   'commissioning.limits.why_none': 'Сначала примите предел',
   'commissioning.limits.why_switches': 'У привода концевые выключатели: они настраиваются на приводе',

@@ -1,5 +1,5 @@
 // What the page of administration knows without a screen.
-import type { Role } from '../../hub/types';
+import type { Role, Session } from '../../hub/types';
 
 export const ROLES: readonly Role[] = ['observer', 'operator', 'engineer', 'administrator'];
 export const PASSWORD_LEAST = 10;
@@ -18,6 +18,20 @@ export interface Token {
   role: Role;
   created_ms: number;
   last_used_ms: number | null;
+}
+
+/** Who is signed in. */
+export interface SessionSeen {
+  id: string;
+  user: string;
+  role: Role;
+  kind: Session['kind'];
+  created_ms: number | null;
+  used_ms: number | null;
+  expires_ms: number | null;
+  own: boolean;
+  /** Open pages. */
+  seats: { seat: string; from: string; since_ms: number }[];
 }
 
 /** What a role may, as docs/hub-api.md says; keys `admin.may_…`, with the least role. */

@@ -13,8 +13,10 @@ import { toast } from '../../shell/toasts';
 import { base, card, table } from '../../theme/shared';
 import { notice, whyNotHere } from '../alarms/common';
 import { askForm, showToken } from './forms';
-import { isLastAdministrator, type Token, type User } from './model';
+import { isLastAdministrator, type SessionSeen, type Token, type User } from './model';
 import { adminStyle } from './style';
+
+const SESSIONS_MS = 5000;
 
 abstract class List<T> extends LitElement {
   static override styles = [base, card, table, notice, adminStyle];
@@ -261,8 +263,83 @@ export class LfAdminTokens extends List<Token> {
   }
 }
 
+@customElement('lf-admin-sessions')
+export class LfAdminSessions extends List<SessionSeen> {
+  protected readonly path = '/api/sessions';
+  private timer = 0;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.timer = window.setInterval(() => void this.load(), SESSIONS_MS);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    clearInterval(this.timer);
+  }
+
+  override render() {
+    return html`<div class="bar"><p>${t('admin.sessions_text')}</p></div>
+      ${this.renderError()}
+      <section class="card flat stack">
+        <table>
+          <thead>
+            <tr>
+              <th>${t('admin.user')}</th>
+              <th>${t('admin.kind')}</th>
+              <th>${t('admin.pages')}</th>
+              <th class="late">${t('admin.used')}</th>
+              <th class="late">${t('admin.expires')}</th>
+              <th><span class="unseen">${t('admin.acts')}</span></th>
+            </tr>
+          </thead>
+          <tbody>
+            ${(this.list ?? []).map((one) => this.renderSession(one))}
+          </tbody>
+        </table>
+      </section>`;
+  }
+
+  private renderSession(one: SessionSeen) {
+    const when = (at_ms: number | null) => (at_ms ? dateTime(at_ms) : html`<span class="dim">—</span>`);
+    const why = this.why || (one.kind === 'session' ? '' : t('admin.no_session'));
+    return html`<tr data-session=${one.id}>
+      <td>
+        <span class="who">${one.user}</span> ${one.own ? html`<lf-chip kind="accent">${t('admin.you')}</lf-chip>` : nothing}
+        <div class="small dim">${t(`role.${one.role}`)}</div>
+      </td>
+      <td>${t(`admin.kind_${one.kind}`)}</td>
+      <td>
+        ${one.seats.length
+          ? one.seats.map(
+              (seat) => html`<div><span class="mono">${seat.seat}</span> <span class="dim">${seat.from} · ${dateTime(seat.since_ms)}</span></div>`,
+            )
+          : html`<span class="dim">${t('admin.no_pages')}</span>`}
+      </td>
+      <td class="late">${when(one.used_ms)}</td>
+      <td class="late">${when(one.expires_ms)}</td>
+      <td class="acts">
+        <lf-button kind="quiet" icon="logout" data-act="end" .why=${why} @click=${() => this.endSession(one)}
+          >${t('admin.end_session')}</lf-button
+        >
+      </td>
+    </tr>`;
+  }
+
+  private async endSession(one: SessionSeen): Promise<void> {
+    const sure = await confirmDialog({
+      title: t('admin.end_session_title', { user: one.user }),
+      text: t('admin.end_session_text'),
+      yes: t('admin.end_session'),
+      danger: true,
+    });
+    if (sure) await this.drop(`/api/sessions/${encodeURIComponent(one.id)}`);
+  }
+}
+
 declare global {
   interface HTMLElementTagNameMap {
+    'lf-admin-sessions': LfAdminSessions;
     'lf-admin-users': LfAdminUsers;
     'lf-admin-tokens': LfAdminTokens;
   }

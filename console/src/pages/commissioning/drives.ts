@@ -7,7 +7,7 @@ import type { Toward } from '../../hub/types';
 import { t } from '../../i18n';
 import { save, waysTo } from '../params/save';
 import { Step } from './base';
-import { near, type Fact } from './model';
+import { near, whyNotLimits, type Fact } from './model';
 import { WAYS } from './move';
 
 const TURNED = ['Horizontal', 'Vertical'] as const;
@@ -38,6 +38,11 @@ class Teaching extends Step {
     const spec = param(drive, name);
     if (at === null || !spec || this.has(drive, 'Move')) {
       this.error = t('commissioning.why_moving');
+      return null;
+    }
+    if (at < spec.min || at > spec.max) {
+      const range = { min: this.angle(drive, spec.min), max: this.angle(drive, spec.max) };
+      this.error = t('commissioning.limits.insane', { at: this.angle(drive, at), ...range });
       return null;
     }
     this.busy = true;
@@ -192,7 +197,8 @@ export class StepLimits extends Teaching {
           : this.told('good', t('commissioning.limits.taken', { at: this.angle(drive, taken) }))}
       </div>`;
     };
-    const order = of.max !== undefined && of.min !== undefined && of.max <= of.min ? t('commissioning.limits.why_order') : '';
+    const bad = whyNotLimits(drive, of, this.limits(drive));
+    const order = bad ? t(`commissioning.limits.why_${bad}`) : '';
     const none = of.max === undefined && of.min === undefined ? t('commissioning.limits.why_none') : '';
     return html`${this.told('soso', t('commissioning.limits.off'))} ${this.hold(drive)}
       <div class="pair">${take('max')} ${take('min')}</div>

@@ -168,6 +168,24 @@ export function stopTest(test: StopTest, seen: StopSeen): StopTest {
   }
 }
 
+/** A drive that may turn less than this is taught wrongly: 5°, or 5 mm. */
+export function leastTravel(drive: string): number {
+  return drive === 'Nozzle' ? 5 : 300;
+}
+
+/** What is wrong with taken limits, together with those that stay; empty: they may be put in force. */
+export function whyNotLimits(
+  drive: string,
+  taken: { min?: number; max?: number },
+  now: { min: number; max: number } | null,
+): '' | 'order' | 'narrow' {
+  const min = taken.min ?? now?.min;
+  const max = taken.max ?? now?.max;
+  if (min === undefined || max === undefined) return '';
+  if (max <= min) return 'order';
+  return max - min < leastTravel(drive) ? 'narrow' : '';
+}
+
 /** Least way of a drive that says which way it went: 1°, or 2 mm. */
 export function leastWay(drive: string): number {
   return drive === 'Nozzle' ? 2 : 60;

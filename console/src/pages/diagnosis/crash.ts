@@ -9,7 +9,7 @@ import { lang, t, time, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
 import { base, card, table } from '../../theme/shared';
-import { exceptionOf, faultBits, wordHex, type Crash } from './model';
+import { wordHex, type Crash } from './model';
 
 @customElement('lf-crash')
 export class LfCrash extends LitElement {
@@ -99,23 +99,25 @@ export class LfCrash extends LitElement {
 
   private renderFilled(crash: Crash) {
     const word = (name: string) => crash.words.find(([known]) => known === name)?.[1] ?? 0;
-    const doing = exceptionOf(crash.words);
-    const context =
-      doing === null
-        ? ''
-        : doing.number === 0
-          ? t('diagnosis.crash_in_program')
-          : t('diagnosis.crash_in', { what: doing.name || t('diagnosis.crash_irq', { n: doing.number - 16 }) });
     return html`<div class="row">${icon('warning')} <b>${t('diagnosis.crash_filled')}</b></div>
       <ul class="facts">
         <li>${icon('right', 18)}<span>${t('diagnosis.crash_pc')} <b>${wordHex(word('pc'))}</b></span></li>
         <li>${icon('right', 18)}<span>${t('diagnosis.crash_lr')} <b>${wordHex(word('lr'))}</b></span></li>
         <li>${icon('right', 18)}<span>${t('diagnosis.crash_sp')} <b>${wordHex(word('spcr'))}</b></span></li>
-        ${context ? html`<li>${icon('right', 18)}<span>${context}</span></li>` : nothing}
-        ${faultBits(crash.words).map(
-          (name) => html`<li>${icon('warning', 18)}<span><b>${name}</b> · ${t(`diagnosis.bit_${name}`)}</span></li>`,
+        ${crash.running ? html`<li>${icon('right', 18)}<span>${tt(crash.running.what)}</span></li>` : nothing}
+        ${crash.notes.map((note) => html`<li>${icon('info', 18)}<span><b>${note.register}</b> · ${tt(note.text)}</span></li>`)}
+        ${crash.bits.map(
+          (bit) => html`<li>
+            ${icon('warning', 18)}<span><b>${bit.name}</b> · ${tt(bit.meaning)} <span class="dim">${tt(bit.remedy)}</span></span>
+          </li>`,
+        )}
+        ${crash.unknown.map(
+          ({ register, bits }) => html`<li>
+            ${icon('warning', 18)}<span>${t('diagnosis.crash_unknown', { register, bits: wordHex(bits) })}</span>
+          </li>`,
         )}
       </ul>
+      ${crash.summary ? html`<p>${tt(crash.summary)}</p>` : nothing}
       <p class="small dim">${t('diagnosis.crash_send')}</p>
       <details>
         <summary>${t('diagnosis.crash_words')}</summary>

@@ -7,7 +7,7 @@ import { age, num, t, tt, type Key } from '../../i18n';
 import '../../parts/lf-chip';
 import '../../parts/lf-trend';
 import { base } from '../../theme/shared';
-import { points, samplesOf, spanOf, type Measure } from './samples';
+import { fillSamples, points, samplesOf, spanOf, type Measure } from './samples';
 
 const COUNTS = [
   'sent',
@@ -101,6 +101,10 @@ export class LfLinkStats extends LitElement {
   constructor() {
     super();
     new TopicController(this, () => [`monitors/${this.monitor}/link`, SECOND]);
+  }
+
+  override willUpdate(changed: Map<PropertyKey, unknown>): void {
+    if (changed.has('monitor') && this.monitor) void fillSamples(this.monitor).then(() => this.requestUpdate());
   }
 
   override render() {

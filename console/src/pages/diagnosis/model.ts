@@ -108,70 +108,21 @@ function linkTries(link: Link): Try[] {
   return found;
 }
 
+/** As the hub reads it: the bits of the fault registers in words. */
 export interface Crash {
-  words: [string, number][];
   filled: boolean;
-}
-
-/** Bits of the fault registers of ARMv7-M, by register and place; keys `diagnosis.bit_…`. */
-const FAULT_BITS = {
-  VECTTBL: ['hfsr', 1],
-  FORCED: ['hfsr', 30],
-  DEBUGEVT: ['hfsr', 31],
-  IACCVIOL: ['cfsr', 0],
-  DACCVIOL: ['cfsr', 1],
-  MUNSTKERR: ['cfsr', 3],
-  MSTKERR: ['cfsr', 4],
-  MLSPERR: ['cfsr', 5],
-  MMARVALID: ['cfsr', 7],
-  IBUSERR: ['cfsr', 8],
-  PRECISERR: ['cfsr', 9],
-  IMPRECISERR: ['cfsr', 10],
-  UNSTKERR: ['cfsr', 11],
-  STKERR: ['cfsr', 12],
-  LSPERR: ['cfsr', 13],
-  BFARVALID: ['cfsr', 15],
-  UNDEFINSTR: ['cfsr', 16],
-  INVSTATE: ['cfsr', 17],
-  INVPC: ['cfsr', 18],
-  NOCP: ['cfsr', 19],
-  STKOF: ['cfsr', 20],
-  UNALIGNED: ['cfsr', 24],
-  DIVBYZERO: ['cfsr', 25],
-} as const satisfies Record<string, readonly ['hfsr' | 'cfsr', number]>;
-
-export type FaultBit = keyof typeof FAULT_BITS;
-
-/** The bits that are set. */
-export function faultBits(words: [string, number][]): FaultBit[] {
-  const value = new Map(words);
-  return (Object.keys(FAULT_BITS) as FaultBit[]).filter((name) => {
-    const [register, bit] = FAULT_BITS[name];
-    return Math.floor((value.get(register) ?? 0) / 2 ** bit) % 2 === 1;
-  });
+  words: [string, number][];
+  bits: { register: string; bit: number; name: string; meaning: Text; remedy: Text }[];
+  unknown: { register: string; bits: number }[];
+  notes: { register: string; text: Text }[];
+  /** What the processor was at. */
+  running: { what: Text; number: number | null } | null;
+  /** When no bit says why. */
+  summary: Text | null;
 }
 
 /** 0x0800 1F3C */
 export function wordHex(value: number): string {
   const hex = (value >>> 0).toString(16).toUpperCase().padStart(8, '0');
   return `0x${hex.slice(0, 4)} ${hex.slice(4)}`;
-}
-
-/** What the processor was doing, by the last nine bits of psr (ARMv7-M). Null: not said. */
-export function exceptionOf(words: [string, number][]): { name: string; number: number } | null {
-  const psr = words.find(([name]) => name === 'psr')?.[1];
-  if (psr === undefined) return null;
-  const number = psr % 512;
-  const names: Record<number, string> = {
-    2: 'NMI',
-    3: 'HardFault',
-    4: 'MemManage',
-    5: 'BusFault',
-    6: 'UsageFault',
-    11: 'SVCall',
-    12: 'DebugMonitor',
-    14: 'PendSV',
-    15: 'SysTick',
-  };
-  return { name: names[number] ?? '', number };
 }

@@ -1,4 +1,5 @@
-// Link statistics of the last minutes, of every monitor, from when these pages were first opened.
+// Link statistics of the last minutes, of every monitor: what the hub has kept, then as they come.
+import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import type { Link } from '../../hub/types';
 import type { Point } from '../../parts/lf-trend';
@@ -55,6 +56,54 @@ take();
 export function samplesOf(monitor: string): Sample[] {
   if (!all.has(monitor)) take();
   return all.get(monitor) ?? [];
+}
+
+const SERIES = ['sent', 'received', 'retries', 'timeouts', 'errors', 'rtt_ms'] as const;
+const filled = new Set<string>();
+
+/** What the hub has kept from before this page was opened, once. */
+export async function fillSamples(monitor: string): Promise<void> {
+  if (filled.has(monitor) || store.source === 'replay') return;
+  filled.add(monitor);
+  const now = store.now();
+  const query = new URLSearchParams({
+    monitor,
+    series: SERIES.map((name) => `Link.${name}`).join(','),
+    from_ms: String(Math.round(now - KEEP_MS)),
+    to_ms: String(Math.round(now)),
+    points: String(KEEP_MS / EVERY_MS),
+  });
+  const got = await http.get<{ series: Record<string, [number, ...number[]][]> }>(`/api/history?${query}`).catch(() => null);
+  if (!got) return;
+  const known = all.get(monitor) ?? [];
+  const before = known[0]?.t ?? now;
+  const kept = fromHistory(got.series, now - KEEP_MS, before);
+  all.set(monitor, [...kept, ...known]);
+}
+
+/** A value holds until the next one: a sample each second from the first that is known. */
+export function fromHistory(series: Record<string, [number, ...number[]][]>, from_ms: number, to_ms: number): Sample[] {
+  const at = Object.fromEntries(SERIES.map((name) => [name, { rows: series[`Link.${name}`] ?? [], next: 0, value: null as number | null }]));
+  const first = Math.min(...SERIES.map((name) => at[name]!.rows[0]?.[0] ?? Infinity));
+  const samples: Sample[] = [];
+  for (let t = Math.max(from_ms, first); t < to_ms; t += EVERY_MS) {
+    for (const one of Object.values(at)) {
+      while (one.rows[one.next] && one.rows[one.next]![0] <= t) one.value = one.rows[one.next++]![1] ?? null;
+    }
+    const value = (name: (typeof SERIES)[number]) => at[name]!.value ?? 0;
+    const sent = value('sent');
+    samples.push({
+      t,
+      rtt_ms: at.rtt_ms!.value,
+      sent,
+      received: value('received'),
+      retries: value('retries'),
+      timeouts: value('timeouts'),
+      errors: value('errors'),
+      loss_percent: sent > 0 ? Math.min((value('timeouts') / sent) * 100, 100) : null,
+    });
+  }
+  return samples;
 }
 
 export function points(monitor: string, measure: Measure): Point[] {

@@ -22,6 +22,9 @@ import { wordsOf } from './words';
 
 const LIMIT = 200;
 const FOLLOW_MS = 2000;
+/** So many entries are in the page at once; who reads on leaves the newest behind. */
+const MOST = 1000;
+
 const HOUR_MS = 3_600_000;
 const SPANS_MS = { all: null, hour: HOUR_MS, day: 24 * HOUR_MS, week: 168 * HOUR_MS };
 type Period = keyof typeof SPANS_MS | 'range';
@@ -30,6 +33,7 @@ const KINDS: Kind[] = ['command', 'jog', 'authority', 'alarm', 'access'];
 
 interface Page {
   entries: AuditEntry[];
+  next: number | null;
   waiting: number;
 }
 
@@ -54,8 +58,12 @@ export class LfAuditLog extends LitElement {
   @state() private text = '';
   @state() private entries: AuditEntry[] | null = null;
   @state() private waiting = 0;
-  @state() private whole = false;
+  /** Where older ones begin; null: there are none. */
+  @state() private next: number | null = null;
+  /** The newest are not in the page any more. */
+  @state() private left = false;
   @state() private error = '';
+  @state() private busy = false;
   @state() private open = new Set<number>();
   private readonly users = new Set<string>();
   private deeds: Deed[] = [];
@@ -75,7 +83,8 @@ export class LfAuditLog extends LitElement {
   }
 
   override willUpdate(changed: Map<PropertyKey, unknown>): void {
-    if ((changed.has('monitor') || changed.has('user')) && this.hasUpdated) void this.load();
+    const asked = ['monitor', 'user', 'period', 'from', 'to'].some((name) => changed.has(name));
+    if (asked && this.hasUpdated) void this.load();
     if (changed.has('entries')) {
       this.deeds = deedsOf(this.entries ?? []);
       for (const entry of this.entries ?? []) this.users.add(entry.user);
@@ -84,7 +93,8 @@ export class LfAuditLog extends LitElement {
 
   override render() {
     const filter = {
-      text: this.text,
+      // The hub has looked for it in what stands in the log; for the words of the page, the page does.
+      text: this.asksHub() ? '' : this.text,
       kind: this.kind,
       ...this.range(),
     };
@@ -154,7 +164,7 @@ export class LfAuditLog extends LitElement {
         .label=${t('events.find')}
         .clear=${t('events.find_clear')}
         .value=${this.text}
-        @find=${(e: CustomEvent<string>) => (this.text = e.detail)}
+        @find=${(e: CustomEvent<string>) => this.find(e.detail)}
       ></lf-find>`;
   }
 
@@ -205,11 +215,28 @@ export class LfAuditLog extends LitElement {
 
   private renderFoot() {
     const last = this.entries?.at(-1);
-    if (this.whole || !last) return html`<div class="foot small">${t('events.beginning')}</div>`;
+    const { next } = this;
+    const told = last ? t('events.searched', { time: dateTime(last.at_ms), n: num(this.entries!.length) }) : '';
     return html`<div class="foot">
-      <span>${t('events.searched', { time: dateTime(last.at_ms), n: num(this.entries!.length) })}</span>
-      <lf-button id="more" @click=${() => this.load(last.n)}>${t('events.more')}</lf-button>
+      ${this.left ? html`<lf-button id="latest" @click=${() => this.load()}>${t('events.latest')}</lf-button>` : nothing}
+      ${next === null
+        ? html`<span class="small">${t('events.beginning')}</span>`
+        : html`<span>${told}</span>
+            <lf-button id="more" .why=${this.busy ? t('shell.loading') : ''} @click=${() => this.load(next)}
+              >${t('events.more')}</lf-button
+            >`}
     </div>`;
+  }
+
+  /** The log is in the words of the protocol; what is typed in others is looked for in what is shown. */
+  private asksHub(): boolean {
+    return /^[ -~]*[!-~][ -~]*$/.test(this.text);
+  }
+
+  private find(text: string): void {
+    const before = this.asksHub();
+    this.text = text;
+    if (before || this.asksHub()) void this.load();
   }
 
   private range(): { from_ms: number | null; to_ms: number | null } {
@@ -225,27 +252,33 @@ export class LfAuditLog extends LitElement {
   }
 
   private clear(): void {
-    this.monitor = this.user = this.kind = this.from = this.to = this.text = '';
+    this.monitor = this.user = this.kind = this.from = this.to = '';
     this.period = 'all';
+    this.find('');
   }
 
   private async load(before?: number): Promise<void> {
     const turn = ++this.turn;
+    this.busy = true;
     const got = await this.read(before);
-    if (!got || turn !== this.turn) return;
-    this.entries = before ? [...(this.entries ?? []), ...got.entries] : got.entries;
-    this.whole = got.entries.length < LIMIT;
+    if (turn !== this.turn) return;
+    this.busy = false;
+    if (!got) return;
+    const all = before ? [...(this.entries ?? []), ...got.entries] : got.entries;
+    this.entries = all.slice(-MOST);
+    this.left = before !== undefined && (this.left || all.length > MOST);
+    this.next = got.next;
   }
 
   /** What is new comes by itself. */
   private async follow(): Promise<void> {
-    if (document.hidden || !this.entries || !store.linked) return;
+    if (document.hidden || !this.entries || !store.linked || this.left || this.busy) return;
     const turn = this.turn;
     const got = await this.read();
     if (!got || turn !== this.turn || !this.entries) return;
-    const filtered = this.monitor !== '' || this.user !== '';
+    const filtered = this.monitor !== '' || this.user !== '' || this.asksHub();
     const next = joined(this.entries, got.entries, filtered);
-    if (next) this.entries = next;
+    if (next) this.entries = next.slice(0, MOST);
     else await this.load();
   }
 
@@ -254,6 +287,10 @@ export class LfAuditLog extends LitElement {
     if (before) query.set('before', String(before));
     if (this.monitor) query.set('monitor', this.monitor);
     if (this.user) query.set('user', this.user);
+    if (this.asksHub()) query.set('text', this.text.trim());
+    const { from_ms, to_ms } = this.range();
+    if (from_ms !== null) query.set('from_ms', String(Math.round(from_ms)));
+    if (to_ms !== null) query.set('to_ms', String(Math.round(to_ms)));
     try {
       const got = await http.get<Page>(`/api/audit?${query}`);
       this.waiting = got.waiting;

@@ -135,11 +135,15 @@ export const eventStyle = css`
     gap: var(--s3);
   }
   .chain {
-    display: grid;
-    grid-template-columns: minmax(0, 1fr) auto;
+    display: flex;
+    flex-wrap: wrap;
     gap: var(--s1) var(--s4);
     align-items: center;
     padding: 6px 8px 6px var(--s3);
+  }
+  .chain > div:first-child {
+    flex: 1 1 300px;
+    min-width: 0;
   }
   .chain .row {
     min-height: 24px;
@@ -153,7 +157,7 @@ export const eventStyle = css`
     gap: var(--s2);
   }
   .chain .about {
-    grid-column: 1 / -1;
+    flex: 1 0 100%;
     max-width: 110ch;
     padding: 0 8px 8px 0;
     line-height: 1.5;
@@ -257,9 +261,6 @@ export const eventStyle = css`
     }
     .entry dl {
       grid-column: 1;
-      grid-template-columns: 1fr;
-    }
-    .chain {
       grid-template-columns: 1fr;
     }
   }

@@ -119,7 +119,7 @@ export class LfFrameList extends LitElement {
       }
       @media (max-width: 720px) {
         .frame {
-          grid-template-columns: 62px minmax(0, 1fr);
+          grid-template-columns: 84px minmax(0, 1fr);
           padding-right: 6px;
         }
         .way {
@@ -127,7 +127,6 @@ export class LfFrameList extends LitElement {
         }
         .time {
           font-size: 12px;
-          white-space: normal;
         }
         .verdict {
           display: none;

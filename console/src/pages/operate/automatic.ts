@@ -4,8 +4,9 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { has, whyNot } from '../../hub/session';
-import { store, TopicController } from '../../hub/store';
-import { t } from '../../i18n';
+import { flag } from '../../hub/dictionary';
+import { SECOND, store, TopicController } from '../../hub/store';
+import { age, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import type { QuenchSector } from '../../parts/geometry';
 import { dialog } from '../../shell/dialog';
@@ -53,12 +54,22 @@ export class LfAutomatic extends LitElement {
         align-items: center;
         gap: 10px;
         grid-column: 1 / -1;
-        height: 64px;
+        min-height: 64px;
         padding: 8px 8px 8px 12px;
         --lf-button-height: 48px;
         border-radius: var(--radius);
         background: var(--accent-soft);
         font-weight: 600;
+      }
+      .by {
+        display: block;
+        font-weight: 500;
+        color: var(--dim);
+      }
+      .direct {
+        display: block;
+        font-weight: 500;
+        color: var(--medium);
       }
       .sector {
         display: grid;
@@ -81,7 +92,7 @@ export class LfAutomatic extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => `monitors/${this.monitor}/`);
+    new TopicController(this, () => [SECOND, `monitors/${this.monitor}/`]);
   }
 
   override render() {
@@ -119,12 +130,22 @@ export class LfAutomatic extends LitElement {
   }
 
   private running(text: string, subsystem: string) {
+    const direct = subsystem === 'Control' ? directAim(this.monitor) : '';
     return html`<div class="running" role="status">
-      ${icon('play')}<span class="grow">${text}</span>
+      ${icon('play')}<span class="grow"
+        >${text}${this.begun()}${direct ? html`<small class="direct">${t('operate.direct', { why: direct })}</small>` : nothing}</span
+      >
       <lf-button id="end" @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
         >${t('operate.end')}</lf-button
       >
     </div>`;
+  }
+
+  private begun() {
+    const program = store.get(`monitors/${this.monitor}/program`);
+    if (!program?.by) return nothing;
+    const since = age(store.now() - program.since_ms);
+    return html`<small class="by">${t('operate.begun_by', { user: program.by, age: since })}</small>`;
   }
 
   private deployButtons() {
@@ -189,10 +210,7 @@ export class LfAutomatic extends LitElement {
       `sector=${Math.round(sector.width_arcmin)},${Math.round(sector.height_arcmin)} ` +
       `step=${STEP_USUAL_DEG} distance=${Math.round(sector.distance_m)}`;
     const done = await commands.request(this.monitor, request).catch(() => null);
-    if (done?.ok) {
-      this.dispatchEvent(new CustomEvent('quenching', { detail: sector }));
-      this.choose('look');
-    }
+    if (done?.ok) this.choose('look');
   }
 
   private seek(): void {
@@ -316,4 +334,12 @@ export class LfAutomatic extends LitElement {
         >`,
     });
   }
+}
+
+/** What keeps the monitor from reckoning the jet: then it aims direct (§3.3.6/5). */
+const UNRECKONED = ['TrajectoryPressureFault', 'TrajectoryRangeFault', 'TrajectoryAngleFault'];
+
+function directAim(monitor: string): string {
+  const found = UNRECKONED.find((name) => has(monitor, 'Control', name));
+  return found ? tt(flag('Control', found)?.meaning) || found : '';
 }

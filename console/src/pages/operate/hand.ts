@@ -10,6 +10,7 @@ import { changes, type Drive, type HoldDetail, type Holding } from '../../parts/
 import { icon } from '../../parts/icons';
 import '../../parts/lf-joystick';
 import '../../parts/lf-slider';
+import { hideWhy, showWhy } from '../../parts/why';
 import { dialog } from '../../shell/dialog';
 import { toast } from '../../shell/toasts';
 import { base, card } from '../../theme/shared';
@@ -144,6 +145,8 @@ export class LfHand extends LitElement {
           .lowText=${t('operate.wide')}
           .highText=${t('operate.narrow')}
           .disabled=${whyNozzle !== ''}
+          .reason=${whyNozzle}
+          ?quiet=${whyNozzle === why}
           .stale=${stale}
           @set=${(e: CustomEvent<{ value: number }>) =>
             commands.request(monitor, `Move Nozzle ${e.detail.value}`).catch(() => {})}
@@ -156,7 +159,8 @@ export class LfHand extends LitElement {
   private nozzleButton(toward: 'min' | 'max', why: string) {
     const on = this.wanted.Nozzle === toward && this.holds.get('Nozzle')?.ended === false;
     const hold = (event: Event, begins: boolean) => {
-      if (begins && why) return;
+      if (begins && why) return showWhy(event.currentTarget as Element, why);
+      hideWhy(event.currentTarget as Element);
       if (begins && event instanceof PointerEvent) {
         if (event.button !== 0) return;
         (event.currentTarget as Element).setPointerCapture(event.pointerId);
@@ -169,6 +173,7 @@ export class LfHand extends LitElement {
       aria-label=${t(toward === 'max' ? 'operate.hold_narrow' : 'operate.hold_wide')}
       title=${why || t(toward === 'max' ? 'operate.hold_narrow' : 'operate.hold_wide')}
       aria-disabled=${why ? 'true' : nothing}
+      aria-description=${why || nothing}
       @pointerdown=${(e: Event) => hold(e, true)}
       @pointerup=${end}
       @pointercancel=${end}

@@ -3,7 +3,11 @@ import { has, whyNot } from '../../hub/session';
 import { store } from '../../hub/store';
 import type { Range } from '../../hub/types';
 import { t } from '../../i18n';
+import type { QuenchSector } from '../../parts/geometry';
 import type { Holding } from '../../parts/hold';
+
+/** Where a program is drawn that does not say how far it is. */
+const UNKNOWN_M = 25;
 
 export const AIMED = ['Horizontal', 'Vertical', 'Nozzle'] as const;
 
@@ -26,9 +30,10 @@ export function exists(monitor: string, subsystem: string): boolean {
   return status?.at_ms ? subsystem in status.subsystems : true;
 }
 
-export type Posture = 'deployed' | 'wrapped' | 'deploying' | 'wrapping' | 'between' | 'none';
+export type Posture = 'deployed' | 'wrapped' | 'deploying' | 'wrapping' | 'between' | 'none' | 'unknown';
 
 export function posture(monitor: string): Posture {
+  if (!store.get(`monitors/${monitor}/status`)?.at_ms) return 'unknown';
   if (!exists(monitor, 'Deployer')) return 'none';
   for (const [flag, name] of [
     ['Deployed', 'deployed'],
@@ -48,8 +53,22 @@ export function whyNotWork(monitor: string, subsystem: string): string {
   if (has(monitor, 'Detector', 'Searching')) return t('operate.why_searching');
   if (has(monitor, 'Detector', 'Justifying')) return t('operate.why_justifying');
   const now = posture(monitor);
-  if (now === 'deployed' || now === 'none') return '';
+  if (now === 'deployed' || now === 'none' || now === 'unknown') return '';
   return t(now === 'wrapped' ? 'operate.why_wrapped' : 'operate.why_between');
+}
+
+/** The numbers of `StartQuench Control centre=… sector=… distance=…`; null: another request, or a stored program. */
+export function quenchOf(request: string | null | undefined): Omit<QuenchSector, 'clipped' | 'sector'> | null {
+  if (!request?.startsWith('StartQuench')) return null;
+  const numbers = (name: string) => new RegExp(`\\b${name}=(-?\\d+)(?:,(-?\\d+))?`).exec(request)?.slice(1).map(Number);
+  const [centre, sector, distance] = [numbers('centre'), numbers('sector'), numbers('distance')];
+  if (!centre || !sector) return null;
+  return {
+    centre_arcmin: [centre[0]!, centre[1]!],
+    width_arcmin: sector[0]!,
+    height_arcmin: sector[1]!,
+    distance_m: distance?.[0] || UNKNOWN_M,
+  };
 }
 
 /** Drives that move, and where to as far as it is known. */

@@ -2,10 +2,11 @@
 import { LitElement, css, html } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
+import { flag } from '../../hub/dictionary';
 import { has } from '../../hub/session';
 import { store, TopicController } from '../../hub/store';
 import type { Valve } from '../../hub/types';
-import { t, type Key } from '../../i18n';
+import { t, tt, type Key } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-hold';
 import { base, card } from '../../theme/shared';
@@ -19,6 +20,10 @@ export class LfValves extends LitElement {
     base,
     card,
     css`
+      :host {
+        display: block;
+        container-type: inline-size;
+      }
       .card {
         padding: 12px 16px;
       }
@@ -68,8 +73,10 @@ export class LfValves extends LitElement {
         color: var(--accent);
       }
       .bad {
+        display: block;
         color: var(--high);
         font-weight: 600;
+        font-size: var(--t-small);
       }
       .stale {
         opacity: 0.75;
@@ -78,6 +85,19 @@ export class LfValves extends LitElement {
       lf-hold,
       lf-button {
         --lf-button-height: 52px;
+      }
+      @container (max-width: 350px) {
+        .valve {
+          grid-template-columns: 1fr 84px;
+        }
+        .name {
+          grid-column: 1 / -1;
+        }
+      }
+      @container (min-width: 480px) {
+        .valve {
+          grid-template-columns: 1fr minmax(140px, 30%) minmax(84px, 20%);
+        }
       }
     `,
   ];
@@ -102,6 +122,7 @@ export class LfValves extends LitElement {
     const fault = ['OpenSensorFault', 'CloseSensorFault', 'AmperageOverload', 'Blocked', 'ConnLost'].find((flag) =>
       has(monitor, valve, flag),
     );
+    const heard = store.get(`monitors/${monitor}/status`)?.at_ms != null;
     const foam = valve === 'Valve2';
     const going = state === 'Opening' || state === 'Closing';
     const kind = `${state === 'Open' ? 'open' : ''} ${going ? 'going' : ''} ${foam ? 'foam' : ''}`;
@@ -114,7 +135,7 @@ export class LfValves extends LitElement {
         <span>
           <b>${t(foam ? 'operate.foam' : 'operate.water')}</b>
           <span class="${fault ? 'bad' : 'dim'} ${store.stale(monitor) ? 'stale' : ''}">
-            ${fault ?? t(`operate.valve_${state ?? 'Between'}` as Key)}
+            ${fault ? tt(flag(valve, fault)?.meaning) || fault : t(`operate.valve_${state ?? (heard ? 'Between' : 'unknown')}` as Key)}
           </span>
         </span>
       </div>

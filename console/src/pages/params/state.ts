@@ -23,7 +23,6 @@ import { saveAll, waysTo, type Item, type Outcome } from './save';
 
 export type Typed = { values: number[] } | { problem: Problem };
 
-const PROGRESS_MS = 200;
 const WIRE_KEY = 'lafet.params.wire';
 
 /** Whether values are shown in the monitor's own numbers. */
@@ -145,27 +144,18 @@ export class Editing extends EventTarget {
     if (this.busy) return;
     this.begin('reading');
     const path = `/api/monitors/${encodeURIComponent(this.monitor)}/params`;
-    const timer = setInterval(() => {
-      http.get<Params>(path).then(
-        (params) => {
-          this.progress = params.progress ?? this.progress;
-          this.changed();
-        },
-        () => {},
-      );
-    }, PROGRESS_MS);
+    const topic = `monitors/${this.monitor}/params_progress` as const;
+    const end = store.subscribe(topic, () => {
+      this.progress = store.get(topic) ?? this.progress;
+      this.changed();
+    });
     try {
-      let read = await http.post<Params>(`${path}/read`);
-      // The hub was reading already, and has answered what it had.
-      while (read.reading) {
-        await new Promise((resolve) => setTimeout(resolve, PROGRESS_MS));
-        read = await http.get<Params>(path);
-      }
+      await http.post<Params>(`${path}/read`);
       this.fresh.clear();
     } catch (cause) {
       this.readError = HubError.of(cause);
     } finally {
-      clearInterval(timer);
+      end();
       this.end();
     }
   }

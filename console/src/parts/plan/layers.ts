@@ -1,5 +1,6 @@
 // What lies on the plan, layer by layer, as SVG. Pure: a camera and things in, templates out.
 import { nothing, svg, type SVGTemplateResult } from 'lit';
+import { num } from '../../i18n';
 import {
   ARCMIN,
   bearingOf,
@@ -30,6 +31,8 @@ export interface Drop {
 }
 
 const RING_PX = 30;
+/** Narrower than this the buttons of a page take the whole upper edge. */
+const NARROW_PX = 430;
 const RING_MINI_PX = 19;
 export const DROP_LIFE_MS = 2400;
 
@@ -350,14 +353,14 @@ export function compassMark(
   const speed = scene ? Math.hypot(...scene.wind) : 0;
   // The arrow points to where the wind blows.
   const toward = scene ? compass((Math.atan2(scene.wind[0], scene.wind[1]) * 180) / Math.PI) : 0;
-  return svg`<g class="compass" transform="translate(${f(camera.width - 34)} 34)">
+  return svg`<g class="compass" transform="translate(${f(camera.width - 34)} ${camera.width < NARROW_PX ? 92 : 34})">
     <circle r="19"></circle>
     <path class="needle" d="M0-16 5-3H-5Z"></path><text y="9">${north}</text>
     ${
       speed > 0.2
         ? svg`<g transform="translate(-46 0)"><g transform="rotate(${f(toward)})">
             <path class="wind" d="M0 12V-12M-5-6 0-12 5-6"></path></g>
-            <text class="wind-speed" x="-16" dy="0.35em">${wind(speed.toFixed(1))}</text></g>`
+            <text class="wind-speed" x="-16" dy="0.35em">${wind(num(speed, 1))}</text></g>`
         : nothing
     }
   </g>`;

@@ -98,6 +98,8 @@ export function planMonitor(
     hotbeds?: { list: readonly HotbedBox[] } | null;
     scene?: PlanScene | null;
     down?: boolean;
+    /** Diameter of the nozzle's outlet, where it is known. */
+    outlet_mm?: number;
   },
 ): PlanMonitor | null {
   const stand = site.monitors[id];
@@ -130,8 +132,9 @@ export function planMonitor(
     hotbeds: (hotbeds?.list ?? []).map((box) => hotbedOf(stand, box, site.tanks)),
   };
   const told = pressure > 20 ? pressure : USUAL_PRESSURE_DATM;
-  monitor.reach_m = reachOf({ pressure_datm: told, nozzle_mm: monitor.nozzle_mm ?? 60 }, stand.height);
-  monitor.lands = scene ? simulatedLanding(id, scene) : landing(monitor);
+  const diameter_mm = topics.outlet_mm;
+  monitor.reach_m = reachOf({ pressure_datm: told, nozzle_mm: monitor.nozzle_mm ?? 60, diameter_mm }, stand.height);
+  monitor.lands = scene ? simulatedLanding(id, scene) : landing(monitor, diameter_mm);
   return monitor;
 }
 
@@ -156,10 +159,10 @@ function simulatedLanding(id: string, scene: PlanScene): Place | null {
 }
 
 /** Where the jet comes down by calculation, as a real site does not tell. */
-function landing(monitor: PlanMonitor): Place | null {
+function landing(monitor: PlanMonitor, diameter_mm?: number): Place | null {
   const { horizontal_arcmin, vertical_arcmin, nozzle_mm, water, pressure_datm } = monitor;
   if (!water || horizontal_arcmin === null || vertical_arcmin === null) return null;
-  const jet = { pressure_datm: pressure_datm ?? 0, nozzle_mm: nozzle_mm ?? 60 };
+  const jet = { pressure_datm: pressure_datm ?? 0, nozzle_mm: nozzle_mm ?? 60, diameter_mm };
   const flight = flightOf(jet, vertical_arcmin, monitor.height);
   if (!flight) return null;
   const way = flight.points[flight.points.length - 1]![0];

@@ -401,7 +401,7 @@ export const planStyle = css`
   .hint {
     position: absolute;
     left: 12px;
-    top: 12px;
+    top: var(--lf-plan-hint, 12px);
     max-width: min(60%, 420px);
     margin: 0;
     padding: 8px 12px;

@@ -1,0 +1,188 @@
+// How quick the console is, and whether it stays so: first paint, shifts of the layout, work of the
+// main thread on live data, memory after an hour of messages. LAFET_BIN is the program with the console
+// built in; with LAFET_URL a demo that runs already is measured. `throttle` (default 4) slows the browser's processor so many times down.
+import { spawn } from 'node:child_process';
+import { readdirSync, readFileSync } from 'node:fs';
+import { gzipSync } from 'node:zlib';
+import { chromium } from 'playwright-core';
+
+const program = process.env.LAFET_BIN;
+if (!program && !process.env.LAFET_URL) throw new Error('LAFET_BIN must name the lafet program, with the console built in');
+const throttle = Number(process.argv[2] ?? 4);
+const PAGES = ['overview', 'm/M1/operate', 'alarms', 'events', 'm/M1/params', 'm/M1/programs', 'm/M1/commissioning', 'm/M1/diagnosis', 'm/M1/inspector', 'replay', 'training', 'admin'];
+const LIVE_MS = 10_000;
+const HOUR_MS = 3_600_000;
+const LEARN_MS = 15_000;
+const ROUNDS = 5;
+
+const demo = process.env.LAFET_URL
+  ? null
+  : spawn(program, ['demo', '--no-browser', '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
+try {
+  const url = demo ? await address(demo) : process.env.LAFET_URL;
+  const browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM_BIN ?? '/usr/bin/chromium',
+    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--enable-precise-memory-info'],
+  });
+  sizes();
+  await water(url);
+  await pages(browser, url);
+  await hour(browser, url);
+  await rounds(browser, url);
+  await browser.close();
+} finally {
+  demo?.kill('SIGINT');
+}
+
+function address(child) {
+  return new Promise((resolve, reject) => {
+    let text = '';
+    child.stdout.on('data', (chunk) => {
+      text += chunk;
+      const found = /http:\/\/127\.0\.0\.1:\d+/.exec(text);
+      if (found) resolve(found[0]);
+    });
+    child.on('exit', () => reject(new Error(`the demo has ended: ${text}`)));
+  });
+}
+
+/** What the first page loads, and everything. */
+function sizes() {
+  const folder = new URL('../dist/assets/', import.meta.url).pathname;
+  const all = readdirSync(folder).filter((name) => /\.(js|css)$/.test(name));
+  const kib = (names) => (names.reduce((sum, name) => sum + gzipSync(readFileSync(folder + name)).length, 0) / 1024).toFixed(0);
+  const scene = all.filter((name) => name.startsWith('world-'));
+  console.log(`bundle, gzip: all but 3D ${kib(all.filter((name) => !scene.includes(name)))} KiB in ${all.length - scene.length} files, 3D (when it is opened) ${kib(scene)} KiB`);
+}
+
+/** The monitors work: what is measured is a fire being fought. */
+async function water(url) {
+  const post = (path, body) =>
+    fetch(url + path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) });
+  await post('/api/sim/scenario', { id: 'tank-farm', automatic: true });
+  await new Promise((done) => setTimeout(done, 20_000));
+}
+
+async function opened(browser, slow = throttle) {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
+  await context.addInitScript(() => {
+    localStorage.setItem('lafet.guide', 'done');
+    localStorage.setItem('lafet.lang', 'en');
+    const seen = { shift: 0, long: 0 };
+    window.measured = seen;
+    new PerformanceObserver((list) => {
+      for (const entry of list.getEntries()) if (!entry.hadRecentInput) seen.shift += entry.value;
+    }).observe({ type: 'layout-shift', buffered: true });
+  });
+  const page = await context.newPage();
+  const cdp = await context.newCDPSession(page);
+  await cdp.send('Performance.enable', { timeDomain: 'threadTicks' });
+  await cdp.send('Emulation.setCPUThrottlingRate', { rate: slow });
+  return { context, page, cdp };
+}
+
+async function metrics(cdp) {
+  return Object.fromEntries((await cdp.send('Performance.getMetrics')).metrics.map(({ name, value }) => [name, value]));
+}
+
+async function pages(browser, url) {
+  console.log(`\n| page (processor ÷ ${throttle}) | first paint, ms | live after, ms | layout shift | main thread busy | frames/s |`);
+  console.log('|---|---|---|---|---|---|');
+  for (const route of PAGES) {
+    const { context, page, cdp } = await opened(browser);
+    await page.goto(`${url}/#/${route}`);
+    await page.waitForFunction(() => document.querySelector('lf-app')?.shadowRoot?.querySelector('main > :not(.boot)'), null, { polling: 20 });
+    const live = await page.evaluate(() => performance.now());
+    const paint = await page.evaluate(() => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? NaN);
+    const before = await metrics(cdp);
+    const frames = await page.evaluate(
+      (ms) =>
+        new Promise((resolve) => {
+          const begun = performance.now();
+          let count = 0;
+          const next = () => {
+            count += 1;
+            const passed = performance.now() - begun;
+            if (passed < ms) requestAnimationFrame(next);
+            else resolve((count / passed) * 1000);
+          };
+          requestAnimationFrame(next);
+        }),
+      LIVE_MS,
+    );
+    const after = await metrics(cdp);
+    const shift = await page.evaluate(() => window.measured.shift);
+    const busy = ((after.TaskDuration - before.TaskDuration) / (LIVE_MS / 1000)) * 100;
+    console.log(`| ${route} | ${paint.toFixed(0)} | ${live.toFixed(0)} | ${shift.toFixed(3)} | ${busy.toFixed(0)} % | ${frames.toFixed(0)} |`);
+    await context.close();
+  }
+}
+
+async function used(cdp) {
+  for (let n = 0; n < 3; n += 1) await cdp.send('HeapProfiler.collectGarbage');
+  const { usedSize } = await cdp.send('Runtime.getHeapUsage');
+  const { Nodes, JSEventListeners } = await metrics(cdp);
+  return { mib: usedSize / 2 ** 20, nodes: Nodes, listeners: JSEventListeners };
+}
+
+const shown = ({ mib, nodes, listeners }) => `${mib.toFixed(1)} MiB, ${nodes} nodes, ${listeners} listeners`;
+
+/** An hour of messages: those of some seconds again and again, as fast as they are taken, later each time. */
+async function hour(browser, url) {
+  const { context, page, cdp } = await opened(browser, 1);
+  let down = null;
+  let live = true;
+  const kept = [];
+  await page.routeWebSocket(/\/api\/ws/, (ws) => {
+    const hub = ws.connectToServer();
+    ws.onMessage((message) => live && hub.send(message));
+    hub.onMessage((message) => {
+      if (!live) return;
+      if (String(message).startsWith('{"type":"change"')) kept.push(JSON.parse(String(message)));
+      ws.send(message);
+    });
+    down = ws;
+  });
+  await page.goto(`${url}/#/m/M1/operate`);
+  await page.locator('lf-page-operate lf-value').first().waitFor();
+  kept.length = 0;
+  await page.waitForTimeout(LEARN_MS);
+  live = false;
+  const messages = kept.slice();
+  const first = messages[0].now_ms;
+  const span = messages.at(-1).now_ms - first + 50;
+  const begun = performance.now();
+  let warm = null;
+  let sent = 0;
+  for (let offset = span; offset < HOUR_MS; offset += span) {
+    for (const message of messages) {
+      down.send(JSON.stringify(message, (key, value) => (/^(now|at|since|resumes)_ms$/.test(key) && value ? value + offset : value)));
+      sent += 1;
+    }
+    await page.evaluate(() => new Promise(requestAnimationFrame));
+    if (!warm && offset > HOUR_MS / 4) warm = await used(cdp);
+  }
+  await page.waitForTimeout(1000);
+  const end = await used(cdp);
+  const took = ((performance.now() - begun) / 1000).toFixed(0);
+  console.log(`\noperate, an hour of messages (${sent}, in ${took} s): after 15 min ${shown(warm)}; after 60 min ${shown(end)}`);
+  await context.close();
+}
+
+/** Every page again and again. */
+async function rounds(browser, url) {
+  const { context, page, cdp } = await opened(browser, 1);
+  await page.goto(`${url}/#/overview`);
+  const seen = [];
+  for (let n = 0; n <= ROUNDS; n += 1) {
+    for (const route of PAGES) {
+      await page.evaluate((to) => (location.hash = `#/${to}`), route);
+      await page.waitForTimeout(700);
+    }
+    await page.evaluate(() => (location.hash = '#/overview'));
+    await page.waitForTimeout(1000);
+    seen.push(await used(cdp));
+  }
+  console.log(`every page, round after round: after 1 ${shown(seen[0])}; after ${ROUNDS + 1} ${shown(seen.at(-1))}`);
+  await context.close();
+}

@@ -1,0 +1,49 @@
+// The monitors as the plan shows them. Made anew for those alone of which something has changed: with a
+// hundred of them each change would be dear otherwise.
+import { store } from '../../hub/store';
+import type { Scene, Site } from '../../hub/types';
+import { sectorOf, type Sector } from '../../parts/geometry';
+import { planMonitor, type PlanMonitor } from '../../parts/lf-plan';
+import { outlet_mm } from './aim';
+import { quenchOf } from './state';
+
+export class OnPlan {
+  private readonly made = new Map<string, { of: unknown[]; monitor: PlanMonitor | null }>();
+
+  of(site: Site, ids: readonly string[]): PlanMonitor[] {
+    const scene = store.get('scene') ?? null;
+    return ids.flatMap((id) => {
+      const monitor = this.one(id, site, scene);
+      return monitor ? [monitor] : [];
+    });
+  }
+
+  /** What the programs scan that run, as far as the hub knows their numbers. */
+  running(site: Site, ids: readonly string[]): Record<string, Sector> {
+    return Object.fromEntries(
+      ids.flatMap((id) => {
+        const stand = site.monitors[id];
+        const quench = quenchOf(store.get(`monitors/${id}/program`)?.request);
+        return stand && quench ? [[id, sectorOf(stand, quench)]] : [];
+      }),
+    );
+  }
+
+  private one(id: string, site: Site, scene: Scene | null): PlanMonitor | null {
+    const topics = {
+      status: store.get(`monitors/${id}/status`),
+      limits: store.get(`monitors/${id}/limits`) as never,
+      hotbeds: store.get(`monitors/${id}/hotbeds`),
+      scene,
+      down: store.stale(id),
+      outlet_mm: outlet_mm(id),
+    };
+    const { at, heading, height } = site.monitors[id] ?? {};
+    const of = [...Object.values(topics), at?.[0], at?.[1], heading, height, site.tanks];
+    const known = this.made.get(id);
+    if (known && of.every((part, index) => part === known.of[index])) return known.monitor;
+    const monitor = planMonitor(id, site, topics);
+    this.made.set(id, { of, monitor });
+    return monitor;
+  }
+}

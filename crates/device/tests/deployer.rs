@@ -8,9 +8,7 @@ use lafet_device::{Composition, Device};
 use lafet_proto::flags::{ControlFlags, DeployerFlags as F, DriveFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
-use lafet_proto::request::{
-    Body, Path, Points, Quench, Sector, Seek, Trajectory, TrajectoryPoint,
-};
+use lafet_proto::request::{Body, Path, Points, Quench, Sector, Seek, Trajectory, TrajectoryPoint};
 use lafet_proto::{Request, Status, SubsystemId};
 
 const DEPLOYER: SubsystemId = SubsystemId::DEPLOYER;
@@ -402,7 +400,10 @@ fn programs_and_a_faulty_deployer() {
     let path = Path::Points(Points::Values(&points));
     let programs = [
         (SubsystemId::CONTROL, Body::StartQuench(Quench::Full { sector, distance: 0 })),
-        (SubsystemId::CONTROL, Body::StartTrajectory(Trajectory { ballistics: false, repeat: false, path })),
+        (
+            SubsystemId::CONTROL,
+            Body::StartTrajectory(Trajectory { ballistics: false, repeat: false, path }),
+        ),
         (SubsystemId::DETECTOR, Body::StartSeek(seek)),
     ];
     for rig in all() {

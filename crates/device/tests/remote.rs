@@ -349,8 +349,7 @@ fn one_write_at_a_time() {
 fn the_order_at_the_unit() {
     let mut rig = rig();
     let id = |param: Param| param.spec().id.0;
-    let under_way =
-        |rig: &Rig| rig.plant.outputs.units[Unit::Vertical as usize].map(|op| op.param);
+    let under_way = |rig: &Rig| rig.plant.outputs.units[Unit::Vertical as usize].map(|op| op.param);
     assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED));
     rig.step(10);
     assert_eq!(rig.get(Param::VerticalMinLimit), Err(Status::NOT_CACHED));

@@ -152,8 +152,7 @@ fn verdicts_at_their_bounds() {
 /// end tells that it is connected the wrong way round.
 #[test]
 fn a_speed_that_turns_round() {
-    for (last, flag) in
-        [(-26, DriveFlags::SPEED_WAY_FAULT), (-25, DriveFlags::SPEED_ENCODER_FAULT)]
+    for (last, flag) in [(-26, DriveFlags::SPEED_WAY_FAULT), (-25, DriveFlags::SPEED_ENCODER_FAULT)]
     {
         for way in [1_i16, -1] {
             let mut drive = Sensors::horizontal(way);

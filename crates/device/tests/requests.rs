@@ -165,6 +165,22 @@ fn a_refusal_does_not_deploy() {
     assert!(rig.speed(Axis::Deployer) > 0);
 }
 
+/// §1/5, §1/6, §3.17/1 Limits off for all drives at once: each does it and answers, in chain order.
+#[test]
+fn limits_off_for_all() {
+    let drives =
+        [DEPLOYER, SubsystemId::NOZZLE, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
+    for to in [SubsystemId::ALL, SubsystemId::MOTORS] {
+        let mut rig = Rig::deployed();
+        let answers = rig.ask(to, Body::SwitchLimits { new_state: 0 });
+        let brief: Vec<_> = answers.iter().map(|answer| (answer.from, answer.status)).collect();
+        assert_eq!(brief, drives.map(|drive| (drive, Status::OK)));
+        for axis in Axis::ALL {
+            assert!(rig.drive_flags(axis).contains(DriveFlags::LIMITLESS), "{axis:?}");
+        }
+    }
+}
+
 /// §3.1/3 Move pauses a program, Move Deployer would; Stop to a drive does not.
 #[test]
 fn move_pauses_a_program() {

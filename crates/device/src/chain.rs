@@ -148,7 +148,7 @@ impl Device {
         let Record { request, device: to, .. } = *record;
         // §3.3/1, §3.3/2: nobody forbids it, and a monitor is asked for it all the time.
         let state = request == RequestId::GET_STATUS && record.data.is_empty();
-        if state && self.has(to) && !answers.is_full() {
+        if state && self.has(to) {
             return self.tell_status(to, answers);
         }
         let by = Asked { request, to, source };

@@ -354,9 +354,7 @@ impl Device {
         let drive = by_axis(&mut self.drives, axis);
         match direction {
             Some((up, post)) if allowed => {
-                if drive.mover() != Some(Cause::Button(post)) || !drive.runs(up) {
-                    drive.run(up, Cause::Button(post));
-                }
+                drive.run(up, Cause::Button(post));
                 self.control.note_manual(now);
             }
             _ if matches!(drive.mover(), Some(Cause::Button(_))) => {

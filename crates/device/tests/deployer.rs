@@ -5,10 +5,10 @@ mod common;
 use common::{Plant, Rig};
 use lafet_device::image::{Axis, ValveOutput};
 use lafet_device::{Composition, Device};
-use lafet_proto::flags::{DeployerFlags as F, DriveFlags, ValveFlags};
+use lafet_proto::flags::{ControlFlags, DeployerFlags as F, DriveFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
-use lafet_proto::request::Body;
+use lafet_proto::request::{Body, Path, Points, Quench, Sector, Seek, Trajectory, TrajectoryPoint};
 use lafet_proto::{Request, Status, SubsystemId};
 
 const DEPLOYER: SubsystemId = SubsystemId::DEPLOYER;
@@ -388,4 +388,173 @@ fn open_and_wrap_in_one_frame() {
     assert_eq!(answers[0].status, Status::ACCEPTED);
     assert_eq!((answers[1].from, answers[1].status), (DEPLOYER, Status::DENIED));
     rig.run_while(10_000, |rig| rig.valve_output(0) != ValveOutput::Opening);
+}
+
+/// §3.14/5, §3.16/3 What would have to deploy first is refused by a Deployer that cannot; in working
+/// position its drive is not needed.
+#[test]
+fn programs_and_a_faulty_deployer() {
+    let sector = Sector { centre_h: 600, centre_v: 0, nozzle: 30, width: 0, height: 0, step: 0 };
+    let seek = Seek { start_h: -900, end_h: 900, start_v: 0, end_v: 600, analyse: 0 };
+    let points = [TrajectoryPoint { horizontal: 600, vertical: 0, distance: 0, dwell: 5 }];
+    let path = Path::Points(Points::Values(&points));
+    let programs = [
+        (SubsystemId::CONTROL, Body::StartQuench(Quench::Full { sector, distance: 0 })),
+        (
+            SubsystemId::CONTROL,
+            Body::StartTrajectory(Trajectory { ballistics: false, repeat: false, path }),
+        ),
+        (SubsystemId::DETECTOR, Body::StartSeek(seek)),
+    ];
+    for rig in all() {
+        for (to, body) in programs {
+            let mut rig = rig.clone();
+            rig.plant.inputs.drives[Axis::Deployer as usize].motor_open = true;
+            rig.run(20);
+            let deployed = position(&mut rig) == F::DEPLOYED;
+            let broken = (DEPLOYER, Status::MODULE_FAULT);
+            assert_eq!(rig.one(to, body), if deployed { (to, Status::ACCEPTED) } else { broken });
+            rig.run(500);
+            assert_eq!(rig.speed(Axis::Deployer), 0);
+            assert_eq!(rig.speed(Axis::Horizontal) != 0, deployed);
+        }
+    }
+}
+
+/// §3.3.8/1 The limits of this drive are its two positions: each shows just there, whatever its
+/// encoder says; while limits are off neither does.
+#[test]
+fn its_limits_are_its_positions() {
+    const LIMITS: F = F::MIN_LIMIT_REACHED.union(F::MAX_LIMIT_REACHED);
+    let shown = |rig: &mut Rig| rig.deployer() & LIMITS;
+    for mut rig in all() {
+        let limit = match position(&mut rig) {
+            F::WRAPPED => F::MIN_LIMIT_REACHED,
+            F::DEPLOYED => F::MAX_LIMIT_REACHED,
+            _ => F::empty(),
+        };
+        assert_eq!(shown(&mut rig), limit);
+        rig.plant.drive(Axis::Deployer).encoder_offset = 2700;
+        rig.run(20);
+        assert_eq!(shown(&mut rig), limit, "told by the switches");
+        if !limit.is_empty() {
+            rig.accepts(DEPLOYER, Body::SwitchLimits { new_state: 0 });
+            assert_eq!(shown(&mut rig), F::empty());
+            assert!(rig.deployer().contains(F::LIMITLESS));
+        }
+    }
+}
+
+/// §3.3.8 A drive that has to go slower under its load is no other state of deployment.
+#[test]
+fn a_heavy_deployment() {
+    let mut rig = wrapped();
+    rig.plant.drive(Axis::Deployer).current_da = 70;
+    rig.accepts(DEPLOYER, Body::Deploy);
+    rig.run(1000);
+    assert_eq!(rig.speed(Axis::Deployer), 75, "half its speed");
+    assert_eq!(rig.deployer(), F::DEPLOYING | F::MOVE);
+}
+
+/// §3.11/1 Where the barrel cannot be turned back to its rest, the wrapping ends before it folds; an
+/// overload the other way is nothing to it.
+#[test]
+fn a_barrel_that_cannot_rest() {
+    let overload = DriveFlags::AMPERAGE_OVERLOAD;
+    for (axis, aside) in [
+        (Axis::Horizontal, 3000_i16),
+        (Axis::Horizontal, -3000),
+        (Axis::Vertical, 1200),
+        (Axis::Vertical, -600),
+    ] {
+        // On its way back.
+        let mut rig = Rig::deployed();
+        rig.plant.place(axis, aside.into());
+        rig.run(20);
+        rig.plant.drive(axis).current_da = 100;
+        rig.accepts(DEPLOYER, Body::Wrap);
+        rig.run(100);
+        assert_eq!(rig.speed(axis).signum(), -aside.signum());
+        rig.run_until(1000, |rig| rig.drive_flags(axis).contains(overload));
+        rig.run_while(1000, |rig| rig.is_still() && position(rig) == F::DEPLOYED);
+        // On its way out.
+        let mut rig = Rig::deployed();
+        rig.plant.place(axis, aside.into());
+        rig.run(20);
+        rig.plant.drive(axis).current_da = 100;
+        rig.move_to(axis, 2 * aside);
+        rig.run_until(1000, |rig| rig.drive_flags(axis).contains(overload));
+        rig.plant.drive(axis).current_da = 20;
+        rig.accepts(DEPLOYER, Body::Wrap);
+        rig.run_while(500, |rig| position(rig) == F::WRAPPING);
+        assert_eq!(rig.speed(axis).signum(), -aside.signum());
+    }
+    // One that stands at its rest has no way to go.
+    let mut rig = Rig::deployed();
+    rig.plant.drive(Axis::Horizontal).jammed = true;
+    rig.plant.drive(Axis::Horizontal).current_da = 100;
+    rig.move_to(Axis::Horizontal, 900);
+    rig.run_until(1000, |rig| rig.drive_flags(Axis::Horizontal).contains(overload));
+    rig.accepts(DEPLOYER, Body::Wrap);
+    rig.run_until(20_000, |rig| position(rig) == F::WRAPPED);
+}
+
+/// §3.11/1 A minute beside its rest the barrel has arrived; two, and it is turned.
+#[test]
+fn how_near_the_rest_is() {
+    for aside in [-2, -1, 0, 1, 2_i64] {
+        for axis in [Axis::Horizontal, Axis::Vertical] {
+            let mut rig = Rig::deployed();
+            rig.plant.place(axis, aside);
+            rig.run(20);
+            rig.accepts(DEPLOYER, Body::Wrap);
+            let mut turned = false;
+            for _ in 0..50 {
+                rig.step(10);
+                turned |= rig.speed(axis) != 0;
+            }
+            rig.run_until(20_000, |rig| position(rig) == F::WRAPPED);
+            assert_eq!(turned, aside.abs() > 1, "{axis:?} {aside}");
+        }
+    }
+}
+
+/// §3.2/2 Stop Deployer while the barrel goes to its rest: it stops too, still deployed.
+#[test]
+fn stop_on_the_way_to_rest() {
+    let mut rig = Rig::deployed();
+    rig.plant.place(Axis::Horizontal, 3000);
+    rig.plant.place(Axis::Vertical, 1200);
+    rig.run(20);
+    rig.accepts(DEPLOYER, Body::Wrap);
+    rig.run(500);
+    assert!(rig.speed(Axis::Horizontal) < 0 && rig.speed(Axis::Vertical) < 0);
+    assert_eq!(rig.status(DEPLOYER, Body::Stop), Status::OK);
+    rig.step(10);
+    rig.run_while(1000, |rig| rig.is_still() && position(rig) == F::DEPLOYED);
+}
+
+/// §3.1/9 From the acceptance of Move on it stands in between.
+#[test]
+fn a_moved_deployer_is_in_between() {
+    let mut rig = Rig::deployed();
+    rig.accepts(DEPLOYER, Body::Move { destination: 5390 });
+    assert_eq!(position(&mut rig), F::empty());
+    let (by, status) = rig.one(SubsystemId::VERTICAL, Body::Move { destination: 60 });
+    assert_eq!((by, status), (DEPLOYER, Status::DENIED));
+}
+
+/// §3.14/5 A deployment that failed once is no reason to refuse a program when the working position
+/// has been reached in another way.
+#[test]
+fn a_program_after_a_failed_deployment() {
+    let mut rig = between();
+    rig.accepts(DEPLOYER, Body::Move { destination: 5400 });
+    rig.run_until(20_000, |rig| position(rig) == F::DEPLOYED);
+    let sector = Sector { centre_h: 600, centre_v: 0, nozzle: 30, width: 0, height: 0, step: 0 };
+    let quench = Body::StartQuench(Quench::Full { sector, distance: 0 });
+    rig.accepts(SubsystemId::CONTROL, quench);
+    rig.run_until(20_000, |rig| rig.drive(Axis::Horizontal).position == 600);
+    let flags = ControlFlags::from_bits_retain(rig.flags(SubsystemId::CONTROL));
+    assert!(flags.contains(ControlFlags::QUENCH), "{flags:?}");
 }

@@ -279,3 +279,161 @@ fn all_parameters_of_a_unit_come() {
         assert_eq!(rig.get(param), Ok(vec![param.spec().default]), "{param:?}");
     }
 }
+
+/// §3.4/2 What a unit has said counts for 5 s to the millisecond, whatever the steps are; then it is
+/// asked for anew.
+#[test]
+fn how_long_a_value_counts() {
+    for step_ms in [7, 10, 50] {
+        let mut rig = rig();
+        assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED));
+        while rig.get(Param::VerticalSpeed).is_err() {
+            rig.step(step_ms);
+        }
+        for _ in 0..5000 / step_ms {
+            rig.step(step_ms);
+            assert_eq!(rig.get(Param::VerticalSpeed), Ok(vec![12]), "{step_ms}");
+        }
+        rig.step(step_ms);
+        assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED), "{step_ms}");
+    }
+}
+
+/// §3.5/7 So does that a unit has taken a value: a client that comes later has it sent again.
+#[test]
+fn how_long_a_write_counts() {
+    let writes = |rig: &Rig| rig.plant.units[Unit::Vertical as usize].writes.len();
+    for step_ms in [7, 10, 50] {
+        for (late, status, sent) in [(false, Status::ACCEPTED, 1), (true, Status::CACHED, 2)] {
+            let mut rig = rig();
+            assert_eq!(rig.set(Param::VerticalSpeed, 9), Status::CACHED);
+            while writes(&rig) == 0 {
+                rig.step(step_ms);
+            }
+            // The step in which the unit's answer is taken.
+            for _ in 0..5000 / step_ms + u32::from(late) {
+                rig.step(step_ms);
+            }
+            assert_eq!(rig.set(Param::VerticalSpeed, 9), status, "{step_ms}");
+            rig.run(200);
+            assert_eq!(writes(&rig), sent, "{step_ms}");
+        }
+    }
+}
+
+/// §3.5/7 One value is written at a time: another one waits for its turn, and what the unit has taken
+/// is believed of just that parameter and value.
+#[test]
+fn one_write_at_a_time() {
+    let mut rig = rig();
+    assert_eq!(rig.set(Param::VerticalSpeed, 9), Status::CACHED);
+    assert_eq!(rig.set(Param::VerticalMaxLimit, 600), Status::CACHED);
+    rig.run(200);
+    let speed = Param::VerticalSpeed.spec().id.0;
+    assert_eq!(rig.plant.units[Unit::Vertical as usize].writes, [(speed, 9)]);
+    // The same parameter with another value, and another with the same, are sent.
+    assert_eq!(rig.set(Param::VerticalSpeed, 10), Status::CACHED);
+    rig.run(200);
+    assert_eq!(rig.set(Param::VerticalMaxCurrent, 10), Status::CACHED);
+    rig.run(200);
+    let current = Param::VerticalMaxCurrent.spec().id.0;
+    let sent = [(speed, 9), (speed, 10), (current, 10)];
+    assert_eq!(rig.plant.units[Unit::Vertical as usize].writes, sent);
+    assert_eq!(rig.set(Param::VerticalMaxCurrent, 10), Status::ACCEPTED);
+    // Told once: the next one is sent again.
+    assert_eq!(rig.set(Param::VerticalMaxCurrent, 10), Status::CACHED);
+}
+
+/// §3.5/7 A write goes first; then the parameter that has waited longest.
+#[test]
+fn the_order_at_the_unit() {
+    let mut rig = rig();
+    let id = |param: Param| param.spec().id.0;
+    let under_way = |rig: &Rig| rig.plant.outputs.units[Unit::Vertical as usize].map(|op| op.param);
+    assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED));
+    rig.step(10);
+    assert_eq!(rig.get(Param::VerticalMinLimit), Err(Status::NOT_CACHED));
+    rig.step(10);
+    assert_eq!(rig.get(Param::VerticalMaxLimit), Err(Status::NOT_CACHED));
+    assert_eq!(rig.set(Param::VerticalMaxCurrent, 70), Status::CACHED);
+    let mut order = vec![];
+    for _ in 0..100 {
+        rig.step(10);
+        if let Some(param) = under_way(&rig).filter(|param| order.last() != Some(param)) {
+            order.push(param);
+        }
+    }
+    let expected = [
+        Param::VerticalSpeed,
+        Param::VerticalMaxCurrent,
+        Param::VerticalMinLimit,
+        Param::VerticalMaxLimit,
+    ];
+    assert_eq!(order, expected.map(id));
+}
+
+/// §3.4/2 More parameters than there are places for: the oldest value makes room.
+#[test]
+fn the_oldest_value_makes_room() {
+    let mut rig = rig();
+    let mut params: Vec<Param> = Param::of(SubsystemId::NOZZLE).collect();
+    params.retain(|param| rig.get(*param) == Err(Status::NOT_CACHED));
+    assert_eq!(params.len(), 8);
+    rig.run(1000);
+    for param in &params {
+        assert_eq!(rig.get(*param), Ok(vec![param.spec().default]), "{param:?}");
+    }
+}
+
+/// §3.5/1 What is kept here is set without the unit, also when that is lost.
+#[test]
+fn local_parameters_need_no_unit() {
+    let mut rig = rig();
+    for unit in &mut rig.plant.units {
+        unit.offline = true;
+    }
+    rig.run(20);
+    for param in [Param::VerticalDriveType, Param::Valve1ValveType, Param::Valve2ValveType] {
+        assert_eq!(rig.set(param, 0), Status::ACCEPTED, "{param:?}");
+        assert_eq!(rig.get(param), Ok(vec![0]), "{param:?}");
+    }
+    assert_eq!(rig.set(Param::Valve1TravelTime, 9000), Status::CACHED);
+}
+
+/// §3.3.1/3, §3.3.5 A valve that is lost at its end is not judged by not leaving it: the time for it
+/// begins when it is back.
+#[test]
+fn a_lost_valve_is_not_judged() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::VALVE1, OPEN);
+    rig.run(5000);
+    rig.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
+    rig.plant.valves[0].jammed = true;
+    rig.run(200);
+    rig.plant.units[Unit::Valve1 as usize].offline = true;
+    rig.run(3000);
+    rig.plant.units[Unit::Valve1 as usize].offline = false;
+    rig.run_while(700, |rig| {
+        let flags = rig.valve(SubsystemId::VALVE1);
+        flags == ValveFlags::OPEN | ValveFlags::CLOSING
+    });
+    rig.run(200);
+    assert!(rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
+}
+
+/// §3.3.1/3, §3.3.4/2 A lost drive that still turns is not shown as moving; what is sensed of it is
+/// the last picture.
+#[test]
+fn the_last_picture_of_a_lost_drive() {
+    let mut rig = rig();
+    rig.move_to(Axis::Vertical, 3000);
+    rig.run(1000);
+    let at = rig.drive(Axis::Vertical).position;
+    rig.plant.units[Unit::Vertical as usize].offline = true;
+    rig.run(10);
+    rig.plant.place(Axis::Vertical, 900);
+    rig.run(50);
+    let status = rig.drive(Axis::Vertical);
+    assert!((at..at + 20).contains(&status.position), "{}", status.position);
+    assert_eq!((status.flags, status.current), (DriveFlags::CONN_LOST, 0));
+}

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Plant, Rig};
+use common::{Plant, Rig, STEP_MS};
 use lafet_device::image::ValveOutput;
 use lafet_device::{Composition, Device};
 use lafet_proto::flags::{GeneralFlags, ValveFlags as F};
@@ -269,4 +269,130 @@ fn power_up_without_parameters() {
     let _ = Device::provision(&mut rig.plant, &Composition::REMOTE, 1);
     rig.power_cycle_and_settle();
     rig.accepts(VALVE, OPEN);
+}
+
+/// §3.3.5 How long a valve may stay at its end: a fifteenth of TravelTime, 0.4 s at least.
+#[test]
+fn leaving_takes_a_part_of_the_travel() {
+    for (travel_ms, leaves_ms) in [(12_000, 800), (7500, 500), (6000, 400), (1000, 400)] {
+        let mut rig = rig();
+        rig.set(Param::Valve1TravelTime, travel_ms);
+        rig.plant.valves[0].jammed = true;
+        rig.accepts(VALVE, OPEN);
+        let ms = rig.run_until(2000, |rig| rig.valve(VALVE).contains(F::INTERNAL_FAULT));
+        assert_eq!(ms, leaves_ms + STEP_MS, "{travel_ms}");
+    }
+}
+
+/// §3.3.5 A blocked valve cannot leave its end, which is no fault of its own; the time for it begins
+/// when the block is off.
+#[test]
+fn a_blocked_valve_is_not_judged() {
+    let mut rig = open();
+    rig.plant.valves[0].jammed = true;
+    rig.plant.inputs.valves[0].blocked = true;
+    rig.run(20);
+    rig.accepts(VALVE, CLOSE);
+    rig.run_while(3000, |rig| rig.valve(VALVE) == F::BLOCKED | F::CLOSING | F::OPEN);
+    rig.plant.inputs.valves[0].blocked = false;
+    let ms = rig.run_until(2000, |rig| rig.valve(VALVE).contains(F::INTERNAL_FAULT));
+    assert_eq!(ms, 800 + STEP_MS);
+}
+
+/// §3.8/3, §3.9/2 A request that is repeated does not put off what the valve is judged by.
+#[test]
+fn repeated_requests_put_nothing_off() {
+    let found = |rig: &mut Rig, body, flag: F, within_ms: u32| {
+        (0..within_ms / 100).any(|_| {
+            let before = rig.valve(VALVE).contains(flag);
+            rig.ask(VALVE, body);
+            (0..10).fold(before, |found, _| {
+                rig.step(STEP_MS);
+                found | rig.valve(VALVE).contains(flag)
+            })
+        })
+    };
+    let mut rig = rig();
+    rig.plant.valves[0].jammed = true;
+    assert!(found(&mut rig, OPEN, F::INTERNAL_FAULT, 1000));
+    let mut rig = open();
+    rig.plant.valves[0].jammed = true;
+    assert!(found(&mut rig, CLOSE, F::INTERNAL_FAULT, 1000));
+    let mut rig = self::rig();
+    rig.plant.valves[0].current_da = 61;
+    assert!(found(&mut rig, OPEN, F::AMPERAGE_OVERLOAD, 500));
+}
+
+/// §3.3.5 Starting current: 0.3 s of it are no overload, whichever way it starts, and what it drew one
+/// way is not held against the other. MaxCurrent itself may be drawn as long as it takes.
+#[test]
+fn starting_current() {
+    let mut rig = rig();
+    rig.plant.valves[0].opening_ms = 2000;
+    rig.plant.valves[0].current_da = 61;
+    for body in [OPEN, CLOSE, OPEN, CLOSE] {
+        rig.accepts(VALVE, body);
+        rig.run(290);
+        assert!(!rig.valve(VALVE).contains(F::AMPERAGE_OVERLOAD));
+    }
+    for (current_da, flags) in [(60, F::OPENING), (61, F::AMPERAGE_OVERLOAD)] {
+        let mut rig = self::rig();
+        rig.plant.valves[0].opening_ms = 100;
+        rig.plant.valves[0].current_da = 61;
+        rig.accepts(VALVE, OPEN);
+        // In the first step it is fed, in the next the current shows: 30 of these are 0.3 s.
+        rig.run_while(310, |rig| rig.valve(VALVE) == F::OPENING);
+        rig.plant.valves[0].current_da = current_da;
+        rig.step(STEP_MS);
+        assert_eq!(rig.valve(VALVE), flags);
+    }
+}
+
+/// §3.9/2 An overloaded valve says ModuleFault to Close, and is driven all the same.
+#[test]
+fn closing_an_overloaded_valve() {
+    let mut rig = open();
+    rig.plant.valves[0].current_da = 61;
+    rig.accepts(VALVE, CLOSE);
+    rig.run_until(1000, |rig| rig.valve(VALVE).contains(F::AMPERAGE_OVERLOAD));
+    rig.plant.valves[0].current_da = 20;
+    assert_eq!(rig.status(VALVE, CLOSE), Status::MODULE_FAULT);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::CLOSED);
+}
+
+/// §3.3.5/1 A faulty "open" sensor: Open is refused, and Open never believed.
+#[test]
+fn faulty_open_sensor() {
+    let mut rig = open();
+    rig.plant.inputs.valves[0].open_sensor_fault = true;
+    rig.run(20);
+    assert_eq!(rig.valve(VALVE), F::OPEN_SENSOR_FAULT);
+    assert_eq!(rig.status(VALVE, OPEN), Status::MODULE_FAULT);
+    rig.accepts(VALVE, CLOSE);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::OPEN_SENSOR_FAULT | F::CLOSED);
+    rig.plant.inputs.valves[0].open_sensor_fault = false;
+    rig.run(20);
+    rig.accepts(VALVE, OPEN);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::OPEN);
+}
+
+/// §3.3.5 The time for closing is over: a dead "closed" sensor where it has left the other end,
+/// InternalFault where nobody can tell.
+#[test]
+fn closing_time_over() {
+    let mut rig = open();
+    rig.plant.valves[0].close_switch_dead = true;
+    rig.accepts(VALVE, CLOSE);
+    rig.run_while(17_900, |rig| rig.valve(VALVE).contains(F::CLOSING));
+    rig.run(200);
+    assert_eq!((rig.valve(VALVE), rig.valve_output(0)), (F::CLOSE_SENSOR_FAULT, ValveOutput::Off));
+    let mut rig = self::rig();
+    rig.plant.valves[0].open_switch_stuck = true;
+    rig.run(20);
+    rig.accepts(VALVE, CLOSE);
+    rig.run_while(17_900, |rig| rig.valve_output(0) == ValveOutput::Closing);
+    rig.run(200);
+    let both = F::OPEN_SENSOR_FAULT | F::CLOSE_SENSOR_FAULT;
+    assert_eq!(rig.valve(VALVE), both | F::INTERNAL_FAULT);
+    assert_eq!(rig.valve_output(0), ValveOutput::Off);
 }

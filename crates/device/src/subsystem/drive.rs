@@ -151,15 +151,6 @@ impl Drive {
         self.driven
     }
 
-    /// Whether it is on its way up/left (true) or down/right.
-    pub(crate) fn runs(&self, up: bool) -> bool {
-        match self.goal {
-            Goal::Hold => false,
-            Goal::Run(way) => way == up,
-            Goal::Position(target) => (target > self.position) == up,
-        }
-    }
-
     /// Connected as a remote unit.
     pub fn is_remote(&self) -> bool {
         self.kind == DriveKind::Remote
@@ -439,9 +430,6 @@ impl Drive {
         };
         if self.refuses(up) || self.is_at_end(up) {
             return self.stop(cause);
-        }
-        if self.goal == Goal::Hold {
-            self.watch = Watch::begin(&self.input);
         }
         self.timeout.stop();
         self.goal = goal;

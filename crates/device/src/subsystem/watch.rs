@@ -32,11 +32,6 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// Begins where the sensor stands.
-    pub fn begin(input: &DriveInput) -> Self {
-        Self { start: input.position, ..Self::default() }
-    }
-
     /// Judges after a while whether the drive did what it was told. `way_per_tenth` is the way, in
     /// tenths of a milli-unit of position, that a speed of one tenth makes in a millisecond.
     #[inline(never)]

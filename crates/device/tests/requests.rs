@@ -168,8 +168,7 @@ fn a_refusal_does_not_deploy() {
 /// §1/5, §1/6, §3.17/1 Limits off for all drives at once: each does it and answers, in chain order.
 #[test]
 fn limits_off_for_all() {
-    let drives =
-        [DEPLOYER, SubsystemId::NOZZLE, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
+    let drives = [DEPLOYER, SubsystemId::NOZZLE, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
     for to in [SubsystemId::ALL, SubsystemId::MOTORS] {
         let mut rig = Rig::deployed();
         let answers = rig.ask(to, Body::SwitchLimits { new_state: 0 });

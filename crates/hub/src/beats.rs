@@ -94,7 +94,8 @@ impl Beats {
     /// A beat has come that was long under way. It moves nothing; and whoever sent it has not let go
     /// meanwhile, so that the beats which follow it move nothing either.
     pub fn late(&mut self, now: Now) {
-        let goes_on = matches!(self.phase, Phase::Moving(_, at) if now.saturating_sub(at) < WATCHDOG);
+        let goes_on =
+            matches!(self.phase, Phase::Moving(_, at) if now.saturating_sub(at) < WATCHDOG);
         if !goes_on {
             self.phase = Phase::Blocked(now);
         }
@@ -170,7 +171,11 @@ mod tests {
         acts(&mut beats, &[0, 60]);
         beats.late(ms(1000));
         assert_eq!(acts(&mut beats, &[1010, 1070, 1130]), [Act::Ended; 3]);
-        assert_eq!(acts(&mut beats, &[1430, 1490]), [Act::Arm, Act::Start], "300 ms without a beat");
+        assert_eq!(
+            acts(&mut beats, &[1430, 1490]),
+            [Act::Arm, Act::Start],
+            "300 ms without a beat"
+        );
         beats.late(ms(1500));
         assert_eq!(acts(&mut beats, &[1550]), [Act::Renew], "one late beat of a good stream");
         let mut beats = Beats::default();

@@ -41,11 +41,7 @@ impl Port {
             taken += used;
             let (check, frame) = (self.decoder.check(), self.decoder.last());
             let Some(frame) = frame.filter(|_| found) else { continue };
-            let mut answer = [0; PAYLOAD_MAX];
-            let reply = respond(now_ms, self.source, check, device, &frame, &mut answer);
-            let Some(reply) = reply else { continue };
-            // §L/7 The answer goes the way the frame came.
-            if let Some(len) = link::encode_with(check, &reply, out) {
+            if let Some(len) = respond(now_ms, self.source, check, device, &frame, out) {
                 return (taken, len);
             }
         }
@@ -105,21 +101,20 @@ pub fn datagram(
 ) -> Option<usize> {
     let mut body = [0; BODY_MAX];
     let frame = link::decode_datagram(datagram, &mut body).ok()?;
-    let mut answer = [0; PAYLOAD_MAX];
     let check = link::check_of(datagram);
-    let reply = respond(now_ms, source, check, device, &frame, &mut answer)?;
-    link::encode_with(check, &reply, out)
+    respond(now_ms, source, check, device, &frame, out)
 }
 
-/// §L/5, §L/6, §1/10: every frame for this monitor gets one answer, others none.
-fn respond<'a>(
+/// §L/5, §L/6, §1/10: every frame for this monitor gets one answer, others none. §L/7 It goes the way
+/// the frame came.
+fn respond(
     now_ms: u32,
     source: Source,
     check: Check,
     device: &mut Device,
     frame: &Frame<'_>,
-    answer: &'a mut [u8; PAYLOAD_MAX],
-) -> Option<Frame<'a>> {
+    out: &mut [u8],
+) -> Option<usize> {
     let address = device.address();
     // §L/7 Noise that spoils the mark of a CRC-32C leaves a CRC-16 to judge by; who wants none of
     // that says so.
@@ -127,6 +122,8 @@ fn respond<'a>(
     if frame.dst != address || frame.src == address || weak {
         return None;
     }
-    let len = device.handle(now_ms, source, frame.payload, answer);
-    Some(Frame { dst: frame.src, src: address, payload: answer.get(..len)? })
+    link::compose(check, frame.src, address, out, |place| {
+        let room = place.len().min(PAYLOAD_MAX);
+        Some(device.handle(now_ms, source, frame.payload, place.get_mut(..room)?))
+    })
 }

@@ -22,6 +22,7 @@ struct Part {
 const PARTS: &[Part] = &[
     Part { name: "codec", needs: valgrind, print: codec },
     Part { name: "roundtrip", needs: modbus, print: roundtrip },
+    Part { name: "bus", needs: nothing, print: bus },
     Part { name: "sim", needs: nothing, print: sim },
     Part { name: "capture", needs: mavlink, print: capture },
     Part { name: "hub", needs: nothing, print: hub::bench },
@@ -85,6 +86,31 @@ fn roundtrip() -> Result<String, String> {
     let lafet = lafet()?;
     let folder = run::root().join("bench/trips");
     run::output(program("lafet-bench-trips", &[])?.arg("report").arg(lafet).arg(folder))
+}
+
+/// Rounds of polls on a simulated line: a test of the client prints them.
+fn bus() -> Result<String, String> {
+    const GOAL: f64 = 95.0;
+    let words = ["test", "--quiet", "--package", "lafet-client", "--test", "bus", "--"];
+    let mut test = run::cargo(&words);
+    let printed = run::output(test.args(["--nocapture", "--test-threads", "1", "thirty_two"]))?;
+    let mut table = String::from(
+        "| | a round | bytes sent in it | of the line's time, somebody sends |\n\
+         |---|---:|---:|---:|\n",
+    );
+    let mut goals = String::from("| goal | at least | measured | |\n|---|---:|---:|---|\n");
+    for row in printed.lines().filter(|line| line.starts_with("| ")) {
+        table += &format!("{row}\n");
+        let mut cells = row.trim_matches(['|', ' ']).split(" | ");
+        let (who, share) = (cells.next().unwrap_or_default(), cells.last());
+        let share = share.and_then(|cell| cell.trim_end_matches(" %").parse::<f64>().ok());
+        let share = share.ok_or_else(|| format!("no share in `{row}`"))?;
+        if who.starts_with("lafet") {
+            let word = if share >= GOAL { "met" } else { "**missed**" };
+            goals += &format!("| {who}: share of the line | {GOAL} % | {share} % | {word} |\n");
+        }
+    }
+    Ok(format!("== bus\n{table}\n== bus-goals\n{goals}"))
 }
 
 fn sim() -> Result<String, String> {

@@ -10,7 +10,7 @@ use lafet_device::port::Port;
 use lafet_device::subsystem::conn::Source;
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::*;
-use lafet_proto::link::{self, Decoder, Frame};
+use lafet_proto::link::{self, Check, Decoder, Frame};
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::{Body, Request};
 use lafet_proto::status::*;
@@ -147,12 +147,8 @@ fn drive_receive(state: &mut State) {
 
 #[inline(never)]
 fn drive_send(state: &mut State) {
-    let mut payload = [0; link::PAYLOAD_MAX];
-    let mut writer = Writer::new(&mut payload);
-    if drive_answer(&state.drive).encode(&mut writer).is_ok() {
-        let frame = Frame { dst: CONSOLE, src: MONITOR, payload: writer.written() };
-        state.len = link::encode(&frame, &mut state.out).unwrap_or(0);
-    }
+    let answer = drive_answer(&state.drive);
+    state.len = send(&mut state.out, &[answer]);
 }
 
 #[inline(never)]
@@ -165,15 +161,18 @@ fn whole_receive(state: &mut State) {
 
 #[inline(never)]
 fn whole_send(state: &mut State) {
-    let mut payload = [0; link::PAYLOAD_MAX];
-    let mut writer = Writer::new(&mut payload);
-    for answer in &whole_answers(&state.whole) {
-        if answer.encode(&mut writer).is_err() {
-            return;
-        }
-    }
-    let frame = Frame { dst: CONSOLE, src: MONITOR, payload: writer.written() };
-    state.len = link::encode(&frame, &mut state.out).unwrap_or(0);
+    let answers = whole_answers(&state.whole);
+    state.len = send(&mut state.out, &answers);
+}
+
+#[inline(always)]
+fn send(out: &mut [u8], answers: &[Answer<'_>]) -> usize {
+    let len = link::compose(Check::Crc16, CONSOLE, MONITOR, out, |place| {
+        let mut writer = Writer::new(place);
+        answers.iter().try_for_each(|answer| answer.encode(&mut writer)).ok()?;
+        Some(writer.len())
+    });
+    len.unwrap_or(0)
 }
 
 #[inline(always)]

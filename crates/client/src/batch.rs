@@ -80,6 +80,27 @@ impl Client {
         complete.run().await
     }
 
+    /// One request alone.
+    pub(crate) async fn run_one(
+        &self,
+        request: RequestBuf,
+        expires: Option<Instant>,
+    ) -> Result<Answers, Error> {
+        let mut first = None;
+        loop {
+            let ended = self.exchange(vec![request.clone()], first, expires).await;
+            let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
+                return Err(self.failure(&request, &ended));
+            };
+            first = first.or(ticket);
+            if let Some(Slot::Answered(answers)) = slots.into_iter().next()
+                && fits(&answers, &request, 0)
+            {
+                return well_formed(answers);
+            }
+        }
+    }
+
     pub(crate) async fn run(
         &self,
         requests: Vec<RequestBuf>,

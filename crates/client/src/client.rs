@@ -183,8 +183,7 @@ impl Client {
         request: &Request<'_>,
         expires: Option<Instant>,
     ) -> Result<Answers, Error> {
-        let results = self.run(vec![RequestBuf::new(request)?], expires).await;
-        results.into_iter().next().unwrap_or(Err(Error::Closed))
+        self.run_one(RequestBuf::new(request)?, expires).await
     }
 
     /// Asks whether somebody is there (observed: an empty frame is answered by an empty frame).

@@ -33,7 +33,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use lafet_proto::RequestId;
-use lafet_proto::link::{Check, Frame};
+use lafet_proto::link::{Check, compose, wire_max};
 
 use crate::answers::RequestBuf;
 use crate::url::{Addresses, Echo as EchoMode, Framing, Role};
@@ -450,21 +450,34 @@ impl Session {
     /// The bytes of the outstanding frame.
     fn frame(&mut self, form: Check) -> Vec<u8> {
         let Some(Outstanding { operation, tag, .. }) = &self.outstanding else { return vec![] };
-        let requests: Vec<u8> =
-            operation.requests.iter().flat_map(RequestBuf::bytes).copied().collect();
         let tag = tag.map(Tag::to_bytes);
         let tagged = tag.is_some();
         let tag = tag.as_ref().map_or(&[][..], |bytes| bytes);
+        let requests = operation.requests.iter().map(RequestBuf::bytes);
         let Addresses { monitor: dst, source: src } = self.config.addresses;
         let bytes = match self.config.framing {
             // Bare records have no frame around them: the tag behind them marks the end (ours).
-            Framing::Records => [&requests, tag].concat(),
+            Framing::Records => requests.chain([tag]).flatten().copied().collect(),
             Framing::Link => {
-                let payload = [tag, &requests].concat();
-                check::wire(form, &Frame { dst, src, payload: &payload })
+                let parts = std::iter::once(tag).chain(requests);
+                let mut wire = vec![0; wire_max(parts.clone().map(<[u8]>::len).sum())];
+                let len = compose(form, dst, src, &mut wire, |mut place| {
+                    let room = place.len();
+                    for part in parts {
+                        let (bytes, rest) = place.split_at_mut_checked(part.len())?;
+                        bytes.copy_from_slice(part);
+                        place = rest;
+                    }
+                    Some(room - place.len())
+                });
+                wire.truncate(len.unwrap_or(0));
+                wire
             }
         };
-        self.trace(Verdict::Sent, dst, src, tagged, &requests);
+        if self.traced.is_some() {
+            let requests: Vec<&[u8]> = operation.requests.iter().map(RequestBuf::bytes).collect();
+            self.trace(Verdict::Sent, dst, src, tagged, &requests.concat());
+        }
         bytes
     }
 

@@ -1,10 +1,9 @@
 //! The task of a client: moves bytes between a line and its link, and keeps the link open.
 
-use std::collections::HashMap;
 use std::fmt;
 use std::future::{Future, pending};
 use std::io;
-use std::pin::Pin;
+use std::pin::{Pin, pin};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -85,7 +84,7 @@ pub struct Task {
     error: Option<Arc<io::Error>>,
     shared: Arc<Shared>,
     meter: Option<Meter>,
-    waiting: HashMap<Ticket, oneshot::Sender<Reply>>,
+    waiting: Vec<(Ticket, oneshot::Sender<Reply>)>,
     start: Instant,
 }
 
@@ -109,7 +108,7 @@ impl Task {
             error: None,
             shared,
             meter: None,
-            waiting: HashMap::new(),
+            waiting: Vec::new(),
             start: Instant::now(),
         }
     }
@@ -119,39 +118,52 @@ impl Task {
         let mut buffer = [0; 2 * WIRE_MAX];
         let mut dialing: Option<Dialing> = None;
         let mut open = true;
+        let shared = self.shared.clone();
+        // Both are kept from turn to turn: to make them anew costs more than a request.
+        let mut woken = pin!(shared.wake.notified());
+        let mut alarm = pin!(sleep_until(self.start));
+        let mut now = self.now();
         loop {
             while let Ok(job) = jobs.try_recv() {
-                self.submit(job);
+                self.submit(now, job);
             }
             self.forget_cancelled();
             self.line.set_tracing(self.shared.trace.receiver_count() > 0);
-            self.transmit().await;
-            self.deliver();
+            self.transmit(now).await;
+            self.deliver(now);
             if !open && !self.line.is_urgent() {
                 return;
             }
             if self.link.is_none() && dialing.is_none() {
                 dialing = self.dial();
             }
-            let timeout = self.poll_timeout().map(|time| self.start + time);
+            let due = self.poll_timeout(now).map(|time| self.start + time);
+            // One that rings too early is only set again: mostly, a request is answered by then.
+            if let Some(due) = due
+                && (alarm.is_elapsed() || due < alarm.deadline())
+            {
+                alarm.as_mut().reset(due);
+            }
             let event = tokio::select! {
                 job = jobs.recv(), if open => Event::Job(job),
                 read = recv(&mut self.link, &mut buffer) => Event::Read(read),
                 link = dialed(&mut dialing) => Event::Dialed(link),
-                () = self.shared.wake.notified() => Event::Woken,
-                () = until(timeout) => Event::Time,
+                () = &mut woken => Event::Woken,
+                () = &mut alarm, if due.is_some() => Event::Time,
             };
+            now = self.now();
             match event {
-                Event::Job(Some(job)) => self.submit(job),
+                Event::Job(Some(job)) => self.submit(now, job),
                 Event::Job(None) => open = false,
-                Event::Read(Ok(len)) => self.received(&buffer[..len]),
+                Event::Read(Ok(len)) => self.received(now, &buffer[..len]),
                 Event::Read(Err(error)) => self.lost(error),
                 Event::Dialed(link) => {
                     dialing = None;
                     self.dialed(link);
                 }
-                Event::Woken => {}
-                Event::Time => self.timed_out(),
+                Event::Woken => woken.set(shared.wake.notified()),
+                Event::Time if due.is_some_and(|due| self.start + now < due) => {}
+                Event::Time => self.timed_out(now),
             }
         }
     }
@@ -160,12 +172,12 @@ impl Task {
         self.start.elapsed()
     }
 
-    fn poll_timeout(&self) -> Option<Now> {
+    fn poll_timeout(&self, now: Now) -> Option<Now> {
         let meter = self.meter.as_ref().map(Meter::poll_timeout);
-        self.line.poll_timeout(self.now()).into_iter().chain(meter).min()
+        self.line.poll_timeout(now).into_iter().chain(meter).min()
     }
 
-    fn submit(&mut self, job: Job) {
+    fn submit(&mut self, now: Now, job: Job) {
         self.shared.taken();
         // Nobody is sorry if nobody waits for the reply.
         if self.link.is_none() && self.redial.is_none() {
@@ -176,8 +188,8 @@ impl Task {
         }
         let expires = job.expires.map(|time| time.saturating_duration_since(self.start));
         let terms = Terms { first: job.first, expires };
-        match self.line.submit(self.now(), job.address, terms, job.requests) {
-            Ok(ticket) => _ = self.waiting.insert(ticket, job.reply),
+        match self.line.submit(now, job.address, terms, job.requests) {
+            Ok(ticket) => self.waiting.push((ticket, job.reply)),
             Err(full) => _ = job.reply.send(Err(full)),
         }
     }
@@ -185,7 +197,7 @@ impl Task {
     /// Whoever dropped its future wants no answer any more.
     fn forget_cancelled(&mut self) {
         let line = &mut self.line;
-        self.waiting.retain(|ticket, reply| {
+        self.waiting.retain(|(ticket, reply)| {
             if reply.is_closed() {
                 line.cancel(*ticket);
             }
@@ -193,23 +205,27 @@ impl Task {
         });
     }
 
-    async fn transmit(&mut self) {
-        let now = self.now();
+    async fn transmit(&mut self, now: Now) {
         let Some(bytes) = self.line.poll_transmit(now) else { return };
         let Some(link) = &mut self.link else { return };
+        let rest = &bytes[link.send_now(&bytes)..];
+        if rest.is_empty() {
+            return;
+        }
         // A peer that does not read must not hold up what is urgent for ever.
-        let sent = timeout(self.line.config().timeout, link.send(&bytes)).await;
+        let sent = timeout(self.line.config().timeout, link.send(rest)).await;
         if let Err(error) = sent.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into())) {
             self.lost(error);
         }
     }
 
-    fn deliver(&mut self) {
+    fn deliver(&mut self, now: Now) {
         while let Some((ticket, outcome)) = self.line.poll_outcome() {
             if let Outcome::Answered(_) = outcome {
                 self.pause = Duration::ZERO;
             }
-            if let Some(reply) = self.waiting.remove(&ticket) {
+            if let Some(index) = self.waiting.iter().position(|(other, _)| *other == ticket) {
+                let (_, reply) = self.waiting.swap_remove(index);
                 let (ticket, link) = (Some(ticket), self.error.clone());
                 _ = reply.send(Ok(Ended { outcome, ticket, link }));
             }
@@ -217,7 +233,7 @@ impl Task {
         while let Some(traced) = self.line.poll_traced() {
             _ = self.shared.trace.send(traced);
         }
-        self.report();
+        self.report(now);
         let mut stats = self.shared.stats.lock().unwrap_or_else(PoisonError::into_inner);
         stats.total = self.line.total();
         for (address, stats) in &mut stats.each {
@@ -226,20 +242,19 @@ impl Task {
     }
 
     /// The figures of each second, as long as somebody listens.
-    fn report(&mut self) {
+    fn report(&mut self, now: Now) {
         if self.shared.events.receiver_count() == 0 {
             self.meter = None;
             return;
         }
-        let (now, total) = (self.now(), self.line.total());
+        let total = self.line.total();
         let meter = self.meter.get_or_insert_with(|| Meter::new(now, total));
         if let Some(figures) = meter.poll(now, total) {
             _ = self.shared.events.send(LinkEvent::Statistics(Box::new(figures)));
         }
     }
 
-    fn received(&mut self, bytes: &[u8]) {
-        let now = self.now();
+    fn received(&mut self, now: Now, bytes: &[u8]) {
         if self.link.as_ref().is_some_and(Link::is_datagram) {
             self.line.handle_datagram(now, bytes);
         } else {
@@ -247,8 +262,8 @@ impl Task {
         }
     }
 
-    fn timed_out(&mut self) {
-        self.line.handle_timeout(self.now());
+    fn timed_out(&mut self, now: Now) {
+        self.line.handle_timeout(now);
         let can_be_half_open = self.link.as_ref().is_some_and(Link::can_be_half_open);
         if can_be_half_open && self.line.silent_tries() >= SILENT_TRIES_MAX {
             // The silence was pause enough.
@@ -303,13 +318,6 @@ async fn recv(link: &mut Option<Link>, buffer: &mut [u8]) -> io::Result<usize> {
 async fn dialed(dialing: &mut Option<Dialing>) -> io::Result<Link> {
     match dialing {
         Some(dialing) => dialing.await,
-        None => pending().await,
-    }
-}
-
-async fn until(time: Option<Instant>) {
-    match time {
-        Some(time) => sleep_until(time).await,
         None => pending().await,
     }
 }

@@ -22,6 +22,11 @@ struct Addressees {
 
 const AIMING: [SubsystemId; 3] =
     [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE];
+const DRIVES: [SubsystemId; 4] = {
+    let [horizontal, vertical, nozzle] = AIMING;
+    [horizontal, vertical, nozzle, SubsystemId::DEPLOYER]
+};
+const DRIVE_SET: ChainSet = only(&DRIVES).subsystems;
 const VALVES: [SubsystemId; 2] = [SubsystemId::VALVE1, SubsystemId::VALVE2];
 
 const fn only(ids: &[SubsystemId]) -> Addressees {
@@ -48,10 +53,6 @@ impl Addressees {
 
 /// `None` for a request that the document does not know.
 const fn addressees(request: RequestId) -> Option<Addressees> {
-    const DRIVES: [SubsystemId; 4] = {
-        let [horizontal, vertical, nozzle] = AIMING;
-        [horizontal, vertical, nozzle, SubsystemId::DEPLOYER]
-    };
     const STOPPABLE: [SubsystemId; 8] = [
         SubsystemId::HORIZONTAL,
         SubsystemId::VERTICAL,
@@ -226,19 +227,18 @@ impl Device {
         let Record { request, device: to, data, .. } = *record;
         let motors = to == SubsystemId::MOTORS;
         let whole = matches!(request, RequestId::RESTART | RequestId::LOCKOUT);
-        let provided = if motors { who.motors } else { who.all };
-        let handlers = SubsystemId::CHAIN.iter().copied().filter(|id| {
-            provided
-                && self.has(*id)
-                && (whole || who.subsystems.contains(*id))
-                && (!motors || id.is_drive())
-        });
-        let handlers = handlers.fold(ChainSet::exactly(0), ChainSet::with);
+        let handlers = match motors {
+            true if !who.motors => ChainSet::exactly(0),
+            false if !who.all => ChainSet::exactly(0),
+            _ if whole => self.chain,
+            true => self.chain.and(who.subsystems).and(DRIVE_SET),
+            false => self.chain.and(who.subsystems),
+        };
         if handlers == ChainSet::exactly(0) {
             return answers.bare(SubsystemId::GENERAL, request, Status::WRONG_REQUEST);
         }
         // §1/1
-        let in_chain = SubsystemId::CHAIN.iter().copied().filter(|id| handlers.contains(*id));
+        let in_chain = handlers.in_chain();
         match Body::decode(request, data).map_err(|error| refusal_of_data(error.expected)) {
             Err(status) => in_chain.for_each(|id| answers.bare(id, request, status)),
             Ok(body) => match self.execute_as_a_whole(now, &body, motors, by) {

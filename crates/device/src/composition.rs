@@ -22,6 +22,18 @@ impl ChainSet {
         Self(bits & Self::ALL.0)
     }
 
+    /// What is in both.
+    pub(crate) const fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// Its subsystems in the order of the chain.
+    pub(crate) fn in_chain(self) -> impl Iterator<Item = SubsystemId> {
+        let places = (0..SubsystemId::CHAIN.len()).rev();
+        let chain = SubsystemId::CHAIN.into_iter().zip(places);
+        chain.filter(move |(_, place)| self.0 >> place & 1 != 0).map(|(id, _)| id)
+    }
+
     /// This set with one more.
     pub(crate) const fn with(self, id: SubsystemId) -> Self {
         match table_index(id) {

@@ -42,11 +42,7 @@ impl Port {
             taken += used;
             let (check, frame) = (self.decoder.check(), self.decoder.last());
             let Some(frame) = frame.filter(|_| found) else { continue };
-            let mut answer = [0; PAYLOAD_MAX];
-            let reply = respond(now_ms, self.source, check, device, &frame, &mut answer);
-            let Some(reply) = reply else { continue };
-            // §L/7 The answer goes the way the frame came.
-            if let Some(len) = link::encode_with(check, &reply, out) {
+            if let Some(len) = respond(now_ms, self.source, check, device, &frame, out) {
                 return (taken, len);
             }
         }
@@ -66,12 +62,16 @@ impl Port {
             if self.decoder.push(*byte).is_none() {
                 continue;
             }
-            let (check, mut answer) = (self.decoder.check(), [0; PAYLOAD_MAX]);
-            let Some(frame) = self.decoder.last() else { continue };
-            let reply = respond(now_ms, self.source, check, device, &frame, &mut answer);
-            if let Some(reply) = reply {
-                link::send(check, &reply, put);
-            }
+            let (source, check) = (self.source, self.decoder.check());
+            let frame = self.decoder.last();
+            let Some(frame) = frame.filter(|it| is_answered(source, check, device, it)) else {
+                continue;
+            };
+            let (address, mut answer) = (device.address(), [0; PAYLOAD_MAX]);
+            let len = device.handle(now_ms, source, frame.payload, &mut answer);
+            let payload = answer.get(..len).unwrap_or_default();
+            let reply = Frame { dst: frame.src, src: address, payload };
+            link::send(check, &reply, put);
         }
     }
 }
@@ -128,28 +128,34 @@ pub fn datagram(
 ) -> Option<usize> {
     let mut body = [0; BODY_MAX];
     let frame = link::decode_datagram(datagram, &mut body).ok()?;
-    let mut answer = [0; PAYLOAD_MAX];
     let check = link::check_of(datagram);
-    let reply = respond(now_ms, source, check, device, &frame, &mut answer)?;
-    link::encode_with(check, &reply, out)
+    respond(now_ms, source, check, device, &frame, out)
 }
 
-/// §L/5, §L/6, §1/10: every frame for this monitor gets one answer, others none.
-fn respond<'a>(
+/// §L/7 The answer goes the way the frame came.
+fn respond(
     now_ms: u32,
     source: Source,
     check: Check,
     device: &mut Device,
     frame: &Frame<'_>,
-    answer: &'a mut [u8; PAYLOAD_MAX],
-) -> Option<Frame<'a>> {
+    out: &mut [u8],
+) -> Option<usize> {
+    if !is_answered(source, check, device, frame) {
+        return None;
+    }
+    // A new address holds for the answers after this one.
     let address = device.address();
+    link::compose(check, frame.src, address, out, |place| {
+        let room = place.len().min(PAYLOAD_MAX);
+        Some(device.handle(now_ms, source, frame.payload, place.get_mut(..room)?))
+    })
+}
+
+/// §L/5, §L/6, §1/10: every frame for this monitor gets one answer, others none.
+fn is_answered(source: Source, check: Check, device: &Device, frame: &Frame<'_>) -> bool {
     // §L/7 Noise that spoils the mark of a CRC-32C leaves a CRC-16 to judge by; who wants none of
     // that says so.
     let weak = check == Check::Crc16 && device.wants_crc32c(source);
-    if frame.dst != address || frame.src == address || weak {
-        return None;
-    }
-    let len = device.handle(now_ms, source, frame.payload, answer);
-    Some(Frame { dst: frame.src, src: address, payload: answer.get(..len)? })
+    frame.dst == device.address() && frame.src != frame.dst && !weak
 }

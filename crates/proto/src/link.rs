@@ -24,8 +24,13 @@ const END: u8 = 0xC0;
 const ESCAPE: u8 = 0xDB;
 const ESCAPED_END: u8 = 0xDC;
 const ESCAPED_ESCAPE: u8 = 0xDD;
+/// Bytes that are looked at together.
+const WORD: usize = size_of::<usize>();
 /// After DB at the beginning of a frame: a CRC-32C ends it.
 const MARK_CRC32C: u8 = 0xDE;
+/// The CRC-16 and the CRC-32C of bytes that end with their own.
+const RESIDUE_CRC16: u16 = 0;
+const RESIDUE_CRC32C: u32 = 0x4867_4BC7;
 
 /// What tells a frame from noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -46,6 +51,23 @@ impl Check {
         }
     }
 
+    /// Whether the end of these bytes is the check of what stands before: what both together give is
+    /// always the same.
+    fn holds(self, body: &[u8]) -> bool {
+        match self {
+            Self::Crc16 => crc16(body) == RESIDUE_CRC16,
+            Self::Crc32c => crc32c(body) == RESIDUE_CRC32C,
+        }
+    }
+
+    /// Bytes on the wire before dst.
+    const fn start(self) -> usize {
+        match self {
+            Self::Crc16 => 2,
+            Self::Crc32c => 4,
+        }
+    }
+
     /// dst, src and the check: the shortest frame.
     const fn overhead(self) -> usize {
         2 + self.size()
@@ -55,6 +77,12 @@ impl Check {
 /// §L/2 CRC-16/MODBUS: reflected 0x8005, start 0xFFFF.
 pub fn crc16(bytes: &[u8]) -> u16 {
     let mut crc = Crc16::new();
+    crc.update(bytes);
+    crc.finish()
+}
+
+fn crc32c(bytes: &[u8]) -> u32 {
+    let mut crc = Crc32c::new();
     crc.update(bytes);
     crc.finish()
 }
@@ -85,37 +113,33 @@ impl Frame<'_> {
 /// §L/1 Writes a frame as it goes on the wire and returns its length; `None` if `out` is too short
 /// ([`wire_max`] always suffices).
 pub fn encode(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
-    let mut crc = Crc16::new();
-    let addresses = [frame.dst, frame.src];
-    crc.update(&addresses);
-    crc.update(frame.payload);
-    let crc = crc.finish().to_le_bytes();
-    let mut wire = Wire { out, len: 0 };
-    wire.put(SYNC)?;
-    wire.put(END)?;
-    wire.put_body([&addresses, frame.payload, &crc])
+    encode_with(Check::Crc16, frame, out)
 }
 
 /// Writes a frame with this check.
 pub fn encode_with(check: Check, frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
-    match check {
-        Check::Crc16 => encode(frame, out),
-        Check::Crc32c => encode_crc32c(frame, out),
-    }
+    compose(check, frame.dst, frame.src, out, |place| {
+        place.get_mut(..frame.payload.len())?.copy_from_slice(frame.payload);
+        Some(frame.payload.len())
+    })
 }
 
-/// §L/7
-fn encode_crc32c(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
-    let mut crc = Crc32c::new();
-    let addresses = [frame.dst, frame.src];
-    crc.update(&addresses);
-    crc.update(frame.payload);
-    let crc = crc.finish().to_le_bytes();
-    let mut wire = Wire { out, len: 0 };
-    for byte in [SYNC, END, ESCAPE, MARK_CRC32C] {
-        wire.put(byte)?;
-    }
-    wire.put_body([&addresses, frame.payload, &crc])
+/// Writes a frame whose payload `fill` puts where it will stand: it gets the place, as long as there
+/// is room, and returns how much of it the payload is. No second buffer is needed.
+#[inline]
+pub fn compose(
+    check: Check,
+    dst: u8,
+    src: u8,
+    out: &mut [u8],
+    fill: impl FnOnce(&mut [u8]) -> Option<usize>,
+) -> Option<usize> {
+    let start = check.start();
+    let last = out.len().checked_sub(check.size() + 1)?;
+    let [first, second, place @ ..] = out.get_mut(start..last)? else { return None };
+    [*first, *second] = [dst, src];
+    let size = fill(place)?;
+    seal(check, start + 2 + size, out)
 }
 
 /// §L/1, §L/7 Hands over a frame with this check byte by byte, as it goes on the wire: a chip sends it
@@ -150,54 +174,102 @@ pub fn send(check: Check, frame: &Frame<'_>, put: &mut dyn FnMut(u8)) {
     put(END);
 }
 
-struct Wire<'a> {
-    out: &'a mut [u8],
-    len: usize,
-}
-
-impl Wire<'_> {
-    #[inline]
-    fn put(&mut self, byte: u8) -> Option<()> {
-        *self.out.get_mut(self.len)? = byte;
-        self.len += 1;
-        Some(())
-    }
-
-    fn put_body(mut self, parts: [&[u8]; 3]) -> Option<usize> {
-        for mut rest in parts {
-            loop {
-                let plain = copy_plain(rest, self.out.get_mut(self.len..)?);
-                self.len += plain;
-                let Some((byte, after)) = rest.get(plain..)?.split_first() else { break };
-                self.put(ESCAPE)?;
-                self.put(match *byte {
-                    END => ESCAPED_END,
-                    ESCAPE => ESCAPED_ESCAPE,
-                    // It stopped for want of room.
-                    _ => return None,
-                })?;
-                rest = after;
-            }
+/// Makes a frame of what stands before `end`: addresses and payload.
+fn seal(check: Check, mut end: usize, out: &mut [u8]) -> Option<usize> {
+    let start = check.start();
+    let body = out.get(start..end)?;
+    match check {
+        Check::Crc16 => {
+            let crc = crc16(body).to_le_bytes();
+            *out.first_chunk_mut()? = [SYNC, END];
+            *out.get_mut(end..)?.first_chunk_mut()? = crc;
         }
-        self.put(END)?;
-        Some(self.len)
+        // §L/7
+        Check::Crc32c => {
+            let crc = crc32c(body).to_le_bytes();
+            *out.first_chunk_mut()? = [SYNC, END, ESCAPE, MARK_CRC32C];
+            *out.get_mut(end..)?.first_chunk_mut()? = crc;
+        }
+    }
+    end += check.size();
+    let plain = plain(out.get(start..end)?);
+    if start + plain < end {
+        end = escape(start + plain, end, out)?;
+    }
+    *out.get_mut(end)? = END;
+    Some(end + 1)
+}
+
+/// Escapes the bytes from `start` to `end`, which makes room for itself behind them: returns where they
+/// end then.
+fn escape(start: usize, end: usize, out: &mut [u8]) -> Option<usize> {
+    let (mut escaped, mut at) = (end, start);
+    while at < end {
+        at += plain(out.get(at..end)?);
+        escaped += usize::from(at < end);
+        at += 1;
+    }
+    let (mut from, mut to) = (end, escaped);
+    // From the back: before the first of them nothing moves.
+    while from < to {
+        let before = out.get(start..from)?;
+        if let Some(word) = before.last_chunk().copied() {
+            from -= WORD;
+            if first_special(&word).is_none() {
+                to -= WORD;
+                *out.get_mut(to..)?.first_chunk_mut()? = word;
+            } else {
+                to = word.iter().rev().try_fold(to, |to, byte| put_before(to, *byte, out))?;
+            }
+        } else {
+            let byte = *before.last()?;
+            from -= 1;
+            to = put_before(to, byte, out)?;
+        }
+    }
+    Some(escaped)
+}
+
+/// Writes what stands for a byte, up to `end`: returns where it begins.
+#[inline]
+fn put_before(end: usize, byte: u8, out: &mut [u8]) -> Option<usize> {
+    let code = match byte {
+        END => ESCAPED_END,
+        ESCAPE => ESCAPED_ESCAPE,
+        plain => {
+            *out.get_mut(..end)?.last_mut()? = plain;
+            return Some(end - 1);
+        }
+    };
+    *out.get_mut(..end)?.last_chunk_mut()? = [ESCAPE, code];
+    Some(end - 2)
+}
+
+/// How many bytes there are before one that stands for itself nowhere in a frame.
+fn plain(bytes: &[u8]) -> usize {
+    let words = bytes.as_chunks().0;
+    if let Some((index, place)) =
+        words.iter().enumerate().find_map(|(index, word)| Some((index, first_special(word)?)))
+    {
+        return index * WORD + place;
+    }
+    match bytes.last_chunk().map(first_special) {
+        // Its first bytes have been looked at.
+        Some(place) => bytes.len() - WORD + place.unwrap_or(WORD),
+        None => bytes.iter().position(|b| matches!(*b, END | ESCAPE)).unwrap_or(bytes.len()),
     }
 }
 
-/// Copies bytes up to one that stands for itself nowhere in a frame, and says how many.
+/// Copies bytes up to one that stands for itself nowhere in a frame, and says how many. Behind them, the
+/// place is spoiled.
 #[inline]
 fn copy_plain(from: &[u8], to: &mut [u8]) -> usize {
-    const WORD: usize = size_of::<usize>();
     let mut done = 0;
-    // On a chip a word is too short to be worth its code.
-    if WORD > 4 {
-        for (bytes, place) in from.as_chunks::<WORD>().0.iter().zip(to.as_chunks_mut::<WORD>().0) {
-            let word = usize::from_le_bytes(*bytes);
-            if has(word, END) || has(word, ESCAPE) {
-                break;
-            }
-            *place = *bytes;
-            done += WORD;
+    for (word, place) in from.as_chunks().0.iter().zip(to.as_chunks_mut().0) {
+        *place = *word;
+        match first_special(word) {
+            Some(plain) => return done + plain,
+            None => done += WORD,
         }
     }
     let rest = from.get(done..).unwrap_or_default();
@@ -211,12 +283,15 @@ fn copy_plain(from: &[u8], to: &mut [u8]) -> usize {
     done
 }
 
-/// Whether a byte is one of those in a word: the lowest that is becomes zero, and borrows.
+/// Where in a word the first byte is that stands for itself nowhere in a frame.
 #[inline]
-const fn has(word: usize, byte: u8) -> bool {
+const fn first_special(bytes: &[u8; WORD]) -> Option<usize> {
     const ONES: usize = usize::MAX / 0xFF;
-    let zeroed = word ^ (ONES * byte as usize);
-    zeroed.wrapping_sub(ONES) & !zeroed & (ONES << 7) != 0
+    let word = usize::from_le_bytes(*bytes);
+    let (end, escape) = (word ^ (ONES * END as usize), word ^ (ONES * ESCAPE as usize));
+    // It becomes zero, and borrows. Both have their highest bit set, and so must it.
+    let found = (end.wrapping_sub(ONES) | escape.wrapping_sub(ONES)) & word & (ONES << 7);
+    if found == 0 { None } else { Some(found.trailing_zeros() as usize / 8) }
 }
 
 /// What a decoder has seen on its medium since it was made.
@@ -299,6 +374,12 @@ impl<const N: usize> Decoder<N> {
     /// Takes a byte; returns the frame that it completes.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_>> {
+        if self.take(byte) { self.last() } else { None }
+    }
+
+    /// Takes a byte; whether it completes a frame.
+    #[inline]
+    fn take(&mut self, byte: u8) -> bool {
         if self.state != State::Idle && byte != END {
             self.wire_len += 1;
         }
@@ -320,7 +401,7 @@ impl<const N: usize> Decoder<N> {
                 self.drop_frame();
             }
         }
-        None
+        false
     }
 
     /// §L/3 Takes bytes until one completes a frame; returns that frame and how many were taken.
@@ -328,16 +409,16 @@ impl<const N: usize> Decoder<N> {
     /// Call it again with the rest until it returns no frame: then all were taken.
     pub fn push_slice(&mut self, bytes: &[u8]) -> (usize, Option<Frame<'_>>) {
         let mut taken = 0;
-        while let Some((byte, _)) = bytes.get(taken..).and_then(<[u8]>::split_first) {
+        while let Some(rest @ [byte, ..]) = bytes.get(taken..) {
             if self.state == State::Inside {
-                let run = self.store_run(bytes.get(taken..).unwrap_or_default());
+                let run = self.store_run(rest);
                 taken += run;
                 if run > 0 {
                     continue;
                 }
             }
             taken += 1;
-            if self.push(*byte).is_some() {
+            if self.take(*byte) {
                 return (taken, self.last());
             }
         }
@@ -395,21 +476,22 @@ impl<const N: usize> Decoder<N> {
 
     /// §L/4 C0 inside a frame ends it. When what was collected is no frame, the C0 may be the start of
     /// the next, whose predecessor lost its end: collecting begins anew.
-    fn end(&mut self) -> Option<Frame<'_>> {
+    fn end(&mut self) -> bool {
+        let body = self.body.get(..self.len).unwrap_or_default();
         if self.state == State::Escaped {
             self.counters.escape_errors += 1;
         } else if self.len < self.check.overhead() {
             self.counters.resyncs += u64::from(self.len > 0);
-        } else if verify(self.check, self.body.get(..self.len)?).is_err() {
+        } else if !self.check.holds(body) {
             self.counters.crc_errors += 1;
         } else {
             self.counters.frames += 1;
             self.state = State::Idle;
-            return self.last();
+            return true;
         }
         self.drop_frame();
         self.start();
-        None
+        false
     }
 
     /// The frame that was completed last, until more bytes come.
@@ -437,9 +519,7 @@ fn verify(check: Check, body: &[u8]) -> Result<Frame<'_>, DecodeError> {
             (u32::from(crc) == got, Expected::Crc(crc))
         }
         Check::Crc32c => {
-            let mut crc = Crc32c::new();
-            crc.update(covered);
-            let crc = crc.finish();
+            let crc = crc32c(covered);
             (crc == got, Expected::Crc32c(crc))
         }
     };

@@ -104,18 +104,20 @@ impl core::error::Error for NoRoom {}
 pub struct Writer<'a> {
     buffer: &'a mut [u8],
     len: usize,
-    reserved: usize,
+    /// Where the bytes that are kept free begin.
+    limit: usize,
 }
 
 impl<'a> Writer<'a> {
     /// Writes from the start of `buffer`.
     pub const fn new(buffer: &'a mut [u8]) -> Self {
-        Self { buffer, len: 0, reserved: 0 }
+        let limit = buffer.len();
+        Self { buffer, len: 0, limit }
     }
 
     /// Keeps this many bytes at the end free from now on; 0 gives them back.
     pub const fn reserve(&mut self, bytes: usize) {
-        self.reserved = bytes;
+        self.limit = self.buffer.len().saturating_sub(bytes);
     }
 
     /// Bytes written so far.
@@ -130,7 +132,7 @@ impl<'a> Writer<'a> {
 
     /// Bytes still free, without those reserved.
     pub const fn room(&self) -> usize {
-        self.buffer.len().saturating_sub(self.len + self.reserved)
+        self.limit.saturating_sub(self.len)
     }
 
     /// What has been written.
@@ -154,15 +156,12 @@ impl<'a> Writer<'a> {
         data: &[u8],
     ) -> Result<(), NoRoom> {
         let size = u8::try_from(data.len()).map_err(|_| NoRoom)?;
-        let end = HEADER_SIZE + data.len();
-        if self.room() < end {
-            return Err(NoRoom);
-        }
-        let free = self.buffer.get_mut(self.len..).ok_or(NoRoom)?;
-        let (header, place) = free.split_first_chunk_mut::<HEADER_SIZE>().ok_or(NoRoom)?;
-        place.get_mut(..data.len()).ok_or(NoRoom)?.copy_from_slice(data);
+        let free = self.buffer.get_mut(self.len..self.limit).ok_or(NoRoom)?;
+        let place = free.get_mut(..HEADER_SIZE + data.len()).ok_or(NoRoom)?;
+        let (header, place) = place.split_first_chunk_mut::<HEADER_SIZE>().ok_or(NoRoom)?;
         *header = [request.0, device.0, status.0, size];
-        self.len += end;
+        place.copy_from_slice(data);
+        self.len += HEADER_SIZE + data.len();
         Ok(())
     }
 
@@ -175,8 +174,7 @@ impl<'a> Writer<'a> {
         status: Status,
         fill: impl FnOnce(&mut Data<'_>) -> Result<(), NoRoom>,
     ) -> Result<(), NoRoom> {
-        let end = self.len + self.room();
-        let free = self.buffer.get_mut(self.len..end).ok_or(NoRoom)?;
+        let free = self.buffer.get_mut(self.len..self.limit).ok_or(NoRoom)?;
         let (header, data) = free.split_first_chunk_mut::<HEADER_SIZE>().ok_or(NoRoom)?;
         let limit = data.len().min(DATA_MAX);
         let mut data = Data { buffer: data.get_mut(..limit).ok_or(NoRoom)?, len: 0 };

@@ -102,6 +102,8 @@ where
             }
         }
         // A peer that sends without pause must not keep the others waiting.
-        tokio::task::yield_now().await;
+        if count == CHUNK {
+            tokio::task::yield_now().await;
+        }
     }
 }

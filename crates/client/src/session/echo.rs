@@ -5,6 +5,7 @@
 //! may be an answer on a line that has no echo after all, or the ruins of two that spoke at once,
 //! which no CRC lets through.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 use crate::url::Echo;
@@ -72,11 +73,14 @@ impl EchoFilter {
     }
 
     /// What of these bytes is no echo.
-    pub fn received(&mut self, bytes: &[u8]) -> Vec<u8> {
+    pub fn received<'b>(&mut self, bytes: &'b [u8]) -> Cow<'b, [u8]> {
+        if self.pending.is_empty() {
+            return Cow::Borrowed(bytes);
+        }
         let mut rest = bytes.iter();
         let mut others = Vec::new();
         while let Some(expected) = self.pending.front() {
-            let Some(byte) = rest.next() else { return others };
+            let Some(byte) = rest.next() else { return others.into() };
             if byte == expected {
                 self.same.extend(self.pending.pop_front());
                 if self.frames.front().is_some_and(|len| *len == self.same.len()) {
@@ -96,7 +100,7 @@ impl EchoFilter {
             });
         }
         others.extend(rest);
-        others
+        others.into()
     }
 
     fn give_up(&mut self, counter: impl FnOnce(&mut Self) -> &mut u64) {
@@ -132,7 +136,7 @@ mod tests {
             for cut in 1..ASKED.len() + ANSWER.len() {
                 let mut filter = filter(mode);
                 let line = [ASKED, ANSWER].concat();
-                let parts = line.chunks(cut).flat_map(|chunk| filter.received(chunk));
+                let parts = line.chunks(cut).flat_map(|chunk| filter.received(chunk).into_owned());
                 assert_eq!(parts.collect::<Vec<u8>>(), ANSWER);
                 assert_eq!(counts(&filter), (0, 0));
             }
@@ -146,7 +150,8 @@ mod tests {
             let mut garbled = ASKED.to_vec();
             garbled[byte] ^= 0x10;
             let mut filter = filter(Echo::Verify);
-            let through = filter.received(&[&garbled, ANSWER].concat());
+            let together = [&garbled, ANSWER].concat();
+            let through = filter.received(&together);
             assert_eq!(counts(&filter), (1, 0), "byte {byte}");
             assert!(through.ends_with(ANSWER));
             // The next frame is compared again.

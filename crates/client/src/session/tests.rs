@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use lafet_proto::link::{self, Decoder, wire_max};
+use lafet_proto::link::{self, Decoder, Frame, wire_max};
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::{Ints, ParamId, Record, Request, Status, SubsystemId};

@@ -48,6 +48,14 @@ impl Link {
             .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
 
+    /// Sends as much as can be sent without waiting, and says how much that was.
+    pub fn send_now(&self, frame: &[u8]) -> usize {
+        match self {
+            Self::Tcp(link) => link.send_now(frame),
+            _ => 0,
+        }
+    }
+
     /// Sends a whole frame.
     pub async fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         match self {

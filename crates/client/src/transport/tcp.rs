@@ -18,6 +18,11 @@ impl Tcp {
         Ok(Self(stream))
     }
 
+    /// Sends as many bytes as there is room for; an error shows when the rest is sent.
+    pub fn send_now(&self, bytes: &[u8]) -> usize {
+        self.0.try_write(bytes).unwrap_or(0)
+    }
+
     /// Sends all bytes.
     pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.0.write_all(bytes).await

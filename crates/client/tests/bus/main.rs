@@ -121,6 +121,9 @@ fn services() {
     assert!(told[3].contains("WrongRequest"), "{}", told[3]);
 }
 
+/// Of the line that is polled, 8N1: ten bits a byte.
+const BAUD: u32 = 115_200;
+
 fn data_bytes(outcome: &Outcome) -> usize {
     let Outcome::Answered(slots) = outcome else { return 0 };
     let Some(Slot::Answered(answers)) = slots.first() else { return 0 };
@@ -157,14 +160,22 @@ fn poll(bus: &mut Bus, monitors: u8, rounds: u32) -> Polled {
     Polled { cycle: time / rounds, data_bytes: data, share }
 }
 
+/// For `cargo xtask bench --only bus`: a round, the bytes that are sent in it, and how much of the
+/// time somebody sends.
+fn row(who: &str, cycle: Duration, share: f64) {
+    let bytes = cycle.as_secs_f64() * share * f64::from(BAUD) / 10.0;
+    let (ms, percent) = (cycle.as_secs_f64() * 1e3, 100.0 * share);
+    println!("| {who} | {ms:.1} ms | {bytes:.0} | {percent:.1} % |");
+}
+
 /// Every monitor is polled by the controller's own client while consoles have their turns.
 #[test]
 fn thirty_two_monitors_and_three_consoles() {
-    let mut bus = Bus::new(115_200, 32, 3, Noise::default());
+    let mut bus = Bus::new(BAUD, 32, 3, Noise::default());
     bus.run(4 * SECOND, |_| {});
     assert_eq!(bus.controller.present().iter().count(), 35);
     let Polled { cycle, share, .. } = poll(&mut bus, 32, 10);
-    println!("poll cycle {cycle:.1?}, share of the line {:.1} %", 100.0 * share);
+    row("lafet, with 3 consoles and their turns", cycle, share);
     assert!(share > 0.95 && cycle < SECOND, "{share} {cycle:?}");
     assert_eq!(bus.line.collisions(), 0);
 }
@@ -172,14 +183,13 @@ fn thirty_two_monitors_and_three_consoles() {
 /// The same bytes of state by one client alone, and by Modbus RTU, which has no consoles.
 #[test]
 fn thirty_two_monitors_beside_modbus() {
-    let mut bus = Bus::new(115_200, 32, 0, Noise::default());
+    let mut bus = Bus::new(BAUD, 32, 0, Noise::default());
     bus.run(4 * SECOND, |_| {});
     let lafet = poll(&mut bus, 32, 10);
     let registers = (lafet.data_bytes / 32).div_ceil(2);
-    let modbus = modbus::poll(115_200, 32, registers as u16, 10);
-    println!("{} bytes of state", lafet.data_bytes);
-    println!("lafet: {:.1?}, share of the line {:.1} %", lafet.cycle, 100.0 * lafet.share);
-    println!("Modbus RTU: {:.1?}, share of the line {:.1} %", modbus.cycle, 100.0 * modbus.share);
+    let modbus = modbus::poll(BAUD, 32, registers as u16, 10);
+    row("lafet, without consoles", lafet.cycle, lafet.share);
+    row("Modbus RTU (rmodbus), without consoles", modbus.cycle, modbus.share);
     assert!(2 * modbus.registers >= lafet.data_bytes);
     assert!(lafet.share > modbus.share);
 }

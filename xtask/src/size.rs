@@ -14,7 +14,7 @@ struct Limit {
     board: &'static str,
     /// Names that a symbol's crate or module may have; none: the whole program.
     of: &'static [&'static str],
-    goal: u64,
+    goal: Option<u64>,
     limit: u64,
 }
 
@@ -23,22 +23,22 @@ const LIMITS: [Limit; 3] = [
         what: "whole monitor, flash",
         board: "stm32f103",
         of: &[],
-        goal: 48 * 1024,
+        goal: Some(48 * 1024),
         limit: 50_200,
     },
     Limit {
         what: "codec and chain, flash",
         board: "stm32f103",
         of: &["lafet_proto", "lafet_device..chain", "lafet_device5chain"],
-        goal: 12 * 1024,
+        goal: Some(12 * 1024),
         limit: 12 * 1024,
     },
     Limit {
         what: "with the emulator's plant and semihosting, flash",
         board: firmware::EMULATED,
         of: &[],
-        goal: 56 * 1024,
-        limit: 56 * 1024,
+        goal: None,
+        limit: 54_000,
     },
 ];
 
@@ -101,8 +101,12 @@ fn measure() -> Result<(String, String, Vec<String>), String> {
                 [] => flash,
                 _ => symbols.iter().filter(is_its).map(|symbol| symbol.size).sum(),
             };
-            let word = if got <= limit.goal { "met" } else { "**missed**" };
-            limits += &format!("| {} ({board}) | {} | {got} | {word} |\n", limit.what, limit.goal);
+            let (goal, word) = match limit.goal {
+                Some(goal) if got <= goal => (goal.to_string(), "met"),
+                Some(goal) => (goal.to_string(), "**missed**"),
+                None => ("–".into(), ""),
+            };
+            limits += &format!("| {} ({board}) | {goal} | {got} | {word} |\n", limit.what);
             if got > limit.limit {
                 problems.push(format!("{board}, {}: {got} > {}", limit.what, limit.limit));
             }

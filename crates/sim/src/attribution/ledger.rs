@@ -55,6 +55,9 @@ pub struct Ledger {
     manual_ms: Option<u64>,
     /// For how long each drive has drawn more than MaxCurrent, ms.
     pub over_ms: [u64; AXES],
+    /// Whether each drive drew so much in the last step that it was cut off: it draws nothing now, and
+    /// is overloaded all the same.
+    cut_off: [bool; AXES],
     /// For how long each valve has drawn more than MaxCurrent, ms.
     pub valve_over_ms: [u64; VALVES],
     /// When a fault was last in force at a drive or its unit.
@@ -95,6 +98,7 @@ impl Ledger {
             limitless: [false; AXES],
             manual_ms: None,
             over_ms: [0; AXES],
+            cut_off: [false; AXES],
             valve_over_ms: [0; VALVES],
             broken_ms: [None; AXES],
             valve_broken_ms: [None; VALVES],
@@ -406,9 +410,11 @@ impl Ledger {
         let passed_ms = view.now_ms - self.sensed_ms;
         for axis in Axis::ALL {
             let max = view.params.drive(axis, DriveParam::MaxCurrent);
-            let over = i32::from(view.inputs.drives[axis as usize].current_da) > max;
+            let current = i32::from(view.inputs.drives[axis as usize].current_da);
+            let was_cut_off =
+                std::mem::replace(&mut self.cut_off[axis as usize], is_cut_off(current, max));
             let ms = &mut self.over_ms[axis as usize];
-            *ms = if over { *ms + passed_ms } else { 0 };
+            *ms = if current > max || was_cut_off { *ms + passed_ms } else { 0 };
         }
         for valve in ValveNo::ALL {
             let max = Param::of_valve(valve.id(), ValveParam::MaxCurrent)
@@ -532,6 +538,11 @@ impl Ledger {
     pub fn has_just_aimed(&self) -> bool {
         self.manual_ms.is_some_and(|at_ms| at_ms >= self.before_ms)
     }
+}
+
+/// Whether so much current cuts a drive off in the same step.
+pub const fn is_cut_off(current_da: i32, max_current_da: i32) -> bool {
+    current_da > 2 * max_current_da
 }
 
 /// Whether a program says of itself that it runs.

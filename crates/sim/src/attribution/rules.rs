@@ -7,7 +7,7 @@ use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 
-use super::ledger::{Ledger, Lock, Move, Start, is_running, valve_button};
+use super::ledger::{Ledger, Lock, Move, Start, is_cut_off, is_running, valve_button};
 use super::view::axis_of;
 use super::{Bilingual, Output, View};
 use crate::world::STEP_MS;
@@ -213,7 +213,7 @@ fn drive_rule(
             at_end(upwards) || at_end(!upwards) && may_go(ledger, view, axis, !upwards)
         }
         Rule::Overload => ledger.over_ms[axis as usize] > OVERLOAD_MS,
-        Rule::CutOff => i32::from(input.current_da) > 2 * max_current,
+        Rule::CutOff => is_cut_off(input.current_da.into(), max_current),
         Rule::Timeout => is_late(ledger, view, axis),
         Rule::Fault => is_broken(ledger, view, axis, step.before),
         Rule::ConnLost => !view.inputs.units[axis.unit() as usize].online,

@@ -83,10 +83,9 @@ pub async fn run(lafet: PathBuf, folder: PathBuf, size: &Size) -> Fallible<()> {
         let time = Duration::from_secs(size.part_s);
         parts.push(part(name, time, &hub, &site, &mut operator).await?);
         if full {
-            let state = get_json(&hub.place, "/api/hub/state").await?;
-            let failing = &state["audit"]["failing"];
-            println!("full disk: failing {failing}, {} entries wait", state["audit"]["waiting"]);
-            if failing != true {
+            let waiting = waiting(&hub.place).await?;
+            println!("full disk: {waiting} entries of the audit log wait");
+            if waiting == 0.0 {
                 return Err("the disk was not full".into());
             }
         }
@@ -179,7 +178,7 @@ async fn audit(place: &str, operator: &Operator) -> Fallible<String> {
     let began = Instant::now();
     // A Stop's effect is noted 2 s after it.
     sleep(Duration::from_secs(3)).await;
-    while get_json(place, "/api/hub/state").await?["audit"]["waiting"] != 0 {
+    while waiting(place).await? > 0.0 {
         if began.elapsed() > PATIENCE {
             return Err("entries still wait for the disk".into());
         }
@@ -206,6 +205,13 @@ async fn audit(place: &str, operator: &Operator) -> Fallible<String> {
     );
     let whole = asked == *sent && all == 3 * sent && missing == 0 && verified["ok"] == true;
     if whole { Ok(text) } else { Err(text.into()) }
+}
+
+/// Entries that are not on the disk.
+async fn waiting(place: &str) -> Fallible<f64> {
+    let text = get(place, "/metrics").await?;
+    let value = text.lines().find_map(|line| line.strip_prefix("lafet_audit_waiting "));
+    Ok(value.ok_or("no figure")?.parse()?)
 }
 
 fn show(parts: &[Part], size: &Size, done: &Done) {

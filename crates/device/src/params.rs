@@ -311,7 +311,8 @@ impl Params {
     }
 
     const fn is_kept(&self, group: Group) -> bool {
-        (self.dirty | self.absent | self.unread | self.unwritten) & group.bit() == 0
+        let never_read = self.absent | self.unread;
+        (self.dirty | never_read | self.unwritten) & group.bit() == 0
     }
 
     /// Every set is complete, and the memory was read and written without errors.
@@ -521,7 +522,7 @@ fn owner_bit(id: SubsystemId) -> u16 {
 }
 
 fn saturate(value: i32) -> i16 {
-    i16::try_from(value).unwrap_or(if value < 0 { i16::MIN } else { i16::MAX })
+    value.clamp(i16::MIN.into(), i16::MAX.into()) as i16
 }
 
 fn stored_points(values: Ints<'_>) -> Stored {
@@ -560,5 +561,17 @@ impl Sink<'_> {
 
     fn written(&self) -> &[u8] {
         self.buffer.get(..self.len).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trajectory_shows_the_points_it_has() {
+        let shown = std::format!("{:?}", stored_points(Ints::Values(&[70, -8, 40_000, 3])));
+        let point = TrajectoryPoint { horizontal: 70, vertical: -8, distance: 255, dwell: 3 };
+        assert_eq!(shown, std::format!("[{point:?}]"));
     }
 }

@@ -62,4 +62,14 @@ mod tests {
         assert!(!timer.poll(Millis(20)));
         assert!(!timer.is_running());
     }
+
+    /// §D/3 A time of half the clock's range, 24.8 days, is the longest: it is not over at once.
+    #[test]
+    fn longest_time() {
+        let mut timer = Timer::default();
+        timer.start(Millis(7), 1 << 31);
+        assert!(!timer.poll(Millis(7)));
+        assert!(!timer.poll(Millis(6 + (1 << 31))));
+        assert!(timer.poll(Millis(7 + (1 << 31))));
+    }
 }

@@ -71,6 +71,26 @@ fn a_valve_says_who_drives_it() {
     assert_eq!(valve(&rig), Cause::Rule(Rule::PowerUp));
 }
 
+/// §3.3.3/1 A heater by the cold, off by the warmth, its own fault, or a sensor that tells nothing.
+#[test]
+fn a_heater_says_why_it_heats() {
+    let mut rig = Rig::new(lafet_device::Composition::FULL);
+    for (temperature_dc, heater_fault, rule, on) in [
+        (Some(200), false, Rule::Warm, false),
+        (Some(-100), false, Rule::Cold, true),
+        (Some(-100), true, Rule::HeaterFault, false),
+        (None, true, Rule::NoTemperature, false),
+        (Some(200), true, Rule::Warm, false),
+    ] {
+        rig.plant.inputs.places[1].temperature_dc = temperature_dc;
+        rig.plant.inputs.places[1].heater_fault = heater_fault;
+        rig.run(20);
+        assert_eq!(rig.device.causes().heaters[1], Cause::Rule(rule), "{temperature_dc:?}");
+        assert_eq!(rig.device.causes().heaters[0], Cause::Rule(Rule::Warm));
+        assert_eq!(rig.plant.outputs.heaters, [false, on, false, false, false]);
+    }
+}
+
 /// §D/5 What the guard holds back starts from standstill when it lets go, the right way round.
 #[test]
 fn no_speed_is_gathered_while_the_guard_holds() {

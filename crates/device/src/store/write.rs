@@ -50,7 +50,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
         }
         let mut tries = 2;
         for _ in 0..=self.geometry.pages.get().saturating_add(1) {
-            if self.head_has_room(need) && tries > 0 {
+            if self.head_has_room(need) {
                 let Head { seq, end, .. } = self.head;
                 let page = self.place(seq);
                 if self.append(seq, end, entry, Source::Value(value)).is_some() {
@@ -60,9 +60,9 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
                 }
                 self.head.is_open = false;
                 tries -= 1;
-            }
-            if tries == 0 {
-                return None;
+                if tries == 0 {
+                    return None;
+                }
             }
             self.open_page(false)?;
         }

@@ -367,12 +367,9 @@ impl Control {
         let nozzle = env.drive(Axis::Nozzle);
         let goal = nozzle.clamp(wanted);
         let anew = self.nozzle_goal != Some(goal);
-        let way = goal.saturating_sub(nozzle.position());
-        if (anew || way != 0 && nozzle.is_idle()) && !nozzle.refuses(way > 0) {
+        if anew || goal != nozzle.position() && nozzle.is_idle() {
             // Where it is there already, it must not go on to where another program sent it.
             nozzle.go(goal, None, self.cause);
-        } else if anew {
-            approach::stop(env.drives, &PROGRAMS, self.cause);
         }
         self.nozzle_goal = Some(goal);
         aim

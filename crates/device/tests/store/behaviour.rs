@@ -1,6 +1,7 @@
 //! What the store keeps and refuses, in each geometry, and how it takes a flash that fails.
 
-use crate::check::{read, start, value};
+use crate::check::{Values, perform, read, recovered, start, value};
+use crate::cuts::operations;
 use crate::flash::{Cut, Flash, Torn};
 use lafet_device::hal::{Key, Storage, StorageError, VALUE_MAX};
 use lafet_device::store::Store;
@@ -51,25 +52,53 @@ fn the_same_value_is_not_written_again() {
 
 #[test]
 fn full_is_refused_without_wear() {
-    let mut store: Store<_, 40> = start(Flash::<4, 256>::new(3, 1));
-    let mut key = 1;
-    while store.store(Key(key), &value(key, 1, 20)).is_ok() {
-        key += 1;
+    // Pages of 228 bytes, one of them free; entries of 40, five in each.
+    for (pages, entries) in [(3, 10), (5, 20)] {
+        let mut store: Store<_, 40> = start(Flash::<4, 256>::new(pages, 1));
+        let mut key = 1;
+        while store.store(Key(key), &value(key, 1, 20)).is_ok() {
+            key += 1;
+        }
+        assert_eq!(key, entries + 1);
+        let (erases, steps) = (store.flash().erases.clone(), store.flash().steps);
+        assert_eq!(store.store(Key(key), &value(key, 1, 20)), Err(StorageError::Write));
+        assert_eq!(store.store(Key(1), &[0; VALUE_MAX]), Err(StorageError::Write));
+        assert_eq!(store.store(Key(1), &[0; VALUE_MAX + 1]), Err(StorageError::Write));
+        assert_eq!((store.flash().erases.clone(), store.flash().steps), (erases, steps));
+        let mut buffer = [0; VALUE_MAX];
+        for key in 1..key {
+            let expected = value(key, 1, 20);
+            assert_eq!(store.load(Key(key), &mut buffer), Ok(Some(expected.as_slice())));
+        }
+        store.erase().unwrap();
+        store.store(Key(1), &value(1, 2, 150)).unwrap();
     }
-    // Two pages of 228 bytes, entries of 40: five in each.
-    assert_eq!(key, 11);
-    let (erases, steps) = (store.flash().erases.clone(), store.flash().steps);
-    assert_eq!(store.store(Key(key), &value(key, 1, 20)), Err(StorageError::Write));
-    assert_eq!(store.store(Key(1), &[0; VALUE_MAX]), Err(StorageError::Write));
-    assert_eq!(store.store(Key(1), &[0; VALUE_MAX + 1]), Err(StorageError::Write));
-    assert_eq!((store.flash().erases.clone(), store.flash().steps), (erases, steps));
-    let mut buffer = [0; VALUE_MAX];
-    for key in 1..key {
-        let expected = value(key, 1, 20);
-        assert_eq!(store.load(Key(key), &mut buffer), Ok(Some(expected.as_slice())));
+}
+
+/// The short form of `cuts`: in one geometry, without a second cut in the recovery.
+#[test]
+fn a_power_cut_leaves_the_old_or_the_new() {
+    let mut store: Store<_, 8> = start(Flash::<8, 256>::new(3, 1));
+    let mut values = Values::new();
+    let mut taken = 0;
+    for op in operations(6) {
+        let mut whole = store.clone();
+        let (result, after) = perform(&mut whole, &op, &values);
+        assert_eq!(result, Ok(()), "{op:?}");
+        for step in 0..whole.flash().steps - store.flash().steps {
+            for torn in [Torn::Old, Torn::New, Torn::Random, Torn::Unstable] {
+                let mut store = store.clone();
+                store.flash().cut(Cut { step, torn });
+                assert!(perform(&mut store, &op, &values).0.is_err(), "{op:?}: acknowledged");
+                let mut store: Store<_, 8> = start(store.into_flash().power_on());
+                taken += u32::from(read(&mut store).as_ref() == Ok(&after) && after != values);
+                recovered(&mut store, [&values, &after], 4)
+                    .unwrap_or_else(|wrong| panic!("{op:?}, {step}, {torn:?}: {wrong}"));
+            }
+        }
+        (store, values) = (whole, after);
     }
-    store.erase().unwrap();
-    store.store(Key(1), &value(1, 2, 150)).unwrap();
+    assert!(taken > 5, "{taken}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use lafet_device::store::Store;
 
 /// Values appear, are replaced, grow, stay; pages fill and are recycled; a start in between;
 /// all is erased.
-fn operations(scale: usize) -> Vec<Op> {
+pub fn operations(scale: usize) -> Vec<Op> {
     let mut ops = vec![Op::Store(1, value(1, 0, 5 * scale)), Op::Store(2, value(2, 0, 0))];
     for version in 1..4 {
         ops.push(Op::Store(3, value(3, version, scale * usize::from(version))));

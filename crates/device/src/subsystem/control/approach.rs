@@ -94,7 +94,7 @@ impl Approach {
         for (axis, way) in ways {
             let drive = by_axis(drives, axis);
             let near = way.saturating_abs() <= TOLERANCE_ARCMIN;
-            if (anew || drive.is_idle()) && !near && !drive.refuses(way > 0) {
+            if (anew || drive.is_idle()) && !near {
                 let speed = speed_tenths.map(|speed| in_proportion(speed, way, longest));
                 drive.go(drive.position().saturating_add(way), speed, cause);
             } else if anew && matches!(drive.mover(), Some(Cause::Program(..))) {
@@ -158,4 +158,113 @@ fn in_proportion(speed: i32, way: i32, longest: i32) -> i32 {
     const WAY_MAX: i32 = (1 << 19) - 1;
     let part = speed.min(4096) * way.saturating_abs().min(WAY_MAX) / longest.clamp(1, WAY_MAX);
     part.min(speed).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::subsystem::control::bench::{BY, Bench, CYCLE_MS};
+
+    const CAUSE: Cause = Cause::Program(Program::Quench, BY);
+
+    fn to(horizontal: i32, vertical: i32) -> Direction {
+        Direction { horizontal, vertical }
+    }
+
+    /// Approaches for a time, or until it is not under way any more.
+    fn run(bench: &mut Bench, approach: &mut Approach, wanted: Direction, ms: u32) -> Progress {
+        let mut progress = Progress::Going;
+        for _ in 0..ms / CYCLE_MS {
+            bench.cycle();
+            progress = approach.step(bench.now, &mut bench.drives, wanted, Some(50), CAUSE);
+            if progress != Progress::Going {
+                break;
+            }
+        }
+        progress
+    }
+
+    /// §3.14/1 The jet draws a straight line, whichever way is the longer, and arrives within 3'.
+    #[test]
+    fn straight_lines() {
+        for (h, v) in [(1200, 300), (300, 1200), (-1200, 400), (900, 0)] {
+            let (mut bench, mut approach) = (Bench::new(), Approach::default());
+            for _ in 0..6000 {
+                let progress = run(&mut bench, &mut approach, to(h, v), CYCLE_MS);
+                let (now_h, now_v) = bench.aim();
+                let aside = (now_h * v - now_v * h) / h.abs().max(v.abs());
+                assert!(aside.abs() <= 12, "{now_h}' {now_v}' on the way to {h}' {v}'");
+                if progress == Progress::There {
+                    break;
+                }
+            }
+            let rest = to(h, v).minus(direction(&bench.drives));
+            assert!(rest.horizontal.abs() <= 3 && rest.vertical.abs() <= 3, "{rest:?}");
+        }
+    }
+
+    /// Another direction counts at once, also for a drive that is under way.
+    #[test]
+    fn turns_at_once() {
+        let (mut bench, mut approach) = (Bench::new(), Approach::default());
+        assert_eq!(run(&mut bench, &mut approach, to(3000, 600), 5000), Progress::Going);
+        let (turned, _) = bench.aim();
+        assert_eq!(run(&mut bench, &mut approach, to(-600, 600), 3000), Progress::Going);
+        assert!(bench.aim().0 < turned && bench.drives[1].output().speed_tenths < 0);
+        // There already: what another program has begun ends.
+        let (here, _) = bench.aim();
+        assert_eq!(run(&mut bench, &mut approach, to(here, 5000), CYCLE_MS), Progress::Going);
+        assert!(bench.drives[1].is_idle() && !bench.drives[0].is_idle());
+    }
+
+    /// A drive that is near enough stands; one that an operator moves goes on.
+    #[test]
+    fn near_is_enough() {
+        let (mut bench, mut approach) = (Bench::new(), Approach::default());
+        run(&mut bench, &mut approach, to(900, 3), 60_000);
+        let (_, before) = bench.aim();
+        for _ in 0..50 {
+            run(&mut bench, &mut approach, to(1800, 3), CYCLE_MS);
+            assert_eq!((bench.aim().1, bench.drives[0].is_idle()), (before, true));
+        }
+        assert_ne!(before, 3, "nothing to correct");
+        bench.move_to(Axis::Vertical, 900);
+        assert_eq!(run(&mut bench, &mut approach, to(1700, 0), CYCLE_MS), Progress::Going);
+        assert!(!bench.drives[0].is_idle());
+    }
+
+    /// §3.3.6/1 Ten seconds without coming nearer are too many, counted from the last that was gained.
+    #[test]
+    fn comes_no_nearer() {
+        let (mut bench, mut approach) = (Bench::new(), Approach::default());
+        assert_eq!(run(&mut bench, &mut approach, to(9000, 0), 15_000), Progress::Going);
+        // The end switch lets it go no further.
+        bench.inputs.drives[1].max_switch = true;
+        assert_eq!(run(&mut bench, &mut approach, to(9000, 0), 9_900), Progress::Going);
+        bench.inputs.drives[1].max_switch = false;
+        assert_eq!(run(&mut bench, &mut approach, to(9000, 0), 5000), Progress::Going);
+        bench.inputs.drives[1].max_switch = true;
+        assert_eq!(run(&mut bench, &mut approach, to(9000, 0), 9_900), Progress::Going);
+        assert_eq!(run(&mut bench, &mut approach, to(9000, 0), 300), Progress::Stuck);
+        // Moved away after it has arrived, it is given the same time again.
+        let mut approach = Approach::default();
+        let here = direction(&bench.drives);
+        for _ in 0..1500 {
+            assert_eq!(run(&mut bench, &mut approach, here, CYCLE_MS), Progress::There);
+        }
+        bench.move_to(Axis::Horizontal, here.horizontal - 600);
+        for _ in 0..30 {
+            run(&mut bench, &mut approach, here, CYCLE_MS);
+        }
+        assert_eq!(run(&mut bench, &mut approach, here, 200), Progress::Going);
+        assert_eq!(run(&mut bench, &mut approach, here, 15_000), Progress::There);
+    }
+
+    #[test]
+    fn speeds_in_proportion() {
+        assert_eq!(in_proportion(50, -300, 1200), 12);
+        assert_eq!(in_proportion(50, 1200, 1200), 50);
+        assert_eq!(in_proportion(50, 1, 1200), 1, "it has to get there");
+        assert_eq!(in_proportion(50, 0, 0), 1);
+    }
 }

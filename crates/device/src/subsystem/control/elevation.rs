@@ -258,3 +258,52 @@ pub(super) fn ballistics_on(params: &Params) -> bool {
 pub(super) fn nozzle_for(aim: Option<Aim>, asked_mm: i32) -> i32 {
     if aim == Some(Aim::Direct) { NARROWEST_MM } else { asked_mm }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::subsystem::control::bench::{Bench, CYCLE_MS, one};
+
+    /// Aims over 25 m for a time; how many calculations have begun.
+    fn begun(bench: &mut Bench, elevation: &mut Elevation, nozzle_mm: i32, ms: u32) -> u32 {
+        let data = Data::of(core::iter::empty());
+        let mut begun = 0;
+        for _ in 0..ms / CYCLE_MS {
+            bench.cycle();
+            elevation.follow(bench.now, bench.pressure_datm);
+            let before = elevation.solver.is_some();
+            let now = bench.now;
+            elevation.step(now, Law::Distance(25), -120, nozzle_mm, &data, &bench.env());
+            begun += u32::from(!before && elevation.solver.is_some());
+        }
+        begun
+    }
+
+    /// §3.14/3 It is calculated when something has changed that matters, and then once.
+    #[test]
+    fn calculates_when_something_changes() {
+        let (mut bench, mut elevation) = (Bench::new(), Elevation::default());
+        assert_eq!(begun(&mut bench, &mut elevation, 60, 5000), 1);
+        bench.pressure_datm = Some(80);
+        assert_eq!(begun(&mut bench, &mut elevation, 60, 5000), 0, "within the dead band");
+        bench.pressure_datm = Some(81);
+        assert_eq!(begun(&mut bench, &mut elevation, 60, 5000), 1);
+        assert_eq!(begun(&mut bench, &mut elevation, 50, 5000), 1);
+        bench.params.write(Param::ControlNozzleDiameter, one(&300));
+        assert_eq!(begun(&mut bench, &mut elevation, 50, 5000), 1);
+        bench.params.write(Param::ControlHeight, one(&200));
+        assert_eq!(begun(&mut bench, &mut elevation, 50, 5000), 1);
+    }
+
+    /// The barrel does not hunt after the pumps: two calculations in a second at most.
+    #[test]
+    fn calculates_twice_a_second_at_most() {
+        let (mut bench, mut elevation) = (Bench::new(), Elevation::default());
+        let mut count = 0;
+        for cycle in 0..1000 {
+            bench.pressure_datm = Some(if cycle % 2 == 0 { 70 } else { 79 });
+            count += begun(&mut bench, &mut elevation, 60, CYCLE_MS);
+        }
+        assert!((5..=20).contains(&count), "{count}");
+    }
+}

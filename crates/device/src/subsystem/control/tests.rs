@@ -171,6 +171,43 @@ fn too_far_and_too_steep() {
     assert_near(bench.aim(), (1800, -120));
 }
 
+/// §3.3.6/4 The same of an elevation that only the rising pressure needs: no AngleFault sticks.
+#[test]
+fn rising_pressure_sticks_no_angle() {
+    let (mut bench, mut control) = (Bench::new(), Control::default());
+    bench.params.write(Param::VerticalMaxLimit, one(&elevation(-120, 25, 60)));
+    bench.pressure_datm = Some(20);
+    run(&mut bench, &mut control, 1000);
+    assert_eq!(quench(&mut bench, &mut control, &full(POINT, 25)), Status::ACCEPTED);
+    let mut told = 0;
+    for datm in (20..80).chain([79; 40]) {
+        bench.pressure_datm = Some(datm);
+        run(&mut bench, &mut control, 100);
+        let flags = control.flags();
+        assert!(!flags.contains(F::TRAJECTORY_ANGLE_FAULT), "{datm}");
+        told += u32::from(flags.contains(F::TRAJECTORY_PRESSURE_FAULT));
+    }
+    assert!(told > 10, "{told}");
+    // The limit itself is in reach.
+    assert_eq!(control.flags(), F::QUENCH);
+    run(&mut bench, &mut control, 5000);
+    assert_near(bench.aim(), (1800, elevation(-120, 25, 60)));
+}
+
+/// §3.3.6/4 A pressure that has stood since before the start need not settle again: what is too far
+/// is told as that at once.
+#[test]
+fn steady_pressure_is_known_at_the_start() {
+    let (mut bench, mut control) = (Bench::new(), Control::default());
+    run(&mut bench, &mut control, 3000);
+    assert_eq!(quench(&mut bench, &mut control, &full(POINT, 60)), Status::ACCEPTED);
+    for _ in 0..100 {
+        run(&mut bench, &mut control, CYCLE_MS);
+        assert!(!control.flags().contains(F::TRAJECTORY_PRESSURE_FAULT));
+    }
+    assert_eq!(control.flags(), F::QUENCH | F::TRAJECTORY_RANGE_FAULT);
+}
+
 /// §3.3.6/2, §3.3.6/5 Ballistics off: straight and narrow, none of their flags.
 #[test]
 fn ballistics_off() {
@@ -377,6 +414,17 @@ fn drive_faults() {
     assert_eq!(quench(&mut bench, &mut control, &full(SECTOR, 0)), Status::DENIED);
 }
 
+/// §3.3.6/1 A fault that a drive tells of itself ends it at once.
+#[test]
+fn drive_fault_at_once() {
+    let (mut bench, mut control) = started(&full(SECTOR, 0));
+    run(&mut bench, &mut control, 2000);
+    bench.inputs.drives[1].motor_open = true;
+    run(&mut bench, &mut control, 2 * CYCLE_MS);
+    assert_eq!(control.flags(), F::INTERNAL_FAULT);
+    assert!(bench.drives.iter().all(Drive::is_idle));
+}
+
 /// §3.14/9 A second one replaces the first.
 #[test]
 fn replaced() {
@@ -462,6 +510,69 @@ fn trajectory_with_ballistics() {
     run(&mut bench, &mut control, 60_000);
     assert_near(bench.aim(), (0, 4500));
     assert_eq!(control.flags(), F::TRAJECTORY_RANGE_FAULT | F::OUTSIDE_LIMITS);
+}
+
+/// §3.3.6/5 Ballistics not asked for, or off: straight, whatever the distance and the stored table.
+#[test]
+fn trajectory_without_ballistics() {
+    for (asked, on, distance) in [(false, 1, 30), (false, 1, 0), (true, 0, 30), (true, 0, 0)] {
+        let (mut bench, mut control) = (Bench::new(), Control::default());
+        bench.params.set_corrections(79, Bytes(&[4]));
+        bench.params.write(Param::ControlBallistics, one(&on));
+        let points = [at(300, -60, distance, 100)];
+        let request = trajectory(&points, asked, false);
+        assert_eq!(control.start_trajectory(&request, BY, &bench.env()), Status::ACCEPTED);
+        run(&mut bench, &mut control, 6000);
+        assert_near(bench.aim(), (300, -60));
+        assert_eq!(control.flags(), F::QUENCH | F::TRAJECTORY);
+    }
+}
+
+/// §3.14/9, §3.15/1 A trajectory that replaces a program: nothing goes on while its aim is calculated;
+/// points without a dwell are passed, one in a cycle.
+#[test]
+fn trajectory_replaces() {
+    let (mut bench, mut control) = started(&full(SECTOR, 0));
+    run(&mut bench, &mut control, 3000);
+    assert!(!bench.drives[1].is_idle());
+    let points = [at(300, -60, 30, 10)];
+    let request = trajectory(&points, true, false);
+    assert_eq!(control.start_trajectory(&request, BY, &bench.env()), Status::ACCEPTED);
+    run(&mut bench, &mut control, CYCLE_MS);
+    assert!(bench.drives.iter().all(Drive::is_idle));
+
+    let (mut bench, mut control) = (Bench::new(), Control::default());
+    let points = [at(0, 0, 0, 0); 20];
+    let request = trajectory(&points, false, false);
+    assert_eq!(control.start_trajectory(&request, BY, &bench.env()), Status::ACCEPTED);
+    run(&mut bench, &mut control, 19 * CYCLE_MS);
+    assert!(control.is_active());
+    run(&mut bench, &mut control, 3 * CYCLE_MS);
+    assert!(!control.is_active());
+}
+
+/// §3.14/1 The corner to begin with is the nearest to where the jet goes, not the raised barrel.
+#[test]
+fn begins_where_the_jet_is() {
+    let mut bench = Bench::new();
+    bench.move_to(Axis::Vertical, 300);
+    let mut control = Control::default();
+    run(&mut bench, &mut control, 10_000);
+    let sector = Sector { centre_h: 0, centre_v: 0, ..SECTOR };
+    let request = Quench::Corrected { sector, corrections: Bytes(&[7]) };
+    assert_eq!(quench(&mut bench, &mut control, &request), Status::ACCEPTED);
+    let mut highest = i32::MIN;
+    // The lines lie 120' apart, the lowest at −120' + 7°, where the barrel is; a line takes 2 s.
+    watch(&mut bench, &mut control, 2500, |bench, _| highest = highest.max(bench.aim().1));
+    assert!((297..=310).contains(&highest), "{highest}");
+    watch(&mut bench, &mut control, 30_000, |bench, _| highest = highest.max(bench.aim().1));
+    assert!(highest > 530, "{highest}");
+}
+
+/// Only the bytes there are.
+#[test]
+fn data_shows_what_it_holds() {
+    assert_eq!(std::format!("{:?}", Data::of([1, 2].into_iter())), "[1, 2]");
 }
 
 /// §3.15/2, §3.15/3 Stored ones by number.

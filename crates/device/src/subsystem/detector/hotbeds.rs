@@ -127,6 +127,17 @@ mod tests {
         assert_eq!(hotbeds.remove(3), None);
     }
 
+    /// §3.16/5 Of equally bright ones those that were found first.
+    #[test]
+    fn equals_keep_their_places() {
+        let mut hotbeds = Hotbeds::default();
+        for n in 0..6 {
+            hotbeds.see(spot(n * 500, 0, 30));
+        }
+        let found: Vec<i32> = hotbeds.as_slice().iter().map(|h| centre(h).horizontal).collect();
+        assert_eq!(found, [0, 500, 1000, 1500]);
+    }
+
     #[test]
     fn sightings_of_one_fire_are_one() {
         let mut hotbeds = Hotbeds::default();

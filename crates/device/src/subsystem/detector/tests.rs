@@ -45,7 +45,7 @@ fn finds_fires() {
     let (mut bench, mut detector) = ready();
     bench.fires = [(1500, -103, 100, 1400), (-900, 400, 60, 300)].to_vec();
     // Too dim, and out of the sector though in view from its edge.
-    bench.fires.extend([(0, 0, 50, 49), (2100, 0, 50, 900)]);
+    bench.fires.extend([(0, 0, 50, 49), (1900, 0, 50, 900)]);
     assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
     assert_eq!(detector.flags(), F::SEARCHING);
     let ms = finish(&mut bench, &mut detector);
@@ -162,6 +162,54 @@ fn canceled() {
     assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::MODULE_FAULT);
 }
 
+/// §3.16/3, §3.16/7 It begins when the monitor is deployed, and ends with the working position, or when
+/// a drive does not count its way any more.
+#[test]
+fn needs_the_working_position() {
+    let (mut bench, mut detector) = ready();
+    bench.deployed = false;
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    run(&mut bench, &mut detector, 1000);
+    bench.deployed = true;
+    run(&mut bench, &mut detector, 2000);
+    assert!(bench.aim() != (0, 0));
+    bench.deployed = false;
+    run(&mut bench, &mut detector, CYCLE_MS);
+    assert_eq!(detector.flags(), F::CANCELED);
+    bench.deployed = true;
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    run(&mut bench, &mut detector, 2000);
+    let off = lafet_proto::request::LimitsState::Off;
+    assert_eq!(bench.drives[1].switch_limits(off, &mut bench.params, BY), Status::OK);
+    run(&mut bench, &mut detector, CYCLE_MS);
+    assert_eq!(detector.flags(), F::CANCELED);
+    assert!(bench.drives.iter().all(Drive::is_idle));
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::DENIED);
+}
+
+/// §3.16/1 The barrel stays at each end of a line, so that what is seen only there is seen for certain.
+#[test]
+fn stays_at_the_ends() {
+    let (mut bench, mut detector) = ready();
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    let (mut stays, mut stay) = (std::vec::Vec::new(), 0);
+    let (mut right, mut left) = (0, 0);
+    while detector.is_searching() {
+        run(&mut bench, &mut detector, CYCLE_MS);
+        (right, left) = (right.min(bench.aim().0), left.max(bench.aim().0));
+        if bench.drives.iter().all(Drive::is_idle) {
+            stay += CYCLE_MS;
+        } else if stay > 0 {
+            stays.push(core::mem::take(&mut stay));
+        }
+    }
+    assert!(stays.len() >= 4, "{stays:?}");
+    // The ends need not be looked straight at: a quarter of the field of view is enough.
+    let end = 1800 - bench.params.get(Param::DetectorFieldOfView) / 4;
+    assert!((left - end).abs() <= 3 && (right + end).abs() <= 3, "{right} {left}");
+    assert!(stays.iter().all(|stay| (180..400).contains(stay)), "{stays:?}");
+}
+
 /// §3.3.7/1 A detector that does not answer; one picture that is missing ends nothing.
 #[test]
 fn device_fault() {
@@ -228,6 +276,30 @@ fn nothing_to_justify_by() {
         run(&mut bench, &mut detector, CYCLE_MS);
     }
     assert_eq!(detector.flags(), F::DEVICE_FAULT);
+}
+
+/// §3.13/1 The largest angle that can be stored is the largest that is measured; more is a DeviceFault.
+#[test]
+fn largest_angle() {
+    for (left, up, fits) in [(-600, 600, true), (-601, 0, false), (0, 601, false)] {
+        let (mut bench, mut detector) = ready();
+        assert_eq!(detector.start_justify(BY, &bench.env()), Status::ACCEPTED);
+        for _ in 0..300 {
+            bench.cycle();
+            bench.inputs.detector.spots[0] = Some(crate::image::Spot {
+                left: left + 10,
+                right: left - 10,
+                bottom: up - 10,
+                top: up + 10,
+                brightness: 800,
+            });
+            detector.step(bench.now, &mut bench.env());
+        }
+        assert_eq!(detector.flags(), if fits { F::JUSTIFIED } else { F::DEVICE_FAULT });
+        let found = justification(&bench.params);
+        let expected = if fits { (600, -600) } else { (0, 0) };
+        assert_eq!((found.horizontal, found.vertical), expected);
+    }
 }
 
 /// A narrow field of view slows the search down, so that nothing is passed by.

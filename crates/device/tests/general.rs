@@ -433,7 +433,7 @@ fn frame(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
 }
 
 /// §1/10, §L/3, §L/5, §L/6 A port answers each frame for this monitor once, however the bytes come; to
-/// other frames, noise and its own address it keeps silent.
+/// other frames, noise and its own address it keeps silent. Byte by byte it says the same.
 #[test]
 fn a_port_answers_its_own_frames() {
     let mut rig = Rig::new(Composition::REMOTE);
@@ -451,7 +451,7 @@ fn a_port_answers_its_own_frames() {
     for piece in [1, 2, 7, bytes.len()] {
         let mut port = Port::new(Source::ExternalConn);
         let mut out = [0; WIRE_MAX];
-        let mut to = Vec::new();
+        let (mut to, mut said) = (Vec::new(), Vec::new());
         for piece in bytes.chunks(piece) {
             let mut rest = piece;
             while !rest.is_empty() {
@@ -463,10 +463,18 @@ fn a_port_answers_its_own_frames() {
                     let answer = link::decode_datagram(&out[..len], &mut body).unwrap();
                     assert_eq!(answer.src, ADDRESS);
                     to.push((answer.dst, answer.payload.len()));
+                    said.extend(&out[..len]);
                 }
             }
         }
         assert_eq!(to, [(129, 12), (130, 0), (132, 12)], "in pieces of {piece}");
+        assert!(port.counters().crc_errors > 0);
+        let mut port = Port::new(Source::ExternalConn);
+        let mut put = Vec::new();
+        for piece in bytes.chunks(piece) {
+            port.serve(rig.now_ms, &mut rig.device, piece, &mut |byte| put.push(byte));
+        }
+        assert_eq!(put, said);
         assert!(port.counters().crc_errors > 0);
     }
 }

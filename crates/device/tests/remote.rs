@@ -287,7 +287,9 @@ fn how_long_a_value_counts() {
     for step_ms in [7, 10, 50] {
         let mut rig = rig();
         assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED));
+        let mut steps = 0..100;
         while rig.get(Param::VerticalSpeed).is_err() {
+            assert!(steps.next().is_some(), "never");
             rig.step(step_ms);
         }
         for _ in 0..5000 / step_ms {
@@ -307,7 +309,9 @@ fn how_long_a_write_counts() {
         for (late, status, sent) in [(false, Status::ACCEPTED, 1), (true, Status::CACHED, 2)] {
             let mut rig = rig();
             assert_eq!(rig.set(Param::VerticalSpeed, 9), Status::CACHED);
+            let mut steps = 0..100;
             while writes(&rig) == 0 {
+                assert!(steps.next().is_some(), "never");
                 rig.step(step_ms);
             }
             // The step in which the unit's answer is taken.

@@ -180,6 +180,30 @@ fn limits_off_for_all() {
     }
 }
 
+/// §2/3, §2/4, §3.15 A trajectory of a mode, flags or a number of points that there is not:
+/// InvalidValue; of another size than it says: WrongData.
+#[test]
+fn values_and_sizes_of_a_trajectory() {
+    for (data, status) in [
+        (&[1, 0, 1, 8][..], Status::INVALID_VALUE),
+        (&[2, 0, 1, 0], Status::INVALID_VALUE),
+        (&[0, 4, 1, 0, 0, 0, 0, 0, 0], Status::INVALID_VALUE),
+        (&[0, 0, 0], Status::INVALID_VALUE),
+        (&[0, 0, 1, 0], Status::WRONG_DATA),
+        (&[1, 0, 1], Status::WRONG_DATA),
+        (&[0, 0], Status::WRONG_DATA),
+        (&[0, 0, 1, 0, 0, 0, 0, 0, 0], Status::ACCEPTED),
+    ] {
+        let mut rig = Rig::deployed();
+        let mut record = vec![0x5C, CONTROL.0, 0, data.len() as u8];
+        record.extend(data);
+        let answers = rig.handle(&record);
+        assert_eq!((answers[0].from, answers[0].status), (CONTROL, status), "{data:?}");
+        let runs = control(&mut rig).contains(ControlFlags::TRAJECTORY);
+        assert_eq!(runs, status == Status::ACCEPTED, "{data:?}");
+    }
+}
+
 /// §3.1/3 Move pauses a program, Move Deployer would; Stop to a drive does not.
 #[test]
 fn move_pauses_a_program() {

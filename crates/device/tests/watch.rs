@@ -123,6 +123,7 @@ fn verdicts_at_their_bounds() {
     // Position at the end of the stretch, speed sensed all the while, 0.1 °/s.
     for (moved, speed_tenths, flag) in [
         (60, 25, good),
+        (60, 26, good),
         (60, 24, DriveFlags::SPEED_ENCODER_FAULT),
         (60, -25, DriveFlags::SPEED_ENCODER_FAULT),
         (60, -26, DriveFlags::SPEED_WAY_FAULT),
@@ -161,6 +162,20 @@ fn a_speed_that_turns_round() {
             });
             assert_eq!(verdict, Some((flag, FIRST_MS)), "{last} towards {way}");
         }
+    }
+    // A quarter in sum is enough, whatever the last step says; a little less is not.
+    for (last_but_one, flag) in [(27, None), (26, Some(DriveFlags::SPEED_WAY_FAULT))] {
+        let mut drive = Sensors::horizontal(1);
+        let verdict = drive.verdict(10, FIRST_MS, |ms, input| {
+            // 40 steps of 2.5 °/s: none, 37 of 2.7, the last but one, and −2.6.
+            input.speed_tenths = match FIRST_MS - ms {
+                0 => -26,
+                10 => last_but_one,
+                20..390 => 27,
+                _ => 0,
+            };
+        });
+        assert_eq!(verdict, flag.map(|flag| (flag, FIRST_MS)));
     }
     // A sound one may waver.
     let mut drive = Sensors::horizontal(1);

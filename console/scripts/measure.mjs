@@ -9,6 +9,8 @@ import { chromium } from 'playwright-core';
 const program = process.env.LAFET_BIN;
 if (!program && !process.env.LAFET_URL) throw new Error('LAFET_BIN must name the lafet program, with the console built in');
 const throttle = Number(process.argv[2] ?? 4);
+/** `memory`: that alone. */
+const part = process.argv[3] ?? 'all';
 const PAGES = ['overview', 'm/M1/operate', 'alarms', 'events', 'm/M1/params', 'm/M1/programs', 'm/M1/commissioning', 'm/M1/diagnosis', 'm/M1/inspector', 'replay', 'training', 'admin'];
 const LIVE_MS = 10_000;
 const HOUR_MS = 3_600_000;
@@ -24,9 +26,11 @@ try {
     executablePath: process.env.CHROMIUM_BIN ?? '/usr/bin/chromium',
     args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--enable-precise-memory-info'],
   });
-  sizes();
-  await water(url);
-  await pages(browser, url);
+  if (part !== 'memory') {
+    sizes();
+    await water(url);
+    await pages(browser, url);
+  }
   await hour(browser, url);
   await rounds(browser, url);
   await browser.close();
@@ -125,7 +129,9 @@ async function used(cdp) {
   return { mib: usedSize / 2 ** 20, nodes: Nodes, listeners: JSEventListeners };
 }
 
-const shown = ({ mib, nodes, listeners }) => `${mib.toFixed(1)} MiB, ${nodes} nodes, ${listeners} listeners`;
+function shown({ mib, nodes, listeners }) {
+  return `${mib.toFixed(1)} MiB, ${nodes} nodes, ${listeners} listeners`;
+}
 
 /** An hour of messages: those of some seconds again and again, as fast as they are taken, later each time. */
 async function hour(browser, url) {

@@ -431,10 +431,7 @@ mod tests {
     #[test]
     fn only_those_named() {
         let named = only(&[SubsystemId::DEPLOYER, SubsystemId::VALVE2]);
-        for id in SubsystemId::CHAIN {
-            let expected = id == SubsystemId::DEPLOYER || id == SubsystemId::VALVE2;
-            assert_eq!(named.subsystems.contains(id), expected, "{id}");
-        }
+        assert_eq!(named.subsystems.bits(), 1 << 9 | 1 << 6, "entries of the table of §1");
         assert!(!named.all && !named.motors);
         let (all, motors) = (named.and_all(), named.and_motors());
         assert!(all.all && !all.motors && motors.motors && !motors.all);

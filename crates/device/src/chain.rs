@@ -424,17 +424,4 @@ const fn refusal_of_data(expected: Expected) -> Status {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// §3 «Адресаты»: the ones that are named, and nobody else.
-    #[test]
-    fn only_those_named() {
-        let named = only(&[SubsystemId::DEPLOYER, SubsystemId::VALVE2]);
-        assert_eq!(named.subsystems.bits(), 1 << 9 | 1 << 6, "entries of the table of §1");
-        assert!(!named.all && !named.motors);
-        let (all, motors) = (named.and_all(), named.and_motors());
-        assert!(all.all && !all.motors && motors.motors && !motors.all);
-        assert_eq!((all.subsystems, motors.subsystems), (named.subsystems, named.subsystems));
-    }
-}
+mod tests;

@@ -247,6 +247,7 @@ mod tests {
         assert_eq!(run(&mut bench, &mut approach, to(9000, 0), 9_900), Progress::Going);
         assert_eq!(run(&mut bench, &mut approach, to(9000, 0), 300), Progress::Stuck);
         // Moved away after it has arrived, it is given the same time again.
+        bench.inputs.drives[1].max_switch = false;
         let mut approach = Approach::default();
         let here = direction(&bench.drives);
         for _ in 0..1500 {

@@ -1,6 +1,6 @@
 //! §2 NoRoom: the answer buffer, and what happens when it is full.
 
-use lafet_proto::record::{HEADER_SIZE, Writer};
+use lafet_proto::record::{HEADER_SIZE, Record, Writer};
 use lafet_proto::{Answer, RequestId, Status, SubsystemId};
 
 /// Kept free at the end for the two NoRoom headers.
@@ -49,7 +49,9 @@ impl<'a> Answers<'a> {
 
     /// Adds an answer without data, or says NoRoom.
     pub fn bare(&mut self, from: SubsystemId, request: RequestId, status: Status) {
-        self.push(&Answer::bare(from, request, status));
+        if !self.full && self.writer.push(&bare(from, request, status)).is_err() {
+            self.no_room(from, request);
+        }
     }
 
     #[cold]
@@ -58,7 +60,11 @@ impl<'a> Answers<'a> {
         self.writer.reserve(0);
         for id in [from, SubsystemId::GENERAL] {
             // The reserve holds both; a buffer smaller than that holds what it can.
-            let _ = Answer::bare(id, request, Status::NO_ROOM).encode(&mut self.writer);
+            let _ = self.writer.push(&bare(id, request, Status::NO_ROOM));
         }
     }
+}
+
+const fn bare(device: SubsystemId, request: RequestId, status: Status) -> Record<'static> {
+    Record { request, device, status, data: &[] }
 }

@@ -424,20 +424,4 @@ const fn refusal_of_data(expected: Expected) -> Status {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// §3 «Адресаты»: the ones that are named, and nobody else.
-    #[test]
-    fn only_those_named() {
-        let named = only(&[SubsystemId::DEPLOYER, SubsystemId::VALVE2]);
-        for id in SubsystemId::CHAIN {
-            let expected = id == SubsystemId::DEPLOYER || id == SubsystemId::VALVE2;
-            assert_eq!(named.subsystems.contains(id), expected, "{id}");
-        }
-        assert!(!named.all && !named.motors);
-        let (all, motors) = (named.and_all(), named.and_motors());
-        assert!(all.all && !all.motors && motors.motors && !motors.all);
-        assert_eq!((all.subsystems, motors.subsystems), (named.subsystems, named.subsystems));
-    }
-}
+mod tests;

@@ -5,7 +5,7 @@ mod common;
 use common::{Plant, Rig};
 use lafet_device::image::{Axis, ValveOutput};
 use lafet_device::{Composition, Device};
-use lafet_proto::flags::{ControlFlags, DeployerFlags as F, DriveFlags, ValveFlags};
+use lafet_proto::flags::{ControlFlags, DeployerFlags as F, DetectorFlags, DriveFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Path, Points, Quench, Sector, Seek, Trajectory, TrajectoryPoint};
@@ -489,8 +489,10 @@ fn a_barrel_that_cannot_rest() {
         rig.run_while(500, |rig| position(rig) == F::WRAPPING);
         assert_eq!(rig.speed(axis).signum(), -aside.signum());
     }
-    // One that stands at its rest has no way to go.
+    // One that stands at its rest has no way to go, while the other goes its own.
     let mut rig = Rig::deployed();
+    rig.plant.place(Axis::Vertical, 600);
+    rig.run(20);
     rig.plant.drive(Axis::Horizontal).jammed = true;
     rig.plant.drive(Axis::Horizontal).current_da = 100;
     rig.move_to(Axis::Horizontal, 900);
@@ -557,4 +559,50 @@ fn a_program_after_a_failed_deployment() {
     rig.run_until(20_000, |rig| rig.drive(Axis::Horizontal).position == 600);
     let flags = ControlFlags::from_bits_retain(rig.flags(SubsystemId::CONTROL));
     assert!(flags.contains(ControlFlags::QUENCH), "{flags:?}");
+}
+
+/// §3.2/2, §3.14/10, §3.16/7 A deployment that ends half-way ends what waits for it.
+#[test]
+fn what_waits_for_a_deployment_ends_with_it() {
+    let sector = Sector { centre_h: 600, centre_v: 0, nozzle: 30, width: 0, height: 0, step: 0 };
+    let seek = Seek { start_h: -900, end_h: 900, start_v: 0, end_v: 600, analyse: 0 };
+    let ends: [fn(&mut Rig); 2] = [
+        |rig| rig.accepts(DEPLOYER, Body::Stop),
+        |rig| rig.plant.inputs.drives[Axis::Deployer as usize].motor_open = true,
+    ];
+    for end in ends {
+        let mut rig = wrapped();
+        let quench = Quench::Full { sector, distance: 0 };
+        rig.accepts(SubsystemId::CONTROL, Body::StartQuench(quench));
+        rig.run(1000);
+        let control =
+            |rig: &mut Rig| ControlFlags::from_bits_retain(rig.flags(SubsystemId::CONTROL));
+        assert_eq!(control(&mut rig), ControlFlags::QUENCH);
+        end(&mut rig);
+        rig.run(50);
+        assert_eq!(control(&mut rig), ControlFlags::MODE_FAULT);
+        let mut rig = wrapped();
+        rig.accepts(SubsystemId::DETECTOR, Body::StartSeek(seek));
+        rig.run(1000);
+        let detector =
+            |rig: &mut Rig| DetectorFlags::from_bits_retain(rig.flags(SubsystemId::DETECTOR));
+        assert_eq!(detector(&mut rig), DetectorFlags::SEARCHING);
+        end(&mut rig);
+        rig.run(50);
+        assert_eq!(detector(&mut rig), DetectorFlags::CANCELED);
+    }
+}
+
+/// §3.10/1, §3.11/1 The switches stand a little beyond the limits of its encoder: it goes on to them.
+#[test]
+fn switches_beyond_the_limits() {
+    let mut rig = wrapped();
+    rig.plant.drive(Axis::Deployer).switches = (-30, 5430);
+    rig.plant.drive(Axis::Deployer).stops = (-40, 5440);
+    rig.plant.place(Axis::Deployer, -30);
+    rig.run(20);
+    for (body, there) in [(Body::Deploy, F::DEPLOYED), (Body::Wrap, F::WRAPPED)] {
+        rig.accepts(DEPLOYER, body);
+        rig.run_until(20_000, |rig| position(rig) == there);
+    }
 }

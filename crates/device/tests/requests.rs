@@ -180,6 +180,41 @@ fn limits_off_for_all() {
     }
 }
 
+/// §1/6 What may not be broadcast is WrongRequest from General, to All and to Motors, and does nothing.
+#[test]
+fn what_is_no_broadcast() {
+    let id = Param::VerticalSpeed.spec().id;
+    for to in [SubsystemId::ALL, SubsystemId::MOTORS] {
+        let mut rig = Rig::deployed();
+        for body in [
+            Body::Move { destination: 600 },
+            Body::GetParam { id },
+            Body::SetParam { id, values: Ints::Values(&[5]) },
+            Body::Open { key: key::OPEN },
+            Body::Deploy,
+            Body::Wrap,
+            quench(),
+            seek(),
+            Body::StartJustify,
+            Body::GetHotbed,
+            Body::CleanFlash { key: key::CLEAN_FLASH },
+        ] {
+            let refused = (SubsystemId::GENERAL, Status::WRONG_REQUEST);
+            assert_eq!(rig.one(to, body), refused, "{body:?} to {to}");
+        }
+        rig.run_while(300, |rig| {
+            rig.is_still() && rig.plant.outputs.valves == [ValveOutput::Off; 2]
+        });
+    }
+    // All, but not Motors.
+    let mut rig = Rig::deployed();
+    for body in [Body::GetCrashData, Body::Restart, Body::Lockout { key: key::ENABLE }] {
+        let refused = (SubsystemId::GENERAL, Status::WRONG_REQUEST);
+        assert_eq!(rig.one(SubsystemId::MOTORS, body), refused, "{body:?}");
+    }
+    assert_eq!(rig.one(SubsystemId::ALL, Body::GetCrashData), (SubsystemId::GENERAL, Status::OK));
+}
+
 /// §2/3, §2/4, §3.15 A trajectory of a mode, flags or a number of points that there is not:
 /// InvalidValue; of another size than it says: WrongData.
 #[test]

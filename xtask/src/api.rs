@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::process::{Child, ChildStdout, Command, ExitCode, Stdio};
 
 use crate::run::{StepResult, cargo, output, show, target};
 use crate::{TaskResult, flag, setup};
@@ -25,7 +25,8 @@ pub fn api(arguments: &[String]) -> TaskResult {
 pub fn check() -> StepResult {
     let schemathesis = schemathesis()?;
     show(&mut cargo(&["build", "--release", "--package", "lafet"]))?;
-    let (mut demo, url) = demo()?;
+    // It would end if nobody held what it prints to.
+    let (mut demo, _printed, url) = demo()?;
     let result = ask(&schemathesis, &url);
     // It may have ended already; the verdict is that of the questions.
     let _ = demo.kill();
@@ -45,17 +46,21 @@ fn ask(schemathesis: &Path, url: &str) -> StepResult {
     show(&mut run)
 }
 
-fn demo() -> Result<(Child, String), String> {
+fn demo() -> Result<(Child, BufReader<ChildStdout>, String), String> {
     let mut demo = Command::new(target().join("release/lafet"))
         .args(["--lang", "en", "demo", "--port", "0", "--no-browser"])
         .stdout(Stdio::piped())
         .spawn()
         .map_err(|e| format!("cannot run the demo: {e}"))?;
     let mut line = String::new();
-    let stdout = demo.stdout.take().ok_or("the demo has no output")?;
-    BufReader::new(stdout).read_line(&mut line).map_err(|e| e.to_string())?;
+    let mut stdout = BufReader::new(demo.stdout.take().ok_or("the demo has no output")?);
+    stdout.read_line(&mut line).map_err(|e| e.to_string())?;
     let url = line.trim().to_owned();
-    if url.starts_with("http://") { Ok((demo, url)) } else { Err(format!("no address: {url}")) }
+    if url.starts_with("http://") {
+        Ok((demo, stdout, url))
+    } else {
+        Err(format!("no address: {url}"))
+    }
 }
 
 /// Schemathesis in an environment of its own.

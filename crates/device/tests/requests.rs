@@ -215,6 +215,37 @@ fn what_is_no_broadcast() {
     assert_eq!(rig.one(SubsystemId::ALL, Body::GetCrashData), (SubsystemId::GENERAL, Status::OK));
 }
 
+/// §2/3, §1/5 A broadcast of a wrong size: all that would do it answer WrongData, and none does it.
+#[test]
+fn a_broadcast_of_a_wrong_size() {
+    let mut rig = Rig::deployed();
+    let answers = rig.handle(&[0xD9, SubsystemId::MOTORS.0, 0, 1, 0]);
+    let brief: Vec<_> = answers.iter().map(|answer| (answer.from, answer.status)).collect();
+    let drives = [DEPLOYER, SubsystemId::NOZZLE, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
+    assert_eq!(brief, drives.map(|drive| (drive, Status::WRONG_DATA)));
+    assert!(!rig.drive_flags(Axis::Vertical).contains(DriveFlags::LIMITLESS));
+}
+
+/// §2/2, §3.18/2, §3.12/2 A record cut short: General refuses it first, under lockout and before a
+/// reset.
+#[test]
+fn cut_short_under_lockout() {
+    for (body, status) in
+        [(Body::Lockout { key: key::ENABLE }, Status::DENIED), (Body::Restart, Status::BUSY)]
+    {
+        let mut rig = Rig::deployed();
+        rig.all_accept(body);
+        let answers = rig.handle(&[0x4D, SubsystemId::VERTICAL.0, 0, 2, 0x10]);
+        assert_eq!((answers[0].from, answers[0].status), (SubsystemId::GENERAL, status));
+        // What is read is of the wrong size, as ever.
+        let answers = rig.handle(&[0x9D, SubsystemId::VERTICAL.0, 0, 2, 0x10]);
+        assert_eq!(
+            (answers[0].from, answers[0].status),
+            (SubsystemId::VERTICAL, Status::WRONG_DATA)
+        );
+    }
+}
+
 /// §2/3, §2/4, §3.15 A trajectory of a mode, flags or a number of points that there is not:
 /// InvalidValue; of another size than it says: WrongData.
 #[test]

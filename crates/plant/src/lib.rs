@@ -12,7 +12,7 @@ extern crate std;
 mod pass;
 
 use lafet_device::image::{Inputs, Outputs};
-use lafet_proto::link::{self, Frame};
+use lafet_proto::link::{self, Check, Frame};
 use pass::{Reader, Writer, inputs, number, outputs};
 
 /// Bytes of the greatest message.
@@ -194,8 +194,17 @@ fn framed(wire: &mut [u8; WIRE_MAX], write: impl FnOnce(&mut Writer<'_>)) -> Opt
     let mut message = [0; MESSAGE_MAX];
     let mut writer = Writer::new(&mut message);
     write(&mut writer);
-    let payload = writer.written()?;
-    link::encode(&Frame { dst: 0, src: 0, payload }, wire)
+    let frame = Frame { dst: 0, src: 0, payload: writer.written()? };
+    let mut places = wire.iter_mut();
+    let mut len = Some(0_usize);
+    // As the chip sends everything else: no second way of making a frame takes flash.
+    link::send(Check::Crc16, &frame, &mut |byte| {
+        len = places.next().and_then(|place| {
+            *place = byte;
+            Some(len? + 1)
+        });
+    });
+    len
 }
 
 #[cfg(test)]

@@ -107,6 +107,7 @@ describe('a motion that is held', () => {
   test('of a key ends with its release, and opposite keys mean nothing', async () => {
     await take();
     await pressKey('ArrowRight');
+    await until(async () => (await site.position('M1')) < began);
     await page.keyboard.down('ArrowLeft');
     expect(await site.stands('M1')).toBe(true);
     await page.keyboard.up('ArrowLeft');

@@ -8,7 +8,7 @@ use std::io::{self, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use lafet_device::Composition;
 use lafet_device::hal::Hal;
@@ -24,6 +24,10 @@ pub const QEMU: &str = "qemu-system-arm";
 const FLASH_SIZE: usize = 8 * 1024;
 /// What takes longer does not come any more: the watchdog needs two seconds.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// How often it is looked whether the emulator still runs.
+const LOOK: Duration = Duration::from_millis(10);
+/// What the emulator says, in its folder.
+const LOG: &str = "qemu.log";
 
 /// Where the chip's line ends.
 #[derive(Clone, Debug)]
@@ -54,7 +58,8 @@ pub enum Stepped {
 /// A running chip with its plant.
 #[derive(Debug)]
 pub struct Chip {
-    emulator: Child,
+    /// Ends with this.
+    _emulator: Emulator,
     plant: UnixStream,
     line: Option<UnixStream>,
     decoder: Decoder,
@@ -66,11 +71,47 @@ pub struct Chip {
     resets: u32,
 }
 
-impl Drop for Chip {
+/// QEMU, for as long as this lives.
+#[derive(Debug)]
+struct Emulator {
+    child: Child,
+    /// What it has said.
+    log: PathBuf,
+}
+
+impl Drop for Emulator {
     fn drop(&mut self) {
         // It may have ended by itself.
-        let _ = self.emulator.kill();
-        let _ = self.emulator.wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Emulator {
+    /// The line that it opens, unless it ends before, or does nothing.
+    fn accept(&mut self, listener: &UnixListener) -> io::Result<UnixStream> {
+        listener.set_nonblocking(true)?;
+        let end = Instant::now() + PATIENCE;
+        loop {
+            match listener.accept() {
+                Ok((stream, _)) => {
+                    stream.set_nonblocking(false)?;
+                    stream.set_read_timeout(Some(PATIENCE))?;
+                    return Ok(stream);
+                }
+                Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error),
+                Err(_) => {}
+            }
+            if let Some(status) = self.child.try_wait()? {
+                let said = std::fs::read_to_string(&self.log).unwrap_or_default();
+                return Err(io::Error::other(format!("{QEMU} ended ({status}): {}", said.trim())));
+            }
+            if Instant::now() > end {
+                let why = format!("{QEMU} has opened no line in {} s", PATIENCE.as_secs());
+                return Err(io::Error::new(io::ErrorKind::TimedOut, why));
+            }
+            std::thread::park_timeout(LOOK);
+        }
     }
 }
 
@@ -87,13 +128,16 @@ impl Chip {
         let (plant_path, line_path) = (folder.join("plant"), folder.join("line"));
         let plant = listen(&plant_path)?;
         let here = matches!(line, Line::Here).then(|| listen(&line_path)).transpose()?;
-        let emulator = emulator(firmware, folder, line)?
+        let child = emulator(firmware, folder, line)?
             .spawn()
             .map_err(|error| io::Error::new(error.kind(), format!("cannot run {QEMU}: {error}")))?;
+        let mut emulator = Emulator { child, log: folder.join(LOG) };
+        let plant = emulator.accept(&plant)?;
+        let line = here.map(|line| emulator.accept(&line)).transpose()?;
         let mut chip = Self {
-            emulator,
-            plant: accept(&plant)?,
-            line: here.map(|line| accept(&line)).transpose()?,
+            _emulator: emulator,
+            plant,
+            line,
             decoder: Decoder::new(),
             world: World::new(config.world()),
             composition,
@@ -261,12 +305,6 @@ fn listen(path: &PathBuf) -> io::Result<UnixListener> {
     UnixListener::bind(path)
 }
 
-fn accept(listener: &UnixListener) -> io::Result<UnixStream> {
-    let (stream, _) = listener.accept()?;
-    stream.set_read_timeout(Some(PATIENCE))?;
-    Ok(stream)
-}
-
 fn emulator(firmware: &Path, folder: &Path, line: &Line) -> io::Result<Command> {
     let device = match line {
         Line::Tcp { host, port } => {
@@ -282,10 +320,30 @@ fn emulator(firmware: &Path, folder: &Path, line: &Line) -> io::Result<Command> 
     command.arg("-kernel").arg(std::fs::canonicalize(firmware)?);
     command.current_dir(folder).stdin(Stdio::null());
     // Of a board that it does not know to the last detail, QEMU says more than anybody wants to read.
-    command.stderr(std::fs::File::create(folder.join("qemu.log"))?);
+    command.stderr(std::fs::File::create(folder.join(LOG))?);
     Ok(command)
 }
 
 fn unexpected(report: &Report) -> io::Error {
     io::Error::other(format!("the chip reports {report:?} out of turn"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_emulator_that_ends_is_told_with_what_it_has_said() {
+        let folder = std::env::temp_dir().join(format!("lafet-chip-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let log = folder.join(LOG);
+        let mut command = Command::new("sh");
+        command.args(["-c", "echo no such kernel >&2; exit 3"]);
+        command.stderr(std::fs::File::create(&log).unwrap());
+        let mut emulator = Emulator { child: command.spawn().unwrap(), log };
+        let listener = listen(&folder.join("plant")).unwrap();
+        let said = emulator.accept(&listener).unwrap_err().to_string();
+        assert!(said.contains("exit status: 3") && said.ends_with("no such kernel"), "{said}");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

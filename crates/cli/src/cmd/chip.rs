@@ -8,7 +8,7 @@ use std::time::Duration;
 use lafet_sim::chip::{Chip, Line, Stepped};
 use lafet_sim::sim::Config;
 use lafet_sim::world::STEP_MS;
-use tokio::time::{MissedTickBehavior, interval};
+use tokio::time::{Instant, sleep_until};
 
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -48,12 +48,18 @@ pub async fn serve(running: Running<'_>, out: &mut Out) -> Outcome {
     }
 }
 
-/// Steps as many as there is time for, and tells of resets.
+/// What a busy machine has held up is made up for, so that the monitor's clock does not fall behind; after
+/// a longer pause, as of the whole computer, it goes on from there.
+const LATE_MAX: Duration = Duration::from_secs(3);
+
+/// Steps as many as real time has had, and tells of resets.
 async fn pace(chip: Arc<Mutex<Chip>>, speed: f64, out: &mut Out) -> Outcome {
-    let mut ticks = interval(Duration::from_secs_f64(STEP_MS as f64 / 1000.0 / speed));
-    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let period = Duration::from_secs_f64(STEP_MS as f64 / 1000.0 / speed);
+    let mut due = Instant::now();
     loop {
-        ticks.tick().await;
+        sleep_until(due).await;
+        let now = Instant::now();
+        due = due.max(now.checked_sub(LATE_MAX).unwrap_or(now)) + period;
         let chip = chip.clone();
         // The emulator is waited for, which must hold up nobody else.
         let stepped = tokio::task::spawn_blocking(move || {

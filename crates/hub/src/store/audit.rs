@@ -128,7 +128,7 @@ impl Audit {
                 // Two connections to the same database in memory, which bears a name for that.
                 static NEXT: AtomicU64 = AtomicU64::new(0);
                 let number = NEXT.fetch_add(1, Ordering::Relaxed);
-                let uri = format!("file:audit{number}?mode=memory&cache=shared");
+                let uri = format!("file:/audit{number}?vfs=memdb");
                 let one = || -> Result<Connection, StoreError> {
                     let connection = Connection::open(&uri)?;
                     connection.execute_batch(SCHEMA)?;

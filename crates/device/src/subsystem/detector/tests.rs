@@ -208,7 +208,8 @@ fn stays_at_the_ends() {
     // The ends need not be looked straight at: a quarter of the field of view is enough.
     let end = 1800 - bench.params.get(Param::DetectorFieldOfView) / 4;
     assert!((left - end).abs() <= 3 && (right + end).abs() <= 3, "{right} {left}");
-    assert!(stays.iter().all(|stay| (180..600).contains(stay)), "{stays:?}");
+    // Without a stay it would creep for 180 ms; the first is the start.
+    assert!(stays[1..].iter().all(|stay| (300..500).contains(stay)), "{stays:?}");
 }
 
 /// §3.3.7/1 A detector that does not answer; one picture that is missing ends nothing.

@@ -54,20 +54,25 @@ async function sent(request: string, id = 'M1'): Promise<void> {
 }
 
 /**
- * Holds until the barrel moves. On a busy machine the page's beats may be late, and the motion ends,
- * as it has to: then the hand lets go and holds anew.
+ * Holds until the barrel moves and has turned. On a busy machine the page's beats may be late, and the
+ * motion ends, as it has to: then the hand lets go and holds anew.
  */
 async function begun(hold: () => Promise<void>, leave: () => Promise<void>): Promise<void> {
+  const stood = await site.position('M1');
+  await heldUntil(async () => (await site.moves('M1')) && (await site.position('M1')) !== stood, hold, leave);
+}
+
+async function heldUntil(sign: () => Promise<boolean>, hold: () => Promise<void>, leave: () => Promise<void>): Promise<void> {
   for (let n = 0; n < 5; n += 1) {
     await hold();
-    const moved = await until(() => site.moves('M1'), 3000).then(
+    const seen = await until(sign, 3000).then(
       () => true,
       () => false,
     );
-    if (moved) return;
+    if (seen) return;
     await leave();
   }
-  throw new Error('the barrel does not move');
+  throw new Error('the barrel does not do what the hand says');
 }
 
 /** Pulls the stick to the left. */
@@ -454,8 +459,11 @@ describe('what the page says', () => {
     await take();
     await site.send('M1', quench);
     await until(async () => (await control()).includes('Quench'));
-    await pressKey('ArrowLeft');
-    await until(async () => (await control()).includes('Paused'));
+    await heldUntil(
+      async () => (await control()).includes('Paused'),
+      () => page.keyboard.down('ArrowLeft'),
+      () => page.keyboard.up('ArrowLeft'),
+    );
     await page.keyboard.up('ArrowLeft');
     const banner = page.getByText('Program paused, goes on in');
     await banner.waitFor();

@@ -28,16 +28,26 @@ pub enum Saved {
     /// It stands in non-volatile memory: Ok was answered.
     Stored,
     /// It is in force, and nothing has said that it is stored: a drive may be moving, the value may
-    /// be on a remote unit, or this monitor never says so.
+    /// be on a remote unit, this monitor may never say so, or the connection is lost since.
     Unconfirmed,
     /// It is in force until the next reset: the monitor cannot write it (ConfigWriteFault).
     WriteFailed,
 }
 
+impl Saved {
+    /// Its name for programs.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stored => "stored",
+            Self::Unconfirmed => "unconfirmed",
+            Self::WriteFailed => "write_failed",
+        }
+    }
+}
+
 impl Monitor {
     /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`, and waits until it is
-    /// stored: two seconds at most, with three repetitions at most. A parameter of a remote unit
-    /// is repeated until the unit has taken it.
+    /// stored: see [`Monitor::save`].
     pub async fn save_param(
         &self,
         who: SubsystemId,
@@ -55,53 +65,60 @@ impl Monitor {
         values: &[i32],
     ) -> Result<Saved, Error> {
         let body = Body::SetParam { id, values: Ints::Values(values) };
-        let request = Request::new(who, body);
-        let set = async || Ok(self.client().request(&request).await?.accepted()?.first().status());
-        let mut tries = 0;
-        let first = loop {
-            match set().await {
-                // §3.5/7
-                Err(error) if is_cached(&error) && tries < UNIT_TRIES => sleep(UNIT_PAUSE).await,
-                other => break other?,
-            }
-            tries += 1;
-        };
-        match first {
-            Status::OK => Ok(Saved::Stored),
-            // Each repetition would be one more write for the unit, too.
-            _ if tries > 0 => Ok(Saved::Unconfirmed),
-            _ => self.confirm(who, set).await,
-        }
+        self.saved(&Request::new(who, body)).await.map(|(_, saved)| saved)
     }
 
     /// §3.18 Locks the monitor out, or releases it, and waits until a power loss would not change
     /// that. The answers are those to the first request, which is what stops the monitor.
     pub async fn save_lockout(&self, on: bool) -> Result<(Answers, Saved), Error> {
-        let answers = self.lockout(on).await?;
-        let lock = async || Ok(general(&self.lockout(on).await?));
-        let saved = match general(&answers) {
-            Status::OK => Saved::Stored,
-            _ => self.confirm(SubsystemId::GENERAL, lock).await?,
+        self.saved(&Request::lockout(on)).await
+    }
+
+    async fn saved(&self, request: &Request<'_>) -> Result<(Answers, Saved), Error> {
+        let (answers, saved) = self.save(request).await?;
+        Ok((answers.accepted()?, saved.unwrap_or(Saved::Unconfirmed)))
+    }
+
+    /// Sends a request that changes what is stored (SetParam, Lockout), and waits until it is
+    /// stored: two seconds at most, with three repetitions at most. A parameter of a remote unit
+    /// is repeated until the unit has taken it. The answers are the first ones; `None`: refused.
+    pub async fn save(&self, request: &Request<'_>) -> Result<(Answers, Option<Saved>), Error> {
+        let mut tries = 0;
+        let answers = loop {
+            let answers = self.client().request(request).await?;
+            let cached = answers.refusal().is_some_and(|it| it.status() == Status::CACHED);
+            if !cached || tries == UNIT_TRIES {
+                break answers;
+            }
+            tries += 1;
+            // §3.5/7
+            sleep(UNIT_PAUSE).await;
+        };
+        let saved = match word(&answers, owner(request)) {
+            _ if answers.refusal().is_some() => None,
+            Status::OK => Some(Saved::Stored),
+            // Each repetition would be one more write for the unit, too.
+            _ if tries > 0 => Some(Saved::Unconfirmed),
+            // It is in force, whatever becomes of the connection.
+            _ => Some(self.confirm(request).await.unwrap_or(Saved::Unconfirmed)),
         };
         Ok((answers, saved))
     }
 
-    async fn confirm(
-        &self,
-        owner: SubsystemId,
-        again: impl AsyncFn() -> Result<Status, Error>,
-    ) -> Result<Saved, Error> {
+    /// Repeats what was accepted until Ok says that it is stored.
+    async fn confirm(&self, request: &Request<'_>) -> Result<Saved, Error> {
         let mut saved = Saved::Unconfirmed;
         for pause in PAUSES {
             sleep(pause).await;
-            match again().await {
-                Ok(Status::OK) => return Ok(Saved::Stored),
-                Ok(_) => {}
-                // A zero point that was taken is not the present position any more (§3.17).
-                Err(error) if error.is_refused() => return Ok(Saved::Unconfirmed),
-                Err(error) => return Err(error),
+            let answers = self.client().request(request).await?;
+            // A zero point that was taken is not the present position any more (§3.17).
+            if answers.refusal().is_some() {
+                return Ok(Saved::Unconfirmed);
             }
-            let status = self.status(owner).await?;
+            if word(&answers, owner(request)) == Status::OK {
+                return Ok(Saved::Stored);
+            }
+            let status = self.status(owner(request)).await?;
             let flags = status.decode().ok().and_then(|answer| answer.data.flags_bits());
             let flags = CommonFlags::from_bits_retain(flags.unwrap_or(0));
             // The flag may be another value's, but then this one is stored soon.
@@ -112,12 +129,13 @@ impl Monitor {
     }
 }
 
-/// What General says; a monitor in whose name somebody else answers has said nothing.
-fn general(answers: &Answers) -> Status {
-    let general = answers.iter().find(|answer| answer.from() == SubsystemId::GENERAL);
-    general.map_or(Status::ACCEPTED, |answer| answer.status())
+/// Who stores it: General for what goes to all (§3.18).
+fn owner(request: &Request<'_>) -> SubsystemId {
+    if request.to == SubsystemId::ALL { SubsystemId::GENERAL } else { request.to }
 }
 
-fn is_cached(error: &Error) -> bool {
-    matches!(error, Error::Refused { status: Status::CACHED, .. })
+/// What the owner says; one in whose name somebody else answers has said nothing.
+fn word(answers: &Answers, owner: SubsystemId) -> Status {
+    let said = answers.iter().find(|answer| answer.from() == owner);
+    said.map_or(Status::ACCEPTED, |answer| answer.status())
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use lafet_client::{Answers, Lang, Saved, mistake};
+use lafet_client::{Answers, Lang, Monitor, Saved, mistake};
 use lafet_proto::text::{BUFFER_SIZE, parse};
 use lafet_proto::{Record as WireRecord, Request, RequestId, SubsystemId};
 use serde_json::{Map, Value, json};
@@ -15,7 +15,6 @@ use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::model;
 use crate::program;
-use crate::saving;
 use crate::station::Station;
 use crate::sync::lock;
 use crate::text::both;
@@ -146,7 +145,7 @@ impl Hub {
             noted = Some(note);
         }
         let exchanged = exchange(station, &request, save).await;
-        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved).map(saving::name);
+        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved).map(Saved::name);
         let result = exchanged.map(|(answers, _)| answers);
         let took = began.elapsed();
         if needs.urgent {
@@ -277,7 +276,7 @@ async fn exchange(
 ) -> Result<(Answers, Option<Saved>), ApiError> {
     let client = station.client()?;
     let exchanged = match save {
-        true => saving::save(&client, request).await,
+        true => Monitor::new(client).save(request).await,
         false => client.request(request).await.map(|answers| (answers, None)),
     };
     exchanged.map_err(|error| ApiError::from(&error))

@@ -30,7 +30,6 @@ mod owner;
 mod program;
 mod rates;
 mod recording;
-mod saving;
 mod server;
 pub mod simulation;
 mod station;

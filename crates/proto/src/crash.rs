@@ -272,7 +272,47 @@ pub const FAULT_BITS: [FaultBit; 23] = [
     bit("cfsr", 25, "DIVBYZERO", ["A division by zero.", "Деление на ноль."], PROGRAM),
 ];
 
+/// So many words are the same on each processor.
+const COMMON: usize = 10;
+
 impl FaultInfo {
+    /// Its words by name: the common ones, then the processor's own.
+    pub fn registers(&self) -> impl Iterator<Item = (&'static str, u32)> + use<> {
+        let own: &[&str] = match self.arch {
+            FaultArch::CortexM3(_) => Self::NAMES.get(COMMON..).unwrap_or_default(),
+            FaultArch::Arm7Tdmi(_) => &Self::NAMES_ARM7TDMI,
+        };
+        Self::NAMES.iter().take(COMMON).chain(own).copied().zip(self.to_words())
+    }
+
+    /// What a word means where its name does not say it.
+    pub fn note(&self, register: &str) -> Option<Text> {
+        let stale = |valid| {
+            let text = Text::new("no address: not valid", "адрес недействителен");
+            (!self.bits().any(|bit| bit.name == valid)).then_some(text)
+        };
+        match register {
+            "pc" => {
+                Some(Text::new("the instruction that failed", "команда, на которой случился отказ"))
+            }
+            "lr" => Some(Text::new("where it was called from", "откуда она была вызвана")),
+            "mmfar" => stale("MMARVALID"),
+            "bfar" => stale("BFARVALID"),
+            _ => None,
+        }
+    }
+
+    /// What a record without a known bit says.
+    pub fn summary(&self) -> Option<Text> {
+        let cortex = matches!(self.arch, FaultArch::CortexM3(_));
+        (cortex && *self != Self::NONE && self.bits().next().is_none()).then_some(Text::new(
+            "No known bit of hfsr or cfsr is set: the processor found no fault. The program \
+             stopped itself or the watchdog did; pc and lr say where.",
+            "Известные биты hfsr и cfsr не установлены: процессор отказа не нашёл. Программа \
+             остановила себя сама либо сработал сторожевой таймер; где — скажут pc и lr.",
+        ))
+    }
+
     /// The bits of its fault registers that are set and known, in the order of [`FAULT_BITS`].
     pub fn bits(&self) -> impl Iterator<Item = &'static FaultBit> + use<> {
         let words = self.fault_words();
@@ -390,11 +430,30 @@ mod tests {
     }
 
     #[test]
+    fn words_have_names_and_notes() {
+        let info = cortex(1 << 30, 1 << 15, 9);
+        let words: Vec<_> = info.registers().collect();
+        assert_eq!(words.len(), 20);
+        assert_eq!(
+            (words[0], words[14], words[19]),
+            (("signature", 1), ("hfsr", 1 << 30), ("psr", 9))
+        );
+        let note = |register| info.note(register).map(|text| text.en);
+        assert_eq!((note("mmfar"), note("bfar")), (Some("no address: not valid"), None));
+        assert!(note("pc").is_some() && note("r0").is_none());
+        assert_eq!(info.summary(), None);
+        assert!(cortex(0, 0, 9).summary().is_some_and(|text| text.en.contains("watchdog")));
+        assert_eq!(FaultInfo::NONE.summary(), None);
+    }
+
+    #[test]
     fn an_arm7tdmi_has_modes() {
         let mut info = cortex(0xFFFF_FFFF, 0, 0);
         info.arch = FaultArch::Arm7Tdmi([0xD7, 0x12]);
         assert_eq!(info.bits().count(), 0);
         assert_eq!(info.context(), Context::Handler("IRQ"));
+        assert_eq!(info.registers().skip(10).collect::<Vec<_>>(), [("cpsr", 0xD7), ("spsr", 0x12)]);
+        assert_eq!(info.summary(), None);
     }
 
     #[test]

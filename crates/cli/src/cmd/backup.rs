@@ -10,7 +10,7 @@ use lafet_device::Composition;
 use lafet_proto::param::Param;
 use serde_json::{Value, json};
 
-use super::param::{saved_name, saved_text, shown};
+use super::param::{saved_text, shown};
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
@@ -313,7 +313,7 @@ fn show(restored: &[Restored], out: &mut Out) -> Outcome {
                 "wanted": one.wanted,
                 "done": one.is_done(),
                 "result": match &one.verdict {
-                    Verdict::Written(saved) => saved_name(*saved).to_owned(),
+                    Verdict::Written(saved) => saved.name().to_owned(),
                     Verdict::Failed(error) => error.localized(current()),
                     Verdict::ReadsBack(values) => format!("reads back as {values:?}"),
                 },

@@ -135,7 +135,7 @@ async fn set(args: SetArgs, global: &Global, out: &mut Out) -> Outcome {
             "name": name,
             "values": args.values,
             "status": if saved == Saved::Stored { "Ok" } else { "Accepted" },
-            "saved": saved_name(saved),
+            "saved": saved.name(),
             "acts": if later { "after-restart" } else { "at-once" },
         })
     })?;
@@ -153,15 +153,6 @@ pub fn saved_text(saved: Saved) -> &'static str {
              вовсе этого не сообщать)",
         ),
         Saved::WriteFailed => pick("in force, not stored", "действует, не сохранено"),
-    }
-}
-
-/// The same for a program.
-pub const fn saved_name(saved: Saved) -> &'static str {
-    match saved {
-        Saved::Stored => "stored",
-        Saved::Unconfirmed => "unconfirmed",
-        Saved::WriteFailed => "write-failed",
     }
 }
 

@@ -7,7 +7,7 @@ use lafet_proto::param::Param;
 use lafet_proto::request::TrajectoryPoint;
 use serde_json::{Value, json};
 
-use super::param::{failed_to_save, saved_name, saved_text};
+use super::param::{failed_to_save, saved_text};
 use super::quench::{QuenchArgs, TrajectoryArgs, point, run_quench, run_trajectory};
 use crate::angle::{Pair, degrees};
 use crate::cli::Global;
@@ -195,7 +195,7 @@ async fn store(stored: Stored, values: &[i32], global: &Global, out: &mut Out) -
     let told = stored.told(values).join("; ");
     out.show(format!("{}: {told}\n{}.", stored.title(), saved_text(saved)), || {
         let mut json = stored.json(values);
-        json["saved"] = json!(saved_name(saved));
+        json["saved"] = json!(saved.name());
         json
     })?;
     failed_to_save(saved)

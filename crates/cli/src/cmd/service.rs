@@ -3,12 +3,12 @@
 use clap::{Args, ValueEnum};
 use lafet_proto::answer::Reply;
 use lafet_proto::request::Body;
-use lafet_proto::status::{FaultArch, FaultInfo};
+use lafet_proto::status::FaultInfo;
 use lafet_proto::{Request, SubsystemId};
 use serde_json::{Map, Value, json};
 
 use super::motion::simple;
-use super::param::{failed_to_save, saved_name, saved_text};
+use super::param::{failed_to_save, saved_text};
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::exchange;
@@ -54,7 +54,7 @@ pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> O
     let answered = exchange::text(request.to, &answers);
     out.show(format!("{answered}\n{what}: {}.", saved_text(saved)), || {
         let mut json = exchange::json(&request, &answers);
-        json["saved"] = json!(saved_name(saved));
+        json["saved"] = json!(saved.name());
         json
     })?;
     failed_to_save(saved)
@@ -83,7 +83,7 @@ pub async fn run_crash(global: &Global, out: &mut Out) -> Outcome {
 /// Each register; below those that tell the cause, the bits that are set.
 fn crash_text(info: &FaultInfo) -> String {
     let mut lines = Vec::new();
-    for (name, word) in words(info) {
+    for (name, word) in info.registers() {
         lines.push(format!("{name:<9}  {word:#010x}{}", remark(info, name)));
         for bit in info.bits().filter(|bit| bit.register == name) {
             lines.push(format!("    {:<11}  {}", bit.name, of(&bit.meaning)));
@@ -95,43 +95,27 @@ fn crash_text(info: &FaultInfo) -> String {
             lines.push(format!("    {text}: {unknown:#010x}"));
         }
     }
-    if info.bits().next().is_none() && matches!(info.arch, FaultArch::CortexM3(_)) {
-        lines.push(
-            pick(
-                "No known bit of hfsr or cfsr is set: the processor found no fault. The program \
-                 stopped itself or the watchdog did; pc and lr say where.",
-                "Известные биты hfsr и cfsr не установлены: процессор отказа не нашёл. Программа \
-                 остановила себя сама либо сработал сторожевой таймер; где — скажут pc и lr.",
-            )
-            .to_owned(),
-        );
-    }
+    lines.extend(info.summary().map(|text| of(&text).to_owned()));
     lines.join("\n")
 }
 
 /// What a word means where its name does not say it.
 fn remark(info: &FaultInfo, name: &str) -> String {
-    let valid = |bit| info.bits().any(|known| known.name == bit);
-    let stale = pick("no address: not valid", "адрес недействителен");
-    let text = match name {
-        "pc" => pick("the instruction that failed", "команда, на которой случился отказ"),
-        "lr" => pick("where it was called from", "откуда она была вызвана"),
-        "mmfar" if !valid("MMARVALID") => stale,
-        "bfar" if !valid("BFARVALID") => stale,
-        "psr" | "spsr" => {
-            let context = info.context();
-            let number = context.number().map(|number| format!(" {number}")).unwrap_or_default();
-            let running = pick("running", "исполнялось");
-            return format!("  {running}: {}{number}", of(&context.text()));
-        }
-        _ => return String::new(),
-    };
-    format!("  {text}")
+    if let Some(note) = info.note(name) {
+        return format!("  {}", of(&note));
+    }
+    if !matches!(name, "psr" | "spsr") {
+        return String::new();
+    }
+    let context = info.context();
+    let number = context.number().map(|number| format!(" {number}")).unwrap_or_default();
+    let running = pick("running", "исполнялось");
+    format!("  {running}: {}{number}", of(&context.text()))
 }
 
 fn crash_json(info: &FaultInfo) -> Value {
     let words: Map<String, Value> =
-        words(info).iter().map(|(name, word)| ((*name).to_owned(), json!(word))).collect();
+        info.registers().map(|(name, word)| (name.to_owned(), json!(word))).collect();
     let bits: Vec<Value> = info
         .bits()
         .map(|bit| {
@@ -150,17 +134,6 @@ fn crash_json(info: &FaultInfo) -> Value {
         "bits": bits,
         "running": { "what": of(&context.text()), "number": context.number() },
     })
-}
-
-fn words(info: &FaultInfo) -> Vec<(&'static str, u32)> {
-    let all = info.to_words();
-    let common = FaultInfo::NAMES.iter().copied();
-    match info.arch {
-        FaultArch::CortexM3(_) => common.zip(all).collect(),
-        FaultArch::Arm7Tdmi(_) => {
-            common.take(10).chain(FaultInfo::NAMES_ARM7TDMI).zip(all).collect()
-        }
-    }
 }
 
 #[cfg(test)]

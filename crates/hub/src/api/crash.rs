@@ -4,12 +4,12 @@ use lafet_proto::crash::FaultBit;
 use lafet_proto::status::{FaultArch, FaultInfo};
 use serde_json::{Value, json};
 
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Crash data as JSON: the words, the bits that are set, what the processor was at.
 pub fn json(info: &FaultInfo) -> Value {
     let filled = *info != FaultInfo::NONE;
-    let words = words(info);
+    let words: Vec<_> = info.registers().collect();
     let bits: Vec<Value> = info.bits().map(bit).collect();
     let unknown = info.unknown_bits().into_iter().filter(|(_, bits)| *bits != 0);
     let unknown: Vec<Value> =
@@ -17,17 +17,12 @@ pub fn json(info: &FaultInfo) -> Value {
     let cortex = matches!(info.arch, FaultArch::CortexM3(_));
     let notes: Vec<Value> = words
         .iter()
-        .filter_map(|(name, _)| Some(json!({ "register": name, "text": note(info, name)? })))
+        .filter_map(|(name, _)| {
+            Some(json!({ "register": name, "text": Both::from(info.note(name)?) }))
+        })
         .collect();
     let context = info.context();
-    let summary = (filled && cortex && bits.is_empty()).then(|| {
-        both(
-            "No known bit of hfsr or cfsr is set: the processor found no fault. The program \
-             stopped itself or the watchdog did; pc and lr say where.",
-            "Известные биты hfsr и cfsr не установлены: процессор отказа не нашёл. Программа \
-             остановила себя сама либо сработал сторожевой таймер; где — скажут pc и lr.",
-        )
-    });
+    let summary = info.summary().map(Both::from);
     let running =
         filled.then(|| json!({ "what": Both::from(context.text()), "number": context.number() }));
     json!({
@@ -42,29 +37,6 @@ fn bit(bit: &FaultBit) -> Value {
         "register": bit.register, "bit": bit.bit, "name": bit.name,
         "meaning": Both::from(bit.meaning), "remedy": Both::from(bit.remedy),
     })
-}
-
-/// What a word means where its name does not say it.
-fn note(info: &FaultInfo, name: &str) -> Option<Both> {
-    let valid = |name| info.bits().any(|bit| bit.name == name);
-    let stale = both("no address: not valid", "адрес недействителен");
-    match name {
-        "pc" => Some(both("the instruction that failed", "команда, на которой случился отказ")),
-        "lr" => Some(both("where it was called from", "откуда она была вызвана")),
-        "mmfar" if !valid("MMARVALID") => Some(stale),
-        "bfar" if !valid("BFARVALID") => Some(stale),
-        _ => None,
-    }
-}
-
-fn words(info: &FaultInfo) -> Vec<(&'static str, u32)> {
-    let common = FaultInfo::NAMES.iter().copied();
-    match info.arch {
-        FaultArch::CortexM3(_) => common.zip(info.to_words()).collect(),
-        FaultArch::Arm7Tdmi(_) => {
-            common.take(10).chain(FaultInfo::NAMES_ARM7TDMI).zip(info.to_words()).collect()
-        }
-    }
 }
 
 #[cfg(test)]

@@ -97,15 +97,13 @@ impl Events {
             return;
         }
         self.db.post(move |db| {
-            let all: Vec<Event> = lock(&waiting).iter().cloned().collect();
-            match store(db, &all) {
-                // Newer ones stand behind these; older ones may have been given up meanwhile.
-                Ok(()) => {
-                    let mut waiting = lock(&waiting);
-                    let stored = all.len().min(waiting.len());
-                    waiting.drain(..stored);
-                }
-                Err(error) => tracing::warn!(%error, events = all.len(), "events are not stored"),
+            let mut all = std::mem::take(&mut *lock(&waiting));
+            if let Err(error) = store(db, &all) {
+                tracing::warn!(%error, events = all.len(), "events are not stored");
+                let mut waiting = lock(&waiting);
+                all.append(&mut waiting);
+                all.drain(..all.len().saturating_sub(WAITING_MAX));
+                *waiting = all;
             }
         });
     }
@@ -127,7 +125,7 @@ impl Events {
     }
 }
 
-fn store(db: &mut rusqlite::Connection, all: &[Event]) -> Result<(), rusqlite::Error> {
+fn store(db: &mut rusqlite::Connection, all: &VecDeque<Event>) -> Result<(), rusqlite::Error> {
     let transaction = db.transaction()?;
     for it in all {
         transaction
@@ -221,5 +219,18 @@ mod tests {
         assert_eq!(search(&range).await, (vec![3, 2], None));
         events.forget(DAY_MS + 3000, 1);
         assert_eq!(search(&|it| it.limit = 9).await, (vec![5, 4, 3], None));
+    }
+
+    #[tokio::test]
+    async fn what_the_disk_does_not_take_waits_in_order() {
+        let events = Events::open(None).unwrap();
+        let change = async |sql: &'static str| events.db.call(|db| db.execute_batch(sql)).await;
+        change("ALTER TABLE event RENAME TO away").await.unwrap();
+        events.note(1, None, &both("first", "первое"));
+        assert!(events.find(Search::default()).await.is_err());
+        events.note(2, None, &both("second", "второе"));
+        change("ALTER TABLE away RENAME TO event").await.unwrap();
+        let page = events.find(Search { limit: 9, ..Search::default() }).await.unwrap();
+        assert_eq!(page.found.iter().map(|it| it.at_ms).collect::<Vec<_>>(), [2, 1]);
     }
 }

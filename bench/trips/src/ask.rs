@@ -50,6 +50,9 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
     Ok(())
 }
 
+/// What a server may take longer than it is asked.
+const PATIENCE_S: f64 = 5.0;
+
 /// The same bytes again and again.
 pub struct Load {
     /// One request.
@@ -63,9 +66,15 @@ pub struct Load {
 }
 
 impl Load {
-    /// Prints what [`ask`] does, of all connections.
+    /// Prints what [`ask`] does, of all connections; nothing if the server leaves a request without
+    /// an answer.
     pub async fn run(self, port: &str, seconds: &str) -> Outcome {
-        let mut all = Clock::new(seconds)?;
+        let all = Clock::new(seconds)?;
+        let limit = all.seconds + Duration::from_secs_f64(PATIENCE_S);
+        tokio::time::timeout(limit, self.exchange(all, port, seconds)).await.unwrap_or(Ok(()))
+    }
+
+    async fn exchange(self, mut all: Clock, port: &str, seconds: &str) -> Outcome {
         let mut tasks = JoinSet::new();
         for _ in 0..self.connections {
             let connecting = TcpStream::connect(format!("127.0.0.1:{port}")).await;

@@ -56,20 +56,20 @@ impl Contender {
 
 impl Running<'_> {
     /// One request after the other, by its own client.
-    pub fn ask(&self, seconds: &str) -> Result<Figures, String> {
+    pub fn ask(&self, seconds: &str) -> Result<Option<Figures>, String> {
         let Contender { ask, port, .. } = self.contender;
         let mut words = ask.clone();
         words.extend([port.to_string(), seconds.to_owned()]);
         self.run(&words)
     }
 
-    /// Many at once, by bytes made beforehand.
+    /// Many at once, by bytes made beforehand; none where not all of them are answered.
     pub fn load(
         &self,
         connections: usize,
         outstanding: usize,
         seconds: &str,
-    ) -> Result<Figures, String> {
+    ) -> Result<Option<Figures>, String> {
         let Contender { bytes, port, .. } = self.contender;
         let mut words = vec![own()?.display().to_string(), "load".into(), port.to_string()];
         words.extend([bytes.0.to_owned(), bytes.1.to_string()]);
@@ -77,7 +77,7 @@ impl Running<'_> {
         self.run(&words)
     }
 
-    fn run(&self, words: &[String]) -> Result<Figures, String> {
+    fn run(&self, words: &[String]) -> Result<Option<Figures>, String> {
         let name = self.contender.name;
         let server = self.child.id().to_string();
         let before = busy_s(&server);
@@ -86,7 +86,8 @@ impl Running<'_> {
         let served = busy_s(&server) - before;
         let numbers: Vec<f64> = text.split_whitespace().flat_map(str::parse).collect();
         match numbers[..] {
-            [exchanges, p99, asked] => Ok((exchanges / (served + asked), p99)),
+            [exchanges, p99, asked] => Ok(Some((exchanges / (served + asked), p99))),
+            [] if output.status.success() => Ok(None),
             _ => Err(format!("{name}: {}", String::from_utf8_lossy(&output.stderr))),
         }
     }

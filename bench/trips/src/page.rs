@@ -32,8 +32,8 @@ pub fn report(lafet: &Path, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-fn keep(best: &mut Figures, now: Figures) {
-    if now.0 > best.0 {
+fn keep(best: &mut Figures, now: Option<Figures>) {
+    if let Some(now) = now.filter(|now| now.0 > best.0) {
         *best = now;
     }
 }
@@ -91,10 +91,14 @@ fn print(names: &[&str], best: &[[Figures; 3]]) {
     let mut table = Table::new(&columns);
     let mut late = Table::new(&columns);
     for (name, figures) in names.iter().zip(best) {
-        let cell =
-            |i: usize| format!("{} ({})", number(figures[i].0), number(figures[i].0 / echo[i].0));
+        let known = |i: usize, text: String| match figures[i].1.is_finite() {
+            true => text,
+            false => "not all answered".into(),
+        };
+        let share = |i: usize| number(figures[i].0 / echo[i].0);
+        let cell = |i: usize| known(i, format!("{} ({})", number(figures[i].0), share(i)));
         table.row(&[(*name).to_owned(), cell(0), cell(1), cell(2)]);
-        let cell = |i: usize| number(figures[i].1);
+        let cell = |i: usize| known(i, number(figures[i].1));
         late.row(&[(*name).to_owned(), cell(0), cell(1), cell(2)]);
     }
     section("roundtrip", table.text());

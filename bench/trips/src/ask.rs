@@ -137,9 +137,10 @@ impl Clock {
     }
 
     fn figures(&mut self) -> String {
+        let busy = busy_s("self") - self.busy;
         self.took_us.sort_by(f32::total_cmp);
         let p99 = self.took_us.get(self.took_us.len() * 99 / 100).copied().unwrap_or(f32::NAN);
-        format!("{} {p99:.2} {:.6}", self.exchanges, busy_s("self") - self.busy)
+        format!("{} {p99:.2} {busy:.6}", self.exchanges)
     }
 }
 

@@ -10,12 +10,17 @@ use lafet_bench_host::children_s;
 use lafet_bench_report::{Bars, Goals, Table, number, section};
 use lafet_proto::link::{self, Frame};
 
-/// For lafet.
+/// For lafet and tshark, so that their start does not count.
 const FRAMES: usize = 1_000_000;
-/// For the others, which take longer.
+/// For pymavlink, which takes longer.
 const FEWER: usize = 100_000;
 /// How often each is run; the mean counts, as processor time comes in hundredths of a second.
-const TRIES: usize = 5;
+const TRIES: usize = 3;
+/// What tshark takes to call Lua at all.
+const NOTHING: &str = "local nothing = Proto(\"nothing\", \"Nothing\")
+function nothing.dissector(tvb) return tvb:len() end
+DissectorTable.get(\"wtap_encap\"):add(wtap.USER0, nothing)
+";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -35,13 +40,15 @@ fn main() -> ExitCode {
 fn report(lafet: &str, folder: &Path) -> Result<(), String> {
     let target = std::env::current_exe().map_err(|e| e.to_string())?;
     let at = |name: &str| target.with_file_name(name).display().to_string();
-    let (raw, pcap, lua) = (at("bench.bin"), at("bench.pcap"), at("bench.lua"));
+    let (raw, pcap) = (at("bench.bin"), at("bench.pcap"));
+    let (lua, nothing) = (at("bench.lua"), at("bench-nothing.lua"));
     let bytes: Vec<u8> = pair()?.concat().repeat(FRAMES / 2);
     fs::write(&raw, bytes).map_err(|e| format!("{raw}: {e}"))?;
     fs::write(&pcap, packets(&pair()?)).map_err(|e| format!("{pcap}: {e}"))?;
     let dissector = run(&[lafet, "dissector"])?;
     fs::write(&lua, dissector).map_err(|e| format!("{lua}: {e}"))?;
-    let script = format!("lua_script:{lua}");
+    fs::write(&nothing, NOTHING).map_err(|e| format!("{nothing}: {e}"))?;
+    let script = |lua: &str| format!("lua_script:{lua}");
     let mavlink = folder.join("pymavlink_read.py").display().to_string();
     let count = FEWER.to_string();
     let mean = |words: &[&str], frames: usize| -> Result<f64, String> {
@@ -51,14 +58,16 @@ fn report(lafet: &str, folder: &Path) -> Result<(), String> {
     };
     let counted = mean(&[lafet, "decode", "--quiet", &raw], FRAMES)?;
     let text = mean(&[lafet, "decode", &raw], FRAMES)?;
-    let plain = mean(&["tshark", "-r", &pcap], FEWER)?;
-    let ours = mean(&["tshark", "-X", &script, "-r", &pcap], FEWER)?;
+    let plain = mean(&["tshark", "-r", &pcap], FRAMES)?;
+    let empty = mean(&["tshark", "-X", &script(&nothing), "-r", &pcap], FRAMES)?;
+    let ours = mean(&["tshark", "-X", &script(&lua), "-r", &pcap], FRAMES)?;
     let python: f64 = run(&["python3", &mavlink, &count])?.trim().parse().unwrap_or(f64::NAN);
     let rows = [
         ("lafet decode --quiet", counted),
         ("lafet decode, text", text),
         ("pymavlink, HEARTBEAT", python),
         ("tshark, no dissector", plain),
+        ("tshark, a dissector in Lua that does nothing", empty),
         ("tshark, our dissector", ours),
     ];
     let mut table = Table::new(&["", "µs a frame", "frames a second"]);
@@ -95,7 +104,7 @@ fn packets(pair: &[Vec<u8>; 2]) -> Vec<u8> {
     for word in [0xA1B2_C3D4u32, 0x0004_0002, 0, 0, 65_535, 147] {
         file.extend(word.to_le_bytes());
     }
-    for index in 0..FEWER {
+    for index in 0..FRAMES {
         let packet = &pair[index % 2];
         let (time, len) = (index as u32, packet.len() as u32);
         for word in [time / 1000, time % 1000 * 1000, len, len] {

@@ -12,8 +12,11 @@ const STEPS: usize = 200_000;
 /// The best of so many counts: others use the caches, too.
 const TRIES: usize = 3;
 
+/// What a monitor does, and how it is brought to that.
+type State = (&'static str, fn() -> Sim);
+
 fn main() {
-    let states: [(&str, fn() -> Sim); 2] = [("at rest", at_rest), ("drives in motion", in_motion)];
+    let states: [State; 2] = [("at rest", at_rest), ("drives in motion", in_motion)];
     let mut table = Table::new(&[
         "monitors on one core",
         "at rest, ns a step",

@@ -287,10 +287,38 @@ end
 
 local self
 
+-- What a frame of one record is called, by addresses and header: of noise not for ever.
+local SINGLES_MAX = 10000
+local singles, kept = {}, 0
+
+-- The line of a piece that is one frame of one record with nothing escaped, as most pieces are.
+local function single(bytes)
+  if #bytes < 11 or bytes:find("[\xC0\xDB]", 3) ~= #bytes then return end
+  local head = bytes:sub(1, 8)
+  local known = singles[head]
+  if not known then
+    local sync, start, dst, src, first, _, _, size = head:byte(1, 8)
+    local text = summary(head, 5, 8 + size, way_of(dst, src, first))
+    known = { size = sync == SYNC and start == END and 11 + size, info = src .. " → " .. dst .. "  " .. text }
+    if kept == SINGLES_MAX then singles, kept = {}, 0 end
+    singles[head], kept = known, kept + 1
+  end
+  return known.size == #bytes and known.info
+end
+
+local function name(pinfo, info)
+  local cols = pinfo.cols
+  cols.protocol = "lafet"
+  cols.info = info
+end
+
 -- Every frame of a piece of a stream; the offset of a frame that has begun and not ended, if any.
 local function frames(tvb, pinfo, tree)
   local bytes = tvb:raw()
-  local shown = tree.visible or tree:referenced(self)
+  -- What is visible counts as referenced.
+  local shown = tree:referenced(self)
+  local info = not shown and single(bytes)
+  if info then return name(pinfo, info) end
   local infos, last = nil, 0
   local begin = bytes:find("\xC0", 1, true)
   while begin do
@@ -308,11 +336,7 @@ local function frames(tvb, pinfo, tree)
       begin = ending
     end
   end
-  if infos then
-    local cols = pinfo.cols
-    cols.protocol = "lafet"
-    cols.info = infos
-  end
+  if infos then name(pinfo, infos) end
   return begin and begin - 1
 end
 
@@ -329,9 +353,8 @@ end
 function records_only.dissector(tvb, pinfo, tree)
   local way = pinfo.src_port < pinfo.dst_port and 2 or 1
   local branch = tree:add(records_only, tvb())
-  pinfo.cols.protocol = "lafet"
   local bytes = tvb:raw()
-  pinfo.cols.info = summary(bytes, 1, #bytes, way)
+  name(pinfo, summary(bytes, 1, #bytes, way))
   add_records(bytes, tvb(), way, branch)
   return tvb:len()
 end

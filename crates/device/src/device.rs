@@ -303,10 +303,15 @@ impl Device {
         for valve in &mut self.valves {
             valve.end_opening(Rule::NotDeployed);
         }
+        self.end_moves(Cause::Rule(Rule::NotDeployed));
+    }
+
+    /// Ends what Moves have begun of the drives that aim; a held button is asked in each step.
+    pub(crate) fn end_moves(&mut self, why: Cause) {
         for axis in AIMING {
             let drive = by_axis(&mut self.drives, axis);
-            if matches!(drive.mover(), Some(Cause::Request(_) | Cause::Button(_))) {
-                drive.stop(Cause::Rule(Rule::NotDeployed));
+            if matches!(drive.mover(), Some(Cause::Request(_))) {
+                drive.stop(why);
             }
         }
     }

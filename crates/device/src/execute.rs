@@ -102,25 +102,26 @@ impl Device {
             // §3.13
             Body::StartJustify => {
                 let (_, detector, env) = self.programs();
-                detector.start_justify(by, &env)
+                let status = detector.start_justify(by, &env);
+                self.begin_program(now, status, by)
             }
             // §3.14
             Body::StartQuench(quench) => {
                 let (control, _, env) = self.programs();
                 let status = control.start_quench(quench, by, &env);
-                self.deploy_for_program(now, status, by)
+                self.begin_program(now, status, by)
             }
             // §3.15
             Body::StartTrajectory(trajectory) => {
                 let (control, _, env) = self.programs();
                 let status = control.start_trajectory(trajectory, by, &env);
-                self.deploy_for_program(now, status, by)
+                self.begin_program(now, status, by)
             }
             // §3.16
             Body::StartSeek(seek) => {
                 let (_, detector, env) = self.programs();
                 let status = detector.start_seek(seek, by, &env);
-                self.deploy_for_program(now, status, by)
+                self.begin_program(now, status, by)
             }
             // §3.6
             Body::SetupCorrectionTable { first, corrections } => {
@@ -270,10 +271,14 @@ impl Device {
         }
     }
 
-    /// §3.14/5, §3.16/3: what was accepted while folded deploys first.
-    fn deploy_for_program(&mut self, now: Millis, status: Status, by: Asked) -> Status {
-        if status.is_success() && !self.is_deployed() {
-            self.deployer.deploy(now, &mut self.drives, &self.params, by);
+    /// What was accepted has the drives from now on, wherever it goes first: nobody could stop a
+    /// Move that went on any more (§3.2/3, §3.2/4). While folded it deploys first (§3.14/5, §3.16/3).
+    fn begin_program(&mut self, now: Millis, status: Status, by: Asked) -> Status {
+        if status.is_success() {
+            self.end_moves(Cause::Request(by));
+            if !self.is_deployed() {
+                self.deployer.deploy(now, &mut self.drives, &self.params, by);
+            }
         }
         status
     }

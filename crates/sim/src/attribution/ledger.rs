@@ -331,6 +331,12 @@ impl Ledger {
     }
 
     fn start(&mut self, program: Program, asked: &Asked, replaces: &[Program]) {
+        if program != Program::Deploy {
+            // It takes the drives over from whoever moves them.
+            for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
+                self.moves[axis as usize] = None;
+            }
+        }
         let now_ms = self.now_ms;
         for start in &mut self.starts {
             if replaces.contains(&start.program) {

@@ -138,10 +138,11 @@ fn stops(ledger: &Ledger, asked: Asked, axis: Axis) -> bool {
             other => axis_of(other) == Some(axis),
         },
         RequestId::LOCKOUT | RequestId::RESTART | RequestId::CLEAN_FLASH | RequestId::WRAP => true,
-        RequestId::DEPLOY
-        | RequestId::START_QUENCH
+        RequestId::START_QUENCH
         | RequestId::START_TRAJECTORY
-        | RequestId::START_SEEK => axis != Axis::Nozzle,
+        | RequestId::START_SEEK
+        | RequestId::START_JUSTIFY => true,
+        RequestId::DEPLOY => axis != Axis::Nozzle,
         RequestId::MOVE | RequestId::SET_PARAM => axis_of(asked.to) == Some(axis),
         RequestId::SWITCH_LIMITS => {
             matches!(asked.to, SubsystemId::ALL | SubsystemId::MOTORS)

@@ -249,7 +249,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "mutants",
-        arguments: "[guard|chain|device|FILE] [--minutes N] [--quick] [--shard K/N] [--apart K/N]",
+        arguments: "[guard|chain|device|FILE…] [--minutes N] [--quick] [--shard K/N] [--apart K/N]",
         about: "changes that a test should notice: which ones none of the device's tests does",
         details: "The mutants of cargo-mutants (installed where it is missing), woven into a copy of the \
                   device, so that it is built once. Fails on a survivor in guard.rs or chain.rs, and \

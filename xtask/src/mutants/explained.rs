@@ -46,9 +46,11 @@ impl Explained {
     pub fn stale<'a>(
         &self,
         mutants: impl Iterator<Item = &'a Mutant> + Clone,
-        area: &str,
+        areas: &[String],
     ) -> Vec<String> {
-        let of_area = |entry: &&Entry| area == "device" || entry.file == format!("{area}.rs");
+        let is_of =
+            |entry: &Entry, area: &str| area == super::DEVICE || entry.file == format!("{area}.rs");
+        let of_area = |entry: &&Entry| areas.iter().any(|area| is_of(entry, area));
         let stale = self
             .entries
             .iter()
@@ -74,7 +76,7 @@ mod tests {
         let entry = "[[mutant]]\nfile = \"guard.rs\"\nname = \"n\"\nline = \"l\"\n";
         assert!(Explained::parse(entry).is_err());
         let read = Explained::parse(&format!("{entry}reason = \"equal\"\n")).unwrap();
-        assert_eq!(read.stale(std::iter::empty(), "guard").len(), 1);
-        assert!(read.stale(std::iter::empty(), "chain").is_empty());
+        assert_eq!(read.stale(std::iter::empty(), &["guard".into()]).len(), 1);
+        assert!(read.stale(std::iter::empty(), &["chain".into()]).is_empty());
     }
 }

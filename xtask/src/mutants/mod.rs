@@ -24,6 +24,8 @@ use trial::{Outcome, Trial};
 
 /// Of the whole device, so many of a hundred must be noticed.
 const NOTICED_PERCENT: f64 = 95.0;
+/// All files of it.
+const DEVICE: &str = "device";
 /// In these, every one.
 const WHOLE: [&str; 2] = ["guard", "chain"];
 
@@ -44,7 +46,8 @@ impl Shard {
 }
 
 struct Options {
-    area: String,
+    /// Files, or `device` for all of them.
+    areas: Vec<String>,
     shard: Shard,
     apart: Shard,
     /// For how long the woven ones are tried.
@@ -56,7 +59,7 @@ struct Options {
 pub fn mutants(arguments: &[String]) -> TaskResult {
     let options = options(arguments)?;
     setup::rust()?;
-    let mutants = mutants_of(&options.area)?;
+    let mutants = mutants_of(&options.areas)?;
     let ids = options.shard.of(mutants.keys().copied().collect());
     let mutants: BTreeMap<usize, Mutant> =
         mutants.into_iter().filter(|(id, _)| ids.contains(id)).collect();
@@ -88,8 +91,8 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
 
 fn options(arguments: &[String]) -> Result<Options, String> {
     let all = Shard { k: 0, n: 1 };
-    let area = "device".into();
-    let mut options = Options { area, shard: all, apart: all, minutes: None, quick: false };
+    let mut options =
+        Options { areas: Vec::new(), shard: all, apart: all, minutes: None, quick: false };
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
         let mut shard = || -> Result<Shard, String> {
@@ -111,22 +114,28 @@ fn options(arguments: &[String]) -> Result<Options, String> {
                 options.minutes = Some(number.ok_or("--minutes: expected a number")?);
             }
             flag if flag.starts_with('-') => return Err(format!("unexpected `{flag}`")),
-            area => options.area = area.trim_end_matches(".rs").into(),
+            area => options.areas.push(area.trim_end_matches(".rs").into()),
         }
+    }
+    if options.areas.is_empty() {
+        options.areas.push(DEVICE.into());
     }
     Ok(options)
 }
 
 /// By number, which stays the same whatever part of them is tried.
-fn mutants_of(area: &str) -> Result<BTreeMap<usize, Mutant>, String> {
-    let all = list::mutants()?.into_iter().enumerate();
-    let file = format!("{}{area}.rs", tree::SOURCE);
-    let wanted = all.filter(|(_, mutant)| area == "device" || mutant.file == file);
-    let mutants: BTreeMap<usize, Mutant> = wanted.collect();
-    if mutants.is_empty() {
-        return Err(format!("no mutants in {file}: guard, chain, device or another file of it"));
+fn mutants_of(areas: &[String]) -> Result<BTreeMap<usize, Mutant>, String> {
+    let all: BTreeMap<usize, Mutant> = list::mutants()?.into_iter().enumerate().collect();
+    let is_of = |mutant: &Mutant, area: &str| {
+        area == DEVICE || mutant.file == format!("{}{area}.rs", tree::SOURCE)
+    };
+    for area in areas {
+        if !all.values().any(|mutant| is_of(mutant, area)) {
+            return Err(format!("no mutants in {area}: guard, chain, device or a file of it"));
+        }
     }
-    Ok(mutants)
+    let wanted = |mutant: &Mutant| areas.iter().any(|area| is_of(mutant, area));
+    Ok(all.into_iter().filter(|(_, mutant)| wanted(mutant)).collect())
 }
 
 /// Tries the woven ones, on all processors.
@@ -235,9 +244,9 @@ fn judge(
     println!("{}\n", sum.row("together"));
     let whole = options.shard.n == 1 && options.minutes.is_none() && !options.quick;
     if whole {
-        problems.extend(explained.stale(mutants.values(), &options.area));
+        problems.extend(explained.stale(mutants.values(), &options.areas));
     }
-    if options.area == "device" && sum.percent() >= NOTICED_PERCENT {
+    if options.areas.iter().any(|area| area == DEVICE) && sum.percent() >= NOTICED_PERCENT {
         problems
             .retain(|problem| WHOLE.iter().any(|name| problem.contains(&format!("/{name}.rs"))));
     }
@@ -261,8 +270,11 @@ mod tests {
     fn options_are_read() {
         let read =
             |text: &str| options(&text.split_whitespace().map(String::from).collect::<Vec<_>>());
-        let all = read("chain.rs").ok().map(|options| (options.area, options.shard.n));
-        assert_eq!(all, Some(("chain".into(), 1)));
+        let all = read("chain.rs").ok().map(|options| (options.areas, options.shard.n));
+        assert_eq!(all, Some((vec!["chain".into()], 1)));
+        let files = read("guard store/mount").map(|options| options.areas);
+        assert_eq!(files, Ok(vec!["guard".into(), "store/mount".into()]));
+        assert_eq!(read("--quick").map(|options| options.areas), Ok(vec!["device".into()]));
         assert_eq!(read("--shard 2/5").ok().map(|o| (o.shard.k, o.shard.n)), Some((2, 5)));
         assert!(read("--shard 5/5").is_err());
         assert!(read("--sard 1/5").is_err());

@@ -1,6 +1,8 @@
 //! Runs the tests of the device against a mutant.
 
+use std::collections::BTreeMap;
 use std::process::{Command, Stdio};
+use std::time::Instant;
 
 use super::list::Mutant;
 use super::tree::Test;
@@ -48,7 +50,8 @@ struct Long {
 const QUICK_SECONDS: u32 = 60;
 
 pub struct Trial<'a> {
-    tests: &'a [Test],
+    /// The quickest first.
+    tests: Vec<&'a Test>,
     /// Without the tests that take minutes: what is noticed then, is noticed at least.
     quick: bool,
 }
@@ -56,23 +59,27 @@ pub struct Trial<'a> {
 impl<'a> Trial<'a> {
     /// Fails if a test fails without a mutant.
     pub fn new(tests: &'a [Test], files: &[&str], quick: bool) -> Result<Self, String> {
-        let trial = Self::unproved(tests, quick);
+        let mut trial = Self::unproved(tests, quick);
         let mut runs: Vec<_> = trial.short().map(|test| (test, "", SHORT_SECONDS)).collect();
         for (test, long) in files.iter().flat_map(|file| trial.long(file)) {
             if !runs.iter().any(|run| (&run.0.name, run.1) == (&test.name, long.filter)) {
                 runs.push((test, long.filter, long.seconds));
             }
         }
+        let mut took = BTreeMap::new();
         for (test, filter, seconds) in runs {
+            let start = Instant::now();
             if run(test, filter, seconds, None) != Outcome::Survived {
                 return Err(format!("{} fails without any mutant", test.name));
             }
+            took.insert(&test.name, start.elapsed());
         }
+        trial.tests.sort_by_key(|test| took.get(&test.name).copied());
         Ok(trial)
     }
 
     pub fn unproved(tests: &'a [Test], quick: bool) -> Self {
-        Self { tests, quick }
+        Self { tests: tests.iter().collect(), quick }
     }
 
     /// The quick tests first; at the first failure it is decided.
@@ -86,18 +93,17 @@ impl<'a> Trial<'a> {
     }
 
     fn short(&self) -> impl Iterator<Item = &'a Test> {
-        self.tests.iter().filter(|test| !LONG.iter().any(|long| long.name == test.name))
+        self.tests.iter().copied().filter(|test| !LONG.iter().any(|long| long.name == test.name))
     }
 
-    fn long<'b>(
-        &self,
-        file: &'b str,
-    ) -> impl Iterator<Item = (&'a Test, &'static Long)> + use<'a, 'b> {
-        let Self { tests, quick } = *self;
+    fn long(&self, file: &str) -> impl Iterator<Item = (&'a Test, &'static Long)> {
+        let Self { tests, quick } = self;
         LONG.iter()
-            .filter(move |long| !quick || long.seconds <= QUICK_SECONDS)
+            .filter(move |long| !*quick || long.seconds <= QUICK_SECONDS)
             .filter(move |long| long.only.iter().any(|start| file.starts_with(start)))
-            .filter_map(move |long| Some((tests.iter().find(|test| test.name == long.name)?, long)))
+            .filter_map(move |long| {
+                Some((*tests.iter().find(|test| test.name == long.name)?, long))
+            })
     }
 }
 

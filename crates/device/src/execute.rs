@@ -355,19 +355,12 @@ impl Device {
         if let Some((axis, which)) = drive_param(param) {
             return by_axis(&mut self.drives, axis).set_param(which, first, &mut self.params, by);
         }
-        let [valve1, valve2] = &mut self.valves;
-        match id {
-            SubsystemId::VALVE1 => valve1.set_param(param, first, &mut self.params),
-            SubsystemId::VALVE2 => valve2.set_param(param, first, &mut self.params),
-            _ => {
-                let unit = (spec.placement == Placement::Unit).then(|| self.remote_link(id));
-                // §3.5/7
-                if unit.flatten().is_some_and(|unit| !unit.write(param.id(), first)) {
-                    return Status::CACHED;
-                }
-                self.params.write(param, values)
-            }
+        let unit = (spec.placement == Placement::Unit).then(|| self.remote_link(id));
+        // §3.5/7
+        if unit.flatten().is_some_and(|unit| !unit.write(param.id(), first)) {
+            return Status::CACHED;
         }
+        self.params.write(param, values)
     }
 
     fn remote_link(&mut self, id: SubsystemId) -> Option<&mut remote::Link> {

@@ -112,16 +112,20 @@ fn no_speed_is_gathered_while_the_guard_holds() {
 /// §3.3.10/1, §3.5 A limit moved inward past the drive: a held button does not turn it back.
 #[test]
 fn a_button_never_moves_the_other_way() {
-    let mut rig = Rig::deployed();
-    rig.move_to(Axis::Vertical, 1200);
-    rig.run(20_000);
-    assert!(rig.set(Param::VerticalMaxLimit, 600).is_success());
-    rig.plant.inputs.buttons[0][2] = ButtonState::Pressed;
-    rig.run_while(1_000, |rig| rig.speed(Axis::Vertical) == 0);
-    rig.plant.inputs.buttons[0][2] = ButtonState::Released;
-    rig.plant.inputs.buttons[0][3] = ButtonState::Pressed;
-    rig.run(500);
-    assert!(rig.speed(Axis::Vertical) < 0);
+    let limits = [(Param::VerticalMaxLimit, 2, 3, 1), (Param::VerticalMinLimit, 3, 2, -1)];
+    for (limit, outward, inward, side) in limits {
+        let mut rig = Rig::deployed();
+        assert!(rig.set(Param::VerticalMinLimit, -1800).is_success());
+        rig.move_to(Axis::Vertical, 1200 * side);
+        rig.run(20_000);
+        assert!(rig.set(limit, i32::from(600 * side)).is_success());
+        rig.plant.inputs.buttons[0][outward] = ButtonState::Pressed;
+        rig.run_while(1_000, |rig| rig.speed(Axis::Vertical) == 0);
+        rig.plant.inputs.buttons[0][outward] = ButtonState::Released;
+        rig.plant.inputs.buttons[0][inward] = ButtonState::Pressed;
+        rig.run(500);
+        assert!(rig.speed(Axis::Vertical) * side < 0, "{limit:?}");
+    }
 }
 
 /// §3.14/9 A program that replaces another: nothing goes on to where the old one sent it.

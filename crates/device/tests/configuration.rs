@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::Rig;
+use common::{Plant, Rig};
 use lafet_device::Composition;
 use lafet_proto::flags::CommonFlags;
 use lafet_proto::param::{Param, Storage};
@@ -111,4 +111,20 @@ fn neither_read_nor_written() {
     assert_eq!(rig.status(SubsystemId::CONTROL, program), Status::ACCEPTED);
     rig.run(50);
     assert!(common(&mut rig, SubsystemId::CONTROL).is_empty());
+}
+
+/// §3.3.1/2, §3.19/3 That parameters are unset is told from the first moment, before anything has been
+/// sensed, and of each subsystem that has some.
+#[test]
+fn unset_from_the_first_moment() {
+    let plant = Plant::of(&Composition::FULL);
+    let mut rig = Rig::power_up(Composition::FULL, plant, 0);
+    for id in SubsystemId::CHAIN {
+        let has_some = Param::ALL.iter().any(|param| {
+            let spec = param.spec();
+            spec.subsystem == id && spec.storage == Storage::Stored
+        });
+        let flags = CommonFlags::from_bits_retain(rig.flags(id) & 0xFFFF);
+        assert_eq!(flags.contains(CommonFlags::CONFIG_INVALID), has_some, "{id}: {flags:?}");
+    }
 }

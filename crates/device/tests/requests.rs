@@ -4,7 +4,7 @@ mod common;
 
 use common::{Rig, STEP_MS, payload, replies};
 use lafet_device::cause::{Cause, Rule};
-use lafet_device::image::{Axis, ValveOutput};
+use lafet_device::image::{Axis, Spot, ValveOutput};
 use lafet_device::port::RecordPort;
 use lafet_device::{Composition, Source};
 use lafet_proto::flags::{
@@ -285,6 +285,44 @@ fn move_pauses_a_program() {
     rig.ask(SubsystemId::NOZZLE, Body::Move { destination: 10 });
     rig.step(STEP_MS);
     assert!(!control(&mut rig).contains(ControlFlags::PAUSED));
+}
+
+/// §3.16/5, §3.21/1, §3.21/2 What a search has found is told brightest first, the same by both requests,
+/// twenty bytes each.
+#[test]
+fn hotbeds_are_told() {
+    // Horizontal and vertical middle, brightness; each 60' wide and high.
+    let fires = [(-600_i64, 300_i64, 700), (600, 300, 900)];
+    let mut rig = started(DETECTOR, seek());
+    let empty = rig.get(Param::DetectorHotbeds);
+    assert_eq!(empty, Ok(vec![]));
+    while detector(&mut rig).contains(DetectorFlags::SEARCHING) {
+        assert!(rig.now_ms < 200_000);
+        let [h, v] = [Axis::Horizontal, Axis::Vertical].map(|axis| rig.plant.position(axis));
+        let spots = fires.map(|(fire_h, fire_v, brightness)| {
+            let (left, up) = ((fire_h - h) as i16, (fire_v - v) as i16);
+            let (sides, ends) = ((left + 30, left - 30), (up - 30, up + 30));
+            let spot =
+                Spot { left: sides.0, right: sides.1, bottom: ends.0, top: ends.1, brightness };
+            (left.abs() < 450 && up.abs() < 450).then_some(spot)
+        });
+        rig.plant.inputs.detector.spots[..2].copy_from_slice(&spots);
+        rig.step(STEP_MS);
+    }
+    assert_eq!(detector(&mut rig), DetectorFlags::FOUND);
+    let told = rig.get(Param::DetectorHotbeds).unwrap();
+    let [first, second] = told.as_chunks::<5>().0 else { panic!("{told:?}") };
+    for ([x1, x2, y1, y2, brightness], (h, v, expected)) in [(first, fires[1]), (second, fires[0])]
+    {
+        let (h, v) = (h as i32, v as i32);
+        let near = |edge: &i32, expected: i32| (edge - expected).abs() <= 15;
+        assert!(near(x1, h + 30) && near(x2, h - 30), "{told:?}");
+        assert!(near(y1, v - 30) && near(y2, v + 30), "{told:?}");
+        assert_eq!(*brightness, expected);
+    }
+    let by_id = rig.ask(DETECTOR, Body::GetParam { id: ParamId::HOTBEDS });
+    assert_eq!(rig.ask(DETECTOR, Body::GetHotbed), by_id);
+    assert_eq!(by_id[0].data.len(), 2 + 2 * 20);
 }
 
 /// §3.4/1, §3.5/2–§3.5/5 Refusals of parameters carry the id, but for a wrong size, where there may be

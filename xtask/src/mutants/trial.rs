@@ -22,7 +22,7 @@ pub enum Outcome {
 
 /// Tests that take long, in the order in which they are tried on what the others did not notice.
 const LONG: [Long; 4] = [
-    Long { name: "store", filter: "behaviour", only: &["store/", "params"], seconds: 60 },
+    Long { name: "store", filter: "behaviour told", only: &["store/", "params"], seconds: 60 },
     Long { name: "stops", filter: "", only: &[""], seconds: 60 },
     Long { name: "every_request", filter: "", only: &ASKED, seconds: 400 },
     Long { name: "store", filter: "", only: &["store/"], seconds: 1000 },
@@ -40,6 +40,7 @@ const OUT_OF_TIME: i32 = 24;
 
 struct Long {
     name: &'static str,
+    /// Parts of names: of tests that are run, or all.
     filter: &'static str,
     /// Only for mutants in files that begin with one of these.
     only: &'static [&'static str],

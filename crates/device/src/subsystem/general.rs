@@ -171,6 +171,9 @@ mod tests {
         assert_eq!(pressure(12_000, 160), Pressure::Datm(80));
         assert_eq!(pressure(20_000, 160), Pressure::Datm(160));
         assert_eq!(pressure(3900, 160), Pressure::Datm(0));
+        // To the nearest.
+        assert_eq!(pressure(4050, 160), Pressure::Datm(1));
+        assert_eq!(pressure(4049, 160), Pressure::Datm(0));
         assert_eq!(pressure(3500, 160), Pressure::Break);
         assert_eq!(pressure(21_500, 160), Pressure::Short);
     }

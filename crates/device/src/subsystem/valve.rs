@@ -13,9 +13,9 @@ use crate::params::Params;
 use crate::subsystem::remote;
 use crate::time::{Millis, Timer};
 use lafet_proto::flags::ValveFlags;
-use lafet_proto::param::{Param, Placement, ValveParam};
+use lafet_proto::param::{Param, ValveParam};
 use lafet_proto::status::ValveStatus;
-use lafet_proto::{Ints, Status, SubsystemId};
+use lafet_proto::{Status, SubsystemId};
 
 /// AmperageOverload clears this long after the stop, as that of drives does (§3.3.4).
 const OVERLOAD_CLEAR_MS: u32 = 3000;
@@ -130,17 +130,6 @@ impl Valve {
         self.motion = Motion::Still;
         self.travel.stop();
         self.leaving.stop();
-    }
-
-    /// §3.5 SetParam of this valve; range and access have been checked.
-    pub(crate) fn set_param(&mut self, param: Param, value: i32, params: &mut Params) -> Status {
-        if self.remote
-            && param.kind().placement == Placement::Unit
-            && !self.unit.write(param.id(), value)
-        {
-            return Status::CACHED;
-        }
-        params.write(param, Ints::Values(&[value]))
     }
 
     pub(crate) fn unit(&mut self) -> &mut remote::Link {

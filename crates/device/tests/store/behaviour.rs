@@ -1,6 +1,6 @@
 //! What the store keeps and refuses, in each geometry, and how it takes a flash that fails.
 
-use crate::check::{Values, perform, read, recovered, start, value};
+use crate::check::{Op, Values, perform, read, recovered, start, value};
 use crate::cuts::operations;
 use crate::flash::{Cut, Flash, Torn};
 use lafet_device::hal::{Key, Storage, StorageError, VALUE_MAX};
@@ -329,4 +329,48 @@ fn address_of_a_value() {
     let at = store.address_of(Key(1)).unwrap() as usize;
     assert_eq!(&store.flash().bytes()[at..at + 4], b"here");
     assert_eq!((store.address_of(Key(2)), store.address_of(Key(3))), (None, None));
+}
+
+/// What a start finds after a power cut in the last step of an operation, or in that many before it:
+/// the value, how many pages have been opened, and whether the first start, and the second, writes.
+fn left_by(op: &Op, back: u64, torn: Torn) -> (Option<Vec<u8>>, u32, [bool; 2]) {
+    let mut store: Store<_, 8> = start(Flash::<4, 512>::new(4, 1));
+    store.store(Key(1), &[1; 9]).unwrap();
+    if !matches!(op, Op::Store(..)) {
+        store = start(store.into_flash());
+    }
+    let mut whole = store.clone();
+    assert_eq!(perform(&mut whole, op, &Values::new()).0, Ok(()));
+    let steps = whole.flash().steps - store.flash().steps;
+    store.flash().cut(Cut { step: steps - 1 - back, torn });
+    assert!(perform(&mut store, op, &Values::new()).0.is_err());
+    let before = store.opened();
+    let mut flash = store.into_flash().power_on();
+    let writes = [(); 2].map(|()| {
+        let steps = flash.steps;
+        let store: Store<_, 8> = start(flash.clone());
+        flash = store.into_flash();
+        flash.steps > steps
+    });
+    let mut store: Store<_, 8> = start(flash);
+    let held = store.load(Key(1), &mut [0; 9]).unwrap().map(<[u8]>::to_vec);
+    (held, store.opened() - before, writes)
+}
+
+/// docs/storage.md, "The start": what has its first mark counts, what has none does not; the first
+/// start settles it for all later ones, and writes nothing where there is no doubt.
+#[test]
+fn a_start_settles_what_a_cut_has_left() {
+    let (old, new) = (Some(vec![1; 9]), Some(vec![2; 9]));
+    let replace = Op::Store(1, vec![2; 9]);
+    assert_eq!(left_by(&replace, 0, Torn::New), (new.clone(), 0, [false, false]));
+    assert_eq!(left_by(&replace, 0, Torn::Old), (new.clone(), 1, [true, false]));
+    assert_eq!(left_by(&replace, 1, Torn::New), (new, 1, [true, false]));
+    assert_eq!(left_by(&replace, 1, Torn::Old), (old.clone(), 1, [true, false]));
+    for (op, after) in [(Op::Prepare, &old), (Op::Erase, &None)] {
+        assert_eq!(left_by(&op, 0, Torn::New), (after.clone(), 1, [false, false]), "{op:?}");
+        assert_eq!(left_by(&op, 0, Torn::Old), (after.clone(), 1, [true, false]), "{op:?}");
+        assert_eq!(left_by(&op, 1, Torn::New), (after.clone(), 1, [true, false]), "{op:?}");
+        assert_eq!(left_by(&op, 1, Torn::Old), (old.clone(), 0, [true, false]), "{op:?}");
+    }
 }

@@ -17,6 +17,7 @@ const PARTS: [&str; 5] =
 /// The switch of the woven mutants.
 const SWITCH: &str = r#"
 /// Whether this mutant is on.
+#[inline(always)]
 pub fn woven(id: usize) -> bool {
     static ON: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
     let on = || std::env::var("LAFET_MUTANT").map_or(usize::MAX, |id| id.parse().unwrap());

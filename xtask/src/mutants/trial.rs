@@ -29,6 +29,8 @@ const LONG: [Long; 4] = [
 ];
 /// Files on which it depends how a single request is answered.
 const ASKED: [&str; 6] = ["answers", "chain", "composition", "device", "execute", "guard"];
+/// The program of the tests that stand in the modules.
+const UNIT: &str = "lafet_device";
 /// Processor time for the others, of which none needs a second.
 const SHORT_SECONDS: u32 = 10;
 /// Of the long tests that take a number: enough of every situation.
@@ -45,6 +47,13 @@ struct Long {
     /// Only for mutants in files that begin with one of these.
     only: &'static [&'static str],
     seconds: u32,
+}
+
+impl Long {
+    /// It takes seconds, and is about few files.
+    fn is_own(&self) -> bool {
+        self.seconds <= QUICK_SECONDS && self.only != [""]
+    }
 }
 
 /// The longest that is still quick.
@@ -83,13 +92,19 @@ impl<'a> Trial<'a> {
         Self { tests: tests.iter().collect(), quick }
     }
 
-    /// The quick tests first; at the first failure it is decided.
+    /// What is likeliest to notice it, then the quick tests; at the first failure it is decided.
     pub fn outcome(&self, id: Option<usize>, mutant: &Mutant) -> Outcome {
         let name = mutant.short_file();
+        let module = name.trim_end_matches(".rs").replace('/', "::");
+        let unit = self.tests.iter().filter(|test| test.name == UNIT);
+        let unit = unit.map(|test| (*test, module.as_str(), SHORT_SECONDS));
         let short = self.short().map(|test| (test, "", SHORT_SECONDS));
-        let long = self.long(name).map(|(test, long)| (test, long.filter, long.seconds));
-        let mut outcomes =
-            short.chain(long).map(|(test, filter, seconds)| run(test, filter, seconds, id));
+        let (own, last): (Vec<_>, Vec<_>) = self.long(name).partition(|(_, long)| long.is_own());
+        let long = |(test, long): (&'a Test, &Long)| (test, long.filter, long.seconds);
+        let all = unit.chain(own.into_iter().map(long)).chain(short);
+        let mut outcomes = all
+            .chain(last.into_iter().map(long))
+            .map(|(test, filter, seconds)| run(test, filter, seconds, id));
         outcomes.find(|outcome| *outcome != Outcome::Survived).unwrap_or(Outcome::Survived)
     }
 

@@ -1,6 +1,7 @@
 //! `cargo xtask fuzz`: builds the targets of `fuzz/` with libFuzzer and lets them run.
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use crate::run::{self, StepResult};
@@ -8,6 +9,11 @@ use crate::{TaskResult, setup};
 
 /// The targets of crates/fuzz.
 const TARGETS: [&str; 5] = ["link", "records", "text", "device", "store"];
+/// No input may take longer.
+const SLOWEST_MS: u32 = 10;
+/// What takes a millisecond or more is tried so often.
+const TRIES: usize = 5;
+const INPUTS_PER_RUN: usize = 1000;
 /// The longest input that a target looks at.
 const INPUT_MAX: usize = 2048;
 
@@ -31,7 +37,8 @@ pub fn fuzz(arguments: &[String]) -> TaskResult {
             Err(error) => problems.push(error),
         }
     }
-    println!("\n| target | executions | per second | edges | finds |\n|---|---|---|---|---|");
+    println!("\n| target | executions | per second | edges | slowest input | finds |");
+    println!("|---|--:|--:|--:|--:|--:|");
     rows.iter().for_each(|row| println!("{row}"));
     run::verdict("finds", &problems)?;
     Ok(ExitCode::SUCCESS)
@@ -104,7 +111,7 @@ fn run_target(target: &str, options: &Options) -> Result<String, String> {
         run::show(&mut command)?;
         std::fs::remove_dir_all(&committed).map_err(|e| e.to_string())?;
         std::fs::rename(&fresh, &committed).map_err(|e| e.to_string())?;
-        return Ok(format!("| {target} | merged | | | |"));
+        return Ok(format!("| {target} | merged | | | | |"));
     }
     let seconds = (options.minutes * 60.0).ceil();
     command
@@ -119,7 +126,46 @@ fn run_target(target: &str, options: &Options) -> Result<String, String> {
         let what: String = text[from..].lines().take(4).collect::<Vec<_>>().join("\n  ");
         return Err(format!("{target}: see {}\n  {what}", artifacts.display()));
     }
-    Ok(row(target, &text))
+    let slowest_ms = slowest_ms(&program(target)?, &[&working, &committed])?;
+    if slowest_ms > SLOWEST_MS {
+        return Err(format!("{target}: an input took {slowest_ms} ms"));
+    }
+    Ok(row(target, &text, slowest_ms))
+}
+
+/// How long the slowest of these inputs takes, each alone. A busy machine makes any of them slow now
+/// and then, so what seems slow is tried again.
+fn slowest_ms(program: &Path, folders: &[&PathBuf]) -> Result<u32, String> {
+    let mut inputs = Vec::new();
+    for folder in folders {
+        let entries = std::fs::read_dir(folder).map_err(|e| e.to_string())?;
+        inputs.extend(entries.flatten().map(|entry| entry.path()));
+    }
+    let mut slowest_ms = 0;
+    for _ in 0..TRIES {
+        let took = took_ms(program, &inputs)?;
+        slowest_ms = took.values().copied().max().unwrap_or(0);
+        inputs = took.into_iter().filter(|(_, ms)| *ms > 0).map(|(path, _)| path.into()).collect();
+        if inputs.is_empty() {
+            break;
+        }
+    }
+    Ok(slowest_ms)
+}
+
+fn took_ms(program: &Path, inputs: &[PathBuf]) -> Result<BTreeMap<String, u32>, String> {
+    let mut took = BTreeMap::new();
+    for some in inputs.chunks(INPUTS_PER_RUN) {
+        let output = Command::new(program).args(some).output().map_err(|e| e.to_string())?;
+        took.extend(String::from_utf8_lossy(&output.stderr).lines().filter_map(executed));
+    }
+    Ok(took)
+}
+
+/// A line of libFuzzer: "Executed PATH in N ms".
+fn executed(line: &str) -> Option<(String, u32)> {
+    let (path, ms) = line.strip_prefix("Executed ")?.strip_suffix(" ms")?.rsplit_once(" in ")?;
+    Some((path.into(), ms.parse().ok()?))
 }
 
 fn program(target: &str) -> Result<PathBuf, String> {
@@ -130,7 +176,7 @@ fn program(target: &str) -> Result<PathBuf, String> {
 }
 
 /// What libFuzzer says at its end, as a row of a table.
-fn row(target: &str, text: &str) -> String {
+fn row(target: &str, text: &str, slowest_ms: u32) -> String {
     let stat = |name: &str| {
         let line = text.lines().find_map(|line| line.strip_prefix(name));
         line.map_or("?", str::trim)
@@ -139,7 +185,8 @@ fn row(target: &str, text: &str) -> String {
     let edges = done.split("cov: ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or("?");
     let executions = stat("stat::number_of_executed_units:");
     let pace = stat("stat::average_exec_per_sec:");
-    format!("| {target} | {executions} | {pace} | {edges} | 0 |")
+    let slowest = if slowest_ms == 0 { "< 1 ms".into() } else { format!("{slowest_ms} ms") };
+    format!("| {target} | {executions} | {pace} | {edges} | {slowest} | 0 |")
 }
 
 #[cfg(test)]
@@ -150,7 +197,9 @@ mod tests {
     fn the_end_of_a_run_is_read() {
         let text = "#9\tNEW    cov: 3 ft: 4\n#99\tDONE   cov: 344 ft: 1880 corp: 389/29Kb\n\
                     stat::number_of_executed_units: 299160\nstat::average_exec_per_sec:     6503\n";
-        assert_eq!(row("link", text), "| link | 299160 | 6503 | 344 | 0 |");
+        assert_eq!(row("link", text, 0), "| link | 299160 | 6503 | 344 | < 1 ms | 0 |");
+        assert_eq!(executed("Executed corpus/in 7 in 12 ms"), Some(("corpus/in 7".into(), 12)));
+        assert_eq!(executed("Running: corpus/in 7"), None);
     }
 
     #[test]

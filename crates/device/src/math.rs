@@ -123,6 +123,10 @@ mod tests {
             let error = (f64::from(sin) - sine).abs().max((f64::from(cos) - cosine).abs());
             assert!(error < 1.5e-7, "{arcmin}: {error}");
         }
+        // As many turns as there is room for: 11,647' and −11,648' beyond the last.
+        for (turned, arcmin) in [(i32::MAX, 11_647), (i32::MIN, -11_648)] {
+            assert_eq!(sin_cos(turned), sin_cos(arcmin));
+        }
         for tenth in -810_000..=810_000 {
             let tangent = tenth as f32 / 10_000.0;
             let exact = f64::from(tangent).atan() * 10_800.0 / std::f64::consts::PI;

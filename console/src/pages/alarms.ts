@@ -18,7 +18,7 @@ import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
 import { filters, hashQuery, markStyle, monitorName, notice, priorityMark, whyNotHere } from './alarms/common';
 import './alarms/history';
-import { subsystemText } from './alarms/history';
+import { subsystemText } from './alarms/names';
 import { countOf, inOrder, matching, PRIORITIES, waits } from './alarms/model';
 import { askShelve } from './alarms/shelve';
 import { alarmStyle } from './alarms/style';

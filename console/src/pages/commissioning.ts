@@ -154,7 +154,7 @@ export class PageCommissioning extends LitElement {
         padding: 0;
         position: sticky;
         top: var(--s3);
-        max-height: calc(100dvh - 160px);
+        max-height: calc(100dvh / var(--zoom, 1) - 160px);
         overflow-y: auto;
       }
       .steps footer {

@@ -40,7 +40,7 @@ export class PageOverview extends LitElement {
       .map {
         position: sticky;
         top: var(--s3);
-        height: calc(100dvh - var(--topbar) - 57px - 48px - 3 * var(--s3));
+        height: calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - 48px - 3 * var(--s3));
         min-height: 320px;
         padding: 0;
         overflow: hidden;
@@ -82,9 +82,10 @@ export class PageOverview extends LitElement {
       }
       .values {
         display: grid;
-        grid-template-columns: repeat(auto-fit, minmax(96px, 1fr));
-        gap: var(--s2) var(--s3);
-        --lf-value-size: 22px;
+        grid-template-columns: repeat(4, minmax(0, auto));
+        justify-content: space-between;
+        gap: var(--s2) 12px;
+        --lf-value-size: var(--overview-value, 22px);
         --lf-value-width: 0;
       }
       .foot {
@@ -154,7 +155,7 @@ export class PageOverview extends LitElement {
       html`<lf-button kind="quiet" icon=${name} toggle .on=${view === one} .label=${t(`overview.${one}`)} @click=${() => this.choose(one)}></lf-button>`;
     return html`<div class="page">
       <header class="head">
-        <h1>
+        <h1 class="says">
           ${plural(ids.length, 'overview.monitors')}
           <span class="dim" style="font-weight:500">· ${t('overview.ready_n', { n: ready })}</span>
         </h1>

@@ -97,7 +97,7 @@ export class PageParams extends LitElement {
           ></lf-param-file>`
         : nothing}
       ${this.body(why)} ${this.foot(why)}
-      <input class="unseen" type="file" tabindex="-1" aria-hidden="true" accept=".toml,.json,.txt" @change=${this.opened} />
+      <input hidden type="file" accept=".toml,.json,.txt" @change=${this.opened} />
     </div>`;
   }
 

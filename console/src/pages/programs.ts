@@ -97,7 +97,7 @@ export class PagePrograms extends LitElement {
         : known
           ? html`<div class="columns">${this.list()} ${this.editor(why)} ${this.side()}</div>`
           : this.unread()}
-      <input class="unseen" type="file" tabindex="-1" aria-hidden="true" accept=".toml,.json,.txt" @change=${this.opened} />
+      <input hidden type="file" accept=".toml,.json,.txt" @change=${this.opened} />
     </div>`;
   }
 

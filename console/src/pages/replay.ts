@@ -1,6 +1,7 @@
 // Recordings and the history, played on the pages that also show what is live.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
+import { dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
 import { http } from '../hub/http';
 import { replay, type Recording } from '../hub/replay';
@@ -14,6 +15,8 @@ import '../parts/lf-plan';
 import { planMonitor } from '../parts/lf-plan';
 import { span } from '../parts/lf-timeline';
 import { standAlone } from '../parts/stand-alone';
+import { partsOf } from './alarms/model';
+import { subsystemText, titleOf } from './alarms/names';
 import { confirmDialog, dialog } from '../shell/dialog';
 import { hrefOf, PAGES } from '../shell/router';
 import { toast } from '../shell/toasts';
@@ -132,16 +135,40 @@ export class PageReplay extends LitElement {
           grid-template-columns: minmax(0, 1fr);
         }
       }
-      @container (max-width: 620px) {
-        .more {
+      @container (max-width: 740px) {
+        .more,
+        thead {
           display: none;
         }
-        td:first-child {
-          white-space: normal;
+        .scroll {
+          overflow: visible;
+        }
+        table,
+        tbody {
+          display: block;
+        }
+        tbody tr {
+          display: grid;
+          grid-template-columns: minmax(0, 1fr) auto auto;
+          align-items: center;
+          gap: 4px 12px;
+          padding: 10px 16px;
+          border-bottom: 1px solid var(--line);
+        }
+        tbody td {
+          display: block;
+          padding: 0 !important;
+          border: 0;
+        }
+        td.when {
+          font-weight: 600;
         }
         td.what {
-          min-width: 0;
-          overflow-wrap: anywhere;
+          grid-area: 2 / 1 / auto / 3;
+          overflow-wrap: break-word;
+        }
+        td.acts {
+          grid-area: 1 / 3 / span 2 / auto;
         }
       }
       @container (max-width: 700px) {
@@ -173,6 +200,7 @@ export class PageReplay extends LitElement {
     replay.addEventListener('change', this.changed);
     this.from ||= localTime(store.now() - 15 * 60_000);
     void this.refresh();
+    dictionary().then(() => this.requestUpdate(), () => {});
     this.timer = window.setInterval(() => replay.phase === 'off' && void this.refresh(), REFRESH_MS);
   }
 
@@ -248,16 +276,16 @@ export class PageReplay extends LitElement {
     const mark = one.cause === 'alarm' ? 'alarms' : one.cause === 'uploaded' ? 'upload' : 'dot';
     const engineer = may('engineer') ? '' : t('why.role', { role: t('role.engineer') });
     return html`<tr>
-      <td title=${name}>${dateTime(one.from_ms)}</td>
+      <td class="when" title=${name}>${dateTime(one.from_ms)}</td>
       <td class="what">
         <lf-chip icon=${mark}>${cause}</lf-chip>
-        ${one.alarm ? html`<div class="small dim">${one.alarm}</div>` : nothing}
+        ${one.alarm ? html`<div class="small" title=${one.alarm}>${alarmText(one)}</div>` : nothing}
         ${one.by ? html`<div class="small dim">${t('replay.by', { user: one.by })}</div>` : nothing}
       </td>
       <td class="more">${one.monitors.join(', ')}</td>
       <td class="num">${one.recording ? html`<i>${t('replay.running')}</i>` : span(one.to_ms - one.from_ms)}</td>
       <td class="num more">${sizeText(one.size)}</td>
-      <td>
+      <td class="acts">
         <div class="row">
           <lf-button
             icon="play"
@@ -345,7 +373,7 @@ export class PageReplay extends LitElement {
         }) ?? [],
     );
     return html`<div class="page">
-      <header class="head"><h1>${t('replay.now')}</h1></header>
+      <header class="head"><h1 class="says">${t('replay.now')}</h1></header>
       ${foreign ? html`<p class="lead">${t('replay.foreign')}</p>` : nothing}
       <div class="stage">
         <lf-plan
@@ -470,6 +498,12 @@ export class PageReplay extends LitElement {
     }
     await this.refresh();
   }
+}
+
+/** What the alarm is called; whose it was, where the recording has others as well. */
+function alarmText({ alarm, monitors }: Recording): string {
+  const { monitor, subsystem } = partsOf(alarm ?? '');
+  return [monitors.length > 1 ? monitor : '', subsystemText(subsystem), titleOf(alarm ?? '')].filter(Boolean).join(' · ');
 }
 
 function download(path: string, name: string): void {

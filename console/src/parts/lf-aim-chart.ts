@@ -3,6 +3,7 @@
 // dragged, or moved with the arrow keys.
 import { LitElement, html, nothing, svg, type PropertyValues, type TemplateResult } from 'lit';
 import { t } from '../i18n';
+import { magnified, placeIn } from '../theme/display';
 import { ANGLE_MOST, pulled, whole, type SectorDetail, type SectorGrip } from './lf-aim-chart-model';
 import { chartStyle } from './aim-chart-style';
 import { partStyle, emit } from './part-style';
@@ -321,7 +322,8 @@ export class LfAimChart extends LitElement {
   private move(event: PointerEvent): void {
     const { drag } = this;
     if (!drag || drag.pointer !== event.pointerId) return;
-    const [x, y] = [event.clientX - drag.from[0], event.clientY - drag.from[1]];
+    const zoom = magnified();
+    const [x, y] = [(event.clientX - drag.from[0]) / zoom, (event.clientY - drag.from[1]) / zoom];
     if (!drag.far && Math.hypot(x, y) < DRAG_LEAST_PX) return;
     drag.far = true;
     const by = { h: -x / drag.view.scale, v: -y / drag.view.scale };
@@ -344,8 +346,8 @@ export class LfAimChart extends LitElement {
   }
 
   private add(event: PointerEvent): void {
-    const box = this.getBoundingClientRect();
-    const at = { h: this.hAt(event.clientX - box.left), v: this.vAt(event.clientY - box.top) };
+    const [x, y] = placeIn(this.getBoundingClientRect(), event);
+    const at = { h: this.hAt(x), v: this.vAt(y) };
     emit<Direction>(this, 'point-add', whole(inLimits(at, this.limits)));
   }
 

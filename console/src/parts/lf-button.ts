@@ -24,7 +24,7 @@ export const buttonStyle = css`
     width: 100%;
     min-height: var(--lf-button-height, var(--touch));
     min-width: var(--touch);
-    padding: 6px 16px;
+    padding: 6px var(--lf-button-padding, 16px);
     border: 1px solid var(--line-strong);
     border-radius: var(--radius);
     background: var(--surface);

@@ -1,5 +1,6 @@
 import { css, html, LitElement, nothing, svg, type PropertyValues, type TemplateResult } from 'lit';
 import { t } from '../i18n';
+import { magnified, placeIn } from '../theme/display';
 import { changes, ofKey, ofKeys, ofStick, type HoldDetail, type Holding } from './hold';
 import { emit, partStyle } from './part-style';
 import { Words } from './words';
@@ -369,8 +370,10 @@ export class LfJoystick extends LitElement {
 
   private pull(event: PointerEvent): void {
     const box = (event.currentTarget as Element).getBoundingClientRect();
-    const right = (event.clientX - (box.left + box.width / 2)) / KNOB_WAY_PX;
-    const up = -(event.clientY - (box.top + box.height / 2)) / KNOB_WAY_PX;
+    const [x, y] = placeIn(box, event);
+    const zoom = magnified();
+    const right = (x - box.width / 2 / zoom) / KNOB_WAY_PX;
+    const up = -(y - box.height / 2 / zoom) / KNOB_WAY_PX;
     const far = Math.max(Math.hypot(right, up), 1);
     this.stick = { right: right / far, up: up / far };
     this.hold(ofStick(this.stick.right, this.stick.up, this.held));

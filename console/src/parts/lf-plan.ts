@@ -1,5 +1,6 @@
 import { html, LitElement, nothing, svg, type PropertyValues, type TemplateResult } from 'lit';
 import { t } from '../i18n';
+import { placeIn } from '../theme/display';
 import {
   bearingOf,
   bearingTo,
@@ -295,7 +296,7 @@ export class LfPlan extends LitElement {
       ${mini ? nothing : layers.route(camera, this.points, this.pointSelected, (n) => t('parts.plan.point', { n }))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
       ${mini ? nothing : layers.scaleBar(camera, lengthText)}
-      ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v) => t('parts.plan.wind', { v }))}
+      ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }))}
     `;
   }
 
@@ -378,8 +379,7 @@ export class LfPlan extends LitElement {
   // Pointer.
 
   private point(event: PointerEvent | WheelEvent): Place {
-    const box = this.renderRoot.querySelector('svg')!.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
+    return placeIn(this.renderRoot.querySelector('svg')!.getBoundingClientRect(), event);
   }
 
   private siteAt(point: Place): Place {

@@ -2,6 +2,7 @@ import { css, html, LitElement, nothing, unsafeCSS, type PropertyValues, type Te
 import uPlot from 'uplot';
 import uplotStyle from 'uplot/dist/uPlot.min.css?inline';
 import { num, t, time } from '../i18n';
+import { magnified } from '../theme/display';
 import { emit, partStyle } from './part-style';
 import { Words } from './words';
 import { Columns, type Value } from './plot/data';
@@ -185,9 +186,11 @@ export class LfPlot extends LitElement {
         min-width: 0;
         overflow: hidden;
       }
+      /* A canvas that is magnified would be blurred. */
       .area .uplot {
         position: absolute;
         font: inherit;
+        zoom: calc(1 / var(--zoom, 1));
       }
       .none {
         position: absolute;
@@ -368,7 +371,7 @@ export class LfPlot extends LitElement {
   private resized(): void {
     const { area } = this;
     if (!area || !this.plot) return;
-    const [width, height] = [area.clientWidth, area.clientHeight];
+    const { width, height } = sizeOf(area);
     if (width !== this.plot.width || height !== this.plot.height) {
       this.plot.setSize({ width, height });
     }
@@ -388,25 +391,25 @@ export class LfPlot extends LitElement {
     const style = getComputedStyle(this);
     const colour = (name: string): string => style.getPropertyValue(`--p-${name}`).trim();
     const names = [...new Set(this.series.map(({ scale, unit }) => scale ?? unit))];
-    const font = `12px ${style.fontFamily}`;
+    const zoom = magnified();
+    const font = `${Math.round(12 * zoom)}px ${style.fontFamily}`;
     const axis = (scale: string, index: number): uPlot.Axis => ({
       scale,
       side: index === 0 ? 3 : 1,
       stroke: colour('dim'),
       font,
-      size: 48,
-      gap: 6,
+      size: 48 * zoom,
+      gap: 6 * zoom,
       ticks: { show: false },
       grid: { show: index === 0, stroke: colour('line'), width: 1 },
       values: (_, values, __, ___, step) => values.map((value) => (value === null ? '' : num(value, digitsOf(step)))),
-      space: 28,
+      space: 28 * zoom,
     });
     return {
-      width: Math.max(area.clientWidth, 120),
-      height: Math.max(area.clientHeight, 80),
-      padding: [10, names.length > 1 ? 0 : 14, 0, 0],
+      ...sizeOf(area),
+      padding: [10 * zoom, names.length > 1 ? 0 : 14 * zoom, 0, 0],
       legend: { show: false },
-      cursor: { drag: { x: false, y: false }, points: { size: 7 }, y: false },
+      cursor: { drag: { x: false, y: false }, points: { size: 7 * zoom }, y: false },
       hooks: { setCursor: [(plot) => this.pointed(plot)] },
       scales: {
         x: { time: true, range: () => this.range() },
@@ -416,10 +419,10 @@ export class LfPlot extends LitElement {
         {
           stroke: colour('dim'),
           font,
-          size: 28,
+          size: 28 * zoom,
           ticks: { show: false },
           grid: { stroke: colour('line'), width: 1 },
-          space: 84,
+          space: 84 * zoom,
           values: (_, times) => times.map((at) => time(at * 1000)),
         },
         ...names.slice(0, 2).map(axis),
@@ -429,8 +432,8 @@ export class LfPlot extends LitElement {
         ...this.series.map((series, index) => ({
           scale: series.scale ?? series.unit,
           stroke: colour(this.colour(series, index)),
-          width: 2,
-          dash: DASHES[index % DASHES.length],
+          width: 2 * zoom,
+          dash: DASHES[index % DASHES.length]?.map((part) => part * zoom),
           show: !this.hidden_.has(series.id),
           spanGaps: false,
           points: { show: false },
@@ -482,6 +485,15 @@ export class LfPlot extends LitElement {
       values.every((value, index) => value === this.read.values[index]);
     if (!same) this.read = { values, at_ms };
   }
+}
+
+/** In the pixels of the screen. */
+function sizeOf(area: HTMLElement): { width: number; height: number } {
+  const zoom = magnified();
+  return {
+    width: Math.round(Math.max(area.clientWidth, 120) * zoom),
+    height: Math.round(Math.max(area.clientHeight, 80) * zoom),
+  };
 }
 
 /** As many as the step of an axis has, the same for each of its numbers. */

@@ -1,5 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { t, time } from '../i18n';
+import { magnified, placeIn } from '../theme/display';
 import { emit, partStyle } from './part-style';
 import { Words } from './words';
 
@@ -345,8 +346,9 @@ export class LfTimeline extends LitElement {
 
   private timeAt(event: PointerEvent): { x: number; at_ms: number } {
     const box = (event.currentTarget as Element).getBoundingClientRect();
-    const x = Math.min(Math.max(event.clientX - box.left, 0), box.width);
-    return { x, at_ms: this.from + (x / Math.max(box.width, 1)) * (this.to - this.from) };
+    const width = box.width / magnified();
+    const x = Math.min(Math.max(placeIn(box, event)[0], 0), width);
+    return { x, at_ms: this.from + (x / Math.max(width, 1)) * (this.to - this.from) };
   }
 
   private down(event: PointerEvent): void {

@@ -1,4 +1,6 @@
 // One bubble for the whole page that says why a control does nothing, or how it is used.
+import { magnified } from '../theme/display';
+
 let bubble: HTMLElement | null = null;
 let shownFor: Element | null = null;
 
@@ -13,8 +15,9 @@ export function showWhy(anchor: Element, text: string): void {
   const above = at.top - own.height - 8;
   const top = above > 4 ? above : at.bottom + 8;
   const left = at.left + at.width / 2 - own.width / 2;
-  bubble.style.top = `${top}px`;
-  bubble.style.left = `${Math.max(8, Math.min(left, innerWidth - own.width - 8))}px`;
+  const zoom = magnified();
+  bubble.style.top = `${top / zoom}px`;
+  bubble.style.left = `${Math.max(8, Math.min(left, innerWidth - own.width - 8)) / zoom}px`;
 }
 
 export function hideWhy(anchor?: Element): void {

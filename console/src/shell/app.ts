@@ -14,6 +14,7 @@ import type { Session } from '../hub/types';
 import { lang, langChanged, t } from '../i18n';
 import '../parts/lf-chip';
 import '../parts/lf-value';
+import { display, displayChanged, followDisplay, magnified } from '../theme/display';
 import { base } from '../theme/shared';
 import { unitsChanged } from '../units';
 import { followAuthority } from './authority';
@@ -36,7 +37,7 @@ export class LfApp extends LitElement {
     css`
       :host {
         display: grid;
-        height: 100dvh;
+        height: calc(100dvh / var(--zoom, 1));
         grid: var(--topbar) auto 1fr auto / var(--nav) 1fr;
         grid-template-areas: 'top top' 'banners banners' 'nav main' 'nav replay';
         --nav-now: var(--nav);
@@ -125,6 +126,7 @@ export class LfApp extends LitElement {
   @state() private version = 0;
   private modal = false;
   private readonly narrow = matchMedia('(min-width: 721px) and (max-width: 1280px)');
+  private readonly low = matchMedia('(max-height: 800px)');
 
   constructor() {
     super();
@@ -134,6 +136,7 @@ export class LfApp extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     followTheme();
+    followDisplay();
     guardJog();
     followAuthority();
     http.onLoginNeeded = (setup) => (this.phase = setup ? 'setup' : 'login');
@@ -141,14 +144,14 @@ export class LfApp extends LitElement {
     socket.onSessionEnded = () => (this.phase = 'login');
     router.addEventListener('change', () => this.goTo());
     guideChanged.addEventListener('change', () => this.requestUpdate());
-    for (const changed of [langChanged, unitsChanged]) {
+    for (const changed of [langChanged, unitsChanged, displayChanged]) {
       changed.addEventListener('change', () => this.anew());
     }
     dialog.addEventListener('change', () => {
       this.modal = dialog.stack.length > 0;
       this.requestUpdate();
     });
-    this.narrow.addEventListener('change', () => this.requestUpdate());
+    for (const size of [this.narrow, this.low]) size.addEventListener('change', () => this.requestUpdate());
     window.addEventListener('keydown', this.keyed);
     this.goTo();
     void this.begin();
@@ -166,7 +169,8 @@ export class LfApp extends LitElement {
         <div class="shade" @click=${() => this.removeAttribute('menu')}></div>
         <lf-nav
           .route=${this.route}
-          ?rail=${this.narrow.matches}
+          ?rail=${this.narrow.matches || this.onWall()}
+          ?dense=${this.low.matches || this.onWall()}
           ?inert=${this.modal}
           @click=${() => this.removeAttribute('menu')}
         ></lf-nav>
@@ -192,6 +196,11 @@ export class LfApp extends LitElement {
     if (!store.hello?.hub.demo || store.source === 'replay' || !guideIsWanted()) return false;
     void import('./guide');
     return true;
+  }
+
+  /** Where what is shown is worth more than the names of the pages. */
+  private onWall(): boolean {
+    return display() === 'wall' && magnified() > 1;
   }
 
   private alone(name: 'login' | 'setup') {

@@ -7,6 +7,7 @@ import { socket } from '../hub/socket';
 import { SECOND, store, TopicController } from '../hub/store';
 import { t, type Key } from '../i18n';
 import { icon } from '../parts/icons';
+import { magnified } from '../theme/display';
 import { base } from '../theme/shared';
 import { show } from '../units';
 import { GUIDE_KEY, guideWanted } from './guide-key';
@@ -34,7 +35,7 @@ export class LfGuide extends LitElement {
         position: fixed;
         left: calc(var(--nav-now, 0px) + var(--s3));
         bottom: var(--s3);
-        width: min(420px, calc(100vw - 32px));
+        width: min(420px, calc(100vw / var(--zoom, 1) - 32px));
         z-index: 44;
         display: grid;
         gap: 12px;
@@ -207,7 +208,7 @@ export class LfGuide extends LitElement {
   private look(): void {
     const step = this.steps[this.at]!;
     const boxes = (step.at ?? []).map((s) => deepQuery(document, s)?.getBoundingClientRect());
-    const box = boxes.find((one) => one && one.width > 0) ?? null;
+    const box = laidOut(boxes.find((one) => one && one.width > 0) ?? null);
     if (box?.x !== this.ring?.x || box?.y !== this.ring?.y || box?.width !== this.ring?.width) this.ring = box;
     if (!step.done?.() || this.advancing) return;
     this.advancing = window.setTimeout(this.next, 1400);
@@ -259,6 +260,12 @@ export class LfGuide extends LitElement {
     this.heat = Math.max(this.heat, this.heatNow());
     return this.heat > 0 && this.heatNow() < this.heat * HEAT_LEFT;
   }
+}
+
+/** In the pixels of the layout. */
+function laidOut(box: DOMRect | null): DOMRect | null {
+  const zoom = magnified();
+  return box && new DOMRect(box.x / zoom, box.y / zoom, box.width / zoom, box.height / zoom);
 }
 
 function deepQuery(root: Document | ShadowRoot, selector: string): Element | null {

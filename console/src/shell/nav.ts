@@ -95,7 +95,7 @@ export class LfNav extends LitElement {
         padding: 6px 2px;
         font-size: 11.5px;
         letter-spacing: -0.01em;
-        line-height: 1.1;
+        line-height: 1.15;
         text-align: center;
       }
       @media (max-height: 860px) {
@@ -108,6 +108,7 @@ export class LfNav extends LitElement {
       :host([rail]) a span {
         flex: none;
         max-width: 100%;
+        padding-bottom: 2px;
       }
       :host([rail]) a[aria-current] {
         box-shadow: inset 3px 0 var(--accent);
@@ -124,11 +125,29 @@ export class LfNav extends LitElement {
       :host([rail]) select {
         padding: 0 4px;
       }
+      /* All pages of a tablet that lies on its side, without scrolling. */
+      :host([rail][dense]) {
+        padding: 4px 6px;
+        gap: 0;
+      }
+      :host([rail][dense]) a {
+        min-height: var(--touch);
+        gap: 2px;
+        padding: 3px 2px;
+      }
+      :host([rail][dense]) h3 {
+        position: absolute;
+        clip-path: inset(50%);
+      }
+      :host([rail][dense]) label {
+        padding: 0 2px;
+      }
     `,
   ];
 
   @property({ attribute: false }) route: Route = router.route;
   @property({ type: Boolean, reflect: true }) rail = false;
+  @property({ type: Boolean, reflect: true }) dense = false;
 
   constructor() {
     super();

@@ -2,11 +2,14 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import { replay, type ReplayMark } from '../hub/replay';
+import type { Alarm } from '../hub/types';
 import { lang, t, tt } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-button';
 import '../parts/lf-timeline';
 import type { Mark } from '../parts/lf-timeline';
+import { partsOf } from '../pages/alarms/model';
+import { titleOf } from '../pages/alarms/names';
 import { base } from '../theme/shared';
 
 @customElement('lf-replay-bar')
@@ -118,7 +121,7 @@ export class LfReplayBar extends LitElement {
       const marks = replay.marks.map(({ at_ms, kind, alarm, text }) => ({
         at_ms,
         kind,
-        text: alarm ? [alarm.monitor, tt(alarm.what)].filter(Boolean).join(': ') : text,
+        text: kind === 'alarm' ? alarmText(alarm, text) : text,
       }));
       this.known = { of: replay.marks, lang: lang(), marks };
     }
@@ -131,4 +134,10 @@ export class LfReplayBar extends LitElement {
       this.requestUpdate();
     });
   };
+}
+
+/** What the history knows by its id alone has the name that the dictionary gives it. */
+function alarmText(alarm: Alarm | undefined, id: string): string {
+  const monitor = alarm?.monitor ?? partsOf(id).monitor;
+  return [monitor, alarm ? tt(alarm.what) : titleOf(id)].filter(Boolean).join(': ');
 }

@@ -4,6 +4,7 @@ import { http } from '../hub/http';
 import { session } from '../hub/me';
 import { socket } from '../hub/socket';
 import { store } from '../hub/store';
+import { applyDisplay, display, DISPLAYS } from '../theme/display';
 import { lang, setLang, t, type Key } from '../i18n';
 import { choices, chosenUnit, setUnit } from '../units';
 import { dialog } from './dialog';
@@ -53,6 +54,11 @@ export function openSettings(): void {
           choice(theme() === one, t(`settings.theme_${one}`), () => applyTheme(one)),
         )}
       </div>
+      <h2>${t('settings.display')}</h2>
+      <div class="row wrap">
+        ${DISPLAYS.map((one) => choice(display() === one, t(`settings.display_${one}`), () => applyDisplay(one)))}
+      </div>
+      <p class="dim small">${t('settings.display_text')}</p>
       <h2>${t('settings.units')}</h2>
       <div style="display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:16px">
         ${choices().map(

@@ -79,7 +79,7 @@ export class LfToasts extends LitElement {
         left: calc(var(--nav-now, 0px) + var(--s3));
         bottom: calc(var(--s3) + var(--guide-height, 0px));
         transition: bottom var(--quick);
-        width: min(440px, calc(100vw - 2 * var(--s3)));
+        width: min(440px, calc(100vw / var(--zoom, 1) - 2 * var(--s3)));
         display: flex;
         flex-direction: column;
         gap: var(--s2);

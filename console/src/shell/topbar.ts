@@ -37,7 +37,11 @@ export class LfTopbar extends LitElement {
         overflow: hidden;
         text-overflow: ellipsis;
       }
-      .where span {
+      .where .page {
+        display: inline;
+      }
+      .where .name,
+      .where .short {
         display: block;
         font-size: 13px;
         color: var(--on-chrome-dim);
@@ -118,10 +122,22 @@ export class LfTopbar extends LitElement {
         color: var(--on-chrome-dim);
         border: 2px dashed currentColor;
       }
+      /* On a tablet the monitor above, its page below. */
+      .where .short {
+        display: none;
+      }
       @media (max-width: 1200px) {
-        .where span,
+        .where .name,
         .clock {
           display: none;
+        }
+      }
+      @media (min-width: 721px) and (max-width: 900px) {
+        .where .page {
+          display: none;
+        }
+        .where .short {
+          display: block;
         }
       }
       @media (max-width: 1000px) {
@@ -166,8 +182,9 @@ export class LfTopbar extends LitElement {
         ${icon('menu', 24)}
       </button>
       <div class="where">
-        <b>${monitor ? `${monitor} · ${pageName}` : pageName}</b>
-        <span>${name && name !== monitor ? name : (store.hello?.hub.name ?? '\u00a0')}</span>
+        <b>${monitor ?? pageName}${monitor ? html`<span class="page"> · ${pageName}</span>` : nothing}</b>
+        ${monitor ? html`<span class="short">${pageName}</span>` : nothing}
+        <span class="name">${name && name !== monitor ? name : (store.hello?.hub.name ?? '\u00a0')}</span>
       </div>
       ${this.alarms()} ${this.link(monitor)}
       <div class="item quiet clock">${store.hello ? time(store.now()) : nothing}</div>

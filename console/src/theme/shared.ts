@@ -123,6 +123,14 @@ export const page = css`
     .page {
       padding: var(--s3);
     }
+    /* The bar has said which page it is. */
+    .head > h1:not(.says) {
+      position: absolute;
+      width: 1px;
+      height: 1px;
+      overflow: hidden;
+      clip-path: inset(50%);
+    }
   }
 `;
 

@@ -12,6 +12,7 @@ export default {
   'parts.plan.too_far': 'beyond the reach',
   'parts.plan.reach': 'reach {d}',
   'parts.plan.wind': 'Wind {v} m/s',
+  'parts.plan.wind_short': '{v} m/s',
   'parts.plan.monitor': '{id}: bearing {b}',
   'parts.plan.monitor_unknown': '{id}: bearing unknown',
   'parts.plan.stale': 'old data',

@@ -14,6 +14,7 @@ const ru: Record<keyof typeof en, string> = {
   'parts.plan.too_far': 'струя не достаёт',
   'parts.plan.reach': 'досягаемость {d}',
   'parts.plan.wind': 'Ветер {v} м/с',
+  'parts.plan.wind_short': '{v} м/с',
   'parts.plan.monitor': '{id}: азимут {b}',
   'parts.plan.monitor_unknown': '{id}: азимут неизвестен',
   'parts.plan.stale': 'старые данные',

@@ -1,37 +1,22 @@
 // What alarms did: came, were acknowledged, went.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { dictionary, flag, subsystem } from '../../hub/dictionary';
+import { dictionary } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
-import { dateTime, lang, t, tt, type Key } from '../../i18n';
+import { dateTime, lang, t } from '../../i18n';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import { base, card, fields, table } from '../../theme/shared';
 import { filters, markStyle, notice, saveFile, stamp } from './common';
 import { csv, partsOf, stepOf, type AlarmStep } from './model';
+import { subsystemText, titleOf } from './names';
 import { alarmStyle } from './style';
 
 const HOUR_MS = 3_600_000;
 const PERIODS = { hour: HOUR_MS, day: 24 * HOUR_MS, week: 7 * 24 * HOUR_MS, all: 0 } as const;
 const LIMIT = 200;
-
-/** What an alarm is called, from the dictionary; of the hub's own from here. */
-export function titleOf(id: string): string {
-  const { subsystem: of, flag: name } = partsOf(id);
-  const known = tt(flag(of, name)?.meaning);
-  if (known) return known;
-  const own = `alarms.own_${name}`;
-  const text = t(own as Key);
-  return text === own ? name : text;
-}
-
-export function subsystemText(name: string): string {
-  if (name === 'Link') return t('alarms.link');
-  if (name === 'Hub') return t('alarms.hub');
-  return subsystem(name)?.[lang()] ?? name;
-}
 
 @customElement('lf-alarm-history')
 export class LfAlarmHistory extends LitElement {

@@ -9,7 +9,7 @@ import '../../parts/lf-blank';
 import '../../parts/lf-chip';
 import '../../parts/lf-find';
 import { base, card } from '../../theme/shared';
-import { subsystemText } from '../alarms/history';
+import { subsystemText } from '../alarms/names';
 import { matchingFlags, type FlagSeen } from './model';
 
 export const SEVERITY_ICONS: Record<Severity, IconName> = {

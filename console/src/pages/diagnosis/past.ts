@@ -5,7 +5,7 @@ import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import { dateTime, t } from '../../i18n';
 import { base, card } from '../../theme/shared';
-import { subsystemText, titleOf } from '../alarms/history';
+import { subsystemText, titleOf } from '../alarms/names';
 import { partsOf, stepOf, type AlarmStep } from '../alarms/model';
 
 const SHOWN = 12;

@@ -3,7 +3,7 @@ import { dictionaryNow, subsystem } from '../../hub/dictionary';
 import type { SubsystemStatus } from '../../hub/types';
 import { lang, t, tt, type Key } from '../../i18n';
 import { show } from '../../units';
-import { titleOf } from '../alarms/history';
+import { titleOf } from '../alarms/names';
 import { kindOf } from './model';
 
 function known(key: string): string | null {

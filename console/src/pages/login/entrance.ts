@@ -9,7 +9,7 @@ export const entrance = [
     :host {
       display: grid;
       place-items: center;
-      min-height: 100dvh;
+      min-height: calc(100dvh / var(--zoom, 1));
       padding: var(--s3);
       background: var(--bg);
     }

@@ -70,9 +70,11 @@ export class LfTrends extends LitElement {
         min-height: 0;
         height: 100%;
       }
-      @container (max-width: 460px) {
+      @container (max-width: 540px) {
         .what {
           flex-wrap: wrap;
+          gap: 2px;
+          --lf-button-padding: 9px;
         }
       }
       @container (min-width: 1000px) {

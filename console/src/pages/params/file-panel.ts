@@ -66,7 +66,7 @@ export class LfParamFile extends LitElement {
       }
       .scroll {
         overflow: auto;
-        max-height: min(52vh, 560px);
+        max-height: min(calc(52vh / var(--zoom, 1)), 560px);
         margin: 0 calc(-1 * var(--s3));
         border-top: 1px solid var(--line);
       }

@@ -37,7 +37,7 @@ export const programsStyle = css`
     .list {
       position: sticky;
       top: var(--s3);
-      max-height: calc(100dvh - 160px);
+      max-height: calc(100dvh / var(--zoom, 1) - 160px);
       overflow-y: auto;
     }
   }
@@ -143,7 +143,7 @@ export const programsStyle = css`
     gap: 4px;
   }
   .picture {
-    height: clamp(260px, 42vh, 560px);
+    height: clamp(260px, calc(42vh / var(--zoom, 1)), 560px);
     border: 1px solid var(--line);
     border-radius: var(--radius);
     overflow: hidden;
@@ -235,7 +235,7 @@ export const programsStyle = css`
       grid-template-columns: 380px minmax(0, 1fr) 380px;
     }
     .picture {
-      height: clamp(320px, 52vh, 900px);
+      height: clamp(320px, calc(52vh / var(--zoom, 1)), 900px);
     }
   }
   @media (max-width: 1380px) {

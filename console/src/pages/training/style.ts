@@ -79,7 +79,7 @@ export const pageStyle = css`
     overflow: hidden;
   }
   .view lf-plan {
-    height: clamp(300px, 46vh, 620px);
+    height: clamp(300px, calc(46vh / var(--zoom, 1)), 620px);
   }
   .counts {
     display: flex;

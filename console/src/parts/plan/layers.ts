@@ -33,6 +33,8 @@ export interface Drop {
 const RING_PX = 30;
 /** Narrower than this the buttons of a page take the whole upper edge. */
 const NARROW_PX = 430;
+/** The page's own buttons leave no room for words beside the compass. */
+const TIGHT_PX = 620;
 const RING_MINI_PX = 19;
 export const DROP_LIFE_MS = 2400;
 
@@ -348,7 +350,7 @@ export function compassMark(
   camera: Camera,
   north: string,
   scene: PlanScene | null,
-  wind: (speed: string) => string,
+  wind: (speed: string, short: boolean) => string,
 ): SVGTemplateResult {
   const speed = scene ? Math.hypot(...scene.wind) : 0;
   // The arrow points to where the wind blows.
@@ -360,7 +362,7 @@ export function compassMark(
       speed > 0.2
         ? svg`<g transform="translate(-46 0)"><g transform="rotate(${f(toward)})">
             <path class="wind" d="M0 12V-12M-5-6 0-12 5-6"></path></g>
-            <text class="wind-speed" x="-16" dy="0.35em">${wind(num(speed, 1))}</text></g>`
+            <text class="wind-speed" x="-16" dy="0.35em">${wind(num(speed, 1), camera.width < TIGHT_PX)}</text></g>`
         : nothing
     }
   </g>`;

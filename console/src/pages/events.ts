@@ -1,9 +1,11 @@
 // The audit log, and what has happened.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
+import { repeat } from 'lit/directives/repeat.js';
 import { may } from '../hub/session';
 import { store, TopicController } from '../hub/store';
 import { dateTime, lang, t, tt } from '../i18n';
+import { Blocks, type Block } from '../parts/blocks';
 import '../parts/lf-blank';
 import '../parts/lf-button';
 import '../parts/lf-find';
@@ -12,10 +14,11 @@ import { base, card, fields, page } from '../theme/shared';
 import { filters, notice } from './alarms/common';
 import './events/log';
 import { HubError } from '../hub/errors';
-import { Happenings } from './events/live';
+import { Happenings, type Happened } from './events/live';
 import { eventStyle } from './events/style';
 
 type Tab = 'log' | 'live';
+const ROW_PX = 49;
 
 @customElement('lf-page-events')
 export class LfPageEvents extends LitElement {
@@ -26,6 +29,7 @@ export class LfPageEvents extends LitElement {
   @state() private text = '';
   @state() private error = '';
   private readonly happened = new Happenings();
+  private readonly blocks = new Blocks<Happened>(this, (event) => event, ROW_PX);
 
   constructor() {
     super();
@@ -108,22 +112,34 @@ export class LfPageEvents extends LitElement {
             .head=${t(filtered ? 'events.none_match' : 'events.live_none')}
             .text=${filtered ? '' : t('events.live_none_text')}
           ></lf-blank>`
-        : html`<section class="card log" aria-live="polite">
-            <ul class="live">
-              ${events.map(
-                (event) => html`<li>
-                  <span class="dim">${dateTime(event.at_ms)}</span>
-                  <b>${event.monitor ?? t('events.hub')}</b>
-                  <span>${tt(event.what)}</span>
-                </li>`,
+        : html`<section class="card log">
+            <p class="unseen" role="status">${lineOf(events[0]!)}</p>
+            <div class="live" role="list" aria-label=${t('events.tab_live')}>
+              ${repeat(
+                this.blocks.of(events),
+                (block) => block.key,
+                (block) => this.renderBlock(block, events.length),
               )}
-            </ul>
+            </div>
             <div class="foot">
               ${next === null
                 ? html`<span class="small">${t('events.beginning')}</span>`
                 : html`<lf-button id="more" @click=${() => this.load(true)}>${t('events.more')}</lf-button>`}
             </div>
           </section>`}`;
+  }
+
+  private renderBlock({ key, from, items, near, height }: Block<Happened>, count: number) {
+    if (!near) return html`<div data-block=${key} aria-hidden="true" style="height:${height}px"></div>`;
+    return html`<div data-block=${key} role="none">
+      ${items.map(
+        (event, index) => html`<div class="event" role="listitem" aria-setsize=${count} aria-posinset=${from + index + 1}>
+          <span class="dim">${dateTime(event.at_ms)}</span>
+          <b>${whose(event)}</b>
+          <span>${tt(event.what)}</span>
+        </div>`,
+      )}
+    </div>`;
   }
 
   private choose(tab: Tab): void {
@@ -141,6 +157,15 @@ export class LfPageEvents extends LitElement {
   }
 
   private readonly changed = (): void => this.requestUpdate();
+}
+
+function whose(event: Happened): string {
+  return event.monitor ?? t('events.hub');
+}
+
+/** For who does not see the list grow. */
+function lineOf(event: Happened): string {
+  return `${whose(event)}: ${tt(event.what)}`;
 }
 
 declare global {

@@ -118,12 +118,18 @@ export class PageOperate extends LitElement {
       .dial {
         padding: 12px;
       }
+      /* As high as what stands beside it, however much is in it: the plan keeps its size under a hand that draws. */
       .side {
         grid-area: side;
         display: flex;
         flex-direction: column;
         gap: var(--s3);
         min-width: 0;
+        height: 0;
+        min-height: 100%;
+        overflow-y: auto;
+        padding: 4px;
+        margin: -4px;
       }
       @container (min-width: 1500px) {
         .page {
@@ -155,6 +161,9 @@ export class PageOperate extends LitElement {
           height: 56vh;
         }
         .side {
+          height: auto;
+          min-height: 0;
+          overflow: visible;
           display: grid;
           grid-template-columns: repeat(auto-fit, minmax(min(330px, 100%), 1fr));
         }
@@ -188,6 +197,7 @@ export class PageOperate extends LitElement {
   @state() private sceneLoaded = false;
   @state() private target: { Horizontal?: number; Vertical?: number } = {};
   @query('lf-plan') private plan?: LfPlan;
+  @query('lf-automatic') private automatic?: HTMLElement;
 
   constructor() {
     super();
@@ -208,7 +218,10 @@ export class PageOperate extends LitElement {
   override render() {
     const { monitor } = this;
     if (!store.get(`monitors/${monitor}/info`) && store.get(`monitors/${monitor}/status`) === undefined) {
-      return html`<lf-blank icon="search" .head=${t('why.unknown', { monitor })}><a href="#/overview">${t('nav.overview')}</a></lf-blank>`;
+      const replayed = store.source === 'replay';
+      return html`<lf-blank icon="search" .head=${t(replayed ? 'replay.without' : 'why.unknown', { monitor })}
+        ><a href="#/overview">${t('nav.overview')}</a></lf-blank
+      >`;
     }
     return html`<div class="page">
       ${this.strip()}
@@ -355,6 +368,7 @@ export class PageOperate extends LitElement {
       this.sector = null;
       if (this.plan) this.plan.sector = null;
     }
+    if (tool !== 'look') void this.updateComplete.then(() => this.automatic?.scrollIntoView({ block: 'nearest' }));
   }
 
   /** The brightest of the hotbeds becomes the sector. */

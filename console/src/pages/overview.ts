@@ -124,6 +124,7 @@ export class PageOverview extends LitElement {
       }
       .tablecard {
         grid-column: 1 / -1;
+        align-self: start;
         padding: 0;
         overflow-x: auto;
       }

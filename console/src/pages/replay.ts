@@ -12,7 +12,6 @@ import { icon } from '../parts/icons';
 import '../parts/lf-button';
 import '../parts/lf-chip';
 import '../parts/lf-plan';
-import { planMonitor } from '../parts/lf-plan';
 import { span } from '../parts/lf-timeline';
 import { standAlone } from '../parts/stand-alone';
 import { partsOf } from './alarms/model';
@@ -21,6 +20,7 @@ import { confirmDialog, dialog } from '../shell/dialog';
 import { hrefOf, PAGES } from '../shell/router';
 import { toast } from '../shell/toasts';
 import { base, card, fields, page, table } from '../theme/shared';
+import { OnPlan } from './operate/on-plan';
 
 const UPLOAD_MAX = 64 * 1024 * 1024;
 const LENGTHS_MIN = [5, 15, 60, 240, 1440];
@@ -189,10 +189,11 @@ export class PageReplay extends LitElement {
   @state() private minutes = 15;
   @state() private of = '';
   private timer = 0;
+  private readonly onPlan = new OnPlan();
 
   constructor() {
     super();
-    new TopicController(this, () => (replay.phase === 'on' ? ['monitors/', SECOND] : ['$none']));
+    new TopicController(this, () => (replay.phase === 'on' ? ['monitors/', 'scene', SECOND] : ['$none']));
   }
 
   override connectedCallback(): void {
@@ -363,23 +364,16 @@ export class PageReplay extends LitElement {
     const ids = store.monitors();
     const site = standAlone((store.get('hub') ?? store.hello?.hub)?.site ?? null, ids);
     const foreign = ids.some((id) => !store.getLive(`monitors/${id}/info`));
-    const monitors = ids.flatMap(
-      (id) =>
-        planMonitor(id, site, {
-          status: store.get(`monitors/${id}/status`),
-          limits: store.get(`monitors/${id}/limits`) as never,
-          hotbeds: store.get(`monitors/${id}/hotbeds`),
-          down: store.stale(id),
-        }) ?? [],
-    );
     return html`<div class="page">
       <header class="head"><h1 class="says">${t('replay.now')}</h1></header>
       ${foreign ? html`<p class="lead">${t('replay.foreign')}</p>` : nothing}
       <div class="stage">
         <lf-plan
           .site=${site}
-          .monitors=${monitors}
-          .selected=${ids[0] ?? ''}
+          .monitors=${this.onPlan.of(site, ids)}
+          .running=${this.onPlan.running(site, ids)}
+          .scene=${store.get('scene') ?? null}
+          .selected=${ids.length === 1 ? ids[0] : ''}
           @select=${(event: CustomEvent) => (location.hash = hrefOf('operate', event.detail.id))}
         ></lf-plan>
         <section class="card">

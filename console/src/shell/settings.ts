@@ -147,7 +147,7 @@ export function openHelp(): void {
         <tbody>
           ${KEYS.map(
             ([keys, text]) => html`<tr>
-              <td class="mono" style="white-space:nowrap"><b>${keys}</b></td>
+              <td class="mono" style="min-width:9ch"><b>${keys}</b></td>
               <td>${t(text)}</td>
             </tr>`,
           )}

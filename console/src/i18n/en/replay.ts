@@ -49,6 +49,7 @@ export default {
   'replay.loading': 'Fetching the recording…',
   'replay.now': 'Now playing',
   'replay.look': 'Look at',
+  'replay.without': '{monitor} is not in this recording',
   'replay.nothing': 'There is nothing in this part of the recording.',
   'replay.foreign': 'Monitors that this hub does not know are in it: they stand apart on the plan.',
 } as const;

@@ -4,7 +4,7 @@ const ru: Record<keyof typeof en, string> = {
   'replay.title': 'Просмотр записи',
   'replay.lead': 'Прошлое показывается на тех же страницах, что и настоящее. Команды при этом никуда не идут.',
   'replay.bar': 'Просмотр записи',
-  'replay.note': 'Это не настоящее. STOP и LOCKOUT действуют на настоящие стволы.',
+  'replay.note': 'Это не настоящее. СТОП и БЛОКИРОВКА действуют на настоящие стволы.',
   'replay.waiting': 'Загружаются следующие минуты…',
   'replay.live': 'К настоящему',
   'replay.recordings': 'Записи',
@@ -51,6 +51,7 @@ const ru: Record<keyof typeof en, string> = {
   'replay.loading': 'Запись загружается…',
   'replay.now': 'Сейчас показывается',
   'replay.look': 'Посмотреть',
+  'replay.without': 'В этой записи нет ствола {monitor}',
   'replay.nothing': 'В этой части записи ничего нет.',
   'replay.foreign': 'В записи есть стволы, которых этот центр не знает: на плане они стоят отдельно.',
 };

@@ -1,11 +1,13 @@
 // What alarms did: came, were acknowledged, went.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
+import { repeat } from 'lit/directives/repeat.js';
 import { dictionary } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import { dateTime, lang, t } from '../../i18n';
+import { Blocks, type Block } from '../../parts/blocks';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import { base, card, fields, table } from '../../theme/shared';
@@ -16,7 +18,8 @@ import { alarmStyle } from './style';
 
 const HOUR_MS = 3_600_000;
 const PERIODS = { hour: HOUR_MS, day: 24 * HOUR_MS, week: 7 * 24 * HOUR_MS, all: 0 } as const;
-const LIMIT = 200;
+const LIMIT = 500;
+const ROW_PX = 57;
 
 @customElement('lf-alarm-history')
 export class LfAlarmHistory extends LitElement {
@@ -44,6 +47,7 @@ export class LfAlarmHistory extends LitElement {
   @state() private steps: AlarmStep[] | null = null;
   @state() private more = false;
   @state() private error = '';
+  private readonly blocks = new Blocks<AlarmStep>(this, (step) => step, ROW_PX);
   private ends: (() => void)[] = [];
   private timer = 0;
   private turn = 0;
@@ -54,7 +58,7 @@ export class LfAlarmHistory extends LitElement {
     this.ends = [
       store.subscribe('alarms/', () => {
         clearTimeout(this.timer);
-        this.timer = window.setTimeout(() => this.load(), 800);
+        this.timer = window.setTimeout(() => this.load('newer'), 800);
       }),
     ];
   }
@@ -102,9 +106,9 @@ export class LfAlarmHistory extends LitElement {
 
   private renderTable(shown: AlarmStep[]) {
     return html`<section class="card flat">
-      <table>
+      <table aria-rowcount=${shown.length + 1}>
         <thead>
-          <tr>
+          <tr aria-rowindex="1">
             <th>${t('alarms.col_time')}</th>
             <th>${t('alarms.col_monitor')}</th>
             <th>${t('alarms.col_alarm')}</th>
@@ -112,23 +116,38 @@ export class LfAlarmHistory extends LitElement {
             <th class="late">${t('alarms.col_user')}</th>
           </tr>
         </thead>
-        <tbody>
-          ${shown.map((step) => this.renderStep(step))}
-        </tbody>
+        ${repeat(
+          this.blocks.of(shown),
+          (block) => block.key,
+          (block) => this.renderBlock(block),
+        )}
       </table>
       ${this.more
-        ? html`<div class="foot"><lf-button @click=${() => this.load(true)}>${t('alarms.more')}</lf-button></div>`
+        ? html`<div class="foot"><lf-button @click=${() => this.load('earlier')}>${t('alarms.more')}</lf-button></div>`
         : nothing}
     </section>`;
   }
 
-  private renderStep(step: AlarmStep) {
+  private renderBlock({ key, from, items, near, height }: Block<AlarmStep>) {
+    if (!near) {
+      return html`<tbody data-block=${key} aria-hidden="true">
+        <tr class="room">
+          <td colspan="5" style="height:${height}px"></td>
+        </tr>
+      </tbody>`;
+    }
+    return html`<tbody data-block=${key}>
+      ${items.map((step, index) => this.renderStep(step, from + index + 2))}
+    </tbody>`;
+  }
+
+  private renderStep(step: AlarmStep, row: number) {
     const { monitor, subsystem: of } = partsOf(step.id);
     const name = stepOf(step);
-    return html`<tr>
+    return html`<tr class="step-row" aria-rowindex=${row}>
       <td class="nowrap">${dateTime(step.at_ms)}</td>
       <td><b>${monitor || t('alarms.hub')}</b></td>
-      <td>
+      <td class="what-cell">
         <div class="small dim">${subsystemText(of)}</div>
         ${titleOf(step.id)}
       </td>
@@ -150,19 +169,21 @@ export class LfAlarmHistory extends LitElement {
     });
   }
 
-  private async load(earlier = false): Promise<void> {
+  /** `newer`: what was read before stays, also what was asked for beyond the first page. */
+  private async load(part: 'all' | 'earlier' | 'newer' = 'all'): Promise<void> {
     const turn = ++this.turn;
     const query = new URLSearchParams({ limit: String(LIMIT) });
     if (this.monitor) query.set('monitor', this.monitor);
     const span = PERIODS[this.period];
     if (span) query.set('from_ms', String(Math.round(store.now() - span)));
-    const last = earlier ? this.steps?.at(-1) : undefined;
+    const last = part === 'earlier' ? this.steps?.at(-1) : undefined;
     if (last) query.set('to_ms', String(last.at_ms - 1));
     try {
       const got = await http.get<AlarmStep[]>(`/api/alarms/history?${query}`);
       if (turn !== this.turn) return;
-      this.steps = last ? [...(this.steps ?? []), ...got] : got;
-      this.more = got.length === LIMIT;
+      const fresh = part === 'newer' ? newer(this.steps ?? [], got) : null;
+      this.steps = fresh ?? (last ? [...(this.steps ?? []), ...got] : got);
+      if (!fresh) this.more = got.length === LIMIT;
       this.error = '';
     } catch (cause) {
       if (turn === this.turn) this.error = HubError.of(cause).text(lang());
@@ -178,6 +199,13 @@ export class LfAlarmHistory extends LitElement {
     });
     saveFile(`lafet-alarms-${stamp(store.now())}.csv`, 'text/csv;charset=utf-8', `\ufeff${csv([head, ...rows])}`);
   }
+}
+
+/** What is known with what has come since; null: they do not meet. */
+export function newer(known: AlarmStep[], latest: AlarmStep[]): AlarmStep[] | null {
+  const top = known[0];
+  const met = top ? latest.findIndex(({ at_ms, id, to }) => at_ms === top.at_ms && id === top.id && to === top.to) : -1;
+  return met < 0 ? null : [...latest.slice(0, met), ...known];
 }
 
 declare global {

@@ -224,6 +224,13 @@ export const alarmStyle = css`
     display: inline-block;
     vertical-align: middle;
   }
+  .room td {
+    padding: 0;
+    border: 0;
+  }
+  .room:hover {
+    background: none;
+  }
   td.nowrap {
     white-space: nowrap;
   }
@@ -294,12 +301,32 @@ export const alarmStyle = css`
     th.late {
       display: none;
     }
-    td,
-    th {
-      padding: 8px;
+    .flat thead {
+      display: none;
     }
-    .step {
-      white-space: normal;
+    .flat table,
+    .flat tbody,
+    .room,
+    .room td {
+      display: block;
+    }
+    .step-row {
+      display: grid;
+      grid-template-columns: auto minmax(0, 1fr);
+      gap: 4px 12px;
+      padding: 10px 14px;
+      border-bottom: 1px solid var(--line);
+    }
+    .step-row td {
+      padding: 0;
+      border: 0;
+    }
+    .step-row td:not(.nowrap, .late) {
+      display: block;
+    }
+    .what-cell,
+    .what-cell + td {
+      grid-column: 1 / -1;
     }
   }
 `;

@@ -14,13 +14,14 @@ function named(key: string, other: string): string {
   return text === key ? other : text;
 }
 
-export function renderDeed(deed: Deed, open: boolean, toggle: () => void) {
+/** `row`: its number in the table, for who does not see it. */
+export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: number) {
   const { first } = deed;
   const words = wordsOf(first.what);
   const fate = fateOf(deed);
   const outcome = deed.answer?.outcome ?? 'asked';
   const code = deed.answer?.details?.code;
-  return html`<tr class="deed ${open ? 'open' : ''}" data-n=${first.n} @click=${toggle}>
+  return html`<tr class="deed ${open ? 'open' : ''}" data-n=${first.n} aria-rowindex=${row} @click=${toggle}>
     <td class="c-time"><span class="time">${dateTime(first.at_ms)}</span></td>
     <td class="c-who">
       ${first.via === 'hub' && first.user === 'hub'

@@ -3,8 +3,9 @@ import { http } from '../../hub/http';
 import { socket } from '../../hub/socket';
 import type { EventSeen } from '../../hub/types';
 
-/** So many are in the page. */
-const MOST = 500;
+/** So many are kept. */
+const MOST = 30_000;
+const LIMIT = 200;
 
 export interface Happened {
   /** Null: heard just now; the store has its number. */
@@ -14,14 +15,30 @@ export interface Happened {
   what: EventSeen['what'];
 }
 
+interface Wanted {
+  monitor: string;
+  text: string;
+}
+
+/** As the hub looks: in both languages, capital and small letters alike. */
+export function fits({ monitor, what }: Happened, wanted: Wanted): boolean {
+  const text = wanted.text.trim().toLocaleLowerCase();
+  const found = [what.en, what.ru].some((one) => one.toLocaleLowerCase().includes(text));
+  return found && (!wanted.monitor || wanted.monitor === monitor);
+}
+
 export class Happenings extends EventTarget {
   events: Happened[] = [];
   /** Where older ones begin; null: there are none. */
   next: number | null = null;
+  private filter: Wanted = { monitor: '', text: '' };
   private end: (() => void) | null = null;
 
   begin(): void {
-    this.end ??= socket.on('event', ({ at_ms, monitor, what }) => this.show([{ n: null, at_ms, monitor, what }, ...this.events]));
+    this.end ??= socket.on('event', ({ at_ms, monitor, what }) => {
+      const heard = { n: null, at_ms, monitor, what };
+      if (fits(heard, this.filter)) this.show([heard, ...this.events]);
+    });
   }
 
   stop(): void {
@@ -30,8 +47,9 @@ export class Happenings extends EventTarget {
   }
 
   /** The latest, or those before the last one. Rejects with HubError. */
-  async load(filter: { monitor: string; text: string }, on = false): Promise<void> {
-    const query = new URLSearchParams({ limit: '100' });
+  async load(filter: Wanted, on = false): Promise<void> {
+    this.filter = filter;
+    const query = new URLSearchParams({ limit: String(LIMIT) });
     if (filter.monitor) query.set('monitor', filter.monitor);
     if (filter.text.trim()) query.set('text', filter.text.trim());
     if (on && this.next !== null) query.set('before', String(this.next));
@@ -42,7 +60,6 @@ export class Happenings extends EventTarget {
 
   private show(events: Happened[]): void {
     this.events = events.slice(0, MOST);
-    if (events.length > MOST) this.next = null;
     this.dispatchEvent(new Event('change'));
   }
 }

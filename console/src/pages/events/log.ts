@@ -8,6 +8,7 @@ import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import type { AuditEntry } from '../../hub/types';
 import { dateTime, lang, num, t } from '../../i18n';
+import { Blocks, type Block } from '../../parts/blocks';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
@@ -22,8 +23,9 @@ import { wordsOf } from './words';
 
 const LIMIT = 200;
 const FOLLOW_MS = 2000;
-/** So many entries are in the page at once; who reads on leaves the newest behind. */
-const MOST = 1000;
+/** So many entries are kept at once; who reads on leaves the newest behind. */
+const MOST = 30_000;
+const ROW_PX = 60;
 
 const HOUR_MS = 3_600_000;
 const SPANS_MS = { all: null, hour: HOUR_MS, day: 24 * HOUR_MS, week: 168 * HOUR_MS };
@@ -67,6 +69,8 @@ export class LfAuditLog extends LitElement {
   @state() private open = new Set<number>();
   private readonly users = new Set<string>();
   private deeds: Deed[] = [];
+  private readonly blocks = new Blocks<Deed>(this, (deed) => deed.n, ROW_PX);
+  private found: { of: Deed[]; by: string; deeds: Deed[] } | null = null;
   private timer = 0;
   private turn = 0;
 
@@ -92,13 +96,7 @@ export class LfAuditLog extends LitElement {
   }
 
   override render() {
-    const filter = {
-      // The hub has looked for it in what stands in the log; for the words of the page, the page does.
-      text: this.asksHub() ? '' : this.text,
-      kind: this.kind,
-      ...this.range(),
-    };
-    const shown = this.deeds.filter((deed) => matches(deed, filter, wordsOf(deed.first.what)));
+    const shown = this.matching();
     return html`<div class="stack">
       <lf-audit-chain></lf-audit-chain>
       <div class="filters">${this.renderFilters()}</div>
@@ -113,6 +111,21 @@ export class LfAuditLog extends LitElement {
         : nothing}
       ${this.entries ? this.renderTable(shown) : nothing}
     </div>`;
+  }
+
+  private matching(): Deed[] {
+    const filter = {
+      // The hub has looked for it in what stands in the log; for the words of the page, the page does.
+      text: this.asksHub() ? '' : this.text,
+      kind: this.kind,
+      ...this.range(),
+    };
+    const by = `${lang()} ${JSON.stringify(filter)}`;
+    if (this.found?.of !== this.deeds || this.found.by !== by) {
+      const deeds = this.deeds.filter((deed) => matches(deed, filter, wordsOf(deed.first.what)));
+      this.found = { of: this.deeds, by, deeds };
+    }
+    return this.found.deeds;
   }
 
   private renderFilters() {
@@ -186,9 +199,9 @@ export class LfAuditLog extends LitElement {
         ? html`<lf-blank icon="search" .head=${t('events.none_match')}
             ><lf-button @click=${() => this.clear()}>${t('events.clear')}</lf-button></lf-blank
           >`
-        : html`<table>
+        : html`<table aria-rowcount=${shown.length + 1}>
             <thead>
-              <tr>
+              <tr aria-rowindex="1">
                 <th class="c-time">${t('events.col_time')}</th>
                 <th class="c-who">${t('events.col_who')}</th>
                 <th class="c-monitor">${t('events.col_monitor')}</th>
@@ -197,20 +210,35 @@ export class LfAuditLog extends LitElement {
                 <th class="c-more"><span class="unseen">${t('events.details')}</span></th>
               </tr>
             </thead>
-            <tbody>
-              ${repeat(
-                shown,
-                (deed) => deed.n,
-                (deed) => {
-                  const open = this.open.has(deed.n);
-                  return html`${renderDeed(deed, open, () => this.toggle(deed.n))}
-                  ${open ? renderInside(deed) : nothing}`;
-                },
-              )}
-            </tbody>
+            ${repeat(
+              this.blocks.of(shown),
+              (block) => block.key,
+              (block) => this.renderBlock(block),
+            )}
           </table>`}
       ${this.renderFoot()}
     </section>`;
+  }
+
+  private renderBlock({ key, from, items, near, height }: Block<Deed>) {
+    if (!near) {
+      return html`<tbody data-block=${key} aria-hidden="true">
+        <tr class="room">
+          <td colspan="6" style="height:${height}px"></td>
+        </tr>
+      </tbody>`;
+    }
+    return html`<tbody data-block=${key}>
+      ${repeat(
+        items,
+        (deed) => deed.n,
+        (deed, index) => {
+          const open = this.open.has(deed.n);
+          return html`${renderDeed(deed, open, () => this.toggle(deed.n), from + index + 2)}
+          ${open ? renderInside(deed) : nothing}`;
+        },
+      )}
+    </tbody>`;
   }
 
   private renderFoot() {

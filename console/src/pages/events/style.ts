@@ -13,6 +13,13 @@ export const eventStyle = css`
     padding: 12px;
     height: 60px;
   }
+  .log tr.room,
+  .log tr.room td,
+  .log tr.room:hover {
+    padding: 0;
+    border: 0;
+    background: none;
+  }
   .c-time {
     width: 150px;
   }
@@ -175,12 +182,7 @@ export const eventStyle = css`
     padding: var(--s3);
     color: var(--dim);
   }
-  .live {
-    list-style: none;
-    margin: 0;
-    padding: 0;
-  }
-  .live li {
+  .live .event {
     display: grid;
     grid-template-columns: 150px 90px minmax(0, 1fr);
     gap: var(--s3);
@@ -209,7 +211,9 @@ export const eventStyle = css`
       display: none;
     }
     .log > table,
-    .log tbody {
+    .log tbody,
+    .log tr.room,
+    .log tr.room td {
       display: block;
     }
     tr.deed {
@@ -255,7 +259,7 @@ export const eventStyle = css`
       display: block;
     }
     .entry,
-    .live li {
+    .live .event {
       grid-template-columns: 1fr;
       gap: 2px;
     }

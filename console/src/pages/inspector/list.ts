@@ -198,6 +198,8 @@ export class LfFrameList extends LitElement {
       id="f${frame.n}"
       role="option"
       aria-selected=${frame.n === this.selected ? 'true' : 'false'}
+      aria-setsize=${this.frames.length}
+      aria-posinset=${index + 1}
       style="transform:translateY(${index * ROW}px)"
       @click=${() => this.choose(frame.n)}
     >

@@ -1,0 +1,127 @@
+// Long lists: the rows in blocks, of which only those in sight and near it are made; the others keep their
+// room. Ten thousand rows then cost as much as fifty, and the page scrolls as one that has them all.
+import type { LitElement, ReactiveController } from 'lit';
+import { magnified } from '../theme/display';
+
+const ROWS = 25;
+/** So many heights of what scrolls, above and below, are made beforehand. */
+const AHEAD = '100%';
+/** Until it is known where the sight is. */
+const FIRST = 2;
+
+export interface Block<T> {
+  key: number;
+  /** The place of its first row in the whole list. */
+  from: number;
+  items: readonly T[];
+  /** Whether its rows are to be made. */
+  near: boolean;
+  /** The room of those that are not. */
+  height: number;
+}
+
+/** In `render`, `of` divides the list; each block is an element with `data-block=${block.key}`. */
+export class Blocks<T> implements ReactiveController {
+  private readonly near = new Set<number>();
+  private readonly heights = new Map<number, number>();
+  private anchor: unknown;
+  private observer: IntersectionObserver | null = null;
+  private watched = new Map<Element, number>();
+  private told = false;
+
+  constructor(
+    private readonly host: LitElement,
+    private readonly keyOf: (item: T) => unknown,
+    private readonly row_px: number,
+  ) {
+    host.addController(this);
+  }
+
+  of(items: readonly T[]): Block<T>[] {
+    const blocks: Block<T>[] = [];
+    for (const { key, from, to } of divided(items.length, this.anchored(items))) {
+      const held = this.holdsFocus(key);
+      blocks.push({
+        key,
+        from,
+        items: items.slice(from, to),
+        near: held || (this.told ? this.near.has(key) : blocks.length < FIRST),
+        height: this.heights.get(key) ?? (to - from) * this.row_px,
+      });
+    }
+    return blocks;
+  }
+
+  hostUpdated(): void {
+    const found = new Map(
+      [...this.host.renderRoot.querySelectorAll('[data-block]')].map((one) => [one, Number(one.getAttribute('data-block'))]),
+    );
+    if (!found.size && !this.observer) return;
+    this.observer ??= new IntersectionObserver(this.seen, { root: scrollerOf(this.host), rootMargin: `${AHEAD} 0px` });
+    for (const [element, key] of this.watched) {
+      if (found.get(element) === key) continue;
+      this.observer.unobserve(element);
+      this.near.delete(key);
+    }
+    for (const [element, key] of found) if (this.watched.get(element) !== key) this.observer.observe(element);
+    this.watched = found;
+  }
+
+  hostDisconnected(): void {
+    this.observer?.disconnect();
+    this.observer = null;
+    this.watched.clear();
+    this.near.clear();
+    this.told = false;
+  }
+
+  /** What comes above or below moves no row to another block. */
+  private anchored(items: readonly T[]): number {
+    const at = items.findIndex((item) => this.keyOf(item) === this.anchor);
+    if (at >= 0) return at;
+    this.anchor = items[0] && this.keyOf(items[0]);
+    this.heights.clear();
+    return 0;
+  }
+
+  private holdsFocus(key: number): boolean {
+    const focused = this.host.shadowRoot?.activeElement?.closest('[data-block]');
+    return focused?.getAttribute('data-block') === `${key}`;
+  }
+
+  private readonly seen = (entries: IntersectionObserverEntry[]): void => {
+    let changed = !this.told;
+    this.told = true;
+    for (const { target, isIntersecting, boundingClientRect } of entries) {
+      const key = this.watched.get(target);
+      if (key === undefined || this.near.has(key) === isIntersecting) continue;
+      changed = true;
+      if (isIntersecting) this.near.add(key);
+      else {
+        this.near.delete(key);
+        this.heights.set(key, boundingClientRect.height / magnified());
+      }
+    }
+    if (changed) this.host.requestUpdate();
+  };
+}
+
+/** Blocks that are counted from the anchor, in both directions. */
+export function divided(count: number, anchor: number): { key: number; from: number; to: number }[] {
+  const parts: { key: number; from: number; to: number }[] = [];
+  for (let from = 0; from < count; ) {
+    const key = Math.floor((from - anchor) / ROWS);
+    const to = Math.min((key + 1) * ROWS + anchor, count);
+    parts.push({ key, from, to });
+    from = to;
+  }
+  return parts;
+}
+
+/** What scrolls it; null: the window. */
+function scrollerOf(element: Element): Element | null {
+  for (let at: Node | null = element; at; at = at instanceof ShadowRoot ? at.host : (at as Element).assignedSlot ?? at.parentNode) {
+    if (at instanceof Element && at !== element && /auto|scroll/.test(getComputedStyle(at).overflowY)) return at;
+  }
+  return null;
+}

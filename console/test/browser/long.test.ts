@@ -1,0 +1,107 @@
+// Lists of ten thousand rows: only those in sight are made, and all of them are reached.
+import type { Page } from 'playwright-core';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
+import { Demo } from './demo';
+import { until } from './site';
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const ROWS = 10_000;
+const MADE_MOST = 250;
+const BEGUN_MS = Date.UTC(2026, 0, 1);
+
+let demo: Demo;
+let page: Page;
+
+beforeAll(async () => {
+  demo = await Demo.start();
+});
+afterAll(() => demo?.stop());
+afterEach(() => page.context().close());
+
+/** Opens a page whose list the hub would answer so. */
+async function opened(route: string, path: string, body: unknown): Promise<void> {
+  page = await demo.open('#/overview');
+  await page.route(`**${path}?**`, (asked) => asked.fulfill({ json: body }));
+  await page.evaluate((to) => (location.hash = to), route);
+}
+
+/** Scrolls down until the last row is made, as a person does; how many were made at most meanwhile. */
+async function scrolledThrough(rows: string, last: RegExp): Promise<number> {
+  const made = page.locator(rows);
+  let most = await made.count();
+  await until(async () => {
+    await page.evaluate(() => {
+      const main = document.querySelector('lf-app')!.shadowRoot!.querySelector('main')!;
+      main.scrollTop = main.scrollHeight;
+    });
+    most = Math.max(most, await made.count());
+    return page.locator(rows).filter({ hasText: last }).last().isVisible();
+  }, 30_000);
+  return most;
+}
+
+async function clean(): Promise<void> {
+  await page.evaluate(AXE);
+  const found = await page.evaluate(async () => {
+    const axe = (window as unknown as { axe: { run: (options: object) => Promise<{ violations: { id: string }[] }> } }).axe;
+    return (await axe.run({ runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa'] })).violations.map(({ id }) => id);
+  });
+  expect(found).toEqual([]);
+}
+
+test('the audit log of ten thousand commands', async () => {
+  const entries = Array.from({ length: ROWS }, (_, index) => {
+    const n = ROWS - index;
+    return {
+      n, at_ms: BEGUN_MS + n * 1000, user: 'anna', role: 'operator', from: '10.0.0.5', via: 'ws', seat: 's1',
+      monitor: 'M1', what: `Move Horizontal ${n}`, outcome: 'not allowed', details: {}, prev: '', hash: '',
+    };
+  });
+  await opened('#/events', '/api/audit', { entries, next: null, waiting: 0 });
+  const rows = 'lf-audit-log tr.deed';
+  await page.locator(rows).filter({ hasText: `Horizontal ${ROWS}` }).waitFor();
+  expect(await page.locator('lf-audit-log table').getAttribute('aria-rowcount')).toBe(`${ROWS + 1}`);
+  expect(await page.locator(rows).count()).toBeLessThan(MADE_MOST);
+  expect(await scrolledThrough(rows, /Horizontal 1\b/)).toBeLessThan(MADE_MOST);
+  const last = page.locator(rows).filter({ hasText: /Horizontal 1\b/ }).last();
+  expect(await last.getAttribute('aria-rowindex')).toBe(`${ROWS + 1}`);
+  await clean();
+
+  // By the keyboard: from a row to the one above, also over the edge of what was made.
+  await last.locator('button').focus();
+  for (let n = 2; n < 80; n += 1) await page.keyboard.press('Shift+Tab');
+  const focused = await page.evaluate(() => {
+    const log = document.querySelector('lf-app')!.shadowRoot!.querySelector('lf-page-events')!.shadowRoot!.querySelector('lf-audit-log')!;
+    return log.shadowRoot!.activeElement?.closest('tr')?.getAttribute('data-n') ?? '';
+  });
+  expect(focused).toBe('79');
+});
+
+test('the history of ten thousand alarms', async () => {
+  const steps = Array.from({ length: ROWS }, (_, index) => ({
+    at_ms: BEGUN_MS + (ROWS - index) * 1000, id: `M${ROWS - index}/Vertical/AmperageOverload`,
+    from: 'normal', to: 'unack', user: null, reason: null,
+  }));
+  await opened('#/alarms', '/api/alarms/history', steps);
+  await page.getByRole('tab', { name: /History/ }).click();
+  const rows = 'lf-alarm-history tr.step-row';
+  await page.locator(rows).first().waitFor();
+  expect(await page.locator(rows).count()).toBeLessThan(MADE_MOST);
+  expect(await scrolledThrough(rows, /\bM1\b/)).toBeLessThan(MADE_MOST);
+  await clean();
+});
+
+test('ten thousand things that have happened', async () => {
+  const events = Array.from({ length: ROWS }, (_, index) => ({
+    n: ROWS - index, at_ms: BEGUN_MS + (ROWS - index) * 1000, monitor: 'M1', what: { en: `thing ${ROWS - index}.`, ru: 'дело' },
+  }));
+  await opened('#/events', '/api/events', { events, next: null });
+  await page.getByRole('tab', { name: /happened/ }).click();
+  const rows = 'lf-page-events .live .event';
+  await page.locator(rows).first().waitFor();
+  expect(await page.locator(rows).count()).toBeLessThan(MADE_MOST);
+  expect(await scrolledThrough(rows, /thing 1\./)).toBeLessThan(MADE_MOST);
+  await clean();
+});

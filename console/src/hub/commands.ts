@@ -19,6 +19,8 @@ export interface Options {
   confirm?: string;
   /** The caller shows the outcome itself. */
   quiet?: boolean;
+  /** A parameter is waited for until it is stored: `saved` of the result. */
+  save?: boolean;
 }
 
 export type AuthorityAction = 'take' | 'release' | 'request' | 'grant' | 'deny' | 'force';
@@ -41,7 +43,7 @@ class Commands {
   request(monitor: string, text: string, options: Options = {}): Promise<Result> {
     const send = () =>
       socket
-        .ask({ type: 'request', monitor, request: text, confirm: options.confirm })
+        .ask({ type: 'request', monitor, request: text, confirm: options.confirm, save: options.save })
         .then((answer) => answer.result!);
     return this.told(monitor, text, options, this.live(send));
   }

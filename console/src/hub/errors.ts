@@ -26,6 +26,22 @@ export class HubError extends Error {
   }
 }
 
+/** What stands between the page and the hub answers without its texts: a proxy, a server that is full. */
+const BY_STATUS: Record<number, Text> = {
+  413: { en: 'Too large to be taken.', ru: 'Слишком велико: не принято.' },
+  429: { en: 'Too fast. Wait a moment and try again.', ru: 'Слишком часто. Подождите и повторите.' },
+  502: { en: 'The hub cannot be reached behind its proxy.', ru: 'Центр управления за посредником недоступен.' },
+  503: { en: 'The hub cannot do it now. Try again later.', ru: 'Центр управления сейчас не может. Повторите позже.' },
+  504: { en: 'The hub does not answer behind its proxy.', ru: 'Центр управления за посредником не отвечает.' },
+};
+
+/** An answer that the hub itself has not written. */
+export function ofStatus(status: number): ApiError {
+  const code = `HTTP ${status}`;
+  const text = BY_STATUS[status];
+  return { code, en: text ? `${text.en} (${code})` : code, ru: text ? `${text.ru} (${code})` : code };
+}
+
 export const NOT_LINKED: ApiError = {
   code: 'not_linked',
   en: 'No connection to the hub: the command was not sent.',

@@ -1,5 +1,5 @@
 // HTTP to the hub: JSON, CSRF, errors as HubError.
-import { HubError, NOT_LINKED } from './errors';
+import { HubError, NOT_LINKED, ofStatus } from './errors';
 import type { ApiError, Session } from './types';
 
 type Method = 'GET' | 'POST' | 'PUT' | 'PATCH' | 'DELETE';
@@ -71,9 +71,7 @@ async function parsed(answer: Response): Promise<unknown> {
 
 function errorOf(status: number, body: unknown): ApiError {
   const error = (body as { error?: ApiError } | null)?.error;
-  if (error) return error;
-  const what = `HTTP ${status}`;
-  return { code: what, en: what, ru: what };
+  return error ?? ofStatus(status);
 }
 
 export const http = new Http();

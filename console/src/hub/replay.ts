@@ -1,6 +1,6 @@
 // Plays a recording, or a part of the history, into the store. What is shown is fetched in pieces
 // of two minutes, as a day of it would be too much to keep (each may be some megabytes).
-import { HubError } from './errors';
+import { HubError, ofStatus } from './errors';
 import { store } from './store';
 import type { Alarm, AuditEntry } from './types';
 
@@ -395,7 +395,7 @@ async function fetchLines(source: Source, from: number, to: number): Promise<Lin
   }
   const text = await answer.text();
   if (answer.ok) return parseLines(text);
-  let error = { code: `HTTP ${answer.status}`, en: `HTTP ${answer.status}`, ru: `HTTP ${answer.status}` };
+  let error = ofStatus(answer.status);
   try {
     error = JSON.parse(text).error ?? error;
   } catch {

@@ -232,6 +232,8 @@ export interface Result {
   took_ms: number;
   audit: number | null;
   answers: Answer[];
+  /** Of a parameter that was waited for. */
+  saved?: 'stored' | 'unconfirmed' | 'write_failed';
 }
 
 export interface ApiError extends Text {

@@ -250,6 +250,7 @@ export class PageReplay extends LitElement {
 
   private recordings() {
     if (this.off) return html`<p class="empty">${t('replay.recordings_off')}</p>`;
+    if (!this.list && this.error) return html`<p class="empty">${t('replay.recordings_unknown')}</p>`;
     if (!this.list) return html`<p class="empty" aria-busy="true">${t('shell.loading')}</p>`;
     if (!this.list.length) return html`<p class="empty">${t('replay.recordings_none')}</p>`;
     return html`<div class="scroll">

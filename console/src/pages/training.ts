@@ -81,7 +81,9 @@ export class PageTraining extends LitElement {
         ? html`<section class="card empty">${icon('simulation', 28)}<p>${t('training.off')}</p></section>`
         : sim && this.simulation
           ? this.body(sim)
-          : html`<p class="dim" aria-busy="true">${t('shell.loading')}</p>`}
+          : this.error
+            ? nothing
+            : html`<p class="dim" aria-busy="true">${t('shell.loading')}</p>`}
     </div>`;
   }
 

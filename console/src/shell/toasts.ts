@@ -55,6 +55,7 @@ export function noteOf(outcome: Outcome): Toast | null {
 }
 
 function titleOf(what: string): string {
+  if (what.startsWith('authority ')) return t(what.replace(' ', '.') as Key);
   const key = `request.${what.split(' ')[0]}`;
   const title = t(key as Key);
   const rest = restOf(what);

@@ -87,9 +87,12 @@ describe('values', () => {
 });
 
 /** A monitor that answers as it is told, and notes what it was asked. */
-function monitor(answers: (text: string, n: number) => string | { values: number[] }): Ways & { asked: string[] } {
+function monitor(
+  answers: (text: string, n: number) => string | { values: number[] },
+  saved: Result['saved'] = 'stored',
+): Ways & { asked: string[] } {
   const asked: string[] = [];
-  return {
+  const ways: Ways & { asked: string[] } = {
     asked,
     send: (text) => {
       const answer = answers(text, asked.push(text));
@@ -102,20 +105,21 @@ function monitor(answers: (text: string, n: number) => string | { values: number
       const code = status === 'lost' ? 'not_linked' : status === 'slow' ? 'slow_down' : 'refused';
       return Promise.reject(new HubError({ code, en: status, ru: status, answers: [one] }));
     },
-    writeFault: () => false,
+    save: async (text) => ({ ...(await ways.send(text)), saved }),
     pause: () => Promise.resolve(),
   };
+  return ways;
 }
 
 describe('writing', () => {
   const speed = param('Vertical.Speed');
 
-  it('repeats until it is stored', async () => {
-    const ways = monitor((_, n) => (n < 3 ? 'Accepted' : 'Ok'));
+  it('tells what became of it, by the word of the hub', async () => {
+    const ways = monitor(() => 'Ok');
     expect(await save(ways, speed, [13])).toBe('stored');
-    expect(ways.asked).toEqual(Array(3).fill('SetParam Vertical Speed 13'));
-    expect(await save(monitor(() => 'Accepted'), speed, [13])).toBe('unconfirmed');
-    expect(await save({ ...monitor(() => 'Accepted'), writeFault: () => true }, speed, [13])).toBe('write_failed');
+    expect(ways.asked).toEqual(['SetParam Vertical Speed 13']);
+    expect(await save(monitor(() => 'Accepted', 'unconfirmed'), speed, [13])).toBe('unconfirmed');
+    expect(await save(monitor(() => 'Accepted', 'write_failed'), speed, [13])).toBe('write_failed');
   });
 
   it('asks a busy monitor and a slow unit again, and gives up on a refusal', async () => {

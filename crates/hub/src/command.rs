@@ -62,6 +62,10 @@ impl Hub {
         let began = Instant::now();
         let mut buffer = [0; BUFFER_SIZE];
         let request = understand(text, &mut buffer)?;
+        if save && request.body.id() != RequestId::SET_PARAM {
+            let text = both("Only SetParam is waited for.", "Ожидается только SetParam.");
+            return Err(ApiError::bad_request(text));
+        }
         let needs = needs(&request)?;
         let allowed = self.allow(caller, station, needs, confirm);
         if let Err(error) = allowed {

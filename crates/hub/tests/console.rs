@@ -154,6 +154,32 @@ async fn parameters_are_read_once_and_waited_for_until_stored() {
 }
 
 #[tokio::test]
+async fn a_parameter_is_stored_from_a_seat() {
+    let site = Site::with(1, |_| {}).await;
+    let token = site.token(Role::Engineer);
+    let mut engineer = site.ws(&token).await;
+    let set = json!({
+        "type": "request", "monitor": "M1", "request": "SetParam Vertical Speed 5", "save": true,
+    });
+    let refused = engineer.ask(set.clone()).await;
+    assert_eq!(refused["error"]["code"], "no_authority", "{refused}");
+    engineer.authority("M1", "take").await;
+    let set = engineer.ask(set).await;
+    assert_eq!(set["result"]["saved"], "stored", "{set}");
+    until("it is in the log", || site.hub.audit.waiting() == 0).await;
+    let log = site.get(&token, "/api/audit?text=setparam%20vertical%20speed").await.body;
+    let entries = log["entries"].as_array().unwrap();
+    let answered = |it: &&Value| it["details"]["saved"] == "stored";
+    assert_eq!(entries.iter().filter(answered).count(), 1, "{log}");
+    let moving = json!({
+        "type": "request", "monitor": "M1", "request": "Move Vertical 600", "save": true,
+    });
+    let answer = engineer.ask(moving).await;
+    assert_eq!(answer["error"]["code"], "bad_request", "what moves is not repeated: {answer}");
+    assert_eq!(site.bus.commanded(0, 0), 0);
+}
+
+#[tokio::test]
 async fn logs_are_searched_and_the_hub_tells_how_it_is() {
     let site = Site::open(1).await;
     let mut socket = site.ws("").await;

@@ -7,6 +7,7 @@ export default {
   'replay.live': 'Back to live',
   'replay.recordings': 'Recordings',
   'replay.recordings_none': 'No recordings yet. The hub makes one around each alarm, and when it is asked to.',
+  'replay.recordings_unknown': 'Not known now.',
   'replay.recordings_off': 'This hub keeps no recordings.',
   'replay.record': 'Record now…',
   'replay.record_title': 'Record',

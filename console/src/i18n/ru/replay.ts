@@ -9,6 +9,7 @@ const ru: Record<keyof typeof en, string> = {
   'replay.live': 'К настоящему',
   'replay.recordings': 'Записи',
   'replay.recordings_none': 'Записей ещё нет. Центр делает запись вокруг каждой тревоги и по требованию.',
+  'replay.recordings_unknown': 'Сейчас неизвестно.',
   'replay.recordings_off': 'Этот центр не хранит записей.',
   'replay.record': 'Записать…',
   'replay.record_title': 'Запись',

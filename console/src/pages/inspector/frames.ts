@@ -13,7 +13,7 @@ export interface FrameFilter {
   polls: boolean;
 }
 
-const MOST = 5000;
+const MOST = 10_000;
 /** An answer this much later belongs to something else. */
 const ANSWER_MS = 5000;
 
@@ -45,13 +45,23 @@ export class Frames {
   }
 }
 
+/** Of each frame once: a text of some kilobytes is not searched again at each new frame. */
+let searched = { wanted: '', found: new WeakMap<Kept, boolean>() };
+
+function finds(frame: Kept, wanted: string): boolean {
+  if (searched.wanted !== wanted) searched = { wanted, found: new WeakMap() };
+  const known = searched.found.get(frame) ?? (frame.text.toLowerCase().includes(wanted) || frame.bytes.includes(wanted));
+  searched.found.set(frame, known);
+  return known;
+}
+
 export function shownFrames(list: Kept[], filter: FrameFilter, isPoll: (frame: Kept) => boolean): Kept[] {
   const wanted = filter.text.trim().toLowerCase();
   if (!wanted && filter.direction === 'both' && filter.polls) return list.slice();
   return list.filter((frame) => {
     if (filter.direction !== 'both' && frame.direction !== filter.direction) return false;
     if (!filter.polls && isPoll(frame)) return false;
-    return !wanted || frame.text.toLowerCase().includes(wanted) || frame.bytes.includes(wanted);
+    return !wanted || finds(frame, wanted);
   });
 }
 

@@ -1,9 +1,8 @@
-// Writing parameters until they are stored (§3.5/9): Accepted is repeated until Ok is answered; a
-// busy monitor is asked again; what an incomplete set holds back is written once more at the end.
+// Writing parameters: the hub waits until each is stored (§3.5/9). A busy monitor is asked again; what an
+// incomplete set holds back is written once more at the end.
 import { commands } from '../../hub/commands';
 import type { DictParam } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
-import { store } from '../../hub/store';
 import type { Answer, Result } from '../../hub/types';
 import { same, titleOf } from './model';
 
@@ -21,21 +20,18 @@ export type Saved =
 /** What writing needs of the console; a test has its own. */
 export interface Ways {
   send: (text: string) => Promise<Result>;
-  writeFault: (subsystem: string) => boolean;
+  /** Sets a parameter, and is answered when it is stored. */
+  save: (text: string) => Promise<Result>;
   pause: (ms: number) => Promise<void>;
 }
 
-const CONFIRM_MS = [60, 340, 1100];
 const AGAIN_MS = 500;
 const AGAIN_MOST = 20;
 
 export function waysTo(monitor: string): Ways {
   return {
     send: (text) => commands.request(monitor, text, { quiet: true }),
-    writeFault: (subsystem) => {
-      const status = store.get(`monitors/${monitor}/status`);
-      return status?.subsystems[subsystem]?.flags.includes('ConfigWriteFault') ?? false;
-    },
+    save: (text) => commands.request(monitor, text, { quiet: true, save: true }),
     pause: (ms) => new Promise((resolve) => setTimeout(resolve, ms)),
   };
 }
@@ -47,20 +43,17 @@ export function requestOf(param: DictParam, values: readonly number[]): string {
 /** Writes a parameter and waits until it is stored. Rejects when it was not taken. */
 export async function save(ways: Ways, param: DictParam, values: readonly number[]): Promise<Saved> {
   const text = requestOf(param, values);
-  const first = await tryAgain(ways, text);
-  if (first === 'Ok') return 'stored';
-  if (first === 'IncompleteConfig') return 'incomplete';
-  for (const pause of CONFIRM_MS) {
-    await ways.pause(pause);
+  for (let tries = 1; ; tries += 1) {
     try {
-      if ((await status(ways, text)) === 'Ok') return 'stored';
+      const { saved, answers } = await ways.save(text);
+      return answers[0]?.status === 'IncompleteConfig' ? 'incomplete' : (saved ?? 'unconfirmed');
     } catch (cause) {
-      // A zero point that was taken is not the present position any more (§3.17).
-      if (HubError.of(cause).code === 'refused') return 'unconfirmed';
-      throw cause;
+      const error = HubError.of(cause);
+      if (refusal(error) === 'IncompleteConfig') return 'incomplete';
+      if (!passes(error) || tries >= AGAIN_MOST) throw error;
+      await ways.pause(pauseOf(error));
     }
   }
-  return ways.writeFault(param.subsystem) ? 'write_failed' : 'unconfirmed';
 }
 
 /** Reads a parameter from the monitor; null: it has no value. */
@@ -80,34 +73,6 @@ export async function read(ways: Ways, param: DictParam): Promise<number[] | nul
   }
 }
 
-async function tryAgain(ways: Ways, text: string): Promise<string> {
-  for (let tries = 1; ; tries += 1) {
-    try {
-      return await status(ways, text);
-    } catch (cause) {
-      const error = HubError.of(cause);
-      if (!passes(error) || tries >= AGAIN_MOST) throw error;
-      await ways.pause(pauseOf(error));
-    }
-  }
-}
-
-/** The status that the monitor has answered; Cached is asked again (§3.5/7). */
-async function status(ways: Ways, text: string): Promise<string> {
-  for (let tries = 1; ; tries += 1) {
-    const answered = await ways.send(text).then(
-      (result) => result.answers[0]?.status ?? '',
-      (cause: unknown) => {
-        const refused = refusal(HubError.of(cause));
-        if (refused === 'IncompleteConfig' || refused === 'Cached') return refused;
-        throw cause;
-      },
-    );
-    if (answered !== 'Cached' || tries >= AGAIN_MOST) return answered;
-    await ways.pause(150);
-  }
-}
-
 function refusal(error: HubError): string {
   const answers = error.details.answers as Answer[] | undefined;
   return error.code === 'refused' ? (answers?.[0]?.status ?? '') : '';
@@ -116,7 +81,7 @@ function refusal(error: HubError): string {
 /** A value that is set twice is the same value: these may be tried again. */
 function passes(error: HubError): boolean {
   const codes = ['no_answer', 'outcome_unknown', 'not_sent', 'slow_down'];
-  return codes.includes(error.code) || refusal(error) === 'Busy' || refusal(error) === 'NotCached';
+  return codes.includes(error.code) || ['Busy', 'NotCached', 'Cached'].includes(refusal(error));
 }
 
 function pauseOf(error: HubError): number {

@@ -65,6 +65,9 @@ enum Said {
         monitor: String,
         request: String,
         confirm: Option<String>,
+        /// A parameter is waited for until it is stored.
+        #[serde(default)]
+        save: bool,
     },
     Stop {
         id: Option<Value>,
@@ -345,8 +348,8 @@ impl Reader {
                     hub.command(&caller, &station, LOCKOUT, None).await
                 });
             }
-            Said::Request { id, monitor, request, confirm } => {
-                self.request(id, &monitor, request, confirm);
+            Said::Request { id, monitor, request, confirm, save } => {
+                self.request(id, &monitor, request, confirm, save);
             }
             Said::Authority { id, monitor, action, reason } => {
                 let result = self.hub.station(&monitor).and_then(|station| {
@@ -414,7 +417,14 @@ impl Reader {
         }
     }
 
-    fn request(&self, id: Option<Value>, monitor: &str, request: String, confirm: Option<String>) {
+    fn request(
+        &self,
+        id: Option<Value>,
+        monitor: &str,
+        request: String,
+        confirm: Option<String>,
+        save: bool,
+    ) {
         let urgent = super::monitors::is_urgent(&request);
         let room = match self.room.clone().try_acquire_owned() {
             Ok(room) => Some(room),
@@ -425,7 +435,10 @@ impl Reader {
             }
         };
         self.urgent(id, monitor, |hub, caller, station| async move {
-            let result = hub.command(&caller, &station, &request, confirm.as_deref()).await;
+            let result = match save {
+                true => hub.save(&caller, &station, &request).await,
+                false => hub.command(&caller, &station, &request, confirm.as_deref()).await,
+            };
             drop(room);
             result
         });

@@ -1,0 +1,89 @@
+// What the hub refuses is said plainly, where it was asked for: too fast, held by another, too large, nowhere to store it.
+import type { Page } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
+import { Demo } from './demo';
+
+let demo: Demo;
+let page: Page;
+
+beforeAll(async () => {
+  demo = await Demo.start();
+});
+afterAll(() => demo?.stop());
+afterEach(() => page.context().close());
+
+const FULL = { en: 'Storage does not answer: the disk is full.', ru: 'Хранилище не отвечает: диск заполнен.' };
+const FAST = { en: 'Too fast. Try again in 700 ms.', ru: 'Слишком часто. Повторите через 700 мс.' };
+const HELD = { en: 'M1 is held by anna. Request control, or wait.', ru: 'M1 управляет anna.' };
+
+/** An answer of the hub; without a code one of something between. */
+async function answered(glob: string, status: number, code?: string, text = FULL): Promise<void> {
+  const answer = code ? { status, json: { error: { code, ...text } } } : { status, body: '<html>' };
+  await page.route(glob, (asked) => asked.fulfill(answer));
+}
+
+test('an alarm that is not acknowledged: too fast, no disk, a proxy', async () => {
+  page = await demo.open('#/alarms');
+  await demo.post('/api/sim/faults', { monitor: 'M1', fault: 'vertical-jam', on: true });
+  await demo.post('/api/sim/link', { monitor: 'M2', up: false });
+  const all = page.locator('#ack-all');
+  await page.locator('li.alarm').first().waitFor();
+  for (const [status, code, text, said] of [
+    [429, 'slow_down', FAST, FAST.en],
+    [503, 'storage', FULL, FULL.en],
+    [413, undefined, FULL, 'Too large to be taken. (HTTP 413)'],
+    [502, undefined, FULL, 'The hub cannot be reached behind its proxy. (HTTP 502)'],
+  ] as const) {
+    await page.unrouteAll();
+    await answered('**/api/alarms/ack', status, code, text);
+    await all.click();
+    await page.locator('lf-toasts .error').getByText(said).waitFor();
+    expect(await page.locator('li.alarm').count(), 'what was refused has changed nothing').toBeGreaterThan(0);
+  }
+  await demo.post('/api/sim/link', { monitor: 'M2', up: true });
+});
+
+test('pages that cannot be read say so, and are not waiting', async () => {
+  page = await demo.open('#/overview');
+  for (const [route, glob] of [
+    ['#/replay', '**/api/recordings'],
+    ['#/events', '**/api/audit?**'],
+    ['#/admin', '**/api/users'],
+    ['#/training', '**/api/sim'],
+  ] as const) {
+    await answered(glob, 503, 'storage');
+    await page.evaluate((to) => (location.hash = to), route);
+    await page.locator('main').getByText(FULL.en).first().waitFor();
+    expect(await page.locator('main [aria-busy=true]').count(), route).toBe(0);
+  }
+});
+
+test('a file that is too large', async () => {
+  page = await demo.open('#/replay');
+  await answered('**/api/recordings/upload**', 413, 'too_large', { en: 'At most 64 MiB.', ru: 'Не более 64 МиБ.' });
+  const file = { name: 'x.mcap', mimeType: 'application/octet-stream', buffer: Buffer.from('abc') };
+  await page.locator('lf-page-replay input[type=file]').setInputFiles(file);
+  await page.locator('lf-toasts .error').getByText('At most 64 MiB.').waitFor();
+});
+
+test('a monitor that another one holds, and commands that come too fast', async () => {
+  page = await demo.open('#/overview');
+  let refusal = { code: 'held', ...HELD };
+  await page.routeWebSocket(/api\/ws/, (ws) => {
+    const hub = ws.connectToServer();
+    hub.onMessage((message) => ws.send(message));
+    ws.onMessage((message) => {
+      const said = JSON.parse(String(message)) as { type: string; id: number };
+      const refused = said.type === 'authority' || said.type === 'request';
+      if (refused) ws.send(JSON.stringify({ type: 'answer', id: said.id, error: refusal }));
+      else hub.send(message);
+    });
+  });
+  await page.goto(`${demo.url}/?again#/m/M1/operate`);
+  await page.locator('#take').click();
+  await page.locator('lf-toasts .error').getByText(`Take control: ${HELD.en}`).waitFor();
+  expect(await page.locator('#take').isVisible(), 'nobody has it by refusal').toBe(true);
+  refusal = { code: 'slow_down', ...FAST };
+  await page.locator('#take').click();
+  await page.locator('lf-toasts .error').getByText(FAST.en).waitFor();
+});

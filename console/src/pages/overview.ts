@@ -40,7 +40,7 @@ export class PageOverview extends LitElement {
       .map {
         position: sticky;
         top: var(--s3);
-        height: calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - 48px - 3 * var(--s3));
+        height: calc(100cqh - var(--touch) - 3 * var(--s3));
         min-height: 320px;
         padding: 0;
         overflow: hidden;

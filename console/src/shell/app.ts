@@ -56,6 +56,7 @@ export class LfApp extends LitElement {
       }
       main {
         grid-area: main;
+        container: main / size;
         position: relative;
         overflow: auto;
         min-width: 0;

@@ -71,3 +71,23 @@ test('a recording is made, listed and played', async () => {
   await page.locator('lf-replay-bar #live').waitFor();
   await until(async () => (await page.locator('lf-plan .monitor').count()) > 0);
 });
+
+test('the fire of a recording is shown in the plan and in 3D', async () => {
+  await demo.post('/api/sim/scenario', { id: 'tank-farm', automatic: true });
+  await demo.post('/api/sim/fire', { at: [3, -4] });
+  await demo.post('/api/recordings', { monitor: 'M1', seconds: 3, before_s: 0 });
+  const play = page.getByRole('button', { name: /^Play .*\.mcap/ }).first();
+  await until(async () => (await play.getAttribute('aria-disabled')) !== 'true', 30_000);
+  // What is live then is another place.
+  await demo.post('/api/sim/scenario', { id: 'winter-start' });
+  await play.click();
+  await page.locator('lf-replay-bar #live').waitFor();
+  const burning = page.locator('lf-plan .fire-area');
+  await burning.first().waitFor();
+  await page.evaluate(() => (location.hash = '#/m/M1/operate'));
+  await burning.first().waitFor();
+  await page.getByText('3D', { exact: true }).click();
+  type Scene = { figures: { particles: number } | null };
+  const particles = () => page.locator('lf-scene').evaluate((one) => (one as unknown as Scene).figures?.particles ?? 0);
+  await until(async () => (await particles()) > 20, 20_000);
+});

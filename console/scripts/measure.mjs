@@ -1,15 +1,12 @@
 // How quick the console is, and whether it stays so: first paint, shifts of the layout, work of the
 // main thread on live data, memory after an hour of messages. LAFET_BIN is the program with the console
 // built in; with LAFET_URL a demo that runs already is measured. `throttle` (default 4) slows the browser's processor so many times down.
-import { spawn } from 'node:child_process';
 import { readdirSync, readFileSync } from 'node:fs';
 import { gzipSync } from 'node:zlib';
-import { chromium } from 'playwright-core';
+import { withDemo } from './demo.mjs';
 
-const program = process.env.LAFET_BIN;
-if (!program && !process.env.LAFET_URL) throw new Error('LAFET_BIN must name the lafet program, with the console built in');
 const throttle = Number(process.argv[2] ?? 4);
-/** `memory`: that alone. */
+/** `pages` or `memory`: that alone. */
 const part = process.argv[3] ?? 'all';
 const PAGES = ['overview', 'm/M1/operate', 'alarms', 'events', 'm/M1/params', 'm/M1/programs', 'm/M1/commissioning', 'm/M1/diagnosis', 'm/M1/inspector', 'replay', 'training', 'admin'];
 const LIVE_MS = 10_000;
@@ -17,38 +14,17 @@ const HOUR_MS = 3_600_000;
 const LEARN_MS = 15_000;
 const ROUNDS = 5;
 
-const demo = process.env.LAFET_URL
-  ? null
-  : spawn(program, ['demo', '--no-browser', '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
-try {
-  const url = demo ? await address(demo) : process.env.LAFET_URL;
-  const browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM_BIN ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--enable-precise-memory-info'],
-  });
+const memory = ['--enable-precise-memory-info'];
+await withDemo(async (browser, url) => {
   if (part !== 'memory') {
     sizes();
     await water(url);
     await pages(browser, url);
   }
+  if (part === 'pages') return;
   await hour(browser, url);
   await rounds(browser, url);
-  await browser.close();
-} finally {
-  demo?.kill('SIGINT');
-}
-
-function address(child) {
-  return new Promise((resolve, reject) => {
-    let text = '';
-    child.stdout.on('data', (chunk) => {
-      text += chunk;
-      const found = /http:\/\/127\.0\.0\.1:\d+/.exec(text);
-      if (found) resolve(found[0]);
-    });
-    child.on('exit', () => reject(new Error(`the demo has ended: ${text}`)));
-  });
-}
+}, memory);
 
 /** What the first page loads, and everything. */
 function sizes() {

@@ -1,45 +1,18 @@
 // Pictures of the console for the READMEs: a demo is started, a monitor taken, deployed and
 // opened, then aimed at the fire with the water on. LAFET_BIN is the program.
-import { spawn } from 'node:child_process';
-import { chromium } from 'playwright-core';
+import { withDemo } from './demo.mjs';
 
 const FOLDER = new URL('../../docs/images/', import.meta.url).pathname;
-const program = process.env.LAFET_BIN;
-if (!program) throw new Error('LAFET_BIN must name the lafet program, with the console built in');
 
 const WORDS = {
   en: { take: 'Take control', deploy: /^Deploy/, deployed: 'Deployed', aim: /^Aim/, open: /^Open/, scene: /3D/ },
   ru: { take: /^Взять управление/, deploy: /^Развернуть/, deployed: /Развёрнут/, aim: /^Навести/, open: /^Открыть/, scene: /3D/ },
 };
 
-for (const lang of ['en', 'ru']) {
-  const demo = spawn(program, ['demo', '--no-browser', '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
-  try {
-    await take(await address(demo), lang);
-  } finally {
-    demo.kill('SIGINT');
-  }
-}
+for (const lang of ['en', 'ru']) await withDemo((browser, url) => take(browser, url, lang));
 
-/** The address that the demo prints first. */
-function address(demo) {
-  return new Promise((resolve, reject) => {
-    let text = '';
-    demo.stdout.on('data', (chunk) => {
-      text += chunk;
-      const url = /http:\/\/127\.0\.0\.1:\d+/.exec(text);
-      if (url) resolve(url[0]);
-    });
-    demo.on('exit', () => reject(new Error(`the demo has ended: ${text}`)));
-  });
-}
-
-async function take(url, lang) {
+async function take(browser, url, lang) {
   const words = WORDS[lang];
-  const browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
-  });
   const page = await browser.newPage({
     viewport: { width: 1440, height: 900 },
     locale: lang === 'ru' ? 'ru-RU' : 'en-GB',
@@ -62,7 +35,6 @@ async function take(url, lang) {
   await page.goto(`${url}/#/overview`);
   await page.waitForTimeout(1_500);
   await picture('overview');
-  await browser.close();
 }
 
 /** A press on the fire in the plan. */

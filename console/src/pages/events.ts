@@ -11,7 +11,7 @@ import '../parts/lf-button';
 import '../parts/lf-find';
 import '../parts/lf-tabbar';
 import { base, card, fields, page } from '../theme/shared';
-import { filters, notice } from './alarms/common';
+import { failedNotice, filters, notice } from './alarms/common';
 import './events/log';
 import { HubError } from '../hub/errors';
 import { Happenings, type Happened } from './events/live';
@@ -101,10 +101,7 @@ export class LfPageEvents extends LitElement {
         ></lf-find>
       </div>
       ${this.error
-        ? html`<div class="notice bad">
-            <span class="grow">${t('events.failed', { what: this.error })}</span>
-            <lf-button @click=${() => this.load()}>${t('events.again')}</lf-button>
-          </div>`
+        ? failedNotice(t('events.failed', { what: this.error }), () => this.load())
         : nothing}
       ${events.length === 0
         ? html`<lf-blank

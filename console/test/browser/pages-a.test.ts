@@ -64,7 +64,7 @@ describe('alarms', () => {
     await lockOut();
     const row = page.locator(`[data-id="${LOCKED}"]`);
     await row.getByText('Unacknowledged').waitFor();
-    expect(await page.locator('lf-nav a[href="#/alarms"] .count').textContent()).toContain('1');
+    await page.locator('lf-nav a[href="#/alarms"] .count', { hasText: '1' }).waitFor();
     await row.locator('[data-act=more]').click();
     await row.getByText('Find out who locked it', { exact: false }).waitFor();
     await row.locator('[data-act=ack]').click();
@@ -111,14 +111,20 @@ describe('alarms', () => {
     await row.hover();
     const before = (await row.boundingBox())!.y;
     site.links[0]!.cut();
-    // A hand that is about to press moves a little.
+    // A hand that is about to press moves a little; what it sees is looked at in one moment.
     let step = 0;
+    let seen = { fresh: false, count: 0, y: 0 };
     await until(async () => {
       await row.hover({ position: { x: 200 + (step++ % 2), y: 20 } });
-      return page.locator('.fresh').isVisible();
+      seen = await row.evaluate((one) => {
+        const root = one.getRootNode() as ShadowRoot;
+        const count = root.querySelectorAll('.list > .alarm').length;
+        return { fresh: root.querySelector('.fresh') !== null, count, y: one.getBoundingClientRect().y };
+      });
+      return seen.fresh;
     }, 10_000);
-    expect(await page.locator('lf-page-alarms .list > .alarm').count(), 'what is new waits').toBe(1);
-    expect((await row.boundingBox())!.y).toBe(before);
+    expect(seen.count, 'what is new waits').toBe(1);
+    expect(seen.y).toBe(before);
     await page.mouse.move(5, 400);
     await until(async () => (await page.locator('lf-page-alarms .list > .alarm').first().getAttribute('class'))!.includes('high'));
   });
@@ -130,7 +136,7 @@ describe('alarms', () => {
     await ack.waitFor();
     site.way.freeze();
     await page.getByText('No connection to the hub', { exact: false }).last().waitFor();
-    expect(await ack.locator('button').getAttribute('aria-disabled')).toBe('true');
+    await until(async () => (await ack.locator('button').getAttribute('aria-disabled')) === 'true');
     expect(await ack.locator('button').getAttribute('aria-description')).toBe('No connection to the hub');
   });
 });
@@ -188,7 +194,7 @@ describe('the event log', () => {
     await until(async () => (await get<{ link: { state: string } }>('/api/monitors/M2')).link.state === 'up');
     const page = await open('#/events');
     await page.locator('lf-tabbar [data-tab=live]').click();
-    const lines = page.locator('.live li');
+    const lines = page.locator('.live .event');
     await lines.filter({ hasText: 'M2' }).first().waitFor();
     const text = (await lines.filter({ hasText: 'M2' }).first().locator('span').last().textContent())!.trim();
     await page.locator('lf-page-events lf-find input').fill(text);
@@ -202,8 +208,11 @@ describe('the inspector', () => {
     const page = await open('#/m/M1/inspector');
     await page.locator('.frame.in').first().waitFor();
     await page.locator('#pause').click();
+    const passed = page.locator('.foot b');
+    await passed.waitFor();
     const before = await page.locator('.foot span').first().textContent();
-    await page.locator('.foot b').waitFor();
+    const told = await passed.textContent();
+    await until(async () => (await passed.textContent()) !== told);
     expect(await page.locator('.foot span').first().textContent()).toBe(before);
     await page.locator('.frame.in').last().click();
     await page.locator('lf-frame-decoded summary', { hasText: 'General' }).click();
@@ -226,7 +235,7 @@ describe('the inspector', () => {
     await field.pressSequentially('minl');
     await page.keyboard.press('ArrowDown');
     await page.keyboard.press('Enter');
-    expect(await field.inputValue()).toBe('GetParam Vertical MinLimit');
+    await until(async () => (await field.inputValue()) === 'GetParam Vertical MinLimit');
     await page.getByText('no control is needed', { exact: false }).waitFor();
     await page.keyboard.press('Enter');
     await page.locator('.outcome', { hasText: 'Vertical GetParam → Ok: MinLimit' }).waitFor();

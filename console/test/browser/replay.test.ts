@@ -53,14 +53,14 @@ test('no command leaves, STOP does', async () => {
   await page.locator('lf-joystick').waitFor();
   await page.getByText('STOP and LOCKOUT act on the live monitors').waitFor();
   // The live monitor moves while the recording plays.
-  await demo.request('M1', 'Move Horizontal -6000');
+  await demo.request('M1', 'Move Horizontal -10000');
   await until(async () => (await flags('Horizontal')).includes('Move'));
   await page.locator('lf-joystick').focus();
   await page.keyboard.press('ArrowLeft');
   expect(await flags('Horizontal')).toContain('Move');
   await page.locator('#stop').click();
   await until(async () => !(await flags('Horizontal')).includes('Move'), 3000);
-  expect(await position()).toBeGreaterThan(-6000);
+  expect(await position()).toBeGreaterThan(-10_000);
 });
 
 test('a recording is made, listed and played', async () => {

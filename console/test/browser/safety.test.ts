@@ -1,7 +1,7 @@
 // The rules that keep people safe, each looked at where it counts: at the monitor's outputs.
 import type { CDPSession, Locator, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
-import { press, pressUntil, Site, until } from './site';
+import { heldUntil, press, pressUntil, Site, until } from './site';
 
 const PAD_STOP = 1;
 const FAR_ARCMIN = 5000;
@@ -36,7 +36,7 @@ afterEach(async () => {
     // Back, where the next motion would meet a limit.
     if (Math.abs(await site.position(id)) > FAR_ARCMIN) {
       await site.send(id, 'Move Horizontal 0');
-      await until(async () => Math.abs(await site.position(id)) < 60, 15_000);
+      await until(async () => Math.abs(await site.position(id)) < 60, 40_000);
     }
     await until(async () => !(await site.moves(id)));
   }
@@ -53,26 +53,10 @@ async function sent(request: string, id = 'M1'): Promise<void> {
   await until(() => site.moves(id));
 }
 
-/**
- * Holds until the barrel moves and has turned. On a busy machine the page's beats may be late, and the
- * motion ends, as it has to: then the hand lets go and holds anew.
- */
+/** Holds until the barrel moves and has turned. */
 async function begun(hold: () => Promise<void>, leave: () => Promise<void>): Promise<void> {
   const stood = await site.position('M1');
-  await heldUntil(async () => (await site.moves('M1')) && (await site.position('M1')) !== stood, hold, leave);
-}
-
-async function heldUntil(sign: () => Promise<boolean>, hold: () => Promise<void>, leave: () => Promise<void>): Promise<void> {
-  for (let n = 0; n < 5; n += 1) {
-    await hold();
-    const seen = await until(sign, 3000).then(
-      () => true,
-      () => false,
-    );
-    if (seen) return;
-    await leave();
-  }
-  throw new Error('the barrel does not do what the hand says');
+  await heldUntil(page, async () => (await site.moves('M1')) && (await site.position('M1')) !== stood, hold, leave);
 }
 
 /** Pulls the stick to the left. */
@@ -220,13 +204,13 @@ describe('STOP', () => {
     await page.getByRole('dialog').waitFor();
     await sent('Move Horizontal 9000');
     await page.locator('#stop').click();
-    expect(await site.stands('M1')).toBe(true);
+    await stoppedShortOf(9000);
     await sent('Move Horizontal -9000');
     await page.keyboard.press('F9');
-    expect(await site.stands('M1')).toBe(true);
+    await stoppedShortOf(-9000);
     await sent('Move Horizontal 9000');
     await page.keyboard.press('Pause');
-    expect(await site.stands('M1')).toBe(true);
+    await stoppedShortOf(9000);
   });
 
   test('is above everything that a page puts into the top layer', async () => {
@@ -252,10 +236,12 @@ describe('STOP', () => {
   test('of all stops them all, of one leaves the others alone', async () => {
     for (const id of ['M1', 'M2']) await sent('Move Horizontal 9000', id);
     await page.locator('#stop').click();
-    expect(await site.stands('M1')).toBe(true);
-    expect(await site.moves('M2')).toBe(true);
+    await stoppedShortOf(9000);
+    // It goes on; on a busy machine it has come to where it was sent meanwhile.
+    expect((await site.moves('M2')) || (await site.position('M2')) === 9000).toBe(true);
+    await sent('Move Horizontal -9000', 'M2');
     await page.locator('#stop-all').click();
-    expect(await site.stands('M2')).toBe(true);
+    await stoppedShortOf(-9000, 'M2');
   });
 
   test('of somebody who holds nothing stops what another one holds', async () => {
@@ -276,12 +262,16 @@ describe('STOP', () => {
   });
 });
 
-/** Presses shorter than `limit_ms`, by the page's own clock, and sees that nothing comes of it later. */
-async function tooShort(button: Locator, for_ms: number, limit_ms: number): Promise<void> {
-  const took = await press(page, button, for_ms);
-  // The machine was too busy to let go in time: what it held long enough has been undone by Close.
-  if (took >= limit_ms) throw new Error(`let go after ${took} ms`);
-  await page.waitForTimeout(limit_ms);
+/**
+ * Presses shorter than `limit_ms`, by the page's own clock, so that what comes of it later can be looked at. A
+ * machine that is too busy to let go in time has held long enough: that is undone, and it is pressed anew.
+ */
+async function tooShort(button: Locator, for_ms: number, limit_ms: number, undo: () => Promise<void>): Promise<void> {
+  for (let n = 0; n < 5; n += 1) {
+    if ((await press(page, button, for_ms)) < limit_ms) return page.waitForTimeout(limit_ms);
+    await undo();
+  }
+  throw new Error('the machine is too busy for a short press');
 }
 
 describe('valves and lockout', () => {
@@ -289,25 +279,35 @@ describe('valves and lockout', () => {
     await take();
     const open = page.locator('#Valve1 .open-button');
     const opens = async () => (await site.outputs('M1')).Valve1!.flags.some((flag) => flag.startsWith('Open'));
-    await tooShort(open, 400, 1000);
+    const close = async () => {
+      await page.locator('#Valve1 .close-button').click();
+      await until(async () => !(await opens()), 10_000);
+    };
+    await tooShort(open, 400, 1000, close);
     expect(await opens()).toBe(false);
     await pressUntil(page, open, opens);
-    await page.locator('#Valve1 .close-button').click();
-    await until(async () => !(await opens()), 10_000);
+    await close();
   });
 
   test('lockout is one press; its release wants the name typed and the button held', async () => {
     await take();
-    await page.locator('#lockout').click();
-    await until(async () => (await site.outputs('M1')).General!.flags.includes('LockedOut'));
-    await page.getByText('M1 is locked out').first().waitFor();
-    await page.locator('#release').click();
-    const release = page.locator('lf-dialogs lf-hold');
     const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
+    const lockOut = async () => {
+      await page.locator('#lockout').click();
+      await until(locked);
+      await page.getByText('M1 is locked out').first().waitFor();
+      await page.locator('#release').click();
+    };
+    await lockOut();
+    const release = page.locator('lf-dialogs lf-hold');
     expect(await press(page, release, 2300)).toBeGreaterThan(2000);
     expect(await locked()).toBe(true);
-    await page.locator('lf-dialogs input').fill('M1');
-    await tooShort(release, 500, 2000);
+    const type = () => page.locator('lf-dialogs input').fill('M1');
+    await type();
+    await tooShort(release, 500, 2000, async () => {
+      await lockOut();
+      await type();
+    });
     expect(await locked()).toBe(true);
     await pressUntil(page, release, async () => !(await locked()));
   });
@@ -320,8 +320,9 @@ describe('two operators', () => {
     others.push(other);
     await other.getByText('M1 is controlled by').waitFor();
     await other.locator('#take').click();
-    await other.getByRole('dialog').getByText('Ask for control', { exact: true }).click();
+    // It is asked for ten seconds: the barrel moves before.
     await pull();
+    await other.getByRole('dialog').getByText('Ask for control', { exact: true }).click();
     await page.getByText('Hand over').waitFor();
     await page.mouse.up();
     await page.getByText('Hand over').click();
@@ -361,8 +362,8 @@ describe('what is old', () => {
   test('of a lost hub is shown as old, and comes back by itself', async () => {
     site.way.cut();
     await page.getByText('No connection to the hub').first().waitFor();
-    expect(await page.locator('lf-page-operate lf-value[stale]').count()).toBeGreaterThan(3);
-    expect(await page.locator('#draw button').getAttribute('aria-disabled')).toBe('true');
+    await until(async () => (await page.locator('lf-page-operate lf-value[stale]').count()) > 3);
+    await until(async () => (await page.locator('#draw button').getAttribute('aria-disabled')) === 'true');
     site.way.mend();
     await page.locator('lf-page-operate lf-value[stale]').first().waitFor({ state: 'detached' });
   });
@@ -460,6 +461,7 @@ describe('what the page says', () => {
     await site.send('M1', quench);
     await until(async () => (await control()).includes('Quench'));
     await heldUntil(
+      page,
       async () => (await control()).includes('Paused'),
       () => page.keyboard.down('ArrowLeft'),
       () => page.keyboard.up('ArrowLeft'),

@@ -198,6 +198,43 @@ export async function press(page: Page, button: Locator, for_ms: number): Promis
   });
 }
 
+/**
+ * Holds until it is so; the hand stays where it is. On a busy machine the page's beats may be late, and the
+ * motion ends, as it has to: then the hand lets go, which the page has to see, and holds anew.
+ */
+export async function heldUntil(
+  page: Page,
+  sign: () => Promise<boolean>,
+  hold: () => Promise<void>,
+  leave: () => Promise<void>,
+): Promise<void> {
+  for (let n = 0; n < 5; n += 1) {
+    await hold();
+    const seen = await until(sign, 3000).then(
+      () => true,
+      () => false,
+    );
+    if (seen) return;
+    await leave();
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  }
+  throw new Error(`nothing comes of what the hand holds: ${sign}`);
+}
+
+/** Holds a button until it is so, then lets go. */
+export async function holdUntil(page: Page, button: Locator, sign: () => Promise<boolean>): Promise<void> {
+  await button.scrollIntoViewIfNeeded();
+  const box = (await button.boundingBox())!;
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await heldUntil(
+    page,
+    sign,
+    () => page.mouse.down(),
+    () => page.mouse.up(),
+  );
+  await page.mouse.up();
+}
+
 /** Presses until it is so, then lets go. */
 export async function pressUntil(page: Page, button: Locator, so: () => Promise<boolean>): Promise<void> {
   await button.scrollIntoViewIfNeeded();

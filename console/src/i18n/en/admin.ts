@@ -21,7 +21,6 @@ export default {
   'admin.no_users_text': 'The first administrator is made with the one-time link that the hub prints at its first start.',
   'admin.no_tokens': 'No tokens',
   'admin.no_tokens_text': 'SCADA, scripts and the collector of metrics each get one of their own, with the least role that will do.',
-  'admin.again': 'Try again',
   'admin.user': 'User',
   'admin.name': 'Name',
   'admin.role': 'Role',

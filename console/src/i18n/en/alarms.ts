@@ -52,7 +52,6 @@ export default {
   'alarms.fresh_show': 'Shown when the pointer leaves the list',
   'alarms.unlinked': 'No connection to the hub: this is how things stood at {time}.',
   'alarms.failed': 'This could not be loaded: {what}',
-  'alarms.again': 'Try again',
   'alarms.shelve_title': 'Shelve an alarm',
   'alarms.shelve_text':
     'It no longer counts and makes no mark until the time is over; then it comes back, if it still holds. Who shelved it, and why, goes into the audit log.',

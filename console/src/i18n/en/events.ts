@@ -40,7 +40,6 @@ export default {
   'events.none_match': 'Nothing matches so far',
   'events.clear': 'Clear the filters',
   'events.failed': 'The log could not be read: {what}',
-  'events.again': 'Try again',
   'events.not_allowed_title': 'The audit log is for operators and above',
   'events.not_allowed_text': 'What happens now is shown beside it to everybody.',
   'events.chain_checking': 'Checking the chain…',

@@ -2,6 +2,7 @@ export default {
   'shell.hold': 'hold {s} s',
   'shell.hold_hint': 'Press and hold for {s} s',
   'shell.close': 'Close',
+  'shell.again': 'Try again',
   'shell.cancel': 'Cancel',
   'shell.type': 'Type {what} to confirm',
   'shell.type_first': 'Type {what} first',

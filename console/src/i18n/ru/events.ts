@@ -40,7 +40,6 @@ export default {
   'events.none_match': 'Пока ничего не найдено',
   'events.clear': 'Сбросить фильтры',
   'events.failed': 'Журнал не прочитан: {what}',
-  'events.again': 'Повторить',
   'events.not_allowed_title': 'Журнал аудита доступен операторам и выше',
   'events.not_allowed_text': 'Что происходит сейчас, на соседней вкладке видят все.',
   'events.chain_checking': 'Проверка цепочки…',

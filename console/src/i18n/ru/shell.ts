@@ -2,6 +2,7 @@ export default {
   'shell.hold': 'держать {s} с',
   'shell.hold_hint': 'Нажмите и держите {s} с',
   'shell.close': 'Закрыть',
+  'shell.again': 'Повторить',
   'shell.cancel': 'Отмена',
   'shell.type': 'Для подтверждения введите {what}',
   'shell.type_first': 'Сначала введите {what}',

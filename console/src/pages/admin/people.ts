@@ -1,5 +1,5 @@
 // Users, and tokens for programs.
-import { LitElement, html, nothing } from 'lit';
+import { LitElement, html, nothing, type TemplateResult } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
@@ -11,7 +11,7 @@ import '../../parts/lf-chip';
 import { confirmDialog } from '../../shell/dialog';
 import { toast } from '../../shell/toasts';
 import { base, card, table } from '../../theme/shared';
-import { notice, whyNotHere } from '../alarms/common';
+import { failedNotice, notice, whyNotHere } from '../alarms/common';
 import { askForm, showToken } from './forms';
 import { isLastAdministrator, type SessionSeen, type Token, type User } from './model';
 import { adminStyle } from './style';
@@ -41,12 +41,32 @@ abstract class List<T> extends LitElement {
   }
 
   protected renderError() {
-    return this.error
-      ? html`<div class="notice bad">
-          <span class="grow">${this.error}</span>
-          <lf-button @click=${() => this.load()}>${t('admin.again')}</lf-button>
-        </div>`
-      : nothing;
+    return this.error ? failedNotice(this.error, () => this.load()) : nothing;
+  }
+
+  /** What the list is, and what adds to it. */
+  protected renderBar(text: string, id: string, word: string, add: () => void) {
+    return html`<div class="bar">
+      <p>${text}</p>
+      <lf-button kind="primary" icon="plus" id=${id} .why=${this.why} @click=${add}>${word}</lf-button>
+    </div>`;
+  }
+
+  /** `late`: columns that narrow screens leave out. */
+  protected renderTable(columns: { text: string; late?: boolean }[], rows: TemplateResult[]) {
+    return html`<section class="card flat stack">
+      <table>
+        <thead>
+          <tr>
+            ${columns.map(({ text, late }) => html`<th class=${late ? 'late' : ''}>${text}</th>`)}
+            <th><span class="unseen">${t('admin.acts')}</span></th>
+          </tr>
+        </thead>
+        <tbody>
+          ${rows}
+        </tbody>
+      </table>
+    </section>`;
   }
 
   protected async load(): Promise<void> {
@@ -74,29 +94,19 @@ export class LfAdminUsers extends List<User> {
 
   override render() {
     const users = this.list ?? [];
-    return html`<div class="bar">
-        <p>${t('admin.users_text')}</p>
-        <lf-button kind="primary" icon="plus" id="add-user" .why=${this.why} @click=${this.add}>${t('admin.add_user')}</lf-button>
-      </div>
+    return html`${this.renderBar(t('admin.users_text'), 'add-user', t('admin.add_user'), this.add)}
       ${this.renderError()}
       ${this.list && users.length === 0
         ? html`<lf-blank icon="user" .head=${t('admin.no_users')} .text=${t('admin.no_users_text')}></lf-blank>`
-        : html`<section class="card flat stack">
-            <table>
-              <thead>
-                <tr>
-                  <th>${t('admin.user')}</th>
-                  <th>${t('admin.role')}</th>
-                  <th class="late">${t('admin.created')}</th>
-                  <th class="late">${t('admin.last_login')}</th>
-                  <th><span class="unseen">${t('admin.acts')}</span></th>
-                </tr>
-              </thead>
-              <tbody>
-                ${users.map((user) => this.renderUser(user, users))}
-              </tbody>
-            </table>
-          </section>`}`;
+        : this.renderTable(
+            [
+              { text: t('admin.user') },
+              { text: t('admin.role') },
+              { text: t('admin.created'), late: true },
+              { text: t('admin.last_login'), late: true },
+            ],
+            users.map((user) => this.renderUser(user, users)),
+          )}`;
   }
 
   private renderUser(user: User, users: User[]) {
@@ -109,7 +119,7 @@ export class LfAdminUsers extends List<User> {
       </td>
       <td>${t(`role.${user.role}`)}</td>
       <td class="late">${dateTime(user.created_ms)}</td>
-      <td class="late">${user.last_login_ms ? dateTime(user.last_login_ms) : html`<span class="dim">${t('admin.never')}</span>`}</td>
+      <td class="late">${when(user.last_login_ms, t('admin.never'))}</td>
       <td class="acts">
         <lf-button kind="quiet" icon="edit" data-act="role" .why=${this.why || last} @click=${() => this.changeRole(user)}
           >${t('admin.change_role')}</lf-button
@@ -180,6 +190,10 @@ export class LfAdminUsers extends List<User> {
   }
 }
 
+function when(at_ms: number | null, never: string) {
+  return at_ms ? dateTime(at_ms) : html`<span class="dim">${never}</span>`;
+}
+
 function pathOf(user: User): string {
   return `/api/users/${encodeURIComponent(user.user)}`;
 }
@@ -190,29 +204,19 @@ export class LfAdminTokens extends List<Token> {
 
   override render() {
     const tokens = this.list ?? [];
-    return html`<div class="bar">
-        <p>${t('admin.tokens_text')}</p>
-        <lf-button kind="primary" icon="plus" id="add-token" .why=${this.why} @click=${this.add}>${t('admin.add_token')}</lf-button>
-      </div>
+    return html`${this.renderBar(t('admin.tokens_text'), 'add-token', t('admin.add_token'), this.add)}
       ${this.renderError()}
       ${this.list && tokens.length === 0
         ? html`<lf-blank icon="lock" .head=${t('admin.no_tokens')} .text=${t('admin.no_tokens_text')}></lf-blank>`
-        : html`<section class="card flat stack">
-            <table>
-              <thead>
-                <tr>
-                  <th>${t('admin.name')}</th>
-                  <th>${t('admin.role')}</th>
-                  <th class="late">${t('admin.created')}</th>
-                  <th class="late">${t('admin.last_used')}</th>
-                  <th><span class="unseen">${t('admin.acts')}</span></th>
-                </tr>
-              </thead>
-              <tbody>
-                ${tokens.map((token) => this.renderToken(token))}
-              </tbody>
-            </table>
-          </section>`}`;
+        : this.renderTable(
+            [
+              { text: t('admin.name') },
+              { text: t('admin.role') },
+              { text: t('admin.created'), late: true },
+              { text: t('admin.last_used'), late: true },
+            ],
+            tokens.map((token) => this.renderToken(token)),
+          )}`;
   }
 
   private renderToken(token: Token) {
@@ -223,7 +227,7 @@ export class LfAdminTokens extends List<Token> {
       </td>
       <td>${t(`role.${token.role}`)}</td>
       <td class="late">${dateTime(token.created_ms)}</td>
-      <td class="late">${token.last_used_ms ? dateTime(token.last_used_ms) : html`<span class="dim">${t('admin.never')}</span>`}</td>
+      <td class="late">${when(token.last_used_ms, t('admin.never'))}</td>
       <td class="acts">
         <lf-button kind="quiet" icon="trash" data-act="remove" .why=${this.why} @click=${() => this.withdraw(token)}
           >${t('admin.withdraw')}</lf-button
@@ -281,27 +285,19 @@ export class LfAdminSessions extends List<SessionSeen> {
   override render() {
     return html`<div class="bar"><p>${t('admin.sessions_text')}</p></div>
       ${this.renderError()}
-      <section class="card flat stack">
-        <table>
-          <thead>
-            <tr>
-              <th>${t('admin.user')}</th>
-              <th>${t('admin.kind')}</th>
-              <th>${t('admin.pages')}</th>
-              <th class="late">${t('admin.used')}</th>
-              <th class="late">${t('admin.expires')}</th>
-              <th><span class="unseen">${t('admin.acts')}</span></th>
-            </tr>
-          </thead>
-          <tbody>
-            ${(this.list ?? []).map((one) => this.renderSession(one))}
-          </tbody>
-        </table>
-      </section>`;
+      ${this.renderTable(
+        [
+          { text: t('admin.user') },
+          { text: t('admin.kind') },
+          { text: t('admin.pages') },
+          { text: t('admin.used'), late: true },
+          { text: t('admin.expires'), late: true },
+        ],
+        (this.list ?? []).map((one) => this.renderSession(one)),
+      )}`;
   }
 
   private renderSession(one: SessionSeen) {
-    const when = (at_ms: number | null) => (at_ms ? dateTime(at_ms) : html`<span class="dim">—</span>`);
     const why = this.why || (one.kind === 'session' ? '' : t('admin.no_session'));
     return html`<tr data-session=${one.id}>
       <td>
@@ -316,8 +312,8 @@ export class LfAdminSessions extends List<SessionSeen> {
             )
           : html`<span class="dim">${t('admin.no_pages')}</span>`}
       </td>
-      <td class="late">${when(one.used_ms)}</td>
-      <td class="late">${when(one.expires_ms)}</td>
+      <td class="late">${when(one.used_ms, '—')}</td>
+      <td class="late">${when(one.expires_ms, '—')}</td>
       <td class="acts">
         <lf-button kind="quiet" icon="logout" data-act="end" .why=${why} @click=${() => this.endSession(one)}
           >${t('admin.end_session')}</lf-button

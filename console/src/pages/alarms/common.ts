@@ -4,6 +4,7 @@ import { may } from '../../hub/session';
 import { store } from '../../hub/store';
 import type { Priority, Role } from '../../hub/types';
 import { t, tt, type Key } from '../../i18n';
+import '../../parts/lf-button';
 
 /** Why something of the hub cannot be done now; empty: it can. */
 export function whyNotHere(least: Role): string {
@@ -74,6 +75,14 @@ export const markStyle = css`
     fill: var(--low);
   }
 `;
+
+/** What could not be read, and a way to try it again. */
+export function failedNotice(text: string, again: () => unknown) {
+  return html`<div class="notice bad" role="alert">
+    <span class="grow">${text}</span>
+    <lf-button @click=${again}>${t('shell.again')}</lf-button>
+  </div>`;
+}
 
 /** A strip that says that what is below is not the present. */
 export const notice = css`

@@ -11,7 +11,7 @@ import { Blocks, type Block } from '../../parts/blocks';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import { base, card, fields, table } from '../../theme/shared';
-import { filters, markStyle, notice, saveFile, stamp } from './common';
+import { failedNotice, filters, markStyle, notice, saveFile, stamp } from './common';
 import { csv, partsOf, stepOf, type AlarmStep } from './model';
 import { subsystemText, titleOf } from './names';
 import { alarmStyle } from './style';
@@ -94,10 +94,7 @@ export class LfAlarmHistory extends LitElement {
         >
       </div>
       ${this.error
-        ? html`<div class="notice bad">
-            <span class="grow">${t('alarms.failed', { what: this.error })}</span>
-            <lf-button @click=${() => this.load()}>${t('alarms.again')}</lf-button>
-          </div>`
+        ? failedNotice(t('alarms.failed', { what: this.error }), () => this.load())
         : nothing}
       ${this.steps && shown.length === 0
         ? html`<lf-blank icon="clock" .head=${t('alarms.none_history')}></lf-blank>`

@@ -14,7 +14,7 @@ import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import '../../parts/lf-find';
 import { base, card, fields, table } from '../../theme/shared';
-import { filters, hashQuery, monitorName, notice } from '../alarms/common';
+import { failedNotice, filters, hashQuery, monitorName, notice } from '../alarms/common';
 import './chain';
 import { renderDeed, renderInside } from './deed';
 import { deedsOf, fieldTime, joined, matches, type Deed, type Kind, type LogFilter } from './model';
@@ -104,10 +104,7 @@ export class LfAuditLog extends LitElement {
         ? html`<div class="notice warn">${icon('warning')} ${t('events.waiting', { n: num(this.waiting) })}</div>`
         : nothing}
       ${this.error
-        ? html`<div class="notice bad">
-            <span class="grow">${t('events.failed', { what: this.error })}</span>
-            <lf-button @click=${() => this.load()}>${t('events.again')}</lf-button>
-          </div>`
+        ? failedNotice(t('events.failed', { what: this.error }), () => this.load())
         : nothing}
       ${this.entries ? this.renderTable(shown) : nothing}
     </div>`;

@@ -7,31 +7,36 @@
 
 mod board;
 mod crash;
+mod float;
 mod memory;
 mod register;
 mod stack;
 
-use board::{Board, Chosen};
+use board::{Board, Chosen, Start};
 use cortex_m_rt::entry;
 use lafet_device::port::Port;
 use lafet_device::{Device, Source};
+use lafet_proto::status::FaultInfo;
 
 #[entry]
 fn main() -> ! {
     stack::paint();
-    run(&mut Chosen::new())
+    let mut board = Chosen::new();
+    let fault = crash::take(board.reset_by_watchdog());
+    let start = board.start(fault.is_some());
+    run(&mut board, start, fault)
 }
 
 /// Bytes of the line that are taken at a time.
 const CHUNK: usize = 32;
 
-fn run(board: &mut impl Board) -> ! {
-    let fault = crash::take(board.reset_by_watchdog());
-    let start = board.start(fault.is_some());
+// Apart, so that what a board does at its start does not lie on top of the monitor.
+#[inline(never)]
+fn run(board: &mut impl Board, start: Start, fault: Option<FaultInfo>) -> ! {
     let mut device = Device::at_rest(start.composition, start.address);
     device.wake(start.now_ms, fault, board);
     board.started();
-    let mut port = Port::new(Source::ExternalConn);
+    let mut port = Port::counting(Source::ExternalConn);
     loop {
         board.feed_watchdog();
         serve(board, &mut device, &mut port);
@@ -43,7 +48,9 @@ fn run(board: &mut impl Board) -> ! {
 }
 
 /// Answers what has come over the line.
-fn serve(board: &mut impl Board, device: &mut Device, port: &mut Port) {
+// Apart: its answer must not lie on top of a step.
+#[inline(never)]
+fn serve(board: &mut impl Board, device: &mut Device, port: &mut Port<()>) {
     let mut chunk = [0; CHUNK];
     let bytes = board.receive(&mut chunk);
     if !bytes.is_empty() {

@@ -34,7 +34,7 @@ pub(crate) fn atan_arcmin(tangent: f32) -> i32 {
     const TERMS: [f32; 7] =
         [1.0, -1.0 / 3.0, 1.0 / 5.0, -1.0 / 7.0, 1.0 / 9.0, -1.0 / 11.0, 1.0 / 13.0];
     let arcmin = quarter * series(square, &TERMS) * (4.0 * ARCMIN_PER_TURN as f32 / (2.0 * PI));
-    (arcmin + if arcmin < 0.0 { -0.5 } else { 0.5 }) as i32
+    rounded(arcmin)
 }
 
 /// `base` to the power of `exponent`, for a base above zero that is not subnormal.
@@ -49,8 +49,7 @@ pub(crate) fn pow(base: f32, exponent: f32) -> f32 {
     let log = s * series(s * s, &[2.0, 2.0 / 3.0, 2.0 / 5.0, 2.0 / 7.0, 2.0 / 9.0]);
     let power = exponent * (n.cast_signed() - 127) as f32 + exponent * log * (1.0 / LN_2);
     // And back: a whole power of two, and what is left of it.
-    let whole = (power + if power < 0.0 { -0.5 } else { 0.5 }) as i32;
-    let whole = whole.clamp(-126, 127);
+    let whole = rounded(power).clamp(-126, 127);
     let rest = (power - whole as f32) * LN_2;
     const TERMS: [f32; 7] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0];
     series(rest, &TERMS) * f32::from_bits((whole + 127).cast_unsigned() << 23)
@@ -104,6 +103,12 @@ pub(crate) fn at_least(x: f32, least: f32) -> f32 {
 /// The lesser of two numbers; the second where the first is none.
 pub(crate) fn at_most(x: f32, most: f32) -> f32 {
     if most > x { x } else { most }
+}
+
+/// The nearest whole number.
+#[inline(never)]
+fn rounded(x: f32) -> i32 {
+    (x + if x < 0.0 { -0.5 } else { 0.5 }) as i32
 }
 
 /// c₀ + c₁·x + c₂·x² + …

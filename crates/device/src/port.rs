@@ -2,25 +2,32 @@
 
 use crate::device::Device;
 use crate::subsystem::conn::Source;
-use lafet_proto::link::{self, BODY_MAX, Check, Counters, Decoder, Frame, PAYLOAD_MAX};
+use lafet_proto::link::{self, BODY_MAX, Check, Counters, Decoder, Frame, PAYLOAD_MAX, Tally};
 use lafet_proto::record::{DATA_MAX, HEADER_SIZE};
 
-/// One medium: an RS-485 line, a TCP connection, a radio modem.
+/// One medium: an RS-485 line, a TCP connection, a radio modem. `C` is what is counted: `()` is nothing.
 #[derive(Clone, Debug)]
-pub struct Port {
+pub struct Port<C = Counters> {
     source: Source,
-    decoder: Decoder,
+    decoder: Decoder<BODY_MAX, C>,
 }
 
 impl Port {
     /// A medium that belongs to this interface.
     pub const fn new(source: Source) -> Self {
-        Self { source, decoder: Decoder::new() }
+        Self::counting(source)
     }
 
     /// What has been received so far.
     pub const fn counters(&self) -> &Counters {
         self.decoder.counters()
+    }
+}
+
+impl<C: Tally> Port<C> {
+    /// A medium that belongs to this interface, whatever it counts.
+    pub const fn counting(source: Source) -> Self {
+        Self { source, decoder: Decoder::counting() }
     }
 
     /// Takes bytes until a frame for this monitor is complete: returns how many were taken, and

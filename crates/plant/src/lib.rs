@@ -17,22 +17,24 @@ use pass::{Reader, Writer, inputs, number, outputs};
 
 /// Bytes of the greatest message.
 pub const MESSAGE_MAX: usize = 320;
+/// Bytes of the greatest report, which a chip writes on its stack.
+const REPORT_MAX: usize = 80;
 /// Bytes of the greatest message on the line, escapes included.
 pub const WIRE_MAX: usize = 2 * MESSAGE_MAX + 16;
 
 /// Reads messages from the line.
-pub type Decoder = link::Decoder<{ MESSAGE_MAX + 8 }>;
+pub type Decoder = link::Decoder<{ MESSAGE_MAX + 8 }, ()>;
 
-/// What the plant tells the chip.
+/// What the plant tells the chip. `I` is what is sensed: the plant has it as [`Inputs`], the chip as an
+/// [`Image`] that it reads to where it belongs.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "there is no allocator to put it elsewhere")]
-pub enum Order {
+pub enum Order<I> {
     /// One step of the monitor.
     Step {
         /// The monitor's clock, ms.
         now_ms: u32,
         /// What it senses.
-        inputs: Inputs,
+        inputs: I,
     },
     /// Leave the factory: parameters of a composition, by its place in `Composition::ALL`.
     Provision {
@@ -89,14 +91,35 @@ pub enum Report {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unknown;
 
-impl Order {
+/// What is sensed, as it has come over the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Image<'a>(&'a [u8]);
+
+impl Image<'_> {
+    /// Puts it where it belongs.
+    pub fn read(self, image: &mut Inputs) -> Result<(), Unknown> {
+        let mut reader = Reader::new(self.0);
+        inputs(&mut reader, image);
+        if reader.is_whole() { Ok(()) } else { Err(Unknown) }
+    }
+}
+
+impl Order<&Inputs> {
     /// The frame for the line; how many bytes of `wire` it takes.
     pub fn encode(&self, wire: &mut [u8; WIRE_MAX]) -> Option<usize> {
-        framed(wire, |writer| match self {
+        let mut places = wire.iter_mut();
+        let mut len = Some(0_usize);
+        let mut put = |byte| {
+            len = places.next().and_then(|place| {
+                *place = byte;
+                Some(len? + 1)
+            });
+        };
+        framed::<MESSAGE_MAX>(&mut put, |writer| match self {
             Self::Step { now_ms, inputs: image } => {
                 writer.put(0);
                 number(writer, &mut { *now_ms });
-                inputs(writer, &mut image.clone());
+                inputs(writer, &mut Inputs::clone(image));
             }
             Self::Provision { composition, address } => {
                 writer.put(1);
@@ -114,18 +137,25 @@ impl Order {
                 writer.put(*failure as u8);
             }
             Self::MeasureStack => writer.put(4),
-        })
+        })?;
+        len
     }
+}
 
+impl<'a> Order<Image<'a>> {
     /// From the payload of a frame.
-    pub fn decode(payload: &[u8]) -> Result<Self, Unknown> {
+    pub fn decode(payload: &'a [u8]) -> Result<Self, Unknown> {
         let mut reader = Reader::new(payload);
         let order = match reader.take() {
             0 => {
-                let (mut now_ms, mut image) = (0, Inputs::default());
+                let mut now_ms = 0;
                 number(&mut reader, &mut now_ms);
-                inputs(&mut reader, &mut image);
-                Self::Step { now_ms, inputs: image }
+                let inputs = Image(reader.rest());
+                return if reader.is_bad() {
+                    Err(Unknown)
+                } else {
+                    Ok(Self::Step { now_ms, inputs })
+                };
             }
             1 => Self::Provision { composition: reader.take(), address: reader.take() },
             2 => {
@@ -147,9 +177,10 @@ impl Order {
 }
 
 impl Report {
-    /// The frame for the line; how many bytes of `wire` it takes.
-    pub fn encode(&self, wire: &mut [u8; WIRE_MAX]) -> Option<usize> {
-        framed(wire, |writer| match self {
+    /// Hands over the frame for the line, byte by byte.
+    pub fn send(&self, put: &mut dyn FnMut(u8)) {
+        // The greatest one fits.
+        let _ = framed::<REPORT_MAX>(put, |writer| match self {
             Self::Started { after_fault } => {
                 writer.put(0);
                 writer.put(u8::from(*after_fault));
@@ -164,7 +195,7 @@ impl Report {
                 writer.put(4);
                 number(writer, &mut { *bytes });
             }
-        })
+        });
     }
 
     /// From the payload of a frame.
@@ -190,21 +221,18 @@ impl Report {
     }
 }
 
-fn framed(wire: &mut [u8; WIRE_MAX], write: impl FnOnce(&mut Writer<'_>)) -> Option<usize> {
-    let mut message = [0; MESSAGE_MAX];
+/// Writes a message and hands over its frame: `None` when it is longer than `N`.
+fn framed<const N: usize>(
+    put: &mut dyn FnMut(u8),
+    write: impl FnOnce(&mut Writer<'_>),
+) -> Option<()> {
+    let mut message = [0; N];
     let mut writer = Writer::new(&mut message);
     write(&mut writer);
     let frame = Frame { dst: 0, src: 0, payload: writer.written()? };
-    let mut places = wire.iter_mut();
-    let mut len = Some(0_usize);
     // As the chip sends everything else: no second way of making a frame takes flash.
-    link::send(Check::Crc16, &frame, &mut |byte| {
-        len = places.next().and_then(|place| {
-            *place = byte;
-            Some(len? + 1)
-        });
-    });
-    len
+    link::send(Check::Crc16, &frame, put);
+    Some(())
 }
 
 #[cfg(test)]

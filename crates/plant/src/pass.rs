@@ -74,6 +74,16 @@ impl<'b> Reader<'b> {
         }
     }
 
+    /// What has not been taken.
+    pub const fn rest(&self) -> &'b [u8] {
+        self.rest
+    }
+
+    /// More was taken than there was.
+    pub const fn is_bad(&self) -> bool {
+        self.bad
+    }
+
     /// Everything was there, and nothing is left.
     pub const fn is_whole(&self) -> bool {
         !self.bad && self.rest.is_empty()

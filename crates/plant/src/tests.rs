@@ -65,31 +65,58 @@ fn full_outputs() -> Outputs {
 }
 
 fn payload_of(wire: &[u8]) -> std::vec::Vec<u8> {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::counting();
     let (used, frame) = decoder.push_slice(wire);
     assert_eq!(used, wire.len());
     frame.expect("a frame").payload.to_vec()
 }
 
+fn payload_of_order(order: &Order<&Inputs>) -> std::vec::Vec<u8> {
+    let mut wire = [0; WIRE_MAX];
+    let len = order.encode(&mut wire).expect("it fits");
+    payload_of(&wire[..len])
+}
+
 #[test]
 fn orders_come_through() {
     let orders = [
-        Order::Step { now_ms: u32::MAX - 3, inputs: full_inputs() },
-        Order::Step { now_ms: 0, inputs: Inputs::default() },
-        Order::Provision { composition: 3, address: 77 },
-        Order::Start { now_ms: 0x0102_0304, composition: 1, address: 2 },
-        Order::Fail(Failure::Astray),
-        Order::Fail(Failure::UndefinedInstruction),
-        Order::Fail(Failure::Hang),
-        Order::MeasureStack,
+        (
+            Order::Provision { composition: 3, address: 77 },
+            Order::Provision { composition: 3, address: 77 },
+        ),
+        (
+            Order::Start { now_ms: 0x0102_0304, composition: 1, address: 2 },
+            Order::Start { now_ms: 0x0102_0304, composition: 1, address: 2 },
+        ),
+        (Order::Fail(Failure::Astray), Order::Fail(Failure::Astray)),
+        (Order::Fail(Failure::UndefinedInstruction), Order::Fail(Failure::UndefinedInstruction)),
+        (Order::Fail(Failure::Hang), Order::Fail(Failure::Hang)),
+        (Order::MeasureStack, Order::MeasureStack),
     ];
-    for order in orders {
-        let mut wire = [0; WIRE_MAX];
-        let len = order.encode(&mut wire).expect("it fits");
-        let payload = payload_of(&wire[..len]);
-        assert_eq!(Order::decode(&payload), Ok(order));
+    for (order, read) in orders {
+        let payload = payload_of_order(&order);
+        assert_eq!(Order::decode(&payload), Ok(read));
         assert_eq!(Order::decode(&payload[..payload.len() - 1]), Err(Unknown), "cut short");
         assert_eq!(Order::decode(&[payload.as_slice(), &[0]].concat()), Err(Unknown), "too long");
+    }
+}
+
+#[test]
+fn what_is_sensed_comes_through() {
+    for (sent_ms, sensed) in [(u32::MAX - 3, full_inputs()), (0, Inputs::default())] {
+        let payload = payload_of_order(&Order::Step { now_ms: sent_ms, inputs: &sensed });
+        let read = |payload: &[u8]| {
+            let Order::Step { now_ms, inputs } = Order::decode(payload)? else {
+                return Err(Unknown);
+            };
+            let mut image = full_inputs();
+            inputs.read(&mut image)?;
+            Ok((now_ms, image))
+        };
+        assert_eq!(read(&payload), Ok((sent_ms, sensed)));
+        assert_eq!(read(&payload[..payload.len() - 1]), Err(Unknown), "cut short");
+        assert_eq!(read(&[payload.as_slice(), &[0]].concat()), Err(Unknown), "too long");
+        assert_eq!(Order::decode(&payload[..4]), Err(Unknown), "no time");
     }
 }
 
@@ -104,9 +131,9 @@ fn reports_come_through() {
         Report::Stack(1_234),
     ];
     for report in reports {
-        let mut wire = [0; WIRE_MAX];
-        let len = report.encode(&mut wire).expect("it fits");
-        let payload = payload_of(&wire[..len]);
+        let mut wire = std::vec::Vec::new();
+        report.send(&mut |byte| wire.push(byte));
+        let payload = payload_of(&wire);
         assert_eq!(Report::decode(&payload), Ok(report));
         assert_eq!(Report::decode(&payload[..payload.len() - 1]), Err(Unknown), "cut short");
     }

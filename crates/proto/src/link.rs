@@ -311,18 +311,73 @@ pub struct Counters {
     pub bytes_skipped: u64,
 }
 
+/// What a decoder counts: [`Counters`], or nothing, `()`, where nobody asks and memory is dear.
+pub trait Tally {
+    /// Nothing seen yet.
+    const NONE: Self;
+
+    /// Something has been seen.
+    fn count(&mut self, seen: Seen);
+}
+
+/// What a decoder sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seen {
+    /// A frame without errors.
+    Frame,
+    /// A frame with a wrong CRC.
+    CrcError,
+    /// A wrong escape.
+    EscapeError,
+    /// A frame that is longer than the buffer.
+    Overrun,
+    /// A frame that was given up before its end.
+    Resync,
+    /// So many bytes that belong to no good frame.
+    Skipped(usize),
+}
+
+impl Tally for Counters {
+    const NONE: Self = Self {
+        frames: 0,
+        crc_errors: 0,
+        escape_errors: 0,
+        overruns: 0,
+        resyncs: 0,
+        bytes_skipped: 0,
+    };
+
+    #[inline]
+    fn count(&mut self, seen: Seen) {
+        match seen {
+            Seen::Frame => self.frames += 1,
+            Seen::CrcError => self.crc_errors += 1,
+            Seen::EscapeError => self.escape_errors += 1,
+            Seen::Overrun => self.overruns += 1,
+            Seen::Resync => self.resyncs += 1,
+            Seen::Skipped(bytes) => self.bytes_skipped += bytes as u64,
+        }
+    }
+}
+
+impl Tally for () {
+    const NONE: Self = ();
+
+    fn count(&mut self, _: Seen) {}
+}
+
 /// Finds the frames in a stream of bytes, however it is cut into pieces.
 ///
-/// `N` bounds a frame: [`BODY_MAX`] takes every frame that this protocol allows.
+/// `N` bounds a frame: [`BODY_MAX`] takes every frame that this protocol allows. `C` is what is counted.
 #[derive(Clone, Debug)]
-pub struct Decoder<const N: usize = BODY_MAX> {
+pub struct Decoder<const N: usize = BODY_MAX, C = Counters> {
     body: [u8; N],
     len: usize,
     /// Bytes on the wire since the C0 that started the frame; an escape counts two.
     wire_len: usize,
     state: State,
     check: Check,
-    counters: Counters,
+    counters: C,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -344,26 +399,26 @@ impl<const N: usize> Default for Decoder<N> {
 impl<const N: usize> Decoder<N> {
     /// A decoder that waits for a frame.
     pub const fn new() -> Self {
+        Self::counting()
+    }
+
+    /// What has been seen so far.
+    pub const fn counters(&self) -> &Counters {
+        &self.counters
+    }
+}
+
+impl<const N: usize, C: Tally> Decoder<N, C> {
+    /// A decoder that waits for a frame, whatever it counts.
+    pub const fn counting() -> Self {
         Self {
             body: [0; N],
             len: 0,
             wire_len: 0,
             state: State::Idle,
             check: Check::Crc16,
-            counters: Counters {
-                frames: 0,
-                crc_errors: 0,
-                escape_errors: 0,
-                overruns: 0,
-                resyncs: 0,
-                bytes_skipped: 0,
-            },
+            counters: C::NONE,
         }
-    }
-
-    /// What has been seen so far.
-    pub const fn counters(&self) -> &Counters {
-        &self.counters
     }
 
     /// How the frame that was completed last is checked: an answer to it goes the same way.
@@ -386,7 +441,7 @@ impl<const N: usize> Decoder<N> {
         match (self.state, byte) {
             (State::Idle, END) => self.start(),
             (State::Idle, SYNC) => {}
-            (State::Idle, _) => self.counters.bytes_skipped += 1,
+            (State::Idle, _) => self.counters.count(Seen::Skipped(1)),
             (_, END) => return self.end(),
             (State::Inside, ESCAPE) => self.state = State::Escaped,
             (State::Inside, plain) => self.store(plain),
@@ -397,7 +452,7 @@ impl<const N: usize> Decoder<N> {
                 self.check = Check::Crc32c;
             }
             (State::Escaped, _) => {
-                self.counters.escape_errors += 1;
+                self.counters.count(Seen::EscapeError);
                 self.drop_frame();
             }
         }
@@ -437,7 +492,7 @@ impl<const N: usize> Decoder<N> {
     /// Forgets a frame that has begun: the medium was silent or broken for too long.
     pub fn reset(&mut self) {
         if self.state != State::Idle && self.len > 0 {
-            self.counters.resyncs += 1;
+            self.counters.count(Seen::Resync);
             self.drop_frame();
         }
         self.state = State::Idle;
@@ -457,7 +512,7 @@ impl<const N: usize> Decoder<N> {
             *place = byte;
             self.len += 1;
         } else {
-            self.counters.overruns += 1;
+            self.counters.count(Seen::Overrun);
             self.drop_frame();
         }
     }
@@ -469,7 +524,7 @@ impl<const N: usize> Decoder<N> {
 
     /// Gives up the frame: its start byte and what has come since.
     fn drop_frame(&mut self) {
-        self.counters.bytes_skipped += 1 + self.wire_len as u64;
+        self.counters.count(Seen::Skipped(1 + self.wire_len));
         self.state = State::Idle;
         self.len = 0;
     }
@@ -479,13 +534,15 @@ impl<const N: usize> Decoder<N> {
     fn end(&mut self) -> bool {
         let body = self.body.get(..self.len).unwrap_or_default();
         if self.state == State::Escaped {
-            self.counters.escape_errors += 1;
+            self.counters.count(Seen::EscapeError);
         } else if self.len < self.check.overhead() {
-            self.counters.resyncs += u64::from(self.len > 0);
+            if self.len > 0 {
+                self.counters.count(Seen::Resync);
+            }
         } else if !self.check.holds(body) {
-            self.counters.crc_errors += 1;
+            self.counters.count(Seen::CrcError);
         } else {
-            self.counters.frames += 1;
+            self.counters.count(Seen::Frame);
             self.state = State::Idle;
             return true;
         }

@@ -138,7 +138,7 @@ impl Chip {
             _emulator: emulator,
             plant,
             line,
-            decoder: Decoder::new(),
+            decoder: Decoder::counting(),
             world: World::new(config.world()),
             composition,
             address: config.address,
@@ -187,7 +187,7 @@ impl Chip {
     pub fn tick(&mut self) -> io::Result<Stepped> {
         self.world.advance(STEP_MS);
         let (now_ms, inputs) = (self.clock_ms(), self.inputs());
-        self.order(&Order::Step { now_ms, inputs })?;
+        self.order(&Order::Step { now_ms, inputs: &inputs })?;
         let mut driven = Outputs::default();
         loop {
             match self.report()? {
@@ -256,7 +256,7 @@ impl Chip {
         }
     }
 
-    fn order(&mut self, order: &Order) -> io::Result<()> {
+    fn order(&mut self, order: &Order<&Inputs>) -> io::Result<()> {
         let mut wire = [0; WIRE_MAX];
         let len = order.encode(&mut wire).ok_or_else(|| io::Error::other("too long an order"))?;
         self.plant.write_all(&wire[..len])

@@ -14,7 +14,7 @@ use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Inputs, Outputs};
 use lafet_device::store::Store;
 use lafet_device::{Composition, Device};
-use lafet_plant::{Decoder, Failure, Order, Report, WIRE_MAX};
+use lafet_plant::{Decoder, Failure, Image, Order, Report, Unknown};
 
 const RESET_CAUSE: Register = Register::at(0x400F_E05C);
 const RESET_BY_WATCHDOG: u32 = 1 << 3;
@@ -75,9 +75,10 @@ pub struct Lm3s6965 {
     plant: Uart,
     decoder: Decoder,
     store: Store<File>,
-    inputs: Inputs,
     now_ms: u32,
     reset_by_watchdog: bool,
+    /// What was sensed made no sense.
+    garbled: bool,
 }
 
 impl Lm3s6965 {
@@ -93,43 +94,40 @@ impl Lm3s6965 {
         Self {
             line: Uart::on(UART0),
             plant: Uart::on(UART1),
-            decoder: Decoder::new(),
+            decoder: Decoder::counting(),
             store: Store::mount(File::open(), 0, PAGES),
-            inputs: Inputs::default(),
             now_ms: 0,
             reset_by_watchdog,
+            garbled: false,
         }
     }
 
+    #[inline(never)]
     fn report(&self, report: &Report) {
-        let mut wire = [0; WIRE_MAX];
-        let len = report.encode(&mut wire).unwrap_or_default();
-        wire.iter().take(len).for_each(|byte| self.plant.put(*byte));
+        report.send(&mut |byte| self.plant.put(byte));
     }
 
-    fn order(&mut self) -> Option<Order> {
+    /// The order that has come now.
+    fn order(&mut self) -> Option<Order<Image<'_>>> {
         while let Some(byte) = self.plant.read() {
-            if let (_, Some(frame)) = self.decoder.push_slice(&[byte]) {
-                return Order::decode(frame.payload).ok();
+            if self.decoder.push(byte).is_some() {
+                return self.last_order();
             }
         }
         None
     }
 
+    /// The order that came last, until another begins.
+    fn last_order(&self) -> Option<Order<Image<'_>>> {
+        self.decoder.last().and_then(|frame| Order::decode(frame.payload).ok())
+    }
+
+    // Apart: what it works with must not lie on top of everything else that happens at the start.
+    #[inline(never)]
     fn provision(&mut self, composition: u8, address: u8) {
         let done = composition_of(composition)
             .is_some_and(|it| Device::provision(&mut self.store, it, address).is_ok());
         self.report(if done { &Report::Done } else { &Report::Failed });
-    }
-
-    /// Orders that are possible at any time.
-    fn obey(&mut self, order: Order) {
-        match order {
-            Order::Provision { composition, address } => self.provision(composition, address),
-            Order::MeasureStack => self.report(&Report::Stack(stack::deepest())),
-            Order::Fail(failure) => fail(failure),
-            Order::Step { .. } | Order::Start { .. } => self.report(&Report::Failed),
-        }
     }
 }
 
@@ -164,7 +162,10 @@ impl Board for Lm3s6965 {
                     }
                     self.report(&Report::Failed);
                 }
-                Some(order) => self.obey(order),
+                Some(Order::Provision { composition, address }) => {
+                    self.provision(composition, address);
+                }
+                Some(_) => self.report(&Report::Failed),
                 None => {}
             }
         }
@@ -184,17 +185,20 @@ impl Board for Lm3s6965 {
 
     fn due(&mut self) -> Option<u32> {
         match self.order()? {
-            Order::Step { now_ms, inputs } => {
-                (self.now_ms, self.inputs) = (now_ms, inputs);
+            Order::Step { now_ms, .. } => {
+                self.now_ms = now_ms;
                 return Some(now_ms);
             }
-            order => self.obey(order),
+            Order::MeasureStack => self.report(&Report::Stack(stack::deepest())),
+            Order::Fail(failure) => fail(failure),
+            // Before the start only.
+            Order::Provision { .. } | Order::Start { .. } => self.report(&Report::Failed),
         }
         None
     }
 
     fn stepped(&mut self) {
-        self.report(&Report::Done);
+        self.report(if self.garbled { &Report::Failed } else { &Report::Done });
     }
 
     fn receive<'b>(&mut self, buffer: &'b mut [u8]) -> &'b [u8] {
@@ -218,7 +222,10 @@ impl Board for Lm3s6965 {
 
 impl Hal for Lm3s6965 {
     fn read(&mut self, inputs: &mut Inputs) {
-        inputs.clone_from(&self.inputs);
+        // At the power-up nothing has been sensed yet.
+        if let Some(Order::Step { inputs: image, .. }) = self.last_order() {
+            self.garbled = image.read(inputs) == Err(Unknown);
+        }
     }
 
     fn write(&mut self, outputs: &Outputs) {

@@ -5,6 +5,7 @@
 //! read it. Names and texts are reached by functions of their own, so that firmware which never
 //! asks does not link them.
 
+mod kinds;
 mod table;
 
 pub use table::Param;

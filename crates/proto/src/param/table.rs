@@ -1,5 +1,6 @@
 //! §P/1 The table of the parameters — ours (§3.4, §3.5): the vendor's list is not public.
 
+use super::kinds;
 use super::{Access, Effect, Element, ParamSpec, Placement, Storage, Unit};
 use crate::dictionary::Text;
 use crate::id::{ParamId, SubsystemId};
@@ -42,25 +43,11 @@ macro_rules! params {
                     default: $spec.default,
                     id: ParamId::of($name),
                     subsystem: SubsystemId::$subsystem,
+                    kind: kinds::place(&$spec, &SPECS),
                 }),+];
                 match ALL.split_at_checked(self as usize) {
                     Some((_, [own, ..])) => own,
                     _ => &OWN,
-                }
-            }
-
-            /// What the specification says of all parameters of this kind: those of the same kind share
-            /// it, so it takes little memory. Subsystem, id and default are not those of this one.
-            pub const fn kind(self) -> &'static ParamSpec {
-                match self {
-                    $(Param::$variant => &const {
-                        ParamSpec {
-                            subsystem: SubsystemId::GENERAL,
-                            id: ParamId(0),
-                            default: 0,
-                            ..$spec
-                        }
-                    },)+
                 }
             }
 
@@ -78,6 +65,9 @@ macro_rules! params {
                 }
             }
         }
+
+        /// What the table says of each, for the kinds.
+        const SPECS: [ParamSpec; Param::COUNT] = [$($spec),+];
     };
 }
 
@@ -86,12 +76,26 @@ struct Own {
     default: i32,
     id: ParamId,
     subsystem: SubsystemId,
+    kind: u8,
 }
 
+/// Any specification.
+pub(super) const ANY: ParamSpec = one(Unit::None, 0, 0, 0);
+
 /// Of no parameter.
-const OWN: Own = Own { default: 0, id: ParamId(0), subsystem: SubsystemId::GENERAL };
+const OWN: Own = Own { default: 0, id: ParamId(0), subsystem: SubsystemId::GENERAL, kind: 0 };
 
 impl Param {
+    /// What the specification says of all parameters of this kind: those of the same kind share it, so
+    /// it takes little memory. Subsystem, id and default are not those of this one.
+    pub const fn kind(self) -> &'static ParamSpec {
+        const KINDS: [ParamSpec; kinds::count(&SPECS)] = kinds::all(&SPECS);
+        match KINDS.split_at_checked(self.own().kind as usize) {
+            Some((_, [kind, ..])) => kind,
+            _ => &kinds::BLANK,
+        }
+    }
+
     /// The subsystem it belongs to.
     pub const fn subsystem(self) -> SubsystemId {
         self.own().subsystem

@@ -1,0 +1,77 @@
+//! Kinds of parameters: what many specifications have in common is kept once. All of it is done by the
+//! compiler.
+
+use super::{ParamSpec, table};
+use crate::id::{ParamId, SubsystemId};
+
+/// Of no kind.
+pub(super) const BLANK: ParamSpec = of(&table::ANY);
+
+/// How many kinds there are among these.
+pub(super) const fn count(specs: &[ParamSpec]) -> usize {
+    let mut rest = specs;
+    let mut kinds = 0;
+    while let [head @ .., last] = rest {
+        // Each is of a kind that begins with the first of it.
+        if first(last, head) == head.len() {
+            kinds += 1;
+        }
+        rest = head;
+    }
+    kinds
+}
+
+/// The kinds, in the order in which they first appear.
+pub(super) const fn all<const N: usize>(specs: &[ParamSpec]) -> [ParamSpec; N] {
+    let mut kinds = [BLANK; N];
+    let mut places = kinds.as_mut_slice();
+    let (mut seen, mut rest) = (0, specs);
+    while let [spec, tail @ ..] = rest {
+        if first(spec, specs) == seen {
+            let [place, others @ ..] = places else { break };
+            *place = of(spec);
+            places = others;
+        }
+        (seen, rest) = (seen + 1, tail);
+    }
+    kinds
+}
+
+/// The place of a specification's kind among [`all`].
+pub(super) const fn place(spec: &ParamSpec, specs: &[ParamSpec]) -> u8 {
+    let before = specs.split_at(first(spec, specs)).0;
+    count(before) as u8
+}
+
+/// The place of the first of the same kind; behind the last when there is none.
+const fn first(spec: &ParamSpec, specs: &[ParamSpec]) -> usize {
+    let mut rest = specs;
+    let mut place = 0;
+    while let [other, tail @ ..] = rest {
+        if is_alike(spec, other) {
+            break;
+        }
+        (place, rest) = (place + 1, tail);
+    }
+    place
+}
+
+const fn of(spec: &ParamSpec) -> ParamSpec {
+    ParamSpec { subsystem: SubsystemId::GENERAL, id: ParamId(0), default: 0, ..*spec }
+}
+
+/// Whether all is the same but subsystem, id and default.
+const fn is_alike(one: &ParamSpec, other: &ParamSpec) -> bool {
+    one.min_len == other.min_len
+        && one.max_len == other.max_len
+        && one.step_len == other.step_len
+        && one.unit as u8 == other.unit as u8
+        && one.min == other.min
+        && one.max == other.max
+        && one.elements.len() == other.elements.len()
+        && one.access as u8 == other.access as u8
+        && one.effect as u8 == other.effect as u8
+        && one.storage as u8 == other.storage as u8
+        && one.placement as u8 == other.placement as u8
+        && one.required == other.required
+}

@@ -3,6 +3,7 @@
 use crate::board::INTERRUPTS;
 use crate::register::Register;
 use core::arch::naked_asm;
+use core::hint::black_box;
 use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
 use cortex_m_rt::{ExceptionFrame, exception};
@@ -23,7 +24,8 @@ static mut RECORD: MaybeUninit<[u32; 20]> = MaybeUninit::uninit();
 
 /// The record of the fault that has led to this start; it counts once.
 pub fn take(by_watchdog: bool) -> Option<FaultInfo> {
-    let record = addr_of_mut!(RECORD).cast::<[u32; 20]>();
+    // What stands there is from before the start: the compiler must not take it for nothing.
+    let record = black_box(addr_of_mut!(RECORD).cast::<[u32; 20]>());
     // SAFETY: any bits are words, and nobody else has the record now.
     let record = unsafe { &mut *record };
     let mut words = core::mem::replace(record, [0; 20]);

@@ -121,10 +121,12 @@ fn clings() -> Box<dyn Wrong> {
 }
 
 fn overruns() -> Box<dyn Wrong> {
-    keeps(Axis::Vertical, |_, now| {
-        [Rule::Arrived, Rule::Limit, Rule::EndSwitch, Rule::Overload, Rule::CutOff]
-            .map(Cause::Rule)
-            .contains(&now)
+    // A program that has arrived has ended: that is another wrong.
+    keeps(Axis::Vertical, |before, now| {
+        !matches!(before, Cause::Program(..))
+            && [Rule::Arrived, Rule::Limit, Rule::EndSwitch, Rule::Overload, Rule::CutOff]
+                .map(Cause::Rule)
+                .contains(&now)
     })
 }
 

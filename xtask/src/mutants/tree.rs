@@ -11,6 +11,8 @@ use super::weave::{self, Woven};
 use crate::run::{cargo, read, root, target};
 
 pub const SOURCE: &str = "crates/device/src/";
+/// Tests that ask the device for most of what it can.
+pub const FEW: [&str; 7] = ["--lib", "--test", "requests", "--test", "general", "--test", "guard"];
 /// What the copy consists of.
 const PARTS: [&str; 5] =
     ["Cargo.lock", "rust-toolchain.toml", "crates/proto", "crates/device", "clippy.toml"];
@@ -116,13 +118,13 @@ impl Tree {
 
     /// Builds the tests.
     pub fn tests(&self) -> Result<Vec<Test>, String> {
-        self.build()?.ok_or_else(|| "the tests of the device do not build".into())
+        self.build(&[])?.ok_or_else(|| "the tests of the device do not build".into())
     }
 
-    fn build(&self) -> Result<Option<Vec<Test>>, String> {
+    fn build(&self, tests: &[&str]) -> Result<Option<Vec<Test>>, String> {
         let arguments =
             ["test", "-q", "--offline", "-p", "lafet-device", "--no-run", "--message-format=json"];
-        let output = self.cargo(&arguments).output().map_err(|e| e.to_string())?;
+        let output = self.cargo(&arguments).args(tests).output().map_err(|e| e.to_string())?;
         if !output.status.success() {
             return Ok(None);
         }
@@ -136,12 +138,16 @@ impl Tree {
         Ok(Some(tests.collect()))
     }
 
-    /// Builds the device with this mutant alone; `None` if that cannot be built.
-    pub fn build_apart(&self, mutant: &Mutant) -> Result<Option<Vec<Test>>, String> {
+    /// Builds the device with this mutant alone, and these tests or all; `None` if it cannot be built.
+    pub fn build_apart(
+        &self,
+        mutant: &Mutant,
+        tests: &[&str],
+    ) -> Result<Option<Vec<Test>>, String> {
         copy(&root().join(SOURCE), &self.path.join(SOURCE))?;
         let source = read(&mutant.file)?;
         write(&self.path.join(&mutant.file), &weave::replace(&source, mutant))?;
-        self.build()
+        self.build(tests)
     }
 
     fn cargo(&self, arguments: &[&str]) -> Command {

@@ -22,7 +22,7 @@ pub enum Outcome {
 
 /// Tests that take long, in the order in which they are tried on what the others did not notice.
 const LONG: [Long; 4] = [
-    Long { name: "store", filter: "behaviour told", only: &["store/", "params"], seconds: 60 },
+    Long { name: "store", filter: "behaviour told", only: &["store/", "params"], seconds: 10 },
     Long { name: "stops", filter: "", only: &[""], seconds: 60 },
     Long { name: "every_request", filter: "", only: &ASKED, seconds: 400 },
     Long { name: "store", filter: "", only: &["store/"], seconds: 1000 },
@@ -32,7 +32,7 @@ const ASKED: [&str; 6] = ["answers", "chain", "composition", "device", "execute"
 /// The program of the tests that stand in the modules.
 const UNIT: &str = "lafet_device";
 /// Processor time for the others, of which none needs a second.
-const SHORT_SECONDS: u32 = 10;
+const SHORT_SECONDS: u32 = 5;
 /// Of the long tests that take a number: enough of every situation.
 const CASES: [(&str, &str); 1] = [("LAFET_STOP_CASES", "20000")];
 /// What a test may use, KiB.

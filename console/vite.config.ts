@@ -10,6 +10,20 @@ export default defineConfig({
     modulePreload: { polyfill: false },
     assetsInlineLimit: 0,
     chunkSizeWarningLimit: 800,
+    // What every page needs comes in two files, not in twenty.
+    rolldownOptions: {
+      output: {
+        codeSplitting: {
+          groups: [
+            { name: 'lit', test: /node_modules[\\/](@?lit)/ },
+            {
+              name: 'shell',
+              test: /src[\\/]((shell(?![\\/]guide\.ts)|hub|theme)[\\/]|i18n[\\/]index|units|parts[\\/](icons|why|words|part-style|lf-button|lf-hold|lf-chip|lf-value|lf-timeline)\.)/,
+            },
+          ],
+        },
+      },
+    },
   },
   server: { proxy: proxy() },
   preview: { proxy: proxy() },

@@ -1,6 +1,7 @@
 import './theme/tokens.css';
 import './theme/base.css';
 import { applyDisplay } from './theme/display';
+import { http } from './hub/http';
 import { loadLang } from './i18n';
 import { LfApp } from './shell/app';
 import { loadPage, router } from './shell/router';
@@ -8,7 +9,8 @@ import { applyTheme } from './shell/settings';
 
 applyTheme();
 applyDisplay();
-// Its code comes while the texts do.
+// Who sits here is asked, and the page's code comes, while the texts do.
+http.early();
 loadPage(router.route.page).catch(() => {});
 await loadLang();
 customElements.define('lf-app', LfApp);

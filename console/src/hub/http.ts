@@ -18,9 +18,19 @@ class Http {
   /** A file as the body. */
   postFile = <T>(path: string, file: Blob): Promise<T> => this.send<T>('POST', path, file);
 
+  private asked: Promise<Session> | null = null;
+
+  /** Asks for the session before there is a page that waits for it. */
+  early(): void {
+    this.asked = this.get<Session>('/api/session');
+    this.asked.catch(() => {});
+  }
+
   /** The session, whose CSRF token goes with everything from now on. */
   async session(): Promise<Session> {
-    return this.keep(await this.get<Session>('/api/session'));
+    const asked = this.asked ?? this.get<Session>('/api/session');
+    this.asked = null;
+    return this.keep(await asked);
   }
 
   async login(user: string, password: string): Promise<Session> {

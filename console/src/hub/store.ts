@@ -193,16 +193,19 @@ export const store = new Store();
 
 /**
  * Renders its host anew when a topic changes that begins with one of the prefixes, once a frame at
- * most; also when the link to the hub comes or goes. `SECOND` among the prefixes: each second.
+ * most; also when the link to the hub comes or goes. `SECOND` among the prefixes: each second. `seen` is what
+ * of it all the host shows, in one text: while that stays, so does what is rendered.
  */
 export class TopicController implements ReactiveController {
   private ends: (() => void)[] = [];
   private known = '';
   private frame = 0;
+  private shown: string | null = null;
 
   constructor(
     private readonly host: ReactiveControllerHost,
     private readonly prefixes: () => string | string[],
+    private readonly seen: (() => string) | null = null,
   ) {
     host.addController(this);
   }
@@ -214,6 +217,7 @@ export class TopicController implements ReactiveController {
 
   hostUpdate(): void {
     this.follow();
+    this.shown = this.seen?.() ?? null;
   }
 
   hostDisconnected(): void {
@@ -240,6 +244,7 @@ export class TopicController implements ReactiveController {
     if (this.frame) return;
     this.frame = requestAnimationFrame(() => {
       this.frame = 0;
+      if (this.seen && this.seen() === this.shown) return;
       this.host.requestUpdate();
     });
   };

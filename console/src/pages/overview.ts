@@ -68,9 +68,20 @@ export class PageOverview extends LitElement {
       }
       .one > header {
         margin: 0;
-        gap: 12px;
+        gap: 8px;
+      }
+      .one > header .icon {
+        color: var(--accent);
+        margin-right: -6px;
+        flex: none;
+      }
+      .one > header lf-chip {
+        flex: none;
       }
       .one h2 {
+        overflow: hidden;
+        text-overflow: ellipsis;
+        white-space: nowrap;
         font-size: 20px;
         letter-spacing: -0.01em;
       }
@@ -101,14 +112,6 @@ export class PageOverview extends LitElement {
       .alarmed.high {
         border-left-color: var(--high);
       }
-      .open {
-        font-size: 13px;
-        font-weight: 600;
-        color: var(--accent);
-        margin-left: auto;
-        display: inline-flex;
-        align-items: center;
-      }
       tr {
         cursor: pointer;
       }
@@ -127,6 +130,12 @@ export class PageOverview extends LitElement {
         align-self: start;
         padding: 0;
         overflow-x: auto;
+      }
+      @media (max-width: 720px) {
+        .one h2 span {
+          display: block;
+          margin: 0;
+        }
       }
       @media (max-width: 1100px) {
         .body {
@@ -199,7 +208,10 @@ export class PageOverview extends LitElement {
     return html`<a class="card one ${alarmed}" id="card-${id}" href="#/m/${id}/operate">
       <header>
         <h2>${id}<span>${name === id ? '' : name}</span></h2>
-        ${readyChip(id)}
+        ${alarms.length
+          ? html`<lf-chip kind=${alarms[0]!.priority} icon="warning">${plural(alarms.length, 'topbar.alarms')}</lf-chip>`
+          : nothing}
+        ${readyChip(id)}${icon('right', 18)}
       </header>
       <div class="values">
         ${value('angle', 'operate.horizontal', position(id, 'Horizontal'))}
@@ -207,13 +219,7 @@ export class PageOverview extends LitElement {
         ${value('pressure', 'operate.pressure', field(id, 'General', 'pressure'))}
         ${value('flow', 'operate.flow', field(id, 'General', 'flowrate'))}
       </div>
-      <div class="foot">
-        ${doing(id)} ${holderChip(id)}
-        ${alarms.length
-          ? html`<lf-chip kind=${alarms[0]!.priority} icon="warning">${plural(alarms.length, 'topbar.alarms')}</lf-chip>`
-          : nothing}
-        <span class="open">${t('nav.operate')}${icon('right', 18)}</span>
-      </div>
+      <div class="foot">${holderChip(id)} ${doing(id)}</div>
     </a>`;
   }
 

@@ -216,7 +216,9 @@ export class LfApp extends LitElement {
     try {
       this.enter(await http.session());
     } catch (cause) {
-      if (HubError.of(cause).code === 'login_needed') return;
+      const error = HubError.of(cause);
+      // Asked before there was anybody to tell.
+      if (error.code === 'login_needed') return http.onLoginNeeded(error.details.setup_needed === true);
       this.phase = 'unreachable';
       window.setTimeout(() => void this.begin(), 2000);
     }

@@ -95,7 +95,7 @@ export class LfBanners extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'hub', 'monitors/']);
+    new TopicController(this, () => [SECOND, 'hub', 'monitors/'], () => this.seen());
   }
 
   override connectedCallback(): void {
@@ -120,6 +120,19 @@ export class LfBanners extends LitElement {
       ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>`) : nothing}
       ${[...asked.values()].map((one) => this.asked(one.monitor, one.by.user, one.until_ms))}
       ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : nothing}`;
+  }
+
+  /** What of all states the strip tells; ages and countdowns besides. */
+  private seen(): string {
+    const { monitor } = this.route;
+    const of = monitor && [
+      has(monitor, 'General', 'LockedOut'),
+      resumesIn(monitor) !== null,
+      store.get(`monitors/${monitor}/authority`),
+      whyNot(monitor, { authority: false, lockedOut: true }),
+    ];
+    const second = store.linked ? 0 : Math.floor(Date.now() / 1000);
+    return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), of]);
   }
 
   private ofMonitor(monitor: string) {
@@ -173,7 +186,7 @@ export class LfBanners extends LitElement {
   }
 
   private limitless() {
-    const ids = store.monitors().filter((id) => LIMITED.some((drive) => has(id, drive, 'Limitless')));
+    const ids = limitless();
     if (ids.length === 0) return nothing;
     return banner('medium', 'warning', html`<b>${t('banner.limitless', { monitors: ids.join(', ') })}</b>`);
   }
@@ -185,6 +198,10 @@ export class LfBanners extends LitElement {
     const { monitor } = this.route;
     if (asked.size > 0 || (monitor && resumesIn(monitor) !== null)) this.requestUpdate();
   };
+}
+
+function limitless(): string[] {
+  return store.monitors().filter((id) => LIMITED.some((drive) => has(id, drive, 'Limitless')));
 }
 
 function banner(kind: string, name: IconName, text: string | TemplateResult, grow = false) {

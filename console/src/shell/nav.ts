@@ -151,7 +151,7 @@ export class LfNav extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => ['alarms/', 'monitors/']);
+    new TopicController(this, () => ['alarms/', 'monitors/', 'hub'], () => [store.known, store.hello?.role, unacknowledged(), ...store.monitors()].join('\n'));
   }
 
   override render() {
@@ -189,7 +189,7 @@ export class LfNav extends LitElement {
   }
 
   private alarmCount() {
-    const open = store.alarms().filter((a) => a.state === 'unack' || a.state === 'rtn_unack').length;
+    const open = unacknowledged();
     return open ? html`<b class="count" aria-label=${t('nav.unack')}>${open}</b>` : nothing;
   }
 
@@ -198,4 +198,8 @@ export class LfNav extends LitElement {
     const page = this.route.monitor ? this.route.page : 'operate';
     router.go(page, id);
   }
+}
+
+function unacknowledged(): number {
+  return store.alarms().filter((alarm) => alarm.state === 'unack' || alarm.state === 'rtn_unack').length;
 }

@@ -134,13 +134,17 @@ export class LfStop extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => ['monitors/', SECOND]);
+    new TopicController(this, () => ['monitors/', SECOND], () => JSON.stringify(lockedNow()));
   }
 
-  /** The bar keeps this place free. */
-  private readonly sized = new ResizeObserver(() =>
-    document.documentElement.style.setProperty('--stop-width', `${this.offsetWidth + 8}px`),
-  );
+  /** The bar keeps this place free, from the first picture on. */
+  private readonly keepPlace = (): void =>
+    document.documentElement.style.setProperty('--stop-width', `${this.offsetWidth + 8}px`);
+  private readonly sized = new ResizeObserver(this.keepPlace);
+
+  override updated(): void {
+    this.keepPlace();
+  }
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -265,6 +269,11 @@ export class LfStop extends LitElement {
 function locked(monitor: string): boolean {
   const status = store.getLive(`monitors/${monitor}/status`);
   return status?.subsystems.General?.flags.includes('LockedOut') ?? false;
+}
+
+/** Which of the live monitors there are, and whether they are locked out. */
+function lockedNow(): [string, boolean][] {
+  return store.liveMonitors().map((id) => [id, locked(id)]);
 }
 
 function allLocked(): boolean {

@@ -167,7 +167,10 @@ export class LfTopbar extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'alarms/', 'monitors/']);
+    new TopicController(this, () => {
+      const { monitor } = this.route;
+      return [SECOND, 'alarms/', ...(monitor ? [`monitors/${monitor}/link`, `monitors/${monitor}/info`] : [])];
+    });
   }
 
   override render() {

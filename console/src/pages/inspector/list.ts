@@ -1,6 +1,7 @@
 // The frames as they pass, each in two lines. Only what is in sight is in the page.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
+import { repeat } from 'lit/directives/repeat.js';
 import { num, t, type Key } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
@@ -8,6 +9,8 @@ import { base } from '../../theme/shared';
 import { slice, type Kept } from './frames';
 
 const ROW = 52;
+/** More of a text is cut off anyway, and dear to lay out. */
+const LINE_MOST = 400;
 
 @customElement('lf-frame-list')
 export class LfFrameList extends LitElement {
@@ -138,7 +141,7 @@ export class LfFrameList extends LitElement {
   @property({ attribute: false }) frames: Kept[] = [];
   @property({ type: Number }) selected = 0;
   @property() label = '';
-  @state() private top = 0;
+  private top = 0;
   @state() private height = 400;
   /** It follows what is new until somebody scrolls back. */
   @state() private following = true;
@@ -178,7 +181,11 @@ export class LfFrameList extends LitElement {
         @keydown=${this.keyed}
       >
         <div class="space" style="height:${frames.length * ROW}px">
-          ${frames.slice(first, last).map((frame, index) => this.renderFrame(frame, first + index))}
+          ${repeat(
+            frames.slice(first, last),
+            (frame) => frame.n,
+            (frame, index) => this.renderFrame(frame, first + index),
+          )}
         </div>
       </div>
       ${this.following
@@ -211,8 +218,8 @@ export class LfFrameList extends LitElement {
         ${icon(away ? 'right' : 'left', 18)} ${frame.src} → ${frame.dst}
       </div>
       <div class="both">
-        <div class="text">${frame.text || '—'}</div>
-        <div class="bytes">${frame.bytes}</div>
+        <div class="text">${frame.text.slice(0, LINE_MOST) || '—'}</div>
+        <div class="bytes">${frame.bytes.slice(0, LINE_MOST)}</div>
       </div>
       ${usual
         ? nothing
@@ -238,6 +245,7 @@ export class LfFrameList extends LitElement {
     this.top = scrollTop;
     if (this.following && moved && scrollTop < bottom - ROW) this.following = false;
     else if (!this.following && scrollTop >= bottom - 2) this.following = true;
+    else if (!this.following) this.requestUpdate();
   };
 
   private choose(n: number): void {

@@ -76,7 +76,8 @@ pub(crate) fn sqrt(x: f32) -> f32 {
         rest <<= 1;
         bit >>= 1;
     }
-    root += root & u32::from(rest > 0);
+    // Never just between two: an odd root has an odd square.
+    root += root & 1;
     f32::from_bits((root >> 1) + ((126 + exponent / 2) << 23))
 }
 

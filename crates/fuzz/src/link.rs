@@ -2,7 +2,7 @@
 //! at the whole stream at once and shares nothing with the one under test.
 
 use crate::feed::Feed;
-use lafet_proto::link::{self, BODY_MAX, Counters, Decoder, Frame, WIRE_MAX};
+use lafet_proto::link::{self, BODY_MAX, Check, Counters, Decoder, Frame, WIRE_MAX};
 
 /// Bytes of a stream at most: several of the longest frames.
 const STREAM_MAX: usize = 6 * WIRE_MAX;
@@ -26,6 +26,7 @@ fn stream(feed: &mut Feed<'_>) -> Vec<u8> {
         let kind = feed.u8();
         let len = feed.below(64);
         let bytes = feed.take(len);
+        let frame_of = |bytes: &[u8]| frame_of(check_of(kind), bytes);
         match kind % 5 {
             0 => stream.extend_from_slice(bytes),
             1 => stream.extend(frame_of(bytes)),
@@ -51,11 +52,18 @@ fn stream(feed: &mut Feed<'_>) -> Vec<u8> {
     stream
 }
 
+/// Most frames have the check that every peer knows.
+const fn check_of(kind: u8) -> Check {
+    if kind < 0xE0 { Check::Crc16 } else { Check::Crc32c }
+}
+
 /// A frame as the slow encoder makes it.
-fn frame_of(body: &[u8]) -> Vec<u8> {
-    let mut all = body.to_vec();
-    all.extend_from_slice(&slow::crc(body).to_le_bytes());
+fn frame_of(check: Check, body: &[u8]) -> Vec<u8> {
+    let all = [body, &slow::sum(check, body)].concat();
     let mut wire = vec![0xFF, 0xC0];
+    if check == Check::Crc32c {
+        wire.extend([0xDB, 0xDE]);
+    }
     for byte in all {
         match byte {
             0xC0 => wire.extend([0xDB, 0xDC]),
@@ -109,13 +117,20 @@ fn own(frame: Frame<'_>) -> Owned {
 /// What has been decoded is encoded as the slow encoder would, and decoded as a datagram.
 fn round_trip((dst, src, payload): &Owned) {
     let frame = Frame { dst: *dst, src: *src, payload };
-    let mut wire = [0; WIRE_MAX];
-    let len = link::encode(&frame, &mut wire).expect("room for the longest frame");
     let body = [&[*dst, *src], payload.as_slice()].concat();
-    assert_eq!(wire[..len], frame_of(&body), "encoded");
-    assert_eq!(link::encode(&frame, &mut vec![0; len - 1]), None, "one byte short");
-    let mut room = [0; BODY_MAX];
-    assert_eq!(link::decode_datagram(&wire[..len], &mut room), Ok(frame), "as a datagram");
+    for check in [Check::Crc16, Check::Crc32c] {
+        let mut wire = vec![0; link::wire_max(payload.len())];
+        let len = link::encode_with(check, &frame, &mut wire).expect("room enough");
+        assert_eq!(wire[..len], frame_of(check, &body), "encoded");
+        let mut sent = Vec::new();
+        link::send(check, &frame, &mut |byte| sent.push(byte));
+        assert_eq!(sent, wire[..len], "byte by byte");
+        let mut short = vec![0; len - 1];
+        assert_eq!(link::encode_with(check, &frame, &mut short), None, "one byte short");
+        let mut room = [0; BODY_MAX + 2];
+        assert_eq!(link::decode_datagram(&wire[..len], &mut room), Ok(frame), "as a datagram");
+        assert_eq!(link::check_of(&wire[..len]), check);
+    }
     assert!(payload.len() <= BODY_MAX - 4 && frame.is_probe() == payload.is_empty());
 }
 
@@ -138,31 +153,39 @@ fn datagrams(stream: &[u8]) {
 
 /// The link frame, told slowly.
 mod slow {
-    use super::{Counters, Owned};
+    use super::{Check, Counters, Owned};
 
     pub struct Decoded {
         pub frames: Vec<Owned>,
         pub counters: Counters,
     }
 
-    /// CRC-16/MODBUS, bit by bit.
-    pub fn crc(bytes: &[u8]) -> u16 {
-        let mut crc = 0xFFFF_u16;
+    /// A reflected CRC that starts with all ones, bit by bit.
+    fn crc(bytes: &[u8], ones: u32, polynomial: u32) -> u32 {
+        let mut crc = ones;
         for byte in bytes {
-            crc ^= u16::from(*byte);
+            crc ^= u32::from(*byte);
             for _ in 0..8 {
-                crc = if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ 0xA001 };
+                crc = if crc & 1 == 0 { crc >> 1 } else { crc >> 1 ^ polynomial };
             }
         }
         crc
     }
 
+    /// CRC-16/MODBUS or CRC-32C, as it goes on the wire.
+    pub fn sum(check: Check, bytes: &[u8]) -> Vec<u8> {
+        match check {
+            Check::Crc16 => crc(bytes, 0xFFFF, 0xA001).to_le_bytes()[..2].to_vec(),
+            Check::Crc32c => (!crc(bytes, u32::MAX, 0x82F6_3B78)).to_le_bytes().to_vec(),
+        }
+    }
+
     enum Inside {
-        /// Unescaped.
-        Good(Vec<u8>),
+        /// Unescaped, and how it is checked.
+        Good(Check, Vec<u8>),
         /// The piece ends in the middle of an escape.
         Escape,
-        /// Another byte than DC or DD followed DB: so many bytes belong to the spoilt frame.
+        /// Another byte than DC or DD followed DB, or DE not at the beginning: so many bytes belong to the spoilt frame.
         BadEscape(usize),
         /// More than the room: so many bytes belong to the spoilt frame.
         Overrun(usize),
@@ -171,7 +194,8 @@ mod slow {
     /// The bytes between two C0.
     fn unescape(piece: &[u8], room: usize) -> Inside {
         let mut body = Vec::new();
-        let mut at = 0;
+        let check = if piece.starts_with(&[0xDB, 0xDE]) { Check::Crc32c } else { Check::Crc16 };
+        let mut at = if check == Check::Crc32c { 2 } else { 0 };
         while at < piece.len() {
             let (byte, size) = match piece[at..] {
                 [0xDB, 0xDC, ..] => (0xC0, 2),
@@ -187,7 +211,7 @@ mod slow {
             }
             body.push(byte);
         }
-        Inside::Good(body)
+        Inside::Good(check, body)
     }
 
     fn not_sync(bytes: &[u8]) -> u64 {
@@ -222,13 +246,13 @@ mod slow {
                     counters.escape_errors += 1;
                     *skipped += 1 + piece.len() as u64;
                 }
-                Inside::Good(body) if body.len() < 4 => {
+                Inside::Good(check, body) if body.len() < 2 + sum(check, &[]).len() => {
                     counters.resyncs += u64::from(!body.is_empty());
                     *skipped += 1 + piece.len() as u64;
                 }
-                Inside::Good(body) => {
-                    let (covered, sum) = body.split_at(body.len() - 2);
-                    if crc(covered).to_le_bytes() == sum {
+                Inside::Good(check, body) => {
+                    let (covered, end) = body.split_at(body.len() - sum(check, &[]).len());
+                    if sum(check, covered) == end {
                         counters.frames += 1;
                         frames.push((covered[0], covered[1], covered[2..].to_vec()));
                         inside = false;
@@ -246,10 +270,11 @@ mod slow {
     mod tests {
         use super::*;
 
-        /// The check value that every list of CRCs gives for CRC-16/MODBUS.
+        /// The check values that every list of CRCs gives for CRC-16/MODBUS and CRC-32C.
         #[test]
-        fn the_crc_is_the_known_one() {
-            assert_eq!(crc(b"123456789"), 0x4B37);
+        fn the_sums_are_the_known_ones() {
+            assert_eq!(sum(Check::Crc16, b"123456789"), 0x4B37_u16.to_le_bytes());
+            assert_eq!(sum(Check::Crc32c, b"123456789"), 0xE306_9283_u32.to_le_bytes());
         }
 
         #[test]
@@ -257,10 +282,14 @@ mod slow {
             let stream = [0xFF, 0xC0, 1, 2, 0xC0, 0xE1, 0x81, 0xC0, 7, 0xC0];
             let found = decode(&stream, 16);
             assert!(found.frames.is_empty(), "{:?}", found.frames);
-            let probe = [vec![0xC0, 1, 2], crc(&[1, 2]).to_le_bytes().to_vec(), vec![0xC0, 9]];
-            let found = decode(&probe.concat(), 16);
-            assert_eq!(found.frames, [(1, 2, vec![])]);
-            assert_eq!((found.counters.frames, found.counters.bytes_skipped), (1, 1));
+            for (check, start) in
+                [(Check::Crc16, vec![0xC0, 1, 2]), (Check::Crc32c, vec![0xC0, 0xDB, 0xDE, 1, 2])]
+            {
+                let probe = [start, sum(check, &[1, 2]), vec![0xC0, 9]];
+                let found = decode(&probe.concat(), 16);
+                assert_eq!(found.frames, [(1, 2, vec![])]);
+                assert_eq!((found.counters.frames, found.counters.bytes_skipped), (1, 1));
+            }
         }
     }
 }

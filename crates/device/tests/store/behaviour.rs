@@ -374,3 +374,33 @@ fn a_start_settles_what_a_cut_has_left() {
         assert_eq!(left_by(&op, 1, Torn::Old), (old.clone(), 0, [true, false]), "{op:?}");
     }
 }
+
+/// Nothing is read beyond the end of a page: a value may reach up to it.
+#[test]
+fn a_value_that_ends_with_its_page() {
+    // 28 bytes of header and marks, 8 of the entry's header, 4 of its checksum, 8 of its marks.
+    let mut store: Store<_, 2> = start(Flash::<4, 256>::new(3, 1));
+    for version in 0..5 {
+        let fresh = value(1, version, 256 - 28 - 8 - 4 - 8);
+        store.store(Key(1), &fresh).unwrap();
+        store = start(store.into_flash());
+        assert_eq!(store.load(Key(1), &mut [0; VALUE_MAX]), Ok(Some(fresh.as_slice())));
+    }
+    let longer = value(1, 9, 256 - 28 - 8 - 4 - 8 + 1);
+    assert_eq!(store.store(Key(1), &longer), Err(StorageError::Write));
+}
+
+/// Pages count only where they were written: one page beside it a store is a new one.
+#[test]
+fn another_place_is_a_new_store() {
+    let mut store: Store<_, 8> = Store::mount(Flash::<4, 512>::new(5, 1), 1024, 3);
+    for version in 0..60 {
+        store.store(Key(1), &value(1, version, 40)).unwrap();
+    }
+    for start in [512, 0] {
+        let mut beside: Store<_, 8> = Store::mount(store.flash().clone(), start, 3);
+        assert_eq!((beside.load(Key(1), &mut [0; 40]), beside.opened()), (Ok(None), 0));
+        beside.store(Key(1), &[7]).unwrap();
+        assert_eq!(beside.load(Key(1), &mut [0; 40]), Ok(Some(&[7][..])));
+    }
+}

@@ -404,3 +404,17 @@ fn another_place_is_a_new_store() {
         assert_eq!(beside.load(Key(1), &mut [0; 40]), Ok(Some(&[7][..])));
     }
 }
+
+/// A start finds what stands in each page of the log, and knows what was never set.
+#[test]
+fn a_start_reads_every_page() {
+    let mut store: Store<_, 10> = start(Flash::<4, 256>::new(5, 1));
+    // Two in a page, so that four pages are full.
+    for key in 1..=8 {
+        store.store(Key(key), &value(key, 1, 60)).unwrap();
+    }
+    assert_eq!(store.opened(), 4);
+    store = start(store.into_flash());
+    let expected: Values = (1..=8).map(|key| (key, value(key, 1, 60))).collect();
+    assert_eq!(read(&mut store), Ok(expected));
+}

@@ -125,11 +125,6 @@ impl Device {
         }
         let [_, _, _, deployer] = &inputs.drives;
         self.deployer.power_up(deployer);
-        let invalid = |id| params.is_incomplete(id);
-        self.external_conn.power_up(invalid(SubsystemId::EXTERNAL_CONN));
-        self.radio.power_up(invalid(SubsystemId::RADIO));
-        self.buttons.power_up(invalid(SubsystemId::BUTTONS));
-        self.ext_buttons.power_up(invalid(SubsystemId::EXT_BUTTONS));
         self.settling.start(now, guard::SETTLE_MS);
     }
 
@@ -280,9 +275,8 @@ impl Device {
         for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {
             valve.step(now, dt_ms, input, unit_of(&inputs.units, no.unit()), params);
         }
-        let invalid = |id| params.is_incomplete(id);
-        self.external_conn.step(now, invalid(SubsystemId::EXTERNAL_CONN));
-        self.radio.step(now, invalid(SubsystemId::RADIO));
+        self.external_conn.step(now);
+        self.radio.step(now);
         if self.chain.contains(SubsystemId::DEPLOYER) {
             let [_, _, _, deployer] = &inputs.drives;
             self.deployer.step(now, deployer, &mut self.drives, params);
@@ -329,8 +323,7 @@ impl Device {
         let (mut open, mut close) = (None, None);
         for (id, post, states) in posts {
             if self.chain.contains(id) {
-                let invalid = self.params.is_incomplete(id);
-                let demand: Demand = post.step(&states, locked, invalid);
+                let demand: Demand = post.step(&states, locked);
                 // The posts have the same rights: opposite buttons of the two ask for nothing too.
                 for ((up, down), (more_up, more_down)) in held.iter_mut().zip(demand.held) {
                     *up = up.or(more_up.then_some(id));

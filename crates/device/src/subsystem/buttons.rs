@@ -15,7 +15,6 @@ pub struct ButtonPost {
     states: [ButtonState; 8],
     /// Released since power-up or lockout: allowed to act.
     armed: [bool; 8],
-    faulty_config: bool,
 }
 
 /// What a post asks of the monitor in this step.
@@ -31,25 +30,15 @@ pub(crate) struct Demand {
 
 impl Default for ButtonPost {
     fn default() -> Self {
-        Self { states: [ButtonState::Released; 8], armed: [false; 8], faulty_config: false }
+        Self { states: [ButtonState::Released; 8], armed: [false; 8] }
     }
 }
 
 impl ButtonPost {
-    pub(crate) fn power_up(&mut self, faulty_config: bool) {
-        self.faulty_config = faulty_config;
-    }
-
     /// Takes the states; a locked post asks for nothing (§3.18/7).
     #[inline(never)]
-    pub(crate) fn step(
-        &mut self,
-        states: &[ButtonState; 8],
-        locked: bool,
-        faulty_config: bool,
-    ) -> Demand {
+    pub(crate) fn step(&mut self, states: &[ButtonState; 8], locked: bool) -> Demand {
         let before = self.pressed();
-        self.faulty_config = faulty_config;
         self.states = *states;
         for (armed, state) in self.armed.iter_mut().zip(states) {
             *armed = match state {
@@ -93,7 +82,7 @@ impl ButtonPost {
         }
     }
 
-    /// §3.3 status of the post.
+    /// §3.3 status of the post, but for the common flags of the configuration.
     pub(crate) fn status(&self) -> ButtonsStatus {
         const BUTTONS: [Button; 8] = [
             Button::Left,
@@ -106,7 +95,6 @@ impl ButtonPost {
             Button::Close,
         ];
         let mut flags = ButtonsFlags::empty();
-        flags.set(ButtonsFlags::CONFIG_INVALID, self.faulty_config);
         for (button, state) in BUTTONS.iter().zip(&self.states) {
             flags = flags.with_button(*button, *state);
         }

@@ -17,28 +17,22 @@ pub enum Source {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Conn {
     control: Timer,
-    faulty_config: bool,
 }
 
 impl Conn {
-    pub(crate) fn power_up(&mut self, faulty_config: bool) {
-        self.faulty_config = faulty_config;
-    }
-
     /// §3.3.9/1 Somebody has tried to control the monitor through this interface.
     pub(crate) fn note_control(&mut self, now: Millis, timeout_ms: i32) {
         self.control.start(now, timeout_ms.unsigned_abs());
     }
 
-    pub(crate) fn step(&mut self, now: Millis, faulty_config: bool) {
+    pub(crate) fn step(&mut self, now: Millis) {
         self.control.poll(now);
-        self.faulty_config = faulty_config;
     }
 
+    /// Flags but the common ones of the configuration.
     pub(crate) fn flags(&self) -> ConnFlags {
         let mut flags = ConnFlags::empty();
         flags.set(ConnFlags::CONN_LOST, !self.control.is_running());
-        flags.set(ConnFlags::CONFIG_INVALID, self.faulty_config);
         flags
     }
 

@@ -418,3 +418,16 @@ fn a_start_reads_every_page() {
     let expected: Values = (1..=8).map(|key| (key, value(key, 1, 60))).collect();
     assert_eq!(read(&mut store), Ok(expected));
 }
+
+/// A flash that takes no value is not worn out by trying: once more in another page, and no more.
+#[test]
+fn a_failed_write_is_tried_once_more() {
+    let mut flash = Flash::<4, 256>::new(5, 1);
+    // Where the first value of a page stands.
+    flash.worn.extend((0..5).map(|page| page * 256 + 36..page * 256 + 40));
+    let mut store: Store<_, 8> = start(flash);
+    for opened in [2, 4] {
+        assert_eq!(store.store(Key(1), &[1, 2, 3]), Err(StorageError::Write));
+        assert_eq!(store.opened(), opened);
+    }
+}

@@ -139,3 +139,20 @@ fn a_lost_page_is_told() {
     assert!(lost.contains(&KEYS), "an unset key may have been in that page: {lost:?}");
     assert!(lost.len() < usize::from(KEYS), "what was written later is there");
 }
+
+/// Copied from page to page, a damaged value stays what it is, and the store goes on.
+#[test]
+fn a_damaged_value_is_told_wherever_it_is_copied() {
+    let mut store: Store<_, 10> = start(Flash::<4, 256>::new(3, 3));
+    store.store(Key(1), &value(1, 1, 20)).unwrap();
+    let at = store.address_of(Key(1)).unwrap() as usize;
+    store.flash_mut().flip(at * 8 + 3);
+    for round in 0..40 {
+        let fresh = value(2, round, 30);
+        store.store(Key(2), &fresh).unwrap();
+        let mut buffer = [0; VALUE_MAX];
+        assert_eq!(store.load(Key(2), &mut buffer), Ok(Some(fresh.as_slice())));
+        assert_eq!(store.load(Key(1), &mut buffer), Err(StorageError::Read), "round {round}");
+    }
+    assert!(store.opened() > 6);
+}

@@ -28,6 +28,7 @@ export class Blocks<T> implements ReactiveController {
   private observer: IntersectionObserver | null = null;
   private watched = new Map<Element, number>();
   private told = false;
+  private focused: number | null = null;
 
   constructor(
     private readonly host: LitElement,
@@ -40,7 +41,8 @@ export class Blocks<T> implements ReactiveController {
   of(items: readonly T[]): Block<T>[] {
     const blocks: Block<T>[] = [];
     for (const { key, from, to } of divided(items.length, this.anchored(items))) {
-      const held = this.holdsFocus(key);
+      // Tab reaches the next rows however quickly it is pressed.
+      const held = this.focused !== null && Math.abs(key - this.focused) <= 1;
       blocks.push({
         key,
         from,
@@ -53,6 +55,8 @@ export class Blocks<T> implements ReactiveController {
   }
 
   hostUpdated(): void {
+    // Between two elements of a shadow tree the focus is not told outside of it; the same listener is added once.
+    this.host.renderRoot.addEventListener('focusin', this.focus);
     const found = new Map(
       [...this.host.renderRoot.querySelectorAll('[data-block]')].map((one) => [one, Number(one.getAttribute('data-block'))]),
     );
@@ -73,6 +77,7 @@ export class Blocks<T> implements ReactiveController {
     this.watched.clear();
     this.near.clear();
     this.told = false;
+    this.focused = null;
   }
 
   /** What comes above or below moves no row to another block. */
@@ -84,10 +89,14 @@ export class Blocks<T> implements ReactiveController {
     return 0;
   }
 
-  private holdsFocus(key: number): boolean {
-    const focused = this.host.shadowRoot?.activeElement?.closest('[data-block]');
-    return focused?.getAttribute('data-block') === `${key}`;
-  }
+  /** The block keeps its rows until another one has the focus: what loses it for a moment gets it back. */
+  private readonly focus = (): void => {
+    const key = this.host.shadowRoot?.activeElement?.closest('[data-block]')?.getAttribute('data-block');
+    const focused = key ? Number(key) : this.focused;
+    if (focused === this.focused) return;
+    this.focused = focused;
+    this.host.requestUpdate();
+  };
 
   private readonly seen = (entries: IntersectionObserverEntry[]): void => {
     let changed = !this.told;

@@ -38,14 +38,13 @@ export class Demo {
     this.child?.kill('SIGKILL');
   }
 
-  async open(route: string, lang = 'en'): Promise<Page> {
-    const context = await this.browser.newContext({ viewport: { width: 1440, height: 1000 } });
+  async open(route: string, lang = 'en', size = { width: 1440, height: 1000 }, display = 'normal'): Promise<Page> {
+    const context = await this.browser.newContext({ viewport: size });
     context.setDefaultTimeout(20_000);
-    await context.addInitScript((wanted) => {
-      localStorage.setItem('lafet.lang', wanted);
-      localStorage.setItem('lafet.theme', 'day');
-      localStorage.setItem('lafet.guide', 'done');
-    }, lang);
+    const wanted = { lang, display, theme: 'day', guide: 'done' };
+    await context.addInitScript((all) => {
+      for (const [name, value] of Object.entries(all)) localStorage.setItem(`lafet.${name}`, value);
+    }, wanted);
     const page = await context.newPage();
     await page.goto(`${this.url}/${route}`);
     await page.waitForSelector('lf-topbar');

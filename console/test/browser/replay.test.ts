@@ -15,6 +15,8 @@ beforeAll(async () => {
   await until(async () => (await flags('Deployer')).includes('Deployed'), 40_000);
   await demo.request('M1', 'Move Horizontal 1200');
   await until(async () => (await position()) === 1200, 30_000);
+  // The history is written a little later.
+  await until(async () => (await lastKept()) === 1200, 30_000);
 });
 afterAll(() => demo?.stop());
 beforeEach(async () => {
@@ -24,9 +26,17 @@ afterEach(() => page.context().close());
 
 const status = async () => (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems;
 const flags = async (subsystem: string) => (await status())[subsystem]?.flags ?? [];
+type Kept = { series: Record<string, [number, number][]> };
+const lastKept = async () => {
+  const now = Date.now();
+  const asked = `monitor=M1&series=Horizontal.position&from_ms=${now - 120_000}&to_ms=${now}`;
+  return (await demo.get<Kept>(`/api/history?${asked}`)).series['Horizontal.position']?.at(-1)?.[1];
+};
 const position = async () => (await status()).Horizontal?.position;
 
 async function playHistory(): Promise<void> {
+  // Until now: a quarter of an hour that began at a whole second ends a little before.
+  await page.locator('lf-page-replay select').first().selectOption('60');
   await page.locator('#play-history').click();
   await page.locator('lf-replay-bar #live').waitFor();
 }

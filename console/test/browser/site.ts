@@ -223,15 +223,11 @@ export async function heldUntil(
 
 /** Holds a button until it is so, then lets go. */
 export async function holdUntil(page: Page, button: Locator, sign: () => Promise<boolean>): Promise<void> {
-  await button.scrollIntoViewIfNeeded();
-  const box = (await button.boundingBox())!;
-  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-  await heldUntil(
-    page,
-    sign,
-    () => page.mouse.down(),
-    () => page.mouse.up(),
-  );
+  const hold = async () => {
+    await button.hover();
+    await page.mouse.down();
+  };
+  await heldUntil(page, sign, hold, () => page.mouse.up());
   await page.mouse.up();
 }
 

@@ -1,0 +1,78 @@
+// The size for a wall: everything is larger, nothing runs out of the screen, and hands still point where they point.
+import type { Page } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
+import type { Monitor } from '../../src/hub/types';
+import { Demo } from './demo';
+import { heldUntil, until } from './site';
+
+const WALL = { width: 2560, height: 1440 };
+let demo: Demo;
+let page: Page;
+
+beforeAll(async () => {
+  demo = await Demo.start();
+});
+afterAll(() => demo?.stop());
+afterEach(() => page.context().close());
+
+const zoom = () => page.evaluate(() => Number(getComputedStyle(document.documentElement).getPropertyValue('--zoom')));
+
+test('every page fits, and values are read from afar', async () => {
+  page = await demo.open('#/overview', 'ru', WALL, 'wall');
+  await page.locator('lf-page-overview lf-value').first().waitFor();
+  expect(await zoom()).toBeGreaterThan(1.8);
+  const high = (await page.locator('lf-page-overview lf-value .value').first().boundingBox())!.height;
+  // On a screen of 55 inches a pixel is half a millimetre: figures of 20 mm.
+  expect(high).toBeGreaterThan(56);
+  const pages = await page.locator('lf-nav a').evaluateAll((all) => all.map((one) => one.getAttribute('href')!));
+  for (const href of pages) {
+    await page.evaluate((to) => (location.hash = to), href);
+    await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
+    const main = page.locator('main');
+    expect(await main.evaluate((one) => one.scrollWidth - one.clientWidth), href).toBeLessThanOrEqual(0);
+    const stop = (await page.locator('#lockout').boundingBox())!;
+    expect(stop.x + stop.width, href).toBeLessThanOrEqual(WALL.width);
+    const box = (await main.boundingBox())!;
+    expect(box.y + box.height, href).toBeLessThanOrEqual(WALL.height + 1);
+  }
+});
+
+test('is chosen in the settings, and kept', async () => {
+  page = await demo.open('#/overview', 'en', { width: 1920, height: 1080 });
+  expect(await zoom()).toBe(1);
+  await page.locator('lf-topbar button').last().click();
+  await page.locator('lf-dialogs').getByText('Wall', { exact: true }).click();
+  await until(async () => (await zoom()) > 1.3);
+  expect(await page.evaluate(() => localStorage.getItem('lafet.display'))).toBe('wall');
+});
+
+test('a press on the plan falls where it is seen, a stick that is pulled moves the barrel', async () => {
+  page = await demo.open('#/training', 'en', WALL, 'wall');
+  await page.getByText('Place a fire on the plan').click();
+  const plan = (await page.locator('lf-plan').boundingBox())!;
+  const at = { x: plan.x + plan.width / 3, y: plan.y + plan.height * 0.8 };
+  await page.mouse.click(at.x, at.y);
+  const flames = page.locator('lf-plan .flame');
+  const near = async () => {
+    const boxes = await Promise.all((await flames.all()).map((flame) => flame.boundingBox()));
+    return Math.min(...boxes.map((box) => Math.hypot(box!.x + box!.width / 2 - at.x, box!.y + box!.height / 2 - at.y)));
+  };
+  await until(async () => (await near()) < 12 * (await zoom()));
+
+  await page.evaluate(() => (location.hash = '#/m/M1/operate'));
+  await page.locator('#take').click();
+  await page.locator('#deploy').click();
+  const states = async () => (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems;
+  await until(async () => (await states()).Deployer!.flags.includes('Deployed'), 60_000);
+  const pad = (await page.locator('lf-joystick').boundingBox())!;
+  const [x, y] = [pad.x + pad.width / 2, pad.y + 100 * (await zoom())];
+  const moved = async () => (await states()).Horizontal!.position! > 30;
+  const pull = async () => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x - 60 * (await zoom()), y, { steps: 3 });
+  };
+  await heldUntil(page, moved, pull, () => page.mouse.up());
+  expect((await states()).Vertical!.position, 'to the left, and only there').toBe(0);
+  await page.mouse.up();
+});

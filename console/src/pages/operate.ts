@@ -17,6 +17,7 @@ import { hotbedOf } from '../parts/plan/model';
 import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
+import { magnified } from '../theme/display';
 import { base, card } from '../theme/shared';
 import { aimAt, flows } from './operate/aim';
 import './operate/automatic';
@@ -198,6 +199,7 @@ export class PageOperate extends LitElement {
   @state() private target: { Horizontal?: number; Vertical?: number } = {};
   @query('lf-plan') private plan?: LfPlan;
   @query('lf-automatic') private automatic?: HTMLElement;
+  @query('.side') private side?: HTMLElement;
 
   constructor() {
     super();
@@ -368,7 +370,16 @@ export class PageOperate extends LitElement {
       this.sector = null;
       if (this.plan) this.plan.sector = null;
     }
-    if (tool !== 'look') void this.updateComplete.then(() => this.automatic?.scrollIntoView({ block: 'nearest' }));
+    if (tool !== 'look') void this.updateComplete.then(() => this.showTool());
+  }
+
+  /** The plan, to draw on; and what goes with the drawing, as far as the column beside it scrolls. */
+  private showTool(): void {
+    const { side, automatic } = this;
+    this.renderRoot.querySelector('.view')?.scrollIntoView({ block: 'nearest' });
+    if (!side || !automatic) return;
+    const below = automatic.getBoundingClientRect().bottom - side.getBoundingClientRect().bottom;
+    if (below > 0) side.scrollTop += below / magnified();
   }
 
   /** The brightest of the hotbeds becomes the sector. */

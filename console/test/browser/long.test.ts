@@ -105,3 +105,37 @@ test('ten thousand things that have happened', async () => {
   expect(await scrolledThrough(rows, /thing 1\./)).toBeLessThan(MADE_MOST);
   await clean();
 });
+
+test('ten thousand frames of a link', async () => {
+  page = await demo.open('#/overview');
+  let say = (_: string) => {};
+  await page.routeWebSocket(/api\/ws/, (ws) => {
+    const hub = ws.connectToServer();
+    hub.onMessage((message) => {
+      // Its own frames would come in between.
+      if (!String(message).startsWith('{"type":"frame"') && !/"type":"frame"/.test(String(message))) ws.send(message);
+    });
+    ws.onMessage((message) => hub.send(message));
+    say = (text) => ws.send(text);
+  });
+  await page.goto(`${demo.url}/?again#/m/M1/inspector`);
+  await page.locator('lf-page-inspector').waitFor();
+  const list = page.locator('lf-frame-list [role=listbox]');
+  for (let n = 1; n <= ROWS; n += 1) {
+    const text = `thing ${n} ${'and more '.repeat(20)}`;
+    const frame = { type: 'frame', monitor: 'M1', at_ms: BEGUN_MS + n, direction: 'in', src: 1, dst: 129, bytes: 'd4 5d', text, verdict: 'foreign' };
+    say(JSON.stringify(frame));
+  }
+  const rows = page.locator('lf-frame-list .frame');
+  await rows.filter({ hasText: `thing ${ROWS} ` }).waitFor({ timeout: 90_000 });
+  expect(await rows.count()).toBeLessThan(60);
+  expect(await rows.first().getAttribute('aria-setsize')).toBe(`${ROWS}`);
+  await list.focus();
+  for (let n = 0; n < 30; n += 1) await page.keyboard.press('ArrowUp');
+  const chosen = page.locator('lf-frame-list .frame[aria-selected=true]');
+  await until(async () => (await chosen.getAttribute('aria-posinset')) === `${ROWS - 29}`);
+  expect(await chosen.isVisible()).toBe(true);
+  await page.locator('lf-page-inspector lf-find input').fill('thing 1234 ');
+  await until(async () => (await rows.count()) === 1);
+  await clean();
+});

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import type { Alarm } from '../../src/hub/types';
-import { countOf, csv, inOrder, matching, partsOf, stepOf } from '../../src/pages/alarms/model';
+import { countOf, csv, inOrder, matching, newer, partsOf, stepOf } from '../../src/pages/alarms/model';
 
 function alarm(id: string, change: Partial<Alarm> = {}): Alarm {
   const { monitor, subsystem, flag } = partsOf(id);
@@ -83,4 +83,14 @@ describe('alarms', () => {
     expect(csv([['a', 'b,c'], ['say "x"', -5]])).toBe('a,"b,c"\r\n"say ""x""",-5\r\n');
     expect(csv([['=1+1', '-cmd', '@x']])).toBe("'=1+1,'-cmd,'@x\r\n");
   });
+});
+
+it('the history keeps what was read beyond its first page when something new comes', () => {
+  const step = (at_ms: number) => ({ at_ms, id: 'M1/Vertical/Move', from: 'normal', to: 'unack', user: null, reason: null });
+  const known = [step(5), step(4), step(3)];
+  expect(newer(known, [step(7), step(6), step(5), step(4)])).toEqual([step(7), step(6), step(5), step(4), step(3)]);
+  expect(newer(known, [step(5), step(4)])).toEqual(known);
+  // So much is new that they do not meet: the page begins anew.
+  expect(newer(known, [step(9), step(8)])).toBe(null);
+  expect(newer([], [step(1)])).toBe(null);
 });

@@ -1,5 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import type { AuditEntry } from '../../src/hub/types';
+import { fits } from '../../src/pages/events/live';
 import { deedsOf, fateOf, fieldTime, joined, kindOf, matches, plainDetails } from '../../src/pages/events/model';
 
 function entry(n: number, what: string, outcome: string, details: Record<string, unknown> = {}, change = {}): AuditEntry {
@@ -98,4 +99,12 @@ describe('the audit log', () => {
       ['reason', 'ice'],
     ]);
   });
+});
+
+it('what is heard is looked for as the hub looks', () => {
+  const heard = { n: null, at_ms: 1, monitor: 'M1', what: { en: 'Water flows', ru: 'Вода идёт' } };
+  expect(fits(heard, { monitor: '', text: '' })).toBe(true);
+  expect(fits(heard, { monitor: 'M1', text: ' вода ' })).toBe(true);
+  expect(fits(heard, { monitor: 'M2', text: '' })).toBe(false);
+  expect(fits(heard, { monitor: '', text: 'foam' })).toBe(false);
 });

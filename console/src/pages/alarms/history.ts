@@ -12,7 +12,7 @@ import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import { base, card, fields, table } from '../../theme/shared';
 import { failedNotice, filters, markStyle, notice, saveFile, stamp } from './common';
-import { csv, partsOf, stepOf, type AlarmStep } from './model';
+import { csv, newer, partsOf, stepOf, type AlarmStep } from './model';
 import { subsystemText, titleOf } from './names';
 import { alarmStyle } from './style';
 
@@ -196,13 +196,6 @@ export class LfAlarmHistory extends LitElement {
     });
     saveFile(`lafet-alarms-${stamp(store.now())}.csv`, 'text/csv;charset=utf-8', `\ufeff${csv([head, ...rows])}`);
   }
-}
-
-/** What is known with what has come since; null: they do not meet. */
-export function newer(known: AlarmStep[], latest: AlarmStep[]): AlarmStep[] | null {
-  const top = known[0];
-  const met = top ? latest.findIndex(({ at_ms, id, to }) => at_ms === top.at_ms && id === top.id && to === top.to) : -1;
-  return met < 0 ? null : [...latest.slice(0, met), ...known];
 }
 
 declare global {

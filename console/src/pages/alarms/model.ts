@@ -104,3 +104,10 @@ export function csv(rows: (string | number)[][]): string {
   };
   return rows.map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n';
 }
+
+/** What is known with what has come since; null: they do not meet. */
+export function newer(known: AlarmStep[], latest: AlarmStep[]): AlarmStep[] | null {
+  const top = known[0];
+  const met = top ? latest.findIndex(({ at_ms, id, to }) => at_ms === top.at_ms && id === top.id && to === top.to) : -1;
+  return met < 0 ? null : [...latest.slice(0, met), ...known];
+}

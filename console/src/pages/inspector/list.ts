@@ -170,19 +170,20 @@ export class LfFrameList extends LitElement {
     const { frames } = this;
     const top = this.following ? Math.max(0, frames.length * ROW - this.height) : this.top;
     const [first, last] = slice(top, this.height, ROW, frames.length);
+    const shown = frames.slice(first, last);
     const newer = this.following ? 0 : frames.filter((frame) => frame.n > this.seen).length;
     return html`<div
         class="scroll"
         role="listbox"
         tabindex="0"
         aria-label=${this.label}
-        aria-activedescendant=${this.selected ? `f${this.selected}` : nothing}
+        aria-activedescendant=${shown.some(({ n }) => n === this.selected) ? `f${this.selected}` : nothing}
         @scroll=${this.scrolled}
         @keydown=${this.keyed}
       >
         <div class="space" style="height:${frames.length * ROW}px">
           ${repeat(
-            frames.slice(first, last),
+            shown,
             (frame) => frame.n,
             (frame, index) => this.renderFrame(frame, first + index),
           )}

@@ -42,7 +42,10 @@ pub fn take(by_watchdog: bool) -> Option<FaultInfo> {
 
 /// Records where the program was, and starts anew: outputs fall to rest with the reset.
 fn record(frame: &ExceptionFrame) -> ! {
-    let words = [
+    // SAFETY: nothing else runs any more.
+    let place = unsafe { &mut *addr_of_mut!(RECORD) };
+    // Word by word to where they stay: the stack may be nearly full.
+    place.write([
         SIGNATURE,
         ARCHITECTURE,
         core::ptr::from_ref(frame) as usize as u32,
@@ -63,9 +66,8 @@ fn record(frame: &ExceptionFrame) -> ! {
         CFSR.read(),
         0,
         frame.xpsr(),
-    ];
-    // SAFETY: nothing else runs any more.
-    unsafe { addr_of_mut!(RECORD).cast::<[u32; 20]>().write_volatile(words) };
+    ]);
+    cortex_m::asm::dsb();
     cortex_m::peripheral::SCB::sys_reset()
 }
 

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
+use crate::elf::Elf;
 use crate::run::{self, StepResult};
-use crate::{TaskResult, firmware, hub, no_std, setup};
+use crate::{TaskResult, hub, no_std, setup};
 
 const PAGE: &str = "docs/performance.md";
 /// Instructions of our own code, and how they are kept.
@@ -130,8 +131,10 @@ fn footprint() -> Result<String, String> {
     let mut table =
         String::from("| | flash | RAM | instructions a message |\n|---|---:|---:|---:|\n");
     let mut goals = String::from("| goal | at most | measured | |\n|---|---:|---:|---|\n");
-    for name in ["lafet", "mavlink", "postcard", "rmodbus"] {
-        let all = chip(name, &["--features", name])?;
+    let programs = ["lafet", "lafet-all", "mavlink", "postcard", "rmodbus"];
+    for name in programs {
+        let feature = name.trim_end_matches("-all");
+        let all = chip(name, &["--features", feature])?;
         let own = [all.0.saturating_sub(none.0), all.1.saturating_sub(none.1), all.2];
         table += &format!("| {name} | {} | {} | {} |\n", own[0], own[1], own[2]);
         for ((what, goal), got) in GOALS.iter().zip(own).filter(|_| name == "lafet") {
@@ -150,7 +153,7 @@ fn chip(name: &str, features: &[&str]) -> Result<(u64, u64, u64), String> {
     build.args(["--release", "--locked", "--bin", name]).args(features);
     run::output(&mut build)?;
     let program = target.join(no_std::TARGET).join("release").join(name);
-    let (flash, ram) = firmware::memory(&program)?;
+    let (flash, ram) = Elf::read(&program)?.memory();
     let mut qemu = Command::new(QEMU);
     qemu.args(["-M", "lm3s6965evb", "-nographic", "-icount", "shift=0"]);
     qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&program);

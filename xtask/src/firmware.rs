@@ -1,7 +1,7 @@
 //! `cargo xtask firmware`: the monitor's program on a Cortex-M3, built for each board, tested on the
 //! emulated one, or run there.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 use crate::run::{StepResult, cargo, output, root, show};
@@ -14,19 +14,25 @@ const QEMU: &str = "qemu-system-arm";
 
 pub fn firmware(arguments: &[String]) -> TaskResult {
     let Some((what, rest)) = arguments.split_first() else {
-        return Err("firmware build, firmware test or firmware run?".into());
+        return Err("firmware build, test, load or run?".into());
     };
     match (what.as_str(), rest) {
         ("build", []) => BOARDS.into_iter().try_for_each(|board| build(board).map(|_| ()))?,
         ("test", rest) => test(rest)?,
+        ("load", []) => load()?,
         ("run", rest) => run(rest)?,
-        _ => return Err(format!("firmware {}: build, test or run", arguments.join(" "))),
+        _ => {
+            return Err(format!(
+                "firmware {}: build, test, load or run",
+                arguments.join(" ")
+            ));
+        }
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Links the program for every board, which fails when a panic can be reached, looks how much it takes,
-/// and compares the emulated chip with the host for a while.
+/// compares the emulated chip with the host for a while, and lets it put out a fire.
 pub fn check() -> StepResult {
     size::check()?;
     test(&["--seeds".into(), "2".into(), "--steps".into(), "1000".into()])
@@ -45,7 +51,16 @@ pub fn build(board: &str) -> Result<PathBuf, String> {
 fn test(arguments: &[String]) -> StepResult {
     emulator()?;
     let program = build(EMULATED)?;
-    show(on_host(&["--package", "lafet-sim", "--example", "chip"]).arg(&program).args(arguments))
+    let stack = size::stack_of(&program)?.to_string();
+    let mut test = on_host(&["--package", "lafet-sim", "--example", "chip"]);
+    show(test.arg(&program).args(["--stack", &stack]).args(arguments))
+}
+
+/// Counts the instructions of steps and answers on the emulated chip.
+fn load() -> StepResult {
+    emulator()?;
+    let program = build(EMULATED)?;
+    show(on_host(&["--package", "lafet-sim", "--example", "load"]).arg(&program))
 }
 
 fn run(arguments: &[String]) -> StepResult {
@@ -67,37 +82,4 @@ fn emulator() -> StepResult {
         return Ok(());
     }
     setup::debian(&[QEMU])
-}
-
-/// Bytes of flash and of RAM that a program's sections take.
-pub fn memory(program: &Path) -> Result<(u64, u64), String> {
-    let bytes = std::fs::read(program).map_err(|e| format!("{}: {e}", program.display()))?;
-    let damaged = || format!("{}: not an ELF file for the Cortex-M3", program.display());
-    sections(&bytes).ok_or_else(damaged)
-}
-
-/// Sections that are loaded or cleared: those in flash, and those in RAM from 0x2000_0000.
-fn sections(elf: &[u8]) -> Option<(u64, u64)> {
-    const RAM: u32 = 0x2000_0000;
-    const ALLOCATED: u32 = 2;
-    const NO_BITS: u32 = 8;
-    let word = |at: usize| Some(u32::from_le_bytes(*elf.get(at..)?.first_chunk()?));
-    let half = |at: usize| Some(u16::from_le_bytes(*elf.get(at..)?.first_chunk()?));
-    let (table, size, count) = (word(32)? as usize, usize::from(half(46)?), usize::from(half(48)?));
-    let (mut flash, mut ram) = (0, 0);
-    for section in (0..count).map(|index| table + index * size) {
-        let (kind, flags) = (word(section + 4)?, word(section + 8)?);
-        let (address, len) = (word(section + 12)?, u64::from(word(section + 20)?));
-        if flags & ALLOCATED == 0 {
-            continue;
-        }
-        if address >= RAM {
-            ram += len;
-        }
-        // Data that is not zero stands in both.
-        if address < RAM || kind != NO_BITS {
-            flash += len;
-        }
-    }
-    elf.starts_with(b"\x7fELF").then_some((flash, ram))
 }

@@ -12,6 +12,7 @@ mod cuts;
 mod demo;
 mod dissector;
 mod docs;
+mod elf;
 mod faults;
 mod firmware;
 mod fuzz;
@@ -32,9 +33,11 @@ mod setup;
 mod size;
 mod source;
 mod spec;
+mod stack;
 mod stops;
 mod swarm;
 mod test;
+mod thumb;
 mod years;
 
 use std::process::ExitCode;
@@ -159,12 +162,13 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "firmware",
-        arguments: "build | test [--seeds N] [--steps N] | run [OPTIONS OF lafet sim]",
+        arguments: "build | test [--seeds N] [--steps N] | load | run [OPTIONS OF lafet sim]",
         about: "the monitor's program on a Cortex-M3: build it, test it on the emulated chip, run it",
         details: "build links the program for each board of firmware/, which fails when a panic can \
                   be reached. test runs it in QEMU beside the same monitor on the host, with the same \
                   inputs and requests: every answer and every output must be the same; then it lets \
-                  the program fail and reads what it has recorded. run serves it in a simulated plant.",
+                  the program fail and reads what it has recorded. load counts the instructions of steps \
+                  and answers while it puts out a fire. run serves it in a simulated plant.",
         run: firmware::firmware,
     },
     Task {

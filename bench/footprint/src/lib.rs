@@ -2,6 +2,9 @@
 //! nanosecond (`-icount shift=0`), and prints them through semihosting.
 #![no_std]
 
+#[cfg(feature = "lafet")]
+pub mod lafet;
+
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_semihosting::{debug, hprintln};

@@ -35,16 +35,7 @@ impl Device {
         let request = body.id();
         let status = match body {
             Body::GetStatus => return self.tell_status(id, answers),
-            Body::GetParam { id: param } => {
-                let mut buffer = [0; VALUES_MAX];
-                let result = self.read_param(id, *param, &mut buffer);
-                let (status, values) = match result {
-                    Ok(values) => (Status::OK, values),
-                    Err(status) => (status, [].as_slice()),
-                };
-                let data = Reply::Param { id: *param, values: Ints::Values(values) };
-                return answers.push(&Answer { from: id, request, status, data });
-            }
+            Body::GetParam { id: param } => return self.tell_param(id, request, *param, answers),
             Body::SetParam { id: param, values } => {
                 let status = self.write_param(id, *param, *values, by);
                 let data = match status {
@@ -54,12 +45,7 @@ impl Device {
                 return answers.push(&Answer { from: id, request, status, data });
             }
             // §3.21/2
-            Body::GetHotbed => {
-                let mut buffer = [0; VALUES_MAX];
-                let values = hotbed_values(self.detector.hotbeds(), &mut buffer);
-                let data = Reply::Param { id: ParamId::HOTBEDS, values: Ints::Values(values) };
-                return answers.push(&Answer { from: id, request, status: Status::OK, data });
-            }
+            Body::GetHotbed => return self.tell_param(id, request, ParamId::HOTBEDS, answers),
             // §3.7/1
             Body::RetrieveLimits => match self.drive(id) {
                 Some(drive) => {
@@ -76,6 +62,24 @@ impl Device {
             other => self.command(now, id, other, by),
         };
         answers.bare(id, request, status);
+    }
+
+    // Apart: the values must not lie on top of what other requests need.
+    #[inline(never)]
+    fn tell_param(
+        &mut self,
+        from: SubsystemId,
+        request: RequestId,
+        id: ParamId,
+        answers: &mut Answers<'_>,
+    ) {
+        let mut buffer = [0; VALUES_MAX];
+        let (status, values) = match self.read_param(from, id, &mut buffer) {
+            Ok(values) => (Status::OK, values),
+            Err(status) => (status, [].as_slice()),
+        };
+        let data = Reply::Param { id, values: Ints::Values(values) };
+        answers.push(&Answer { from, request, status, data });
     }
 
     /// Requests answered with a status alone.

@@ -22,13 +22,6 @@ impl Port {
     pub const fn counters(&self) -> &Counters {
         self.decoder.counters()
     }
-}
-
-impl<C: Tally> Port<C> {
-    /// A medium that belongs to this interface, whatever it counts.
-    pub const fn counting(source: Source) -> Self {
-        Self { source, decoder: Decoder::counting() }
-    }
 
     /// Takes bytes until a frame for this monitor is complete: returns how many were taken, and
     /// how many bytes of answer stand in `out` ([`link::WIRE_MAX`] bytes suffice).
@@ -54,6 +47,13 @@ impl<C: Tally> Port<C> {
             }
         }
         (taken, 0)
+    }
+}
+
+impl<C: Tally> Port<C> {
+    /// A medium that belongs to this interface, whatever it counts.
+    pub const fn counting(source: Source) -> Self {
+        Self { source, decoder: Decoder::counting() }
     }
 
     /// Takes all these bytes, and puts those of the answers on the line one by one: no room for

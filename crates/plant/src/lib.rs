@@ -17,6 +17,8 @@ use pass::{Reader, Writer, inputs, number, outputs};
 
 /// Bytes of the greatest message.
 pub const MESSAGE_MAX: usize = 320;
+/// Instructions against which the chip's timer is held.
+pub const GAUGE: u32 = 50_000;
 /// Bytes of the greatest report, which a chip writes on its stack.
 const REPORT_MAX: usize = 80;
 /// Bytes of the greatest message on the line, escapes included.
@@ -56,6 +58,8 @@ pub enum Order<I> {
     Fail(Failure),
     /// How deep has the stack been?
     MeasureStack,
+    /// How long have steps and answers taken since this was asked last?
+    MeasureTime,
 }
 
 /// How a program fails.
@@ -85,6 +89,15 @@ pub enum Report {
     Failed,
     /// Bytes of the stack that have been used since the start.
     Stack(u32),
+    /// Ticks of the chip's timer, without what the board itself does.
+    Time {
+        /// In steps.
+        steps: u32,
+        /// From a request's bytes to those of its answer.
+        answers: u32,
+        /// In [`GAUGE`] instructions.
+        gauge: u32,
+    },
 }
 
 /// A message that is none of ours.
@@ -137,6 +150,7 @@ impl Order<&Inputs> {
                 writer.put(*failure as u8);
             }
             Self::MeasureStack => writer.put(4),
+            Self::MeasureTime => writer.put(5),
         })?;
         len
     }
@@ -170,6 +184,7 @@ impl<'a> Order<Image<'a>> {
                 _ => return Err(Unknown),
             }),
             4 => Self::MeasureStack,
+            5 => Self::MeasureTime,
             _ => return Err(Unknown),
         };
         if reader.is_whole() { Ok(order) } else { Err(Unknown) }
@@ -195,6 +210,10 @@ impl Report {
                 writer.put(4);
                 number(writer, &mut { *bytes });
             }
+            Self::Time { steps, answers, gauge } => {
+                writer.put(5);
+                [*steps, *answers, *gauge].iter_mut().for_each(|ticks| number(writer, ticks));
+            }
         });
     }
 
@@ -214,6 +233,13 @@ impl Report {
                 let mut bytes = 0;
                 number(&mut reader, &mut bytes);
                 Self::Stack(bytes)
+            }
+            5 => {
+                let [mut steps, mut answers, mut gauge] = [0; 3];
+                [&mut steps, &mut answers, &mut gauge]
+                    .into_iter()
+                    .for_each(|ticks| number(&mut reader, ticks));
+                Self::Time { steps, answers, gauge }
             }
             _ => return Err(Unknown),
         };

@@ -92,6 +92,7 @@ fn orders_come_through() {
         (Order::Fail(Failure::UndefinedInstruction), Order::Fail(Failure::UndefinedInstruction)),
         (Order::Fail(Failure::Hang), Order::Fail(Failure::Hang)),
         (Order::MeasureStack, Order::MeasureStack),
+        (Order::MeasureTime, Order::MeasureTime),
     ];
     for (order, read) in orders {
         let payload = payload_of_order(&order);
@@ -129,6 +130,7 @@ fn reports_come_through() {
         Report::Done,
         Report::Failed,
         Report::Stack(1_234),
+        Report::Time { steps: 70_000, answers: 1, gauge: 2_500 },
     ];
     for report in reports {
         let mut wire = std::vec::Vec::new();

@@ -1,7 +1,7 @@
 //! Compares a firmware on the emulated chip with the same monitor on the host: every answer byte for
 //! byte, every output; and what is left of a fault: `cargo xtask firmware test`.
 //!
-//! `chip FIRMWARE [--steps N] [--seeds N]`
+//! `chip FIRMWARE [--steps N] [--seeds N] [--stack BYTES]`; more than these bytes of stack are an error.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -41,19 +41,21 @@ struct Plan {
     firmware: PathBuf,
     steps: u64,
     seeds: u64,
+    stack: u64,
 }
 
 impl Plan {
     fn read() -> Result<Self, String> {
         let mut arguments = std::env::args().skip(1);
         let firmware = arguments.next().ok_or("which firmware?")?.into();
-        let mut plan = Self { firmware, steps: 3_000, seeds: 5 };
+        let mut plan = Self { firmware, steps: 3_000, seeds: 5, stack: u64::MAX };
         while let Some(name) = arguments.next() {
             let value = arguments.next().and_then(|text| text.parse().ok());
             let value = value.ok_or_else(|| format!("{name} wants a number"))?;
             match name.as_str() {
                 "--steps" => plan.steps = value,
                 "--seeds" => plan.seeds = value,
+                "--stack" => plan.stack = value,
                 _ => return Err(format!("{name} is not known")),
             }
         }
@@ -77,6 +79,10 @@ impl Plan {
                  {resets} resets, stack {stack} bytes",
                 self.steps
             );
+            if u64::from(stack) > self.stack {
+                let why = format!("more stack than can be used: {stack} bytes, not {}", self.stack);
+                return Err(io::Error::other(why));
+            }
         }
         for failure in [Failure::Astray, Failure::UndefinedInstruction, Failure::Hang] {
             let mut pair = Pair::start(&self.firmware, &folder.join(format!("{failure:?}")), 0)?;

@@ -4,7 +4,7 @@
 use super::{Board, Start};
 use crate::register::Register;
 use crate::stack;
-use cortex_m::asm;
+use core::arch::asm;
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_semihosting::syscall;
 use embedded_storage::nor_flash::{
@@ -14,7 +14,7 @@ use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Inputs, Outputs};
 use lafet_device::store::Store;
 use lafet_device::{Composition, Device};
-use lafet_plant::{Decoder, Failure, Image, Order, Report, Unknown};
+use lafet_plant::{Decoder, Failure, GAUGE, Image, Order, Report, Unknown};
 
 const RESET_CAUSE: Register = Register::at(0x400F_E05C);
 const RESET_BY_WATCHDOG: u32 = 1 << 3;
@@ -69,6 +69,41 @@ impl Uart {
     }
 }
 
+const SYSTICK_CONTROL: Register = Register::at(0xE000_E010);
+const SYSTICK_RELOAD: Register = Register::at(0xE000_E014);
+const SYSTICK_VALUE: Register = Register::at(0xE000_E018);
+const SYSTICK_MAX: u32 = 0xFF_FFFF;
+
+/// How long the monitor takes, in ticks of a timer that counts down.
+#[derive(Default)]
+struct Meter {
+    since: u32,
+    steps: u32,
+    answers: u32,
+}
+
+impl Meter {
+    fn start(&mut self) {
+        self.since = SYSTICK_VALUE.read();
+    }
+
+    fn taken(&self) -> u32 {
+        self.since.wrapping_sub(SYSTICK_VALUE.read()) & SYSTICK_MAX
+    }
+
+    /// What has been taken since this was asked last.
+    fn report(&mut self) -> Report {
+        self.start();
+        // SAFETY: counts a register down, by two instructions.
+        unsafe {
+            asm!("1: subs {0}, {0}, #1", "bne 1b", inout(reg) GAUGE / 2 => _);
+        }
+        let gauge = self.taken();
+        let Self { steps, answers, .. } = core::mem::take(self);
+        Report::Time { steps, answers, gauge }
+    }
+}
+
 /// The board.
 pub struct Lm3s6965 {
     line: Uart,
@@ -77,6 +112,7 @@ pub struct Lm3s6965 {
     store: Store<File>,
     now_ms: u32,
     reset_by_watchdog: bool,
+    meter: Meter,
     /// What was sensed made no sense.
     garbled: bool,
 }
@@ -89,6 +125,8 @@ impl Lm3s6965 {
         RESET_CAUSE.write(0);
         WATCHDOG_LOAD.write(WATCHDOG_TICKS);
         WATCHDOG_CONTROL.write(0b11);
+        SYSTICK_RELOAD.write(SYSTICK_MAX);
+        SYSTICK_CONTROL.write(0b101);
         // SAFETY: no critical section depends on this interrupt being masked.
         unsafe { NVIC::unmask(WATCHDOG_IRQ) };
         Self {
@@ -98,6 +136,7 @@ impl Lm3s6965 {
             store: Store::mount(File::open(), 0, PAGES),
             now_ms: 0,
             reset_by_watchdog,
+            meter: Meter::default(),
             garbled: false,
         }
     }
@@ -142,9 +181,9 @@ fn fail(failure: Failure) {
             // SAFETY: meant to fail: nothing can be executed among the peripherals.
             unsafe { core::mem::transmute::<*const (), extern "C" fn()>(nowhere)() }
         }
-        Failure::UndefinedInstruction => asm::udf(),
+        Failure::UndefinedInstruction => cortex_m::asm::udf(),
         Failure::Hang => loop {
-            asm::nop();
+            cortex_m::asm::nop();
         },
     }
 }
@@ -165,8 +204,9 @@ impl Board for Lm3s6965 {
                 Some(Order::Provision { composition, address }) => {
                     self.provision(composition, address);
                 }
+                // From before a reset: nobody waits for its answer any more.
+                Some(Order::Step { .. }) | None => {}
                 Some(_) => self.report(&Report::Failed),
-                None => {}
             }
         }
     }
@@ -187,7 +227,12 @@ impl Board for Lm3s6965 {
         match self.order()? {
             Order::Step { now_ms, .. } => {
                 self.now_ms = now_ms;
+                self.meter.start();
                 return Some(now_ms);
+            }
+            Order::MeasureTime => {
+                let report = self.meter.report();
+                self.report(&report);
             }
             Order::MeasureStack => self.report(&Report::Stack(stack::deepest())),
             Order::Fail(failure) => fail(failure),
@@ -198,6 +243,7 @@ impl Board for Lm3s6965 {
     }
 
     fn stepped(&mut self) {
+        self.meter.steps += self.meter.taken();
         self.report(if self.garbled { &Report::Failed } else { &Report::Done });
     }
 
@@ -208,11 +254,18 @@ impl Board for Lm3s6965 {
             *place = byte;
             len += 1;
         }
+        self.meter.start();
         buffer.get(..len).unwrap_or_default()
     }
 
     fn put(&mut self, byte: u8) {
+        self.meter.answers += self.meter.taken();
         self.line.put(byte);
+        self.meter.start();
+    }
+
+    fn release(&mut self) {
+        self.meter.answers += self.meter.taken();
     }
 
     fn feed_watchdog(&mut self) {
@@ -222,14 +275,18 @@ impl Board for Lm3s6965 {
 
 impl Hal for Lm3s6965 {
     fn read(&mut self, inputs: &mut Inputs) {
+        self.meter.steps += self.meter.taken();
         // At the power-up nothing has been sensed yet.
         if let Some(Order::Step { inputs: image, .. }) = self.last_order() {
             self.garbled = image.read(inputs) == Err(Unknown);
         }
+        self.meter.start();
     }
 
     fn write(&mut self, outputs: &Outputs) {
+        self.meter.steps += self.meter.taken();
         self.report(&Report::Driven(*outputs));
+        self.meter.start();
     }
 
     fn reset(&mut self) {

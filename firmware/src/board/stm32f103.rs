@@ -209,9 +209,10 @@ fn drives() {
     }
 }
 
+/// Sampled for 28.5 cycles of 12 MHz: 3.4 µs an input, from sources of 25 kΩ at most.
 fn analogue() {
     Register::at(ADC1 + 0x08).write(1);
-    Register::at(ADC1 + 0x0C).write(0x3_FFFF);
+    Register::at(ADC1 + 0x0C).write(0o333_333);
     Register::at(ADC1 + 0x08).write(1 << 20 | 0b111 << 17 | 1);
 }
 

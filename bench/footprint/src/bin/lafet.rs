@@ -1,17 +1,13 @@
-//! lafet: the state of a drive into a frame, and out of it, byte by byte as a line brings it.
+//! lafet: the state of a drive into a frame, byte by byte as a line takes it, and out of what a receiver
+//! has collected.
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
 
-use lafet_proto::answer::Reply;
-use lafet_proto::flags::DriveFlags;
-use lafet_proto::link::{self, Decoder, Frame};
-use lafet_proto::record::{Records, Writer};
+use lafet_bench_footprint::lafet::{DRIVE, over_the_line, state};
+use lafet_proto::record::{Record, Records, Writer};
 use lafet_proto::status::DriveStatus;
-use lafet_proto::{Answer, RequestId, Status, SubsystemId};
-
-static mut DECODER: Decoder = Decoder::new();
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -19,34 +15,13 @@ fn main() -> ! {
 }
 
 fn message() -> bool {
-    let status = DriveStatus {
-        flags: DriveFlags::from_bits_retain(black_box(0x41_0000)),
-        position: black_box(1200),
-        current: 21,
-        speed: 9,
-    };
-    let answer = Answer {
-        from: SubsystemId::VERTICAL,
-        request: RequestId::GET_STATUS,
-        status: Status::OK,
-        data: Reply::Drive(status),
-    };
+    let state = state();
     let mut payload = [0; 16];
-    let mut wire = [0; 48];
     let mut writer = Writer::new(&mut payload);
-    let written = answer.encode(&mut writer);
-    let frame = Frame { dst: 129, src: 1, payload: writer.written() };
-    let Some(len) = link::encode(&frame, &mut wire).filter(|_| written.is_ok()) else {
-        return false;
-    };
-    let wire = black_box(&wire);
-    // SAFETY: nobody else uses it; there is one thread, and no interrupt.
-    let decoder = unsafe { &mut *(&raw mut DECODER) };
-    let (_, received) = decoder.push_slice(wire.get(..len).unwrap_or_default());
-    let record = received.and_then(|frame| Records::new(frame.payload).next());
-    let Some(Ok(record)) = record else { return false };
-    match Answer::decode(&record) {
-        Ok(Answer { data: Reply::Drive(seen), .. }) => black_box(seen) == status,
-        _ => false,
-    }
+    let written = writer.push(&Record { data: &state.to_bytes(), ..DRIVE });
+    let seen = over_the_line(writer.written(), |payload| {
+        let record = Records::new(payload).next()?.ok()?;
+        Some((record.request, record.device, DriveStatus::from_bytes(*record.data.as_array()?)))
+    });
+    written.is_ok() && black_box(seen) == Some((DRIVE.request, DRIVE.device, state))
 }

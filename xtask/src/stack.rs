@@ -1,0 +1,199 @@
+//! How deep the stack of the firmware can get: every path of calls through the linked image. Nothing is
+//! run and nothing assumed of inputs, so the bound holds for what no test has met.
+//!
+//! - A function counts with all that it ever takes at once, and a jump to another one as a call.
+//! - A call by register can go to every function whose address stands in the image beside the vector
+//!   table: more than it can, and never less, as the compiler keeps addresses nowhere but there.
+//! - A function that calls itself by whatever way, or that moves the stack by an amount which the
+//!   instruction does not say, is an error.
+//! - On top of the program comes the deepest interrupt, which nothing but a fault interrupts, and then
+//!   that fault.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use crate::elf::Elf;
+use crate::thumb::{self, Effect};
+
+/// What the processor itself puts there when an exception comes, with four bytes to align it.
+const EXCEPTION: u32 = 36;
+const RESET: usize = 1;
+const HARD_FAULT: usize = 3;
+
+/// A bound of the stack.
+pub struct Bound {
+    /// The functions of the deepest path, and what each of them takes.
+    pub path: Vec<(String, u32)>,
+    /// What interrupt and fault add.
+    pub exceptions: u32,
+    /// Functions that call by register.
+    pub by_register: Vec<String>,
+    /// Where such a call can go.
+    pub held: Vec<String>,
+}
+
+impl Bound {
+    /// Bytes of the deepest path, without exceptions.
+    pub fn program(&self) -> u32 {
+        self.path.iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Bytes of everything.
+    pub fn all(&self) -> u32 {
+        self.program() + self.exceptions
+    }
+}
+
+/// The bound of a linked program.
+pub fn bound(program: &Path) -> Result<Bound, String> {
+    let elf = Elf::read(program)?;
+    let graph = Graph::of(&elf)?;
+    let vectors = elf.words(".vector_table").ok_or("the image has no vector table")?;
+    let vector = |index: usize| vectors.get(index).copied().unwrap_or_default() & !1;
+    let mut depths = BTreeMap::new();
+    let mut deepest = |from: u32| graph.deepest(from, &mut Vec::new(), &mut depths);
+    let path = deepest(vector(RESET))?.path;
+    let fault = deepest(vector(HARD_FAULT))?.bytes;
+    let mut interrupt = 0;
+    let others = vectors.iter().enumerate().skip(2).filter(|(index, _)| *index != HARD_FAULT);
+    for (_, entry) in others.filter(|(_, entry)| **entry != 0) {
+        interrupt = interrupt.max(deepest(entry & !1)?.bytes);
+    }
+    let names = |places: &mut dyn Iterator<Item = &u32>| {
+        places.filter_map(|place| Some(graph.functions.get(place)?.name.clone())).collect()
+    };
+    let calling = graph.functions.iter().filter(|(_, it)| it.by_register);
+    Ok(Bound {
+        path: path
+            .iter()
+            .filter_map(|place| graph.functions.get(place))
+            .map(|function| (function.name.clone(), function.takes))
+            .collect(),
+        exceptions: 2 * EXCEPTION + interrupt + fault,
+        by_register: names(&mut calling.map(|(place, _)| place)),
+        held: names(&mut graph.held.iter()),
+    })
+}
+
+/// Functions by their address.
+struct Graph {
+    functions: BTreeMap<u32, Function>,
+    /// Functions whose address is held somewhere.
+    held: BTreeSet<u32>,
+}
+
+struct Function {
+    name: String,
+    /// Bytes of the stack that it takes itself.
+    takes: u32,
+    goes_to: BTreeSet<u32>,
+    by_register: bool,
+}
+
+#[derive(Clone, Default)]
+struct Depth {
+    bytes: u32,
+    path: Vec<u32>,
+}
+
+impl Graph {
+    fn of(elf: &Elf) -> Result<Self, String> {
+        let symbols = elf.functions();
+        let starts: BTreeSet<u32> = symbols.keys().copied().collect();
+        let mut held = BTreeSet::new();
+        let mut functions = BTreeMap::new();
+        for (start, (end, name)) in &symbols {
+            // Assembly does not say how long it is.
+            let next = starts.range(start + 1..).next().copied().unwrap_or(u32::MAX);
+            let end = if end == start { next } else { *end };
+            functions.insert(*start, function(elf, name, *start, end, &starts, &mut held)?);
+        }
+        for section in [".rodata", ".data"] {
+            let words = elf.words(section).unwrap_or_default();
+            held.extend(words.iter().filter_map(|word| held_by(*word, &starts)));
+        }
+        Ok(Self { functions, held })
+    }
+
+    /// The deepest path from a function; `above` are the functions that lead to it.
+    fn deepest(
+        &self,
+        from: u32,
+        above: &mut Vec<u32>,
+        known: &mut BTreeMap<u32, Depth>,
+    ) -> Result<Depth, String> {
+        if let Some(depth) = known.get(&from) {
+            return Ok(depth.clone());
+        }
+        let missing = || format!("no function stands at {from:#x}");
+        let function = self.functions.get(&from).ok_or_else(missing)?;
+        if above.contains(&from) {
+            return Err(format!("{} calls itself", function.name));
+        }
+        above.push(from);
+        let mut below = Depth::default();
+        let by_register = self.held.iter().filter(|_| function.by_register);
+        for to in function.goes_to.iter().chain(by_register) {
+            let depth = self.deepest(*to, above, known)?;
+            if depth.bytes > below.bytes {
+                below = depth;
+            }
+        }
+        above.pop();
+        let path = [&[from], below.path.as_slice()].concat();
+        let depth = Depth { bytes: function.takes + below.bytes, path };
+        known.insert(from, depth.clone());
+        Ok(depth)
+    }
+}
+
+/// Reads the instructions of a function, up to the next one.
+fn function(
+    elf: &Elf,
+    name: &str,
+    start: u32,
+    end: u32,
+    starts: &BTreeSet<u32>,
+    held: &mut BTreeSet<u32>,
+) -> Result<Function, String> {
+    let mut function =
+        Function { name: name.into(), takes: 0, goes_to: BTreeSet::new(), by_register: false };
+    let mut at = start;
+    while at < end {
+        let Some(first) = elf.half(at) else { break };
+        if elf.is_data(at) {
+            held.extend(elf.word(at).and_then(|word| held_by(word, starts)));
+            at += 2;
+            continue;
+        }
+        let (effect, len) = match thumb::is_wide(first) {
+            true => (thumb::wide(at, first, elf.half(at + 2).unwrap_or_default()), 4),
+            false => (thumb::narrow(at, first), 2),
+        };
+        match effect {
+            Effect::None => {}
+            Effect::Takes(bytes) => function.takes += bytes,
+            // Inside it goes round; the beginning of another is a call.
+            Effect::Goes(to) if (start + 1..end).contains(&to) => {}
+            Effect::Goes(to) if to == start && !is_call(first) => {}
+            Effect::Goes(to) if starts.contains(&to) => {
+                function.goes_to.insert(to);
+            }
+            Effect::Goes(to) => return Err(format!("{name} jumps into a function, to {to:#x}")),
+            Effect::GoesByRegister => function.by_register = true,
+            Effect::Unbounded => return Err(format!("{name} moves the stack, at {at:#x}")),
+        }
+        at += len;
+    }
+    Ok(function)
+}
+
+/// A loop may go back to its function's first instruction; BL there is a call of itself.
+fn is_call(first: u16) -> bool {
+    thumb::is_wide(first)
+}
+
+/// The function whose address a word is; the lowest bit says that it is code.
+fn held_by(word: u32, starts: &BTreeSet<u32>) -> Option<u32> {
+    (word & 1 != 0 && starts.contains(&(word & !1))).then_some(word & !1)
+}

@@ -35,7 +35,8 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
 /// compares the emulated chip with the host for a while, and lets it put out a fire.
 pub fn check() -> StepResult {
     size::check()?;
-    test(&["--seeds".into(), "2".into(), "--steps".into(), "1000".into()])
+    test(&["--seeds".into(), "2".into(), "--steps".into(), "1000".into()])?;
+    load()
 }
 
 /// Builds the program for a board; the ELF file.

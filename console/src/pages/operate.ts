@@ -150,6 +150,12 @@ export class PageOperate extends LitElement {
         .dial {
           order: 2;
           height: 250px;
+          overflow: hidden;
+        }
+        .dial lf-dial {
+          width: min(204px, 100%);
+          height: 100%;
+          margin: auto;
         }
       }
       @container (max-width: 860px) {
@@ -198,7 +204,7 @@ export class PageOperate extends LitElement {
   @state() private sceneLoaded = false;
   @state() private target: { Horizontal?: number; Vertical?: number } = {};
   @query('lf-plan') private plan?: LfPlan;
-  @query('lf-automatic') private automatic?: HTMLElement;
+  @query('lf-automatic') private automatic?: LitElement;
   @query('.side') private side?: HTMLElement;
 
   constructor() {
@@ -370,11 +376,13 @@ export class PageOperate extends LitElement {
       this.sector = null;
       if (this.plan) this.plan.sector = null;
     }
-    if (tool !== 'look') void this.updateComplete.then(() => this.showTool());
+    if (tool !== 'look') void this.showTool();
   }
 
   /** The plan, to draw on; and what goes with the drawing, as far as the column beside it scrolls. */
-  private showTool(): void {
+  private async showTool(): Promise<void> {
+    await this.updateComplete;
+    await this.automatic?.updateComplete;
     const { side, automatic } = this;
     this.renderRoot.querySelector('.view')?.scrollIntoView({ block: 'nearest' });
     if (!side || !automatic) return;

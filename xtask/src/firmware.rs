@@ -22,10 +22,7 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
         ("load", []) => load()?,
         ("run", rest) => run(rest)?,
         _ => {
-            return Err(format!(
-                "firmware {}: build, test, load or run",
-                arguments.join(" ")
-            ));
+            return Err(format!("firmware {}: build, test, load or run", arguments.join(" ")));
         }
     }
     Ok(ExitCode::SUCCESS)

@@ -74,7 +74,7 @@ pub fn wide(at: u32, first: u16, second: u16) -> Effect {
     }
 }
 
-/// B, B<cond> and BL; what else has this form are hints, barriers and special registers.
+/// `B`, `B<cond>` and `BL`; what else has this form are hints, barriers and special registers.
 fn branch(at: u32, first: u16, second: u16) -> Effect {
     let bit = |half: u16, place: u32| u32::from(half >> place & 1);
     let sign = bit(first, 10);

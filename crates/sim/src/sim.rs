@@ -279,11 +279,11 @@ impl Sim {
         mut bytes: &[u8],
         mut receive: impl FnMut(u32, &mut Device, &[u8], &mut [u8]) -> (usize, usize),
     ) -> Vec<u8> {
-        let (mut answers, mut out) = (Vec::new(), [0; WIRE_MAX]);
         if !self.powered {
-            return answers;
+            return Vec::new();
         }
         self.wait_for_flash();
+        let (mut answers, mut out) = (Vec::with_capacity(WIRE_MAX), [0; WIRE_MAX]);
         while !bytes.is_empty() {
             let now_ms = self.device_ms();
             let (taken, len) = receive(now_ms, &mut self.device, bytes, &mut out);

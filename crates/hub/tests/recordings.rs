@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use lafet_capture::Direction;
 use lafet_hub::access::Role;
 use serde_json::{Value, json};
-use support::{PATIENCE, Site};
+use support::{PATIENCE, Site, until};
 
 async fn list(site: &Site, token: &str) -> Vec<Value> {
     site.get(token, "/api/recordings").await.body.as_array().unwrap().clone()
@@ -231,6 +231,9 @@ async fn the_scene_of_a_simulation_is_played_back() {
     site.hub.publish_scene(&json!({ "t_s": 1, "fires": [] }));
     let begun = site.post(&token, "/api/recordings", json!({ "seconds": 1 })).await;
     let name = begun.body[0]["name"].as_str().unwrap().to_owned();
+    // What changes twice in a millisecond is played back once.
+    let first_ms = site.hub.clock.now_ms();
+    until("the next millisecond", || site.hub.clock.now_ms() > first_ms).await;
     site.hub.publish_scene(&json!({ "t_s": 2, "fires": [] }));
     complete(&site, &token, "asked").await;
     let reply = site.get(&token, &format!("/api/recordings/{name}/changes")).await;

@@ -151,8 +151,7 @@ fn unchunked(text: &str) -> String {
 async fn an_alarm_is_recorded_from_before_it() {
     let site = Site::with(1, |config| config.recording.after_s = 1).await;
     let token = site.token(Role::Observer);
-    until("it is polled", || site.hub.station("M1").unwrap().status().at_ms.is_some())
-        .await;
+    until("it is polled", || site.hub.station("M1").unwrap().status().at_ms.is_some()).await;
     site.post(&token, "/api/monitors/M1/lockout", json!({})).await;
     let done = complete(&site, &token, "alarm").await;
     let alarm = done["alarm"].as_str().unwrap();

@@ -69,7 +69,7 @@ fn measure(part: &Part) -> StepResult {
             let path = run::root().join("docs/images").join(format!("bench-{name}"));
             std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
         } else {
-            page = put(&page, name, &text)?;
+            page = run::put(PAGE, &page, name, &text)?;
         }
     }
     std::fs::write(run::root().join(PAGE), page).map_err(|e| format!("{PAGE}: {e}"))
@@ -234,15 +234,6 @@ fn sections(printed: &str) -> Result<Vec<(&str, String)>, String> {
     Ok(sections)
 }
 
-/// The page with this text between `<!-- NAME:begin -->` and `<!-- NAME:end -->`.
-fn put(page: &str, name: &str, text: &str) -> Result<String, String> {
-    let (begin, end) = (format!("<!-- {name}:begin -->\n"), format!("<!-- {name}:end -->"));
-    let parts = page.split_once(&begin);
-    let parts = parts.and_then(|(head, tail)| Some((head, tail.split_once(&end)?.1)));
-    let (head, tail) = parts.ok_or_else(|| format!("{PAGE}: no marks for `{name}`"))?;
-    Ok(format!("{head}{begin}{text}{end}{tail}"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,9 +243,9 @@ mod tests {
         let sections = sections("== a\n| 1 |\n\n== b.svg\n<svg>\n").unwrap();
         assert_eq!(sections, [("a", "| 1 |\n".to_owned()), ("b.svg", "<svg>\n".to_owned())]);
         let page = "x\n<!-- a:begin -->\nold\n<!-- a:end -->\ny\n";
-        let new = put(page, "a", "| 1 |\n").unwrap();
+        let new = run::put(PAGE, page, "a", "| 1 |\n").unwrap();
         assert_eq!(new, page.replace("old", "| 1 |"));
-        assert!(put(page, "c", "").is_err());
+        assert!(run::put(PAGE, page, "c", "").is_err());
         assert!(super::sections("no section\n").is_err());
     }
 }

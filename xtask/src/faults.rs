@@ -6,8 +6,6 @@ use crate::run::{self, StepResult};
 use crate::{TaskResult, flag};
 
 const PAGE: &str = "docs/faults.md";
-const BEGIN: &str = "<!-- faults:begin -->\n";
-const END: &str = "<!-- faults:end -->\n";
 
 pub fn faults(arguments: &[String]) -> TaskResult {
     if flag(arguments, Some("--check"))? {
@@ -45,10 +43,7 @@ fn table() -> Result<String, String> {
 }
 
 fn regenerate(page: &str, table: &str) -> Result<String, String> {
-    let missing = |mark: &str| format!("{PAGE}: `{}` is missing", mark.trim());
-    let (before, rest) = page.split_once(BEGIN).ok_or_else(|| missing(BEGIN))?;
-    let (_, after) = rest.split_once(END).ok_or_else(|| missing(END))?;
-    Ok(format!("{before}{BEGIN}{table}{END}{after}"))
+    run::put(PAGE, page, "faults", table)
 }
 
 #[cfg(test)]

@@ -54,6 +54,15 @@ pub fn read(path: &str) -> Result<String, String> {
     std::fs::read_to_string(root().join(path)).map_err(|e| format!("cannot read {path}: {e}"))
 }
 
+/// A page of the project with this text between `<!-- NAME:begin -->` and `<!-- NAME:end -->`.
+pub fn put(path: &str, page: &str, name: &str, text: &str) -> Result<String, String> {
+    let (begin, end) = (format!("<!-- {name}:begin -->"), format!("<!-- {name}:end -->"));
+    let missing = |mark: &str| format!("{path}: `{mark}` is missing");
+    let (head, rest) = page.split_once(&format!("{begin}\n")).ok_or_else(|| missing(&begin))?;
+    let (_, tail) = rest.split_once(&end).ok_or_else(|| missing(&end))?;
+    Ok(format!("{head}{begin}\n{text}{end}{tail}"))
+}
+
 /// Joins problems into one error, or none.
 pub fn verdict(headline: &str, problems: &[String]) -> StepResult {
     if problems.is_empty() {

@@ -98,7 +98,7 @@ pub fn check() -> StepResult {
 
 /// Bytes that the stack of a program can take at most.
 pub fn stack_of(program: &Path) -> Result<u32, String> {
-    stack::bound(program).map(|bound| bound.all())
+    stack::bound(&Elf::read(program)?).map(|bound| bound.all())
 }
 
 /// As they stand in the page, and which limits are exceeded.
@@ -120,7 +120,7 @@ impl Tables {
         for board in firmware::BOARDS {
             let program = firmware::build(board)?;
             let elf = Elf::read(&program)?;
-            let bound = stack::bound(&program).map_err(|error| format!("{board}: {error}"))?;
+            let bound = stack::bound(&elf).map_err(|error| format!("{board}: {error}"))?;
             let symbols = elf.symbols();
             tables.add_sizes(board, elf.memory(), &symbols);
             tables.add_stack(board, &bound);
@@ -195,11 +195,7 @@ impl Tables {
         let mut page = run::read(PAGE)?;
         for (name, block) in [("size", &self.size), ("stack", &self.stack), ("goals", &self.goals)]
         {
-            let (begin, end) = (format!("<!-- {name}:begin -->\n"), format!("<!-- {name}:end -->"));
-            let missing = || format!("{PAGE} has no place for {name}");
-            let from = page.find(&begin).ok_or_else(missing)? + begin.len();
-            let to = page.find(&end).ok_or_else(missing)?;
-            page.replace_range(from..to, block);
+            page = run::put(PAGE, &page, name, block)?;
         }
         std::fs::write(run::root().join(PAGE), page).map_err(|e| format!("{PAGE}: {e}"))
     }

@@ -10,7 +10,6 @@
 //!   that fault.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use crate::elf::Elf;
 use crate::thumb::{self, Effect};
@@ -45,9 +44,8 @@ impl Bound {
 }
 
 /// The bound of a linked program.
-pub fn bound(program: &Path) -> Result<Bound, String> {
-    let elf = Elf::read(program)?;
-    let graph = Graph::of(&elf)?;
+pub fn bound(elf: &Elf) -> Result<Bound, String> {
+    let graph = Graph::of(elf)?;
     let vectors = elf.words(".vector_table").ok_or("the image has no vector table")?;
     let vector = |index: usize| vectors.get(index).copied().unwrap_or_default() & !1;
     let mut depths = BTreeMap::new();

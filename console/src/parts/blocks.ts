@@ -1,6 +1,6 @@
 // Long lists: the rows in blocks, of which only those in sight and near it are made; the others keep their
 // room. Ten thousand rows then cost as much as fifty, and the page scrolls as one that has them all.
-import type { LitElement, ReactiveController } from 'lit';
+import { html, type LitElement, type ReactiveController } from 'lit';
 import { magnified } from '../theme/display';
 
 const ROWS = 25;
@@ -113,6 +113,15 @@ export class Blocks<T> implements ReactiveController {
     }
     if (changed) this.host.requestUpdate();
   };
+}
+
+/** In a table, the room of the rows of a block that are not made. */
+export function room({ key, height }: Block<unknown>, columns: number) {
+  return html`<tbody data-block=${key} aria-hidden="true">
+    <tr class="room">
+      <td colspan=${columns} style="height:${height}px"></td>
+    </tr>
+  </tbody>`;
 }
 
 /** Blocks that are counted from the anchor, in both directions. */

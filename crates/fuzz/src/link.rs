@@ -185,7 +185,8 @@ mod slow {
         Good(Check, Vec<u8>),
         /// The piece ends in the middle of an escape.
         Escape,
-        /// Another byte than DC or DD followed DB, or DE not at the beginning: so many bytes belong to the spoilt frame.
+        /// Another byte than DC or DD followed DB, or DE not at the beginning: so many bytes belong to
+        /// the spoilt frame.
         BadEscape(usize),
         /// More than the room: so many bytes belong to the spoilt frame.
         Overrun(usize),

@@ -7,7 +7,7 @@ import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import { dateTime, lang, t } from '../../i18n';
-import { Blocks, type Block } from '../../parts/blocks';
+import { Blocks, type Block, room } from '../../parts/blocks';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import { base, card, fields, table } from '../../theme/shared';
@@ -125,14 +125,9 @@ export class LfAlarmHistory extends LitElement {
     </section>`;
   }
 
-  private renderBlock({ key, from, items, near, height }: Block<AlarmStep>) {
-    if (!near) {
-      return html`<tbody data-block=${key} aria-hidden="true">
-        <tr class="room">
-          <td colspan="5" style="height:${height}px"></td>
-        </tr>
-      </tbody>`;
-    }
+  private renderBlock(block: Block<AlarmStep>) {
+    if (!block.near) return room(block, 5);
+    const { key, from, items } = block;
     return html`<tbody data-block=${key}>
       ${items.map((step, index) => this.renderStep(step, from + index + 2))}
     </tbody>`;

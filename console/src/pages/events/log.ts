@@ -8,7 +8,7 @@ import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import type { AuditEntry } from '../../hub/types';
 import { dateTime, lang, num, t } from '../../i18n';
-import { Blocks, type Block } from '../../parts/blocks';
+import { Blocks, type Block, room } from '../../parts/blocks';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
@@ -217,14 +217,9 @@ export class LfAuditLog extends LitElement {
     </section>`;
   }
 
-  private renderBlock({ key, from, items, near, height }: Block<Deed>) {
-    if (!near) {
-      return html`<tbody data-block=${key} aria-hidden="true">
-        <tr class="room">
-          <td colspan="6" style="height:${height}px"></td>
-        </tr>
-      </tbody>`;
-    }
+  private renderBlock(block: Block<Deed>) {
+    if (!block.near) return room(block, 6);
+    const { key, from, items } = block;
     return html`<tbody data-block=${key}>
       ${repeat(
         items,

@@ -2,10 +2,12 @@
 import { spawn } from 'node:child_process';
 import { chromium } from 'playwright-core';
 
-const WEBGL = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+/** What draws in a browser without a graphics card: WebGL too, in software; or pages alone, as on a PC without a driver. */
+export const WEBGL = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+export const PLAIN = ['--disable-gpu'];
 
 /** Starts a demo and a browser, gives them to `work`, and ends both. With LAFET_URL a demo that runs already is taken. */
-export async function withDemo(work, more = []) {
+export async function withDemo(work, drawing = WEBGL, more = []) {
   const program = process.env.LAFET_BIN;
   if (!program && !process.env.LAFET_URL) throw new Error('LAFET_BIN must name the lafet program, with the console built in');
   const demo = process.env.LAFET_URL
@@ -16,7 +18,7 @@ export async function withDemo(work, more = []) {
     const url = demo ? await address(demo) : process.env.LAFET_URL;
     browser = await chromium.launch({
       executablePath: process.env.CHROMIUM_BIN ?? '/usr/bin/chromium',
-      args: ['--no-sandbox', ...WEBGL, ...more],
+      args: ['--no-sandbox', ...drawing, ...more],
     });
     await work(browser, url);
   } finally {

@@ -6,7 +6,9 @@ import { preview, type PreviewServer } from 'vite';
 import { LAFET } from './site';
 
 const CHROMIUM = process.env.CHROMIUM_BIN ?? '/usr/bin/chromium';
-const WEBGL = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+/** For tests of the view in three dimensions; the others are drawn far quicker without. */
+export const WEBGL = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+const PLAIN = ['--disable-gpu'];
 
 export class Demo {
   private child!: ChildProcess;
@@ -15,7 +17,7 @@ export class Demo {
   private hub = '';
   url = '';
 
-  static async start(): Promise<Demo> {
+  static async start(drawing = PLAIN): Promise<Demo> {
     const demo = new Demo();
     demo.child = spawn(LAFET, ['demo', '--no-browser', '--port', '0'], { stdio: ['ignore', 'pipe', 'ignore'] });
     demo.hub = await new Promise<string>((resolve, reject) => {
@@ -28,7 +30,7 @@ export class Demo {
       demo.child.on('exit', (code) => reject(new Error(`lafet demo ended with ${code}: ${told}`)));
     });
     await demo.serve();
-    demo.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...WEBGL] });
+    demo.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...drawing] });
     return demo;
   }
 

@@ -2,14 +2,14 @@
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';
-import { Demo } from './demo';
+import { Demo, WEBGL } from './demo';
 import { until } from './site';
 
 let demo: Demo;
 let page: Page;
 
 beforeAll(async () => {
-  demo = await Demo.start();
+  demo = await Demo.start(WEBGL);
   // Something to look back at: the barrel turns for some seconds.
   await demo.request('M1', 'Deploy Deployer');
   await until(async () => (await flags('Deployer')).includes('Deployed'), 40_000);

@@ -1,7 +1,7 @@
 // The view in three dimensions: it draws, it is cheap, and without WebGL there is the plan.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
-import { Demo } from './demo';
+import { Demo, WEBGL } from './demo';
 import { until } from './site';
 
 interface SceneElement extends Element {
@@ -13,7 +13,7 @@ let demo: Demo;
 let page: Page;
 
 beforeAll(async () => {
-  demo = await Demo.start();
+  demo = await Demo.start(WEBGL);
 });
 afterAll(() => demo?.stop());
 afterEach(() => page.context().close());

@@ -1,0 +1,185 @@
+//! What goes out, and when.
+
+use std::time::Duration;
+
+use lafet_proto::link::{Check, compose, wire_max};
+
+use super::check::Forms;
+use super::doubt::{Tag, looks_like_tag};
+use super::operation::{Echo, Operation, Outstanding};
+use super::{Now, Session, Verdict};
+use crate::answers::RequestBuf;
+use crate::url::{Addresses, Framing};
+
+impl Session {
+    /// Bytes to send, if any.
+    pub fn poll_transmit(&mut self, now: Now) -> Option<Vec<u8>> {
+        if !self.connected {
+            return None;
+        }
+        if self.outstanding.as_ref().is_none_or(|outstanding| outstanding.due) {
+            self.refuse_missing(now);
+            let urgent = self.next_is_urgent();
+            if !urgent && let Some(probe) = self.poll_check(now) {
+                return Some(probe);
+            }
+            if self.probed_until(urgent).is_some_and(|until| now < until) {
+                return None;
+            }
+            self.probe_failed();
+        }
+        if self.outstanding.is_none() {
+            self.outstanding = self.next(now);
+        }
+        let form = self.outstanding.as_ref().map_or(Check::Crc16, |o| self.next_form(o));
+        let wait = self.outstanding.as_ref().map_or(Duration::ZERO, |o| self.wait(&o.operation));
+        let outstanding = self.outstanding.as_mut().filter(|outstanding| outstanding.due)?;
+        outstanding.due = false;
+        outstanding.sent = now;
+        // A frame sent too early to be believed is sent again as soon as it can be.
+        let believable = now >= outstanding.believe_from;
+        outstanding.deadline = if believable { now + wait } else { outstanding.believe_from };
+        outstanding.operation.tries += u32::from(believable);
+        outstanding.operation.sent = true;
+        outstanding.operation.first_sent.get_or_insert(now);
+        outstanding.tries += 1;
+        outstanding.forms.add(form);
+        if let Some(tag) = outstanding.tag {
+            self.tags.sent(now, tag);
+        }
+        self.stats.frames_sent += 1;
+        self.stats.retries += u64::from(outstanding.tries > 1);
+        Some(self.frame(form))
+    }
+
+    /// The bytes of the outstanding frame.
+    fn frame(&mut self, form: Check) -> Vec<u8> {
+        let Some(Outstanding { operation, tag, .. }) = &self.outstanding else { return vec![] };
+        let tag = tag.map(Tag::to_bytes);
+        let tagged = tag.is_some();
+        let tag = tag.as_ref().map_or(&[][..], |bytes| bytes);
+        let requests = operation.requests.iter().map(RequestBuf::bytes);
+        let Addresses { monitor: dst, source: src } = self.config.addresses;
+        let bytes = match self.config.framing {
+            // Bare records have no frame around them: the tag behind them marks the end (ours).
+            Framing::Records => requests.chain([tag]).flatten().copied().collect(),
+            Framing::Link => {
+                let parts = std::iter::once(tag).chain(requests);
+                let mut wire = vec![0; wire_max(parts.clone().map(<[u8]>::len).sum())];
+                let len = compose(form, dst, src, &mut wire, |mut place| {
+                    let room = place.len();
+                    for part in parts {
+                        let (bytes, rest) = place.split_at_mut_checked(part.len())?;
+                        bytes.copy_from_slice(part);
+                        place = rest;
+                    }
+                    Some(room - place.len())
+                });
+                wire.truncate(len.unwrap_or(0));
+                wire
+            }
+        };
+        if self.traced.is_some() {
+            let requests: Vec<&[u8]> = operation.requests.iter().map(RequestBuf::bytes).collect();
+            self.trace(Verdict::Sent, dst, src, tagged, &requests.concat());
+        }
+        bytes
+    }
+
+    /// The operation whose turn it is, if it may be sent now.
+    pub(super) fn next(&mut self, now: Now) -> Option<Outstanding> {
+        let urgent = !self.urgent.is_empty();
+        let operation = self.urgent.front().or(self.queue.front())?;
+        if !urgent && self.drained(now, operation).is_some() {
+            return None;
+        }
+        let (tag, believe_from) = if !self.is_doubtful(now, operation) {
+            (None, Now::ZERO)
+        } else if self.tags_work() {
+            match self.tags.issue(now, self.config.late_bound) {
+                Ok(tag) => (Some(tag), Now::ZERO),
+                // Too many tags in too short a time.
+                Err(_) if !urgent => return None,
+                Err(until) => (None, until),
+            }
+        } else {
+            let until = self.suspicion.until(operation.first(), now, self.config.drain_bound);
+            (None, until.unwrap_or(Now::ZERO))
+        };
+        let operation = self.urgent.pop_front().or_else(|| self.queue.pop_front())?;
+        Some(Outstanding {
+            operation,
+            tag,
+            tries: 0,
+            sent: now,
+            deadline: now,
+            due: true,
+            believe_from,
+            untagged: false,
+            forms: Forms::default(),
+        })
+    }
+
+    /// Whether there is a frame to be sent now, and whether it is urgent.
+    pub(super) fn wants(&self, now: Now) -> Option<bool> {
+        let wants = self.wants_now(now)?;
+        // What waits for the answer to a probe, but for what is urgent, waits on.
+        (wants || !self.check.is_probing()).then_some(wants)
+    }
+
+    /// Whether what is to be sent next is urgent.
+    pub(super) fn next_is_urgent(&self) -> bool {
+        match &self.outstanding {
+            Some(outstanding) => outstanding.operation.is_urgent(),
+            None => !self.urgent.is_empty(),
+        }
+    }
+
+    fn wants_now(&self, now: Now) -> Option<bool> {
+        match &self.outstanding {
+            _ if !self.connected => None,
+            Some(outstanding) => outstanding.due.then(|| outstanding.operation.is_urgent()),
+            None if !self.urgent.is_empty() => Some(true),
+            None => self.drained(now, self.queue.front()?).is_none().then_some(false),
+        }
+    }
+
+    /// Since when the line is taken by a frame that is out, and until when.
+    pub(super) fn occupies(&self, now: Now) -> Option<(Now, Now)> {
+        if let Some(probe) = self.check.occupies().filter(|(_, until)| now < *until) {
+            return Some(probe);
+        }
+        let outstanding = self.outstanding.as_ref().filter(|outstanding| !outstanding.due)?;
+        let until = outstanding.deadline.min(outstanding.sent + self.config.timeout);
+        (now < until).then_some((outstanding.sent, until))
+    }
+
+    /// Whether an answer to another frame could be taken for one to this operation.
+    fn is_doubtful(&self, now: Now, operation: &Operation) -> bool {
+        if self.config.framing == Framing::Records {
+            return true;
+        }
+        let bound = if self.tags_work() { self.config.late_bound } else { self.config.drain_bound };
+        let own_tag = operation
+            .requests
+            .first()
+            .is_some_and(|request| looks_like_tag(request.id(), request.to()));
+        self.suspicion.until(operation.first(), now, bound).is_some()
+            || (own_tag && self.tags_work())
+    }
+
+    pub(super) fn tags_work(&self) -> bool {
+        self.config.framing == Framing::Records || (self.config.tags && self.echo != Echo::No)
+    }
+
+    /// Until when an operation has to wait because it cannot be told from another.
+    pub(super) fn drained(&self, now: Now, operation: &Operation) -> Option<Now> {
+        if !self.is_doubtful(now, operation) {
+            return None;
+        }
+        if self.tags_work() {
+            return self.tags.resting_until(now, self.config.late_bound);
+        }
+        self.suspicion.until(operation.first(), now, self.config.drain_bound)
+    }
+}

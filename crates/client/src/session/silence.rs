@@ -1,0 +1,118 @@
+//! What ends without the answer that it waited for, and what is remembered of it.
+
+use lafet_proto::RequestId;
+
+use super::operation::{Echo, Operation, Outstanding, Recent};
+use super::{Now, Outcome, RECENT_MAX, Session, UNTAGGED_PROOF};
+
+impl Session {
+    pub(super) fn requeue(&mut self, operation: Operation) {
+        let queue = if operation.is_urgent() { &mut self.urgent } else { &mut self.queue };
+        queue.push_front(operation);
+    }
+
+    /// What waits is not sent; what is urgent only if `urgent`.
+    pub(super) fn refuse_waiting(&mut self, outcome: &Outcome, urgent: bool) {
+        let due = |o: &mut Outstanding| o.due && (urgent || !o.operation.is_urgent());
+        let mut refused = Vec::new();
+        if let Some(outstanding) = self.outstanding.take_if(due) {
+            refused.push(self.give_up(outstanding).operation);
+        }
+        if urgent {
+            refused.extend(self.urgent.drain(..));
+        }
+        refused.extend(self.queue.drain(..));
+        for Operation { ticket, sent, tries, .. } in refused {
+            let outcome = if sent { Outcome::Silence { tries } } else { outcome.clone() };
+            self.outcomes.push_back((ticket, outcome));
+        }
+    }
+
+    /// Without connection nothing waits longer than an answer would be waited for.
+    pub(super) fn expire(&mut self, now: Now) {
+        let (timeout, outcomes) = (self.config.timeout, &mut self.outcomes);
+        for queue in [&mut self.urgent, &mut self.queue] {
+            queue.retain(|operation| {
+                let alive = now < operation.submitted + timeout;
+                if !alive {
+                    let outcome =
+                        if operation.sent { Outcome::LinkLost } else { Outcome::NotConnected };
+                    outcomes.push_back((operation.ticket, outcome));
+                }
+                alive
+            });
+        }
+    }
+
+    /// A frame has not been answered in time.
+    pub(super) fn try_failed(&mut self, now: Now, mut outstanding: Outstanding) {
+        let blind = outstanding.sent < outstanding.believe_from;
+        if blind {
+            outstanding.due = true;
+            self.outstanding = Some(outstanding);
+            return;
+        }
+        self.stats.timeouts += 1;
+        // An urgent frame is repeated sooner than silence means anything.
+        let long = now >= outstanding.sent + self.config.timeout;
+        self.silent_tries += u32::from(long);
+        self.check.silence(now);
+        self.note_untagged(&mut outstanding);
+        let operation = &outstanding.operation;
+        let again = self.may_try_again(now, operation);
+        let hopeless = outstanding.tag.is_some() && !self.tags_work();
+        if again && !hopeless {
+            outstanding.due = true;
+            self.outstanding = Some(outstanding);
+            return;
+        }
+        let Outstanding { operation, .. } = self.give_up(outstanding);
+        if again {
+            self.requeue(operation);
+        } else {
+            let tries = operation.tries;
+            self.outcomes.push_back((operation.ticket, Outcome::Silence { tries }));
+        }
+        self.overtake(now);
+    }
+
+    /// An answer came without the tag it should have: the monitor may not know how to answer one.
+    fn note_untagged(&mut self, outstanding: &mut Outstanding) {
+        if let Echo::Unknown { untagged } = &mut self.echo
+            && std::mem::take(&mut outstanding.untagged)
+        {
+            *untagged += 1;
+            if *untagged >= UNTAGGED_PROOF {
+                self.echo = Echo::No;
+            }
+        }
+    }
+
+    /// A frame is no longer outstanding, and its answer may still come.
+    pub(super) fn give_up(&mut self, outstanding: Outstanding) -> Outstanding {
+        if outstanding.tries > 0 {
+            self.settle(&outstanding, false);
+        }
+        outstanding
+    }
+
+    /// Remembers what may still come of a frame.
+    pub(super) fn settle(&mut self, outstanding: &Outstanding, answered: bool) {
+        let first = outstanding.operation.first();
+        let accounted = answered && outstanding.tries == 1 && !self.config.duplicates;
+        if !accounted {
+            // What comes first in the answer decides what it can be confused with: of a tagged
+            // frame that is the tag, a GetStatus.
+            if outstanding.tag.is_some() {
+                self.suspicion.raise(Some(RequestId::GET_STATUS), outstanding.sent);
+            }
+            if outstanding.tag.is_none() || self.echo != Echo::Yes {
+                self.suspicion.raise(first, outstanding.sent);
+            }
+        }
+        if self.recent.len() >= RECENT_MAX {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(Recent { tag: outstanding.tag, first, answered });
+    }
+}

@@ -13,6 +13,10 @@ const throttle = Number(process.argv[2] ?? 4);
 /** `pages`, `scene` or `memory`: that alone. */
 const part = process.argv[3] ?? 'all';
 const wanted = (name) => part === 'all' || part === name;
+if (!(throttle >= 1) || !['all', 'pages', 'scene', 'memory'].includes(part)) {
+  console.error(`measure ${process.argv.slice(2).join(' ')}: how many times slower (1 and more), then pages, scene, memory or nothing`);
+  process.exit(2);
+}
 const PAGES = ['overview', 'm/M1/operate', 'alarms', 'events', 'm/M1/params', 'm/M1/programs', 'm/M1/commissioning', 'm/M1/diagnosis', 'm/M1/inspector', 'replay', 'training', 'admin'];
 const LIVE_MS = 8_000;
 /** A page with nothing on it: what this browser and machine give at most. */

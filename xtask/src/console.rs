@@ -16,12 +16,12 @@ pub fn console(arguments: &[String]) -> TaskResult {
     match arguments[..] {
         ["build"] => build()?,
         ["check"] => check()?,
-        ["browser"] => browser()?,
-        ["pictures"] => pictures()?,
-        ["measure"] => measure()?,
+        ["browser", ref names @ ..] => with_browser("test:browser", names)?,
+        ["pictures"] => with_browser("pictures", &[])?,
+        ["measure", ref what @ ..] => with_browser("measure", what)?,
         _ => {
             return Err(format!(
-                "console {}: build, check, browser, pictures or measure",
+                "console {}: build, check, browser [NAME...], pictures or measure [SLOWED [pages|scene|memory]]",
                 arguments.join(" ")
             ));
         }
@@ -48,25 +48,17 @@ pub fn check() -> StepResult {
 
 /// In a real browser, against the release build and simulated monitors.
 pub fn browser() -> StepResult {
-    with_browser("test:browser")
+    with_browser("test:browser", &[])
 }
 
-/// Pictures of its pages for the documentation.
-pub fn pictures() -> StepResult {
-    with_browser("pictures")
-}
-
-/// How quick its pages are, and whether they stay so.
-pub fn measure() -> StepResult {
-    with_browser("measure")
-}
-
-fn with_browser(script: &str) -> StepResult {
+/// Builds what a browser needs to see it, and runs a script of the console's package.
+fn with_browser(script: &str, arguments: &[&str]) -> StepResult {
     build()?;
     setup::program(CHROMIUM, CHROMIUM)?;
     show(&mut cargo(&["build", "--release", "--package", "lafet"]))?;
     let program = root().join(run::target()).join("release/lafet");
-    show(npm_command(&["run", script]).env("LAFET_BIN", program))
+    let words = [&["run", script, "--"], arguments].concat();
+    show(npm_command(&words).env("LAFET_BIN", program))
 }
 
 fn packages() -> StepResult {

@@ -12,6 +12,8 @@ export interface Outcome {
   what: string;
   result?: Result;
   error?: HubError;
+  /** Of a command to all monitors: who has not carried it out. */
+  failed?: { monitor: string; error: HubError }[];
 }
 
 export interface Options {
@@ -154,7 +156,7 @@ class Commands {
   ): Promise<T> {
     try {
       const result = await pending;
-      if (!options.quiet) this.tell({ monitor, what, result: resultIn(result) });
+      if (!options.quiet) this.tell({ monitor, what, ...outcomeOf(result) });
       return result;
     } catch (cause) {
       const error = HubError.of(cause);
@@ -173,8 +175,17 @@ function resultsOf(answer: Answered, monitor?: string): Results {
   return answer.result && monitor ? { [monitor]: answer.result } : {};
 }
 
-function resultIn(value: unknown): Result | undefined {
-  return value && typeof value === 'object' && 'answers' in value ? (value as Result) : undefined;
+/** What a result says, or those of several monitors: one that has failed is never passed over. */
+export function outcomeOf(value: unknown): Pick<Outcome, 'result' | 'failed'> {
+  if (!value || typeof value !== 'object') return {};
+  if ('answers' in value) return { result: value as Result };
+  if ('state' in value) return {};
+  const all = Object.entries(value as Results);
+  const failed = all.flatMap(([monitor, one]) =>
+    'error' in one ? [{ monitor, error: new HubError(one.error) }] : [],
+  );
+  if (failed.length > 0) return { failed };
+  return all.length === 1 ? { result: all[0]![1] as Result } : {};
 }
 
 function id(monitor: string): string {

@@ -46,10 +46,20 @@ class Socket {
   }
 
   stop(): void {
-    this.wanted = false;
     sessionStorage.removeItem(RESUME_KEY);
+    this.rest();
+  }
+
+  /** Without a session there is nothing to connect with, until `start`. */
+  rest(): void {
+    this.wanted = false;
     clearTimeout(this.retryTimer);
     this.ws?.close();
+  }
+
+  /** Whether this tab has been connected before, and nobody has logged out. */
+  get resumes(): boolean {
+    return sessionStorage.getItem(RESUME_KEY) !== null;
   }
 
   /** Breaks the connection for so long: shows what a lost link is like. */

@@ -24,7 +24,7 @@ const ROW_PX = 49;
 export class LfPageEvents extends LitElement {
   static override styles = [base, page, card, fields, filters, notice, eventStyle];
 
-  @state() private tab: Tab = 'log';
+  @state() private tab: Tab = may('operator') ? 'log' : 'live';
   @state() private monitor = '';
   @state() private text = '';
   @state() private error = '';
@@ -40,6 +40,7 @@ export class LfPageEvents extends LitElement {
     super.connectedCallback();
     this.happened.addEventListener('change', this.changed);
     this.happened.begin();
+    if (this.tab === 'live') void this.load();
   }
 
   override disconnectedCallback(): void {

@@ -1,67 +1,42 @@
-import { LitElement, html } from 'lit';
-import { customElement, state } from 'lit/decorators.js';
-import { HubError } from '../hub/errors';
+// The first administrator, with the token of the link that the hub printed: /setup#TOKEN.
+import { html } from 'lit';
+import { customElement } from 'lit/decorators.js';
 import { http } from '../hub/http';
-import { lang, t } from '../i18n';
-import '../parts/lf-button';
-import { langSwitch } from './login';
-import { entrance } from './login/entrance';
+import type { Session } from '../hub/types';
+import { t } from '../i18n';
+import { Entrance } from './login/entrance';
 
 const PASSWORD_LEAST = 10;
 
-/** The first administrator, with the token of the link that the hub printed: /setup#TOKEN. */
 @customElement('lf-page-setup')
-export class PageSetup extends LitElement {
-  static override styles = entrance;
-  @state() private error = '';
-  @state() private busy = false;
+export class PageSetup extends Entrance {
   private readonly token = location.pathname === '/setup' ? location.hash.slice(1) : '';
 
   override render() {
-    return html`<form class="box" @submit=${this.submit}>
-      <header><b class="brand">lafet</b>${langSwitch(this)}</header>
-      <h1>${t('setup.title')}</h1>
-      ${this.token ? this.form() : html`<p>${t('setup.no_token')}</p>`}
+    return html`<form class="box" novalidate aria-label=${t('setup.title')} @submit=${this.submit}>
+      ${this.head(t('setup.title'))}
+      ${this.token
+        ? html`<p>${t('setup.text')}</p>
+            ${this.userField()} ${this.secretField('password', t('setup.password'), 'new-password', false)}
+            ${this.secretField('again', t('setup.again'), 'new-password')} ${this.foot(t('setup.create'))}`
+        : html`<p>${t('setup.no_token')}</p>`}
     </form>`;
   }
 
-  private form() {
-    return html`<p>${t('setup.text')}</p>
-      <label class="field"
-        >${t('login.user')}
-        <input name="user" autocomplete="username" autocapitalize="off" spellcheck="false" required autofocus />
-      </label>
-      <label class="field"
-        >${t('setup.password')}
-        <input name="password" type="password" autocomplete="new-password" minlength=${PASSWORD_LEAST} required />
-      </label>
-      <label class="field"
-        >${t('setup.again')}
-        <input name="again" type="password" autocomplete="new-password" required />
-      </label>
-      <p class="error" role="alert">${this.error}</p>
-      <lf-button kind="primary" .why=${this.busy ? t('shell.loading') : ''} @click=${this.submit}
-        >${t('setup.create')}</lf-button
-      >
-      <button type="submit" class="unseen" tabindex="-1"></button>`;
+  protected override enter({ user, password }: Record<string, string>): Promise<Session> {
+    return http.setup(this.token, user!.trim(), password!);
   }
 
-  private readonly submit = async (event: Event): Promise<void> => {
-    event.preventDefault();
-    const data = new FormData(this.renderRoot.querySelector('form')!);
-    const password = String(data.get('password'));
-    this.error = '';
-    if (password.length < PASSWORD_LEAST) this.error = t('setup.short', { n: PASSWORD_LEAST });
-    else if (password !== data.get('again')) this.error = t('setup.differ');
-    if (this.error || this.busy) return;
-    this.busy = true;
-    try {
-      const session = await http.setup(this.token, String(data.get('user')), password);
-      this.dispatchEvent(new CustomEvent('entered', { detail: session }));
-    } catch (cause) {
-      this.error = HubError.of(cause).text(lang());
-    } finally {
-      this.busy = false;
-    }
-  };
+  protected override check({ user, password, again }: Record<string, string>): Record<string, string> {
+    const short = [...(password ?? '')].length < PASSWORD_LEAST;
+    return {
+      ...(user?.trim() ? {} : { user: t('setup.user_first') }),
+      ...(short ? { password: t('setup.short', { n: PASSWORD_LEAST }) } : {}),
+      ...(!short && password !== again ? { again: t('setup.differ') } : {}),
+    };
+  }
+
+  protected override refusal(code: string): string {
+    return code === 'login_failed' || code === 'held' ? t('setup.bad_link') : '';
+  }
 }

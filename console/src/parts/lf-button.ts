@@ -34,7 +34,7 @@ export const buttonStyle = css`
     user-select: none;
     -webkit-user-select: none;
     touch-action: manipulation;
-    transition: background var(--quick), border-color var(--quick);
+    transition: background var(--quick), border-color var(--quick), color var(--quick);
   }
   button:hover {
     background: var(--surface-2);

@@ -3,6 +3,7 @@ import { LitElement, css, html, nothing } from 'lit';
 import { state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
 import { html as staticHtml, unsafeStatic } from 'lit/static-html.js';
+import { commands } from '../hub/commands';
 import { dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
 import { http } from '../hub/http';
@@ -11,7 +12,7 @@ import { session, setSession } from '../hub/me';
 import { socket } from '../hub/socket';
 import { store, TopicController } from '../hub/store';
 import type { Session } from '../hub/types';
-import { lang, langChanged, t } from '../i18n';
+import { lang, langChanged, t, type Key } from '../i18n';
 import '../parts/lf-chip';
 import '../parts/lf-value';
 import { display, displayChanged, followDisplay, magnified } from '../theme/display';
@@ -75,6 +76,21 @@ export class LfApp extends LitElement {
         grid-area: 1 / 1 / -1 / -1;
         overflow: auto;
       }
+      .alone.ended {
+        grid-row-start: 2;
+      }
+      .alone > * {
+        min-height: 100%;
+      }
+      .top {
+        grid-area: top;
+        display: flex;
+        align-items: center;
+        padding: 0 var(--s3);
+        background: var(--chrome);
+        color: var(--on-chrome);
+        font-size: 18px;
+      }
       .boot {
         display: grid;
         place-content: center;
@@ -99,6 +115,9 @@ export class LfApp extends LitElement {
           grid-template-columns: 1fr;
           grid-template-rows: var(--topbar) auto 1fr auto 72px;
           grid-template-areas: 'top' 'banners' 'main' 'replay' '.';
+        }
+        .alone.ended {
+          grid-row-end: -2;
         }
         lf-nav {
           display: none;
@@ -125,6 +144,8 @@ export class LfApp extends LitElement {
   @state() private route = router.route;
   @state() private loaded = '';
   @state() private version = 0;
+  /** There was a session: STOP and LOCKOUT are taken for a day after it ran out. */
+  @state() private ended = false;
   private modal = false;
   private readonly narrow = matchMedia('(min-width: 721px) and (max-width: 1280px)');
   private readonly low = matchMedia('(max-height: 800px)');
@@ -140,9 +161,12 @@ export class LfApp extends LitElement {
     followDisplay();
     guardJog();
     followAuthority();
-    http.onLoginNeeded = (setup) => (this.phase = setup ? 'setup' : 'login');
+    http.onLoginNeeded = (setup) => this.leave(setup ? 'setup' : 'login');
     socket.on('hello', () => this.requestUpdate());
-    socket.onSessionEnded = () => (this.phase = 'login');
+    socket.onSessionEnded = () => this.leave('login');
+    commands.onOutcome(({ error }) => {
+      if (error?.code === 'login_needed') this.ended = false;
+    });
     router.addEventListener('change', () => this.goTo());
     guideChanged.addEventListener('change', () => this.requestUpdate());
     for (const changed of [langChanged, unitsChanged, displayChanged]) {
@@ -158,13 +182,20 @@ export class LfApp extends LitElement {
     void this.begin();
   }
 
+  override updated(): void {
+    const { page, monitor } = this.route;
+    const alone = this.phase === 'login' || this.phase === 'setup';
+    const name = alone ? t(`${this.phase}.title` as Key) : t(`nav.${page}` as Key);
+    document.title = `${monitor && !alone ? `${monitor} · ` : ''}${name} — lafet`;
+  }
+
   override render() {
     if (this.phase === 'login') return this.alone('login');
     if (this.phase === 'setup') return this.alone('setup');
     const { page, monitor } = this.route;
     return keyed(
       `${lang()} ${this.version}`,
-      html`<lf-stop .monitor=${monitor && (!store.known || store.liveMonitors().includes(monitor)) ? monitor : null}></lf-stop>
+      html`${this.stop()}
         <lf-topbar .route=${this.route} ?inert=${this.modal} @menu=${() => this.toggleAttribute('menu')}></lf-topbar>
         <lf-banners .route=${this.route} ?inert=${this.modal}></lf-banners>
         <div class="shade" @click=${() => this.removeAttribute('menu')}></div>
@@ -204,12 +235,32 @@ export class LfApp extends LitElement {
     return display() === 'wall' && magnified() > 1;
   }
 
+  private stop() {
+    const { monitor } = this.route;
+    const known = monitor && (!store.known || store.liveMonitors().includes(monitor));
+    return html`<lf-stop .monitor=${known ? monitor : null}></lf-stop>`;
+  }
+
+  /** Who has worked here and is logged out by the clock may stop what moves without logging in first. */
   private alone(name: 'login' | 'setup') {
     void this.load(name);
-    if (this.loaded !== name) return nothing;
     const tag = unsafeStatic(`lf-page-${name}`);
     const entered = (event: CustomEvent<Session>) => this.enter(event.detail);
-    return staticHtml`<div class="alone"><${tag} @entered=${entered}></${tag}></div>`;
+    const { ended } = this;
+    return html`${ended ? html`${this.stop()}<header class="top"><b>lafet</b></header>` : nothing}
+      <main class="alone ${ended ? 'ended' : ''}">
+        ${this.loaded === name ? staticHtml`<${tag} .ended=${ended} @entered=${entered}></${tag}>` : nothing}
+      </main>
+      <lf-toasts></lf-toasts>`;
+  }
+
+  private leave(to: 'login' | 'setup'): void {
+    if (this.phase === to) return;
+    this.ended = to === 'login' && (session() !== null || socket.resumes);
+    this.phase = to;
+    socket.rest();
+    jog.endAll();
+    dialog.closeAll();
   }
 
   private async begin(): Promise<void> {
@@ -218,7 +269,7 @@ export class LfApp extends LitElement {
     } catch (cause) {
       const error = HubError.of(cause);
       // Asked before there was anybody to tell.
-      if (error.code === 'login_needed') return http.onLoginNeeded(error.details.setup_needed === true);
+      if (error.code === 'login_needed') return this.leave(error.details.setup_needed === true ? 'setup' : 'login');
       this.phase = 'unreachable';
       window.setTimeout(() => void this.begin(), 2000);
     }

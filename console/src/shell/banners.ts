@@ -43,6 +43,14 @@ export class LfBanners extends LitElement {
       .grow {
         flex: 1;
       }
+      .whole {
+        min-width: 0;
+        color: var(--dim);
+      }
+      .whole span {
+        overflow: hidden;
+        text-overflow: ellipsis;
+      }
       .banner:last-child {
         border-right: 0;
       }
@@ -75,6 +83,9 @@ export class LfBanners extends LitElement {
           inset: 100% 0 auto 0;
           z-index: 30;
           box-shadow: var(--shadow-large);
+        }
+        .whole:not(:only-child) {
+          display: none;
         }
         .banner {
           min-width: 0;
@@ -119,7 +130,7 @@ export class LfBanners extends LitElement {
       ${store.source === 'replay' ? banner('accent', 'replay', html`<b>${t('banner.replay')}</b>`) : nothing}
       ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>`) : nothing}
       ${[...asked.values()].map((one) => this.asked(one.monitor, one.by.user, one.until_ms))}
-      ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : nothing}`;
+      ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
   }
 
   /** What of all states the strip tells; ages and countdowns besides. */
@@ -132,7 +143,23 @@ export class LfBanners extends LitElement {
       whyNot(monitor, { authority: false, lockedOut: true }),
     ];
     const second = store.linked ? 0 : Math.floor(Date.now() / 1000);
-    return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), of]);
+    const held = monitor ? [] : holders();
+    return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), of, held]);
+  }
+
+  /** On the pages of the whole site: who controls what. */
+  private ofAll() {
+    if (!store.linked || !store.known || store.source === 'replay') return nothing;
+    if (!may('operator')) return banner('info', 'user', t('banner.observer'), true);
+    const own = holders().filter(([id]) => inControl(id)).map(([id]) => id);
+    const others = holders().filter(([id]) => !own.includes(id)).map(([id, user]) => `${id} — ${user}`);
+    const told = [
+      ...(own.length ? [t('banner.own', { monitors: own.join(', ') })] : []),
+      ...(others.length ? [t('banner.others', { monitors: others.join(', ') })] : []),
+    ];
+    return html`<div class="banner grow whole">
+      ${icon(own.length ? 'check' : 'hand')}<span>${told.length ? told.join(' · ') : t('banner.nobody')}</span>
+    </div>`;
   }
 
   private ofMonitor(monitor: string) {
@@ -198,6 +225,13 @@ export class LfBanners extends LitElement {
     const { monitor } = this.route;
     if (asked.size > 0 || (monitor && resumesIn(monitor) !== null)) this.requestUpdate();
   };
+}
+
+function holders(): [monitor: string, user: string][] {
+  return store.monitors().flatMap((id) => {
+    const user = store.get(`monitors/${id}/authority`)?.holder?.user;
+    return user ? [[id, user]] : [];
+  });
 }
 
 function limitless(): string[] {

@@ -19,7 +19,7 @@ export interface Route {
 const KNOWN: PageInfo[] = [
   { name: 'overview', icon: 'overview', scope: 'site' },
   { name: 'alarms', icon: 'alarms', scope: 'site' },
-  { name: 'events', icon: 'events', scope: 'site', role: 'operator' },
+  { name: 'events', icon: 'events', scope: 'site' },
   { name: 'replay', icon: 'replay', scope: 'site' },
   { name: 'training', icon: 'training', scope: 'site' },
   { name: 'admin', icon: 'admin', scope: 'site', role: 'administrator' },

@@ -49,6 +49,14 @@ export function noteOf(outcome: Outcome): Toast | null {
     };
   }
   if (outcome.what.startsWith('authority')) return null;
+  if (outcome.failed) {
+    const monitors = outcome.failed.map(({ monitor }) => monitor).join(', ');
+    return {
+      kind: 'error',
+      text: `${titleOf(outcome.what)} · ${t('stop.not_done', { monitors })}`,
+      more: outcome.failed[0]!.error.text(lang()),
+    };
+  }
   const bad = outcome.result?.answers.find((answer) => !answer.success);
   if (bad) return { kind: 'warning', text: `${who} · ${bad.text}`, more: tt(bad.remedy) };
   return { kind: 'ok', text: `${who} · ${titleOf(outcome.what)}` };
@@ -65,6 +73,7 @@ function titleOf(what: string): string {
 /** Whom it is for; where a drive is to go, in the operator's units. */
 function restOf(what: string): string {
   const [request, to, where] = what.split(' ');
+  if (to === 'All' && !where) return '';
   if (request !== 'Move' || !where || !Number.isFinite(Number(where))) return what.split(' ').slice(1).join(' ');
   const name = tt(subsystem(to!)) || to!;
   return `${name}, ${show(to === 'Nozzle' ? 'nozzle' : 'angle', Number(where))}`;
@@ -116,9 +125,9 @@ export class LfToasts extends LitElement {
       }
       button {
         all: unset;
-        width: 40px;
-        height: 40px;
-        margin: -8px 0;
+        width: 48px;
+        height: 48px;
+        margin: -12px 0;
         display: grid;
         place-items: center;
         cursor: pointer;

@@ -356,7 +356,8 @@ describe('with login', () => {
       await guarded.enter(page, 'olga');
       await page.locator('#ack-all').waitFor();
       expect(await page.locator('lf-nav a[href="#/admin"]').count()).toBe(0);
-      await page.goto(`${guarded.url}/#/events`);
+      await page.locator('lf-nav a[href="#/events"]').click();
+      await page.locator('lf-tabbar [data-tab=log]').click();
       await page.getByText('for operators and above', { exact: false }).waitFor();
       await page.goto(`${guarded.url}/#/admin`);
       await page.locator('lf-admin-own').waitFor();

@@ -7,13 +7,12 @@ import { has } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
 import { age, lang, t, tt, type Key } from '../i18n';
-import { sectorOf, type QuenchSector } from '../parts/geometry';
+import type { QuenchSector } from '../parts/geometry';
 import { icon } from '../parts/icons';
 import '../parts/lf-blank';
 import '../parts/lf-dial';
 import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
 import '../parts/lf-plan';
-import { hotbedOf } from '../parts/plan/model';
 import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
@@ -28,8 +27,6 @@ import { exists, field, limits, position, posture, whyNotWork } from './operate/
 import './operate/trends';
 import './operate/valves';
 
-/** A hotbed is seen smaller than what burns; the jet is to fall around it. */
-const HOTBED_LEAST_ARCMIN = 60;
 const VIEW_KEY = 'lafet.view';
 
 @customElement('lf-page-operate')
@@ -200,6 +197,8 @@ export class PageOperate extends LitElement {
   private readonly onPlan = new OnPlan();
   @state() private tool: Tool = 'look';
   @state() private sector: QuenchSector | null = null;
+  /** The sector is a hotbed that the search has found. */
+  @state() private taking = false;
   @state() private view: 'plan' | 'scene' = localStorage.getItem(VIEW_KEY) === 'scene' ? 'scene' : 'plan';
   @state() private sceneLoaded = false;
   @state() private target: { Horizontal?: number; Vertical?: number } = {};
@@ -242,7 +241,9 @@ export class PageOperate extends LitElement {
           .tool=${this.tool}
           .sector=${this.sector}
           .found=${store.get(`monitors/${monitor}/hotbeds`)?.list.length ?? 0}
+          .taking=${this.taking}
           @found=${this.takeFound}
+          @found-sector=${(e: CustomEvent<QuenchSector | null>) => this.takenFound(e.detail)}
           @tool=${(e: CustomEvent<Tool>) => this.choose(e.detail)}
         ></lf-automatic>
       </div>
@@ -329,8 +330,8 @@ export class PageOperate extends LitElement {
             .tool=${this.tool}
             .running=${this.onPlan.running(site, store.monitors())}
             .note=${this.tool === 'aim' ? t(flows(monitor) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
-            @sector=${(e: CustomEvent<QuenchSector | null>) => (this.sector = e.detail)}
-            @sector-change=${(e: CustomEvent<QuenchSector | null>) => (this.sector = e.detail)}
+            @sector=${(e: CustomEvent<QuenchSector | null>) => this.drawn(e.detail)}
+            @sector-change=${(e: CustomEvent<QuenchSector | null>) => this.drawn(e.detail)}
             @aim=${(e: CustomEvent<AimDetail>) => this.aim(e.detail)}
             @select=${(e: CustomEvent<{ id: string }>) => (location.hash = `#/m/${e.detail.id}/operate`)}
           ></lf-plan>`}
@@ -372,6 +373,7 @@ export class PageOperate extends LitElement {
   private choose(tool: Tool): void {
     this.tool = tool;
     if (tool !== 'look' && this.view === 'scene') this.turnView();
+    this.taking = false;
     if (tool !== 'sector') {
       this.sector = null;
       if (this.plan) this.plan.sector = null;
@@ -390,23 +392,21 @@ export class PageOperate extends LitElement {
     if (below > 0) side.scrollTop += below / magnified();
   }
 
-  /** The brightest of the hotbeds becomes the sector. */
+  private drawn(sector: QuenchSector | null): void {
+    this.taking = false;
+    this.sector = sector;
+  }
+
   private readonly takeFound = (): void => {
-    const { monitor } = this;
-    const site = siteOf();
-    const stand = site.monitors[monitor];
-    const box = store.get(`monitors/${monitor}/hotbeds`)?.list.toSorted((a, b) => b.brightness - a.brightness)[0];
-    if (!stand || !box) return;
-    const width = Math.max(Math.abs(box.x2 - box.x1), HOTBED_LEAST_ARCMIN);
-    const found: Omit<QuenchSector, 'clipped' | 'sector'> = {
-      centre_arcmin: [(box.x1 + box.x2) / 2, Math.min(box.y1, box.y2)],
-      width_arcmin: width,
-      height_arcmin: HOTBED_LEAST_ARCMIN,
-      distance_m: Math.round(hotbedOf(stand, box, site.tanks).distance_m),
-    };
-    this.sector = { ...found, clipped: false, sector: sectorOf(stand, found) };
-    if (this.plan) this.plan.sector = this.sector.sector;
+    this.taking = true;
   };
+
+  /** A hotbed becomes the sector, once its distance is known. */
+  private takenFound(sector: QuenchSector | null): void {
+    this.sector = sector;
+    if (this.plan) this.plan.sector = sector?.sector ?? null;
+    void this.showTool();
+  }
 
   /** Both drives go where the operator has pointed. */
   private aim(at: AimDetail): void {

@@ -12,6 +12,7 @@ import type { QuenchSector } from '../../parts/geometry';
 import { dialog } from '../../shell/dialog';
 import { base, card, fields } from '../../theme/shared';
 import { parse, show, unitText } from '../../units';
+import { wholeLength } from './found';
 import { exists, position, posture } from './state';
 
 /** 60 mm is the narrowest of the usual nozzle; the limits tell that of this one. */
@@ -86,8 +87,9 @@ export class LfAutomatic extends LitElement {
 
   @property() monitor = '';
   @property() tool: Tool = 'look';
-  /** How many hotbeds the last search has found. */
+  /** How many hotbeds the last search has found; whether one of them is taken as the sector. */
   @property({ type: Number }) found = 0;
+  @property({ type: Boolean }) taking = false;
   @property({ attribute: false }) sector: QuenchSector | null = null;
 
   constructor() {
@@ -165,32 +167,34 @@ export class LfAutomatic extends LitElement {
   }
 
   private drawing(why: string) {
-    const { sector } = this;
-    const whyStart = why || (sector ? '' : t('operate.draw_first'));
+    const { sector, taking } = this;
+    const whyStart = why || (sector ? '' : t(taking ? 'operate.found_first' : 'operate.draw_first'));
     return html`<div class="sector">
-      <p>
-        ${sector
-          ? t('operate.sector_is', {
-              width: show('angle', sector.width_arcmin),
-              height: show('angle', sector.height_arcmin),
-              distance: show('length', sector.distance_m),
-            })
-          : t('operate.draw_how')}
-        ${sector?.clipped ? html`<br /><b>${t('operate.clipped')}</b>` : nothing}
-      </p>
-      ${!sector && this.found > 0
+      ${taking ? html`<lf-found .monitor=${this.monitor}></lf-found>` : html`<p>${this.drawn()}</p>`}
+      ${sector?.clipped ? html`<p><b>${t('operate.clipped')}</b></p>` : nothing}
+      ${!sector && !taking && this.found > 0
         ? html`<lf-button icon="fire" id="found" @click=${() => this.dispatchEvent(new CustomEvent('found'))}
             >${t('operate.use_found')}</lf-button
           >`
         : nothing}
       <div class="two">
         <lf-button kind="primary" id="quench" .why=${whyStart} @click=${this.quench}
-          >${t('operate.quench')}</lf-button
+          >${taking && sector ? t('operate.quench_at', { distance: wholeLength(sector.distance_m) }) : t('operate.quench')}</lf-button
         >
         <lf-button @click=${() => this.choose('look')}>${t('shell.cancel')}</lf-button>
       </div>
       <p class="dim small">${t('operate.valves_stay')}</p>
     </div>`;
+  }
+
+  private drawn(): string {
+    const { sector } = this;
+    if (!sector) return t('operate.draw_how');
+    return t('operate.sector_is', {
+      width: show('angle', sector.width_arcmin),
+      height: show('angle', sector.height_arcmin),
+      distance: show('length', sector.distance_m),
+    });
   }
 
   private choose(tool: Tool): void {

@@ -1,11 +1,9 @@
 // What a plan shows, made from the hub's topics (docs/hub-api.md). Pure.
 import { flightOf, reachOf } from '../ballistics';
+import { reckon, type HotbedBox } from '../found';
 import {
   bearingOf,
-  bearingTo,
-  distanceTo,
   placeAt,
-  signedDegrees,
   type Limits,
   type Place,
   type Tank,
@@ -65,15 +63,6 @@ export interface Hotbed {
   bearing: number;
   width: number;
   distance_m: number;
-  brightness: number;
-}
-
-/** As GetHotbed tells them: arc-minutes. */
-export interface HotbedBox {
-  x1: number;
-  x2: number;
-  y1: number;
-  y2: number;
   brightness: number;
 }
 
@@ -169,27 +158,17 @@ function landing(monitor: PlanMonitor, diameter_mm?: number): Place | null {
   return placeAt(monitor.at, bearingOf(monitor.heading, horizontal_arcmin), way);
 }
 
-/** A hotbed is a direction; how far it is, what stands there tells. */
+/** Where a hotbed is drawn: as far as it can be reckoned (found.ts). */
 export function hotbedOf(
   stand: { at: Place; heading: number; height: number },
   box: HotbedBox,
   tanks: readonly Tank[],
 ): Hotbed {
-  const bearing = bearingOf(stand.heading, (box.x1 + box.x2) / 2);
-  const sight = ((box.y1 + box.y2) / 2 / 60) * (Math.PI / 180);
-  const hit = tanks
-    .map((tank) => ({ tank, range: distanceTo(stand.at, tank.at) }))
-    .filter(({ tank, range }) => {
-      const off = Math.abs(signedDegrees(bearingTo(stand.at, tank.at) - bearing));
-      return off < 90 && Math.sin(off * (Math.PI / 180)) * range <= tank.diameter / 2;
-    })
-    .sort((a, b) => a.range - b.range)[0];
-  const down = sight < -0.02 ? stand.height / Math.tan(-sight) : Infinity;
-  const distance = Math.min(hit?.range ?? Infinity, down);
+  const reckoned = reckon({ at: stand.at, heading: stand.heading, height_m: stand.height }, box, tanks);
   return {
-    bearing,
+    bearing: bearingOf(stand.heading, (box.x1 + box.x2) / 2),
     width: Math.abs(box.x2 - box.x1) / 60,
-    distance_m: Number.isFinite(distance) ? distance : HOTBED_UNKNOWN_M,
+    distance_m: 'distance_m' in reckoned ? reckoned.distance_m : HOTBED_UNKNOWN_M,
     brightness: box.brightness,
   };
 }

@@ -1,0 +1,69 @@
+// What the search has found, on the page Operate: how far it is, where that comes from, and that
+// nothing goes out with a distance that the operator has not seen.
+import { afterAll, beforeAll, describe, expect, test } from 'vitest';
+import type { Page } from 'playwright-core';
+import { Demo } from './demo';
+import { until } from './site';
+
+/** On the ground, 35 m from M1, which stands 6 m high. */
+const FIRE = [-12, 14];
+const AWAY_M = 35;
+
+interface Monitor {
+  hotbeds: { list: unknown[] } | null;
+  program: { request: string } | null;
+  status: { subsystems: Record<string, { flags: string[] }> };
+}
+
+let demo: Demo;
+const monitor = () => demo.get<Monitor>('/api/monitors/M1');
+
+beforeAll(async () => {
+  demo = await Demo.start();
+  await demo.post('/api/sim/fire', { at: FIRE, size: 3 });
+  await demo.request('M1', 'StartSeek Detector -3000 3000 -900 600 analyse');
+  await demo.post('/api/sim/speed', { speed: 20 });
+  await until(async () => ((await monitor()).hotbeds?.list.length ?? 0) >= 2, 60_000);
+  await until(async () => !(await monitor()).status.subsystems.Detector!.flags.includes('Searching'), 60_000);
+  await demo.post('/api/sim/speed', { speed: 1 });
+  await demo.post('/api/monitors/M1/authority', { action: 'release' });
+});
+afterAll(() => demo.stop());
+
+const distance = (page: Page) => page.locator('#distance').inputValue();
+const why = (page: Page) => page.locator('#quench button').getAttribute('aria-description');
+
+describe('a hotbed that the search has found', () => {
+  test('is extinguished at the distance that is shown, or that the operator enters', async () => {
+    const page = await demo.open('#/m/M1/operate');
+    page.setDefaultTimeout(60_000);
+    await page.locator('#take').click();
+    await page.locator('#draw').click();
+    await page.locator('#found').click();
+
+    // The brightest burns on a tank: the plan knows where that stands.
+    await page.locator('lf-found #how').getByText('T-1 stands in that direction').waitFor();
+    expect(await distance(page)).toBe('28');
+
+    await page.locator('lf-found .which lf-button').nth(1).click();
+    const how = page.locator('lf-found #how').getByText('6.0 m above the ground');
+    await how.waitFor();
+    expect(Math.abs(Number(await distance(page)) - AWAY_M)).toBeLessThanOrEqual(2);
+    const [, least, most] = /(\d+)\D+to (\d+)\D+$/.exec((await how.textContent())!.trim())!.map(Number);
+    expect(least).toBeLessThan(AWAY_M);
+    expect(most).toBeGreaterThan(AWAY_M);
+
+    await page.fill('#distance', '200');
+    await until(async () => (await why(page)) === 'Enter the distance first');
+    await page.fill('#distance', '');
+    expect(await why(page)).toBe('Enter the distance first');
+    await page.locator('#quench').click();
+    expect((await monitor()).program).toBeNull();
+
+    await page.fill('#distance', '33');
+    await page.getByRole('button', { name: 'Extinguish at 33' }).click();
+    await until(async () => (await monitor()).program?.request.includes('distance=33') === true);
+    await until(async () => (await monitor()).status.subsystems.Control!.flags.includes('Quench'));
+    await page.context().close();
+  });
+});

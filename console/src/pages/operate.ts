@@ -138,9 +138,6 @@ export class PageOperate extends LitElement {
         .strip .chips {
           min-height: 0;
         }
-        .strip .ready {
-          padding: 4px 0;
-        }
         .below {
           grid-template-columns: minmax(0, 1fr);
         }
@@ -231,6 +228,7 @@ export class PageOperate extends LitElement {
       >`;
     }
     return html`<div class="page">
+      <h1 class="unseen">${t('nav.operate')} ${monitor}</h1>
       ${this.strip()}
       <section class="card view" aria-label=${t('operate.plan')}>${this.picture()}</section>
       <div class="side">

@@ -526,5 +526,5 @@ function lengthText(minutes: number): string {
 
 function sizeText(bytes: number): string {
   const large = bytes >= 1e6;
-  return `${num(bytes / (large ? 1e6 : 1e3), large ? 1 : 0)}\u202f${large ? 'MB' : 'kB'}`;
+  return `${num(bytes / (large ? 1e6 : 1e3), large ? 1 : 0)}\u202f${t(large ? 'replay.mb' : 'replay.kb')}`;
 }

@@ -23,12 +23,14 @@ import './banners';
 import { guideChanged, guideIsWanted } from './guide-key';
 import { dialog } from './dialog';
 import './nav';
-import { loadPage, router } from './router';
+import { fetchPages, loadPage, router } from './router';
 import { followTheme, openHelp } from './settings';
 import './replay-bar';
 import './stop';
 import './toasts';
 import './topbar';
+
+const RETRY_MS = 2000;
 
 type Phase = 'boot' | 'unreachable' | 'login' | 'setup' | 'on';
 
@@ -146,6 +148,7 @@ export class LfApp extends LitElement {
   @state() private version = 0;
   /** There was a session: STOP and LOCKOUT are taken for a day after it ran out. */
   @state() private ended = false;
+  @state() private missing = false;
   private modal = false;
   private readonly narrow = matchMedia('(min-width: 721px) and (max-width: 1280px)');
   private readonly low = matchMedia('(max-height: 800px)');
@@ -196,8 +199,8 @@ export class LfApp extends LitElement {
     return keyed(
       `${lang()} ${this.version}`,
       html`${this.stop()}
-        <lf-topbar .route=${this.route} ?inert=${this.modal} @menu=${() => this.toggleAttribute('menu')}></lf-topbar>
-        <lf-banners .route=${this.route} ?inert=${this.modal}></lf-banners>
+        <lf-topbar role="banner" .route=${this.route} ?inert=${this.modal} @menu=${() => this.toggleAttribute('menu')}></lf-topbar>
+        <lf-banners role="region" aria-label=${t('banner.label')} .route=${this.route} ?inert=${this.modal}></lf-banners>
         <div class="shade" @click=${() => this.removeAttribute('menu')}></div>
         <lf-nav
           .route=${this.route}
@@ -217,7 +220,7 @@ export class LfApp extends LitElement {
   private page(name: string, monitor: string | null) {
     if (this.phase === 'unreachable') return html`<div class="boot">${t('shell.unreachable')}</div>`;
     if (this.phase === 'boot' || this.loaded !== name || !store.hello || !store.known) {
-      return html`<div class="boot" aria-busy="true">${t('shell.loading')}</div>`;
+      return html`<div class="boot" aria-busy="true">${t(this.missing ? 'shell.missing' : 'shell.loading')}</div>`;
     }
     const tag = unsafeStatic(`lf-page-${name}`);
     return keyed(`${name} ${monitor}`, staticHtml`<${tag} .monitor=${monitor}></${tag}>`);
@@ -296,9 +299,21 @@ export class LfApp extends LitElement {
     void this.load(this.route.page);
   }
 
+  /** A page that cannot be fetched is asked for again; once the hub is there it is a new hub with other files. */
   private async load(name: string): Promise<void> {
-    await loadPage(name);
-    if (name === this.route.page || name === this.phase) this.loaded = name;
+    const wanted = () => name === this.route.page || name === this.phase;
+    try {
+      await loadPage(name);
+    } catch {
+      if (!wanted()) return;
+      if (store.linked && this.missing) return location.reload();
+      this.missing = true;
+      window.setTimeout(() => wanted() && void this.load(name), RETRY_MS);
+      return;
+    }
+    this.missing = false;
+    if (wanted()) this.loaded = name;
+    if (this.phase === 'on') fetchPages();
   }
 
   /** Everything is made anew: texts and units stand in all parts. */

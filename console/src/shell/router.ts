@@ -40,6 +40,26 @@ export function loadPage(name: string): Promise<unknown> {
   return modules[`../pages/${name}.ts`]?.() ?? Promise.reject(new Error(`no page ${name}`));
 }
 
+const FETCH_AFTER_MS = 3000;
+let fetched = false;
+
+/** Brings the other pages while nothing else is to be done: without a link none could be opened. */
+export function fetchPages(): void {
+  if (fetched) return;
+  fetched = true;
+  const left = PAGES.map((page) => page.name);
+  const next = () => {
+    const name = left.shift();
+    if (name) loadPage(name).catch(() => {}).finally(() => later(next));
+  };
+  setTimeout(next, FETCH_AFTER_MS);
+}
+
+function later(act: () => void): void {
+  if ('requestIdleCallback' in window) requestIdleCallback(act);
+  else setTimeout(act, 500);
+}
+
 export function hrefOf(page: string, monitor?: string | null): string {
   return monitor ? `#/m/${encodeURIComponent(monitor)}/${page}` : `#/${page}`;
 }

@@ -131,6 +131,9 @@ export const page = css`
       overflow: hidden;
       clip-path: inset(50%);
     }
+    .head:not(:has(> :not(h1))) {
+      display: contents;
+    }
   }
 `;
 

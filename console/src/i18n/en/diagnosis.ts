@@ -55,7 +55,7 @@ export default {
   'diagnosis.is_set': 'set',
   'diagnosis.cause': 'Why',
   'diagnosis.remedy': 'What to do',
-  'diagnosis.severity_alarm': 'fault',
+  'diagnosis.severity_alarm': 'alarm',
   'diagnosis.severity_warning': 'warning',
   'diagnosis.severity_notice': 'notice',
   'diagnosis.severity_info': 'state',

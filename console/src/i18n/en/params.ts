@@ -18,7 +18,7 @@ export default {
   'params.filter.changed': 'Not default',
   'params.filter.unset': 'Without a value',
   'params.filter.restart': 'Act after a restart',
-  'params.wire': 'Numbers of the wire',
+  'params.wire': 'Numbers as on the wire',
   'params.wire_hint': 'As they go over the line and stand in files: arc-minutes, tenths of an ampere …',
   'params.subsystems': 'Subsystems',
   'params.nothing': 'No parameter answers to this.',

@@ -1,4 +1,6 @@
 export default {
+  'replay.kb': 'kB',
+  'replay.mb': 'MB',
   'replay.title': 'Replay',
   'replay.lead': 'What was is shown on the same pages as what is. Commands go nowhere meanwhile.',
   'replay.bar': 'Replay of a recording',

@@ -55,7 +55,7 @@ export default {
   'diagnosis.is_set': 'установлен',
   'diagnosis.cause': 'Почему',
   'diagnosis.remedy': 'Что делать',
-  'diagnosis.severity_alarm': 'неисправность',
+  'diagnosis.severity_alarm': 'тревога',
   'diagnosis.severity_warning': 'предупреждение',
   'diagnosis.severity_notice': 'к сведению',
   'diagnosis.severity_info': 'состояние',

@@ -214,7 +214,7 @@ export const alarmStyle = css`
     white-space: nowrap;
   }
   .old {
-    opacity: 0.75;
+    filter: grayscale(1);
   }
   .card.flat {
     padding: 0;

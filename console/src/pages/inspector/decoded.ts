@@ -3,6 +3,7 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionaryNow } from '../../hub/dictionary';
 import { lang, num, t, tt } from '../../i18n';
+import { unitText } from '../../units';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import { base } from '../../theme/shared';
@@ -154,7 +155,7 @@ export class LfFrameDecoded extends LitElement {
     return html`<div class="head">
         <span>${t('inspector.frame_at', { time: clock(frame.at_ms), src: frame.src, dst: frame.dst })}</span>
         <span>${t('inspector.bytes', { n: num(bytes.length) })}</span>
-        ${frame.took_ms === null ? nothing : html`<span>${t('inspector.took', { took: `${num(frame.took_ms)} ms` })}</span>`}
+        ${frame.took_ms === null ? nothing : html`<span>${t('inspector.took', { took: `${num(frame.took_ms)} ${unitText('duration_ms')}` })}</span>`}
       </div>
       <div class="bytes" tabindex="0" role="region" aria-label=${t('inspector.bytes', { n: num(bytes.length) })}>
         ${bytes.map(

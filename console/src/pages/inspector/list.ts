@@ -3,6 +3,7 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { num, t, type Key } from '../../i18n';
+import { unitText } from '../../units';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
 import { base } from '../../theme/shared';
@@ -213,7 +214,7 @@ export class LfFrameList extends LitElement {
     >
       <div class="time">
         ${clock(frame.at_ms)}
-        ${frame.took_ms === null ? nothing : html`<div class="took">${frame.took_ms < 1 ? '<1' : `+${num(frame.took_ms)}`} ms</div>`}
+        ${frame.took_ms === null ? nothing : html`<div class="took">${frame.took_ms < 1 ? '<1' : `+${num(frame.took_ms)}`} ${unitText('duration_ms')}</div>`}
       </div>
       <div class="way" title=${t(away ? 'inspector.out' : 'inspector.in')}>
         ${icon(away ? 'right' : 'left', 18)} ${frame.src} → ${frame.dst}

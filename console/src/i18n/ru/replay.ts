@@ -1,6 +1,8 @@
 import type en from '../en/replay';
 
 const ru: Record<keyof typeof en, string> = {
+  'replay.kb': 'кБ',
+  'replay.mb': 'МБ',
   'replay.title': 'Просмотр записи',
   'replay.lead': 'Прошлое показывается на тех же страницах, что и настоящее. Команды при этом никуда не идут.',
   'replay.bar': 'Просмотр записи',

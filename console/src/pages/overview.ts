@@ -207,7 +207,7 @@ export class PageOverview extends LitElement {
       html`<lf-value quantity=${quantity} .label=${t(label)} .value=${wire} ?stale=${stale}></lf-value>`;
     return html`<a class="card one ${alarmed}" id="card-${id}" href="#/m/${id}/operate">
       <header>
-        <h2>${id}<span>${name === id ? '' : name}</span></h2>
+        <h2 title=${name}>${id}<span>${name === id ? '' : name}</span></h2>
         ${alarms.length
           ? html`<lf-chip kind=${alarms[0]!.priority} icon="warning">${plural(alarms.length, 'topbar.alarms')}</lf-chip>`
           : nothing}

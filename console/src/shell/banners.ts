@@ -142,7 +142,8 @@ export class LfBanners extends LitElement {
       store.get(`monitors/${monitor}/authority`),
       whyNot(monitor, { authority: false, lockedOut: true }),
     ];
-    const second = store.linked ? 0 : Math.floor(Date.now() / 1000);
+    const stale = monitor !== null && store.stale(monitor);
+    const second = store.linked && !stale ? 0 : Math.floor(Date.now() / 1000);
     const held = monitor ? [] : holders();
     return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), of, held]);
   }
@@ -167,6 +168,7 @@ export class LfBanners extends LitElement {
     return html`${has(monitor, 'General', 'LockedOut')
         ? banner('medium', 'lock', html`<b>${t('banner.locked', { monitor })}</b>`)
         : nothing}
+      ${this.old(monitor)}
       ${resume !== null
         ? banner(
             'medium passing',
@@ -175,6 +177,13 @@ export class LfBanners extends LitElement {
           )
         : nothing}
       ${this.control(monitor)}`;
+  }
+
+  /** The hub is there, the monitor is not. */
+  private old(monitor: string) {
+    const at_ms = store.get(`monitors/${monitor}/status`)?.at_ms;
+    if (!at_ms || !store.linked || store.source === 'replay' || !store.stale(monitor)) return nothing;
+    return banner('high', 'unlinked', html`<b>${t('banner.old', { monitor, age: age(store.now() - at_ms) })}</b>`);
   }
 
   private control(monitor: string) {

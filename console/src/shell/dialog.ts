@@ -65,7 +65,8 @@ export const dialog = new Dialogs();
 
 export interface ConfirmOptions {
   title: string;
-  text: string | TemplateResult;
+  /** As a function: asked anew as things change. */
+  text: string | TemplateResult | (() => string | TemplateResult);
   yes: string;
   danger?: boolean;
   /** Seconds that the button has to be held. */
@@ -89,7 +90,7 @@ export async function confirmDialog(options: ConfirmOptions): Promise<boolean> {
   const kind = options.danger ? 'danger' : 'primary';
   const answer = await dialog.open<boolean>({
     title: options.title,
-    content: () => html`<p>${options.text}</p>
+    content: () => html`<p>${typeof options.text === 'function' ? options.text() : options.text}</p>
       ${options.typed
         ? html`<label class="field"
             >${t('shell.type', { what: options.typed })}

@@ -3,12 +3,13 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
-import { inControl, whyNot } from '../hub/session';
+import { whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { t } from '../i18n';
 import { icon } from '../parts/icons';
 import { base } from '../theme/shared';
-import { confirmDialog } from './dialog';
+import { takeControl } from './authority';
+import { confirmDialog, dialog } from './dialog';
 
 /** Pause; F9 and Shift+Escape for keyboards without it. None of them types anything. */
 export function isStopKey(event: KeyboardEvent): boolean {
@@ -230,15 +231,25 @@ export class LfStop extends LitElement {
 
   /** The second step; the first was to open this. */
   private async release(monitor: string): Promise<void> {
-    const why = inControl(monitor) ? '' : whyNot(monitor, { lockedOut: true });
+    const why = () => whyNot(monitor, { lockedOut: true });
+    const free = () => !whyNot(monitor, { authority: false, lockedOut: true }) && !store.get(`monitors/${monitor}/authority`)?.holder;
+    const end = store.subscribe(`monitors/${monitor}/`, () => dialog.update());
     const sure = await confirmDialog({
       title: t('stop.release_title', { monitor }),
-      text: why ? html`${t('stop.release_text')}<br /><br /><b>${why}</b>` : t('stop.release_text'),
+      text: () => html`${t('stop.release_text')}${why()
+        ? html`<br /><br /><b style="display:flex;flex-wrap:wrap;gap:8px 16px;align-items:center"
+              >${why()}
+              ${free()
+                ? html`<lf-button id="take-here" @click=${() => takeControl(monitor)}>${t('authority.take')}</lf-button>`
+                : nothing}</b
+            >`
+        : nothing}`,
       yes: t('stop.release_yes'),
-      why: () => (inControl(monitor) ? '' : whyNot(monitor, { lockedOut: true })),
+      why,
       hold: 2,
       typed: monitor,
     });
+    end();
     if (sure) commands.request(monitor, 'Lockout All off', { confirm: monitor }).catch(() => {});
   }
 

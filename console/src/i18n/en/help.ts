@@ -6,7 +6,7 @@ export default {
   'help.move': 'Move the barrel while held (page Operate)',
   'help.nozzle': 'Narrow or widen the jet while held (page Operate)',
   'help.escape': 'Close a dialog; end drawing',
-  'help.help': 'This page',
+  'help.help': 'This help',
   'help.tab': 'The first press of Tab goes to STOP',
   'help.gamepad':
     'A gamepad moves the barrel too, on the page Operate: left stick the barrel, shoulder buttons the nozzle, B is STOP.',

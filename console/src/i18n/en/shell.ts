@@ -75,6 +75,7 @@ export default {
   'banner.replay': 'REPLAY of a recording: nothing here is live',
   'banner.simulation': 'SIMULATION',
   'banner.limitless': 'Limits are off: {monitors}',
+  'banner.old': '{monitor} does not answer: values are {age} old',
   'banner.locked': '{monitor} is locked out',
   'banner.paused': 'Program paused, goes on in',
   'banner.s': 's',

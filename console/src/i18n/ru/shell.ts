@@ -75,6 +75,7 @@ export default {
   'banner.replay': 'ПРОСМОТР ЗАПИСИ: это не текущее состояние',
   'banner.simulation': 'СИМУЛЯЦИЯ',
   'banner.limitless': 'Пределы отключены: {monitors}',
+  'banner.old': '{monitor} не отвечает: значениям {age}',
   'banner.locked': '{monitor} заблокирован',
   'banner.paused': 'Программа приостановлена, продолжится через',
   'banner.s': 'с',

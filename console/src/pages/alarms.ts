@@ -245,7 +245,7 @@ export class LfPageAlarms extends LitElement {
             >${t('alarms.do_unshelve')}</lf-button
           >`
         : html`<lf-button data-act="shelve" icon="clock" .why=${why} @click=${() => this.shelve(alarm)}
-            >${t('alarms.do_shelve')}</lf-button
+            ><span class="word">${t('alarms.do_shelve')}</span></lf-button
           >`}
     </div>`;
   }

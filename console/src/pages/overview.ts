@@ -118,8 +118,29 @@ export class PageOverview extends LitElement {
       td a {
         display: inline-flex;
         align-items: center;
-        min-height: 40px;
+        min-height: 48px;
         font-weight: 650;
+      }
+      td {
+        padding-block: 2px;
+      }
+      .who {
+        max-width: 220px;
+        overflow: hidden;
+        text-overflow: ellipsis;
+        white-space: nowrap;
+      }
+      td lf-chip {
+        white-space: nowrap;
+      }
+      @media (max-width: 1100px) {
+        .who {
+          max-width: 128px;
+        }
+        th,
+        td {
+          padding-inline: 6px;
+        }
       }
       td .stale {
         color: var(--dim);
@@ -246,7 +267,7 @@ export class PageOverview extends LitElement {
             const alarms = store.alarms(id).filter((alarm) => alarm.state !== 'shelved');
             const name = tt(store.get(`monitors/${id}/info`)?.name);
             return html`<tr @click=${() => router.go('operate', id)}>
-              <td><a href="#/m/${id}/operate">${id}</a> <span class="dim">${name === id ? '' : name}</span></td>
+              <td class="who" title=${name}><a href="#/m/${id}/operate">${id}</a> <span class="dim">${name === id ? '' : name}</span></td>
               <td>${readyChip(id)}</td>
               <td><div class="row wrap">${doing(id)}</div></td>
               <td class="num">${cell(stale, show('angle', position(id, 'Horizontal')))}</td>

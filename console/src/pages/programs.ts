@@ -103,10 +103,11 @@ export class PagePrograms extends LitElement {
 
   private unread() {
     const now = editing(this.monitor);
+    const why = whyNot(this.monitor, { role: 'observer', authority: false, lockedOut: true });
     return html`<div class="empty">
       ${icon('programs', 40)}
       <p>${t('programs.not_read', { monitor: this.monitor })}</p>
-      <lf-button icon="refresh" .why=${now.busy ? t('params.busy') : ''} @click=${() => now.readAll()}
+      <lf-button icon="refresh" .why=${now.busy ? t('params.busy') : why} @click=${() => now.readAll()}
         >${t('programs.read')}</lf-button
       >
     </div>`;

@@ -13,6 +13,7 @@ import { socket } from '../hub/socket';
 import { store, TopicController } from '../hub/store';
 import type { Session } from '../hub/types';
 import { lang, langChanged, t, type Key } from '../i18n';
+import { icon } from '../parts/icons';
 import '../parts/lf-chip';
 import '../parts/lf-value';
 import { display, displayChanged, followDisplay, magnified } from '../theme/display';
@@ -99,7 +100,13 @@ export class LfApp extends LitElement {
         justify-items: center;
         gap: var(--s3);
         height: 100%;
+        padding: var(--s3);
+        text-align: center;
         color: var(--dim);
+      }
+      .boot b {
+        color: var(--text);
+        font-size: var(--t-large);
       }
       .shade {
         display: none;
@@ -218,7 +225,10 @@ export class LfApp extends LitElement {
   }
 
   private page(name: string, monitor: string | null) {
-    if (this.phase === 'unreachable') return html`<div class="boot">${t('shell.unreachable')}</div>`;
+    if (this.phase === 'unreachable') return html`<div class="boot" role="alert">
+        ${icon('unlinked', 44)}<b>${t('shell.unreachable')}</b>
+        <span>${t('shell.unreachable_stop')}</span>
+      </div>`;
     if (this.phase === 'boot' || this.loaded !== name || !store.hello || !store.known) {
       return html`<div class="boot" aria-busy="true">${t(this.missing ? 'shell.missing' : 'shell.loading')}</div>`;
     }

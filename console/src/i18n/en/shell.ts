@@ -10,6 +10,7 @@ export default {
   'shell.loading': 'Loading…',
   'shell.missing': 'This page cannot be fetched: the hub does not answer. Trying again…',
   'shell.unreachable': 'The hub does not answer. Trying again…',
+  'shell.unreachable_stop': 'STOP does not get through from here until then: use the hardware stop at the monitor.',
   'nav.label': 'Pages',
   'nav.monitor': 'Monitor',
   'nav.unack': 'unacknowledged',

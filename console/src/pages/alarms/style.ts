@@ -245,15 +245,18 @@ export const alarmStyle = css`
   }
   @media (max-width: 1180px) {
     .alarm {
-      grid-template-columns: 40px minmax(0, 1fr) 132px 48px;
+      grid-template-columns: 40px minmax(0, 1fr) 112px 240px 48px;
+      gap: 4px 12px;
     }
-    .acts {
-      grid-area: 2 / 2 / 3 / -1;
-      justify-content: flex-start;
-      flex-wrap: wrap;
-    }
-    .acts:not(:has(*)) {
-      display: none;
+  }
+  /* On a tablet a flood is to be seen, not a few. */
+  @media (min-width: 721px) and (max-width: 1180px) {
+    .acts .word {
+      position: absolute;
+      width: 1px;
+      height: 1px;
+      overflow: hidden;
+      clip-path: inset(50%);
     }
   }
   @media (max-width: 720px) {
@@ -277,8 +280,10 @@ export const alarmStyle = css`
     }
     .acts {
       grid-area: 3 / 1 / 4 / -1;
-      flex-wrap: nowrap;
       padding-right: var(--s2);
+    }
+    .acts:not(:has(*)) {
+      display: none;
     }
     .acts lf-button {
       flex: 1 1 auto;

@@ -29,7 +29,7 @@ export class LfValves extends LitElement {
       }
       .valve {
         display: grid;
-        grid-template-columns: 1fr 140px 84px;
+        grid-template-columns: 1fr 118px 82px;
         align-items: center;
         gap: var(--s2);
       }
@@ -41,18 +41,20 @@ export class LfValves extends LitElement {
       .name {
         display: flex;
         align-items: center;
-        gap: 10px;
+        gap: 8px;
         min-width: 0;
         line-height: 1.25;
+        font-size: 13px;
       }
       .name b {
         display: block;
+        font-size: var(--t-normal);
       }
       .mark {
         display: grid;
         place-items: center;
-        width: 36px;
-        height: 36px;
+        width: 32px;
+        height: 32px;
         flex: none;
         border-radius: 50%;
         border: 2px solid var(--line-strong);

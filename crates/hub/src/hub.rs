@@ -190,8 +190,8 @@ impl Hub {
             owners: Mutex::default(),
             audit: Audit::open(folder)?,
             access: Access::open(folder)?,
-            history: Mutex::new(match &config.history_url {
-                Some(url) => History::open_postgres(url)?,
+            history: Mutex::new(match config.postgres.clone() {
+                Some(address) => History::open_postgres(address)?,
                 None => History::open(folder)?,
             }),
             events: Events::open(folder)?,

@@ -36,6 +36,7 @@ mod station;
 pub mod store;
 mod sync;
 pub mod text;
+mod tls;
 pub mod topics;
 
 pub use api::description;

@@ -8,21 +8,17 @@ use std::time::Duration;
 
 use axum::Router;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use rustls_pki_types::pem::PemObject;
-use rustls_pki_types::{CertificateDer, PrivateKeyDer};
+use rustls_pki_types::CertificateDer;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, watch};
 use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
-use tokio_rustls::rustls::server::WebPkiClientVerifier;
-use tokio_rustls::rustls::{RootCertStore, ServerConfig, crypto};
 use tower::ServiceExt;
 
 use crate::api::{self, Peer, Place};
-use crate::config::TlsConfig;
 use crate::hub::Hub;
-use crate::owner;
+use crate::{owner, tls};
 
 /// A client has so long for the handshake of TLS, and for the headers of a request.
 const PATIENCE: Duration = Duration::from_secs(15);
@@ -51,7 +47,9 @@ impl std::fmt::Debug for TlsAcceptorBox {
 impl Server {
     /// Listens. Nothing is polled yet.
     pub async fn bind(hub: Hub) -> io::Result<Self> {
-        let tls = hub.config.tls.as_ref().map(acceptor).transpose()?.map(TlsAcceptorBox);
+        let tls = hub.config.tls.as_ref().map(tls::acceptor).transpose();
+        let tls = tls.map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
+        let tls = tls.map(TlsAcceptorBox);
         let listener = TcpListener::bind(hub.config.listen).await?;
         Ok(Self { hub, listener, tls })
     }
@@ -159,38 +157,4 @@ fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
     let (_, certificate) = x509_parser::parse_x509_certificate(certificate).ok()?;
     let name = certificate.subject().iter_common_name().next()?.as_str().ok()?;
     Some(name.to_owned())
-}
-
-/// Reads the certificates.
-fn acceptor(config: &TlsConfig) -> io::Result<TlsAcceptor> {
-    let of_file = |path: &std::path::Path, what: String| {
-        io::Error::new(io::ErrorKind::InvalidInput, format!("{}: {what}", path.display()))
-    };
-    let chain = |path: &std::path::Path| -> io::Result<Vec<CertificateDer<'static>>> {
-        let read = CertificateDer::pem_file_iter(path).and_then(Iterator::collect);
-        let chain: Vec<_> = read.map_err(|error| of_file(path, error.to_string()))?;
-        if chain.is_empty() { Err(of_file(path, "no certificate".into())) } else { Ok(chain) }
-    };
-    let key = PrivateKeyDer::from_pem_file(&config.key)
-        .map_err(|error| of_file(&config.key, error.to_string()))?;
-    let provider = Arc::new(crypto::ring::default_provider());
-    let builder = ServerConfig::builder_with_provider(provider.clone())
-        .with_safe_default_protocol_versions()
-        .map_err(io::Error::other)?;
-    let builder = match &config.client_ca {
-        None => builder.with_no_client_auth(),
-        Some(path) => {
-            let mut roots = RootCertStore::empty();
-            for certificate in chain(path)? {
-                roots.add(certificate).map_err(|error| of_file(path, error.to_string()))?;
-            }
-            let verifier = WebPkiClientVerifier::builder_with_provider(roots.into(), provider);
-            builder.with_client_cert_verifier(verifier.build().map_err(io::Error::other)?)
-        }
-    };
-    let mut server = builder
-        .with_single_cert(chain(&config.cert)?, key)
-        .map_err(|error| of_file(&config.cert, error.to_string()))?;
-    server.alpn_protocols = vec![b"http/1.1".to_vec()];
-    Ok(TlsAcceptor::from(Arc::new(server)))
 }

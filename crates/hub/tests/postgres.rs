@@ -6,6 +6,7 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use lafet_hub::store::Address;
 use serde_json::{Value, json};
 use support::{PATIENCE, Site, until};
 
@@ -13,6 +14,7 @@ use support::{PATIENCE, Site, until};
 struct Server {
     folder: PathBuf,
     port: u16,
+    options: Vec<String>,
     child: Option<Child>,
 }
 
@@ -41,8 +43,8 @@ fn command(program: &Path, folder: &Path) -> Command {
 }
 
 impl Server {
-    fn new(bin: &Path) -> Self {
-        let folder = std::env::temp_dir().join(format!("lafet-postgres-{}", std::process::id()));
+    fn new(bin: &Path, name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("lafet-{name}-{}", std::process::id()));
         _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&folder).unwrap();
         use std::os::unix::fs::PermissionsExt;
@@ -54,13 +56,14 @@ impl Server {
         assert!(made.success(), "initdb");
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
-        Self { folder, port, child: None }
+        Self { folder, port, options: Vec::new(), child: None }
     }
 
     fn start(&mut self, bin: &Path) {
         let port = self.port.to_string();
         let child = command(&bin.join("postgres"), &self.folder)
             .args(["-D", "data", "-h", "127.0.0.1", "-k", ".", "-p", &port, "-F"])
+            .args(&self.options)
             .spawn()
             .unwrap();
         self.child = Some(child);
@@ -79,6 +82,69 @@ impl Server {
     fn url(&self) -> String {
         format!("postgres://lafet@127.0.0.1:{}/postgres", self.port)
     }
+
+    /// A certificate for `localhost`, signed by `ca.pem` beside it; the server wants one of its
+    /// clients for the role `scada`, and takes `lafet` with TLS alone.
+    fn with_certificates(&mut self) {
+        let key = || rcgen::KeyPair::generate().unwrap();
+        let authority = |name: &str| {
+            let mut params = rcgen::CertificateParams::new(Vec::<String>::new()).unwrap();
+            params.is_ca = rcgen::IsCa::Ca(rcgen::BasicConstraints::Unconstrained);
+            params.distinguished_name.push(rcgen::DnType::CommonName, name);
+            rcgen::CertifiedIssuer::self_signed(params, key()).unwrap()
+        };
+        let issued = |name: &str, by: &rcgen::CertifiedIssuer<'_, rcgen::KeyPair>| {
+            let (mut params, key) =
+                (rcgen::CertificateParams::new([name.to_owned()]).unwrap(), key());
+            params.distinguished_name.push(rcgen::DnType::CommonName, name);
+            (params.signed_by(&key, by).unwrap().pem(), key.serialize_pem())
+        };
+        let (ca, other) = (authority("site"), authority("somebody else"));
+        let (server, client) = (issued("localhost", &ca), issued("scada", &ca));
+        for (name, text) in [
+            ("ca.pem", ca.pem()),
+            ("other.pem", other.pem()),
+            ("client.pem", client.0),
+            ("client.key", client.1),
+            ("data/server.crt", server.0),
+            ("data/server.key", server.1),
+            (
+                "data/pg_hba.conf",
+                "local all all trust\nhostssl all scada all cert\nhostssl all lafet all trust\n"
+                    .into(),
+            ),
+        ] {
+            let file = self.folder.join(name);
+            std::fs::write(&file, text).unwrap();
+            if name.starts_with("data/") {
+                own_alike(&file, &self.folder.join("data"));
+            }
+        }
+        let ca = self.folder.join("ca.pem");
+        self.options =
+            ["-c", "ssl=on", "-c", "log_min_messages=error", "-c"].map(str::to_owned).into();
+        self.options.push(format!("ssl_ca_file={}", ca.display()));
+    }
+
+    /// Whether the hub's own way of connecting comes through, and with TLS.
+    async fn takes(&self, place: &str) -> Result<bool, String> {
+        let url = format!("postgres://{}", place.replace("PORT", &self.port.to_string()));
+        let address = Address::parse(&url, &self.folder).map_err(|(what, _)| what.en)?;
+        let client = address.client().await?;
+        let row = client
+            .query_one("SELECT ssl FROM pg_stat_ssl WHERE pid = pg_backend_pid()", &[])
+            .await
+            .map_err(|error| error.to_string())?;
+        Ok(row.get(0))
+    }
+}
+
+/// A file of the server's: its owner's, and nobody else's.
+fn own_alike(file: &Path, like: &Path) {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
+    let like = std::fs::metadata(like).unwrap();
+    std::fs::set_permissions(file, std::fs::Permissions::from_mode(0o600)).unwrap();
+    chown(file, Some(like.uid()), Some(like.gid())).unwrap();
 }
 
 impl Drop for Server {
@@ -106,11 +172,11 @@ async fn what_happened_while_the_server_was_away_is_stored_later() {
         assert!(std::env::var_os("LAFET_NO_POSTGRES").is_some(), "apt-get install postgresql");
         return;
     };
-    let mut server = Server::new(&bin);
+    let mut server = Server::new(&bin, "postgres");
     let url = server.url();
     let site = Site::with(1, |config| {
         config.login = false;
-        config.history_url = Some(url);
+        config.postgres = Some(Address::parse(&url, Path::new("/")).unwrap());
     })
     .await;
     // The server is not there yet: an alarm, and the hub works.
@@ -150,4 +216,52 @@ async fn what_happened_while_the_server_was_away_is_stored_later() {
         "refused",
         "the monitor, which is locked out, has been asked: {stop:?}"
     );
+}
+
+#[tokio::test]
+async fn tls_is_as_libpq_has_it() {
+    let Some(bin) = programs() else {
+        assert!(std::env::var_os("LAFET_NO_POSTGRES").is_some(), "apt-get install postgresql");
+        return;
+    };
+    let mut server = Server::new(&bin, "postgres-tls");
+    server.with_certificates();
+    server.start(&bin);
+    let began = tokio::time::Instant::now();
+    let mut ticks = tokio::time::interval(std::time::Duration::from_millis(100));
+    let name = "lafet@localhost:PORT/postgres";
+    while let Err(said) = server.takes(&format!("{name}?sslmode=require")).await {
+        assert!(began.elapsed() < PATIENCE, "{said}");
+        ticks.tick().await;
+    }
+    let address = "lafet@127.0.0.1:PORT/postgres";
+    for (place, taken) in [
+        // pg_hba.conf takes nothing without TLS.
+        (format!("{name}?sslmode=disable"), Err("no encryption")),
+        (format!("{name}?sslmode=allow"), Ok(true)),
+        (name.into(), Ok(true)),
+        (format!("{name}?sslmode=require&sslrootcert=other.pem"), Err("UnknownIssuer")),
+        (format!("{address}?sslmode=require"), Ok(true)),
+        (format!("{address}?sslmode=verify-ca&sslrootcert=ca.pem"), Ok(true)),
+        (format!("{address}?sslmode=verify-ca&sslrootcert=other.pem"), Err("UnknownIssuer")),
+        (format!("{address}?sslmode=verify-full&sslrootcert=ca.pem"), Err("not valid for name")),
+        (format!("{name}?sslmode=verify-full&sslrootcert=ca.pem"), Ok(true)),
+        (format!("{name}?sslmode=verify-full&sslrootcert=data/server.crt"), Ok(true)),
+        ("scada@localhost:PORT/postgres?sslmode=require".into(), Err("certificate")),
+        (
+            "scada@localhost:PORT/postgres?sslmode=verify-full&sslrootcert=ca.pem\
+             &sslcert=client.pem&sslkey=client.key"
+                .into(),
+            Ok(true),
+        ),
+    ] {
+        let came = server.takes(&place).await;
+        match taken {
+            Ok(tls) => assert_eq!(came, Ok(tls), "{place}"),
+            Err(words) => {
+                let said = came.expect_err(&place);
+                assert!(said.contains(words), "{place}: {said}");
+            }
+        }
+    }
 }

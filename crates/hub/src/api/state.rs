@@ -90,7 +90,7 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<Value>, ApiErro
             "failing": hub.audit.is_failing(),
         },
         "history": {
-            "base": if hub.config.history_url.is_some() { "postgresql" } else { "sqlite" },
+            "base": if hub.config.postgres.is_some() { "postgresql" } else { "sqlite" },
             "failing": failing, "lost": lost,
             "raw_days": hub.config.raw_days, "minute_days": hub.config.minute_days,
         },

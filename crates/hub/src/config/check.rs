@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 use std::fmt;
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lafet_client::{Endpoint, Lang};
 use serde_json::{Value, json};
 
 use super::file::{File, Monitor, Name, Tls};
 use super::{Config, LISTEN, MonitorConfig, Overrides, RecordingConfig, TlsConfig};
+use crate::store::Address;
 use crate::text::{Both, both};
 
 /// Polls are not closer together, and a monitor that is asked more seldom is not being watched.
@@ -97,7 +98,7 @@ pub fn check(
     }
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
-    check.history(&read.history);
+    let postgres = check.postgres(&read.history);
     check.range(&read.history.raw_days, 1..=3650, "raw_days");
     check.range(&read.history.minute_days, 1..=36_500, "minute_days");
     check.range(&read.recording.before_s, 0..=300, "before_s");
@@ -130,7 +131,7 @@ pub fn check(
         tls,
         metrics_open: read.metrics.open,
         lost_ms: read.authority.lost_ms.into_inner(),
-        history_url: read.history.url.map(toml::Spanned::into_inner),
+        postgres,
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
         site: site(&read.monitor, &json!(read.tank), &json!(read.wall)),
@@ -179,18 +180,27 @@ impl Check<'_> {
         }
     }
 
-    fn history(&mut self, history: &super::file::History) {
-        let Some(url) = &history.url else { return };
-        let known = ["postgres://", "postgresql://"].iter().any(|it| url.get_ref().starts_with(it));
-        if !known || url.get_ref().parse::<tokio_postgres::Config>().is_err() {
-            self.say(
-                url.span().start,
-                both("This is no address of PostgreSQL.", "Это не адрес PostgreSQL."),
+    fn postgres(&mut self, history: &super::file::History) -> Option<Address> {
+        let url = history.url.as_ref()?;
+        let address = Address::parse(url.get_ref(), self.folder);
+        let used = address.and_then(|address| match address.connector() {
+            Ok(_) => Ok(address),
+            Err(what) => Err((
+                what,
                 both(
-                    "Write postgres://USER:PASSWORD@HOST/DATABASE, or leave url out for SQLite.",
-                    "Напишите postgres://ИМЯ:ПАРОЛЬ@УЗЕЛ/БАЗА либо уберите url — будет SQLite.",
+                    "sslrootcert, sslcert and sslkey name PEM files; relative ones start from the \
+                     folder of this file.",
+                    "sslrootcert, sslcert и sslkey — файлы PEM; относительный путь — от папки \
+                     этого файла.",
                 ),
-            );
+            )),
+        });
+        match used {
+            Ok(address) => Some(address),
+            Err((what, remedy)) => {
+                self.say(url.span().start, what, remedy);
+                None
+            }
         }
     }
 
@@ -215,29 +225,7 @@ impl Check<'_> {
     }
 
     fn tls(&mut self, byte: usize, tls: Tls) -> TlsConfig {
-        let folder = self.folder;
-        let mut readable = |path: &PathBuf| {
-            let path = folder.join(path);
-            if let Err(error) = std::fs::metadata(&path) {
-                let shown = path.display();
-                self.say(
-                    byte,
-                    both(
-                        format!("{shown} cannot be read: {error}."),
-                        format!("{shown} не читается: {error}."),
-                    ),
-                    both(
-                        "Give the path of a PEM file; relative ones start from the folder of this \
-                         file.",
-                        "Укажите путь к файлу PEM; относительный путь — от папки этого файла.",
-                    ),
-                );
-            }
-            path
-        };
-        let (cert, key) = (readable(&tls.cert), readable(&tls.key));
-        let client_ca = tls.client_ca.as_ref().map(&mut readable);
-        if client_ca.is_none() && !tls.client_roles.is_empty() {
+        if tls.client_ca.is_none() && !tls.client_roles.is_empty() {
             self.say(
                 byte,
                 both("client_roles without client_ca.", "client_roles без client_ca."),
@@ -247,7 +235,24 @@ impl Check<'_> {
                 ),
             );
         }
-        TlsConfig { cert, key, client_ca, client_roles: tls.client_roles }
+        let config = TlsConfig {
+            cert: self.folder.join(tls.cert),
+            key: self.folder.join(tls.key),
+            client_ca: tls.client_ca.map(|path| self.folder.join(path)),
+            client_roles: tls.client_roles,
+        };
+        for what in crate::tls::problems(&config) {
+            self.say(
+                byte,
+                what,
+                both(
+                    "Give the path of a PEM file; relative ones start from the folder of this \
+                     file.",
+                    "Укажите путь к файлу PEM; относительный путь — от папки этого файла.",
+                ),
+            );
+        }
+        config
     }
 
     fn monitors(&mut self, read: &[toml::Spanned<Monitor>]) -> Vec<MonitorConfig> {

@@ -11,6 +11,7 @@ use lafet_client::Endpoint;
 use serde_json::Value;
 
 use crate::access::Role;
+use crate::store::Address;
 use crate::text::Both;
 pub use check::Problem;
 
@@ -41,7 +42,7 @@ pub struct Config {
     /// Milliseconds that a holder whose connection is lost may take to come back.
     pub lost_ms: u64,
     /// PostgreSQL for the history, instead of SQLite.
-    pub history_url: Option<String>,
+    pub postgres: Option<Address>,
     /// Days for which each change is kept.
     pub raw_days: u32,
     /// Days for which minutes are kept.
@@ -119,7 +120,7 @@ impl Default for Config {
             tls: None,
             metrics_open: false,
             lost_ms: 3000,
-            history_url: None,
+            postgres: None,
             raw_days: 7,
             minute_days: 400,
             recording: RecordingConfig::default(),

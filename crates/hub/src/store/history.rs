@@ -10,7 +10,7 @@ use rusqlite::{Connection, params};
 use serde_json::{Value, json};
 
 use super::db::{Db, StoreError, open};
-use super::postgres::{Postgres, Work};
+use super::postgres::{Address, Postgres, Work};
 use crate::link_series::PREFIX;
 
 /// A value is not noted more often.
@@ -128,8 +128,8 @@ impl History {
     }
 
     /// Opens it in PostgreSQL.
-    pub fn open_postgres(url: &str) -> Result<Self, StoreError> {
-        Ok(Self::of(Base::Postgres(Postgres::open(url)?)))
+    pub fn open_postgres(address: Address) -> Result<Self, StoreError> {
+        Ok(Self::of(Base::Postgres(Postgres::open(address)?)))
     }
 
     fn of(base: Base) -> Self {

@@ -11,3 +11,4 @@ pub(crate) use db::open;
 pub use db::{Db, StoreError};
 pub use events::{Event, Events, Page, Search};
 pub use history::{Base, Change, History, RAW_RANGE_MS, Series};
+pub use postgres::Address;

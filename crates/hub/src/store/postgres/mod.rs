@@ -1,5 +1,8 @@
 //! The history in PostgreSQL: written by a thread of its own, which waits when the server is away.
 
+mod address;
+mod verify;
+
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -9,7 +12,9 @@ use serde_json::{Value, json};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{sleep, timeout};
 use tokio_postgres::types::ToSql;
-use tokio_postgres::{Client, Config, NoTls, Row as PgRow};
+use tokio_postgres::{Client, Row as PgRow};
+
+pub use address::Address;
 
 use super::db::StoreError;
 use super::history::{Change, DAY_MS, Row, signed};
@@ -73,8 +78,7 @@ impl Work {
 
 impl Postgres {
     /// Starts the thread; whether the server is there shows later.
-    pub fn open(url: &str) -> Result<Self, StoreError> {
-        let config: Config = url.parse()?;
+    pub fn open(address: Address) -> Result<Self, StoreError> {
         let (work, queue) = mpsc::channel(QUEUE_MAX);
         let (sender, client) = watch::channel(None);
         let figures = Arc::new(Figures::default());
@@ -82,7 +86,7 @@ impl Postgres {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         std::thread::Builder::new()
             .name("lafet-postgres".into())
-            .spawn(move || runtime.block_on(write(config, queue, sender, own)))?;
+            .spawn(move || runtime.block_on(write(address, queue, sender, own)))?;
         Ok(Self { work, client, figures })
     }
 
@@ -191,15 +195,15 @@ impl Postgres {
 
 /// Connects, and stores what comes, until nobody has anything more to store.
 async fn write(
-    config: Config,
+    address: Address,
     mut queue: mpsc::Receiver<Work>,
     shared: watch::Sender<Option<Arc<Client>>>,
     figures: Arc<Figures>,
 ) {
     let mut waiting: VecDeque<Work> = VecDeque::new();
     loop {
-        match timeout(PATIENCE, connect(&config)).await {
-            Ok(Ok(client)) => {
+        match connect(&address).await {
+            Ok(client) => {
                 let client = Arc::new(client);
                 shared.send_replace(Some(client.clone()));
                 tracing::info!("PostgreSQL takes the history");
@@ -210,8 +214,7 @@ async fn write(
                     Err(error) => tracing::warn!(%error, "PostgreSQL does not take the history"),
                 }
             }
-            Ok(Err(error)) => tracing::warn!(%error, "no connection to PostgreSQL"),
-            Err(_) => tracing::warn!("no connection to PostgreSQL"),
+            Err(error) => tracing::warn!(error, "no connection to PostgreSQL"),
         }
         figures.failing.store(true, Ordering::Relaxed);
         let pause = sleep(PAUSE);
@@ -240,11 +243,13 @@ fn keep(waiting: &mut VecDeque<Work>, work: Work, figures: &Figures) {
     }
 }
 
-async fn connect(config: &Config) -> Result<Client, tokio_postgres::Error> {
-    let (client, connection) = config.connect(NoTls).await?;
-    tokio::spawn(connection);
-    client.batch_execute(SCHEMA).await?;
-    Ok(client)
+/// A client whose tables are there.
+async fn connect(address: &Address) -> Result<Client, String> {
+    let client = address.client().await?;
+    match timeout(PATIENCE, client.batch_execute(SCHEMA)).await {
+        Ok(made) => made.map(|()| client).map_err(|error| error.to_string()),
+        Err(_) => Err(StoreError::Away.to_string()),
+    }
 }
 
 async fn store(

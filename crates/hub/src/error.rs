@@ -68,9 +68,11 @@ impl ApiError {
     /// Too many requests.
     pub fn slow_down(wait: std::time::Duration) -> Self {
         let wait_ms = u64::try_from(wait.as_millis()).unwrap_or(u64::MAX).max(1);
+        // People count seconds.
+        let wait_s = wait_ms.div_ceil(1000);
         let text = both(
-            format!("Too fast. Try again in {wait_ms} ms."),
-            format!("Слишком часто. Повторите через {wait_ms} мс."),
+            format!("Too fast. Try again in {wait_s} s."),
+            format!("Слишком часто. Повторите через {wait_s} с."),
         );
         Self::new(StatusCode::TOO_MANY_REQUESTS, "slow_down", text).with("retry_after_ms", wait_ms)
     }

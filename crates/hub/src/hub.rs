@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
@@ -32,6 +32,8 @@ use crate::topics::Topics;
 pub const EVENTS_MAX: usize = 256;
 /// Requests of one user: so many at once, so many a second. Stop, Close, Lockout are not counted.
 const REQUESTS: (f64, f64) = (100.0, 50.0);
+/// Passwords that are hashed at once: each takes 19 MiB and a processor for a while.
+const HASHING_MAX: usize = 2;
 /// Users and sessions whose requests are counted.
 const BUCKETS_MAX: usize = 10_000;
 
@@ -72,6 +74,8 @@ pub struct Inner {
     pub alarms: Mutex<Alarms>,
     /// Logins that failed.
     pub logins: Mutex<Logins>,
+    /// Who may hash a password now.
+    pub hashing: Arc<Semaphore>,
     /// The dictionary of the protocol, as JSON.
     pub dictionary: Value,
     /// What happens, in figures.
@@ -201,6 +205,7 @@ impl Hub {
             recordings: Recordings::open(&config.recording)?,
             alarms: Mutex::default(),
             logins: Mutex::default(),
+            hashing: Arc::new(Semaphore::new(HASHING_MAX)),
             topics: Topics::default(),
             start: Instant::now(),
             started_ms: clock.now_ms(),

@@ -234,6 +234,9 @@ async fn tls_is_as_libpq_has_it() {
         assert!(began.elapsed() < PATIENCE, "{said}");
         ticks.tick().await;
     }
+    let url = format!("postgres://{}", name.replace("PORT", &server.port.to_string()));
+    let client = Address::parse(&url, &server.folder).unwrap().client().await.unwrap();
+    client.batch_execute("CREATE ROLE scada LOGIN").await.unwrap();
     let address = "lafet@127.0.0.1:PORT/postgres";
     for (place, taken) in [
         // pg_hba.conf takes nothing without TLS.

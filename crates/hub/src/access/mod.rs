@@ -1,6 +1,7 @@
 //! Who may do what: roles, the rules for requests, users, sessions, tokens.
 
 mod keys;
+mod known;
 mod rules;
 mod throttle;
 mod users;
@@ -10,9 +11,10 @@ use utoipa::ToSchema;
 
 use crate::text::{Both, both};
 pub use keys::secret;
+pub use known::Entry;
 pub use rules::{Need, need};
 pub use throttle::{Bucket, Logins};
-pub use users::{Access, AccessError, Session, SessionInfo, Token, User};
+pub use users::{Access, AccessError, SessionInfo, Token, User};
 
 /// What somebody may do; each role may what the ones before it may.
 #[derive(

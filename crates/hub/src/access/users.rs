@@ -1,7 +1,9 @@
 //! Users, sessions and tokens, in SQLite. Of secrets only digests are kept, of passwords argon2id.
 
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 
 use argon2::{Argon2, PasswordHasher, PasswordVerifier};
 use rusqlite::{Connection, OptionalExtension, params};
@@ -9,18 +11,11 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::keys::{digest, secret};
+use super::known::{Entry, IDLE_MS, Known, SESSION_MS, STALE_MS, Touch};
 use super::{Kind, Principal, Role};
 use crate::store::StoreError;
 use crate::sync::lock;
 
-/// A session ends when it was not used for so long.
-const IDLE_MS: u64 = 12 * 3_600_000;
-/// And so long after it began.
-const SESSION_MS: u64 = 7 * 24 * 3_600_000;
-/// After its end it still serves for Stop, Close and Lockout.
-const STALE_MS: u64 = 24 * 3_600_000;
-/// A session is noted as used this often.
-const TOUCH_MS: u64 = 60_000;
 /// Shortest password, characters.
 pub const PASSWORD_MIN: usize = 10;
 /// Longest password, bytes: hashing more is work for nothing.
@@ -71,23 +66,6 @@ pub struct Token {
     pub last_used_ms: Option<u64>,
 }
 
-/// A session that has not run out.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Session {
-    /// Its id, which is no secret.
-    pub id: String,
-    /// Whose.
-    pub user: String,
-    /// What they may.
-    pub role: Role,
-    /// Since when.
-    pub created_ms: u64,
-    /// When it was used last, to the minute.
-    pub used_ms: u64,
-    /// When it runs out.
-    pub expires_ms: u64,
-}
-
 /// A new session.
 #[derive(Clone, Debug)]
 pub struct SessionInfo {
@@ -123,28 +101,41 @@ impl From<rusqlite::Error> for AccessError {
     }
 }
 
+/// Touches that wait for the disk; more are left out.
+const TOUCHES_MAX: usize = 1024;
+
 /// Who is known to the hub.
 #[derive(Debug)]
 pub struct Access {
-    db: Mutex<Connection>,
+    db: Arc<Mutex<Connection>>,
+    known: Known,
+    empty: AtomicBool,
+    touches: SyncSender<Touch>,
 }
 
 impl Access {
     /// Opens it in a folder, or in memory.
     pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
         let db = crate::store::open(folder, "hub.db", SCHEMA)?;
-        Ok(Self { db: Mutex::new(db) })
+        let empty = AtomicBool::new(count(&db, "SELECT COUNT(*) FROM user")? == 0);
+        let known = read(&db)?;
+        let db = Arc::new(Mutex::new(db));
+        let (touches, queue) = sync_channel(TOUCHES_MAX);
+        let own = db.clone();
+        let named = std::thread::Builder::new().name("lafet-access".into());
+        named.spawn(move || write_touches(&own, &queue))?;
+        Ok(Self { db, known, empty, touches })
     }
 
     /// There is no user yet.
-    pub fn is_empty(&self) -> Result<bool, AccessError> {
-        Ok(count(&lock(&self.db), "SELECT COUNT(*) FROM user")? == 0)
+    pub fn is_empty(&self) -> bool {
+        self.empty.load(Ordering::Relaxed)
     }
 
     /// A one-time secret with which the first administrator is made; `None`: there are users. It
     /// takes the place of an earlier one.
     pub fn setup_link(&self) -> Result<Option<String>, AccessError> {
-        if !self.is_empty()? {
+        if !self.is_empty() {
             return Ok(None);
         }
         let secret = random()?;
@@ -172,7 +163,9 @@ impl Access {
             return Err(AccessError::Wrong);
         }
         insert(&transaction, now_ms, user, Role::Administrator, &hash)?;
-        Ok(transaction.commit()?)
+        transaction.commit()?;
+        self.empty.store(false, Ordering::Relaxed);
+        Ok(())
     }
 
     /// Adds a user. Slow on purpose.
@@ -220,7 +213,12 @@ impl Access {
         let but = but.unwrap_or_default();
         transaction.execute("DELETE FROM session WHERE user = ?1 AND id <> ?2", [user, but])?;
         keep_an_administrator(&transaction)?;
-        Ok(transaction.commit()?)
+        transaction.commit()?;
+        self.known.keep_sessions(|it| it.user != user || it.key == but);
+        if let Some(role) = role {
+            self.known.set_role(user, role);
+        }
+        Ok(())
     }
 
     /// Removes a user, and the user's sessions.
@@ -231,7 +229,9 @@ impl Access {
             return Err(AccessError::Missing);
         }
         keep_an_administrator(&transaction)?;
-        Ok(transaction.commit()?)
+        transaction.commit()?;
+        self.known.keep_sessions(|it| it.user != user);
+        Ok(())
     }
 
     /// All users.
@@ -262,25 +262,29 @@ impl Access {
         let (id, csrf) = (format!("h{}", &random()?[..12]), random()?);
         let db = lock(&self.db);
         let role = role_of(&db, user)?.ok_or(AccessError::Wrong)?;
-        db.execute(
-            "UPDATE user SET last_login_ms = ?2 WHERE name = ?1",
-            params![user, signed(now_ms)],
-        )?;
-        let old = signed(now_ms.saturating_sub(SESSION_MS + STALE_MS));
-        db.execute("DELETE FROM session WHERE created_ms < ?1", [old])?;
-        db.execute(
-            "INSERT INTO session VALUES (?1, ?2, ?3, ?4, ?5, ?5)",
-            params![digest(&secret), id, user, csrf, signed(now_ms)],
-        )?;
+        let entry = Entry {
+            key: id,
+            user: user.to_owned(),
+            role,
+            csrf,
+            created_ms: now_ms,
+            used_ms: now_ms,
+        };
+        let digest = digest(&secret);
+        // A full disk keeps nobody out: such a session lives as long as the hub does.
+        if let Err(error) = store_session(&db, &digest, &entry) {
+            tracing::warn!(%error, user, "the session is not stored");
+        }
         let principal = Principal {
             user: user.to_owned(),
             role,
             kind: Kind::Session,
-            key: id,
-            csrf,
+            key: entry.key.clone(),
+            csrf: entry.csrf.clone(),
             expires_ms: now_ms + IDLE_MS,
             stale: false,
         };
+        self.known.add_session(digest, entry);
         Ok(SessionInfo { secret, principal })
     }
 
@@ -305,82 +309,42 @@ impl Access {
     }
 
     /// Who has this cookie.
-    pub fn by_session(&self, now_ms: u64, secret: &str) -> Result<Option<Principal>, AccessError> {
-        let db = lock(&self.db);
-        let found = db
-            .prepare_cached(
-                "SELECT session.id, session.user, user.role, csrf, session.created_ms, used_ms
-                 FROM session JOIN user ON user.name = session.user WHERE digest = ?1",
-            )?
-            .query_row([digest(secret)], |row| {
-                let times = (unsigned(row.get(4)?), unsigned(row.get(5)?));
-                let principal = Principal {
-                    key: row.get(0)?,
-                    user: row.get(1)?,
-                    role: role(&row.get::<_, String>(2)?),
-                    kind: Kind::Session,
-                    csrf: row.get(3)?,
-                    expires_ms: 0,
-                    stale: false,
-                };
-                Ok((principal, times))
-            })
-            .optional()?;
-        let Some((mut principal, (created_ms, used_ms))) = found else { return Ok(None) };
-        let end_ms = (used_ms + IDLE_MS).min(created_ms + SESSION_MS);
-        principal.expires_ms = end_ms;
-        principal.stale = now_ms >= end_ms;
-        if now_ms >= end_ms + STALE_MS {
-            return Ok(None);
-        }
-        if !principal.stale && now_ms >= used_ms + TOUCH_MS {
-            db.prepare_cached("UPDATE session SET used_ms = ?2 WHERE digest = ?1")?
-                .execute(params![digest(secret), signed(now_ms)])?;
-            principal.expires_ms = (now_ms + IDLE_MS).min(created_ms + SESSION_MS);
-        }
-        Ok(Some(principal))
+    pub fn by_session(&self, now_ms: u64, secret: &str) -> Option<Principal> {
+        let (principal, touch) = self.known.by_session(now_ms, secret)?;
+        self.touch(touch);
+        Some(principal)
     }
 
-    /// Whether a session or token is still good.
-    pub fn is_valid(&self, principal: &Principal) -> Result<bool, AccessError> {
-        let db = lock(&self.db);
-        let (query, key) = match principal.kind {
-            Kind::Session => ("SELECT COUNT(*) FROM session WHERE id = ?1", principal.key.as_str()),
-            Kind::Token => (
-                "SELECT COUNT(*) FROM token WHERE id = ?1",
-                principal.key.strip_prefix('k').unwrap_or_default(),
-            ),
-            Kind::Certificate | Kind::Demo => return Ok(true),
-        };
-        Ok(db.prepare_cached(query)?.query_row([key], |row| row.get::<_, i64>(0))? > 0)
+    /// Who has this token.
+    pub fn by_token(&self, now_ms: u64, secret: &str) -> Option<Principal> {
+        let (principal, touch) = self.known.by_token(now_ms, secret)?;
+        self.touch(touch);
+        Some(principal)
+    }
+
+    /// Whether a session or token that has a WebSocket open is still good; that counts as use.
+    pub fn is_valid(&self, now_ms: u64, principal: &Principal) -> bool {
+        let (valid, touch) = self.known.is_valid(now_ms, principal);
+        self.touch(touch);
+        valid
+    }
+
+    fn touch(&self, touch: Option<Touch>) {
+        if let Some(touch) = touch {
+            // One that is left out is repeated in a minute.
+            _ = self.touches.try_send(touch);
+        }
     }
 
     /// Ends a session; `false`: there is none.
     pub fn log_out(&self, id: &str) -> Result<bool, AccessError> {
+        self.known.keep_sessions(|it| it.key != id);
         Ok(lock(&self.db).execute("DELETE FROM session WHERE id = ?1", [id])? > 0)
     }
 
     /// The sessions that have not run out, the latest used first.
-    pub fn sessions(&self, now_ms: u64) -> Result<Vec<Session>, AccessError> {
-        let db = lock(&self.db);
-        let mut query = db.prepare_cached(
-            "SELECT session.id, session.user, user.role, session.created_ms, used_ms
-             FROM session JOIN user ON user.name = session.user ORDER BY used_ms DESC",
-        )?;
-        let sessions = query.query_map([], |row| {
-            let (created_ms, used_ms) = (unsigned(row.get(3)?), unsigned(row.get(4)?));
-            Ok(Session {
-                id: row.get(0)?,
-                user: row.get(1)?,
-                role: role(&row.get::<_, String>(2)?),
-                created_ms,
-                used_ms,
-                expires_ms: (used_ms + IDLE_MS).min(created_ms + SESSION_MS),
-            })
-        })?;
-        let mut sessions: Vec<Session> = sessions.collect::<Result<_, _>>()?;
-        sessions.retain(|it| it.expires_ms > now_ms);
-        Ok(sessions)
+    pub fn sessions(&self, now_ms: u64) -> Vec<Entry> {
+        self.known.sessions(now_ms)
     }
 
     /// Makes a token; its secret is told this once.
@@ -394,12 +358,14 @@ impl Access {
             return Err(AccessError::Unfit);
         }
         let secret = format!("{TOKEN_PREFIX}{}", random()?);
-        let db = lock(&self.db);
+        let (db, digest) = (lock(&self.db), digest(&secret));
         db.execute(
             "INSERT INTO token (name, role, digest, created_ms) VALUES (?1, ?2, ?3, ?4)",
-            params![name, role.name(), digest(&secret), signed(now_ms)],
+            params![name, role.name(), digest, signed(now_ms)],
         )?;
-        Ok((unsigned(db.last_insert_rowid()), secret))
+        let id = unsigned(db.last_insert_rowid());
+        self.known.add_token(digest, token(id, name, role, now_ms, 0));
+        Ok((id, secret))
     }
 
     /// All tokens.
@@ -408,12 +374,14 @@ impl Access {
         let mut query =
             db.prepare("SELECT id, name, role, created_ms, last_used_ms FROM token ORDER BY id")?;
         let tokens = query.query_map([], |row| {
+            let id = unsigned(row.get(0)?);
+            let stored = row.get::<_, Option<i64>>(4)?.map(unsigned);
             Ok(Token {
-                id: unsigned(row.get(0)?),
+                id,
                 name: row.get(1)?,
                 role: role(&row.get::<_, String>(2)?),
                 created_ms: unsigned(row.get(3)?),
-                last_used_ms: row.get::<_, Option<i64>>(4)?.map(unsigned),
+                last_used_ms: self.known.token_used_ms(&token_key(id)).or(stored),
             })
         })?;
         Ok(tokens.collect::<Result<_, _>>()?)
@@ -421,40 +389,75 @@ impl Access {
 
     /// Takes a token back.
     pub fn remove_token(&self, id: u64) -> Result<(), AccessError> {
+        self.known.remove_token(&token_key(id));
         match lock(&self.db).execute("DELETE FROM token WHERE id = ?1", [signed(id)])? {
             0 => Err(AccessError::Missing),
             _ => Ok(()),
         }
     }
+}
 
-    /// Who has this token.
-    pub fn by_token(&self, now_ms: u64, secret: &str) -> Result<Option<Principal>, AccessError> {
-        let db = lock(&self.db);
-        let found = db
-            .prepare_cached("SELECT id, name, role, last_used_ms FROM token WHERE digest = ?1")?
-            .query_row([digest(secret)], |row| {
-                Ok((
-                    unsigned(row.get(0)?),
-                    row.get::<_, String>(1)?,
-                    role(&row.get::<_, String>(2)?),
-                    row.get::<_, Option<i64>>(3)?.map_or(0, unsigned),
-                ))
-            })
-            .optional()?;
-        let Some((id, name, role, used_ms)) = found else { return Ok(None) };
-        if now_ms >= used_ms + TOUCH_MS {
-            db.prepare_cached("UPDATE token SET last_used_ms = ?2 WHERE id = ?1")?
-                .execute([signed(id), signed(now_ms)])?;
+/// Sessions and tokens as they are stored.
+fn read(db: &Connection) -> Result<Known, rusqlite::Error> {
+    let known = Known::default();
+    let mut query = db.prepare(
+        "SELECT digest, session.id, session.user, user.role, csrf, session.created_ms, used_ms
+         FROM session JOIN user ON user.name = session.user",
+    )?;
+    let mut rows = query.query([])?;
+    while let Some(row) = rows.next()? {
+        let entry = Entry {
+            key: row.get(1)?,
+            user: row.get(2)?,
+            role: role(&row.get::<_, String>(3)?),
+            csrf: row.get(4)?,
+            created_ms: unsigned(row.get(5)?),
+            used_ms: unsigned(row.get(6)?),
+        };
+        known.add_session(row.get(0)?, entry);
+    }
+    let mut query =
+        db.prepare("SELECT digest, id, name, role, created_ms, last_used_ms FROM token")?;
+    let mut rows = query.query([])?;
+    while let Some(row) = rows.next()? {
+        let (name, role_name): (String, String) = (row.get(2)?, row.get(3)?);
+        let (created_ms, used_ms) = (unsigned(row.get(4)?), row.get::<_, Option<i64>>(5)?);
+        let used_ms = used_ms.map_or(0, unsigned);
+        let entry = token(unsigned(row.get(1)?), &name, role(&role_name), created_ms, used_ms);
+        known.add_token(row.get(0)?, entry);
+    }
+    Ok(known)
+}
+
+fn token_key(id: u64) -> String {
+    format!("k{id}")
+}
+
+fn token(id: u64, name: &str, role: Role, created_ms: u64, used_ms: u64) -> Entry {
+    let (key, user) = (token_key(id), name.to_owned());
+    Entry { key, user, role, csrf: String::new(), created_ms, used_ms }
+}
+
+fn store_session(db: &Connection, digest: &str, entry: &Entry) -> Result<(), rusqlite::Error> {
+    let now_ms = entry.created_ms;
+    let row = params![entry.user, signed(now_ms)];
+    db.execute("UPDATE user SET last_login_ms = ?2 WHERE name = ?1", row)?;
+    let old = signed(now_ms.saturating_sub(SESSION_MS + STALE_MS));
+    db.execute("DELETE FROM session WHERE created_ms < ?1", [old])?;
+    let row = params![digest, entry.key, entry.user, entry.csrf, signed(now_ms)];
+    db.execute("INSERT INTO session VALUES (?1, ?2, ?3, ?4, ?5, ?5)", row).map(|_| ())
+}
+
+/// Writes down what was used, until nobody uses anything more.
+fn write_touches(db: &Mutex<Connection>, queue: &Receiver<Touch>) {
+    while let Ok(Touch { kind, key, used_ms }) = queue.recv() {
+        let query = match kind {
+            Kind::Session => "UPDATE session SET used_ms = ?2 WHERE id = ?1",
+            _ => "UPDATE token SET last_used_ms = ?2 WHERE 'k' || id = ?1",
+        };
+        if let Err(error) = lock(db).execute(query, params![key, signed(used_ms)]) {
+            tracing::debug!(%error, "the use of a session is not stored");
         }
-        Ok(Some(Principal {
-            user: name,
-            role,
-            kind: Kind::Token,
-            key: format!("k{id}"),
-            csrf: String::new(),
-            expires_ms: 0,
-            stale: false,
-        }))
     }
 }
 
@@ -549,13 +552,13 @@ mod tests {
         assert!(matches!(access.log_in(5, "root", "wrong"), Err(AccessError::Wrong)));
         assert!(matches!(access.log_in(5, "nobody", PASSWORD), Err(AccessError::Wrong)));
         let session = access.log_in(5, "root", PASSWORD).unwrap();
-        let at = |ms| access.by_session(ms, &session.secret).unwrap();
+        let at = |ms| access.by_session(ms, &session.secret);
         assert_eq!(at(10).unwrap().user, "root");
         assert!(!at(10 + IDLE_MS - 100).unwrap().stale, "it is used, so it goes on");
         let late = 2 * IDLE_MS + 1;
         assert!(at(late).unwrap().stale);
         assert_eq!(at(late + STALE_MS), None);
-        assert_eq!(access.by_session(10, "other").unwrap(), None);
+        assert_eq!(access.by_session(10, "other"), None);
         access.log_out(&session.principal.key).unwrap();
         assert_eq!(at(10), None);
     }
@@ -566,9 +569,7 @@ mod tests {
         let one = access.log_in(5, "root", PASSWORD).unwrap();
         let two = access.log_in(5, "root", PASSWORD).unwrap();
         access.change("root", None, Some("another one"), Some(&one.principal.key)).unwrap();
-        assert!(
-            access.is_valid(&one.principal).unwrap() && !access.is_valid(&two.principal).unwrap()
-        );
+        assert!(access.is_valid(6, &one.principal) && !access.is_valid(6, &two.principal));
         assert!(access.log_in(6, "root", PASSWORD).is_err());
     }
 
@@ -591,11 +592,46 @@ mod tests {
     fn tokens_are_told_once_and_taken_back() {
         let access = set_up();
         let (id, secret) = access.add_token(1, "scada", Role::Operator).unwrap();
-        let principal = access.by_token(2, &secret).unwrap().unwrap();
+        let principal = access.by_token(2, &secret).unwrap();
         assert_eq!((principal.user.as_str(), principal.role), ("scada", Role::Operator));
-        assert!(access.is_valid(&principal).unwrap());
+        assert!(access.is_valid(3, &principal));
         access.remove_token(id).unwrap();
-        assert_eq!(access.by_token(2, &secret).unwrap(), None);
-        assert!(!access.is_valid(&principal).unwrap());
+        assert_eq!(access.by_token(2, &secret), None);
+        assert!(!access.is_valid(3, &principal));
+    }
+
+    #[test]
+    fn a_disk_that_takes_nothing_keeps_nobody_out() {
+        let folder = std::env::temp_dir().join(format!("lafet-access-{}", std::process::id()));
+        let access = Access::open(Some(&folder)).unwrap();
+        let link = access.setup_link().unwrap().unwrap();
+        access.set_up(1, &link, "root", PASSWORD).unwrap();
+        let session = access.log_in(5, "root", PASSWORD).unwrap();
+        let (_, token) = access.add_token(5, "scada", Role::Operator).unwrap();
+        lock(&access.db).pragma_update(None, "query_only", true).unwrap();
+        let later = 5 + 3_600_000;
+        assert!(!access.by_session(later, &session.secret).unwrap().stale);
+        assert_eq!(access.by_token(later, &token).unwrap().user, "scada");
+        let second = access.log_in(later, "root", PASSWORD).unwrap();
+        assert_eq!(access.by_session(later, &second.secret).unwrap().user, "root");
+        assert_eq!(access.sessions(later).len(), 2);
+        drop(access);
+
+        let access = Access::open(Some(&folder)).unwrap();
+        assert!(access.by_session(later, &session.secret).is_some(), "it was stored");
+        assert!(access.by_session(later, &second.secret).is_none(), "it was not");
+        assert!(access.by_token(later, &token).is_some() && !access.is_empty());
+        drop(access);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn an_open_websocket_is_use_and_ends_with_its_session() {
+        let access = set_up();
+        let session = access.log_in(5, "root", PASSWORD).unwrap();
+        let hour = 3_600_000;
+        assert!((1..160).all(|n| access.is_valid(n * hour, &session.principal)), "a week");
+        assert!(!access.is_valid(5 + SESSION_MS, &session.principal));
+        assert!(access.by_session(5 + SESSION_MS, &session.secret).unwrap().stale);
     }
 }

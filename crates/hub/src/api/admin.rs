@@ -10,6 +10,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::Body;
+use super::session::slowly;
 use crate::access::{AccessError, Role};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -49,7 +50,7 @@ struct NewToken {
     responses((status = 200, body = Vec<crate::access::User>), (status = 401), (status = 403)))]
 async fn users(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
     only_administrators(&caller)?;
-    Ok(Json(json!(hub.access.users()?)))
+    Ok(Json(json!(slowly(&hub, |hub| hub.access.users()).await?)))
 }
 
 /// Adds a user.
@@ -107,7 +108,7 @@ async fn remove_user(
     responses((status = 200, body = Vec<crate::access::Token>), (status = 401), (status = 403)))]
 async fn tokens(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
     only_administrators(&caller)?;
-    Ok(Json(json!(hub.access.tokens()?)))
+    Ok(Json(json!(slowly(&hub, |hub| hub.access.tokens()).await?)))
 }
 
 /// Makes a token, which is shown this once.
@@ -161,9 +162,7 @@ pub async fn change<T: Send + 'static>(
 ) -> Result<T, ApiError> {
     only_administrators(caller)?;
     hub.count_request(&caller.principal)?;
-    let own = hub.clone();
-    let result = tokio::task::spawn_blocking(move || work(&own)).await;
-    let result = result.unwrap_or(Err(AccessError::Unfit));
+    let result = slowly(hub, work).await;
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     drop(hub.audit.note(hub.record(caller, "", what, outcome)));
     // Whoever is not known any more is not served any longer.

@@ -68,7 +68,7 @@ impl FromRequestParts<Hub> for Caller {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
-        let principal = principal(parts, hub)?.filter(|principal| !principal.stale);
+        let principal = principal(parts, hub).filter(|principal| !principal.stale);
         let principal = principal.ok_or_else(|| login_needed(hub))?;
         let safe = matches!(parts.method, Method::GET | Method::HEAD);
         if principal.kind == Kind::Session && !safe {
@@ -89,7 +89,7 @@ impl FromRequestParts<Hub> for Urgent {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
-        let principal = principal(parts, hub)?.ok_or_else(|| login_needed(hub))?;
+        let principal = principal(parts, hub).ok_or_else(|| login_needed(hub))?;
         Ok(Self(Caller::http(principal, address(parts))))
     }
 }
@@ -136,29 +136,26 @@ pub fn address(parts: &Parts) -> IpAddr {
     peer.map_or(IpAddr::from([0, 0, 0, 0]), |peer| peer.address.ip())
 }
 
-fn principal(parts: &Parts, hub: &Hub) -> Result<Option<Principal>, ApiError> {
+fn principal(parts: &Parts, hub: &Hub) -> Option<Principal> {
     let now_ms = hub.clock.now_ms();
     if let Some(value) = parts.headers.get(header::AUTHORIZATION) {
         let secret = value.to_str().ok().and_then(|value| value.strip_prefix("Bearer "));
-        return Ok(match secret {
-            Some(secret) => hub.access.by_token(now_ms, secret.trim())?,
-            None => None,
-        });
+        return hub.access.by_token(now_ms, secret?.trim());
     }
     if let Some(secret) = cookie(&parts.headers)
-        && let Some(principal) = hub.access.by_session(now_ms, secret)?
+        && let Some(principal) = hub.access.by_session(now_ms, secret)
     {
-        return Ok(Some(principal));
+        return Some(principal);
     }
     let roles = hub.config.tls.as_ref().map(|tls| &tls.client_roles);
     let name = parts.extensions.get::<Peer>().and_then(|peer| peer.name.as_ref());
     if let Some((name, role)) = name.and_then(|name| Some((name, roles?.get(name)?))) {
-        return Ok(Some(known(name, *role, Kind::Certificate)));
+        return Some(known(name, *role, Kind::Certificate));
     }
     if !hub.config.login && address(parts).is_loopback() {
-        return Ok(Some(known("demo", Role::Administrator, Kind::Demo)));
+        return Some(known("demo", Role::Administrator, Kind::Demo));
     }
-    Ok(None)
+    None
 }
 
 fn known(name: &str, role: Role, kind: Kind) -> Principal {
@@ -185,7 +182,7 @@ pub fn cookie(headers: &HeaderMap) -> Option<&str> {
 /// Nobody is logged in.
 pub fn login_needed(hub: &Hub) -> ApiError {
     let text = both("Log in first.", "Сначала войдите.");
-    let setup = hub.config.login && hub.access.is_empty().unwrap_or(false);
+    let setup = hub.config.login && hub.access.is_empty();
     ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text).with("setup_needed", setup)
 }
 

@@ -29,6 +29,9 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(password))
 }
 
+/// Longest name that somebody may have, bytes: 64 characters.
+const NAME_MAX: usize = 256;
+
 /// User and password.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Login {
@@ -84,8 +87,8 @@ async fn log_in(
     from: From,
     Body(login): Body<Login>,
 ) -> Result<Response, ApiError> {
-    limited(&hub, &from.0, &login.user)?;
-    begin(hub, from, login).await
+    let attempt = Try::begin(&hub, &from.0, &login.user)?;
+    begin(hub, from, login, attempt).await
 }
 
 /// Makes the first administrator with the link that the first start has printed.
@@ -96,23 +99,24 @@ async fn set_up(
     from: From,
     Body(setup): Body<Setup>,
 ) -> Result<Response, ApiError> {
-    limited(&hub, &from.0, "")?;
-    let (now_ms, made) = (hub.clock.now_ms(), hub.clone());
+    let attempt = Try::begin(&hub, &from.0, "")?;
+    let now_ms = hub.clock.now_ms();
     let login = Login { user: setup.user.clone(), password: setup.password.clone() };
-    let result =
-        slowly(move || made.access.set_up(now_ms, &setup.token, &setup.user, &setup.password))
-            .await;
-    if matches!(result, Err(AccessError::Wrong)) {
-        failed(&hub, &from.0, "");
-    }
+    let result = slowly(&hub, move |hub| {
+        hub.access.set_up(now_ms, &setup.token, &setup.user, &setup.password)
+    })
+    .await;
+    attempt.end(!matches!(result, Err(AccessError::Wrong)));
     result?;
-    begin(hub, from, login).await
+    let attempt = Try::begin(&hub, &from.0, &login.user)?;
+    begin(hub, from, login, attempt).await
 }
 
 /// Logs out.
 #[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401), (status = 403)))]
 async fn log_out(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiError> {
-    hub.access.log_out(&caller.principal.key)?;
+    let key = caller.principal.key;
+    slowly(&hub, move |hub| hub.access.log_out(&key)).await?;
     hub.sessions.send_modify(|changes| *changes += 1);
     let cookie = format!("{COOKIE}=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, cookie)]).into_response())
@@ -134,16 +138,13 @@ async fn password(
         )));
     }
     let (user, key) = (caller.principal.user.clone(), caller.principal.key.clone());
-    limited(&hub, &from.0, &user)?;
-    let changed = hub.clone();
-    let result = slowly(move || {
-        changed.access.check_password(&user, &password.old)?;
-        changed.access.change(&user, None, Some(&password.new), Some(&key))
+    let attempt = Try::begin(&hub, &from.0, &user)?;
+    let result = slowly(&hub, move |hub| {
+        hub.access.check_password(&user, &password.old)?;
+        hub.access.change(&user, None, Some(&password.new), Some(&key))
     })
     .await;
-    if matches!(result, Err(AccessError::Wrong)) {
-        failed(&hub, &from.0, &caller.principal.user);
-    }
+    attempt.end(!matches!(result, Err(AccessError::Wrong)));
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     drop(hub.audit.note(hub.record(&caller, "", "change own password", outcome)));
     hub.sessions.send_modify(|changes| *changes += 1);
@@ -151,27 +152,58 @@ async fn password(
     Ok(StatusCode::NO_CONTENT)
 }
 
-fn limited(hub: &Hub, from: &str, user: &str) -> Result<(), ApiError> {
-    match lock(&hub.logins).wait(hub.now(), user, from) {
-        Some(wait) => Err(ApiError::slow_down(wait)),
-        None => Ok(()),
+/// A try with a password. One that is given up counts as one that has failed.
+struct Try {
+    hub: Hub,
+    user: String,
+    from: String,
+    ended: bool,
+}
+
+impl Try {
+    fn begin(hub: &Hub, from: &str, user: &str) -> Result<Self, ApiError> {
+        // Nobody has such a name, and it would have to be remembered.
+        if user.len() > NAME_MAX {
+            return Err(AccessError::Wrong.into());
+        }
+        lock(&hub.logins).begin(hub.now(), user, from).map_err(ApiError::slow_down)?;
+        Ok(Self { hub: hub.clone(), user: user.into(), from: from.into(), ended: false })
+    }
+
+    /// How it ended; whether that is to be noted.
+    fn end(mut self, right: bool) -> bool {
+        self.ended = true;
+        if right {
+            lock(&self.hub.logins).succeeded(&self.user, &self.from);
+            return true;
+        }
+        self.failed()
+    }
+
+    fn failed(&self) -> bool {
+        self.hub.counts.logins_failed.fetch_add(1, Ordering::Relaxed);
+        lock(&self.hub.logins).failed(self.hub.now(), &self.user, &self.from)
     }
 }
 
-fn failed(hub: &Hub, from: &str, user: &str) {
-    hub.counts.logins_failed.fetch_add(1, Ordering::Relaxed);
-    lock(&hub.logins).failed(hub.now(), user, from);
+impl Drop for Try {
+    fn drop(&mut self) {
+        if !self.ended {
+            self.failed();
+        }
+    }
 }
 
-async fn begin(hub: Hub, from: From, login: Login) -> Result<Response, ApiError> {
-    let (now_ms, user, checked) = (hub.clock.now_ms(), login.user.clone(), hub.clone());
-    let result = slowly(move || checked.access.log_in(now_ms, &login.user, &login.password)).await;
+async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Response, ApiError> {
+    let (now_ms, user) = (hub.clock.now_ms(), login.user.clone());
+    let result =
+        slowly(&hub, move |hub| hub.access.log_in(now_ms, &login.user, &login.password)).await;
+    let noted = attempt.end(result.is_ok());
     let mut record = hub.record(&Caller::hub(), "", "login", "Ok");
-    (record.user, record.from, record.via) = (user.clone(), from.0.clone(), "http".into());
+    (record.user, record.from, record.via) = (user, from.0, "http".into());
     record.role.clear();
     match result {
         Ok(SessionInfo { secret, principal }) => {
-            lock(&hub.logins).succeeded(&user, &from.0);
             record.role = principal.role.name().into();
             drop(hub.audit.note(record));
             let secure = if from.1 { "; Secure" } else { "" };
@@ -181,20 +213,27 @@ async fn begin(hub: Hub, from: From, login: Login) -> Result<Response, ApiError>
             Ok(([(header::SET_COOKIE, cookie)], Json(about(&principal))).into_response())
         }
         Err(error) => {
-            failed(&hub, &from.0, &user);
             record.outcome = "login_failed".into();
-            drop(hub.audit.note(record));
+            if noted {
+                drop(hub.audit.note(record));
+            }
             Err(error.into())
         }
     }
 }
 
-/// Passwords are hashed on a thread of their own.
-async fn slowly<T: Send + 'static>(
-    work: impl FnOnce() -> Result<T, AccessError> + Send + 'static,
+/// Passwords are hashed on threads of their own, few at a time: commands need the processor, too.
+pub async fn slowly<T: Send + 'static>(
+    hub: &Hub,
+    work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
 ) -> Result<T, AccessError> {
-    match tokio::task::spawn_blocking(work).await {
-        Ok(result) => result,
-        Err(_) => Err(AccessError::Unfit),
-    }
+    let Ok(turn) = hub.hashing.clone().acquire_owned().await else {
+        return Err(AccessError::Unfit);
+    };
+    let hub = hub.clone();
+    let work = move || {
+        let _turn = turn;
+        work(&hub)
+    };
+    tokio::task::spawn_blocking(work).await.unwrap_or(Err(AccessError::Unfit))
 }

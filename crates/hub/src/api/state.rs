@@ -142,7 +142,7 @@ fn memory_bytes() -> Option<u64> {
     responses((status = 200, body = Vec<Object>), (status = 401), (status = 403)))]
 async fn sessions(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
     only_administrators(&caller)?;
-    let known = hub.access.sessions(hub.clock.now_ms())?;
+    let known = hub.access.sessions(hub.clock.now_ms());
     let seated = hub.seated();
     let seats = |key: &str| -> Vec<Value> {
         let own = seated.iter().filter(|it| it.principal.key == key && it.open);
@@ -153,9 +153,9 @@ async fn sessions(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>,
         .iter()
         .map(|it| {
             json!({
-                "id": it.id, "user": it.user, "role": it.role, "kind": Kind::Session,
-                "created_ms": it.created_ms, "used_ms": it.used_ms, "expires_ms": it.expires_ms,
-                "own": own(&it.id), "seats": seats(&it.id),
+                "id": it.key, "user": it.user, "role": it.role, "kind": Kind::Session,
+                "created_ms": it.created_ms, "used_ms": it.used_ms, "expires_ms": it.expires_ms(),
+                "own": own(&it.key), "seats": seats(&it.key),
             })
         })
         .collect();

@@ -223,7 +223,7 @@ impl Writer {
     }
 
     fn is_valid(&self) -> bool {
-        self.hub.access.is_valid(&self.caller.principal).unwrap_or(true)
+        self.hub.access.is_valid(self.hub.clock.now_ms(), &self.caller.principal)
     }
 
     async fn begin(&mut self, key: &SeatKey) -> Result<(), Close> {

@@ -25,7 +25,7 @@ pub enum StoreError {
     #[error("{0}")]
     Sqlite(#[from] rusqlite::Error),
     /// What PostgreSQL says.
-    #[error("{0}")]
+    #[error("{}", said(.0))]
     Postgres(#[from] tokio_postgres::Error),
     /// PostgreSQL does not answer.
     #[error("PostgreSQL does not answer")]
@@ -36,6 +36,17 @@ pub enum StoreError {
     /// The folder cannot be used.
     #[error("{0}")]
     Io(#[from] std::io::Error),
+}
+
+/// What PostgreSQL says, with its reasons: an error of its own names the kind alone.
+pub fn said(error: &tokio_postgres::Error) -> String {
+    let mut text = error.to_string();
+    let mut reason = std::error::Error::source(error);
+    while let Some(why) = reason {
+        text = format!("{text}: {why}");
+        reason = why.source();
+    }
+    text
 }
 
 /// Opens `name` in a folder, or in memory.

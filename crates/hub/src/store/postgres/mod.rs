@@ -16,7 +16,7 @@ use tokio_postgres::{Client, Row as PgRow};
 
 pub use address::Address;
 
-use super::db::StoreError;
+use super::db::{StoreError, said};
 use super::history::{Change, DAY_MS, Row, signed};
 
 /// What waits for the server: pieces of a second each.
@@ -247,7 +247,7 @@ fn keep(waiting: &mut VecDeque<Work>, work: Work, figures: &Figures) {
 async fn connect(address: &Address) -> Result<Client, String> {
     let client = address.client().await?;
     match timeout(PATIENCE, client.batch_execute(SCHEMA)).await {
-        Ok(made) => made.map(|()| client).map_err(|error| error.to_string()),
+        Ok(made) => made.map(|()| client).map_err(|error| said(&error)),
         Err(_) => Err(StoreError::Away.to_string()),
     }
 }

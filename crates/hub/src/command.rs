@@ -70,9 +70,13 @@ impl Hub {
         let allowed = self.allow(caller, station, needs, confirm);
         if let Err(error) = allowed {
             self.counts.refused.fetch_add(1, Ordering::Relaxed);
-            let mut record = self.record(caller, station.id(), &request.to_string(), "not allowed");
-            record.details = json!({ "code": error.code });
-            drop(self.audit.note(record));
+            // A program that has gone wild must not fill the disk with what was not done.
+            if error.status != axum::http::StatusCode::TOO_MANY_REQUESTS {
+                let what = request.to_string();
+                let mut record = self.record(caller, station.id(), &what, "not allowed");
+                record.details = json!({ "code": error.code });
+                drop(self.audit.note(record));
+            }
             return Err(error);
         }
         self.counts.commands.fetch_add(1, Ordering::Relaxed);
@@ -96,10 +100,10 @@ impl Hub {
             return Ok(());
         }
         let principal = &caller.principal;
+        self.count_request(principal)?;
         if principal.role < needs.role || principal.stale {
             return Err(ApiError::role(needs.role));
         }
-        self.count_request(principal)?;
         if needs.authority {
             let mut authority = lock(&station.authority);
             let held = authority.command(self.now(), &caller.seat.seat);

@@ -34,6 +34,8 @@ pub const EVENTS_MAX: usize = 256;
 const REQUESTS: (f64, f64) = (100.0, 50.0);
 /// Passwords that are hashed at once: each takes 19 MiB and a processor for a while.
 const HASHING_MAX: usize = 2;
+/// And that only read: a page that opens asks for much at once.
+const READS: (f64, f64) = (400.0, 100.0);
 /// Users and sessions whose requests are counted.
 const BUCKETS_MAX: usize = 10_000;
 
@@ -376,13 +378,21 @@ impl Hub {
 
     /// One request more of this user: there are limits. Stop, Close and Lockout do not ask here.
     pub fn count_request(&self, principal: &Principal) -> Result<(), ApiError> {
-        let (most, per_s) = REQUESTS;
+        self.count("", principal, REQUESTS)
+    }
+
+    /// One more that reads. What somebody reads takes nothing from what they may command.
+    pub fn count_reading(&self, principal: &Principal) -> Result<(), ApiError> {
+        self.count("reads ", principal, READS)
+    }
+
+    fn count(&self, what: &str, by: &Principal, (most, per_s): (f64, f64)) -> Result<(), ApiError> {
         let now = self.now();
         let mut buckets = lock(&self.buckets);
         if buckets.len() >= BUCKETS_MAX {
             buckets.clear();
         }
-        let key = format!("{}/{}", principal.user, principal.key);
+        let key = format!("{what}{}/{}", by.user, by.key);
         let bucket = buckets.entry(key).or_insert_with(|| Bucket::new(now, most, per_s));
         bucket.take(now).map_err(ApiError::slow_down)
     }

@@ -131,11 +131,11 @@ fn verify(file: &Path, out: &mut Out) -> Outcome {
         None => out.show(
             pick(
                 format!(
-                    "{} entries, none changed, none missing; {}",
+                    "{} entries, none changed, none missing up to the last one, whose hash is {}",
                     verified.entries, verified.head
                 ),
                 format!(
-                    "записей: {}, ничего не изменено и не удалено; {}",
+                    "записей: {}, до последней ничего не изменено и не удалено; её хеш {}",
                     verified.entries, verified.head
                 ),
             ),

@@ -71,6 +71,9 @@ impl FromRequestParts<Hub> for Caller {
         let principal = principal(parts, hub).filter(|principal| !principal.stale);
         let principal = principal.ok_or_else(|| login_needed(hub))?;
         let safe = matches!(parts.method, Method::GET | Method::HEAD);
+        if safe {
+            hub.count_reading(&principal)?;
+        }
         if principal.kind == Kind::Session && !safe {
             let sent = parts.headers.get("x-csrf-token").and_then(|value| value.to_str().ok());
             if sent != Some(principal.csrf.as_str()) {
@@ -81,7 +84,7 @@ impl FromRequestParts<Hub> for Caller {
                 return Err(ApiError::new(StatusCode::FORBIDDEN, "csrf", text));
             }
         }
-        Ok(Caller::http(principal, address(parts)))
+        Ok(Caller::http(principal, address(parts, hub)))
     }
 }
 
@@ -90,7 +93,7 @@ impl FromRequestParts<Hub> for Urgent {
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
         let principal = principal(parts, hub).ok_or_else(|| login_needed(hub))?;
-        Ok(Self(Caller::http(principal, address(parts))))
+        Ok(Self(Caller::http(principal, address(parts, hub))))
     }
 }
 
@@ -100,8 +103,8 @@ impl<T: DeserializeOwned> FromRequest<Hub> for Body<T> {
     async fn from_request(request: Request, hub: &Hub) -> Result<Self, ApiError> {
         let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
             let text = both(
-                format!("The body cannot be read ({error}); at most {BODY_MAX} bytes."),
-                format!("Тело запроса не читается ({error}); не более {BODY_MAX} байт."),
+                format!("The body cannot be read; at most {BODY_MAX} bytes."),
+                format!("Тело запроса не читается; не более {BODY_MAX} байт."),
             );
             let status = error.into_response().status();
             let code =
@@ -130,10 +133,19 @@ pub fn not_understood(error: &dyn std::fmt::Display) -> ApiError {
     ))
 }
 
-/// Where a request comes from.
-pub fn address(parts: &Parts) -> IpAddr {
+/// Where a request comes from; one of our proxies is believed for whom it asks.
+pub fn address(parts: &Parts, hub: &Hub) -> IpAddr {
     let peer = parts.extensions.get::<Peer>();
-    peer.map_or(IpAddr::from([0, 0, 0, 0]), |peer| peer.address.ip())
+    let peer = peer.map_or(IpAddr::from([0, 0, 0, 0]), |peer| peer.address.ip().to_canonical());
+    if !hub.config.proxies.contains(&peer) {
+        return peer;
+    }
+    // Each proxy appends whom it has heard; what stands before the first stranger anybody may
+    // have written.
+    let told = parts.headers.get_all("x-forwarded-for").iter().filter_map(|it| it.to_str().ok());
+    let told: Vec<&str> = told.flat_map(|it| it.split(',')).map(str::trim).collect();
+    let mut known = told.iter().rev().map_while(|it| it.parse::<IpAddr>().ok());
+    known.find(|it| !hub.config.proxies.contains(it)).map_or(peer, |it| it.to_canonical())
 }
 
 fn principal(parts: &Parts, hub: &Hub) -> Option<Principal> {
@@ -152,7 +164,7 @@ fn principal(parts: &Parts, hub: &Hub) -> Option<Principal> {
     if let Some((name, role)) = name.and_then(|name| Some((name, roles?.get(name)?))) {
         return Some(known(name, *role, Kind::Certificate));
     }
-    if !hub.config.login && address(parts).is_loopback() {
+    if !hub.config.login && address(parts, hub).is_loopback() {
         return Some(known("demo", Role::Administrator, Kind::Demo));
     }
     None

@@ -72,7 +72,16 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
 
 /// The description of the API.
 pub fn description() -> Value {
-    json!(routes_and_description().1)
+    let mut description = json!(routes_and_description().1);
+    // Whoever is known is counted.
+    let paths = description["paths"].as_object_mut().into_iter().flat_map(|it| it.values_mut());
+    let operations = paths.filter_map(Value::as_object_mut).flat_map(|it| it.values_mut());
+    for answers in operations.filter_map(|it| it["responses"].as_object_mut()) {
+        if answers.contains_key("401") {
+            answers.entry("429").or_insert_with(|| json!({ "description": "slow_down" }));
+        }
+    }
+    description
 }
 
 /// What the hub is.

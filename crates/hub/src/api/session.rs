@@ -60,9 +60,9 @@ struct From(String, bool);
 impl FromRequestParts<Hub> for From {
     type Rejection = std::convert::Infallible;
 
-    async fn from_request_parts(parts: &mut Parts, _: &Hub) -> Result<Self, Self::Rejection> {
+    async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, Self::Rejection> {
         let tls = parts.extensions.get::<Peer>().is_some_and(|peer| peer.tls);
-        Ok(Self(super::guard::address(parts).to_string(), tls))
+        Ok(Self(super::guard::address(parts, hub).to_string(), tls))
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use lafet_client::{Endpoint, Lang};
 use serde_json::{Value, json};
 
-use super::file::{File, Monitor, Name, Tls};
+use super::file::{File, Monitor, Name, Tank, Tls, Wall};
 use super::{Config, LISTEN, MonitorConfig, Overrides, RecordingConfig, TlsConfig};
 use crate::store::Address;
 use crate::text::{Both, both};
@@ -18,6 +18,9 @@ const POLL_MS: std::ops::RangeInclusive<u64> = 20..=10_000;
 /// On a serial line a state of 14 subsystems takes 0.1 s at 19200 baud.
 const POLL_SERIAL_MS: u64 = 500;
 const POLL_NET_MS: u64 = 200;
+/// What is on a site is not farther from its middle, nor higher.
+const FARTHEST_M: f64 = 100_000.0;
+const HIGHEST_M: f64 = 1000.0;
 
 /// What is wrong with the configuration: where, what, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -107,6 +110,9 @@ pub fn check(
     check.range(&read.recording.keep_mb, 1..=10_000_000, "keep_mb");
     let tls = read.tls.map(|tls| check.tls(tls.span().start, tls.into_inner()));
     let monitors = check.monitors(&read.monitor);
+    let names = check.names(read.server.names);
+    let origins = check.origins(read.server.origins);
+    check.places(&read.monitor, &read.tank, &read.wall);
     let data = overrides.data.clone().or(read.server.data).map(|path| folder.join(path));
     let data = data.unwrap_or_else(|| folder.join("lafet-data"));
     let recording = RecordingConfig {
@@ -122,8 +128,9 @@ pub fn check(
     };
     let config = Config {
         listen,
-        names: read.server.names,
-        origins: read.server.origins,
+        names,
+        origins,
+        proxies: read.server.proxies,
         login,
         data: Some(data),
         recording,
@@ -134,7 +141,7 @@ pub fn check(
         postgres,
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
-        site: site(&read.monitor, &json!(read.tank), &json!(read.wall)),
+        site: site(&read.monitor, inner(&read.tank), inner(&read.wall)),
         monitors,
         simulation: read.server.simulation,
         demo: false,
@@ -177,6 +184,89 @@ impl Check<'_> {
                 }
                 port(SocketAddr::from(([127, 0, 0, 1], 8480)))
             }
+        }
+    }
+
+    fn names(&mut self, names: Vec<toml::Spanned<String>>) -> Vec<String> {
+        let fine = |c: char| c.is_alphanumeric() || c == '.' || c == '-' || c == '_';
+        for name in &names {
+            if name.get_ref().is_empty() || !name.get_ref().chars().all(fine) {
+                let name_text = name.get_ref();
+                self.say(
+                    name.span().start,
+                    both(format!("`{name_text}` is no name."), format!("`{name_text}` — не имя.")),
+                    both(
+                        "Write the name alone: hub.site.example, without http:// and port.",
+                        "Напишите только имя: hub.site.example, без http:// и порта.",
+                    ),
+                );
+            }
+        }
+        names.into_iter().map(toml::Spanned::into_inner).collect()
+    }
+
+    /// An origin is compared as browsers send it.
+    fn origins(&mut self, origins: Vec<toml::Spanned<String>>) -> Vec<String> {
+        for origin in &origins {
+            let place = ["https://", "http://"]
+                .iter()
+                .find_map(|scheme| origin.get_ref().strip_prefix(scheme))
+                .filter(|place| !place.is_empty() && !place.contains(['/', '*', '?', '#', '@']));
+            if place.is_none() {
+                let text = origin.get_ref();
+                self.say(
+                    origin.span().start,
+                    both(format!("`{text}` is no origin."), format!("`{text}` — не origin.")),
+                    both(
+                        "Write https://NAME or https://NAME:PORT, without a path; * is not there.",
+                        "Напишите https://ИМЯ или https://ИМЯ:ПОРТ, без пути; * не бывает.",
+                    ),
+                );
+            }
+        }
+        let lower = |origin: toml::Spanned<String>| origin.into_inner().to_ascii_lowercase();
+        origins.into_iter().map(lower).collect()
+    }
+
+    /// The plan has to be drawn.
+    fn places(
+        &mut self,
+        monitors: &[toml::Spanned<Monitor>],
+        tanks: &[toml::Spanned<Tank>],
+        walls: &[toml::Spanned<Wall>],
+    ) {
+        let on_site = |it: &[f64]| it.iter().all(|it| it.abs() <= FARTHEST_M);
+        let height = |it: f64| (0.0..=HIGHEST_M).contains(&it);
+        let wrong = monitors
+            .iter()
+            .filter(|it| {
+                let it = it.get_ref();
+                let at = it.at.as_ref().is_none_or(|at| on_site(at.get_ref()));
+                !(at && it.heading.abs() <= 360.0 && it.height.abs() <= HIGHEST_M)
+            })
+            .map(|it| it.span().start);
+        let tank = |it: &Tank| on_site(&it.at) && it.diameter > 0.0 && height(it.height);
+        let wrong = wrong.chain(
+            tanks
+                .iter()
+                .filter(|it| !tank(it.get_ref()) || it.get_ref().diameter > FARTHEST_M)
+                .map(|it| it.span().start),
+        );
+        let wall = |it: &Wall| on_site(&it.from) && on_site(&it.to) && height(it.height);
+        let wrong: Vec<usize> = wrong
+            .chain(walls.iter().filter(|it| !wall(it.get_ref())).map(|it| it.span().start))
+            .collect();
+        for byte in wrong {
+            self.say(
+                byte,
+                both("This cannot stand on the plan.", "Этого на плане быть не может."),
+                both(
+                    "Places are metres within 100 km, headings −360…360°, heights 0…1000 m, \
+                     diameters more than 0.",
+                    "Место — метры в пределах 100 км, направление −360…360°, высота 0…1000 м, \
+                     диаметр больше 0.",
+                ),
+            );
         }
     }
 
@@ -349,11 +439,15 @@ impl Check<'_> {
     }
 }
 
+fn inner<T: serde::Serialize>(read: &[toml::Spanned<T>]) -> Value {
+    read.iter().map(|it| json!(it.get_ref())).collect()
+}
+
 /// Where things stand, if the file says it of a monitor.
-fn site(monitors: &[toml::Spanned<Monitor>], tanks: &Value, walls: &Value) -> Option<Value> {
+fn site(monitors: &[toml::Spanned<Monitor>], tanks: Value, walls: Value) -> Option<Value> {
     let placed = monitors.iter().map(toml::Spanned::get_ref).filter_map(|monitor| {
         let place = json!({
-            "at": monitor.at?, "heading": monitor.heading, "height": monitor.height,
+            "at": monitor.at.as_ref()?.get_ref(), "heading": monitor.heading, "height": monitor.height,
         });
         Some((monitor.id.get_ref().clone(), place))
     });
@@ -428,7 +522,7 @@ mod tests {
             ("hub.toml:3: ", "listen on 127.0.0.1"),
             ("hub.toml:5: ", "500…60000"),
             ("hub.toml:19: ", "PEM file"),
-            ("hub.toml:19: ", "PEM file"),
+            ("hub.toml:19: ", "/etc/lafet/no: cannot be read"),
             ("hub.toml:7: ", "`M 1` is no id"),
             ("hub.toml:8: ", "tcp://HOST"),
             ("hub.toml:12: ", "20…10000"),
@@ -455,8 +549,67 @@ mod tests {
     #[test]
     fn unknown_words_and_an_empty_file_are_problems() {
         let problems = parse("[server]\nlissen = \"x\"\n").unwrap_err();
-        assert!(problems[0].starts_with("hub.toml:2: unknown field `lissen`"), "{problems:?}");
+        assert!(
+            problems[0].starts_with("hub.toml:2: `lissen` is not known here; what is: `listen`"),
+            "{problems:?}"
+        );
         assert!(parse("").unwrap_err()[0].contains("There is no monitor"));
+    }
+
+    #[test]
+    fn readers_of_toml_are_understood_in_both_languages() {
+        let said = |text: &str| {
+            let read = Config::parse("f", text, Path::new("/"), &Overrides::default());
+            read.unwrap_err().remove(0).what
+        };
+        for (text, en, ru) in [
+            (
+                "[server]\nlisten = 8480",
+                "the number `8480` stands where a text",
+                "Указано: число `8480`",
+            ),
+            (
+                "[history]\nraw_days = -1",
+                "a whole number from 0 is needed",
+                "нужно: целое число от 0",
+            ),
+            ("[[monitor]]\nid = \"A\"", "`url` is missing", "Не хватает `url`"),
+            ("[server]\nlogin = true\nlogin = true", "stands twice", "указано дважды"),
+            (
+                "[tls]\ncert = \"c\"\nkey = \"k\"\nclient_roles = { a = \"boss\" }",
+                "`boss` is not one of `observer`, `operator`",
+                "`boss` — не то; возможно: `observer`",
+            ),
+            ("monitor = 1", "where a list", "нужно: список"),
+            ("[server", "TOML: ", "TOML: "),
+            (
+                "[[monitor]]\nid = \"A\"\nurl = \"tcp://h?addr=1\"\nname = { en = \"x\" }",
+                "{ en = \"…\", ru = \"…\" }",
+                "{ en = \"…\", ru = \"…\" }",
+            ),
+        ] {
+            let what = said(text);
+            assert!(what.en.contains(en) && what.ru.contains(ru), "{text}: {what:?}");
+        }
+    }
+
+    #[test]
+    fn names_origins_places_and_certificates_are_looked_at() {
+        let problems = parse(
+            "[server]\nnames = [\"http://a\"]\norigins = [\"*\", \"https://b/x\", \"https://B:1\"]\n\
+             [tls]\ncert = \"hub.toml\"\nkey = \"hub.toml\"\n\
+             [[monitor]]\nid = \"A\"\nurl = \"tcp://h?addr=2\"\nat = [nan, 0]\n\
+             [[tank]]\nname = \"T\"\nat = [0, 0]\ndiameter = -1\nheight = 6\n\
+             [[wall]]\nname = \"W\"\nfrom = [0, 0]\nto = [inf, 0]\nheight = 6\n",
+        )
+        .unwrap_err();
+        let at = |line: &str| problems.iter().filter(|it| it.starts_with(line)).count();
+        let found = ["hub.toml:2:", "hub.toml:3:", "hub.toml:4:", "hub.toml:7:"].map(at);
+        assert_eq!(found, [1, 2, 2, 1], "{problems:#?}");
+        assert_eq!((at("hub.toml:11:"), at("hub.toml:16:"), problems.len()), (1, 1, 8));
+        let fine = "[server]\norigins = [\"https://B:1\"]\n\
+                    [[monitor]]\nid = \"A\"\nurl = \"tcp://h?addr=2\"\n";
+        assert_eq!(parse(fine).unwrap().origins, ["https://b:1"]);
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! The file as it stands, before anything is checked.
 
 use std::collections::BTreeMap;
+use std::net::IpAddr;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-use super::Problem;
+use super::{Problem, words};
 use crate::access::Role;
 use crate::text::{Both, both};
 
@@ -20,16 +21,17 @@ pub struct File {
     pub metrics: Metrics,
     pub recording: Recording,
     pub monitor: Vec<Spanned<Monitor>>,
-    pub tank: Vec<Tank>,
-    pub wall: Vec<Wall>,
+    pub tank: Vec<Spanned<Tank>>,
+    pub wall: Vec<Spanned<Wall>>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Server {
     pub listen: Option<Spanned<String>>,
-    pub names: Vec<String>,
-    pub origins: Vec<String>,
+    pub names: Vec<Spanned<String>>,
+    pub origins: Vec<Spanned<String>>,
+    pub proxies: Vec<IpAddr>,
     pub login: Spanned<bool>,
     pub plain_http: bool,
     pub data: Option<PathBuf>,
@@ -43,6 +45,7 @@ impl Default for Server {
             listen: None,
             names: Vec::new(),
             origins: Vec::new(),
+            proxies: Vec::new(),
             login: Spanned::new(0..0, true),
             plain_http: false,
             data: None,
@@ -125,7 +128,7 @@ pub struct Monitor {
     pub url: Spanned<String>,
     pub name: Option<Name>,
     pub poll_ms: Option<Spanned<u64>>,
-    pub at: Option<[f64; 2]>,
+    pub at: Option<Spanned<[f64; 2]>>,
     #[serde(default)]
     pub heading: f64,
     #[serde(default)]
@@ -133,7 +136,7 @@ pub struct Monitor {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "name: write \"…\", or { en = \"…\", ru = \"…\" }")]
 pub enum Name {
     One(String),
     Two(Both),
@@ -162,12 +165,11 @@ impl File {
     pub fn read(file: &str, text: &str) -> Result<Self, Problem> {
         toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            let said = error.message().trim_end().to_owned();
             Problem::at(
                 file,
                 text,
                 at,
-                both(said.clone(), said),
+                words::of(error.message().trim_end()),
                 both(
                     "What may stand here: lafet serve --example.",
                     "Что здесь может стоять: lafet serve --example.",

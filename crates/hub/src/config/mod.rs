@@ -2,9 +2,10 @@
 
 mod check;
 mod file;
+mod words;
 
 use std::collections::BTreeMap;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
 use lafet_client::Endpoint;
@@ -29,6 +30,8 @@ pub struct Config {
     pub names: Vec<String>,
     /// Other origins whose pages may use the API.
     pub origins: Vec<String>,
+    /// Proxies that tell in X-Forwarded-For for whom they ask.
+    pub proxies: Vec<IpAddr>,
     /// Whether people log in. Without it everybody is an administrator: on loopback alone.
     pub login: bool,
     /// Folder of the state; `None` keeps it in memory.
@@ -114,6 +117,7 @@ impl Default for Config {
             listen: SocketAddr::from(([127, 0, 0, 1], 8480)),
             names: Vec::new(),
             origins: Vec::new(),
+            proxies: Vec::new(),
             login: true,
             data: None,
             connections_max: 2048,

@@ -38,6 +38,17 @@ pub enum StoreError {
     Io(#[from] std::io::Error),
 }
 
+/// Makes the folder of the state: who is nobody's user here has no business in it.
+fn make(folder: &Path) -> std::io::Result<()> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    let mut builder = std::fs::DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.recursive(true).create(folder)
+}
+
 /// What PostgreSQL says, with its reasons: an error of its own names the kind alone.
 pub fn said(error: &tokio_postgres::Error) -> String {
     let mut text = error.to_string();
@@ -53,7 +64,7 @@ pub fn said(error: &tokio_postgres::Error) -> String {
 pub fn open(folder: Option<&Path>, name: &str, schema: &str) -> Result<Connection, StoreError> {
     let connection = match folder {
         Some(folder) => {
-            std::fs::create_dir_all(folder)?;
+            make(folder)?;
             Connection::open(folder.join(name))?
         }
         None => Connection::open_in_memory()?,

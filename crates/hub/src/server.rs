@@ -62,7 +62,13 @@ impl Server {
     /// What to open in a browser.
     pub fn url(&self) -> io::Result<String> {
         let scheme = if self.tls.is_some() { "https" } else { "http" };
-        Ok(format!("{scheme}://{}", self.address()?))
+        let address = self.address()?;
+        if !address.ip().is_unspecified() {
+            return Ok(format!("{scheme}://{address}"));
+        }
+        // Nobody can open 0.0.0.0: the hub's own name, or this machine.
+        let name = self.hub.config.names.first().map_or("localhost", String::as_str);
+        Ok(format!("{scheme}://{name}:{}", address.port()))
     }
 
     /// The hub.

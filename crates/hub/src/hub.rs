@@ -189,6 +189,8 @@ impl Hub {
         let folder = config.data.clone();
         let folder = folder.as_deref();
         let stations = stations_of(&config, &config.monitors);
+        let (events, alarms) = Events::open_with_alarms(folder)?;
+        let alarms = Alarms::restored(&alarms, &stations.keys().cloned().collect());
         let hub = Self(Arc::new(Inner {
             stations: Mutex::new(Arc::new(stations)),
             site: Mutex::new(config.site.clone()),
@@ -200,12 +202,12 @@ impl Hub {
                 Some(address) => History::open_postgres(address)?,
                 None => History::open(folder)?,
             }),
-            events: Events::open(folder)?,
+            events,
             rates: Rates::default(),
             changes: watch::Sender::default(),
             sessions: watch::Sender::new(0),
             recordings: Recordings::open(&config.recording)?,
-            alarms: Mutex::default(),
+            alarms: Mutex::new(alarms),
             logins: Mutex::default(),
             hashing: Arc::new(Semaphore::new(HASHING_MAX)),
             topics: Topics::default(),
@@ -221,6 +223,9 @@ impl Hub {
             dictionary,
         }));
         hub.topics.set("hub", &hub.about());
+        for alarm in lock(&hub.alarms).list() {
+            hub.topics.set(&format!("alarms/{}", alarm.id), alarm);
+        }
         for station in hub.stations() {
             station.publish_all(&hub);
         }

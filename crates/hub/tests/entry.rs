@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use lafet_hub::access::Role;
 use lafet_hub::{Clock, TlsConfig};
 use serde_json::json;
-use support::{PASSWORD, Reply, Site, http_over};
+use support::{PASSWORD, Reply, Site, http_over, until};
 use tokio::net::TcpStream;
 
 async fn log_in(site: &Site, user: &str, password: &str) -> Reply {
@@ -227,4 +227,48 @@ async fn certificates_of_our_own_and_of_clients() {
         assert_eq!(http_over(stream, "localhost", "GET", "/health", &[], "").await.status, 0);
     }
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Logs in, and tells whom that comes from, as the audit log has it.
+async fn origin_of(site: &Site, headers: &[(&str, &str)]) -> String {
+    let body = json!({ "user": "anna", "password": PASSWORD }).to_string();
+    assert_eq!(site.http("POST", "/api/login", headers, &body).await.status, 200);
+    until("it is noted", || site.hub.audit.waiting() == 0).await;
+    let log = site.hub.audit.latest(None, 1, None, None).await.unwrap();
+    log[0].record.from.clone()
+}
+
+#[tokio::test]
+async fn a_proxy_of_ours_tells_for_whom_it_asks_and_nobody_else_does() {
+    let told = [("X-Forwarded-For", "6.6.6.6, 10.0.0.5, 127.0.0.1")];
+    let site = Site::with(1, |_| {}).await;
+    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    assert_eq!(origin_of(&site, &told).await, "127.0.0.1");
+    let site = Site::with(1, |config| config.proxies = vec!["127.0.0.1".parse().unwrap()]).await;
+    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    assert_eq!(origin_of(&site, &told).await, "10.0.0.5", "6.6.6.6 may be a lie");
+    assert_eq!(origin_of(&site, &[("X-Forwarded-For", "rubbish")]).await, "127.0.0.1");
+    assert_eq!(origin_of(&site, &[]).await, "127.0.0.1");
+    // Who fails behind the proxy shuts nobody else out.
+    let from = |address| [("X-Forwarded-For", address)];
+    let wrong = json!({ "user": "anna", "password": "wrong" }).to_string();
+    let failed = site.http("POST", "/api/login", &from("10.0.0.6"), &wrong).await;
+    let again = site.http("POST", "/api/login", &from("10.0.0.6"), &wrong).await;
+    assert_eq!((failed.status, again.status), (401, 429));
+    assert_eq!(origin_of(&site, &from("10.0.0.7")).await, "10.0.0.7");
+}
+
+#[tokio::test]
+async fn reading_has_its_own_limit_and_stops_have_none() {
+    let site = Site::with(1, |_| {}).await;
+    let token = site.token(Role::Operator);
+    let mut refused = 0;
+    for _ in 0..600 {
+        refused += usize::from(site.get(&token, "/api/hub").await.status == 429);
+    }
+    assert!(refused > 0, "none of 600 readings");
+    let stop = site.post(&token, "/api/monitors/M1/stop", json!({})).await;
+    assert_eq!(stop.status, 200, "{stop:?}");
+    let take = site.post(&token, "/api/monitors/M1/authority", json!({ "action": "take" })).await;
+    assert_eq!(take.status, 200, "{take:?}");
 }

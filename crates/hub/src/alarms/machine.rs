@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Severity, set_flags};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::catalogue::{self, Texts};
@@ -66,8 +66,58 @@ pub struct Alarm {
     gone_ms: Option<u64>,
 }
 
+/// An alarm as it was written down.
+#[derive(Deserialize)]
+struct Stored {
+    id: String,
+    monitor: String,
+    subsystem: String,
+    flag: String,
+    priority: String,
+    state: String,
+    active: bool,
+    since_ms: u64,
+    returned_ms: Option<u64>,
+    count: u32,
+    ack: Option<Ack>,
+    shelved: Option<Shelf>,
+    what: Both,
+    cause: Both,
+    consequence: Both,
+    remedy: Both,
+}
+
+/// The most urgent first.
+const PRIORITIES: [&str; 3] = ["high", "medium", "low"];
+const STATES: [&str; 4] = ["unack", "rtn_unack", "ack", "shelved"];
+
+impl Stored {
+    fn alarm(self) -> Option<Alarm> {
+        let of = |all: &[&'static str], name: &str| all.iter().find(|it| **it == name).copied();
+        Some(Alarm {
+            priority: of(&PRIORITIES, &self.priority)?,
+            state: of(&STATES, &self.state)?,
+            id: self.id,
+            monitor: self.monitor,
+            subsystem: self.subsystem,
+            flag: self.flag,
+            active: self.active,
+            since_ms: self.since_ms,
+            returned_ms: self.returned_ms,
+            count: self.count,
+            ack: self.ack,
+            shelved: self.shelved,
+            what: self.what,
+            cause: self.cause,
+            consequence: self.consequence,
+            remedy: self.remedy,
+            gone_ms: None,
+        })
+    }
+}
+
 /// An acknowledgement.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 pub struct Ack {
     /// By whom.
     pub user: String,
@@ -76,7 +126,7 @@ pub struct Ack {
 }
 
 /// A place on the shelf.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 pub struct Shelf {
     /// By whom.
     pub user: String,
@@ -118,6 +168,15 @@ struct Condition {
 }
 
 impl Alarms {
+    /// As they were when the hub ended: those of monitors that are still there. Whether their
+    /// conditions hold shows soon.
+    pub fn restored(written: &[String], monitors: &BTreeSet<String>) -> Self {
+        let read = |text: &String| serde_json::from_str::<Stored>(text).ok()?.alarm();
+        let known = |it: &Alarm| it.monitor.is_empty() || monitors.contains(&it.monitor);
+        let all = written.iter().filter_map(read).filter(known);
+        Self { all: all.map(|alarm| (alarm.id.clone(), alarm)).collect() }
+    }
+
     /// The alarm with this id.
     pub fn get(&self, id: &str) -> Option<&Alarm> {
         self.all.get(id)
@@ -127,12 +186,10 @@ impl Alarms {
     pub fn list(&self) -> Vec<&Alarm> {
         let mut list: Vec<&Alarm> = self.all.values().collect();
         let rank = |alarm: &Alarm| {
-            let state = ["unack", "rtn_unack", "ack", "shelved"];
-            let priority = ["high", "medium", "low"];
             let place = |all: &[&str], one| all.iter().position(|it| *it == one);
             (
-                place(&state, alarm.state),
-                place(&priority, alarm.priority),
+                place(&STATES, alarm.state),
+                place(&PRIORITIES, alarm.priority),
                 u64::MAX - alarm.since_ms,
             )
         };
@@ -450,5 +507,27 @@ mod tests {
         assert_eq!(alarms.handle_time(0, true, false)[0].after, "unack");
         alarms.handle_time(1, false, false);
         assert_eq!(alarms.handle_time(3_000, false, false)[0].after, "rtn_unack");
+    }
+
+    #[test]
+    fn a_restart_forgets_nothing() {
+        let mut alarms = Alarms::default();
+        alarms.handle_time(5, true, true);
+        alarms.shelve("hub/History", "anna", 500, "being moved");
+        alarms.acknowledge(6, "hub/Audit", "boris");
+        let written = |alarms: &Alarms| -> Vec<String> {
+            alarms.list().iter().map(|it| serde_json::to_string(it).unwrap()).collect()
+        };
+        let before = written(&alarms);
+        let mut again = Alarms::restored(&before, &BTreeSet::new());
+        assert_eq!(written(&again), before);
+        assert!(again.handle_time(7, true, true).is_empty(), "nothing is new");
+        assert_eq!(again.get("hub/History").unwrap().state, "shelved");
+        again.handle_time(500, true, true);
+        assert_eq!(again.get("hub/History").unwrap().state, "unack");
+
+        let gone = before[0].replace(r#""monitor":"""#, r#""monitor":"M9""#);
+        let junk = ["{}".into(), gone];
+        assert!(Alarms::restored(&junk, &BTreeSet::from(["M1".into()])).list().is_empty());
     }
 }

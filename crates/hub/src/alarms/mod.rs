@@ -22,8 +22,11 @@ impl Hub {
                 Some(alarm) => self.topics.set(&topic, alarm),
                 None => self.topics.remove(&topic),
             }
+            let written = alarms.get(&change.id).and_then(|it| serde_json::to_string(it).ok());
+            self.events.note_alarm(&change.id, written);
         }
         drop(alarms);
+        self.events.flush();
         let history = lock(&self.history);
         for Change { id, monitor, before, after, user, reason } in changes {
             if before == after {

@@ -1,6 +1,6 @@
 //! What has happened, as it was told to everybody: kept, to be looked up later.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
@@ -22,6 +22,7 @@ CREATE TABLE IF NOT EXISTS event (
   ru TEXT NOT NULL
 ) STRICT;
 CREATE INDEX IF NOT EXISTS event_by_time ON event (at_ms);
+CREATE TABLE IF NOT EXISTS alarm_now (id TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
 PRAGMA synchronous = NORMAL;";
 
 /// Something that has happened.
@@ -71,13 +72,29 @@ pub struct Events {
     db: Db,
     /// What is not on the disk yet.
     waiting: Arc<Mutex<VecDeque<Event>>>,
+    /// Alarms that have changed, as JSON; `None`: they are normal.
+    alarms: Arc<Mutex<BTreeMap<String, Option<String>>>>,
 }
 
 impl Events {
     /// Opens it in a folder, or in memory.
     pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
-        let db = Db::new("events", open(folder, "events.db", SCHEMA)?)?;
-        Ok(Self { db, waiting: Arc::default() })
+        Ok(Self::open_with_alarms(folder)?.0)
+    }
+
+    /// Opens it, and tells the alarms that were not normal.
+    pub fn open_with_alarms(folder: Option<&Path>) -> Result<(Self, Vec<String>), StoreError> {
+        let db = open(folder, "events.db", SCHEMA)?;
+        let mut query = db.prepare("SELECT value FROM alarm_now")?;
+        let alarms = query.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
+        drop(query);
+        let db = Db::new("events", db)?;
+        Ok((Self { db, waiting: Arc::default(), alarms: Arc::default() }, alarms))
+    }
+
+    /// Notes what an alarm is now; `None`: it is normal. Written with the next flush.
+    pub fn note_alarm(&self, id: &str, alarm: Option<String>) {
+        lock(&self.alarms).insert(id.to_owned(), alarm);
     }
 
     /// Notes that something has happened; written with the next [`Events::flush`].
@@ -92,11 +109,18 @@ impl Events {
 
     /// Stores what has come together; what the disk does not take stays.
     pub fn flush(&self) {
-        let waiting = self.waiting.clone();
-        if lock(&waiting).is_empty() {
+        let (waiting, alarms) = (self.waiting.clone(), self.alarms.clone());
+        if lock(&waiting).is_empty() && lock(&alarms).is_empty() {
             return;
         }
         self.db.post(move |db| {
+            let changed = std::mem::take(&mut *lock(&alarms));
+            if let Err(error) = store_alarms(db, &changed) {
+                tracing::warn!(%error, "alarms are not stored");
+                let mut alarms = lock(&alarms);
+                let newer = std::mem::replace(&mut *alarms, changed);
+                alarms.extend(newer);
+            }
             let mut all = std::mem::take(&mut *lock(&waiting));
             if let Err(error) = store(db, &all) {
                 tracing::warn!(%error, events = all.len(), "events are not stored");
@@ -123,6 +147,21 @@ impl Events {
             }
         });
     }
+}
+
+fn store_alarms(
+    db: &mut rusqlite::Connection,
+    changed: &BTreeMap<String, Option<String>>,
+) -> Result<(), rusqlite::Error> {
+    let transaction = db.transaction()?;
+    for (id, alarm) in changed {
+        match alarm {
+            Some(alarm) => transaction
+                .execute("INSERT OR REPLACE INTO alarm_now VALUES (?1, ?2)", [id, alarm])?,
+            None => transaction.execute("DELETE FROM alarm_now WHERE id = ?1", [id])?,
+        };
+    }
+    transaction.commit()
 }
 
 fn store(db: &mut rusqlite::Connection, all: &VecDeque<Event>) -> Result<(), rusqlite::Error> {

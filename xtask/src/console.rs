@@ -19,9 +19,10 @@ pub fn console(arguments: &[String]) -> TaskResult {
         ["browser", ref names @ ..] => with_browser("test:browser", names)?,
         ["pictures"] => with_browser("pictures", &[])?,
         ["measure", ref what @ ..] => with_browser("measure", what)?,
+        ["monkey", ref how @ ..] => with_browser("monkey", how)?,
         _ => {
             return Err(format!(
-                "console {}: build, check, browser [NAME...], pictures or measure [SLOWED [pages|scene|memory]]",
+                "console {}: build, check, browser [NAME...], pictures, measure [SLOWED [pages|scene|memory]] or monkey [SECONDS [SEED]]",
                 arguments.join(" ")
             ));
         }

@@ -2,7 +2,7 @@
 import { t, type Key } from '../i18n';
 import { session } from './me';
 import { store } from './store';
-import type { Role } from './types';
+import type { LinkFigures, Role } from './types';
 
 const RANK: Record<Role, number> = { observer: 0, operator: 1, engineer: 2, administrator: 3 };
 
@@ -35,6 +35,12 @@ export interface Wants {
   lockedOut?: boolean;
   /** A subsystem that it needs. */
   subsystem?: string;
+}
+
+/** What is known of the link to a monitor besides its state; a recording has nothing of it. */
+export function linkFigures(monitor: string): LinkFigures | null {
+  const link = store.get(`monitors/${monitor}/link`);
+  return link && 'last' in link ? link : null;
 }
 
 /** Why a command to this monitor would not be done; empty: nothing is in its way. */

@@ -83,9 +83,15 @@ export interface LinkCounts {
   loss_permille: number;
 }
 
-export interface Link extends LinkCounts {
-  endpoint: string;
+export interface LinkState {
   state: 'up' | 'down';
+}
+
+/** Of a recording the state alone is known: `linkFigures`. */
+export type Link = LinkState | LinkFigures;
+
+export interface LinkFigures extends LinkState, LinkCounts {
+  endpoint: string;
   since_ms: number;
   error: Text | string | null;
   poll_ms: number;

@@ -3,7 +3,7 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { html as staticHtml, unsafeStatic } from 'lit/static-html.js';
 import { dictionary } from '../hub/dictionary';
-import { whyNot } from '../hub/session';
+import { linkFigures, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { dateTime, num, t } from '../i18n';
 import { icon } from '../parts/icons';
@@ -527,7 +527,7 @@ export class PageCommissioning extends LitElement {
       id: monitor,
       name: info?.name ?? { en: monitor, ru: monitor },
       address: info?.address ?? 0,
-      endpoint: store.get(`monitors/${monitor}/link`)?.endpoint ?? '',
+      endpoint: linkFigures(monitor)?.endpoint ?? '',
       hub: `${hub?.name ?? 'lafet'} ${hub?.version ?? ''}`.trim(),
       simulation: hub?.simulation ?? false,
       at_ms: store.now(),

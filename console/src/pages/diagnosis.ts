@@ -2,6 +2,7 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionary, dictionaryNow } from '../hub/dictionary';
+import { linkFigures } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Severity } from '../hub/types';
 import { age, num, t, time, tt } from '../i18n';
@@ -155,7 +156,7 @@ export class LfPageDiagnosis extends LitElement {
     const never = status?.at_ms == null;
     const stale = store.stale(monitor);
     const readiness = store.get(`monitors/${monitor}/readiness`);
-    const link = store.get(`monitors/${monitor}/link`);
+    const link = linkFigures(monitor);
     const todo = tries(readiness, stale ? [] : flags, link, this.crash?.filled ?? false);
     return html`<div class="page">
       <header class="head">

@@ -5,7 +5,7 @@ import { repeat } from 'lit/directives/repeat.js';
 import { commands } from '../hub/commands';
 import { dictionary, type DictParam, type Dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
-import { whyNot } from '../hub/session';
+import { linkFigures, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { age, lang, num, plural, t, tt } from '../i18n';
 import { icon } from '../parts/icons';
@@ -374,7 +374,7 @@ export class PageParams extends LitElement {
     if (!dict) return;
     const backup: Backup = {
       about: {
-        url: store.get(`monitors/${monitor}/link`)?.endpoint ?? '',
+        url: linkFigures(monitor)?.endpoint ?? '',
         subsystems: this.present(),
         made_by: `lafet console ${store.hello?.hub.version ?? ''}`.trim(),
       },

@@ -2,7 +2,7 @@
 import { LitElement, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { dictionary, param, type Dictionary } from '../hub/dictionary';
-import { whyNot } from '../hub/session';
+import { linkFigures, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { age, num, plural, t } from '../i18n';
 import { bearingOf, placeAt, sectorOf, type Place, type QuenchSector, type Sector } from '../parts/geometry';
@@ -516,7 +516,7 @@ export class PagePrograms extends LitElement {
         .map((which) => [titleFor(which), this.drafts.values(which)]),
     );
     const about = {
-      url: store.get(`monitors/${this.monitor}/link`)?.endpoint ?? '',
+      url: linkFigures(this.monitor)?.endpoint ?? '',
       subsystems: Object.keys(store.get(`monitors/${this.monitor}/status`)?.subsystems ?? {}),
       made_by: `lafet console ${store.hello?.hub.version ?? ''}`.trim(),
     };

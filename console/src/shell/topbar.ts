@@ -2,6 +2,7 @@
 // The place at its right end is that of STOP, which is above everything (stop.ts).
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { linkFigures } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { plural, t, time, tt, type Key } from '../i18n';
 import { icon } from '../parts/icons';
@@ -241,8 +242,9 @@ export class LfTopbar extends LitElement {
     if (link.state === 'down') {
       return html`<div class="item link lost">${icon('unlinked')}<span class="text">${monitor}</span></div>`;
     }
-    const loss = link.last.loss_permille / 10;
-    const text = loss >= 1 ? t('topbar.loss', { n: Math.round(loss) }) : show('duration_ms', link.srtt_ms);
+    const figures = linkFigures(monitor!);
+    const loss = (figures?.last.loss_permille ?? 0) / 10;
+    const text = loss >= 1 ? t('topbar.loss', { n: Math.round(loss) }) : show('duration_ms', figures?.srtt_ms);
     return html`<div class="item quiet link" title=${t('topbar.latency')}>
       ${icon('link')}<span class="text">${text}</span>
     </div>`;

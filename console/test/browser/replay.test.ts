@@ -101,3 +101,25 @@ test('the fire of a recording is shown in the plan and in 3D', async () => {
   const particles = () => page.locator('lf-scene').evaluate((one) => (one as unknown as Scene).figures?.particles ?? 0);
   await until(async () => (await particles()) > 20, 20_000);
 });
+
+test('every page shows a recording', async () => {
+  await demo.post('/api/recordings', { monitor: 'M1', seconds: 1, before_s: 10 });
+  const play = page.getByRole('button', { name: /^Play .*\.mcap/ }).first();
+  await until(async () => (await play.getAttribute('aria-disabled')) !== 'true', 20_000);
+  const broken: string[] = [];
+  page.on('pageerror', (error) => broken.push(error.message));
+  await play.click();
+  await page.locator('lf-replay-bar #live').waitFor();
+  await page.evaluate(() => (location.hash = '#/m/M1/operate'));
+  await page.locator('lf-page-operate').waitFor();
+  const pages = await page.locator('lf-nav a').evaluateAll((all) => all.map((one) => one.getAttribute('href')!));
+  expect(pages).toContain('#/m/M1/diagnosis');
+  for (const href of pages) {
+    await page.evaluate((to) => (location.hash = to), href);
+    await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
+    await page.evaluate(() => new Promise(requestAnimationFrame));
+  }
+  await page.evaluate(() => (location.hash = '#/m/M1/diagnosis'));
+  await page.locator('lf-link-stats').getByText('A recording has the state of the link, not its figures.').waitFor();
+  expect(broken).toEqual([]);
+});

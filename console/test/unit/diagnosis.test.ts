@@ -1,7 +1,7 @@
 import { readFileSync } from 'node:fs';
 import { describe, expect, it } from 'vitest';
 import type { Dictionary } from '../../src/hub/dictionary';
-import type { Link, Readiness, Status } from '../../src/hub/types';
+import type { LinkFigures, Readiness, Status } from '../../src/hub/types';
 import { niceTop, pathOf } from '../../src/parts/lf-trend';
 import { flagsOf, matchingFlags, setFlags, tries, wordHex } from '../../src/pages/diagnosis/model';
 import { fromHistory, sampleOf, spanOf } from '../../src/pages/diagnosis/samples';
@@ -17,7 +17,7 @@ function status(flags: Record<string, string[]>): Status {
 }
 
 const COUNTS = { sent: 100, received: 100, errors: 0, retries: 0, timeouts: 0, loss_permille: 0 };
-const LINK: Link = {
+const LINK: LinkFigures = {
   endpoint: 'tcp://h?addr=1',
   state: 'up',
   since_ms: 0,

@@ -2,6 +2,7 @@
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
+import { linkFigures } from '../../hub/session';
 import { SECOND, store, TopicController } from '../../hub/store';
 import { age, dateTime, num, t } from '../../i18n';
 import { icon } from '../../parts/icons';
@@ -124,7 +125,7 @@ export class LfAdminHub extends LitElement {
     return html`<li>
       <div>
         <b>${id}</b> ${monitorName(id)} <span class="dim">· ${t('admin.monitor_address', { n: info?.address ?? '—' })}</span>
-        <div class="small dim mono">${link?.endpoint ?? ''}</div>
+        <div class="small dim mono">${linkFigures(id)?.endpoint ?? ''}</div>
       </div>
       <lf-chip kind=${down ? 'high' : stale ? 'medium' : 'normal'} icon=${down ? 'unlinked' : 'link'}
         >${t(down ? 'admin.monitor_down' : stale ? 'admin.monitor_stale' : 'admin.monitor_up')}</lf-chip

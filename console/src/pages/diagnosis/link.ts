@@ -1,8 +1,9 @@
 // The link to a monitor in figures: since the hub's start, and over the last minutes.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { linkFigures } from '../../hub/session';
 import { SECOND, store, TopicController } from '../../hub/store';
-import type { Link } from '../../hub/types';
+import type { LinkFigures } from '../../hub/types';
 import { age, num, t, tt, type Key } from '../../i18n';
 import '../../parts/lf-chip';
 import '../../parts/lf-trend';
@@ -108,10 +109,16 @@ export class LfLinkStats extends LitElement {
   }
 
   override render() {
-    const link = store.get(`monitors/${this.monitor}/link`);
-    if (!link) return nothing;
-    const heard = store.linked || store.source === 'replay';
-    const down = link.state === 'down';
+    const state = store.get(`monitors/${this.monitor}/link`)?.state;
+    const link = linkFigures(this.monitor);
+    if (!state) return nothing;
+    if (!link) {
+      const [kind, mark] = state === 'down' ? (['high', 'unlinked'] as const) : (['normal', 'link'] as const);
+      return html`<div class="state"><lf-chip kind=${kind} icon=${mark}>${t(`diagnosis.replay_${state}`)}</lf-chip></div>
+        <p class="dim">${t('diagnosis.replay_link')}</p>`;
+    }
+    const heard = store.linked;
+    const down = state === 'down';
     const now = store.now();
     const span_ms = spanOf(now - (samplesOf(this.monitor)[0]?.t ?? now));
     return html`<div class="state">
@@ -138,7 +145,7 @@ export class LfLinkStats extends LitElement {
       <dl class=${heard ? '' : 'stale'}>${COUNTS.map((name) => this.renderCount(name, link))}</dl>`;
   }
 
-  private renderCount(name: (typeof COUNTS)[number], link: Link) {
+  private renderCount(name: (typeof COUNTS)[number], link: LinkFigures) {
     const value = link[name];
     const recent = !USUAL.has(name) && name in link.last && link.last[name as 'retries'] > 0;
     return html`<div class="${value === 0 ? 'zero' : ''} ${recent ? 'matters' : ''}" title=${t(`diagnosis.about_${name}`)}>

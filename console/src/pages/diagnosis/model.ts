@@ -1,6 +1,6 @@
 // What the page of diagnosis knows without a screen: flags in order, what to try, the report.
 import type { DictFlag, Dictionary } from '../../hub/dictionary';
-import type { Link, Readiness, Severity, Status, Text } from '../../hub/types';
+import type { LinkFigures, Readiness, Severity, Status, Text } from '../../hub/types';
 
 export interface FlagSeen {
   subsystem: string;
@@ -70,7 +70,7 @@ const LOSS_USUAL = 10;
 export function tries(
   readiness: Readiness | undefined,
   flags: FlagSeen[],
-  link: Link | undefined,
+  link: LinkFigures | null,
   crashed: boolean,
 ): Try[] {
   const found: Try[] = [];
@@ -95,7 +95,7 @@ export function tries(
   return found.sort((a, b) => Number(b.urgent) - Number(a.urgent));
 }
 
-function linkTries(link: Link): Try[] {
+function linkTries(link: LinkFigures): Try[] {
   const found: Try[] = [];
   const one = (key: NonNullable<Try['key']>, figure: string) =>
     found.push({ key, text: null, urgent: false, from: [figure] });

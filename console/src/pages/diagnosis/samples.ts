@@ -1,7 +1,8 @@
 // Link statistics of the last minutes, of every monitor: what the hub has kept, then as they come.
 import { http } from '../../hub/http';
+import { linkFigures } from '../../hub/session';
 import { store } from '../../hub/store';
-import type { Link } from '../../hub/types';
+import type { LinkFigures } from '../../hub/types';
 import type { Point } from '../../parts/lf-trend';
 
 const KEEP_MS = 900_000;
@@ -20,7 +21,7 @@ export interface Sample {
 
 export type Measure = Exclude<keyof Sample, 't'>;
 
-export function sampleOf(t: number, link: Link, heard: boolean): Sample {
+export function sampleOf(t: number, link: LinkFigures, heard: boolean): Sample {
   const { last } = link;
   const up = heard && link.state === 'up';
   return {
@@ -41,7 +42,7 @@ function take(): void {
   if (store.source === 'replay') return;
   const now = store.now();
   for (const id of store.monitors()) {
-    const link = store.get(`monitors/${id}/link`);
+    const link = linkFigures(id);
     if (!link) continue;
     const samples = all.get(id) ?? [];
     samples.push(sampleOf(now, link, store.linked));

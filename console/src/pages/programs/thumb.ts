@@ -35,7 +35,9 @@ function picture(which: Which, values: readonly number[]): unknown {
   const step = Math.max(program.step, program.height / 60 / LINES_MOST);
   const pass = program.step ? passOver({ ...program, step }, null, { h: 0, v: -99999 }) : [];
   const path = pass.map((p, n) => `${n ? 'L' : 'M'}${at(p).join(' ')}`).join('');
-  return svg`<rect class="area" x=${x} y=${y} width=${x1 - x} height=${y1 - y}></rect>
+  // What is being written may be less than nothing for a while.
+  const [wide, high] = [Math.max(x1 - x, 0), Math.max(y1 - y, 0)];
+  return svg`<rect class="area" x=${x} y=${y} width=${wide} height=${high}></rect>
     ${path ? svg`<path class="way" d=${path}></path>` : nothing}
     <circle class="dot" cx=${at(program.centre)[0]} cy=${at(program.centre)[1]} r="2.5"></circle>`;
 }

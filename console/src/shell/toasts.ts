@@ -4,6 +4,8 @@ import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { commands, type Outcome } from '../hub/commands';
 import { subsystem } from '../hub/dictionary';
+import type { HubError } from '../hub/errors';
+import type { Answer } from '../hub/types';
 import { lang, t, tt, type Key } from '../i18n';
 import { icon, type IconName } from '../parts/icons';
 import { base } from '../theme/shared';
@@ -41,25 +43,37 @@ export function toast(note: Toast): void {
 export function noteOf(outcome: Outcome): Toast | null {
   const who = outcome.monitor ?? t('shell.all_monitors');
   if (outcome.error) {
-    const refused = outcome.error.details.answers as { remedy?: never; meaning?: never }[] | undefined;
+    if (stands(outcome, outcome.error)) return { kind: 'info', text: t('stop.stands', { monitor: who }) };
+    const refused = refusals(outcome.error)?.[0];
     return {
       kind: outcome.error.code === 'refused' ? 'warning' : 'error',
-      text: `${who} · ${titleOf(outcome.what)}: ${outcome.error.text(lang())}`,
-      more: tt(refused?.[0]?.remedy),
+      text: `${who} · ${titleOf(outcome.what)}: ${refused ? tt(refused.meaning) : outcome.error.text(lang())}`,
+      more: tt(refused?.remedy),
     };
   }
   if (outcome.what.startsWith('authority')) return null;
-  if (outcome.failed) {
-    const monitors = outcome.failed.map(({ monitor }) => monitor).join(', ');
+  const failed = outcome.failed?.filter(({ error }) => !stands(outcome, error)) ?? [];
+  if (failed.length) {
+    const monitors = failed.map(({ monitor }) => monitor).join(', ');
     return {
       kind: 'error',
       text: `${titleOf(outcome.what)} · ${t('stop.not_done', { monitors })}`,
-      more: outcome.failed[0]!.error.text(lang()),
+      more: failed[0]!.error.text(lang()),
     };
   }
   const bad = outcome.result?.answers.find((answer) => !answer.success);
-  if (bad) return { kind: 'warning', text: `${who} · ${bad.text}`, more: tt(bad.remedy) };
+  if (bad) return { kind: 'warning', text: `${who} · ${titleOf(outcome.what)}: ${tt(bad.meaning) || bad.text}`, more: tt(bad.remedy) };
   return { kind: 'ok', text: `${who} · ${titleOf(outcome.what)}` };
+}
+
+/** A monitor that is locked out denies Stop (§3.18/2): the lockout has stopped it already. */
+function stands({ what }: Outcome, error: HubError): boolean {
+  const denied = refusals(error)?.[0];
+  return what.startsWith('Stop') && denied?.from === 'General' && denied.status === 'Denied';
+}
+
+function refusals(error: HubError): Answer[] | undefined {
+  return error.details.answers as Answer[] | undefined;
 }
 
 function titleOf(what: string): string {

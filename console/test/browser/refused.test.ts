@@ -87,3 +87,18 @@ test('a monitor that another one holds, and commands that come too fast', async 
   await page.locator('#take').click();
   await page.locator('lf-toasts .error').getByText(FAST.en).waitFor();
 });
+
+test('STOP of monitors that are locked out: they stand', async () => {
+  page = await demo.open('#/m/M1/operate');
+  const note = page.locator('lf-toasts .toast').last();
+  await demo.post('/api/lockout');
+  await page.locator('#release').waitFor();
+  await page.keyboard.press('Pause');
+  await note.getByText('M1 is locked out: the lockout has stopped it already.').waitFor();
+  await page.evaluate(() => (location.hash = '#/overview'));
+  await page.locator('lf-page-overview').waitFor();
+  await page.keyboard.press('Pause');
+  await page.locator('lf-toasts .toast.ok').getByText('All monitors · Stop').waitFor();
+  expect(await page.locator('lf-toasts .error').count()).toBe(0);
+  for (const monitor of ['M1', 'M2', 'M3']) await demo.request(monitor, 'Lockout All off');
+});

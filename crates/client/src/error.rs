@@ -4,9 +4,10 @@ use std::fmt;
 use std::io;
 use std::sync::Arc;
 
-use lafet_proto::{DecodeError, RequestId, Status, SubsystemId, dictionary};
+use lafet_proto::{DecodeError, RequestId, Status, SubsystemId};
 
 use crate::find_out::find_out;
+use crate::refusal::{Reason, reason};
 use crate::transport::serial::CannotSwitch;
 use crate::url::UrlError;
 
@@ -188,8 +189,8 @@ impl Error {
     fn english(&self) -> String {
         match self {
             Self::Refused { request, to, status, by } => {
-                let (meaning, remedy) = status_texts(*status, Lang::En);
-                format!("{request} {to}: {by} answers {status}. {meaning} {remedy}")
+                let Reason { why, remedy, .. } = reason(*request, *to, *status, *by);
+                format!("{request} {to}: {by} answers {status}. {} {}", why.en, remedy.en)
             }
             Self::NoAnswer { request, to, endpoint, tries } => format!(
                 "{request} {to}: no answer from {endpoint} (tries: {tries}). Check the power, \
@@ -249,8 +250,8 @@ impl Error {
     fn russian(&self) -> String {
         match self {
             Self::Refused { request, to, status, by } => {
-                let (meaning, remedy) = status_texts(*status, Lang::Ru);
-                format!("{request} {to}: {by} отвечает {status}. {meaning} {remedy}")
+                let Reason { why, remedy, .. } = reason(*request, *to, *status, *by);
+                format!("{request} {to}: {by} отвечает {status}. {} {}", why.ru, remedy.ru)
             }
             Self::NoAnswer { request, to, endpoint, tries } => format!(
                 "{request} {to}: нет ответа от {endpoint}, попыток: {tries}. Проверьте питание, \
@@ -360,15 +361,6 @@ impl Cause {
 
 fn cannot_switch(source: &io::Error) -> bool {
     source.get_ref().is_some_and(|inner| inner.is::<CannotSwitch>())
-}
-
-fn status_texts(status: Status, lang: Lang) -> (&'static str, &'static str) {
-    match (dictionary::status(status), lang) {
-        (Some(info), Lang::En) => (info.meaning.en, info.remedy.en),
-        (Some(info), Lang::Ru) => (info.meaning.ru, info.remedy.ru),
-        (None, Lang::En) => ("The protocol knows no such status.", "Report it."),
-        (None, Lang::Ru) => ("Протокол не знает такого статуса.", "Сообщите о нём."),
-    }
 }
 
 impl fmt::Display for Error {

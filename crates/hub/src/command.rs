@@ -187,7 +187,7 @@ impl Hub {
         if answers.refusal().is_some() && answers.len() == 1 {
             return Err(ApiError::refused(&answers).with("audit", audit));
         }
-        let list: Vec<Value> = answers.iter().map(model::answer).collect();
+        let list = model::answers(&answers);
         let ok = answers.iter().all(|answer| answer.status().is_success());
         if ok {
             self.was_accepted(caller, station, request.body.id(), &what);
@@ -268,7 +268,7 @@ fn details(
     saved: Option<&str>,
 ) -> Value {
     let texts = answers.into_iter().flat_map(|answers| answers.iter());
-    let texts: Vec<Value> = texts.map(|it| model::answer(it)["text"].clone()).collect();
+    let texts: Vec<String> = texts.map(model::answer_text).collect();
     let mut details = json!({ "asked": asked, "took_ms": took_ms, "answers": texts });
     if let Some(saved) = saved {
         details["saved"] = saved.into();

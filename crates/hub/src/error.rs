@@ -112,7 +112,7 @@ impl ApiError {
     pub fn refused(answers: &Answers) -> Self {
         let refusal = answers.clone().accepted().err();
         let text = refusal.as_ref().map(Both::of_error).unwrap_or_default();
-        let list: Vec<Value> = answers.iter().map(model::answer).collect();
+        let list = model::answers(answers);
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text).with("answers", list)
     }
 

@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use lafet_client::{AnswerBuf, Stats};
+use lafet_client::refusal::{Reason, reason};
+use lafet_client::{AnswerBuf, Answers, Stats};
 use lafet_proto::dictionary::{self, layouts};
 use lafet_proto::flags::{self, Severity};
 use lafet_proto::status::Hotbed;
@@ -237,17 +238,33 @@ pub fn hotbeds(at_ms: u64, hotbeds: &[Hotbed]) -> Value {
 }
 
 /// An answer of a monitor as JSON: who, how, and the data by the dictionary's names.
-pub fn answer(answer: &AnswerBuf) -> Value {
+fn answer(to: SubsystemId, answer: &AnswerBuf) -> Value {
     let status = answer.status();
-    let texts = dictionary::status(status);
-    let text = AnswerText(answer.record()).to_string();
+    let texts = match dictionary::status(status) {
+        Some(texts) if status.is_success() => Some((texts.meaning, texts.remedy)),
+        _ if status.is_success() => None,
+        _ => {
+            let Reason { why, remedy, .. } = reason(answer.request(), to, status, answer.from());
+            Some((why, remedy))
+        }
+    };
     json!({
         "from": answer.from().to_string(), "status": status.to_string(), "code": status.0,
-        "success": status.is_success(), "text": text,
-        "meaning": texts.map(|it| Both::from(it.meaning)),
-        "remedy": texts.map(|it| Both::from(it.remedy)),
+        "success": status.is_success(), "text": answer_text(answer),
+        "meaning": texts.map(|(meaning, _)| Both::from(meaning)),
+        "remedy": texts.map(|(_, remedy)| Both::from(remedy)),
         "values": values(answer),
     })
+}
+
+/// `Vertical GetStatus → Ok …`
+pub fn answer_text(answer: &AnswerBuf) -> String {
+    AnswerText(answer.record()).to_string()
+}
+
+/// All answers to a request.
+pub fn answers(answers: &Answers) -> Vec<Value> {
+    answers.iter().map(|one| answer(answers.to(), one)).collect()
 }
 
 /// The data of an answer; what repeats becomes an array.

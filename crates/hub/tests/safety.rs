@@ -180,7 +180,12 @@ async fn stop_reaches_every_monitor_and_lockout_closes() {
     let open = |monitor: usize| site.bus.lock()[monitor].world().valves[0].opening;
     until("both close", || open(0) < 0.01 && open(1) < 0.01).await;
     let asked = json!({ "type": "request", "monitor": "M1", "request": "Move Horizontal 0" });
-    assert_eq!(operator.ask(asked).await["error"]["code"], "refused");
+    let refused = operator.ask(asked).await["error"].take();
+    assert_eq!(refused["code"], "refused");
+    // Why it is refused here, not what the status means anywhere.
+    let why = "The monitor is locked out: only reads and SetParam are done.";
+    assert_eq!(refused["answers"][0]["meaning"]["en"], why, "{refused}");
+    assert!(refused["en"].as_str().is_some_and(|text| text.contains(why)), "{refused}");
     let release = json!({ "type": "request", "monitor": "M1", "request": "Lockout All off" });
     assert_eq!(operator.ask(release.clone()).await["error"]["code"], "confirm_needed");
     let mut release = release;

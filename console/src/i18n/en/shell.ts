@@ -52,6 +52,7 @@ export default {
   'stop.locked': '{monitor} is locked out',
   'stop.locked_all': 'LOCKED OUT',
   'stop.not_done': 'NOT carried out by: {monitors}',
+  'stop.stands': '{monitor} is locked out: the lockout has stopped it already.',
   'stop.release': 'RELEASE…',
   'stop.release_title': 'Release the lockout of {monitor}',
   'stop.release_text':

@@ -52,6 +52,7 @@ export default {
   'stop.locked': '{monitor} заблокирован',
   'stop.locked_all': 'БЛОКИРОВАНЫ',
   'stop.not_done': 'НЕ выполнено: {monitors}',
+  'stop.stands': '{monitor}: включена блокировка, она уже остановила ствол.',
   'stop.release': 'СНЯТЬ…',
   'stop.release_title': 'Снять блокировку {monitor}',
   'stop.release_text':

@@ -76,6 +76,7 @@ export default {
   'operate.seek_low': 'From (below)',
   'operate.seek_high': 'To (above)',
   'operate.seek_analyse': 'Measure what is found in a second pass',
+  'operate.seek_beyond': 'Beyond the limits. {drive}: {min} to {max}',
   'operate.seek_start': 'Search',
   'operate.number': 'Fill in every number',
   'operate.program_title': 'Extinguish by a program of {monitor}',

@@ -76,6 +76,7 @@ export default {
   'operate.seek_low': 'От (снизу)',
   'operate.seek_high': 'До (сверху)',
   'operate.seek_analyse': 'Измерить найденное вторым проходом',
+  'operate.seek_beyond': 'За пределами. {drive}: от {min} до {max}',
   'operate.seek_start': 'Искать',
   'operate.number': 'Заполните все числа',
   'operate.program_title': 'Тушение по программе, {monitor}',

@@ -6,6 +6,7 @@ import { commands } from '../../hub/commands';
 import { has, whyNot } from '../../hub/session';
 import { flag } from '../../hub/dictionary';
 import { SECOND, store, TopicController } from '../../hub/store';
+import type { Range } from '../../hub/types';
 import { age, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import type { QuenchSector } from '../../parts/geometry';
@@ -13,12 +14,13 @@ import { dialog } from '../../shell/dialog';
 import { base, card, fields } from '../../theme/shared';
 import { parse, show, unitText } from '../../units';
 import { wholeLength } from './found';
-import { exists, position, posture } from './state';
+import { exists, limits, position, posture } from './state';
 
 /** 60 mm is the narrowest of the usual nozzle; the limits tell that of this one. */
 const NOZZLE_USUAL_MM = 60;
 const STEP_USUAL_DEG = 2;
-const SEEK_USUAL = { from: -5400, to: 5400, low: -600, high: 600 };
+/** What burns on the ground near a high barrel is far below it. */
+const SEEK_USUAL = { from: -5400, to: 5400, low: -1800, high: 600 };
 const PROGRAMS = 8;
 
 export type Tool = 'look' | 'aim' | 'sector';
@@ -218,9 +220,22 @@ export class LfAutomatic extends LitElement {
   }
 
   private seek(): void {
-    const value = { ...SEEK_USUAL };
+    const [turn, lift] = [limits(this.monitor, 'Horizontal'), limits(this.monitor, 'Vertical')];
+    const value = {
+      from: Math.max(SEEK_USUAL.from, turn?.min ?? -Infinity),
+      to: Math.min(SEEK_USUAL.to, turn?.max ?? Infinity),
+      low: Math.max(SEEK_USUAL.low, lift?.min ?? -Infinity),
+      high: Math.min(SEEK_USUAL.high, lift?.max ?? Infinity),
+    };
     let analyse = false;
-    const wrong = () => (Object.values(value).some((v) => !Number.isFinite(v)) ? t('operate.number') : '');
+    const beyond = (name: 'operate.horizontal' | 'operate.vertical', range: Range | null, ...values: number[]) =>
+      range && values.some((v) => v < range.min || v > range.max)
+        ? t('operate.seek_beyond', { drive: t(name), min: show('angle', range.min), max: show('angle', range.max) })
+        : '';
+    const wrong = () =>
+      Object.values(value).some((v) => !Number.isFinite(v))
+        ? t('operate.number')
+        : beyond('operate.horizontal', turn, value.from, value.to) || beyond('operate.vertical', lift, value.low, value.high);
     const input = (key: keyof typeof value, label: string) => html`<label class="field"
       >${label}, ${unitText('angle')}
       <input
@@ -248,7 +263,8 @@ export class LfAutomatic extends LitElement {
         <label class="row" style="min-height:48px"
           ><input type="checkbox" @change=${(e: Event) => (analyse = (e.target as HTMLInputElement).checked)} />
           ${t('operate.seek_analyse')}</label
-        >`,
+        >
+        <p class="error" role="alert">${wrong()}</p>`,
       actions: (close) => html`<lf-button @click=${() => close()}>${t('shell.cancel')}</lf-button>
         <lf-button kind="primary" .why=${wrong()} @click=${start(close)}>${t('operate.seek_start')}</lf-button>`,
     });
@@ -322,7 +338,7 @@ export class LfAutomatic extends LitElement {
     void dialog.open({
       title: t('operate.trajectory_title', { monitor }),
       content: () => html`<p>${t('operate.trajectory_text')}</p>
-        <div style="display:grid;grid-template-columns:1fr 1fr;gap:0 16px">
+        <div style="display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,190px),1fr));gap:0 16px">
           ${Array.from({ length: PROGRAMS }, (_, n) => {
             const length = stored?.[`Trajectory${n}`]?.values?.length ?? 0;
             return check(chosen.has(n), t('operate.trajectory_n', { n }), length ? '' : t('operate.empty'), (on) =>

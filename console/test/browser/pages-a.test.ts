@@ -1,14 +1,11 @@
 // Alarms, event log, inspector, diagnosis, administration: in a browser against the real program.
-import { spawn, type ChildProcess } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
 import type { Page } from 'playwright-core';
-import { preview, type PreviewServer } from 'vite';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import type { Alarm, AuditEntry } from '../../src/hub/types';
-import { LAFET, Site, until } from './site';
+import { Guarded } from './guarded';
+import { Site, until } from './site';
 
 const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 const LOCKED = 'M2/General/LockedOut';
@@ -441,78 +438,4 @@ function small(page: Page): Promise<string[]> {
     walk(main);
     return found;
   });
-}
-
-/** A hub that wants a login, with one monitor that does not answer. */
-class Guarded {
-  readonly password = 'first password';
-  private readonly folder = mkdtempSync(join(tmpdir(), 'lafet-guarded-'));
-  private child!: ChildProcess;
-  private served?: PreviewServer;
-  url = '';
-
-  static async start(): Promise<Guarded> {
-    const guarded = new Guarded();
-    const config = join(guarded.folder, 'hub.toml');
-    writeFileSync(
-      config,
-      `[server]\nlisten = "127.0.0.1:0"\ndata = "${guarded.folder}"\n[[monitor]]\nid = "M1"\nurl = "tcp://127.0.0.1:9?addr=1"\n`,
-    );
-    guarded.child = spawn(LAFET, ['serve', '--config', config], { stdio: ['ignore', 'pipe', 'pipe'] });
-    const link = await new Promise<string>((resolve, reject) => {
-      let told = '';
-      const hear = (text: Buffer) => {
-        told += text.toString();
-        const found = /http:\/\/127\.0\.0\.1:\d+\/setup#\S+/.exec(told)?.[0];
-        if (found) resolve(found);
-      };
-      guarded.child.stdout!.on('data', hear);
-      guarded.child.stderr!.on('data', hear);
-      guarded.child.on('exit', () => reject(new Error(told)));
-    });
-    const [url, token] = link.split('/setup#') as [string, string];
-    guarded.url = url;
-    const { password } = guarded;
-    const made = await guarded.post('/api/setup', { token, user: 'root', password });
-    const cookie = made.headers.get('set-cookie')!.split(';')[0]!;
-    const { csrf } = (await made.json()) as { csrf: string };
-    const headers = { cookie, 'x-csrf-token': csrf };
-    await guarded.post('/api/users', { user: 'olga', role: 'observer', password }, headers);
-    if (process.env.CONSOLE_DIST) await guarded.serve();
-    return guarded;
-  }
-
-  /** The console of dist before the hub, as in site.ts. */
-  private async serve(): Promise<void> {
-    const to = { target: this.url, ws: true, changeOrigin: true, headers: { origin: this.url } };
-    this.served = await preview({
-      logLevel: 'silent',
-      preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
-    });
-    this.url = this.served.resolvedUrls!.local[0]!.replace(/\/$/, '');
-  }
-
-  async stop(): Promise<void> {
-    await this.served?.close();
-    this.child.kill('SIGKILL');
-    rmSync(this.folder, { recursive: true, force: true });
-  }
-
-  async login(user: string, password: string): Promise<number> {
-    return (await this.post('/api/login', { user, password })).status;
-  }
-
-  /** Leads a page to this hub, and logs in there. */
-  async enter(page: Page, user: string): Promise<void> {
-    const answer = await this.post('/api/login', { user, password: this.password });
-    const [name, value] = answer.headers.get('set-cookie')!.split(';')[0]!.split('=') as [string, string];
-    await page.context().addCookies([{ name, value, url: this.url, httpOnly: true, sameSite: 'Strict' }]);
-    await page.goto(`${this.url}/#/alarms`);
-    await page.waitForSelector('lf-topbar');
-  }
-
-  private post(path: string, body: unknown, headers: Record<string, string> = {}): Promise<Response> {
-    const all = { 'content-type': 'application/json', ...headers };
-    return fetch(this.url + path, { method: 'POST', headers: all, body: JSON.stringify(body) });
-  }
 }

@@ -58,7 +58,7 @@ export class StepSensors extends Step {
           : this.told('good', t('commissioning.sensors.sound'))}
       </td>
       <td>
-        <label class="check"
+        <label class="check" style="min-width:48px;justify-content:center"
           ><input
             type="checkbox"
             aria-label="${t('commissioning.sensors.plausible')}: ${row.name}"

@@ -184,7 +184,7 @@ export const eventStyle = css`
   }
   .live .event {
     display: grid;
-    grid-template-columns: 150px 90px minmax(0, 1fr);
+    grid-template-columns: 150px 150px minmax(0, 1fr);
     gap: var(--s3);
     padding: 14px var(--s3);
     border-bottom: 1px solid var(--line);

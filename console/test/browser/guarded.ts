@@ -1,0 +1,95 @@
+import { spawn, type ChildProcess } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import type { Page } from 'playwright-core';
+import { preview, type PreviewServer } from 'vite';
+import { LAFET } from './site';
+
+/** A hub that wants a login, with one monitor that does not answer. */
+export class Guarded {
+  readonly password = 'first password';
+  /** Those of the administrator. */
+  private headers: Record<string, string> = {};
+  /** The link that the first start has printed; it is used up. */
+  link = '';
+  private readonly folder = mkdtempSync(join(tmpdir(), 'lafet-guarded-'));
+  private child!: ChildProcess;
+  private served?: PreviewServer;
+  url = '';
+
+  static async start(): Promise<Guarded> {
+    const guarded = new Guarded();
+    const config = join(guarded.folder, 'hub.toml');
+    writeFileSync(
+      config,
+      `[server]\nlisten = "127.0.0.1:0"\ndata = "${guarded.folder}"\n[[monitor]]\nid = "M1"\nurl = "tcp://127.0.0.1:9?addr=1"\n`,
+    );
+    guarded.child = spawn(LAFET, ['serve', '--config', config], { stdio: ['ignore', 'pipe', 'pipe'] });
+    const link = await new Promise<string>((resolve, reject) => {
+      let told = '';
+      const hear = (text: Buffer) => {
+        told += text.toString();
+        const found = /http:\/\/127\.0\.0\.1:\d+\/setup#\S+/.exec(told)?.[0];
+        if (found) resolve(found);
+      };
+      guarded.child.stdout!.on('data', hear);
+      guarded.child.stderr!.on('data', hear);
+      guarded.child.on('exit', () => reject(new Error(told)));
+    });
+    const [url, token] = link.split('/setup#') as [string, string];
+    guarded.url = url;
+    const { password } = guarded;
+    const made = await guarded.post('/api/setup', { token, user: 'root', password });
+    const cookie = made.headers.get('set-cookie')!.split(';')[0]!;
+    const { csrf } = (await made.json()) as { csrf: string };
+    guarded.link = link;
+    guarded.headers = { cookie, 'x-csrf-token': csrf };
+    await guarded.post('/api/users', { user: 'olga', role: 'observer', password }, guarded.headers);
+    if (process.env.CONSOLE_DIST) await guarded.serve();
+    return guarded;
+  }
+
+  /** The console of dist before the hub, as in site.ts. */
+  private async serve(): Promise<void> {
+    const to = { target: this.url, ws: true, changeOrigin: true, headers: { origin: this.url } };
+    this.served = await preview({
+      logLevel: 'silent',
+      preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
+    });
+    this.url = this.served.resolvedUrls!.local[0]!.replace(/\/$/, '');
+  }
+
+  async stop(): Promise<void> {
+    await this.served?.close();
+    this.child.kill('SIGKILL');
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+
+  async login(user: string, password: string): Promise<number> {
+    return (await this.post('/api/login', { user, password })).status;
+  }
+
+  /** Ends the sessions of a user, as an administrator does. */
+  async throwOut(user: string): Promise<void> {
+    const { headers } = this;
+    const all = (await (await fetch(`${this.url}/api/sessions`, { headers })).json()) as { id: string; user: string }[];
+    for (const { id } of all.filter((session) => session.user === user)) {
+      await fetch(`${this.url}/api/sessions/${id}`, { method: 'DELETE', headers });
+    }
+  }
+
+  /** Leads a page to this hub, and logs in there. */
+  async enter(page: Page, user: string): Promise<void> {
+    const answer = await this.post('/api/login', { user, password: this.password });
+    const [name, value] = answer.headers.get('set-cookie')!.split(';')[0]!.split('=') as [string, string];
+    await page.context().addCookies([{ name, value, url: this.url, httpOnly: true, sameSite: 'Strict' }]);
+    await page.goto(`${this.url}/#/alarms`);
+    await page.waitForSelector('lf-topbar');
+  }
+
+  post(path: string, body: unknown, headers: Record<string, string> = {}): Promise<Response> {
+    const all = { 'content-type': 'application/json', ...headers };
+    return fetch(this.url + path, { method: 'POST', headers: all, body: JSON.stringify(body) });
+  }
+}

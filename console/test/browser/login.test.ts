@@ -1,0 +1,119 @@
+// Logging in, and what happens when a session ends in the middle of work.
+import type { Page } from 'playwright-core';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
+import { Guarded } from './guarded';
+import { Site, until } from './site';
+
+const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
+const SIZES = [
+  { width: 390, height: 844 },
+  { width: 1440, height: 900 },
+];
+
+let site: Site;
+let guarded: Guarded;
+const pages: Page[] = [];
+
+beforeAll(async () => {
+  [site, guarded] = await Promise.all([Site.start(), Guarded.start()]);
+});
+afterAll(async () => {
+  await site?.stop();
+  await guarded?.stop();
+});
+afterEach(async () => {
+  for (const page of pages.splice(0)) await page.context().close();
+});
+
+/** A page at the guarded hub, before anybody has logged in. */
+async function outside(lang = 'en', size = SIZES[1]): Promise<Page> {
+  const page = await site.open('#/overview', lang, size);
+  pages.push(page);
+  await page.goto(`${guarded.url}/#/alarms`);
+  await page.waitForSelector('lf-page-login input');
+  return page;
+}
+
+const enter = (page: Page) => page.locator('#enter button');
+
+async function tryWith(page: Page, password: string): Promise<void> {
+  await page.fill('input[name=password]', password);
+  await page.keyboard.press('Enter');
+}
+
+describe('logging in', () => {
+  test('says what is wrong, counts the wait down, and then lets try again', async () => {
+    const page = await outside();
+    await page.keyboard.press('Enter');
+    await page.getByText('Enter your user name').waitFor();
+    await page.fill('input[name=user]', 'olga');
+    await tryWith(page, 'wrong');
+    await page.getByText('The user name or the password is wrong').waitFor();
+    await until(async () => {
+      await tryWith(page, 'wrong');
+      return page.getByText('several wrong tries').isVisible();
+    }, 60_000);
+    expect(await enter(page).getAttribute('aria-disabled')).toBe('true');
+    expect(await enter(page).getAttribute('aria-description')).toMatch(/^Next try in \d+ s$/);
+    await until(async () => (await enter(page).getAttribute('aria-disabled')) === null, 60_000);
+    await tryWith(page, guarded.password);
+    await page.waitForSelector('lf-topbar');
+    expect(page.url()).toContain('#/alarms');
+    expect(await page.title()).toBe('Alarms — lafet');
+  });
+
+  test('after a set-up link that has been used', async () => {
+    const page = await outside();
+    await page.goto(guarded.link.replace(/^.*(?=\/setup)/, guarded.url));
+    await page.getByText('This link has been used').waitFor();
+    expect(await page.locator('lf-page-setup').count()).toBe(0);
+  });
+
+  test.each(['en', 'ru'])('axe finds nothing, targets are 48 px, nothing is cut off: %s', async (lang) => {
+    for (const size of SIZES) {
+      const page = await outside(lang, size);
+      await page.keyboard.press('Enter');
+      await page.evaluate(readFileSync(AXE, 'utf8'));
+      const found = await page.evaluate(() =>
+        (window as unknown as { axe: { run: () => Promise<{ violations: { id: string }[] }> } }).axe.run(),
+      );
+      expect(found.violations.map(({ id }) => id)).toEqual([]);
+      for (const control of await page.locator('lf-page-login input, lf-page-login lf-button button').all()) {
+        expect((await control.boundingBox())!.height).toBeGreaterThanOrEqual(48);
+      }
+      const wide = await page.evaluate(() => document.scrollingElement!.scrollWidth);
+      expect(wide).toBeLessThanOrEqual(size.width);
+    }
+  });
+});
+
+describe('a session that ends in the middle of work', () => {
+  test('leaves STOP where it was: what moves is stopped from the page that asks to log in', async () => {
+    const page = await site.open('#/m/M1/operate');
+    pages.push(page);
+    await site.send('M1', 'Move Horizontal -1800');
+    await site.stands('M1', 30_000);
+    const expired = { error: { code: 'login_needed', setup_needed: false, en: 'Log in first.', ru: 'Сначала войдите.' } };
+    await page.route('**/api/audit?*', (route) => route.fulfill({ status: 401, json: expired }));
+    await page.evaluate(() => (location.hash = '#/events'));
+    await page.getByText('Your session has ended').waitFor();
+    await site.send('M1', 'Move Horizontal 5400');
+    await until(() => site.moves('M1'));
+    await page.locator('#stop').click();
+    expect(await site.stands('M1')).toBe(true);
+    expect(await site.position('M1')).toBeLessThan(5000);
+  });
+
+  test('by an administrator: STOP is refused, and the page says so', async () => {
+    const page = await site.open('#/overview');
+    pages.push(page);
+    await guarded.enter(page, 'olga');
+    await guarded.throwOut('olga');
+    await page.getByText('Your session has ended').waitFor();
+    await page.keyboard.press('F9');
+    await page.locator('lf-toasts .error').waitFor();
+    await page.locator('lf-stop').waitFor({ state: 'detached' });
+  });
+});

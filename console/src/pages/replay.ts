@@ -92,7 +92,7 @@ export class PageReplay extends LitElement {
         display: flex;
         flex-wrap: wrap;
         gap: var(--s2);
-        --lf-button-height: 40px;
+        --lf-button-height: 48px;
       }
       .stage {
         display: grid;

@@ -28,6 +28,13 @@ export class LfBlank extends LitElement {
       .text {
         max-width: 56ch;
       }
+      ::slotted(a) {
+        display: inline-flex;
+        align-items: center;
+        min-height: 48px;
+        padding: 0 var(--s3);
+        color: var(--accent);
+      }
     `,
   ];
 

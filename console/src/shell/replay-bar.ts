@@ -20,7 +20,7 @@ export class LfReplayBar extends LitElement {
       :host {
         display: block;
         container-type: inline-size;
-        --lf-button-height: 40px;
+        --lf-button-height: 48px;
       }
       .bar {
         display: grid;
@@ -37,7 +37,7 @@ export class LfReplayBar extends LitElement {
         align-items: center;
         justify-content: space-between;
         gap: 4px 16px;
-        min-height: 44px;
+        min-height: 48px;
       }
       .title {
         display: inline-flex;

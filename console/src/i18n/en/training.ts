@@ -9,7 +9,7 @@ export default {
   'training.start_text': 'The simulated site is made anew. Whoever holds a monitor now loses it, and its alarms are gone.',
   'training.seed': 'Seed of what is random (wind, noise)',
   'training.automatic': 'The scenario’s own operator acts',
-  'training.automatic_on': 'The scenario’s operator acts',
+  'training.automatic_on': 'The scenario acts',
   'training.automatic_off': 'You act',
   'training.automatic_switch': 'Who acts',
   'training.pause': 'Pause',

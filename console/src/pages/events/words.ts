@@ -51,6 +51,9 @@ const ACCESS: [RegExp, Key][] = [
   [/^remove user (?<user>\S+)/, 'events.remove_user'],
   [/^add token (?<user>.+) as (?<role>\S+)/, 'events.add_token'],
   [/^remove token (?<user>\S+)/, 'events.remove_token'],
+  [/^sim scenario (?<user>\S+)/, 'events.sim_scenario'],
+  [/^sim Speed\((?<user>[\d.]+)\)/, 'events.sim_speed'],
+  [/^sim /, 'events.sim'],
 ];
 
 function accessWords(what: string): string {

@@ -17,6 +17,11 @@ export class LfTrainingFaults extends LitElement {
     card,
     fields,
     css`
+      .go {
+        display: inline-flex;
+        align-items: center;
+        min-height: 48px;
+      }
       .tabs {
         display: flex;
         flex-wrap: wrap;
@@ -178,7 +183,7 @@ export class LfTrainingFaults extends LitElement {
     return html`<section class="card" aria-label=${t('training.faults')}>
       <header>
         <h2>${t('training.faults')}</h2>
-        <a href=${hrefOf('operate', id)}>${t('training.operate', { monitor: id })}</a>
+        <a class="go" href=${hrefOf('operate', id)}>${t('training.operate', { monitor: id })}</a>
       </header>
       <div class="tabs" role="tablist" aria-label=${t('nav.monitor')}>
         ${ids.map((one) => this.tab(one, one === id, sim))}

@@ -67,7 +67,7 @@ export const pageStyle = css`
   .inline select {
     width: auto;
     min-width: 76px;
-    max-width: 190px;
+    max-width: 220px;
     text-overflow: ellipsis;
   }
   .run .grow {

@@ -76,6 +76,8 @@ pub struct Inner {
     pub alarms: Mutex<Alarms>,
     /// Logins that failed.
     pub logins: Mutex<Logins>,
+    /// Connections by the address that they come from.
+    pub addresses: Mutex<HashMap<IpAddr, usize>>,
     /// Who may hash a password now.
     pub hashing: Arc<Semaphore>,
     /// The dictionary of the protocol, as JSON.
@@ -209,6 +211,7 @@ impl Hub {
             recordings: Recordings::open(&config.recording)?,
             alarms: Mutex::new(alarms),
             logins: Mutex::default(),
+            addresses: Mutex::default(),
             hashing: Arc::new(Semaphore::new(HASHING_MAX)),
             topics: Topics::default(),
             start: Instant::now(),

@@ -3,7 +3,6 @@
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use axum::Router;
@@ -92,15 +91,14 @@ impl Server {
                 tokio::time::sleep(REST).await;
                 continue;
             };
-            let Ok(permit) = room.clone().try_acquire_owned() else {
+            let Some(place) = Place::take(&hub, &room, address.ip()) else {
                 tracing::warn!(%address, "too many connections");
                 continue;
             };
-            let (hub, router) = (hub.clone(), router.clone());
+            let router = router.clone();
             let acceptor = tls.as_ref().map(|tls| tls.0.clone());
             let ending = hub.ending.subscribe();
-            hub.counts.connections.fetch_add(1, Ordering::Relaxed);
-            let place = Arc::new(Place { hub, permit });
+            let place = Arc::new(place);
             let peer = Peer { address, name: None, tls: acceptor.is_some(), place };
             // A connection that breaks concerns nobody but its client.
             tokio::spawn(

@@ -272,3 +272,31 @@ async fn reading_has_its_own_limit_and_stops_have_none() {
     let take = site.post(&token, "/api/monitors/M1/authority", json!({ "action": "take" })).await;
     assert_eq!(take.status, 200, "{take:?}");
 }
+
+#[tokio::test]
+async fn one_address_does_not_take_every_connection() {
+    let site = Site::with(1, |config| config.connections_max = 8).await;
+    let token = site.token(Role::Observer);
+    let before = site.hub.counts.connections.load(Ordering::Relaxed);
+    assert_eq!(before, 0);
+    let mut held = Vec::new();
+    for _ in 0..6 {
+        held.push(TcpStream::connect(site.address).await.unwrap());
+    }
+    let open = || site.hub.counts.connections.load(Ordering::Relaxed);
+    until("they are taken", || open() == 6).await;
+    let mut seventh = TcpStream::connect(site.address).await.unwrap();
+    let closed = tokio::io::AsyncReadExt::read(&mut seventh, &mut [0; 1]).await;
+    assert!(!matches!(closed, Ok(1..)), "closed at once");
+    // Another machine still comes through.
+    let other = tokio::net::TcpSocket::new_v4().unwrap();
+    other.bind("127.0.0.2:0".parse().unwrap()).unwrap();
+    let other = other.connect(site.address).await.unwrap();
+    let authorization = format!("Bearer {token}");
+    let headers = [("Authorization", authorization.as_str())];
+    let stop = http_over(other, "127.0.0.1", "POST", "/api/stop", &headers, "").await;
+    assert_eq!(stop.status, 200, "{stop:?}");
+    drop(held);
+    until("they are given back", || open() == 0).await;
+    assert_eq!(site.post(&token, "/api/stop", json!({})).await.status, 200);
+}

@@ -11,12 +11,13 @@ use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
-use tokio::sync::OwnedSemaphorePermit;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use super::BODY_MAX;
 use crate::access::{Kind, Principal, Role};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::sync::lock;
 use crate::text::both;
 
 /// The browser's cookie.
@@ -39,16 +40,40 @@ pub struct Peer {
 /// One of the connections that the hub has room for.
 #[derive(Debug)]
 pub struct Place {
-    /// The hub that counts it.
-    pub hub: Hub,
-    /// Gives the room back.
+    hub: Hub,
+    address: IpAddr,
     #[expect(dead_code, reason = "held for its end")]
-    pub permit: OwnedSemaphorePermit,
+    permit: OwnedSemaphorePermit,
+}
+
+impl Place {
+    /// A place for a connection, if there is one. A quarter of them is for other addresses than
+    /// the one that has the most, so that nobody takes them all.
+    pub fn take(hub: &Hub, room: &Arc<Semaphore>, address: IpAddr) -> Option<Self> {
+        let address = address.to_canonical();
+        let permit = room.clone().try_acquire_owned().ok()?;
+        let mut addresses = lock(&hub.addresses);
+        let count = addresses.entry(address).or_default();
+        let most = hub.config.connections_max - hub.config.connections_max / 4;
+        if *count >= most && !hub.config.proxies.contains(&address) {
+            return None;
+        }
+        *count += 1;
+        hub.counts.connections.fetch_add(1, Ordering::Relaxed);
+        Some(Self { hub: hub.clone(), address, permit })
+    }
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
         self.hub.counts.connections.fetch_sub(1, Ordering::Relaxed);
+        let mut addresses = lock(&self.hub.addresses);
+        if let Some(count) = addresses.get_mut(&self.address) {
+            *count -= 1;
+            if *count == 0 {
+                addresses.remove(&self.address);
+            }
+        }
     }
 }
 

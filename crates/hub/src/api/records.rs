@@ -283,7 +283,11 @@ async fn history_csv(
             text.push_str(&format!("{name},{}\n", cells.join(",")));
         }
     }
-    Ok(([(header::CONTENT_TYPE, "text/csv; charset=utf-8")], text).into_response())
+    let headers = [
+        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
+        (header::CONTENT_DISPOSITION, "attachment; filename=\"lafet-history.csv\""),
+    ];
+    Ok((headers, text).into_response())
 }
 
 /// The same as Parquet.

@@ -153,10 +153,20 @@ impl From<&Error> for ApiError {
 
 impl From<StoreError> for ApiError {
     fn from(error: StoreError) -> Self {
-        let text = both(
-            format!("The hub's storage does not work: {error}. Check the disk."),
-            format!("Хранилище не работает: {error}. Проверьте диск."),
-        );
+        let text = match &error {
+            StoreError::Away => both(
+                "PostgreSQL, which has the history, does not answer. Check that server.",
+                "PostgreSQL, где хранится история, не отвечает. Проверьте этот сервер.",
+            ),
+            StoreError::Postgres(_) => both(
+                format!("PostgreSQL, which has the history: {error}. Check that server."),
+                format!("PostgreSQL, где хранится история: {error}. Проверьте этот сервер."),
+            ),
+            _ => both(
+                format!("The hub's storage does not work: {error}. Check the disk."),
+                format!("Хранилище не работает: {error}. Проверьте диск."),
+            ),
+        };
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "storage", text)
     }
 }

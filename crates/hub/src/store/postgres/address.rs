@@ -138,6 +138,17 @@ impl Address {
                 both("Write sslmode=verify-full.", "Напишите sslmode=verify-full."),
             ));
         }
+        let verifies = matches!(mode, Mode::Require | Mode::VerifyCa | Mode::VerifyFull);
+        if roots.is_some() && !verifies {
+            // libpq would say nothing, and verify nothing.
+            return Err((
+                both(
+                    "sslrootcert stands there, but sslmode verifies nothing.",
+                    "sslrootcert указан, но с таким sslmode ничего не проверяется.",
+                ),
+                both("Write sslmode=verify-full.", "Напишите sslmode=verify-full."),
+            ));
+        }
         let own = match (path("sslcert"), path("sslkey")) {
             (None, None) => None,
             (Some(cert), Some(key)) => Some((cert, key)),
@@ -252,6 +263,7 @@ mod tests {
         assert!(wrong("?sslmode=on").contains("sslmode=on is unknown"));
         assert!(wrong("?sslmode=verify-ca").contains("not by what"));
         assert!(wrong("?sslmode=require&sslrootcert=system").contains("without verify-full"));
+        assert!(wrong("?sslrootcert=ca.pem").contains("verifies nothing"));
         assert!(wrong("?sslkey=k.pem").contains("go together"));
         assert!(wrong("?port=x").contains("no address"));
         let file = parse("?sslmode=verify-ca&sslrootcert=none.pem").unwrap().connector();

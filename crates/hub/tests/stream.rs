@@ -4,11 +4,13 @@ mod support;
 
 use std::time::Duration;
 
+use futures_util::StreamExt;
 use futures_util::future::join_all;
 use lafet_hub::access::Role;
 use serde_json::{Value, json};
 use support::{Site, hold_until, until};
 use tokio::time::Instant;
+use tokio_tungstenite::tungstenite::Message;
 
 #[tokio::test]
 async fn everything_first_then_what_changes() {
@@ -322,4 +324,33 @@ async fn the_history_is_played_and_exported() {
     let parquet = site.get("", &format!("/api/history.parquet?{series}")).await;
     assert_eq!(parquet.header("content-type"), Some("application/vnd.apache.parquet"));
     assert!(parquet.text.starts_with("PAR1") && parquet.text.ends_with("PAR1"));
+}
+
+#[tokio::test]
+async fn a_stop_is_understood_as_far_as_it_can_be_and_the_end_is_told() {
+    let site = Site::with(1, |_| {}).await;
+    let mut seat = site.ws(&site.token(Role::Observer)).await;
+    for (id, message) in [
+        json!({"type": "stop", "id": 1, "monitor": "M1", "of": 5}),
+        json!({"type": "close", "id": 2, "monitor": "M1", "valve": {}}),
+        json!({"type": "lockout", "id": 3, "monitor": ["M1"]}),
+        json!({"type": "jog", "id": 4, "monitor": 7}),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        seat.send(message).await;
+        let answer = seat.next_of("answer").await;
+        assert_eq!(answer["id"], id + 1, "{answer}");
+        assert_eq!(answer["error"].is_object(), id == 3, "{answer}");
+    }
+    seat.send(json!({ "type": "watch", "frames": ["x".repeat(20_000)] })).await;
+    let code = loop {
+        match seat.socket.next().await {
+            Some(Ok(Message::Close(frame))) => break frame.map(|it| u16::from(it.code)),
+            Some(Ok(_)) => {}
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(code, Some(1009));
 }

@@ -103,6 +103,24 @@ enum Said {
     },
 }
 
+/// What a message says. Stop, Close and Lockout are understood as far as they can be, as over HTTP:
+/// what makes no sense in them is left out.
+fn understand(text: &str) -> Result<Said, serde_json::Error> {
+    let error = match serde_json::from_str(text) {
+        Ok(said) => return Ok(said),
+        Err(error) => error,
+    };
+    let Ok(value) = serde_json::from_str::<Value>(text) else { return Err(error) };
+    let word = |name: &str| value[name].as_str().map(str::to_owned);
+    let id = value.get("id").cloned();
+    match (value["type"].as_str(), word("monitor")) {
+        (Some("stop"), monitor) => Ok(Said::Stop { id, monitor, of: word("of") }),
+        (Some("lockout"), monitor) => Ok(Said::Lockout { id, monitor }),
+        (Some("close"), Some(monitor)) => Ok(Said::Close { id, monitor, valve: word("valve") }),
+        _ => Err(error),
+    }
+}
+
 /// Opens the WebSocket.
 #[utoipa::path(get, path = "/api/ws", params(Resume),
     responses((status = 101), (status = 400), (status = 401), (status = 403), (status = 426)))]
@@ -164,6 +182,7 @@ async fn serve(
 type Close = Option<(u16, &'static str)>;
 
 const ENDED: (u16, &str) = (4401, "session ended");
+const TOO_LARGE: (u16, &str) = (1009, "message too large");
 
 struct Writer {
     hub: Hub,
@@ -303,14 +322,19 @@ impl Reader {
     async fn run(mut self, mut stream: SplitStream<WebSocket>) -> Close {
         let (most, per_s) = MESSAGES;
         let mut bucket = Bucket::new(self.hub.now(), most, per_s);
-        while let Some(Ok(message)) = stream.next().await {
+        while let Some(message) = stream.next().await {
+            let message = match message {
+                Ok(message) => message,
+                Err(error) if error.to_string().contains("too long") => return Some(TOO_LARGE),
+                Err(_) => return None,
+            };
             self.heard.store(true, Ordering::Relaxed);
             let text = match message {
                 Message::Text(text) => text,
                 Message::Close(_) => return None,
                 _ => continue,
             };
-            let said = serde_json::from_str::<Said>(&text);
+            let said = understand(&text);
             let urgent =
                 matches!(&said, Ok(Said::Stop { .. } | Said::Close { .. } | Said::Lockout { .. }));
             if !urgent && bucket.take(self.hub.now()).is_err() {

@@ -3,6 +3,7 @@
 mod keys;
 mod known;
 mod rules;
+mod stored;
 mod throttle;
 mod users;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 
 use argon2::{Argon2, PasswordHasher, PasswordVerifier};
@@ -11,7 +11,8 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::keys::{digest, secret};
-use super::known::{Entry, IDLE_MS, Known, SESSION_MS, STALE_MS, Touch};
+use super::known::{Entry, IDLE_MS, Known, Touch};
+use super::stored::{read, store_session, token, token_key, write_touches};
 use super::{Kind, Principal, Role};
 use crate::store::StoreError;
 use crate::sync::lock;
@@ -397,70 +398,6 @@ impl Access {
     }
 }
 
-/// Sessions and tokens as they are stored.
-fn read(db: &Connection) -> Result<Known, rusqlite::Error> {
-    let known = Known::default();
-    let mut query = db.prepare(
-        "SELECT digest, session.id, session.user, user.role, csrf, session.created_ms, used_ms
-         FROM session JOIN user ON user.name = session.user",
-    )?;
-    let mut rows = query.query([])?;
-    while let Some(row) = rows.next()? {
-        let entry = Entry {
-            key: row.get(1)?,
-            user: row.get(2)?,
-            role: role(&row.get::<_, String>(3)?),
-            csrf: row.get(4)?,
-            created_ms: unsigned(row.get(5)?),
-            used_ms: unsigned(row.get(6)?),
-        };
-        known.add_session(row.get(0)?, entry);
-    }
-    let mut query =
-        db.prepare("SELECT digest, id, name, role, created_ms, last_used_ms FROM token")?;
-    let mut rows = query.query([])?;
-    while let Some(row) = rows.next()? {
-        let (name, role_name): (String, String) = (row.get(2)?, row.get(3)?);
-        let (created_ms, used_ms) = (unsigned(row.get(4)?), row.get::<_, Option<i64>>(5)?);
-        let used_ms = used_ms.map_or(0, unsigned);
-        let entry = token(unsigned(row.get(1)?), &name, role(&role_name), created_ms, used_ms);
-        known.add_token(row.get(0)?, entry);
-    }
-    Ok(known)
-}
-
-fn token_key(id: u64) -> String {
-    format!("k{id}")
-}
-
-fn token(id: u64, name: &str, role: Role, created_ms: u64, used_ms: u64) -> Entry {
-    let (key, user) = (token_key(id), name.to_owned());
-    Entry { key, user, role, csrf: String::new(), created_ms, used_ms }
-}
-
-fn store_session(db: &Connection, digest: &str, entry: &Entry) -> Result<(), rusqlite::Error> {
-    let now_ms = entry.created_ms;
-    let row = params![entry.user, signed(now_ms)];
-    db.execute("UPDATE user SET last_login_ms = ?2 WHERE name = ?1", row)?;
-    let old = signed(now_ms.saturating_sub(SESSION_MS + STALE_MS));
-    db.execute("DELETE FROM session WHERE created_ms < ?1", [old])?;
-    let row = params![digest, entry.key, entry.user, entry.csrf, signed(now_ms)];
-    db.execute("INSERT INTO session VALUES (?1, ?2, ?3, ?4, ?5, ?5)", row).map(|_| ())
-}
-
-/// Writes down what was used, until nobody uses anything more.
-fn write_touches(db: &Mutex<Connection>, queue: &Receiver<Touch>) {
-    while let Ok(Touch { kind, key, used_ms }) = queue.recv() {
-        let query = match kind {
-            Kind::Session => "UPDATE session SET used_ms = ?2 WHERE id = ?1",
-            _ => "UPDATE token SET last_used_ms = ?2 WHERE 'k' || id = ?1",
-        };
-        if let Err(error) = lock(db).execute(query, params![key, signed(used_ms)]) {
-            tracing::debug!(%error, "the use of a session is not stored");
-        }
-    }
-}
-
 fn check(user: &str, password: &str) -> Result<(), AccessError> {
     let name = user.chars().count();
     let fine = (1..=64).contains(&name) && user.trim() == user && !user.contains(char::is_control);
@@ -497,7 +434,7 @@ fn role_of(db: &Connection, user: &str) -> Result<Option<Role>, rusqlite::Error>
 }
 
 /// What nobody knows may least.
-fn role(name: &str) -> Role {
+pub fn role(name: &str) -> Role {
     Role::by_name(name).unwrap_or(Role::Observer)
 }
 
@@ -512,16 +449,19 @@ fn count(db: &Connection, query: &str) -> Result<i64, rusqlite::Error> {
     db.query_row(query, [], |row| row.get(0))
 }
 
-fn signed(number: u64) -> i64 {
+/// As SQLite has numbers.
+pub fn signed(number: u64) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)
 }
 
-fn unsigned(number: i64) -> u64 {
+/// As SQLite had it.
+pub fn unsigned(number: i64) -> u64 {
     u64::try_from(number).unwrap_or(0)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::known::{SESSION_MS, STALE_MS};
     use super::*;
 
     const PASSWORD: &str = "correct horse";

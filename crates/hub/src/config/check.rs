@@ -6,9 +6,9 @@ use std::net::SocketAddr;
 use std::path::Path;
 
 use lafet_client::{Endpoint, Lang};
-use serde_json::{Value, json};
 
-use super::file::{File, Monitor, Name, Tank, Tls, Wall};
+use super::file::{File, Monitor, Name, Tls};
+use super::places::site;
 use super::{Config, LISTEN, MonitorConfig, Overrides, RecordingConfig, TlsConfig};
 use crate::store::Address;
 use crate::text::{Both, both};
@@ -18,9 +18,6 @@ const POLL_MS: std::ops::RangeInclusive<u64> = 20..=10_000;
 /// On a serial line a state of 14 subsystems takes 0.1 s at 19200 baud.
 const POLL_SERIAL_MS: u64 = 500;
 const POLL_NET_MS: u64 = 200;
-/// What is on a site is not farther from its middle, nor higher.
-const FARTHEST_M: f64 = 100_000.0;
-const HIGHEST_M: f64 = 1000.0;
 
 /// What is wrong with the configuration: where, what, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,7 +51,7 @@ impl fmt::Display for Problem {
 }
 
 /// Collects problems while it reads.
-struct Check<'a> {
+pub struct Check<'a> {
     file: &'a str,
     text: &'a str,
     folder: &'a Path,
@@ -141,7 +138,7 @@ pub fn check(
         postgres,
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
-        site: site(&read.monitor, inner(&read.tank), inner(&read.wall)),
+        site: site(&read.monitor, &read.tank, &read.wall),
         monitors,
         simulation: read.server.simulation,
         demo: false,
@@ -150,7 +147,8 @@ pub fn check(
 }
 
 impl Check<'_> {
-    fn say(&mut self, byte: usize, what: Both, remedy: Both) {
+    /// Something is wrong at a byte of the file.
+    pub fn say(&mut self, byte: usize, what: Both, remedy: Both) {
         self.problems.push(Problem::at(self.file, self.text, byte, what, remedy));
     }
 
@@ -184,89 +182,6 @@ impl Check<'_> {
                 }
                 port(SocketAddr::from(([127, 0, 0, 1], 8480)))
             }
-        }
-    }
-
-    fn names(&mut self, names: Vec<toml::Spanned<String>>) -> Vec<String> {
-        let fine = |c: char| c.is_alphanumeric() || c == '.' || c == '-' || c == '_';
-        for name in &names {
-            if name.get_ref().is_empty() || !name.get_ref().chars().all(fine) {
-                let name_text = name.get_ref();
-                self.say(
-                    name.span().start,
-                    both(format!("`{name_text}` is no name."), format!("`{name_text}` — не имя.")),
-                    both(
-                        "Write the name alone: hub.site.example, without http:// and port.",
-                        "Напишите только имя: hub.site.example, без http:// и порта.",
-                    ),
-                );
-            }
-        }
-        names.into_iter().map(toml::Spanned::into_inner).collect()
-    }
-
-    /// An origin is compared as browsers send it.
-    fn origins(&mut self, origins: Vec<toml::Spanned<String>>) -> Vec<String> {
-        for origin in &origins {
-            let place = ["https://", "http://"]
-                .iter()
-                .find_map(|scheme| origin.get_ref().strip_prefix(scheme))
-                .filter(|place| !place.is_empty() && !place.contains(['/', '*', '?', '#', '@']));
-            if place.is_none() {
-                let text = origin.get_ref();
-                self.say(
-                    origin.span().start,
-                    both(format!("`{text}` is no origin."), format!("`{text}` — не origin.")),
-                    both(
-                        "Write https://NAME or https://NAME:PORT, without a path; * is not there.",
-                        "Напишите https://ИМЯ или https://ИМЯ:ПОРТ, без пути; * не бывает.",
-                    ),
-                );
-            }
-        }
-        let lower = |origin: toml::Spanned<String>| origin.into_inner().to_ascii_lowercase();
-        origins.into_iter().map(lower).collect()
-    }
-
-    /// The plan has to be drawn.
-    fn places(
-        &mut self,
-        monitors: &[toml::Spanned<Monitor>],
-        tanks: &[toml::Spanned<Tank>],
-        walls: &[toml::Spanned<Wall>],
-    ) {
-        let on_site = |it: &[f64]| it.iter().all(|it| it.abs() <= FARTHEST_M);
-        let height = |it: f64| (0.0..=HIGHEST_M).contains(&it);
-        let wrong = monitors
-            .iter()
-            .filter(|it| {
-                let it = it.get_ref();
-                let at = it.at.as_ref().is_none_or(|at| on_site(at.get_ref()));
-                !(at && it.heading.abs() <= 360.0 && it.height.abs() <= HIGHEST_M)
-            })
-            .map(|it| it.span().start);
-        let tank = |it: &Tank| on_site(&it.at) && it.diameter > 0.0 && height(it.height);
-        let wrong = wrong.chain(
-            tanks
-                .iter()
-                .filter(|it| !tank(it.get_ref()) || it.get_ref().diameter > FARTHEST_M)
-                .map(|it| it.span().start),
-        );
-        let wall = |it: &Wall| on_site(&it.from) && on_site(&it.to) && height(it.height);
-        let wrong: Vec<usize> = wrong
-            .chain(walls.iter().filter(|it| !wall(it.get_ref())).map(|it| it.span().start))
-            .collect();
-        for byte in wrong {
-            self.say(
-                byte,
-                both("This cannot stand on the plan.", "Этого на плане быть не может."),
-                both(
-                    "Places are metres within 100 km, headings −360…360°, heights 0…1000 m, \
-                     diameters more than 0.",
-                    "Место — метры в пределах 100 км, направление −360…360°, высота 0…1000 м, \
-                     диаметр больше 0.",
-                ),
-            );
         }
     }
 
@@ -439,24 +354,10 @@ impl Check<'_> {
     }
 }
 
-fn inner<T: serde::Serialize>(read: &[toml::Spanned<T>]) -> Value {
-    read.iter().map(|it| json!(it.get_ref())).collect()
-}
-
-/// Where things stand, if the file says it of a monitor.
-fn site(monitors: &[toml::Spanned<Monitor>], tanks: Value, walls: Value) -> Option<Value> {
-    let placed = monitors.iter().map(toml::Spanned::get_ref).filter_map(|monitor| {
-        let place = json!({
-            "at": monitor.at.as_ref()?.get_ref(), "heading": monitor.heading, "height": monitor.height,
-        });
-        Some((monitor.id.get_ref().clone(), place))
-    });
-    let placed: serde_json::Map<String, Value> = placed.collect();
-    (!placed.is_empty()).then(|| json!({ "monitors": placed, "tanks": tanks, "walls": walls }))
-}
-
 #[cfg(test)]
 mod tests {
+    use serde_json::{Value, json};
+
     use super::*;
 
     fn parse(text: &str) -> Result<Config, Vec<String>> {

@@ -2,6 +2,7 @@
 
 mod check;
 mod file;
+mod places;
 mod words;
 
 use std::collections::BTreeMap;

@@ -1,0 +1,78 @@
+//! Sessions and tokens between the disk and memory.
+
+use std::sync::Mutex;
+use std::sync::mpsc::Receiver;
+
+use rusqlite::{Connection, params};
+
+use super::known::{Entry, Known, SESSION_MS, STALE_MS, Touch};
+use super::users::{role, signed, unsigned};
+use super::{Kind, Role};
+use crate::sync::lock;
+
+/// Sessions and tokens as they are stored.
+pub fn read(db: &Connection) -> Result<Known, rusqlite::Error> {
+    let known = Known::default();
+    let mut query = db.prepare(
+        "SELECT digest, session.id, session.user, user.role, csrf, session.created_ms, used_ms
+         FROM session JOIN user ON user.name = session.user",
+    )?;
+    let mut rows = query.query([])?;
+    while let Some(row) = rows.next()? {
+        let entry = Entry {
+            key: row.get(1)?,
+            user: row.get(2)?,
+            role: role(&row.get::<_, String>(3)?),
+            csrf: row.get(4)?,
+            created_ms: unsigned(row.get(5)?),
+            used_ms: unsigned(row.get(6)?),
+        };
+        known.add_session(row.get(0)?, entry);
+    }
+    let mut query =
+        db.prepare("SELECT digest, id, name, role, created_ms, last_used_ms FROM token")?;
+    let mut rows = query.query([])?;
+    while let Some(row) = rows.next()? {
+        let (name, role_name): (String, String) = (row.get(2)?, row.get(3)?);
+        let (created_ms, used_ms) = (unsigned(row.get(4)?), row.get::<_, Option<i64>>(5)?);
+        let used_ms = used_ms.map_or(0, unsigned);
+        let entry = token(unsigned(row.get(1)?), &name, role(&role_name), created_ms, used_ms);
+        known.add_token(row.get(0)?, entry);
+    }
+    Ok(known)
+}
+
+/// The id of a token among seats.
+pub fn token_key(id: u64) -> String {
+    format!("k{id}")
+}
+
+/// A token, to be known.
+pub fn token(id: u64, name: &str, role: Role, created_ms: u64, used_ms: u64) -> Entry {
+    let (key, user) = (token_key(id), name.to_owned());
+    Entry { key, user, role, csrf: String::new(), created_ms, used_ms }
+}
+
+/// Writes a new session down.
+pub fn store_session(db: &Connection, digest: &str, entry: &Entry) -> Result<(), rusqlite::Error> {
+    let now_ms = entry.created_ms;
+    let row = params![entry.user, signed(now_ms)];
+    db.execute("UPDATE user SET last_login_ms = ?2 WHERE name = ?1", row)?;
+    let old = signed(now_ms.saturating_sub(SESSION_MS + STALE_MS));
+    db.execute("DELETE FROM session WHERE created_ms < ?1", [old])?;
+    let row = params![digest, entry.key, entry.user, entry.csrf, signed(now_ms)];
+    db.execute("INSERT INTO session VALUES (?1, ?2, ?3, ?4, ?5, ?5)", row).map(|_| ())
+}
+
+/// Writes down what was used, until nobody uses anything more.
+pub fn write_touches(db: &Mutex<Connection>, queue: &Receiver<Touch>) {
+    while let Ok(Touch { kind, key, used_ms }) = queue.recv() {
+        let query = match kind {
+            Kind::Session => "UPDATE session SET used_ms = ?2 WHERE id = ?1",
+            _ => "UPDATE token SET last_used_ms = ?2 WHERE 'k' || id = ?1",
+        };
+        if let Err(error) = lock(db).execute(query, params![key, signed(used_ms)]) {
+            tracing::debug!(%error, "the use of a session is not stored");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Names of the hub, pages that may use it, and where things stand.
+
+use serde_json::{Value, json};
+use toml::Spanned;
+
+use super::check::Check;
+use super::file::{Monitor, Tank, Wall};
+use crate::text::both;
+
+/// What is on a site is not farther from its middle, nor higher.
+const FARTHEST_M: f64 = 100_000.0;
+const HIGHEST_M: f64 = 1000.0;
+
+impl Check<'_> {
+    /// Names under which the hub is reached.
+    pub fn names(&mut self, names: Vec<Spanned<String>>) -> Vec<String> {
+        let fine = |c: char| c.is_alphanumeric() || c == '.' || c == '-' || c == '_';
+        for name in &names {
+            if name.get_ref().is_empty() || !name.get_ref().chars().all(fine) {
+                let name_text = name.get_ref();
+                self.say(
+                    name.span().start,
+                    both(format!("`{name_text}` is no name."), format!("`{name_text}` — не имя.")),
+                    both(
+                        "Write the name alone: hub.site.example, without http:// and port.",
+                        "Напишите только имя: hub.site.example, без http:// и порта.",
+                    ),
+                );
+            }
+        }
+        names.into_iter().map(Spanned::into_inner).collect()
+    }
+
+    /// An origin is compared as browsers send it.
+    pub fn origins(&mut self, origins: Vec<Spanned<String>>) -> Vec<String> {
+        for origin in &origins {
+            let place = ["https://", "http://"]
+                .iter()
+                .find_map(|scheme| origin.get_ref().strip_prefix(scheme))
+                .filter(|place| !place.is_empty() && !place.contains(['/', '*', '?', '#', '@']));
+            if place.is_none() {
+                let text = origin.get_ref();
+                self.say(
+                    origin.span().start,
+                    both(format!("`{text}` is no origin."), format!("`{text}` — не origin.")),
+                    both(
+                        "Write https://NAME or https://NAME:PORT, without a path; * is not there.",
+                        "Напишите https://ИМЯ или https://ИМЯ:ПОРТ, без пути; * не бывает.",
+                    ),
+                );
+            }
+        }
+        let lower = |origin: Spanned<String>| origin.into_inner().to_ascii_lowercase();
+        origins.into_iter().map(lower).collect()
+    }
+
+    /// The plan has to be drawn.
+    pub fn places(
+        &mut self,
+        monitors: &[Spanned<Monitor>],
+        tanks: &[Spanned<Tank>],
+        walls: &[Spanned<Wall>],
+    ) {
+        let on_site = |it: &[f64]| it.iter().all(|it| it.abs() <= FARTHEST_M);
+        let height = |it: f64| (0.0..=HIGHEST_M).contains(&it);
+        let wrong = monitors
+            .iter()
+            .filter(|it| {
+                let it = it.get_ref();
+                let at = it.at.as_ref().is_none_or(|at| on_site(at.get_ref()));
+                !(at && it.heading.abs() <= 360.0 && it.height.abs() <= HIGHEST_M)
+            })
+            .map(|it| it.span().start);
+        let tank = |it: &Tank| on_site(&it.at) && it.diameter > 0.0 && height(it.height);
+        let wrong = wrong.chain(
+            tanks
+                .iter()
+                .filter(|it| !tank(it.get_ref()) || it.get_ref().diameter > FARTHEST_M)
+                .map(|it| it.span().start),
+        );
+        let wall = |it: &Wall| on_site(&it.from) && on_site(&it.to) && height(it.height);
+        let wrong: Vec<usize> = wrong
+            .chain(walls.iter().filter(|it| !wall(it.get_ref())).map(|it| it.span().start))
+            .collect();
+        for byte in wrong {
+            self.say(
+                byte,
+                both("This cannot stand on the plan.", "Этого на плане быть не может."),
+                both(
+                    "Places are metres within 100 km, headings −360…360°, heights 0…1000 m, \
+                     diameters more than 0.",
+                    "Место — метры в пределах 100 км, направление −360…360°, высота 0…1000 м, \
+                     диаметр больше 0.",
+                ),
+            );
+        }
+    }
+}
+
+/// Where things stand, if the file says it of a monitor.
+pub fn site(
+    monitors: &[Spanned<Monitor>],
+    tanks: &[Spanned<Tank>],
+    walls: &[Spanned<Wall>],
+) -> Option<Value> {
+    let placed = monitors.iter().map(Spanned::get_ref).filter_map(|monitor| {
+        let place = json!({
+            "at": monitor.at.as_ref()?.get_ref(), "heading": monitor.heading, "height": monitor.height,
+        });
+        Some((monitor.id.get_ref().clone(), place))
+    });
+    let placed: serde_json::Map<String, Value> = placed.collect();
+    (!placed.is_empty())
+        .then(|| json!({ "monitors": placed, "tanks": inner(tanks), "walls": inner(walls) }))
+}
+
+fn inner<T: serde::Serialize>(read: &[Spanned<T>]) -> Value {
+    read.iter().map(|it| json!(it.get_ref())).collect()
+}

@@ -78,5 +78,10 @@ fn what_was_acknowledged_survives_kill_9() {
     let lost: Vec<_> = acknowledged.difference(&stored).collect();
     assert!(lost.is_empty(), "acknowledged, and lost: {lost:?} of {}", acknowledged.len());
     assert!(acknowledged.len() > 3 * KILLS);
+    // A second hub would spoil the log of the first.
+    let second = lafet().args(["serve", "--no-browser", "--config"]).arg(&config).output().unwrap();
+    let said = String::from_utf8_lossy(&second.stderr);
+    assert!(said.contains("Another hub uses"), "{said}");
+    assert_eq!(second.status.code(), Some(2));
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -23,7 +23,7 @@ use crate::rates::Rates;
 use crate::recording::Recordings;
 use crate::simulation::Simulation;
 use crate::station::Station;
-use crate::store::{Audit, Events, History, Record, StoreError};
+use crate::store::{self, Audit, Events, History, Record, StoreError};
 use crate::sync::lock;
 use crate::text::{Both, both};
 use crate::topics::Topics;
@@ -46,6 +46,9 @@ pub struct Hub(Arc<Inner>);
 /// What belongs to the hub.
 #[derive(Debug)]
 pub struct Inner {
+    /// Holds the folder of the state against another hub.
+    #[expect(dead_code, reason = "held for its end")]
+    lock_file: Option<std::fs::File>,
     /// What it was told.
     pub config: Config,
     /// The date.
@@ -190,6 +193,7 @@ impl Hub {
     pub fn new(config: Config, clock: Clock, dictionary: Value) -> Result<Self, StoreError> {
         let folder = config.data.clone();
         let folder = folder.as_deref();
+        let lock_file = folder.map(store::occupy).transpose()?;
         let stations = stations_of(&config, &config.monitors);
         let (events, alarms) = Events::open_with_alarms(folder)?;
         let alarms = Alarms::restored(&alarms, &stations.keys().cloned().collect());
@@ -221,6 +225,7 @@ impl Hub {
             seats: Mutex::default(),
             buckets: Mutex::default(),
             next_seat: AtomicU64::new(1),
+            lock_file,
             config,
             clock,
             dictionary,

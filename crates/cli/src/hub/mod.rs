@@ -7,6 +7,7 @@ pub mod training;
 use std::io::IsTerminal;
 use std::process::{Command, Stdio};
 
+use lafet_hub::store::StoreError;
 use lafet_hub::{Clock, Config, Hub, Server};
 use serde_json::json;
 use tokio::sync::oneshot;
@@ -42,6 +43,16 @@ impl Running {
             .build()?;
         let listen = config.listen;
         let hub = Hub::new(config, Clock::System, schema::schema()).map_err(|error| {
+            if let StoreError::InUse(folder) = &error {
+                let folder = folder.display();
+                return Failure::Usage(pick(
+                    format!("Another hub uses {folder}: end it, or give this one its own data."),
+                    format!(
+                        "Папкой {folder} уже пользуется другой центр управления: остановите его \
+                         либо укажите другую папку data."
+                    ),
+                ));
+            }
             Failure::io(
                 pick("cannot open the hub's storage", "не открывается хранилище"),
                 std::io::Error::other(error.to_string()),

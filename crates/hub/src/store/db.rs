@@ -33,9 +33,24 @@ pub enum StoreError {
     /// The disk is so slow that too much waits.
     #[error("too much waits for the disk")]
     Busy,
+    /// Two hubs with one audit log would lose entries.
+    #[error("another hub uses {}", .0.display())]
+    InUse(std::path::PathBuf),
     /// The folder cannot be used.
     #[error("{0}")]
     Io(#[from] std::io::Error),
+}
+
+/// Takes a folder for this hub, as long as the file is open; the end of the program, whatever it
+/// is, gives it back.
+pub fn occupy(folder: &Path) -> Result<std::fs::File, StoreError> {
+    make(folder)?;
+    let file = std::fs::File::create(folder.join("lock"))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(std::fs::TryLockError::WouldBlock) => Err(StoreError::InUse(folder.to_owned())),
+        Err(std::fs::TryLockError::Error(error)) => Err(error.into()),
+    }
 }
 
 /// Makes the folder of the state: who is nobody's user here has no business in it.
@@ -105,5 +120,27 @@ impl Db {
             self.work.try_send(Box::new(work)),
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_))
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_has_one_hub_and_is_nobody_elses_business() {
+        let folder = std::env::temp_dir().join(format!("lafet-folder-{}", std::process::id()));
+        let first = occupy(&folder).unwrap();
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = std::fs::metadata(&folder).unwrap().permissions().mode();
+            assert_eq!(mode & 0o777, 0o700);
+        }
+        let second = occupy(&folder).unwrap_err();
+        assert!(matches!(&second, StoreError::InUse(it) if *it == folder), "{second}");
+        drop(first);
+        drop(occupy(&folder).unwrap());
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

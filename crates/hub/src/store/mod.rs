@@ -7,8 +7,8 @@ mod history;
 mod postgres;
 
 pub use audit::{Audit, Entry, Record, Verified, verify_lines};
-pub(crate) use db::open;
 pub use db::{Db, StoreError};
+pub(crate) use db::{occupy, open};
 pub use events::{Event, Events, Page, Search};
 pub use history::{Base, Change, History, RAW_RANGE_MS, Series};
 pub use postgres::Address;

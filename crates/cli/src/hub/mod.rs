@@ -36,11 +36,6 @@ pub struct Running {
 impl Running {
     /// Starts a hub.
     pub async fn start(config: Config) -> Result<Self, Failure> {
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(THREADS)
-            .thread_name("lafet-hub")
-            .enable_all()
-            .build()?;
         let listen = config.listen;
         let hub = Hub::new(config, Clock::System, schema::schema()).map_err(|error| {
             if let StoreError::InUse(folder) = &error {
@@ -58,6 +53,11 @@ impl Running {
                 std::io::Error::other(error.to_string()),
             )
         })?;
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(THREADS)
+            .thread_name("lafet-hub")
+            .enable_all()
+            .build()?;
         let (end, ending) = oneshot::channel::<()>();
         let (ready, server) = oneshot::channel();
         let own = hub.clone();

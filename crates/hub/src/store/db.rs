@@ -36,6 +36,9 @@ pub enum StoreError {
     /// Two hubs with one audit log would lose entries.
     #[error("another hub uses {}", .0.display())]
     InUse(std::path::PathBuf),
+    /// What SQLite says of a file.
+    #[error("{}: {}", .0.display(), .1)]
+    File(std::path::PathBuf, rusqlite::Error),
     /// The folder cannot be used.
     #[error("{0}")]
     Io(#[from] std::io::Error),
@@ -61,7 +64,10 @@ fn make(folder: &Path) -> std::io::Result<()> {
     let mut builder = std::fs::DirBuilder::new();
     #[cfg(unix)]
     std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.recursive(true).create(folder)
+    let made = builder.recursive(true).create(folder);
+    made.map_err(|error| {
+        std::io::Error::new(error.kind(), format!("{}: {error}", folder.display()))
+    })
 }
 
 /// What PostgreSQL says, with its reasons: an error of its own names the kind alone.
@@ -77,13 +83,40 @@ pub fn said(error: &tokio_postgres::Error) -> String {
 
 /// Opens `name` in a folder, or in memory.
 pub fn open(folder: Option<&Path>, name: &str, schema: &str) -> Result<Connection, StoreError> {
-    let connection = match folder {
-        Some(folder) => {
-            make(folder)?;
-            Connection::open(folder.join(name))?
-        }
-        None => Connection::open_in_memory()?,
+    let Some(folder) = folder else {
+        return Ok(prepare(Connection::open_in_memory()?, schema)?);
     };
+    make(folder)?;
+    let path = folder.join(name);
+    let opened = Connection::open(&path).and_then(|connection| prepare(connection, schema));
+    opened.map_err(|error| StoreError::File(path, error))
+}
+
+/// As [`open`]; a file that a disk has spoilt is put aside, for without what is in it the hub can
+/// work, and without the hub nobody can.
+pub fn open_or_begin_anew(
+    folder: Option<&Path>,
+    name: &str,
+    schema: &str,
+) -> Result<Connection, StoreError> {
+    use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
+    match (open(folder, name, schema), folder) {
+        (Err(StoreError::File(path, error)), Some(_))
+            if matches!(error.sqlite_error_code(), Some(DatabaseCorrupt | NotADatabase)) =>
+        {
+            let aside = path.with_extension("db.spoilt");
+            tracing::error!(file = %path.display(), aside = %aside.display(), %error, "put aside");
+            std::fs::rename(&path, &aside)?;
+            for rest in ["db-wal", "db-shm"] {
+                _ = std::fs::remove_file(path.with_extension(rest));
+            }
+            open(folder, name, schema)
+        }
+        (opened, _) => opened,
+    }
+}
+
+fn prepare(connection: Connection, schema: &str) -> Result<Connection, rusqlite::Error> {
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "foreign_keys", true)?;
     connection.busy_timeout(std::time::Duration::from_secs(5))?;
@@ -141,6 +174,23 @@ mod tests {
         assert!(matches!(&second, StoreError::InUse(it) if *it == folder), "{second}");
         drop(first);
         drop(occupy(&folder).unwrap());
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_spoilt_file_is_put_aside_where_the_hub_can_work_without_it() {
+        let folder = std::env::temp_dir().join(format!("lafet-spoilt-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let schema = "CREATE TABLE IF NOT EXISTS t (n INTEGER) STRICT;";
+        for name in ["a.db", "b.db"] {
+            std::fs::write(folder.join(name), "no database, and never was".repeat(100)).unwrap();
+        }
+        let error = open(Some(&folder), "a.db", schema).unwrap_err().to_string();
+        assert!(error.contains("a.db: ") && error.contains("not a database"), "{error}");
+        let anew = open_or_begin_anew(Some(&folder), "b.db", schema).unwrap();
+        anew.execute("INSERT INTO t VALUES (1)", []).unwrap();
+        assert!(folder.join("b.db.spoilt").is_file());
+        drop(anew);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

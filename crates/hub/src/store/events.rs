@@ -8,7 +8,7 @@ use rusqlite::{Row, params};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::db::{Db, StoreError, open};
+use super::db::{Db, StoreError, open_or_begin_anew};
 use super::history::{DAY_MS, signed};
 use crate::sync::lock;
 use crate::text::{Both, both};
@@ -84,7 +84,7 @@ impl Events {
 
     /// Opens it, and tells the alarms that were not normal.
     pub fn open_with_alarms(folder: Option<&Path>) -> Result<(Self, Vec<String>), StoreError> {
-        let db = open(folder, "events.db", SCHEMA)?;
+        let db = open_or_begin_anew(folder, "events.db", SCHEMA)?;
         let mut query = db.prepare("SELECT value FROM alarm_now")?;
         let alarms = query.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
         drop(query);

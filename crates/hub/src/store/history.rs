@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rusqlite::{Connection, params};
 use serde_json::{Value, json};
 
-use super::db::{Db, StoreError, open};
+use super::db::{Db, StoreError, open_or_begin_anew};
 use super::postgres::{Address, Postgres, Work};
 use crate::link_series::PREFIX;
 
@@ -123,7 +123,7 @@ impl Minute {
 impl History {
     /// Opens it in a folder, or in memory.
     pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
-        let db = Db::new("history", open(folder, "history.db", SCHEMA)?)?;
+        let db = Db::new("history", open_or_begin_anew(folder, "history.db", SCHEMA)?)?;
         Ok(Self::of(Base::Sqlite(db)))
     }
 

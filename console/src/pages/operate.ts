@@ -382,9 +382,16 @@ export class PageOperate extends LitElement {
   /** The plan, to draw on; and what goes with the drawing, as far as the column beside it scrolls. */
   private async showTool(): Promise<void> {
     await this.updateComplete;
+    this.renderRoot.querySelector('.view')?.scrollIntoView({ block: 'nearest' });
+    await this.showPanel();
+  }
+
+  /** Once, not while somebody types in it. */
+  private async showPanel(): Promise<void> {
+    await this.updateComplete;
     await this.automatic?.updateComplete;
     const { side, automatic } = this;
-    this.renderRoot.querySelector('.view')?.scrollIntoView({ block: 'nearest' });
+    await (automatic?.renderRoot.querySelector('lf-found') as LitElement | null)?.updateComplete;
     if (!side || !automatic) return;
     const below = automatic.getBoundingClientRect().bottom - side.getBoundingClientRect().bottom;
     if (below > 0) side.scrollTop += below / magnified();
@@ -397,13 +404,13 @@ export class PageOperate extends LitElement {
 
   private readonly takeFound = (): void => {
     this.taking = true;
+    void this.showPanel();
   };
 
   /** A hotbed becomes the sector, once its distance is known. */
   private takenFound(sector: QuenchSector | null): void {
     this.sector = sector;
     if (this.plan) this.plan.sector = sector?.sector ?? null;
-    void this.showTool();
   }
 
   /** Both drives go where the operator has pointed. */

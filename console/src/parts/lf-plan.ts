@@ -354,7 +354,7 @@ export class LfPlan extends LitElement {
       aria-valuemin="0" aria-valuemax=${grip === 'move' ? 360 : 350}
       transform="translate(${x.toFixed(1)} ${y.toFixed(1)})"
       @keydown=${(event: KeyboardEvent) => this.gripKey(event, grip)}>
-      <circle class="hit" r="22"></circle><circle class="knob" r=${grip === 'move' ? 9 : 7}></circle>
+      <circle class="hit" r="24"></circle><circle class="knob" r=${grip === 'move' ? 9 : 7}></circle>
     </g>`;
   }
 

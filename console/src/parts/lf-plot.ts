@@ -110,7 +110,7 @@ export class LfPlot extends LitElement {
         display: inline-flex;
         align-items: center;
         gap: 8px;
-        min-height: 36px;
+        min-height: 48px;
         padding: 4px 8px;
         border: 0;
         border-radius: 6px;
@@ -157,7 +157,7 @@ export class LfPlot extends LitElement {
         overflow: hidden;
       }
       .windows button {
-        min-height: 36px;
+        min-height: 48px;
         padding: 0 12px;
         border: 0;
         background: none;

@@ -105,11 +105,12 @@ export class LfStop extends LitElement {
       }
       @media (max-width: 1200px) {
         .lockout {
-          min-width: 56px;
-          padding: 0 10px;
-        }
-        .lockout span {
-          display: none;
+          flex-direction: column;
+          gap: 3px;
+          min-width: 84px;
+          padding: 0 4px;
+          font-size: 11px;
+          letter-spacing: 0;
         }
         .stop:not(.all) {
           min-width: 132px;
@@ -126,6 +127,14 @@ export class LfStop extends LitElement {
         }
         .stop:not(.all) {
           flex: 1;
+        }
+      }
+      @media (max-width: 480px) {
+        .lockout {
+          min-width: 56px;
+        }
+        .lockout span {
+          display: none;
         }
       }
     `,

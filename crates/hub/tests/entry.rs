@@ -249,6 +249,10 @@ async fn a_proxy_of_ours_tells_for_whom_it_asks_and_nobody_else_does() {
     assert_eq!(origin_of(&site, &told).await, "10.0.0.5", "6.6.6.6 may be a lie");
     assert_eq!(origin_of(&site, &[("X-Forwarded-For", "rubbish")]).await, "127.0.0.1");
     assert_eq!(origin_of(&site, &[]).await, "127.0.0.1");
+    let https = [("X-Forwarded-Proto", "https"), ("X-Forwarded-For", "10.0.0.8")];
+    let body = json!({ "user": "anna", "password": PASSWORD }).to_string();
+    let login = site.http("POST", "/api/login", &https, &body).await;
+    assert!(login.header("set-cookie").unwrap().ends_with("; Secure"), "{login:?}");
     // Who fails behind the proxy shuts nobody else out.
     let from = |address| [("X-Forwarded-For", address)];
     let wrong = json!({ "user": "anna", "password": "wrong" }).to_string();
@@ -262,11 +266,18 @@ async fn a_proxy_of_ours_tells_for_whom_it_asks_and_nobody_else_does() {
 async fn reading_has_its_own_limit_and_stops_have_none() {
     let site = Site::with(1, |_| {}).await;
     let token = site.token(Role::Operator);
-    let mut refused = 0;
-    for _ in 0..600 {
-        refused += usize::from(site.get(&token, "/api/hub").await.status == 429);
+    let reader = site.hub.access.by_token(1, &token).unwrap();
+    let mut refused = false;
+    for _ in 0..200 {
+        // The bucket is filled again while this machine does something else.
+        while site.hub.count_reading(&reader).is_ok() {}
+        let reply = site.get(&token, "/api/hub").await;
+        refused |= (reply.status, reply.code()) == (429, "slow_down");
+        if refused {
+            break;
+        }
     }
-    assert!(refused > 0, "none of 600 readings");
+    assert!(refused, "who reads too much is told so");
     let stop = site.post(&token, "/api/monitors/M1/stop", json!({})).await;
     assert_eq!(stop.status, 200, "{stop:?}");
     let take = site.post(&token, "/api/monitors/M1/authority", json!({ "action": "take" })).await;

@@ -158,6 +158,13 @@ pub fn not_understood(error: &dyn std::fmt::Display) -> ApiError {
     ))
 }
 
+/// Whether the browser's side is encrypted: ours, or that of a proxy of ours.
+pub fn encrypted(parts: &Parts, hub: &Hub) -> bool {
+    let Some(peer) = parts.extensions.get::<Peer>() else { return false };
+    let told = || parts.headers.get("x-forwarded-proto").is_some_and(|it| it == "https");
+    peer.tls || (hub.config.proxies.contains(&peer.address.ip().to_canonical()) && told())
+}
+
 /// Where a request comes from; one of our proxies is believed for whom it asks.
 pub fn address(parts: &Parts, hub: &Hub) -> IpAddr {
     let peer = parts.extensions.get::<Peer>();

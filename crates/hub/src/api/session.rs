@@ -13,7 +13,7 @@ use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::{Body, COOKIE, Peer};
+use super::guard::{Body, COOKIE};
 use crate::access::{AccessError, Kind, Principal, SessionInfo};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -61,8 +61,8 @@ impl FromRequestParts<Hub> for From {
     type Rejection = std::convert::Infallible;
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, Self::Rejection> {
-        let tls = parts.extensions.get::<Peer>().is_some_and(|peer| peer.tls);
-        Ok(Self(super::guard::address(parts, hub).to_string(), tls))
+        let address = super::guard::address(parts, hub).to_string();
+        Ok(Self(address, super::guard::encrypted(parts, hub)))
     }
 }
 

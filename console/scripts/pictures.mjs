@@ -5,8 +5,8 @@ import { withDemo } from './demo.mjs';
 const FOLDER = new URL('../../docs/images/', import.meta.url).pathname;
 
 const WORDS = {
-  en: { take: 'Take control', deploy: /^Deploy/, deployed: 'Deployed', aim: /^Aim/, open: /^Open/, scene: /3D/ },
-  ru: { take: /^Взять управление/, deploy: /^Развернуть/, deployed: /Развёрнут/, aim: /^Навести/, open: /^Открыть/, scene: /3D/ },
+  en: { take: 'Take control', taken: 'You control M1', deploy: /^Deploy/, deployed: 'Deployed', aim: /^Aim/, open: /^Open/, scene: /3D/ },
+  ru: { take: /^Взять управление/, taken: 'Стволом M1 управляете вы', deploy: /^Развернуть/, deployed: /Развёрнут/, aim: /^Навести/, open: /^Открыть/, scene: /3D/ },
 };
 
 for (const lang of ['en', 'ru']) await withDemo((browser, url) => take(browser, url, lang));
@@ -21,6 +21,7 @@ async function take(browser, url, lang) {
   await page.addInitScript(() => localStorage.setItem('lafet.guide', 'done'));
   await page.goto(`${url}/#/m/M1/operate`);
   await page.getByRole('button', { name: words.take }).first().click();
+  await page.getByText(words.taken).first().waitFor();
   await page.getByRole('button', { name: words.deploy }).first().click();
   await page.getByText(words.deployed).first().waitFor({ timeout: 60_000 });
   await hold(page, page.getByRole('button', { name: words.open }).first(), 1500);

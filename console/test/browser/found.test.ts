@@ -3,7 +3,7 @@
 import { afterAll, beforeAll, describe, expect, test } from 'vitest';
 import type { Page } from 'playwright-core';
 import { Demo } from './demo';
-import { until } from './site';
+import { take, until } from './site';
 
 /** On the ground, 35 m from M1, which stands 6 m high. */
 const FIRE = [-12, 14];
@@ -37,7 +37,7 @@ describe('a hotbed that the search has found', () => {
   test('is extinguished at the distance that is shown, or that the operator enters', async () => {
     const page = await demo.open('#/m/M1/operate');
     page.setDefaultTimeout(60_000);
-    await page.locator('#take').click();
+    await take(page);
     await page.locator('#draw').click();
     await page.locator('#found').click();
 

@@ -5,7 +5,7 @@ import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import type { Alarm, AuditEntry } from '../../src/hub/types';
 import { Guarded } from './guarded';
-import { Site, until } from './site';
+import { Site, take, until } from './site';
 
 const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 const LOCKED = 'M2/General/LockedOut';
@@ -253,8 +253,7 @@ describe('the inspector', () => {
     await field.press('Enter');
     expect(await site.position('M1')).toBe(at);
     expect(await site.moves('M1')).toBe(false);
-    await page.locator('#take').click();
-    await page.getByText('You control M1', { exact: true }).waitFor();
+    await take(page);
     await field.fill('Restart All');
     await field.press('Escape');
     await send.click();

@@ -4,7 +4,7 @@ import type { Download, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import type { Result } from '../../src/hub/types';
 import { STEPS, type StepId } from '../../src/pages/commissioning/model';
-import { heldUntil, holdUntil, Site, until } from './site';
+import { heldUntil, holdUntil, Site, take, until } from './site';
 
 let site: Site;
 let page: Page;
@@ -23,7 +23,7 @@ afterEach(async () => {
 
 async function open(route: string, lang = 'en'): Promise<void> {
   page = await site.open(`#/m/M1/${route}`, lang);
-  await page.locator('#take').click();
+  await take(page);
   await page.locator(`lf-page-${route}`).waitFor();
 }
 
@@ -216,7 +216,7 @@ describe('commissioning', () => {
       STEPS.slice(0, STEPS.indexOf(step)),
     );
     await page.reload();
-    await page.locator('#take').click();
+    await take(page);
     await page.locator(`lf-step-${step}`).waitFor();
   }
 

@@ -1,7 +1,7 @@
 // The rules that keep people safe, each looked at where it counts: at the monitor's outputs.
 import type { CDPSession, Locator, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
-import { heldUntil, press, pressUntil, Site, until } from './site';
+import { heldUntil, press, pressUntil, Site, take, until } from './site';
 
 const PAD_STOP = 1;
 const FAR_ARCMIN = 5000;
@@ -42,11 +42,6 @@ afterEach(async () => {
   }
 });
 
-async function take(on = page): Promise<void> {
-  await on.locator('#take').click();
-  await on.getByText('You control M1', { exact: true }).waitFor();
-}
-
 /** Moves it past the console, as another client would. */
 async function sent(request: string, id = 'M1'): Promise<void> {
   await site.send(id, request);
@@ -86,7 +81,7 @@ async function stoppedShortOf(target: number, id = 'M1', where = ''): Promise<vo
 
 describe('a motion that is held', () => {
   test('ends with the release', async () => {
-    await take();
+    await take(page);
     await pull();
     await page.mouse.up();
     expect(await site.stands('M1')).toBe(true);
@@ -94,7 +89,7 @@ describe('a motion that is held', () => {
   });
 
   test('of a key ends with its release, and opposite keys mean nothing', async () => {
-    await take();
+    await take(page);
     await pressKey('ArrowRight');
     await until(async () => (await site.position('M1')) < began);
     await page.keyboard.down('ArrowLeft');
@@ -106,14 +101,14 @@ describe('a motion that is held', () => {
   });
 
   test('ends when the window loses the focus', async () => {
-    await take();
+    await take(page);
     await pull();
     await page.evaluate(() => window.dispatchEvent(new Event('blur')));
     expect(await site.stands('M1')).toBe(true);
   });
 
   test('ends when the tab is left, and does not come back by itself', async () => {
-    await take();
+    await take(page);
     await pull();
     await page.evaluate(() => {
       Object.defineProperty(document, 'hidden', { configurable: true, value: true });
@@ -128,21 +123,21 @@ describe('a motion that is held', () => {
   });
 
   test('ends when the page is closed', async () => {
-    await take();
+    await take(page);
     await pull();
     await page.close();
     expect(await site.stands('M1')).toBe(true);
   });
 
   test('ends when the link breaks', async () => {
-    await take();
+    await take(page);
     await pull();
     site.way.cut();
     expect(await site.stands('M1')).toBe(true);
   });
 
   test('ends when the link says nothing more, and what comes late moves nothing', async () => {
-    await take();
+    await take(page);
     await pull();
     site.way.freeze();
     expect(await site.stands('M1')).toBe(true);
@@ -151,7 +146,7 @@ describe('a motion that is held', () => {
   });
 
   test('ends when the page stalls', async () => {
-    await take();
+    await take(page);
     await pull();
     await page.evaluate(() => {
       const end = performance.now() + 900;
@@ -161,7 +156,7 @@ describe('a motion that is held', () => {
   });
 
   test('ends when a dialog opens', async () => {
-    await take();
+    await take(page);
     await pressKey('ArrowLeft');
     await page.locator('#readiness').click();
     expect(await site.stands('M1')).toBe(true);
@@ -245,7 +240,7 @@ describe('STOP', () => {
   });
 
   test('of somebody who holds nothing stops what another one holds', async () => {
-    await take();
+    await take(page);
     const other = await site.open('#/overview');
     others.push(other);
     await pull();
@@ -276,7 +271,7 @@ async function tooShort(button: Locator, for_ms: number, limit_ms: number, undo:
 
 describe('valves and lockout', () => {
   test('a valve opens after a second, not before; one press closes it', async () => {
-    await take();
+    await take(page);
     const open = page.locator('#Valve1 .open-button');
     const opens = async () => (await site.outputs('M1')).Valve1!.flags.some((flag) => flag.startsWith('Open'));
     const close = async () => {
@@ -290,7 +285,7 @@ describe('valves and lockout', () => {
   });
 
   test('lockout is one press; its release wants the name typed and the button held', async () => {
-    await take();
+    await take(page);
     const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
     const lockOut = async () => {
       await page.locator('#lockout').click();
@@ -315,7 +310,7 @@ describe('valves and lockout', () => {
 
 describe('two operators', () => {
   test('the second asks, the first hands over, and can move no more', async () => {
-    await take();
+    await take(page);
     const other = await site.open('#/m/M1/operate');
     others.push(other);
     await other.getByText('M1 is controlled by').waitFor();
@@ -334,7 +329,7 @@ describe('two operators', () => {
   });
 
   test('taken by force in the middle of a motion: it ends, and the former holder is told why', async () => {
-    await take();
+    await take(page);
     const other = await site.open('#/m/M1/operate');
     others.push(other);
     await other.getByText('M1 is controlled by').waitFor();
@@ -350,7 +345,7 @@ describe('two operators', () => {
 
 describe('what is old', () => {
   test('of a silent monitor is shown as old, with its age, and nothing can be commanded', async () => {
-    await take();
+    await take(page);
     site.links[0]!.freeze();
     await page.locator('#stale').waitFor();
     expect(await page.locator('#stale').textContent()).toMatch(/Data is \d/);
@@ -383,7 +378,7 @@ describe('hands of other kinds', () => {
   }
 
   test('a gamepad moves while its stick is held, and not when it is gone', async () => {
-    await take();
+    await take(page);
     await begun(
       () => pad([-1, 0]),
       () => pad([0, 0]),
@@ -409,7 +404,7 @@ describe('hands of other kinds', () => {
   test('a finger that the system takes away lets go', async () => {
     await page.context().close();
     page = await site.open('#/m/M1/operate', 'en', { width: 1024, height: 1100 }, true);
-    await take();
+    await take(page);
     const cdp = await page.context().newCDPSession(page);
     const pad = (await page.locator('lf-joystick').boundingBox())!;
     const [x, y] = [pad.x + pad.width / 2, pad.y + 100];
@@ -430,7 +425,7 @@ describe('hands of other kinds', () => {
   test('a finger holds a valve open as a mouse does, and one that slides away opens nothing', async () => {
     await page.context().close();
     page = await site.open('#/m/M1/operate', 'en', { width: 1024, height: 1100 }, true);
-    await take();
+    await take(page);
     const cdp = await page.context().newCDPSession(page);
     const open = page.locator('#Valve1 .open-button');
     await open.scrollIntoViewIfNeeded();
@@ -457,7 +452,7 @@ describe('what the page says', () => {
   test('a program that a hand has paused: until when, on every page of the monitor, and then it goes on', async () => {
     const quench = 'StartQuench Control centre=0,0 nozzle=60 sector=3000,60 step=1 distance=25';
     const control = async () => (await site.outputs('M1')).Control!.flags;
-    await take();
+    await take(page);
     await site.send('M1', quench);
     await until(async () => (await control()).includes('Quench'));
     await heldUntil(

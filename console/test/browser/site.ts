@@ -174,6 +174,12 @@ export async function until(so: () => Promise<boolean> | boolean, within_ms = 15
   }
 }
 
+/** Takes control of M1 on one of its pages; until the page knows it, its buttons are dead. */
+export async function take(page: Page): Promise<void> {
+  await page.locator('#take').click();
+  await page.getByText(/^(You control M1|Стволом M1 управляете вы)$/).first().waitFor();
+}
+
 /**
  * Presses a button for at least so long and lets go; returns how long the page itself has seen it
  * pressed. On a busy machine that is longer than it was meant to be, and it is what counts.

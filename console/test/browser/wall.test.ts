@@ -3,7 +3,7 @@ import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';
 import { Demo } from './demo';
-import { heldUntil, until } from './site';
+import { heldUntil, take, until } from './site';
 
 const WALL = { width: 2560, height: 1440 };
 let demo: Demo;
@@ -60,7 +60,7 @@ test('a press on the plan falls where it is seen, a stick that is pulled moves t
   await until(async () => (await near()) < 12 * (await zoom()));
 
   await page.evaluate(() => (location.hash = '#/m/M1/operate'));
-  await page.locator('#take').click();
+  await take(page);
   await page.locator('#deploy').click();
   const states = async () => (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems;
   await until(async () => (await states()).Deployer!.flags.includes('Deployed'), 60_000);

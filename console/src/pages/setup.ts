@@ -4,9 +4,8 @@ import { customElement } from 'lit/decorators.js';
 import { http } from '../hub/http';
 import type { Session } from '../hub/types';
 import { t } from '../i18n';
+import { PASSWORD_LEAST } from './admin/model';
 import { Entrance } from './login/entrance';
-
-const PASSWORD_LEAST = 10;
 
 @customElement('lf-page-setup')
 export class PageSetup extends Entrance {

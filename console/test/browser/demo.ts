@@ -1,8 +1,7 @@
-// `lafet demo` with the console, for pages that need a simulated site. As in site.ts: LAFET_BIN is
-// the program, CONSOLE_DIST=1 serves dist before it.
+// `lafet demo` with the console, for pages that need a simulated site. LAFET_BIN is the program.
 import { spawn, type ChildProcess } from 'node:child_process';
 import { chromium, type Browser, type Page } from 'playwright-core';
-import { preview, type PreviewServer } from 'vite';
+import { consoleOf, type Served } from './served';
 import { LAFET } from './site';
 
 const CHROMIUM = process.env.CHROMIUM_BIN ?? '/usr/bin/chromium';
@@ -13,7 +12,7 @@ const PLAIN = ['--disable-gpu'];
 export class Demo {
   private child!: ChildProcess;
   private browser!: Browser;
-  private served?: PreviewServer;
+  private served?: Served;
   private hub = '';
   url = '';
 
@@ -29,7 +28,8 @@ export class Demo {
       });
       demo.child.on('exit', (code) => reject(new Error(`lafet demo ended with ${code}: ${told}`)));
     });
-    await demo.serve();
+    demo.served = await consoleOf(demo.hub);
+    demo.url = demo.served.url;
     demo.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...drawing] });
     return demo;
   }
@@ -72,19 +72,5 @@ export class Demo {
     await this.post(`/api/monitors/${monitor}/authority`, { action: 'take' });
     const answer = await this.post(`/api/monitors/${monitor}/requests`, { request });
     if (!answer.ok) throw new Error(`${request}: ${await answer.text()}`);
-  }
-
-  private async serve(): Promise<void> {
-    const page = await (await fetch(this.hub)).text();
-    if (page.includes('lf-app') && !process.env.CONSOLE_DIST) {
-      this.url = this.hub;
-      return;
-    }
-    const to = { target: this.hub, ws: true, changeOrigin: true, headers: { origin: this.hub } };
-    this.served = await preview({
-      logLevel: 'silent',
-      preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
-    });
-    this.url = this.served.resolvedUrls!.local[0]!.replace(/\/$/, '');
   }
 }

@@ -3,7 +3,7 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { Page } from 'playwright-core';
-import { preview, type PreviewServer } from 'vite';
+import { consoleOf, type Served } from './served';
 import { LAFET } from './site';
 
 /** A hub that wants a login, with one monitor that does not answer. */
@@ -15,7 +15,7 @@ export class Guarded {
   link = '';
   private readonly folder = mkdtempSync(join(tmpdir(), 'lafet-guarded-'));
   private child!: ChildProcess;
-  private served?: PreviewServer;
+  private served?: Served;
   url = '';
 
   static async start(): Promise<Guarded> {
@@ -46,18 +46,9 @@ export class Guarded {
     guarded.link = link;
     guarded.headers = { cookie, 'x-csrf-token': csrf };
     await guarded.post('/api/users', { user: 'olga', role: 'observer', password }, guarded.headers);
-    if (process.env.CONSOLE_DIST) await guarded.serve();
+    guarded.served = await consoleOf(url);
+    guarded.url = guarded.served.url;
     return guarded;
-  }
-
-  /** The console of dist before the hub, as in site.ts. */
-  private async serve(): Promise<void> {
-    const to = { target: this.url, ws: true, changeOrigin: true, headers: { origin: this.url } };
-    this.served = await preview({
-      logLevel: 'silent',
-      preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
-    });
-    this.url = this.served.resolvedUrls!.local[0]!.replace(/\/$/, '');
   }
 
   async stop(): Promise<void> {

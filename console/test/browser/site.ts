@@ -1,14 +1,13 @@
 // What the tests work on: simulated monitors, a hub, the console in a browser. The path of the
-// program is that of LAFET_BIN. Its own console is tested; with CONSOLE_DIST=1, or without one in it,
-// that in dist, which is then served before it.
+// program is that of LAFET_BIN.
 import { execFile, spawn, type ChildProcess } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { promisify } from 'node:util';
 import { chromium, type Browser, type BrowserContext, type Locator, type Page } from 'playwright-core';
-import { preview, type PreviewServer } from 'vite';
 import { Cable } from './cable';
+import { consoleOf, type Served } from './served';
 import { Wire, type Names, type Output } from './wire';
 
 export const LAFET = process.env.LAFET_BIN ?? 'lafet';
@@ -23,7 +22,7 @@ const RUN_OUT_ARCMIN = 60;
 export class Site {
   private readonly children: ChildProcess[] = [];
   private readonly folder = mkdtempSync(join(tmpdir(), 'lafet-console-'));
-  private served?: PreviewServer;
+  private served?: Served;
   private browser!: Browser;
   /** The monitors' own port: a second connection beside the hub's. */
   private monitors: number[] = [];
@@ -53,7 +52,8 @@ export class Site {
     site.way = await Cable.to(await site.program(['serve', '--config', config]));
     const names = (await (await fetch(`http://127.0.0.1:${site.way.port}/api/dictionary`)).json()) as Names;
     site.wires = site.monitors.map((port, n) => new Wire(port, n + 1, names));
-    await site.serve();
+    site.served = await consoleOf(`http://127.0.0.1:${site.way.port}`);
+    site.url = site.served.url;
     site.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox'] });
     for (const id of ['M1', 'M2']) {
       await until(async () => (await site.outputs(id)).Deployer?.flags.includes('Deployed') === true, 30_000);
@@ -147,21 +147,6 @@ export class Site {
       child.stdout.on('data', hear);
       child.on('exit', (code) => reject(new Error(`lafet ${args[0]} ended with ${code}: ${told}`)));
     });
-  }
-
-  private async serve(): Promise<void> {
-    const hub = `http://127.0.0.1:${this.way.port}`;
-    const page = await (await fetch(hub)).text();
-    if (page.includes('lf-app') && !process.env.CONSOLE_DIST) {
-      this.url = hub;
-      return;
-    }
-    const to = { target: hub, ws: true, changeOrigin: true, headers: { origin: hub } };
-    this.served = await preview({
-      logLevel: 'silent',
-      preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
-    });
-    this.url = this.served.resolvedUrls!.local[0]!.replace(/\/$/, '');
   }
 }
 

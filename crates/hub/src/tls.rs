@@ -72,13 +72,13 @@ pub fn key(path: &Path) -> Result<PrivateKeyDer<'static>, FileError> {
         .map_err(|error| FileError::pem(path, &error, ["private key", "закрытого ключа"]))
 }
 
-/// The certificates of a PEM file as those that sign others.
-pub fn roots(path: &Path) -> Result<RootCertStore, FileError> {
-    let mut roots = RootCertStore::empty();
-    for certificate in chain(path)? {
-        roots.add(certificate).map_err(|error| FileError::tls(path, &error))?;
+/// The certificates of a PEM file, and the same as those that sign others.
+pub fn roots(path: &Path) -> Result<(RootCertStore, Vec<CertificateDer<'static>>), FileError> {
+    let (mut roots, listed) = (RootCertStore::empty(), chain(path)?);
+    for certificate in &listed {
+        roots.add(certificate.clone()).map_err(|error| FileError::tls(path, &error))?;
     }
-    Ok(roots)
+    Ok((roots, listed))
 }
 
 /// Everything that is wrong with the files.
@@ -106,7 +106,7 @@ pub fn acceptor(config: &TlsConfig) -> Result<TlsAcceptor, FileError> {
     let builder = match &config.client_ca {
         None => builder.with_no_client_auth(),
         Some(path) => {
-            let roots = Arc::new(roots(path)?);
+            let roots = Arc::new(roots(path)?.0);
             let verifier = WebPkiClientVerifier::builder_with_provider(roots, provider).build();
             builder.with_client_cert_verifier(verifier.map_err(|error| {
                 FileError::new(path, error.to_string(), format!("не годится: {error}"))

@@ -16,7 +16,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Severity, set_flags};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
 use super::catalogue::{self, Texts};
@@ -26,8 +27,11 @@ use crate::text::Both;
 /// A condition has to be gone for so long before its alarm returns: no chattering.
 const OFF_DELAY_MS: u64 = 2_000;
 
+/// One of a few words. That it has a name keeps serde from reading it as a text that is borrowed.
+type Word = &'static str;
+
 /// An alarm.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 pub struct Alarm {
     /// `M1/Vertical/AmperageOverload`.
     pub id: String,
@@ -38,9 +42,13 @@ pub struct Alarm {
     /// The flag.
     pub flag: String,
     /// `high`, `medium` or `low`.
-    pub priority: &'static str,
+    #[serde(deserialize_with = "priority")]
+    #[schema(value_type = String)]
+    pub priority: Word,
     /// `unack`, `ack`, `rtn_unack` or `shelved`.
-    pub state: &'static str,
+    #[serde(deserialize_with = "state")]
+    #[schema(value_type = String)]
+    pub state: Word,
     /// Its condition holds.
     pub active: bool,
     /// Since when, ms since 1970.
@@ -66,54 +74,22 @@ pub struct Alarm {
     gone_ms: Option<u64>,
 }
 
-/// An alarm as it was written down.
-#[derive(Deserialize)]
-struct Stored {
-    id: String,
-    monitor: String,
-    subsystem: String,
-    flag: String,
-    priority: String,
-    state: String,
-    active: bool,
-    since_ms: u64,
-    returned_ms: Option<u64>,
-    count: u32,
-    ack: Option<Ack>,
-    shelved: Option<Shelf>,
-    what: Both,
-    cause: Both,
-    consequence: Both,
-    remedy: Both,
+/// The most urgent first.
+const PRIORITIES: [Word; 3] = ["high", "medium", "low"];
+const STATES: [Word; 4] = ["unack", "rtn_unack", "ack", "shelved"];
+
+fn priority<'de, D: Deserializer<'de>>(from: D) -> Result<Word, D::Error> {
+    word(&PRIORITIES, from)
 }
 
-/// The most urgent first.
-const PRIORITIES: [&str; 3] = ["high", "medium", "low"];
-const STATES: [&str; 4] = ["unack", "rtn_unack", "ack", "shelved"];
+fn state<'de, D: Deserializer<'de>>(from: D) -> Result<Word, D::Error> {
+    word(&STATES, from)
+}
 
-impl Stored {
-    fn alarm(self) -> Option<Alarm> {
-        let of = |all: &[&'static str], name: &str| all.iter().find(|it| **it == name).copied();
-        Some(Alarm {
-            priority: of(&PRIORITIES, &self.priority)?,
-            state: of(&STATES, &self.state)?,
-            id: self.id,
-            monitor: self.monitor,
-            subsystem: self.subsystem,
-            flag: self.flag,
-            active: self.active,
-            since_ms: self.since_ms,
-            returned_ms: self.returned_ms,
-            count: self.count,
-            ack: self.ack,
-            shelved: self.shelved,
-            what: self.what,
-            cause: self.cause,
-            consequence: self.consequence,
-            remedy: self.remedy,
-            gone_ms: None,
-        })
-    }
+fn word<'de, D: Deserializer<'de>>(all: &[Word], from: D) -> Result<Word, D::Error> {
+    let written = String::deserialize(from)?;
+    let known = all.iter().find(|it| **it == written).copied();
+    known.ok_or_else(|| D::Error::custom(format!("no word of alarms: {written}")))
 }
 
 /// An acknowledgement.
@@ -171,7 +147,7 @@ impl Alarms {
     /// As they were when the hub ended: those of monitors that are still there. Whether their
     /// conditions hold shows soon.
     pub fn restored(written: &[String], monitors: &BTreeSet<String>) -> Self {
-        let read = |text: &String| serde_json::from_str::<Stored>(text).ok()?.alarm();
+        let read = |text: &String| serde_json::from_str::<Alarm>(text).ok();
         let known = |it: &Alarm| it.monitor.is_empty() || monitors.contains(&it.monitor);
         let all = written.iter().filter_map(read).filter(known);
         Self { all: all.map(|alarm| (alarm.id.clone(), alarm)).collect() }

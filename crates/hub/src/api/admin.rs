@@ -10,7 +10,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::Body;
-use super::session::slowly;
+use super::session::{aside, slowly};
 use crate::access::{AccessError, Role};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -50,7 +50,7 @@ struct NewToken {
     responses((status = 200, body = Vec<crate::access::User>), (status = 401), (status = 403)))]
 async fn users(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
     only_administrators(&caller)?;
-    Ok(Json(json!(slowly(&hub, |hub| hub.access.users()).await?)))
+    Ok(Json(json!(aside(&hub, |hub| hub.access.users()).await?)))
 }
 
 /// Adds a user.
@@ -108,7 +108,7 @@ async fn remove_user(
     responses((status = 200, body = Vec<crate::access::Token>), (status = 401), (status = 403)))]
 async fn tokens(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
     only_administrators(&caller)?;
-    Ok(Json(json!(slowly(&hub, |hub| hub.access.tokens()).await?)))
+    Ok(Json(json!(aside(&hub, |hub| hub.access.tokens()).await?)))
 }
 
 /// Makes a token, which is shown this once.

@@ -116,7 +116,7 @@ async fn set_up(
 #[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401), (status = 403)))]
 async fn log_out(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiError> {
     let key = caller.principal.key;
-    slowly(&hub, move |hub| hub.access.log_out(&key)).await?;
+    aside(&hub, move |hub| hub.access.log_out(&key)).await?;
     hub.sessions.send_modify(|changes| *changes += 1);
     let cookie = format!("{COOKIE}=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, cookie)]).into_response())
@@ -230,10 +230,18 @@ pub async fn slowly<T: Send + 'static>(
     let Ok(turn) = hub.hashing.clone().acquire_owned().await else {
         return Err(AccessError::Unfit);
     };
-    let hub = hub.clone();
-    let work = move || {
+    aside(hub, move |hub| {
         let _turn = turn;
-        work(&hub)
-    };
-    tokio::task::spawn_blocking(work).await.unwrap_or(Err(AccessError::Unfit))
+        work(hub)
+    })
+    .await
+}
+
+/// The disk is waited for on a thread of its own.
+pub async fn aside<T: Send + 'static>(
+    hub: &Hub,
+    work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
+) -> Result<T, AccessError> {
+    let hub = hub.clone();
+    tokio::task::spawn_blocking(move || work(&hub)).await.unwrap_or(Err(AccessError::Unfit))
 }

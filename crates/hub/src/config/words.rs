@@ -24,25 +24,26 @@ const KINDS: [[&str; 3]; 15] = [
 /// The message of a reader in both languages; one that is not known stays as it is.
 pub fn of(said: &str) -> Both {
     let list = |listed: &str| listed.trim_start_matches("one of ").replace(" or ", ", ");
-    if let Some((name, listed)) = after(said, "unknown field ").and_then(expected) {
+    if let Some((name, listed)) = said.strip_prefix("unknown field ").and_then(expected) {
         return both(
             format!("{name} is not known here; what is: {}.", list(listed)),
             format!("{name} здесь неизвестно; возможно: {}.", list(listed)),
         );
     }
-    if let Some((name, listed)) = after(said, "unknown variant ").and_then(expected) {
+    if let Some((name, listed)) = said.strip_prefix("unknown variant ").and_then(expected) {
         return both(
             format!("{name} is not one of {}.", list(listed)),
             format!("{name} — не то; возможно: {}.", list(listed)),
         );
     }
-    if let Some(name) = after(said, "missing field ") {
+    if let Some(name) = said.strip_prefix("missing field ") {
         return both(format!("{name} is missing."), format!("Не хватает {name}."));
     }
     if said.starts_with("duplicate key") || said.starts_with("duplicate field") {
         return both("This stands twice.", "Это указано дважды.");
     }
-    let wrong = after(said, "invalid type: ").or_else(|| after(said, "invalid value: "));
+    let wrong =
+        said.strip_prefix("invalid type: ").or_else(|| said.strip_prefix("invalid value: "));
     if let Some((given, wanted)) = wrong.and_then(expected) {
         let ([given_en, given_ru], [wanted_en, wanted_ru]) = (kind(given), kind(wanted));
         return both(
@@ -51,10 +52,6 @@ pub fn of(said: &str) -> Both {
         );
     }
     both(format!("TOML: {said}."), format!("TOML: {said}."))
-}
-
-fn after<'a>(said: &'a str, start: &str) -> Option<&'a str> {
-    said.strip_prefix(start)
 }
 
 fn expected(rest: &str) -> Option<(&str, &str)> {

@@ -40,7 +40,8 @@ pub enum Trust {
 impl Trust {
     /// What a PEM file says.
     pub fn of_file(path: &Path, names: bool) -> Result<Self, FileError> {
-        Ok(Self::Signed { roots: tls::roots(path)?, listed: tls::chain(path)?, names })
+        let (roots, listed) = tls::roots(path)?;
+        Ok(Self::Signed { roots, listed, names })
     }
 
     /// The authorities that this machine trusts.

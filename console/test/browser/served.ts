@@ -1,0 +1,19 @@
+// The console before a hub: the one that the program has built in; with CONSOLE_DIST=1, or without one in it, that
+// in dist.
+import { preview } from 'vite';
+
+export interface Served {
+  url: string;
+  close(): Promise<void>;
+}
+
+export async function consoleOf(hub: string): Promise<Served> {
+  const page = await (await fetch(hub)).text();
+  if (page.includes('lf-app') && !process.env.CONSOLE_DIST) return { url: hub, close: async () => {} };
+  const to = { target: hub, ws: true, changeOrigin: true, headers: { origin: hub } };
+  const server = await preview({
+    logLevel: 'silent',
+    preview: { port: 0, host: '127.0.0.1', proxy: { '/api': to } },
+  });
+  return { url: server.resolvedUrls!.local[0]!.replace(/\/$/, ''), close: () => server.close() };
+}

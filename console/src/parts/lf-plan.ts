@@ -277,9 +277,6 @@ export class LfPlan extends LitElement {
       mini,
     };
     const chosen = this.chosen;
-    const ordered = [...this.monitors].sort(
-      (a, b) => Number(a.id === this.selected) - Number(b.id === this.selected),
-    );
     return svg`
       ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
@@ -292,7 +289,7 @@ export class LfPlan extends LitElement {
       ${layers.jets(camera, this.monitors)}
       ${mini ? nothing : this.monitors.filter((m) => m.id === chosen?.id).map((m) => layers.aims(camera, m))}
       ${mini ? nothing : this.monitors.map((m) => layers.hotbeds(camera, m))}
-      ${ordered.map((monitor) => layers.monitorMark(camera, monitor, monitor.id === this.selected))}
+      ${layers.monitorMarks(camera, this.monitors, this.selected)}
       ${mini ? nothing : layers.route(camera, this.points, this.pointSelected, (n) => t('parts.plan.point', { n }))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
       ${mini ? nothing : layers.scaleBar(camera, lengthText)}

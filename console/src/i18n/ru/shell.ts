@@ -85,7 +85,7 @@ export default {
   'banner.in_control': 'Стволом {monitor} управляете вы',
   'banner.held': 'Стволом {monitor} управляет {user}',
   'banner.held_lost': '{user}, управляющий {monitor}, потерял связь',
-  'banner.free': '{monitor}: управление свободно',
+  'banner.free': '{monitor} никем не занят',
   'banner.nobody': 'Стволами никто не управляет',
   'banner.own': 'Вы управляете: {monitors}',
   'banner.others': 'Управляют: {monitors}',

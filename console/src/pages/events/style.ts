@@ -82,9 +82,7 @@ export const eventStyle = css`
   .deed .effect {
     font-size: 12px;
     color: var(--dim);
-    overflow: hidden;
-    text-overflow: ellipsis;
-    white-space: nowrap;
+    overflow-wrap: anywhere;
   }
   tr.inside td {
     padding: 0 12px 16px 12px;

@@ -15,6 +15,7 @@ import {
   type View,
 } from '../geometry';
 import type { PlanMonitor, PlanScene, PlanSite } from './model';
+import { NAME_PX, namePlaces, nameWidth } from './names';
 
 export interface Camera {
   view: View;
@@ -36,6 +37,7 @@ const NARROW_PX = 430;
 /** The page's own buttons leave no room for words beside the compass. */
 const TIGHT_PX = 620;
 const RING_MINI_PX = 19;
+const NAME_MINI_PX = 18;
 export const DROP_LIFE_MS = 2400;
 
 const px = (camera: Camera, place: Place): Place =>
@@ -224,10 +226,22 @@ export function hotbeds(camera: Camera, monitor: PlanMonitor): SVGTemplateResult
   })}`;
 }
 
-export function monitorMark(
+/** All monitors, the chosen one above the others. */
+export function monitorMarks(camera: Camera, monitors: readonly PlanMonitor[], selected: string): SVGTemplateResult {
+  const off = camera.mini ? NAME_MINI_PX : RING_PX + 15;
+  const names = namePlaces(
+    monitors.map(({ id, at, heading, horizontal_arcmin }) => ({ id, at: px(camera, at), heading, horizontal_arcmin })),
+    off,
+  );
+  const ordered = [...monitors].sort((a, b) => Number(a.id === selected) - Number(b.id === selected));
+  return svg`${ordered.map((monitor) => monitorMark(camera, monitor, monitor.id === selected, names.get(monitor.id)!))}`;
+}
+
+function monitorMark(
   camera: Camera,
   monitor: PlanMonitor,
   selected: boolean,
+  name: Place,
 ): SVGTemplateResult {
   const [x, y] = px(camera, monitor.at);
   const bearing = bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
@@ -250,7 +264,7 @@ export function monitorMark(
     </g>
     <circle class="body" r=${f(11 * size)}></circle>
     ${concernMark(monitor, size)}
-    ${nameOf(camera, monitor, bearing, ring)}
+    ${nameOf(camera, monitor, name)}
   </g>`;
 }
 
@@ -286,18 +300,13 @@ function travel(monitor: PlanMonitor, ring: number): SVGTemplateResult | typeof 
   return svg`<path class="travel" d=${path}></path>${tick(left)}${tick(right)}`;
 }
 
-/** The name stands behind the barrel, where nothing of interest is. */
-function nameOf(camera: Camera, monitor: PlanMonitor, bearing: number, ring: number): SVGTemplateResult {
-  const away = ((bearing + 180) * Math.PI) / 180;
-  const off = camera.mini ? 18 : ring + 15;
-  const x = Math.sin(away) * off;
-  const y = -Math.cos(away) * off;
-  const wide = Math.max(monitor.id.length * 8 + 12, 26);
+function nameOf(camera: Camera, monitor: PlanMonitor, [x, y]: Place): SVGTemplateResult {
   if (camera.mini) {
     return svg`<text class="name" x=${f(x)} y=${f(y)} dy="0.35em">${monitor.id}</text>`;
   }
+  const wide = nameWidth(monitor.id);
   return svg`<g transform="translate(${f(x)} ${f(y)})">
-    <rect class="name-box" x=${f(-wide / 2)} y="-10" width=${wide} height="20" rx="4"></rect>
+    <rect class="name-box" x=${f(-wide / 2)} y=${-NAME_PX / 2} width=${wide} height=${NAME_PX} rx="4"></rect>
     <text class="name" dy="0.35em">${monitor.id}</text></g>`;
 }
 

@@ -28,6 +28,8 @@ import './operate/trends';
 import './operate/valves';
 
 const VIEW_KEY = 'lafet.view';
+/** How far the buttons on the plan reach down. */
+const TOOLS_PX = 60;
 
 @customElement('lf-page-operate')
 export class PageOperate extends LitElement {
@@ -326,6 +328,7 @@ export class PageOperate extends LitElement {
             .scene=${scene}
             .selected=${monitor}
             .tool=${this.tool}
+            .above=${TOOLS_PX}
             .running=${this.onPlan.running(site, store.monitors())}
             .note=${this.tool === 'aim' ? t(flows(monitor) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
             @sector=${(e: CustomEvent<QuenchSector | null>) => this.drawn(e.detail)}

@@ -57,6 +57,7 @@ export class PageOverview extends LitElement {
       }
       .one {
         display: grid;
+        grid-template-columns: minmax(0, 1fr);
         gap: 14px;
         color: inherit;
         text-decoration: none;
@@ -69,6 +70,7 @@ export class PageOverview extends LitElement {
       .one > header {
         margin: 0;
         gap: 8px;
+        flex-wrap: wrap;
       }
       .one > header .icon {
         color: var(--accent);
@@ -78,14 +80,27 @@ export class PageOverview extends LitElement {
       .one > header lf-chip {
         flex: none;
       }
+      /* The id is never cut, the name gives way. */
       .one h2 {
-        overflow: hidden;
-        text-overflow: ellipsis;
+        flex: 1;
+        min-width: min-content;
+        max-width: 100%;
+        display: flex;
+        align-items: baseline;
         white-space: nowrap;
         font-size: 20px;
         letter-spacing: -0.01em;
       }
+      .one h2 b {
+        font-weight: inherit;
+        white-space: normal;
+        overflow-wrap: break-word;
+      }
       .one h2 span {
+        flex: 1 1 0;
+        width: 0;
+        overflow: hidden;
+        text-overflow: ellipsis;
         font-size: 14px;
         font-weight: 500;
         color: var(--dim);
@@ -153,8 +168,12 @@ export class PageOverview extends LitElement {
         overflow-x: auto;
       }
       @media (max-width: 720px) {
+        .one h2 {
+          display: block;
+        }
         .one h2 span {
           display: block;
+          min-width: 100%;
           margin: 0;
         }
       }
@@ -228,7 +247,7 @@ export class PageOverview extends LitElement {
       html`<lf-value quantity=${quantity} .label=${t(label)} .value=${wire} ?stale=${stale}></lf-value>`;
     return html`<a class="card one ${alarmed}" id="card-${id}" href="#/m/${id}/operate">
       <header>
-        <h2 title=${name}>${id}<span>${name === id ? '' : name}</span></h2>
+        <h2 title=${name}><b>${id}</b><span>${name === id ? '' : name}</span></h2>
         ${alarms.length
           ? html`<lf-chip kind=${alarms[0]!.priority} icon="warning">${plural(alarms.length, 'topbar.alarms')}</lf-chip>`
           : nothing}

@@ -86,6 +86,7 @@ export class LfPlan extends LitElement {
     points: { attribute: false },
     pointSelected: { type: Number, attribute: 'point-selected' },
     note: {},
+    above: { type: Number },
     view: { state: true },
     size: { state: true },
     drag: { state: true },
@@ -106,6 +107,8 @@ export class LfPlan extends LitElement {
   declare pointSelected: number;
   /** Said instead of the plan's own hint. */
   declare note: string;
+  /** So many pixels at the upper edge lie under buttons of the page. */
+  declare above: number;
   declare view: View | null;
   declare size: Place;
   declare drag: Drag | null;
@@ -130,6 +133,7 @@ export class LfPlan extends LitElement {
     this.points = [];
     this.pointSelected = -1;
     this.note = '';
+    this.above = 0;
     this.view = null;
     this.size = [0, 0];
     this.drag = null;
@@ -172,9 +176,10 @@ export class LfPlan extends LitElement {
     const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
     const box = boundsOf(placesOf(known, null));
     // What stands at the edge is not to lie under the buttons.
-    const aside = this.mode === 'full' && width > ZOOM_PX * 6 ? ZOOM_PX : 0;
-    const view = fit(box, width - aside, height, margin);
-    return { ...view, east: view.east + aside / 2 / view.scale };
+    const aside = this.mode === 'full' && width > ZOOM_PX * 4 ? ZOOM_PX : 0;
+    const view = fit(box, width - aside, height - this.above, margin);
+    const { scale } = view;
+    return { scale, east: view.east + aside / 2 / scale, north: view.north + this.above / 2 / scale };
   }
 
   private keepDrops(): void {

@@ -175,12 +175,16 @@ export class LfNav extends LitElement {
   }
 
   private pages(scope: PageInfo['scope'], monitor: string | null) {
-    // Until it is known who sits here, what not everybody has keeps its place.
-    const unknown = !store.hello && !session();
-    return PAGES.filter((p) => p.scope === scope && (!p.role || unknown || may(p.role))).map((page) => {
+    // Until it is known who sits here and before what, a page that not everybody has keeps its place.
+    const nobody = !store.hello && !session();
+    const hub = store.hello?.hub;
+    const allowed = (p: PageInfo) => !p.role || nobody || may(p.role);
+    const ofUse = (p: PageInfo) => !p.demo || !hub || hub.demo;
+    return PAGES.filter((p) => p.scope === scope && allowed(p) && ofUse(p)).map((page) => {
       const here = page.name === this.route.page;
       const label = t(`nav.${page.name}` as Key);
-      const kept = unknown && page.role ? 'visibility:hidden' : nothing;
+      const unsure = (nobody && page.role) || (!hub && page.demo);
+      const kept = unsure ? 'visibility:hidden' : nothing;
       return html`<a href=${hrefOf(page.name, monitor)} style=${kept} aria-current=${here ? 'page' : nothing}>
         ${icon(page.icon, 22)}<span>${label}</span>
         ${page.name === 'alarms' ? this.alarmCount() : nothing}

@@ -9,6 +9,8 @@ export interface PageInfo {
   scope: 'site' | 'monitor';
   /** The least role that has any use of it. */
   role?: Role;
+  /** Only where the hub simulates the site. */
+  demo?: boolean;
 }
 
 export interface Route {
@@ -21,7 +23,7 @@ const KNOWN: PageInfo[] = [
   { name: 'alarms', icon: 'alarms', scope: 'site' },
   { name: 'events', icon: 'events', scope: 'site' },
   { name: 'replay', icon: 'replay', scope: 'site' },
-  { name: 'training', icon: 'training', scope: 'site' },
+  { name: 'training', icon: 'training', scope: 'site', demo: true },
   { name: 'admin', icon: 'admin', scope: 'site', role: 'administrator' },
   { name: 'operate', icon: 'operate', scope: 'monitor' },
   { name: 'programs', icon: 'programs', scope: 'monitor' },

@@ -11,6 +11,10 @@ import { base } from '../theme/shared';
 import { takeControl } from './authority';
 import { confirmDialog, dialog } from './dialog';
 
+/** A longer name of a monitor stands below the word, and a very long one without its middle. */
+const BESIDE_MOST = 4;
+const SHOWN_MOST = 20;
+
 /** Pause; F9 and Shift+Escape for keyboards without it. None of them types anything. */
 export function isStopKey(event: KeyboardEvent): boolean {
   return event.key === 'Pause' || event.key === 'F9' || (event.key === 'Escape' && event.shiftKey);
@@ -66,10 +70,29 @@ export class LfStop extends LitElement {
       .stop:active {
         filter: brightness(0.82);
       }
+      .stop span {
+        display: inline-flex;
+        align-items: center;
+        gap: inherit;
+      }
       .stop small {
         font-size: 14px;
         font-weight: 650;
         letter-spacing: 0;
+      }
+      .long {
+        flex-direction: column;
+        gap: 1px;
+      }
+      .long span {
+        gap: 8px;
+      }
+      .long small {
+        max-width: 100%;
+        font-size: 12px;
+        line-height: 1.2;
+        overflow: hidden;
+        text-overflow: ellipsis;
       }
       .all {
         min-width: 0;
@@ -177,14 +200,14 @@ export class LfStop extends LitElement {
     this.setAttribute('aria-label', `${t('stop.stop')}, ${t('stop.lockout')}`);
     const monitor = this.monitor;
     return html`<button
-        class="stop"
+        class="stop ${(monitor?.length ?? 0) > BESIDE_MOST ? 'long' : ''}"
         id="stop"
         aria-label=${monitor ? t('stop.stop_one', { monitor }) : t('stop.stop_all')}
         aria-keyshortcuts="Pause F9"
         @pointerdown=${(e: PointerEvent) => this.press(e, () => this.stop(monitor))}
         @click=${(e: MouseEvent) => this.clicked(e, () => this.stop(monitor))}
       >
-        ${icon('stop', 26)} ${t('stop.stop')} <small>${monitor ?? t('stop.all')}</small>
+        <span>${icon('stop', 26)} ${t('stop.stop')}</span> <small>${monitor ? inShort(monitor) : t('stop.all')}</small>
       </button>
       ${monitor
         ? html`<button
@@ -283,6 +306,11 @@ export class LfStop extends LitElement {
     this.showPopover();
     focused?.focus();
   };
+}
+
+/** Begin and end tell monitors apart. */
+function inShort(id: string): string {
+  return id.length > SHOWN_MOST ? `${id.slice(0, SHOWN_MOST / 2 - 1)}…${id.slice(-SHOWN_MOST / 2)}` : id;
 }
 
 /** Of the live monitor: a recording must not say that somebody is locked out who is not. */

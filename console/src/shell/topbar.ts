@@ -31,15 +31,18 @@ export class LfTopbar extends LitElement {
         line-height: 1.25;
       }
       .where b {
-        display: block;
+        display: flex;
         font-size: 18px;
         font-weight: 650;
-        white-space: nowrap;
+        white-space: pre;
+      }
+      .where b span {
         overflow: hidden;
         text-overflow: ellipsis;
       }
+      /* A long name gives way to that of the page. */
       .where .page {
-        display: inline;
+        flex-shrink: 0.2;
       }
       .where .name,
       .where .short {
@@ -123,18 +126,14 @@ export class LfTopbar extends LitElement {
         color: var(--on-chrome-dim);
         border: 2px dashed currentColor;
       }
-      /* On a tablet the monitor above, its page below. */
+      /* Up to a tablet the monitor above, its page below. */
       .where .short {
         display: none;
       }
       @media (max-width: 1200px) {
         .where .name,
+        .where .page,
         .clock {
-          display: none;
-        }
-      }
-      @media (min-width: 721px) and (max-width: 900px) {
-        .where .page {
           display: none;
         }
         .where .short {
@@ -186,7 +185,7 @@ export class LfTopbar extends LitElement {
         ${icon('menu', 24)}
       </button>
       <div class="where">
-        <b>${monitor ?? pageName}${monitor ? html`<span class="page"> · ${pageName}</span>` : nothing}</b>
+        <b><span class="id">${monitor ?? pageName}</span>${monitor ? html`<span class="page"> · ${pageName}</span>` : nothing}</b>
         ${monitor ? html`<span class="short">${pageName}</span>` : nothing}
         <span class="name">${name && name !== monitor ? name : (store.hello?.hub.name ?? '\u00a0')}</span>
       </div>

@@ -62,6 +62,8 @@ describe('logging in', () => {
     await page.waitForSelector('lf-topbar');
     expect(page.url()).toContain('#/alarms');
     expect(await page.title()).toBe('Alarms — lafet');
+    await page.locator('lf-nav a', { hasText: 'Replay' }).waitFor();
+    await until(async () => (await page.locator('lf-nav a', { hasText: 'Training' }).count()) === 0);
   });
 
   test('after a set-up link that has been used', async () => {

@@ -1,6 +1,6 @@
 export default {
   'training.title': 'Training',
-  'training.off': 'Training needs a simulated site: start the hub with “lafet demo”. This hub controls real monitors.',
+  'training.off': 'Training needs a site that the hub simulates itself: “lafet demo”. This one does not.',
   'training.none': 'Choose an exercise',
   'training.choose': 'Exercises',
   'training.choose_title': 'Start an exercise',

@@ -2,7 +2,7 @@ import type en from '../en/training';
 
 const ru: Record<keyof typeof en, string> = {
   'training.title': 'Тренажёр',
-  'training.off': 'Для обучения нужен имитируемый объект: запустите центр командой «lafet demo». Этот центр управляет настоящими стволами.',
+  'training.off': 'Для тренировки нужен объект, который имитирует сам центр управления: «lafet demo». Этот ничего не имитирует.',
   'training.none': 'Выберите упражнение',
   'training.choose': 'Упражнения',
   'training.choose_title': 'Начать упражнение',

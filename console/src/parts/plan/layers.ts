@@ -37,7 +37,7 @@ const NARROW_PX = 430;
 /** The page's own buttons leave no room for words beside the compass. */
 const TIGHT_PX = 620;
 const RING_MINI_PX = 19;
-const NAME_MINI_PX = 18;
+const CLEAR_MINI_PX = 8;
 export const DROP_LIFE_MS = 2400;
 
 const px = (camera: Camera, place: Place): Place =>
@@ -228,10 +228,11 @@ export function hotbeds(camera: Camera, monitor: PlanMonitor): SVGTemplateResult
 
 /** All monitors, the chosen one above the others. */
 export function monitorMarks(camera: Camera, monitors: readonly PlanMonitor[], selected: string): SVGTemplateResult {
-  const off = camera.mini ? NAME_MINI_PX : RING_PX + 15;
+  const clear = camera.mini ? CLEAR_MINI_PX : RING_PX + 5;
   const names = namePlaces(
     monitors.map(({ id, at, heading, horizontal_arcmin }) => ({ id, at: px(camera, at), heading, horizontal_arcmin })),
-    off,
+    [camera.width, camera.height],
+    clear,
   );
   const ordered = [...monitors].sort((a, b) => Number(a.id === selected) - Number(b.id === selected));
   return svg`${ordered.map((monitor) => monitorMark(camera, monitor, monitor.id === selected, names.get(monitor.id)!))}`;

@@ -1,5 +1,5 @@
 // Where the names of the monitors stand on the plan: behind the barrel, where nothing of interest
-// is; where monitors crowd, at that side where they cover the least of names and monitors.
+// is; where monitors crowd or the picture ends, at that side where most of them can be read.
 import { bearingOf, type Place } from '../geometry';
 
 /** What of a monitor its name has to know. */
@@ -13,6 +13,8 @@ export interface Named {
 
 export const NAME_PX = 20;
 const BODY_PX = 24;
+/** In a crowd a name may come so near its own monitor. */
+const CLOSE_PX = 17;
 /** So near another monitor a name would be in the way of its name. */
 const CROWD_PX = 130;
 /** Clockwise from above, the sides before the corners. */
@@ -29,42 +31,50 @@ export function nameWidth(id: string): number {
   return Math.max(id.length * 8 + 12, 26);
 }
 
-/** The middle of each name, from the middle of its monitor; `away` is how far it stands off. */
-export function namePlaces(monitors: readonly Named[], away: number): Map<string, Place> {
+/** The middle of each name, from the middle of its monitor, around which a circle stays clear. */
+export function namePlaces(monitors: readonly Named[], screen: Place, clear: number): Map<string, Place> {
   const places = new Map<string, Place>();
-  const taken: Box[] = [];
+  const names: Box[] = [];
   for (const monitor of [...monitors].sort((a, b) => (a.id < b.id ? -1 : 1))) {
     const others = monitors.filter((other) => other !== monitor && near(other.at, monitor.at));
-    const place = others.length
-      ? freest(monitor, [...taken, ...others.map((other) => box(other.at, BODY_PX, BODY_PX))], away)
-      : toward(bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0) + 180, away);
+    const taken = [...names, ...others.map((other) => box(other.at, BODY_PX, BODY_PX))];
+    // Fixed while the barrel turns: names that jump from side to side would be worse than a covered one.
+    const behind = bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0) + 180;
+    const sides = others.length ? SIDES : [behind, ...SIDES];
+    const tried = [clear, Math.min(clear, CLOSE_PX)].flatMap((radius) => sides.map((side) => toward(monitor, side, radius)));
+    const place = least(tried, (one) => hidden(nameBox(monitor, one), taken, screen));
     places.set(monitor.id, place);
-    taken.push(nameBox(monitor, place));
+    names.push(nameBox(monitor, place));
   }
   return places;
 }
 
-/** Fixed while the barrel turns: names that jump from side to side would be worse than a covered one. */
-function freest(monitor: Named, taken: readonly Box[], away: number): Place {
-  let best = { place: [0, 0] as Place, covered: Infinity };
-  for (const off of [away, away * 0.6]) {
-    for (const side of SIDES) {
-      const place = toward(side, off);
-      const own = nameBox(monitor, place);
-      const covered = taken.reduce((sum, other) => sum + shared(own, other), 0);
-      if (covered < best.covered) best = { place, covered };
-    }
+/** How much of it lies over others or outside the picture. */
+function hidden(own: Box, taken: readonly Box[], [wide, high]: Place): number {
+  const outside = own.wide * own.high - shared(own, { x: 0, y: 0, wide, high });
+  return outside + taken.reduce((sum, other) => sum + shared(own, other), 0);
+}
+
+/** The first one of which there is no better. */
+function least(places: readonly Place[], cost: (place: Place) => number): Place {
+  let best: { place: Place; cost: number } | null = null;
+  for (const place of places) {
+    const own = cost(place);
+    if (own === 0) return place;
+    if (!best || own < best.cost) best = { place, cost: own };
   }
-  return best.place;
+  return best!.place;
 }
 
 function near(a: Place, b: Place): boolean {
   return Math.hypot(a[0] - b[0], a[1] - b[1]) < CROWD_PX;
 }
 
-function toward(bearing: number, off: number): Place {
+function toward({ id }: Named, bearing: number, clear: number): Place {
   const angle = (bearing * Math.PI) / 180;
-  return [Math.sin(angle) * off, -Math.cos(angle) * off];
+  const [x, y] = [Math.sin(angle), -Math.cos(angle)];
+  const off = clear + (Math.abs(x) * nameWidth(id) + Math.abs(y) * NAME_PX) / 2;
+  return [x * off, y * off];
 }
 
 function nameBox(monitor: Named, place: Place): Box {

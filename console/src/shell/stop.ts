@@ -13,7 +13,7 @@ import { confirmDialog, dialog } from './dialog';
 
 /** A longer name of a monitor stands below the word, and a very long one without its middle. */
 const BESIDE_MOST = 4;
-const SHOWN_MOST = 20;
+const SHOWN_MOST = 16;
 
 /** Pause; F9 and Shift+Escape for keyboards without it. None of them types anything. */
 export function isStopKey(event: KeyboardEvent): boolean {

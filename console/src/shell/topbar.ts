@@ -28,6 +28,7 @@ export class LfTopbar extends LitElement {
       .where {
         flex: 1;
         min-width: 0;
+        overflow: hidden;
         line-height: 1.25;
       }
       .where b {
@@ -42,7 +43,7 @@ export class LfTopbar extends LitElement {
       }
       /* A long name gives way to that of the page. */
       .where .page {
-        flex-shrink: 0.2;
+        flex-shrink: 0;
       }
       .where .name,
       .where .short {
@@ -239,7 +240,7 @@ export class LfTopbar extends LitElement {
     const link = monitor ? store.get(`monitors/${monitor}/link`) : undefined;
     if (!link) return html`<div class="item quiet link">${icon('link')}<span class="text">${t('topbar.hub')}</span></div>`;
     if (link.state === 'down') {
-      return html`<div class="item link lost">${icon('unlinked')}<span class="text">${monitor}</span></div>`;
+      return html`<div class="item link lost">${icon('unlinked')}<span class="text">${t('topbar.silent')}</span></div>`;
     }
     const figures = linkFigures(monitor!);
     const loss = (figures?.last.loss_permille ?? 0) / 10;

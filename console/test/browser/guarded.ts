@@ -6,9 +6,13 @@ import type { Page } from 'playwright-core';
 import { consoleOf, type Served } from './served';
 import { LAFET } from './site';
 
-/** A hub that wants a login, with one monitor that does not answer. */
+const NAME = 'Tank farm of the northern terminal, platform of the first pump house';
+
+/** A hub that wants a login, with monitors that do not answer. */
 export class Guarded {
   readonly password = 'first password';
+  /** A monitor whose id is as long as one may be. */
+  readonly long = 'pump-house-of-the-north-terrace1';
   /** Those of the administrator. */
   private headers: Record<string, string> = {};
   /** The link that the first start has printed; it is used up. */
@@ -23,7 +27,8 @@ export class Guarded {
     const config = join(guarded.folder, 'hub.toml');
     writeFileSync(
       config,
-      `[server]\nlisten = "127.0.0.1:0"\ndata = "${guarded.folder}"\n[[monitor]]\nid = "M1"\nurl = "tcp://127.0.0.1:9?addr=1"\n`,
+      `[server]\nlisten = "127.0.0.1:0"\ndata = "${guarded.folder}"\n[[monitor]]\nid = "M1"\nurl = "tcp://127.0.0.1:9?addr=1"\n` +
+        `[[monitor]]\nid = "${guarded.long}"\nname = "${NAME}"\nurl = "tcp://127.0.0.1:9?addr=2"\n`,
     );
     guarded.child = spawn(LAFET, ['serve', '--config', config], { stdio: ['ignore', 'pipe', 'pipe'] });
     const link = await new Promise<string>((resolve, reject) => {

@@ -38,6 +38,7 @@ export default {
   'topbar.connecting': 'Connecting…',
   'topbar.old_alarms': 'as last heard',
   'topbar.lost': 'No link',
+  'topbar.silent': 'No answer',
   'topbar.hub': 'Linked',
   'topbar.loss': '{n} % lost',
   'topbar.latency': 'Time until the monitor answers',

@@ -38,6 +38,7 @@ export default {
   'topbar.connecting': 'Соединение…',
   'topbar.old_alarms': 'по последним данным',
   'topbar.lost': 'Нет связи',
+  'topbar.silent': 'Не отвечает',
   'topbar.hub': 'На связи',
   'topbar.loss': 'потери {n} %',
   'topbar.latency': 'Время до ответа ствола',

@@ -186,7 +186,7 @@ export class LfTopbar extends LitElement {
         ${icon('menu', 24)}
       </button>
       <div class="where">
-        <b><span class="id">${monitor ?? pageName}</span>${monitor ? html`<span class="page"> · ${pageName}</span>` : nothing}</b>
+        <b><span>${monitor ?? pageName}</span>${monitor ? html`<span class="page"> · ${pageName}</span>` : nothing}</b>
         ${monitor ? html`<span class="short">${pageName}</span>` : nothing}
         <span class="name">${name && name !== monitor ? name : (store.hello?.hub.name ?? '\u00a0')}</span>
       </div>

@@ -6,12 +6,7 @@ const SCREEN: Place = [1200, 900];
 const CLEAR = 35;
 const BODY = 22;
 
-const named = (n: number, at: Place, horizontal_arcmin = 0): Named => ({
-  id: `M${n}`,
-  at,
-  heading: 0,
-  horizontal_arcmin,
-});
+const named = (n: number, at: Place, barrel = 0): Named => ({ id: `M${n}`, at, barrel });
 
 /** Twenty of them, in rows of five. */
 const crowd = (step: number, turned = 0): Named[] =>
@@ -23,7 +18,7 @@ function overlap(a: Place, [wa, ha]: Place, b: Place, [wb, hb]: Place): boolean 
 
 describe('names on the plan', () => {
   it('stand behind the barrel when there is room', () => {
-    const places = namePlaces([named(1, [200, 200]), named(2, [600, 200], 90 * 60)], SCREEN, CLEAR);
+    const places = namePlaces([named(1, [200, 200]), named(2, [600, 200], 270)], SCREEN, CLEAR);
     const [x, y] = places.get('M1')!;
     expect([Math.round(x), Math.round(y)]).toEqual([0, CLEAR + NAME_PX / 2]);
     expect(Math.round(places.get('M2')![0])).toBe(CLEAR + nameWidth('M2') / 2);
@@ -51,6 +46,6 @@ describe('names on the plan', () => {
   });
 
   it('do not jump in a crowd while the barrels turn', () => {
-    expect(namePlaces(crowd(70, 3000), SCREEN, CLEAR)).toEqual(namePlaces(crowd(70), SCREEN, CLEAR));
+    expect(namePlaces(crowd(70, 310), SCREEN, CLEAR)).toEqual(namePlaces(crowd(70), SCREEN, CLEAR));
   });
 });

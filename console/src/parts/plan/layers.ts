@@ -37,11 +37,14 @@ const NARROW_PX = 430;
 /** The page's own buttons leave no room for words beside the compass. */
 const TIGHT_PX = 620;
 const RING_MINI_PX = 19;
+const CLEAR_PX = RING_PX + 5;
 const CLEAR_MINI_PX = 8;
 export const DROP_LIFE_MS = 2400;
 
 const px = (camera: Camera, place: Place): Place =>
   toScreen(camera.view, camera.width, camera.height, place);
+/** Where the barrel points to; ahead, as long as nobody knows. */
+const barrelOf = (monitor: PlanMonitor): number => bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
 const f = (value: number): string => value.toFixed(1);
 
 export function grid(camera: Camera): SVGTemplateResult {
@@ -172,7 +175,7 @@ function ringsOf(monitor: PlanMonitor): { reach: number; far: number; rings: num
 
 /** On the ring, to the side of the barrel where there is most room in the picture. */
 function labelPlace(camera: Camera, monitor: PlanMonitor, range: number): Place {
-  const ahead = bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
+  const ahead = barrelOf(monitor);
   const inset = 34;
   let best: { at: Place; room: number } | null = null;
   for (const turn of [24, -24, 40, -40, 60, -60, 90, -90, 130, -130, 180]) {
@@ -228,11 +231,10 @@ export function hotbeds(camera: Camera, monitor: PlanMonitor): SVGTemplateResult
 
 /** All monitors, the chosen one above the others. */
 export function monitorMarks(camera: Camera, monitors: readonly PlanMonitor[], selected: string): SVGTemplateResult {
-  const clear = camera.mini ? CLEAR_MINI_PX : RING_PX + 5;
   const names = namePlaces(
-    monitors.map(({ id, at, heading, horizontal_arcmin }) => ({ id, at: px(camera, at), heading, horizontal_arcmin })),
+    monitors.map((monitor) => ({ id: monitor.id, at: px(camera, monitor.at), barrel: barrelOf(monitor) })),
     [camera.width, camera.height],
-    clear,
+    camera.mini ? CLEAR_MINI_PX : CLEAR_PX,
   );
   const ordered = [...monitors].sort((a, b) => Number(a.id === selected) - Number(b.id === selected));
   return svg`${ordered.map((monitor) => monitorMark(camera, monitor, monitor.id === selected, names.get(monitor.id)!))}`;
@@ -245,7 +247,7 @@ function monitorMark(
   name: Place,
 ): SVGTemplateResult {
   const [x, y] = px(camera, monitor.at);
-  const bearing = bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
+  const bearing = barrelOf(monitor);
   const known = monitor.horizontal_arcmin !== null;
   const ring = camera.mini ? RING_MINI_PX : RING_PX;
   const classes = [
@@ -273,10 +275,7 @@ const BARREL = 'M-3.5 0V-20L-4.5-20V-25H4.5V-20L3.5-20V0Z';
 const SHORT_BARREL = 'M-3.5 0V-15H3.5V0Z';
 
 function concernMark(monitor: PlanMonitor, size: number): SVGTemplateResult {
-  if (monitor.concern === 'alarm') {
-    return svg`<path class="sign" transform="scale(${size})" d="M0-5V1.4M0 4.2v.6"></path>`;
-  }
-  if (monitor.concern === 'warning') {
+  if (monitor.concern === 'alarm' || monitor.concern === 'warning') {
     return svg`<path class="sign" transform="scale(${size})" d="M0-5V1.4M0 4.2v.6"></path>`;
   }
   return svg`<circle class="pin" r=${f(3.2 * size)}></circle>`;

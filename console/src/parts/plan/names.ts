@@ -1,14 +1,14 @@
 // Where the names of the monitors stand on the plan: behind the barrel, where nothing of interest
 // is; where monitors crowd or the picture ends, at that side where most of them can be read.
-import { bearingOf, type Place } from '../geometry';
+import type { Place } from '../geometry';
 
 /** What of a monitor its name has to know. */
 export interface Named {
   id: string;
   /** On the screen. */
   at: Place;
-  heading: number;
-  horizontal_arcmin: number | null;
+  /** Bearing of the barrel, degrees. */
+  barrel: number;
 }
 
 export const NAME_PX = 20;
@@ -38,9 +38,8 @@ export function namePlaces(monitors: readonly Named[], screen: Place, clear: num
   for (const monitor of [...monitors].sort((a, b) => (a.id < b.id ? -1 : 1))) {
     const others = monitors.filter((other) => other !== monitor && near(other.at, monitor.at));
     const taken = [...names, ...others.map((other) => box(other.at, BODY_PX, BODY_PX))];
-    // Fixed while the barrel turns: names that jump from side to side would be worse than a covered one.
-    const behind = bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0) + 180;
-    const sides = others.length ? SIDES : [behind, ...SIDES];
+    // In a crowd whatever the barrel does: names that jump from side to side would be worse than a covered one.
+    const sides = others.length ? SIDES : [monitor.barrel + 180, ...SIDES];
     const tried = [clear, Math.min(clear, CLOSE_PX)].flatMap((radius) => sides.map((side) => toward(monitor, side, radius)));
     const place = least(tried, (one) => hidden(nameBox(monitor, one), taken, screen));
     places.set(monitor.id, place);

@@ -21,6 +21,44 @@ pub const PROBE_TIMEOUT_MS: u32 = 30;
 /// Times a frame is sent before its device is dropped; each waits twice as long as the one before.
 pub const TRIES: u32 = 3;
 
+/// §L/8 Presence probes that are answered at once (ours).
+const PROBES_AT_ONCE: u8 = 255;
+/// One more after this time, ms (ours).
+const PROBE_AGAIN_MS: u32 = 512;
+
+/// §L/8 How many presence probes are answered (ours): the answer to a probe looks like one, so two
+/// that answer each other would never end without a limit. One frame without an answer ends it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProbeLimit {
+    left: u8,
+    since_ms: u32,
+}
+
+impl ProbeLimit {
+    /// All of them are left.
+    pub const fn new() -> Self {
+        Self { left: PROBES_AT_ONCE, since_ms: 0 }
+    }
+
+    /// Whether one more is answered at this time, ms; the time may wrap.
+    pub fn allows(&mut self, now_ms: u32) -> bool {
+        let more = now_ms.wrapping_sub(self.since_ms) / PROBE_AGAIN_MS;
+        if more > 0 {
+            self.since_ms = now_ms;
+            self.left = self.left.saturating_add(more.min(PROBES_AT_ONCE.into()) as u8);
+        }
+        let allows = self.left > 0;
+        self.left = self.left.saturating_sub(1);
+        allows
+    }
+}
+
+impl Default for ProbeLimit {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// §C/2 Default TCP and UDP port of the wired interface (ours).
 pub const PORT_EXTERNAL_CONN: u16 = 10_485;
 /// Default TCP and UDP port of the radio interface (ours).

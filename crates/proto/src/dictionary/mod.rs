@@ -9,10 +9,12 @@ pub mod layouts;
 mod requests;
 mod statuses;
 mod subsystems;
+mod validity;
 
 pub use requests::{Origin, REQUESTS, RequestInfo};
 pub use statuses::{STATUSES, StatusInfo};
 pub use subsystems::{SUBSYSTEMS, SubsystemInfo};
+pub use validity::{INVALIDATES, Invalidates, invalid};
 
 use crate::flags::{Button, ButtonState, Severity};
 use crate::id::{RequestId, Status, SubsystemId};

@@ -233,6 +233,8 @@ pub enum DriveParam {
     SlowCurrent,
     /// DriveType: encoder, remote or limit switches.
     DriveType,
+    /// MoveHold: how long the Move in the same frame lasts.
+    MoveHold,
 }
 
 /// The parameters that every valve has, in the order of the table.
@@ -351,6 +353,7 @@ mod tests {
             MaxCurrent,
             SlowCurrent,
             DriveType,
+            MoveHold,
         ];
         for subsystem in DRIVES {
             for which in all {

@@ -150,6 +150,10 @@ impl ParamSpec {
         Self { placement: Placement::Unit, ..self }
     }
 
+    const fn passing(self) -> Self {
+        Self { storage: Storage::Volatile, required: false, ..self }
+    }
+
     const fn measured(self) -> Self {
         Self { access: Access::ReadOnly, storage: Storage::Volatile, required: false, ..self }
     }
@@ -203,6 +207,7 @@ const TRAJECTORY: ParamSpec = ParamSpec {
 };
 
 const DRIVE_TYPE: ParamSpec = choice(2, 0).after_restart();
+const MOVE_HOLD: ParamSpec = one(Unit::Millisecond, 0, 10_000, 0).passing();
 const VALVE_TYPE: ParamSpec = choice(1, 0).after_restart();
 const VALVE_TRAVEL: ParamSpec = one(Unit::Millisecond, 500, 120_000, 12_000).on_unit();
 const TIMEOUT: ParamSpec = one(Unit::Millisecond, 500, 60_000, 3000);
@@ -252,6 +257,12 @@ const DRIVE_TYPE_TEXT: Text = text(
     "How the drive is controlled: 0 with an encoder, 1 by a remote unit, 2 with limit switches.",
     "Способ управления приводом: 0 — с энкодером, 1 — удалённым блоком, 2 — с датчиками конечных \
     положений.",
+);
+const MOVE_HOLD_TEXT: Text = text(
+    "Set before Move in the same frame: the drive stops after this time unless it is set again; 0 at \
+    rest, never stored.",
+    "Задаётся перед Move в том же кадре: привод останавливается по истечении этого времени, если \
+    параметр не задан снова; в покое 0, не сохраняется.",
 );
 const VALVE_TRAVEL_TEXT: Text = text(
     "Longest time of a full opening or closing; a valve that takes longer is reported as faulty.",
@@ -340,6 +351,7 @@ params! {
     VerticalMaxCurrent: VERTICAL "MaxCurrent", byte(DeciAmpere, 1, 80), MAX_CURRENT_TEXT;
     VerticalSlowCurrent: VERTICAL "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
     VerticalDriveType: VERTICAL "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
+    VerticalMoveHold: VERTICAL "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
 
     HorizontalMinLimit: HORIZONTAL "MinLimit", position(Arcmin, -10_800), MIN_LIMIT_TEXT;
     HorizontalMaxLimit: HORIZONTAL "MaxLimit", position(Arcmin, 10_800), MAX_LIMIT_TEXT;
@@ -350,6 +362,7 @@ params! {
     HorizontalMaxCurrent: HORIZONTAL "MaxCurrent", byte(DeciAmpere, 1, 80), MAX_CURRENT_TEXT;
     HorizontalSlowCurrent: HORIZONTAL "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
     HorizontalDriveType: HORIZONTAL "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
+    HorizontalMoveHold: HORIZONTAL "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
 
     NozzleMinLimit: NOZZLE "MinLimit", position(Millimetre, 0), MIN_LIMIT_TEXT;
     NozzleMaxLimit: NOZZLE "MaxLimit", position(Millimetre, 60), MAX_LIMIT_TEXT;
@@ -360,6 +373,7 @@ params! {
     NozzleMaxCurrent: NOZZLE "MaxCurrent", byte(DeciAmpere, 1, 80), MAX_CURRENT_TEXT;
     NozzleSlowCurrent: NOZZLE "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
     NozzleDriveType: NOZZLE "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
+    NozzleMoveHold: NOZZLE "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
     NozzleTrvPosition: NOZZLE "TrvPosition", one(Millimetre, -1, 100, -1).on_unit(), text(
         "Position at and below which the nozzle of a mini-robot works as a TRV and TRVEngage is \
         set; -1 when it has none.",
@@ -375,6 +389,7 @@ params! {
     DeployerMaxCurrent: DEPLOYER "MaxCurrent", byte(DeciAmpere, 1, 80), MAX_CURRENT_TEXT;
     DeployerSlowCurrent: DEPLOYER "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
     DeployerDriveType: DEPLOYER "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
+    DeployerMoveHold: DEPLOYER "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
     DeployerTravelTime: DEPLOYER "TravelTime",
         one(Millisecond, 1000, 120_000, 20_000).on_unit(), text(
         "Longest time of a full deployment or wrapping; one that takes longer is reported as a \

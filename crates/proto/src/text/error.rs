@@ -124,10 +124,7 @@ fn write_addressees(f: &mut fmt::Formatter<'_>, request: RequestId) -> fmt::Resu
 }
 
 /// The name nearest to a word, unless all of them are far away.
-pub(super) fn nearest(
-    word: &str,
-    names: impl Iterator<Item = &'static str>,
-) -> Option<&'static str> {
+pub fn nearest(word: &str, names: impl Iterator<Item = &'static str>) -> Option<&'static str> {
     // Two letters changed places count as two changes, even in `Move`.
     let limit = (word.len() / 3 + 1).clamp(1, 4);
     names

@@ -33,7 +33,7 @@ mod parse;
 mod request;
 
 pub use answer::{AnswerText, Exchange, Measured};
-pub use error::{ParseError, Wanted};
+pub use error::{ParseError, Wanted, nearest};
 pub use parse::parse;
 pub use request::RequestText;
 

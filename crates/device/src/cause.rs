@@ -65,7 +65,7 @@ pub enum Rule {
     Overload,
     /// §D/5 More than any motor may draw, at once.
     CutOff,
-    /// MoveTimeout, or the TravelTime of a valve or of Deployer, is over.
+    /// MoveTimeout, MoveHold, or the TravelTime of a valve or of Deployer, is over.
     Timeout,
     /// A fault of motor, sensor or configuration, sensed or found by watching.
     Fault,

@@ -37,7 +37,7 @@ impl Device {
             Body::GetStatus => return self.tell_status(id, answers),
             Body::GetParam { id: param } => return self.tell_param(id, request, *param, answers),
             Body::SetParam { id: param, values } => {
-                let status = self.write_param(id, *param, *values, by);
+                let status = self.write_param(now, id, *param, *values, by);
                 let data = match status {
                     Status::WRONG_DATA => Reply::None,
                     _ => Reply::Param { id: *param, values: Ints::Values(&[]) },
@@ -339,6 +339,7 @@ impl Device {
     #[inline(never)]
     fn write_param(
         &mut self,
+        now: Millis,
         id: SubsystemId,
         param: ParamId,
         values: Ints<'_>,
@@ -357,7 +358,16 @@ impl Device {
         }
         let first = values.get(0).unwrap_or(0);
         if let Some((axis, which)) = drive_param(param) {
-            return by_axis(&mut self.drives, axis).set_param(which, first, &mut self.params, by);
+            let timeout_ms = self.params.get(Param::GeneralMoveTimeout).unsigned_abs();
+            let drive = by_axis(&mut self.drives, axis);
+            if which != DriveParam::MoveHold {
+                return drive.set_param(which, first, &mut self.params, by);
+            }
+            // §D/4, §3.1/3 Held on, it is moved by hand as by a Move.
+            if drive.hold(now, first.unsigned_abs(), timeout_ms) && axis != Axis::Deployer {
+                self.control.note_manual(now);
+            }
+            return Status::OK;
         }
         let unit = (spec.placement == Placement::Unit).then(|| self.remote_link(id));
         // §3.5/7
@@ -496,7 +506,7 @@ pub(crate) fn axis_of(id: SubsystemId) -> Option<Axis> {
 
 /// The drive and the common drive parameter that a parameter is.
 fn drive_param(param: Param) -> Option<(Axis, DriveParam)> {
-    const ALL: [DriveParam; 8] = [
+    const ALL: [DriveParam; 9] = [
         DriveParam::MinLimit,
         DriveParam::MaxLimit,
         DriveParam::ZeroPoint,
@@ -505,6 +515,7 @@ fn drive_param(param: Param) -> Option<(Axis, DriveParam)> {
         DriveParam::MaxCurrent,
         DriveParam::SlowCurrent,
         DriveParam::DriveType,
+        DriveParam::MoveHold,
     ];
     let axis = axis_of(param.subsystem())?;
     let first = Param::of_drive(axis.id(), DriveParam::MinLimit)?;

@@ -21,11 +21,11 @@
 extern crate std;
 
 mod answers;
-pub mod ballistics;
 pub mod cause;
 mod chain;
 pub mod composition;
 mod device;
+mod ear;
 mod execute;
 pub mod guard;
 pub mod hal;

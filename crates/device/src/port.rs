@@ -1,6 +1,8 @@
 //! Link frames on one medium of the monitor: bytes in, the bytes of the answer out.
 
 use crate::device::Device;
+use crate::ear::Ear;
+pub use crate::ear::Probes;
 use crate::subsystem::conn::Source;
 use lafet_proto::link::{self, BODY_MAX, Check, Counters, Decoder, Frame, PAYLOAD_MAX, Tally};
 use lafet_proto::record::{DATA_MAX, HEADER_SIZE};
@@ -10,6 +12,7 @@ use lafet_proto::record::{DATA_MAX, HEADER_SIZE};
 pub struct Port<C = Counters> {
     source: Source,
     decoder: Decoder<BODY_MAX, C>,
+    ear: Ear,
 }
 
 impl Port {
@@ -42,6 +45,11 @@ impl Port {
             taken += used;
             let (check, frame) = (self.decoder.check(), self.decoder.last());
             let Some(frame) = frame.filter(|_| found) else { continue };
+            if !is_strong(self.source, check, device)
+                || !self.ear.admits(now_ms, device.address(), &frame)
+            {
+                continue;
+            }
             if let Some(len) = respond(now_ms, self.source, check, device, &frame, out) {
                 return (taken, len);
             }
@@ -53,7 +61,7 @@ impl Port {
 impl<C: Tally> Port<C> {
     /// A medium that belongs to this interface, whatever it counts.
     pub const fn counting(source: Source) -> Self {
-        Self { source, decoder: Decoder::counting() }
+        Self { source, decoder: Decoder::counting(), ear: Ear::new() }
     }
 
     /// Takes all these bytes, and puts those of the answers on the line one by one: no room for
@@ -70,11 +78,12 @@ impl<C: Tally> Port<C> {
                 continue;
             }
             let (source, check) = (self.source, self.decoder.check());
-            let frame = self.decoder.last();
-            let Some(frame) = frame.filter(|it| is_answered(source, check, device, it)) else {
+            let address = device.address();
+            let Some(frame) = self.decoder.last() else { continue };
+            if !is_strong(source, check, device) || !self.ear.admits(now_ms, address, &frame) {
                 continue;
-            };
-            let (address, mut answer) = (device.address(), [0; PAYLOAD_MAX]);
+            }
+            let mut answer = [0; PAYLOAD_MAX];
             let len = device.handle(now_ms, source, frame.payload, &mut answer);
             let payload = answer.get(..len).unwrap_or_default();
             let reply = Frame { dst: frame.src, src: address, payload };
@@ -129,6 +138,7 @@ impl RecordPort {
 pub fn datagram(
     now_ms: u32,
     source: Source,
+    probes: &mut Probes,
     device: &mut Device,
     datagram: &[u8],
     out: &mut [u8],
@@ -136,6 +146,10 @@ pub fn datagram(
     let mut body = [0; BODY_MAX];
     let frame = link::decode_datagram(datagram, &mut body).ok()?;
     let check = link::check_of(datagram);
+    let to_us = frame.dst == device.address() && frame.src != frame.dst;
+    if !to_us || !is_strong(source, check, device) || !probes.admit(now_ms, &frame) {
+        return None;
+    }
     respond(now_ms, source, check, device, &frame, out)
 }
 
@@ -148,9 +162,6 @@ fn respond(
     frame: &Frame<'_>,
     out: &mut [u8],
 ) -> Option<usize> {
-    if !is_answered(source, check, device, frame) {
-        return None;
-    }
     // A new address holds for the answers after this one.
     let address = device.address();
     link::compose(check, frame.src, address, out, |place| {
@@ -159,10 +170,8 @@ fn respond(
     })
 }
 
-/// §L/5, §L/6, §1/10: every frame for this monitor gets one answer, others none.
-fn is_answered(source: Source, check: Check, device: &Device, frame: &Frame<'_>) -> bool {
-    // §L/7 Noise that spoils the mark of a CRC-32C leaves a CRC-16 to judge by; who wants none of
-    // that says so.
-    let weak = check == Check::Crc16 && device.wants_crc32c(source);
-    frame.dst == device.address() && frame.src != frame.dst && !weak
+/// §L/7 Noise that spoils the mark of a CRC-32C leaves a CRC-16 to judge by; who wants none of that
+/// says so.
+fn is_strong(source: Source, check: Check, device: &Device) -> bool {
+    check != Check::Crc16 || !device.wants_crc32c(source)
 }

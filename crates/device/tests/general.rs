@@ -4,7 +4,7 @@ mod common;
 
 use common::{ADDRESS, Plant, Rig, payload};
 use lafet_device::image::{Axis, Outputs, Place, PlaceInput, ValveOutput};
-use lafet_device::port::{Port, datagram};
+use lafet_device::port::{Port, Probes, datagram};
 use lafet_device::{Composition, Device, Source};
 use lafet_proto::flags::{
     ClimaticsFlags, CommonFlags, ConnFlags, DeployerFlags, GeneralFlags, ValveFlags,
@@ -498,7 +498,8 @@ fn frames_with_a_crc32c() {
             let (_, len) = port.receive(rig.now_ms, &mut rig.device, &bytes, &mut out);
             out[..len].to_vec()
         };
-        let len = datagram(rig.now_ms, source, &mut rig.device, &bytes, &mut out);
+        let len =
+            datagram(rig.now_ms, source, &mut Probes::new(), &mut rig.device, &bytes, &mut out);
         assert_eq!(len.map_or(&[][..], |len| &out[..len]), stream);
         assert!(stream.is_empty() || link::check_of(&stream) == check);
         !stream.is_empty()
@@ -518,8 +519,10 @@ fn frames_with_a_crc32c() {
 fn datagrams() {
     let mut rig = Rig::new(Composition::REMOTE);
     let mut out = [0; WIRE_MAX];
-    let mut ask =
-        |bytes: &[u8]| datagram(rig.now_ms, Source::Radio, &mut rig.device, bytes, &mut out);
+    let mut probes = Probes::new();
+    let mut ask = |bytes: &[u8]| {
+        datagram(rig.now_ms, Source::Radio, &mut probes, &mut rig.device, bytes, &mut out)
+    };
     let stop = payload(&[Request::new(SubsystemId::ALL, Body::Stop)]);
     assert!(ask(&frame(ADDRESS, 200, &stop)).is_some());
     assert_eq!(ask(&frame(9, 200, &stop)), None);

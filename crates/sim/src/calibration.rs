@@ -1,12 +1,12 @@
 //! Calibration: how the monitor's own ballistics are fitted to the jet that it really throws.
 //!
-//! The monitor's law (`lafet_device::ballistics`) has one constant that belongs to the installation:
+//! The monitor's law (`lafet_ballistics`) has one constant that belongs to the installation:
 //! the outlet, parameter NozzleDiameter. It is fitted to shots, elevations and the ranges that came
 //! of them. The correction table of §3.6 then holds, for every pressure, the degrees by which the
 //! barrel must look higher than a fire at one distance: it serves programs without a distance. Its
 //! whole degrees are coarse: half of one is 0.3–0.9 m on the ground.
 
-use lafet_device::ballistics::{Fault, Jet, PRESSURE_DATM, Solver, Target};
+use lafet_ballistics::{Fault, Jet, PRESSURE_DATM, Solver, Target};
 
 use crate::jet;
 use crate::water::ATM_MPA;

@@ -23,6 +23,7 @@ use lafet_device::image::{Axis, DriveInput, Place, ValveInput, ValveNo, ValveOut
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::{FlagClass, flags_of, set_flags};
 use lafet_proto::request::Body;
+use lafet_proto::text::nearest;
 use lafet_proto::{Answer, ParamId, SubsystemId};
 
 use crate::fault::{axis_name, place_name, valve_name};
@@ -54,15 +55,30 @@ enum Op {
 #[derive(Clone, Debug, PartialEq)]
 enum Value {
     Number(f64),
-    Word(&'static str),
+    /// One of these words.
+    Word(&'static str, &'static [&'static str]),
     Flags(Vec<String>),
+}
+
+/// A word that is none of those that the path can lead to: which they are, and which may be meant.
+fn unknown_word(word: &str, known: &'static [&'static str]) -> String {
+    let meant = nearest(word, known.iter().copied());
+    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
+    format!("`{word}` is none of {}{meant}", known.join(", "))
+}
+
+/// A flag that the subsystem does not have, and which may be meant.
+pub(crate) fn unknown_flag(name: &str, subsystem: &str, class: &'static FlagClass) -> String {
+    let meant = nearest(name, class.flags.iter().map(|flag| flag.name));
+    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
+    format!("`{name}` is no flag of {subsystem}{meant}")
 }
 
 impl core::fmt::Display for Value {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Number(number) => write!(f, "{number}"),
-            Self::Word(word) => f.write_str(word),
+            Self::Word(word, _) => f.write_str(word),
             Self::Flags(flags) if flags.is_empty() => f.write_str("none"),
             Self::Flags(flags) => f.write_str(&flags.join(" ")),
         }
@@ -100,7 +116,7 @@ impl Condition {
                 let known =
                     class.flags.iter().any(|flag| name.split('=').next() == Some(flag.name));
                 if !known {
-                    return Err(format!("`{name}` is no flag of {}", path[0]));
+                    return Err(unknown_flag(name, &path[0], class));
                 }
             }
         }
@@ -126,8 +142,12 @@ impl Condition {
     }
 
     /// As [`Condition::holds`], with a word that the path has led to elsewhere.
-    pub(crate) fn judge_word(&self, word: &'static str) -> Result<(bool, String), String> {
-        self.judge(&Value::Word(word))
+    pub(crate) fn judge_word(
+        &self,
+        word: &'static str,
+        known: &'static [&'static str],
+    ) -> Result<(bool, String), String> {
+        self.judge(&Value::Word(word, known))
     }
 
     fn judge(&self, value: &Value) -> Result<(bool, String), String> {
@@ -150,7 +170,10 @@ impl Condition {
                     Op::AtLeast => *number >= wanted,
                 })
             }
-            Value::Word(word) => match self.op {
+            Value::Word(_, known) if !known.contains(&text.as_str()) => {
+                Err(unknown_word(text, known))
+            }
+            Value::Word(word, _) => match self.op {
                 Op::Equal => Ok(word == text),
                 Op::NotEqual => Ok(word != text),
                 _ => Err(format!("`{word}` is a word: only = and != fit")),
@@ -279,11 +302,14 @@ fn output(path: &[&str], sim: &Sim) -> Option<Value> {
             (Some(axis), _) => {
                 Some(Value::Number(f64::from(outputs.drives[axis as usize].speed_tenths)))
             }
-            (_, Some(valve)) => Some(Value::Word(match outputs.valves[valve as usize] {
-                ValveOutput::Off => "off",
-                ValveOutput::Opening => "opening",
-                ValveOutput::Closing => "closing",
-            })),
+            (_, Some(valve)) => {
+                let word = match outputs.valves[valve as usize] {
+                    ValveOutput::Off => "off",
+                    ValveOutput::Opening => "opening",
+                    ValveOutput::Closing => "closing",
+                };
+                Some(Value::Word(word, &["off", "opening", "closing"]))
+            }
             _ => None,
         },
         _ => None,
@@ -336,14 +362,19 @@ fn world(path: &[&str], sim: &Sim) -> Option<Value> {
         ["fire", index, rest @ ..] => {
             let fire = world.fires.get(index.parse::<usize>().ok()?)?;
             match rest {
-                [] => Some(Value::Word(if fire.burns() { "burning" } else { "out" })),
+                [] => {
+                    let word = if fire.burns() { "burning" } else { "out" };
+                    Some(Value::Word(word, &["burning", "out"]))
+                }
                 ["heat"] => Some(Value::Number(fire.heat)),
                 _ => None,
             }
         }
         ["jet"] => Some(on(world.landing().is_some())),
         ["range"] => Some(Value::Number(world.landing().map_or(0.0, |jet| jet.range_m()))),
-        ["flooded"] => Some(Value::Word(if world.flooded() { "yes" } else { "no" })),
+        ["flooded"] => {
+            Some(Value::Word(if world.flooded() { "yes" } else { "no" }, &["yes", "no"]))
+        }
         ["resets"] => Some(Value::Number(f64::from(sim.resets()))),
         ["time"] => Some(Value::Number(world.now_ms() as f64)),
         [part] => match (axis(part), valve(part)) {
@@ -356,7 +387,7 @@ fn world(path: &[&str], sim: &Sim) -> Option<Value> {
 }
 
 const fn on(state: bool) -> Value {
-    Value::Word(if state { "on" } else { "off" })
+    Value::Word(if state { "on" } else { "off" }, &["on", "off"])
 }
 
 fn axis(name: &str) -> Option<Axis> {
@@ -421,9 +452,14 @@ mod tests {
             assert!(Condition::parse(text).is_err(), "{text}");
         }
         let mut sim = Sim::new(Config::default());
-        for text in
-            ["Vertical colour = 1", "world jet > 1", "output vertical fast", "world fire 3 out"]
-        {
+        for text in [
+            "Vertical colour = 1",
+            "world jet > 1",
+            "world jet onn",
+            "not output valve1 openning",
+            "output vertical fast",
+            "world fire 3 out",
+        ] {
             assert!(Condition::parse(text).unwrap().holds(&mut sim).is_err(), "{text}");
         }
     }

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 use lafet_device::composition::Composition;
 use lafet_device::image::{Axis, ValveOutput};
-use lafet_device::port::{self, Port, RecordPort};
+use lafet_device::port::{self, Port, Probes, RecordPort};
 use lafet_device::{Device, Source};
 use lafet_proto::link::{PAYLOAD_MAX, WIRE_MAX};
 use lafet_proto::record::{Records, Writer};
@@ -132,6 +132,8 @@ pub struct Sim {
     powered: bool,
     stood_still: bool,
     passed_over_ms: u64,
+    /// Of datagrams.
+    probes: Probes,
     trace: Option<String>,
 }
 
@@ -163,6 +165,7 @@ impl Sim {
             powered: true,
             stood_still: false,
             passed_over_ms: 0,
+            probes: Probes::new(),
             trace: config.trace.then(String::new),
         }
     }
@@ -301,7 +304,8 @@ impl Sim {
         self.wait_for_flash();
         let mut out = [0; WIRE_MAX];
         let now_ms = self.device_ms();
-        let len = port::datagram(now_ms, source, &mut self.device, bytes, &mut out)?;
+        let len =
+            port::datagram(now_ms, source, &mut self.probes, &mut self.device, bytes, &mut out)?;
         Some(out[..len].to_vec())
     }
 

@@ -1,7 +1,7 @@
 //! The monitor's ballistics and the world's jet, written apart and of different depth, agree on
 //! where the water lands.
 
-use lafet_device::ballistics;
+use lafet_ballistics as ballistics;
 use lafet_sim::jet::Jet;
 use lafet_sim::water::ATM_MPA;
 

@@ -21,12 +21,12 @@ pub(crate) mod raster;
 mod tests;
 
 use super::{Env, by_axis, of_axis};
-use crate::ballistics::NARROWEST_MM;
 use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{AXES, Axis};
 use crate::time::{Millis, Timer};
 use approach::{AIMING, Approach, Direction, Progress};
 use elevation::{Aim, Elevation, Law, ballistics_on};
+use lafet_ballistics::NARROWEST_MM;
 use lafet_proto::Status;
 use lafet_proto::flags::ControlFlags;
 use lafet_proto::request::{self, Quench, Trajectory};

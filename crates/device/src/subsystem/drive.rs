@@ -40,11 +40,14 @@ enum Goal {
     Run(bool),
 }
 
-/// Limits taken while limits are off; in force after SwitchLimits On (§3.17).
+/// Taken while limits are off (§3.17): limits, in force after SwitchLimits On, and the zero point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Staged {
     min: Option<i32>,
     max: Option<i32>,
+    /// Position, before the shift, at which the drive rests since its zero point was taken there:
+    /// the same SetParam again is a repetition.
+    zero: Option<i32>,
 }
 
 /// A drive.
@@ -70,6 +73,11 @@ pub struct Drive {
     overload_up: bool,
     cut_off: bool,
     timeout: Timer,
+    /// MoveHold set since the last step, for a Move in the same frame, ms.
+    next_hold_ms: u32,
+    /// MoveHold in force, ms.
+    hold_ms: u32,
+    hold: Timer,
     slowed: bool,
     watch: Watch,
     unit: remote::Link,
@@ -111,6 +119,9 @@ impl Drive {
             overload_up: false,
             cut_off: false,
             timeout: Timer::default(),
+            next_hold_ms: 0,
+            hold_ms: 0,
+            hold: Timer::default(),
             slowed: false,
             watch: Watch::default(),
             unit: remote::Link::default(),
@@ -226,8 +237,31 @@ impl Drive {
         }
         self.goal = Goal::Hold;
         self.speed_milli = 0;
-        self.timeout.stop();
+        self.end_times();
         self.watch = Watch::default();
+    }
+
+    /// What limited the motion before concerns the next one no longer.
+    fn end_times(&mut self) {
+        self.timeout.stop();
+        self.hold.stop();
+        self.hold_ms = 0;
+    }
+
+    /// §D/4 MoveHold is set: for the Move in the same frame, or for longer. True while the drive moves
+    /// under one.
+    pub(crate) fn hold(&mut self, now: Millis, hold_ms: u32, timeout_ms: u32) -> bool {
+        let held = self.hold.is_running();
+        self.next_hold_ms = hold_ms;
+        if held {
+            self.hold_ms = hold_ms;
+            self.hold.start(now, hold_ms);
+            // It counts as the Move repeated.
+            if self.timeout.is_running() {
+                self.timeout.start(now, timeout_ms);
+            }
+        }
+        held
     }
 
     /// §3.1/4, §3.1/7, §3.1/8 Move.
@@ -239,6 +273,7 @@ impl Drive {
         by: Asked,
     ) -> Status {
         let up = destination > self.position;
+        let hold_ms = core::mem::take(&mut self.next_hold_ms);
         if self.refuses(up) {
             return Status::MODULE_FAULT;
         }
@@ -249,6 +284,10 @@ impl Drive {
         }
         if timeout_ms > 0 {
             self.timeout.start(now, timeout_ms);
+        }
+        if hold_ms > 0 && self.goal != Goal::Hold {
+            self.hold_ms = hold_ms;
+            self.hold.start(now, hold_ms);
         }
         Status::ACCEPTED
     }
@@ -273,6 +312,7 @@ impl Drive {
             LimitsState::On => {
                 let min = self.staged.min.unwrap_or(self.limits.min);
                 let max = self.staged.max.unwrap_or(self.limits.max);
+                // §3.17/6
                 if min >= max {
                     return Status::INVALID_VALUE;
                 }
@@ -321,11 +361,13 @@ impl Drive {
         status
     }
 
-    /// §3.4 A limit taken while limits are off is read back before it is in force.
+    /// §3.4 A limit taken while limits are off is read back before it is in force; MoveHold is kept
+    /// nowhere else.
     pub(crate) fn staged_param(&self, param: DriveParam) -> Option<i32> {
         match param {
             DriveParam::MinLimit => self.staged.min,
             DriveParam::MaxLimit => self.staged.max,
+            DriveParam::MoveHold => Some(self.next_hold_ms.max(self.hold_ms).cast_signed()),
             _ => None,
         }
     }
@@ -353,9 +395,11 @@ impl Drive {
         self.limits = stored_limits(self.axis, params);
         self.watch_current(now, dt_ms, params);
         // §D/4
-        if self.timeout.poll(now) && matches!(self.cause, Cause::Request(_)) {
+        let over = self.timeout.poll(now) | self.hold.poll(now);
+        if over && matches!(self.cause, Cause::Request(_)) {
             self.stop(Cause::Rule(Rule::Timeout));
         }
+        self.next_hold_ms = 0;
         if self.goal != Goal::Hold {
             // An overload is judged by its current alone.
             let overloaded = self.overload_ms > 0;
@@ -431,7 +475,8 @@ impl Drive {
         if self.refuses(up) || self.is_at_end(up) {
             return self.stop(cause);
         }
-        self.timeout.stop();
+        self.end_times();
+        self.staged.zero = None;
         self.goal = goal;
         self.speed_cap_tenths = speed_tenths;
         self.cause = cause;
@@ -462,9 +507,11 @@ impl Drive {
             self.position = self.sensed(params);
             return status;
         }
-        if value != self.position {
+        let repeated = self.staged.zero == Some(value) && self.position == 0;
+        if value != self.position && !repeated {
             return Status::INVALID_VALUE;
         }
+        // Nothing is left to shift where it is repeated.
         let shift = self.position;
         let zero = params.drive(self.axis, DriveParam::ZeroPoint).saturating_add(shift);
         // The encoder's own zero is too far away to be told in the parameter.
@@ -476,6 +523,7 @@ impl Drive {
             self.position = self.sensed(params);
             self.staged.min = self.staged.min.map(|min| min.saturating_sub(shift));
             self.staged.max = self.staged.max.map(|max| max.saturating_sub(shift));
+            self.staged.zero = Some(value);
         }
         status
     }

@@ -7,7 +7,7 @@ mod rules;
 use crate::feed::Feed;
 use board::Board;
 use lafet_device::image::{AXES, Axis, Outputs, ValveOutput};
-use lafet_device::port::{Port, RecordPort};
+use lafet_device::port::{Port, Probes, RecordPort};
 use lafet_device::{Composition, Device, Source};
 use lafet_proto::answer::Reply;
 use lafet_proto::dictionary::{REQUESTS, SUBSYSTEMS};
@@ -301,6 +301,7 @@ impl Run {
         let answer = lafet_device::port::datagram(
             now_ms,
             Source::Radio,
+            &mut Probes::new(),
             &mut self.device,
             &wire[..len],
             &mut out,

@@ -27,6 +27,8 @@ pub struct Move {
     pub at_ms: u64,
     /// MoveTimeout at that time, ms.
     pub timeout_ms: u32,
+    /// When MoveHold was set last for it, and for how long, ms (§D/4).
+    pub hold: Option<(u64, u32)>,
     /// Limits were off at that time.
     pub limitless: bool,
     /// §3.17 Up/left (true) or down/right until stopped: a direct drive without limits.

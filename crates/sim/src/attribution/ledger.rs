@@ -71,6 +71,8 @@ pub struct Ledger {
     /// Limits of each drive before the last change of them, and those of the last step.
     pub past_limits: [[Option<i32>; 4]; AXES],
     move_timeout_ms: u32,
+    /// MoveHold set since the last step, for the Move in the same frame.
+    holds: [Option<(u64, u32)>; AXES],
     deployer_travel_ms: u32,
     /// TravelTime of each valve, ms.
     pub valve_travel_ms: [u32; VALVES],
@@ -107,6 +109,7 @@ impl Ledger {
             told: Told::default(),
             past_limits: [[None; 4]; AXES],
             move_timeout_ms: 0,
+            holds: [None; AXES],
             deployer_travel_ms: 0,
             valve_travel_ms: [0; VALVES],
             chain_known: false,
@@ -219,7 +222,11 @@ impl Ledger {
             Body::Lockout { .. } => self.set_lock(Lock::Off),
             Body::SetParam { id, values } => {
                 if let Some(param) = Param::find(by, *id) {
-                    self.set_time(param, values.iter().next().unwrap_or(0).unsigned_abs());
+                    let ms = values.iter().next().unwrap_or(0).unsigned_abs();
+                    self.set_time(param, ms);
+                    if param.name() == "MoveHold" {
+                        self.hold(by, ms);
+                    }
                 }
             }
             Body::Restart | Body::CleanFlash { .. } => {
@@ -246,6 +253,22 @@ impl Ledger {
         }
     }
 
+    /// §D/4 MoveHold: for the Move in the same frame, or a held one for longer.
+    fn hold(&mut self, id: SubsystemId, ms: u32) {
+        let Some(axis) = axis_of(id) else { return };
+        let hold = (self.now_ms, ms);
+        self.holds[axis as usize] = Some(hold);
+        if let Some(granted) = &mut self.moves[axis as usize]
+            && granted.hold.is_some()
+        {
+            granted.hold = Some(hold);
+            (granted.at_ms, granted.timeout_ms) = (self.now_ms, self.move_timeout_ms);
+            if axis != Axis::Deployer {
+                self.manual_ms = Some(self.now_ms);
+            }
+        }
+    }
+
     fn moved(&mut self, asked: &Asked, destination: i32) {
         let Some(axis) = axis_of(asked.to) else { return };
         let [.., min, max] = self.past_limits[axis as usize];
@@ -261,6 +284,7 @@ impl Ledger {
             target,
             at_ms: self.now_ms,
             timeout_ms: self.move_timeout_ms,
+            hold: self.holds[axis as usize].take(),
             limitless,
             runs: runs.then_some(destination > self.positions[axis as usize]),
         });
@@ -504,6 +528,7 @@ impl Ledger {
 
     /// What requests of the next step will be judged by.
     fn note_params(&mut self, view: &View<'_>) {
+        self.holds = [None; AXES];
         self.positions = view.told.positions.map(i32::from);
         for axis in Axis::ALL {
             self.remote[axis as usize] = view.params.drive(axis, DriveParam::DriveType) == 1;

@@ -299,14 +299,15 @@ fn is_beyond(view: &View<'_>, axis: Axis, upwards: bool) -> bool {
     }
 }
 
-/// A Move that was not repeated within MoveTimeout; a deployment within TravelTime. Wrap has that
+/// A Move that was not repeated within MoveTimeout or MoveHold; a deployment within TravelTime. Wrap has that
 /// time for the way to its rest, and again for folding: when the one ends and the other begins is the
 /// monitor's own business, so it is not held against a wrapping that lasts between once and twice as
 /// long which of the two was late.
 fn is_late(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
     let age = |at_ms: u64| view.now_ms.saturating_sub(at_ms);
     let moved = ledger.moves[axis as usize].is_some_and(|granted| {
-        granted.timeout_ms > 0 && age(granted.at_ms) >= u64::from(granted.timeout_ms)
+        let held = granted.hold.is_some_and(|(at_ms, ms)| age(at_ms) >= u64::from(ms));
+        held || granted.timeout_ms > 0 && age(granted.at_ms) >= u64::from(granted.timeout_ms)
     });
     let folds = |start: &Start| {
         matches!(start.program, Program::Deploy | Program::Wrap)

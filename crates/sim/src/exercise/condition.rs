@@ -18,7 +18,7 @@ use lafet_proto::SubsystemId;
 use lafet_proto::flags::flags_of;
 
 use super::text::{Both, both};
-use crate::condition::Condition;
+use crate::condition::{Condition, unknown_flag};
 use crate::site::Site;
 
 /// A condition on a site.
@@ -89,11 +89,14 @@ impl Scope {
                     "heat" => condition.judge_number(fire.heat),
                     "size" => condition.judge_number(fire.size_m),
                     "density" => condition.judge_number(fire.density),
-                    _ if condition.path().len() == 2 => condition.judge_word(match () {
-                        () if fire.burns() => "burning",
-                        () if site.fires.has_caught(index) => "out",
-                        () => "unlit",
-                    }),
+                    _ if condition.path().len() == 2 => {
+                        let word = match () {
+                            () if fire.burns() => "burning",
+                            () if site.fires.has_caught(index) => "out",
+                            () => "unlit",
+                        };
+                        condition.judge_word(word, &["burning", "out", "unlit"])
+                    }
                     _ => Err(format!("`{last}`: heat, size, density, burning, out, unlit")),
                 }
             }
@@ -140,9 +143,9 @@ fn part_of(text: &str, names: Names<'_>) -> Result<(Scope, Condition), Both> {
         ["water", _, _] => (Scope::Water(None), words.clone()),
         ["time", _, _] => (Scope::Time, words.clone()),
         [name, rest @ ..] if monitor(name).is_some() => {
-            (Scope::Monitor(monitor(name).unwrap_or(0)), flags_in_full(rest))
+            (Scope::Monitor(monitor(name).unwrap_or(0)), flags_in_full(rest)?)
         }
-        _ if names.monitors.len() == 1 => (Scope::Monitor(0), flags_in_full(&words)),
+        _ if names.monitors.len() == 1 => (Scope::Monitor(0), flags_in_full(&words)?),
         [name, ..] => return Err(unknown("monitor", name, names.monitors)),
         [] => return Err(both("a condition is missing", "не хватает условия")),
     };
@@ -160,20 +163,40 @@ pub fn not_understood(error: &str) -> Both {
     )
 }
 
+/// Numbers that a state has beside its flags, and the count of the detector's: no flag is meant.
+const FIELDS: [&str; 14] = [
+    "flags",
+    "position",
+    "current",
+    "speed",
+    "voltage",
+    "pressure",
+    "flow",
+    "horizontal",
+    "vertical",
+    "nozzle",
+    "deployer",
+    "housing",
+    "humidity",
+    "hotbeds",
+];
+
 /// `Detector Found` is short for `Detector flags has Found`.
-fn flags_in_full<'a>(words: &[&'a str]) -> Vec<&'a str> {
-    let full = || {
-        let (subsystem, flags) = words.split_first()?;
-        let class = flags_of(SubsystemId::from_name(subsystem)?);
-        let known = |flag: &&str| {
-            let name = flag.split('=').next().unwrap_or(flag);
-            class.flags.iter().any(|info| info.name == name)
-        };
-        (!flags.is_empty() && flags.iter().all(known)).then(|| {
-            let mut full = vec![*subsystem, "flags", "has"];
-            full.extend(flags);
-            full
-        })
+fn flags_in_full<'a>(words: &[&'a str]) -> Result<Vec<&'a str>, Both> {
+    let Some((subsystem, flags)) = words.split_first() else { return Ok(Vec::new()) };
+    let Some(id) = SubsystemId::from_name(subsystem) else { return Ok(words.to_vec()) };
+    if flags.first().is_none_or(|first| FIELDS.contains(first)) {
+        return Ok(words.to_vec());
+    }
+    let class = flags_of(id);
+    let known = |flag: &&&str| {
+        let name = flag.split('=').next().unwrap_or(flag);
+        class.flags.iter().any(|info| info.name == name)
     };
-    full().unwrap_or_else(|| words.to_vec())
+    if let Some(unknown) = flags.iter().find(|flag| !known(flag)) {
+        return Err(not_understood(&unknown_flag(unknown, subsystem, class)));
+    }
+    let mut full = vec![*subsystem, "flags", "has"];
+    full.extend(flags);
+    Ok(full)
 }

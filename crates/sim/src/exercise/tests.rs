@@ -82,6 +82,19 @@ fn mistakes_are_told() {
             "operator.when",
             "Deployer",
         ),
+        (
+            "[[fire]]\nname = \"F\"\nat = [1, 2]\nsize = 1\n[[operator]]\n\
+             when = \"not fire F gonee\"\nsend = \"Stop All\"",
+            21,
+            "operator.when",
+            "`gonee` is none of burning, out, unlit",
+        ),
+        (
+            "[[operator]]\nwhen = \"not Vertical Mvoe\"\nsend = \"Stop All\"",
+            17,
+            "operator.when",
+            "`Mvoe` is no flag of Vertical; did you mean `Move`?",
+        ),
         ("[[operator]]\nwhen = \"fire F out\"\nsend = \"Stop All\"", 17, "operator.when", "`F`"),
         ("[[expect]]\ntext = { en = \"a\" }\nthat = \"time > 1\"", 17, "expect.text.ru", "missing"),
         ("[[expect]]\ntext = { en = \"a\", ru = \"a\" }", 16, "expect.that", "never"),

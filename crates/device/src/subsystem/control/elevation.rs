@@ -1,11 +1,11 @@
 //! §3.3.6 notes 1–5: how much higher than the line of sight the barrel is aimed.
 
 use super::Data;
-use crate::ballistics::{Fault, Jet, NARROWEST_MM, PRESSURE_DATM, Solver, Target};
 use crate::image::Axis;
 use crate::params::Params;
 use crate::subsystem::{Env, of_axis};
 use crate::time::{Millis, Timer};
+use lafet_ballistics::{Fault, Jet, NARROWEST_MM, PRESSURE_DATM, Solver, Target};
 use lafet_proto::flags::ControlFlags;
 use lafet_proto::param::Param;
 

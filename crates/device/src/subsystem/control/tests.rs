@@ -2,7 +2,7 @@
 
 use super::bench::{BY, Bench, CYCLE_MS, damaged_params, one};
 use super::*;
-use crate::ballistics::{Jet, Solver, Target};
+use lafet_ballistics::{Jet, Solver, Target};
 use lafet_proto::flags::ControlFlags as F;
 use lafet_proto::param::Param;
 use lafet_proto::request::{Points, Sector, TrajectoryPoint};

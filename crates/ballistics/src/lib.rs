@@ -21,7 +21,24 @@
 //! takes 12 to 100 cycles of the device and never disturbs one. The high solution, for planning,
 //! takes up to 2000.
 
-use crate::math;
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::indexing_slicing,
+        clippy::unreachable,
+        clippy::todo
+    )
+)]
+
+#[cfg(test)]
+extern crate std;
+
+mod math;
 
 /// Acceleration of gravity, m/s².
 const GRAVITY: f32 = 9.806_65;
@@ -105,6 +122,28 @@ struct Flight {
     path: f32,
 }
 
+/// A point of a jet's [`Path`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Level distance from the nozzle, m.
+    pub way_m: f32,
+    /// Height above the nozzle, m; below it negative.
+    pub height_m: f32,
+    /// 1 / square of the level speed, s²/m².
+    pub slowness: f32,
+}
+
+/// The flight of a jet from the nozzle to the ground, in points every [`Path::PIECE_M`]; the last
+/// one is the landing. See [`Jet::path`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Path {
+    jet: Jet,
+    flight: Flight,
+    above_ground_m: f32,
+    pieces: u16,
+    landed: bool,
+}
+
 /// What is to be hit, as seen from the nozzle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
@@ -166,21 +205,26 @@ impl Jet {
         })
     }
 
+    /// The flight with an elevation, to ground that is so far below the nozzle.
+    pub fn path(&self, elevation_arcmin: i32, above_ground_m: f32) -> Path {
+        let (sin, cos) = math::sin_cos(elevation_arcmin);
+        let flight = self.leave(sin / cos);
+        Path { jet: *self, flight, above_ground_m, pieces: 0, landed: false }
+    }
+
     /// Level range with an elevation, to ground that lies below the nozzle, m.
     pub fn range_of(&self, elevation_arcmin: i32, above_ground_m: f32) -> f32 {
-        const PIECE_M: f32 = 0.25;
-        const PIECES: u16 = 1000;
-        let (sin, cos) = math::sin_cos(elevation_arcmin);
-        let mut flight = self.leave(sin / cos);
-        for piece in 0..PIECES {
-            let before = flight.height;
-            self.advance(&mut flight, PIECE_M);
-            if flight.slope <= SLOPE_STEEP || flight.height <= -above_ground_m {
-                let part = (before + above_ground_m) / (before - flight.height);
-                return PIECE_M * (f32::from(piece) + part.clamp(0.0, 1.0));
-            }
-        }
-        PIECE_M * f32::from(PIECES)
+        self.path(elevation_arcmin, above_ground_m).last().map_or(0.0, |point| point.way_m)
+    }
+
+    /// Path after which the jet has broken up altogether, m.
+    pub fn broken_up_after_m(&self) -> f32 {
+        self.core + 1.0 / self.breakup
+    }
+
+    /// Speed at the nozzle, m/s.
+    pub fn exit_speed_mps(&self) -> f32 {
+        math::sqrt(self.speed2)
     }
 
     fn leave(&self, slope: f32) -> Flight {
@@ -205,6 +249,34 @@ impl Jet {
     }
 }
 
+impl Path {
+    /// Level distance between two points, m.
+    pub const PIECE_M: f32 = 0.25;
+    /// Most points: a jet is not followed farther than 250 m.
+    pub const POINTS_MAX: u16 = 1000;
+}
+
+impl Iterator for Path {
+    type Item = Point;
+
+    fn next(&mut self) -> Option<Point> {
+        if self.landed || self.pieces >= Self::POINTS_MAX {
+            return None;
+        }
+        let before = self.flight.height;
+        self.jet.advance(&mut self.flight, Self::PIECE_M);
+        let Flight { height, slope, slowness, .. } = self.flight;
+        // What falls almost straight down comes no farther.
+        self.landed = slope <= SLOPE_STEEP || height <= -self.above_ground_m;
+        let part =
+            if self.landed { (before + self.above_ground_m) / (before - height) } else { 1.0 };
+        let way_m = Self::PIECE_M * (f32::from(self.pieces) + part.clamp(0.0, 1.0));
+        self.pieces += 1;
+        let height_m = if self.landed { -self.above_ground_m } else { height };
+        Some(Point { way_m, height_m, slowness })
+    }
+}
+
 impl Target {
     /// A target on a line of sight at a distance. It does not lie below the ground, which is
     /// `above_ground_cm` below the nozzle: a line of sight that is a little low must not bring the
@@ -212,9 +284,14 @@ impl Target {
     pub fn new(sight_arcmin: i32, distance_m: u8, above_ground_cm: i32) -> Self {
         let (sin, cos) = math::sin_cos(sight_arcmin);
         let distance = f32::from(distance_m);
+        Self::at(distance * cos, distance * sin, above_ground_cm)
+    }
+
+    /// A target at a level distance and a height above the nozzle, m. It is not below the ground.
+    pub fn at(way_m: f32, height_m: f32, above_ground_cm: i32) -> Self {
         Self {
-            way: math::at_least(distance * cos, 0.1),
-            height: math::at_least(distance * sin, -(above_ground_cm as f32) / 100.0),
+            way: math::at_least(way_m, 0.1),
+            height: math::at_least(height_m, -(above_ground_cm as f32) / 100.0),
         }
     }
 }

@@ -13,11 +13,12 @@ mod messages;
 mod pcapng;
 mod read;
 mod splitter;
+mod whole;
 
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
-pub use read::{ReadError, read, read_pieces};
+pub use read::{ReadError, read, read_each, read_pieces};
 pub use splitter::Splitter;
 
 /// A piece of a line's traffic: usually one frame, with what noise came before it.
@@ -100,7 +101,7 @@ impl Format {
     }
 }
 
-/// Writes a recording. Without [`Recorder::finish`] it can still be read, up to the last flush.
+/// Writes a recording. Without [`Recorder::finish`] it is whole all the same, up to the last flush.
 pub struct Recorder<W: Write + Seek> {
     form: Form<W>,
 }

@@ -5,15 +5,18 @@
 //! answers as text), `/note/…` (what was told beside the traffic, as JSON).
 
 use std::collections::{BTreeMap, HashMap};
-use std::io::{self, Seek, Write};
+use std::io::{self, Read, Seek, Write};
 
-use ::mcap::records::MessageHeader;
-use ::mcap::{Compression, McapError, MessageStream, WriteOptions, read::Options};
+use ::mcap::parse_record;
+use ::mcap::records::{MessageHeader, Record};
+use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ::mcap::{Compression, McapError, WriteOptions};
 use lafet_proto::bus::MONITORS;
 use lafet_proto::link::{Decoder, Frame};
 
 use crate::messages::{self, Message, Schema};
 use crate::read::ReadError;
+use crate::whole::Whole;
 use crate::{Captured, Direction, Note, Piece};
 
 /// Topic of the raw frames.
@@ -24,10 +27,16 @@ const ENCODING: &str = "lafet";
 const NOTE: &str = "/note/";
 /// A chunk is closed at this size, or when the recorder flushes.
 const CHUNK: u64 = 256 * 1024;
+/// Longest record that is read, bytes; channels that a file may have; bytes read at once.
+const RECORD_MAX: usize = 4 << 20;
+const CHANNELS_MAX: usize = 10_000;
+const PART: usize = 64 * 1024;
 
 /// Writes MCAP.
 pub struct Writer<W: Write + Seek> {
-    out: ::mcap::Writer<W>,
+    out: ::mcap::Writer<Whole<W>>,
+    /// Bytes of messages since the last flush.
+    since: u64,
     frames: u16,
     schemas: HashMap<&'static str, u16>,
     channels: HashMap<String, u16>,
@@ -39,16 +48,19 @@ impl<W: Write + Seek> Writer<W> {
         let options = WriteOptions::new()
             .compression(Some(Compression::Zstd))
             .chunk_size(Some(CHUNK))
+            // Chunks are made in memory: the file gets them whole.
+            .disable_seeking(true)
             .profile("")
             .library(concat!("lafet ", env!("CARGO_PKG_VERSION")));
-        let mut out = options.create(out).map_err(to_io)?;
+        let mut out = options.create(Whole::new(out)).map_err(to_io)?;
         let about = BTreeMap::from([(
             "about".to_owned(),
             "direction (0 heard, 1 to a monitor, 2 from a monitor), then bytes of the wire".into(),
         )]);
         let frames = out.add_channel(0, FRAMES, ENCODING, &about).map_err(to_io)?;
         let (schemas, channels) = Default::default();
-        Ok(Self { out, frames, schemas, channels, sequence: 0 })
+        out.flush().map_err(to_io)?;
+        Ok(Self { out, since: 0, frames, schemas, channels, sequence: 0 })
     }
 
     pub fn write(&mut self, captured: &Captured) -> io::Result<()> {
@@ -98,15 +110,20 @@ impl<W: Write + Seek> Writer<W> {
         self.sequence = self.sequence.wrapping_add(1);
         let sequence = self.sequence;
         let header = MessageHeader { channel_id, sequence, log_time: at_ns, publish_time: at_ns };
-        self.out.write_to_known_channel(&header, data).map_err(to_io)
+        self.out.write_to_known_channel(&header, data).map_err(to_io)?;
+        self.since += data.len() as u64;
+        // What a caller forgets to flush must not fill the memory.
+        if self.since > CHUNK { self.flush() } else { Ok(()) }
     }
 
     pub fn flush(&mut self) -> io::Result<()> {
+        self.since = 0;
         self.out.flush().map_err(to_io)
     }
 
     pub fn finish(mut self) -> io::Result<()> {
-        self.out.finish().map(|_| ()).map_err(to_io)
+        self.out.finish().map_err(to_io)?;
+        self.out.into_inner().flush()
     }
 }
 
@@ -115,39 +132,75 @@ fn monitor_of(frame: &Frame<'_>) -> Option<u8> {
     [frame.src, frame.dst].into_iter().find(|address| MONITORS.contains(address))
 }
 
-/// Reads the frames and notes of MCAP.
-pub fn read(bytes: &[u8], mut take: impl FnMut(Piece)) -> Result<(), ReadError> {
-    let stream =
-        MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into()).map_err(damaged)?;
-    let (mut taken, mut others) = (0, 0);
-    for message in stream {
-        let message = match message {
-            Ok(message) => message,
+/// Reads the frames and notes of MCAP, a piece at a time; `take` says whether to go on.
+pub fn read(
+    mut file: impl Read,
+    unpacked_max: u64,
+    mut take: impl FnMut(Piece) -> bool,
+) -> Result<(), ReadError> {
+    let options = LinearReaderOptions::default()
+        .with_skip_end_magic(true)
+        .with_record_length_limit(RECORD_MAX);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut channels: HashMap<u16, Kind> = HashMap::new();
+    let (mut taken, mut others, mut unpacked) = (0, 0, 0);
+    while let Some(event) = reader.next_event() {
+        let (opcode, data) = match event {
+            Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                let read = file.read(reader.insert(wanted.min(PART)))?;
+                reader.notify_read(read);
+                continue;
+            }
+            Ok(LinearReadEvent::Record { opcode, data }) => (opcode, data),
             // What was being written when the recorder was ended is lost; all before it is not.
             Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => break,
             Err(error) => return Err(damaged(error)),
         };
-        if let Some(topic) = message.channel.topic.strip_prefix(NOTE) {
-            take(Piece::Note(Note {
-                at_ns: message.log_time,
-                topic: topic.to_owned(),
-                json: String::from_utf8_lossy(&message.data).into_owned(),
-            }));
-            continue;
+        unpacked += data.len() as u64;
+        if unpacked > unpacked_max {
+            return Err(ReadError::TooLarge { most: unpacked_max });
         }
-        if message.channel.topic != FRAMES || message.channel.message_encoding != ENCODING {
-            others += 1;
-            continue;
+        match parse_record(opcode, data).map_err(damaged)? {
+            Record::Channel(channel) if channels.len() < CHANNELS_MAX => {
+                let note = channel.topic.strip_prefix(NOTE).map(|it| Kind::Note(it.to_owned()));
+                let frames = channel.topic == FRAMES && channel.message_encoding == ENCODING;
+                let kind = note.unwrap_or(if frames { Kind::Frames } else { Kind::Other });
+                channels.insert(channel.id, kind);
+            }
+            Record::Message { header, data } => {
+                let at_ns = header.log_time;
+                let goes_on = match (channels.get(&header.channel_id), data.split_first()) {
+                    (Some(Kind::Note(topic)), _) => take(Piece::Note(Note {
+                        at_ns,
+                        topic: topic.clone(),
+                        json: String::from_utf8_lossy(&data).into_owned(),
+                    })),
+                    (Some(Kind::Frames), Some((direction, bytes))) => {
+                        taken += 1;
+                        let (direction, bytes) = (direction_of(*direction), bytes.to_vec());
+                        take(Piece::Captured(Captured { at_ns, direction, bytes }))
+                    }
+                    (Some(Kind::Frames), None) => true,
+                    _ => {
+                        others += 1;
+                        true
+                    }
+                };
+                if !goes_on {
+                    return Ok(());
+                }
+            }
+            _ => {}
         }
-        let Some((direction, bytes)) = message.data.split_first() else { continue };
-        taken += 1;
-        take(Piece::Captured(Captured {
-            at_ns: message.log_time,
-            direction: direction_of(*direction),
-            bytes: bytes.to_vec(),
-        }));
     }
     if taken == 0 && others > 0 { Err(ReadError::NoFrames) } else { Ok(()) }
+}
+
+/// What a channel has.
+enum Kind {
+    Frames,
+    Note(String),
+    Other,
 }
 
 const fn direction_of(byte: u8) -> Direction {

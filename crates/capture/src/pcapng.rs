@@ -1,7 +1,7 @@
 //! pcapng: one interface of link type USER0 (147), a packet for each piece.
 
 use std::borrow::Cow;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::time::Duration;
 
 use pcap_file::pcapng::blocks::enhanced_packet::{EnhancedPacketBlock, EnhancedPacketOption};
@@ -60,9 +60,10 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// Reads the packets of pcapng that are pieces of a line.
-pub fn read(bytes: &[u8], mut take: impl FnMut(Captured)) -> Result<(), ReadError> {
-    let mut reader = PcapNgReader::new(bytes).map_err(damaged)?;
+/// Reads the packets of pcapng that are pieces of a line, one at a time; `take` says whether to go
+/// on.
+pub fn read(file: impl Read, mut take: impl FnMut(Captured) -> bool) -> Result<(), ReadError> {
+    let mut reader = PcapNgReader::new(file).map_err(damaged)?;
     let mut others = 0;
     let mut taken = 0;
     while let Some(block) = reader.next_block() {
@@ -89,12 +90,15 @@ pub fn read(bytes: &[u8], mut take: impl FnMut(Captured)) -> Result<(), ReadErro
             _ => Direction::Heard,
         };
         taken += 1;
-        take(Captured {
+        let goes_on = take(Captured {
             // u64 nanoseconds last until 2554.
             at_ns: packet.timestamp.as_nanos() as u64,
             direction,
             bytes: packet.data.into_owned(),
         });
+        if !goes_on {
+            return Ok(());
+        }
     }
     if taken == 0 && others > 0 { Err(ReadError::NoLine) } else { Ok(()) }
 }

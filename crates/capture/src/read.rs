@@ -1,5 +1,7 @@
 //! Recordings back to pieces.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use crate::{Captured, Format, Piece, mcap, pcapng};
@@ -22,6 +24,12 @@ pub enum ReadError {
     /// The file breaks its format.
     #[error("damaged: {0}")]
     Damaged(String),
+    /// More is packed into the file than is taken.
+    #[error("more than {} MiB unpacked", .most >> 20)]
+    TooLarge {
+        /// Bytes that are taken.
+        most: u64,
+    },
 }
 
 /// The traffic of a recording, in order. One that was not finished is read as far as it goes.
@@ -35,13 +43,25 @@ pub fn read(path: &Path) -> Result<Vec<Captured>, ReadError> {
 
 /// Everything in a recording, in the order in which it was written.
 pub fn read_pieces(path: &Path) -> Result<Vec<Piece>, ReadError> {
-    let bytes = std::fs::read(path)?;
     let mut pieces = Vec::new();
-    match Format::of_bytes(&bytes).ok_or(ReadError::Unknown)? {
-        Format::Mcap => mcap::read(&bytes, |piece| pieces.push(piece))?,
-        Format::Pcapng => {
-            pcapng::read(&bytes, |captured| pieces.push(Piece::Captured(captured)))?;
-        }
-    }
+    read_each(path, u64::MAX, |piece| {
+        pieces.push(piece);
+        true
+    })?;
     Ok(pieces)
+}
+
+/// The same a piece at a time, so that a long recording does not have to fit into memory. `take`
+/// says whether to go on; at most `unpacked_max` bytes are unpacked.
+pub fn read_each(
+    path: &Path,
+    unpacked_max: u64,
+    mut take: impl FnMut(Piece) -> bool,
+) -> Result<(), ReadError> {
+    let mut file = BufReader::new(File::open(path)?);
+    let format = Format::of_bytes(file.fill_buf()?).ok_or(ReadError::Unknown)?;
+    match format {
+        Format::Mcap => mcap::read(file, unpacked_max, take),
+        Format::Pcapng => pcapng::read(file, |captured| take(Piece::Captured(captured))),
+    }
 }

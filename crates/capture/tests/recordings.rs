@@ -144,3 +144,54 @@ fn mcap_has_decoded_values() {
     assert_eq!(messages[1].2["message"], "Move Vertical 0");
     assert_eq!(messages[2].2["level"], 3, "a refusal is a warning");
 }
+
+#[test]
+fn what_is_packed_into_a_file_is_bounded_and_read_as_far_as_it_is_wanted() {
+    use lafet_capture::{Note, Piece, read_each};
+    let mut bytes = Cursor::new(Vec::new());
+    let mut recorder = Recorder::new(Format::Mcap, &mut bytes).unwrap();
+    let json = format!("\"{}\"", "x".repeat(1 << 20));
+    for at_ns in 0..8 {
+        recorder.note(&Note { at_ns, topic: "scene".into(), json: json.clone() }).unwrap();
+    }
+    recorder.finish().unwrap();
+    let path = std::env::temp_dir().join(format!("lafet-packed-{}.mcap", std::process::id()));
+    fs::write(&path, bytes.get_ref()).unwrap();
+    assert!(bytes.get_ref().len() < 1 << 20, "it packs well");
+    let count = |most: u64, wanted: usize| {
+        let mut pieces = 0;
+        let take = |piece: Piece| {
+            assert!(matches!(piece, Piece::Note(_)));
+            pieces += 1;
+            pieces < wanted
+        };
+        (read_each(&path, most, take), pieces)
+    };
+    assert!(matches!(count(16 << 20, 100), (Ok(()), 8)));
+    assert!(matches!(count(4 << 20, 100), (Err(ReadError::TooLarge { .. }), 3)));
+    assert!(matches!(count(u64::MAX, 2), (Ok(()), 2)));
+    fs::remove_file(&path).unwrap();
+}
+
+/// A recorder that is killed after any flush leaves a file that a strict reader takes to its end.
+#[test]
+fn mcap_is_whole_after_every_flush() {
+    for count in 0..=pieces().len() {
+        let mut bytes = Cursor::new(Vec::new());
+        let mut recorder = Recorder::new(Format::Mcap, &mut bytes).unwrap();
+        for piece in &pieces()[..count] {
+            recorder.write(piece).unwrap();
+            recorder.flush().unwrap();
+        }
+        // This one is not flushed any more.
+        if let Some(next) = pieces().get(count) {
+            recorder.write(next).unwrap();
+        }
+        std::mem::forget(recorder);
+        let messages = mcap::MessageStream::new(bytes.get_ref()).expect("magic at both ends");
+        let messages: Result<Vec<_>, _> = messages.collect();
+        let messages = messages.unwrap_or_else(|error| panic!("{count}: {error}"));
+        let frames = messages.iter().filter(|message| message.channel.topic == "/frames").count();
+        assert_eq!(frames, count);
+    }
+}

@@ -11,7 +11,7 @@ use crate::lang::pick;
 /// Control, simulate and inspect robotic fire monitors.
 ///
 /// Exit codes: 0 done; 1 refused by the monitor, or not carried through; 2 wrong usage; 3 no answer;
-/// 130 interrupted.
+/// 4 what was started may still move or flow; 130 interrupted, and at rest.
 #[derive(Debug, Parser)]
 #[command(
     name = "lafet",
@@ -29,23 +29,26 @@ pub struct Cli {
     pub command: Command,
 }
 
+/// The heading in the help of what every command has.
+pub const GENERAL: &str = "General options";
+
 /// Options of every command.
 #[derive(Clone, Debug, Args)]
 pub struct Global {
     /// The monitor: tcp://HOST:PORT?addr=1, udp://…, serial:///dev/ttyUSB0?baud=19200, or sim: for a
     /// simulated one (sim:?profile=full&seed=7&fire=az=30,range=25). Also in LAFET_CONNECT
-    #[arg(short, long, global = true, value_name = "URL", env = "LAFET_CONNECT")]
+    #[arg(short, long, global = true, help_heading = GENERAL, value_name = "URL", env = "LAFET_CONNECT")]
     pub connect: Option<String>,
     /// Print JSON, one object in a line
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GENERAL)]
     pub json: bool,
     /// Language: en or ru; otherwise LC_ALL, LC_MESSAGES or LANG decides
-    #[arg(long, global = true, value_name = "LANG", value_parser = ["en", "ru"])]
+    #[arg(long, global = true, help_heading = GENERAL, value_name = "LANG", value_parser = ["en", "ru"])]
     pub lang: Option<String>,
     /// How long to wait for each answer, seconds (default 1); reads are tried three times
     #[arg(
         long,
-        global = true,
+        global = true, help_heading = GENERAL,
         value_name = "SECONDS",
         default_value_t = 1.0,
         value_parser = timeout
@@ -65,6 +68,8 @@ pub enum Command {
     Serve(cmd::serve::ServeArgs),
     /// Try everything in the browser on a simulated site; or watch a monitor in the terminal
     Demo(cmd::demo::DemoArgs),
+    /// List the serial ports of this computer
+    Ports(cmd::ports::PortsArgs),
     /// Look who is on a bus, or on a network
     Scan(cmd::scan::ScanArgs),
     /// Find out what is wrong with a link, and what to do

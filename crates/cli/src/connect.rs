@@ -1,17 +1,20 @@
 //! The monitor that a command talks to.
 
+use std::io::{self, Write};
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
-use lafet_client::{Answers, Client, Config, Endpoint, Error, Monitor};
+use lafet_client::{Answers, Client, Config, Endpoint, Error, LinkEvent, Monitor};
 use lafet_device::Source;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use lafet_sim::sim;
 use tokio::io::DuplexStream;
+use tokio::sync::broadcast;
+use tokio::sync::broadcast::error::RecvError;
 
 use crate::cli::Global;
 use crate::failure::{Asked, Failure};
@@ -55,6 +58,7 @@ impl Connection {
             }
             _ => Client::connect_with(&endpoint, config).await?,
         };
+        tokio::spawn(say_why_it_waits(client.events()));
         Ok(Self { monitor: Monitor::new(client.clone()), client })
     }
 
@@ -68,6 +72,38 @@ impl Connection {
         let answers = self.client.request(request).await?;
         let refusal = answers.refusal().map(|refusal| Asked::new(request, refusal));
         answers.accepted().map_err(|error| Failure::Client(error).asked(refusal))
+    }
+}
+
+/// A monitor that does not answer the numbers of frames makes every request wait.
+async fn say_why_it_waits(mut events: broadcast::Receiver<LinkEvent>) {
+    loop {
+        match events.recv().await {
+            Ok(LinkEvent::Held(time)) => {
+                let s = time.as_secs_f64().ceil();
+                // When nobody reads it, the command goes on all the same.
+                let _ = writeln!(
+                    io::stderr(),
+                    "{}",
+                    pick(
+                        format!(
+                            "The monitor does not answer the numbers of frames, so late answers \
+                             cannot be told from its own: waiting {s} s. late= in the URL sets how \
+                             late they can be; late=0 if no other program uses this connection."
+                        ),
+                        format!(
+                            "Ствол не отвечает на номера кадров, поэтому опоздавшие ответы \
+                             неотличимы от нужных: ожидание {s} с. Параметр late= в URL задаёт \
+                             наибольшее опоздание; late=0, если соединением не пользуется другая \
+                             программа."
+                        ),
+                    )
+                );
+                return;
+            }
+            Ok(_) | Err(RecvError::Lagged(_)) => {}
+            Err(RecvError::Closed) => return,
+        }
     }
 }
 

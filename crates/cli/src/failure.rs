@@ -2,8 +2,8 @@
 
 use std::io;
 
-use lafet_client::refusal::{Reason, reason};
-use lafet_client::{AnswerBuf, Error};
+use lafet_client::refusal::{Reason, reason, reason_of};
+use lafet_client::{AnswerBuf, Error, os_text};
 use lafet_proto::text::AnswerText;
 use lafet_proto::{Request, RequestId, Status, SubsystemId};
 use serde_json::{Value, json};
@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use crate::describe::hex;
 use crate::exchange;
 use crate::lang::{current, of, pick};
+use crate::undo::BrokenOff;
 
 /// Result of a command.
 pub type Outcome = Result<(), Failure>;
@@ -31,6 +32,8 @@ pub enum Failure {
     Refused {
         /// The first of the refusals.
         first: Error,
+        /// Its request and its answer.
+        asked: Box<Asked>,
         /// How many there are.
         count: usize,
     },
@@ -49,6 +52,10 @@ pub enum Failure {
     },
     /// It has been told already; the exit code.
     Told(u8),
+    /// What it had started was brought to rest, or not.
+    BrokenOff(Box<BrokenOff>),
+    /// What moved was not seen at rest.
+    NotAtRest(String),
     /// Ctrl-C or a signal.
     Interrupted,
 }
@@ -60,6 +67,7 @@ pub struct Asked {
     sent: String,
     answer: String,
     received: String,
+    reason: Reason,
 }
 
 impl Asked {
@@ -78,6 +86,7 @@ impl Asked {
             sent: hex(&exchange::bytes(request)),
             answer: AnswerText(record).to_string(),
             received: hex(&received),
+            reason: reason_of(request, refusal.status(), refusal.from()),
         }
     }
 }
@@ -96,7 +105,8 @@ impl Failure {
         Self::Io { what: what.into(), source }
     }
 
-    /// 1 refused by the monitor, 2 usage, 3 no answer, 130 interrupted.
+    /// 1 refused by the monitor or not carried through, 2 usage, 3 no answer, 4 it may still move or
+    /// flow, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Client(error) if error.is_refused() => 1,
@@ -106,6 +116,8 @@ impl Failure {
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => 0,
             Self::Usage(_) | Self::Io { .. } => 2,
             Self::Told(code) => *code,
+            Self::BrokenOff(broken) => broken.exit_code(),
+            Self::NotAtRest(_) => 4,
             Self::Interrupted => 130,
         }
     }
@@ -115,18 +127,22 @@ impl Failure {
         match self {
             Self::Client(error) => told(error, None),
             Self::Asked { asked, error } => told(error, Some(asked)),
-            Self::Refused { first, count: 1 } => told(first, None),
-            Self::Refused { first, count } => {
-                let first = told(first, None);
+            Self::Refused { first, asked, count: 1 } => told(first, Some(asked)),
+            Self::Refused { first, asked, count } => {
+                let first = told(first, Some(asked));
                 pick(
                     format!("{count} requests refused; the first: {first}"),
                     format!("Отклонено запросов: {count}; первый: {first}"),
                 )
             }
-            Self::Ended(message) | Self::Usage(message) | Self::Silent(message) => message.clone(),
+            Self::Ended(message)
+            | Self::Usage(message)
+            | Self::Silent(message)
+            | Self::NotAtRest(message) => message.clone(),
             Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => String::new(),
-            Self::Io { what, source } => format!("{what}: {source}"),
+            Self::Io { what, source } => format!("{what}: {}", os_text(source, current())),
             Self::Told(_) => String::new(),
+            Self::BrokenOff(broken) => broken.message(),
             Self::Interrupted => pick("Interrupted.", "Прервано.").into(),
         }
     }
@@ -134,10 +150,11 @@ impl Failure {
     /// What a program reads.
     pub fn json(&self) -> Value {
         let kind = match self.exit_code() {
-            1 if matches!(self, Self::Ended(_)) => "ended",
+            1 if matches!(self, Self::Ended(_) | Self::BrokenOff(_)) => "ended",
             1 => "refused",
             2 => "usage",
             3 => "no-answer",
+            4 => "not-at-rest",
             _ => "interrupted",
         };
         let mut error = json!({
@@ -145,17 +162,28 @@ impl Failure {
             "exit_code": self.exit_code(),
             "message": self.message(),
         });
-        if let Self::Asked { asked, .. } = self {
+        match self {
+            Self::BrokenOff(broken) => error["at_rest"] = json!(broken.is_at_rest()),
+            Self::NotAtRest(_) => error["at_rest"] = json!(false),
+            _ => {}
+        }
+        let asked = match self {
+            Self::Asked { asked, .. } | Self::Refused { asked, .. } => Some(asked),
+            _ => None,
+        };
+        if let Some(asked) = asked {
             error["asked"] = json!(asked.request);
             error["sent"] = json!(asked.sent);
             error["received"] = json!(asked.received);
         }
         if let Some(Error::Refused { request, to, status, by }) = self.cause() {
-            let reason = reason(*request, *to, *status, *by);
+            let reason =
+                asked.map_or_else(|| reason(*request, *to, *status, *by), |asked| asked.reason);
             error["scenario"] = json!(reason.scenario);
             error["why"] = json!(of(&reason.why));
             error["remedy"] = json!(of(&reason.remedy));
-            error["try"] = json!(command(*request, *to, *status, *by));
+            let helps = command(*request, *to, *status, *by).filter(|_| fits(reason.scenario));
+            error["try"] = json!(helps);
             error["request"] = json!(request.to_string());
             error["to"] = json!(to.to_string());
             error["status"] = json!(status.to_string());
@@ -187,21 +215,27 @@ fn told(error: &Error, asked: Option<&Asked>) -> String {
     let answers = pick("answers", "отвечает");
     let mut lines = Vec::new();
     match asked {
-        Some(Asked { request, sent, answer, received }) => {
+        Some(Asked { request, sent, answer, received, .. }) => {
             lines.push(format!("{request}: {by} {answers} {status}."));
             lines.push(format!("  {}  {request}  [{sent}]", pick("request", "запрос")));
             lines.push(format!("  {}  {answer}  [{received}]", pick("answer ", "ответ ")));
         }
         None => lines.push(format!("{request} {to}: {by} {answers} {status}.")),
     }
-    let Reason { scenario, why, remedy } = reason(*request, *to, *status, *by);
+    let reason = asked.map_or_else(|| reason(*request, *to, *status, *by), |asked| asked.reason);
+    let Reason { scenario, why, remedy } = reason;
     lines.push(format!("{}: {} ({scenario})", pick("Why", "Почему"), of(&why)));
     let try_it = pick("Try", "Попробуйте");
-    lines.push(match command(*request, *to, *status, *by) {
+    lines.push(match command(*request, *to, *status, *by).filter(|_| fits(scenario)) {
         Some(command) => format!("{try_it}: {command}\n  {}", of(&remedy)),
         None => format!("{try_it}: {}", of(&remedy)),
     });
     lines.join("\n")
+}
+
+/// Whether a command helps: not where the request itself makes no sense.
+fn fits(scenario: &str) -> bool {
+    scenario != "§2/4"
 }
 
 /// The command that helps most likely.
@@ -275,13 +309,24 @@ impl From<io::Error> for Failure {
 mod tests {
     use super::*;
 
+    fn asked() -> Box<Asked> {
+        let record = lafet_proto::Record {
+            request: RequestId::STOP,
+            device: SubsystemId::VERTICAL,
+            status: Status::DENIED,
+            data: &[],
+        };
+        let request = Request::new(SubsystemId::VERTICAL, lafet_proto::request::Body::Stop);
+        Box::new(Asked::new(&request, &AnswerBuf::new(&record)))
+    }
+
     #[test]
     fn exit_codes() {
         let denied = || {
             refusal(RequestId::MOVE, SubsystemId::VERTICAL, Status::DENIED, SubsystemId::DEPLOYER)
         };
         assert_eq!(Failure::Client(denied()).exit_code(), 1);
-        assert_eq!(Failure::Refused { first: denied(), count: 2 }.exit_code(), 1);
+        assert_eq!(Failure::Refused { first: denied(), asked: asked(), count: 2 }.exit_code(), 1);
         assert_eq!(Failure::Client(Error::NeedsStream).exit_code(), 2);
         assert_eq!(Failure::Client(Error::Closed).exit_code(), 3);
         assert_eq!(Failure::Usage(String::new()).exit_code(), 2);

@@ -1,32 +1,29 @@
-//! Following what a request has started until it ends; Ctrl-C stops it.
+//! Following what a request has started until it ends; Ctrl-C and a line that is cut end it too.
 
 use std::future::Future;
 use std::time::Duration;
 
-use lafet_client::AnswerBuf;
-use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, DriveFlags, ValveFlags};
-use lafet_proto::request::Body;
+use lafet_client::Answers;
 use lafet_proto::{Request, SubsystemId};
 use tokio::time::{Instant, sleep};
 
 use crate::connect::Connection;
-use crate::failure::Failure;
+use crate::exchange;
+use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
 use crate::out::Out;
+use crate::undo::{Because, States, Undo, may_be_executed};
 
 /// Pause between two looks at the state.
 const POLL: Duration = Duration::from_millis(100);
 /// What has been accepted shows in the state within this time.
 const START: Duration = Duration::from_secs(1);
-/// What has been stopped stands within this time.
-const STOP: Duration = Duration::from_secs(10);
 
-/// What a look at the state tells.
+/// What a look at the state shows.
 pub enum Step {
     /// It goes on.
     Running(String),
-    /// Nothing goes on: it has not begun yet, or was over before the first look.
+    /// Nothing goes on: it has not started yet, or was over before the first look.
     Idle(String),
     /// It is done.
     Done,
@@ -34,29 +31,22 @@ pub enum Step {
     Ended(String),
 }
 
-/// States of the subsystems that are watched.
-pub struct States(Vec<AnswerBuf>);
-
-impl States {
-    /// The flags of a subsystem; none when it does not exist.
-    pub fn flags(&self, subsystem: SubsystemId) -> u32 {
-        self.of(subsystem).and_then(|answer| answer.decode().ok()?.data.flags_bits()).unwrap_or(0)
-    }
-
-    /// The answer of a subsystem that exists.
-    pub fn of(&self, subsystem: SubsystemId) -> Option<&AnswerBuf> {
-        self.0.iter().find(|answer| answer.from() == subsystem && answer.status().is_success())
-    }
-}
-
-/// What is watched, and what Ctrl-C stops.
+/// What is watched, and what is brought to rest when the command is broken off.
 pub struct Follow<'a> {
     /// The monitor.
     pub connection: &'a Connection,
-    /// Whose state tells how far it is.
+    /// Whose state shows how far it is.
     pub watch: &'a [SubsystemId],
-    /// Who is stopped.
-    pub stop: SubsystemId,
+    /// What stops it.
+    pub undo: Undo,
+}
+
+/// How a command is broken off before its end is known.
+enum Broken {
+    /// The motion goes on, or may; it has to be undone.
+    Off(Because),
+    /// Nothing goes on that this command has started.
+    Over(Failure),
 }
 
 impl Follow<'_> {
@@ -65,26 +55,63 @@ impl Follow<'_> {
         &self,
         out: &mut Out,
         start: impl Future<Output = Result<T, Failure>>,
-        mut judge: impl FnMut(&States) -> Step,
+        judge: impl FnMut(&States) -> Step,
     ) -> Result<States, Failure> {
         let mut interrupt = Interrupt::catch()?;
-        tokio::select! {
-            started = start => started?,
-            () = interrupt.wait() => return self.halt(out, &mut interrupt).await,
+        let broken = tokio::select! {
+            ended = self.watch(out, start, judge) => match ended {
+                Ok(states) => return Ok(states),
+                Err(broken) => broken,
+            },
+            () = interrupt.wait() => Broken::Off(Because::Interrupted),
         };
+        Err(self.end(out, &mut interrupt, broken).await)
+    }
+
+    /// Runs `start` alone: what it starts goes on by itself.
+    pub async fn begin<T>(
+        &self,
+        out: &mut Out,
+        start: impl Future<Output = Result<T, Failure>>,
+    ) -> Result<T, Failure> {
+        let mut interrupt = Interrupt::catch()?;
+        let broken = tokio::select! {
+            started = start => match started {
+                Ok(started) => return Ok(started),
+                Err(failure) => unanswered(failure),
+            },
+            () = interrupt.wait() => Broken::Off(Because::Interrupted),
+        };
+        Err(self.end(out, &mut interrupt, broken).await)
+    }
+
+    async fn end(&self, out: &mut Out, interrupt: &mut Interrupt, broken: Broken) -> Failure {
+        match broken {
+            Broken::Over(failure) => failure,
+            Broken::Off(because) => {
+                self.undo.carry_out(self.connection, out, interrupt, because).await
+            }
+        }
+    }
+
+    async fn watch<T>(
+        &self,
+        out: &mut Out,
+        start: impl Future<Output = Result<T, Failure>>,
+        mut judge: impl FnMut(&States) -> Step,
+    ) -> Result<States, Broken> {
+        start.await.map_err(unanswered)?;
         let mut running = false;
         let mut shown = String::new();
         let began = Instant::now();
         loop {
-            let states = tokio::select! {
-                states = self.look() => states?,
-                () = interrupt.wait() => return self.halt(out, &mut interrupt).await,
-            };
+            let states = States::read(self.connection, self.watch).await;
+            let states = states.map_err(|error| Broken::Off(Because::Lost(error)))?;
             let progress = match judge(&states) {
                 Step::Done => return Ok(states),
-                Step::Ended(why) => return Err(Failure::Ended(why)),
+                Step::Ended(why) => return Err(Broken::Over(Failure::Ended(why))),
                 Step::Idle(why) if running || began.elapsed() > START => {
-                    return Err(Failure::Ended(why));
+                    return Err(Broken::Over(Failure::Ended(why)));
                 }
                 Step::Idle(_) => None,
                 Step::Running(progress) => {
@@ -93,78 +120,26 @@ impl Follow<'_> {
                 }
             };
             if let Some(progress) = progress.filter(|progress| *progress != shown) {
-                out.progress(&progress);
+                out.seldom(&progress);
                 shown = progress;
-            }
-            tokio::select! {
-                () = sleep(POLL) => {}
-                () = interrupt.wait() => return self.halt(out, &mut interrupt).await,
-            }
-        }
-    }
-
-    async fn look(&self) -> Result<States, Failure> {
-        let request = |subsystem: &SubsystemId| Request::new(*subsystem, Body::GetStatus);
-        let requests: Vec<Request<'_>> = self.watch.iter().map(request).collect();
-        let mut states = Vec::new();
-        for answers in self.connection.client.batch(&requests).await {
-            states.extend(answers?);
-        }
-        Ok(States(states))
-    }
-
-    /// Stops, and waits until all stands; a second Ctrl-C does not wait.
-    async fn halt<T>(&self, out: &mut Out, interrupt: &mut Interrupt) -> Result<T, Failure> {
-        let stop = Request::new(self.stop, Body::Stop);
-        out.progress(pick(format!("Interrupted: {stop}"), format!("Прервано: {stop}")));
-        let stopped = tokio::select! {
-            stopped = self.stop_and_wait(&stop) => stopped,
-            () = interrupt.wait() => Err(Failure::Interrupted),
-        };
-        stopped.and(Err(Failure::Interrupted))
-    }
-
-    async fn stop_and_wait(&self, stop: &Request<'_>) -> Result<(), Failure> {
-        let answers = self.connection.client.request(stop).await?;
-        if answers.refusal().is_some() && self.stop != SubsystemId::ALL {
-            // Somebody else has taken over (§3.2/2–4): then everything stops, which is never denied.
-            self.connection.ask(SubsystemId::ALL, Body::Stop).await?;
-        }
-        let began = Instant::now();
-        while began.elapsed() < STOP {
-            let states = self.look().await?;
-            let active = self.watch.iter().any(|who| states.flags(*who) & active_bits(*who) != 0);
-            if !active {
-                break;
             }
             sleep(POLL).await;
         }
-        Ok(())
     }
 }
 
-/// Whether any of these subsystems is doing something which Stop ends.
-pub fn is_anything_active(states: &[AnswerBuf]) -> bool {
-    states.iter().any(|state| {
-        let bits = state.decode().ok().and_then(|answer| answer.data.flags_bits());
-        bits.unwrap_or(0) & active_bits(state.from()) != 0
-    })
+/// Of a request without a believable answer it is not known whether it was executed.
+fn unanswered(failure: Failure) -> Broken {
+    match failure {
+        Failure::Client(error) if may_be_executed(&error) => Broken::Off(Because::Lost(error)),
+        failure => Broken::Over(failure),
+    }
 }
 
-/// The flags that say that a subsystem is doing something which Stop ends.
-fn active_bits(subsystem: SubsystemId) -> u32 {
-    match subsystem {
-        SubsystemId::VERTICAL | SubsystemId::HORIZONTAL | SubsystemId::NOZZLE => {
-            DriveFlags::MOVE.bits()
-        }
-        SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
-            (ValveFlags::OPENING | ValveFlags::CLOSING).bits()
-        }
-        SubsystemId::CONTROL => (ControlFlags::QUENCH | ControlFlags::TRAJECTORY).bits(),
-        SubsystemId::DETECTOR => (DetectorFlags::SEARCHING | DetectorFlags::JUSTIFYING).bits(),
-        SubsystemId::DEPLOYER => {
-            (DeployerFlags::MOVE | DeployerFlags::DEPLOYING | DeployerFlags::WRAPPING).bits()
-        }
-        _ => 0,
-    }
+/// Sends a request that goes on by itself, and shows the answers.
+pub async fn begin(request: Request<'_>, connection: &Connection, out: &mut Out) -> Outcome {
+    let undo = Undo::of(&request).unwrap_or_default();
+    let follow = Follow { connection, watch: &[], undo };
+    let answers: Answers = follow.begin(out, connection.send(&request)).await?;
+    out.show(exchange::text(request.to, &answers), || exchange::json(&request, &answers))
 }

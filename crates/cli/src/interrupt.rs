@@ -17,6 +17,8 @@ pub enum Caught {
 pub struct Interrupt {
     #[cfg(unix)]
     signals: [tokio::signal::unix::Signal; 3],
+    #[cfg(test)]
+    pressed: tokio::sync::broadcast::Receiver<()>,
 }
 
 impl Interrupt {
@@ -30,7 +32,11 @@ impl Interrupt {
             catch(SignalKind::terminate())?,
             catch(SignalKind::hangup())?,
         ];
-        Ok(Self { signals })
+        Ok(Self {
+            signals,
+            #[cfg(test)]
+            pressed: tests::listen(),
+        })
     }
 
     /// Starts to catch Ctrl-C.
@@ -43,7 +49,12 @@ impl Interrupt {
     #[cfg(unix)]
     pub async fn next(&mut self) -> Caught {
         let [interrupt, terminate, hangup] = &mut self.signals;
+        #[cfg(test)]
+        let pressed = self.pressed.recv();
+        #[cfg(not(test))]
+        let pressed = std::future::pending::<()>();
         tokio::select! {
+            _ = pressed => Caught::CtrlC,
             _ = interrupt.recv() => Caught::CtrlC,
             _ = terminate.recv() => Caught::End,
             _ = hangup.recv() => Caught::End,
@@ -59,6 +70,17 @@ impl Interrupt {
         Caught::CtrlC
     }
 
+    /// Forgets those that have come already.
+    pub async fn forget(&mut self) {
+        loop {
+            tokio::select! {
+                biased;
+                _ = self.next() => {}
+                () = std::future::ready(()) => return,
+            }
+        }
+    }
+
     /// Waits for any of them.
     pub async fn wait(&mut self) {
         self.next().await;
@@ -68,4 +90,22 @@ impl Interrupt {
 #[cfg(unix)]
 fn what() -> &'static str {
     pick("cannot catch signals", "не удаётся перехватить сигналы")
+}
+
+#[cfg(test)]
+pub mod tests {
+    use tokio::sync::broadcast;
+
+    thread_local! {
+        static KEY: broadcast::Sender<()> = broadcast::Sender::new(4);
+    }
+
+    pub fn listen() -> broadcast::Receiver<()> {
+        KEY.with(broadcast::Sender::subscribe)
+    }
+
+    /// Ctrl-C, for what runs on this thread.
+    pub fn press() {
+        KEY.with(|key| key.send(()).ok());
+    }
 }

@@ -30,6 +30,7 @@ mod simulator;
 mod surroundings;
 mod texts;
 mod top;
+mod undo;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -88,6 +89,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Sim(args) => cmd::sim::run(*args, out).await,
         Command::Serve(args) => cmd::serve::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,
+        Command::Ports(args) => cmd::ports::run(&args, out),
         Command::Scan(args) => cmd::scan::run(args, global, out).await,
         Command::Doctor(args) => cmd::doctor::run(args, global, out).await,
         Command::Conform(args) => cmd::conform::run(*args, global, out).await,

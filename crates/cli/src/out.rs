@@ -2,15 +2,22 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
 
 use serde_json::Value;
+use tokio::time::Instant;
 
 use crate::failure::Outcome;
+
+/// Between two lines of progress where they do not replace each other.
+const SELDOM: Duration = Duration::from_secs(5);
 
 /// Where the output of a command goes, and in which form.
 pub struct Out {
     json: bool,
     progress: Progress,
+    /// When a line of progress that may be left out was last shown.
+    shown: Option<Instant>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -31,7 +38,7 @@ impl Out {
             () if io::stderr().is_terminal() => Progress::Line { width: 0 },
             () => Progress::Lines,
         };
-        Self { json, progress }
+        Self { json, progress, shown: None }
     }
 
     /// Whether a program reads it.
@@ -84,6 +91,24 @@ impl Out {
         };
     }
 
+    /// The same where each tells more than the one before: in a pipe or a file a line now and then.
+    pub fn seldom(&mut self, text: impl Display) {
+        let due = self.shown.is_none_or(|shown| shown.elapsed() >= SELDOM);
+        if self.is_live() || due {
+            self.shown = Some(Instant::now());
+            self.progress(text);
+        }
+    }
+
+    /// What a person must know at once, programs' users included: a line on standard error.
+    pub fn warn(&mut self, text: &str) {
+        self.end_progress();
+        #[cfg(test)]
+        tests::note(text);
+        // What cannot be shown must not end what is in progress.
+        let _ = writeln!(io::stderr(), "{text}");
+    }
+
     /// Leaves the line of progress as it is.
     pub fn end_progress(&mut self) {
         if let Progress::Line { width } = &mut self.progress
@@ -116,8 +141,23 @@ pub fn columns(rows: &[Vec<String>]) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
+    use std::cell::RefCell;
+
     use super::*;
+
+    thread_local! {
+        static WARNED: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+    }
+
+    pub fn note(text: &str) {
+        WARNED.with_borrow_mut(|warned| warned.push(text.to_owned()));
+    }
+
+    /// What this thread was warned of since it was last asked.
+    pub fn warned() -> Vec<String> {
+        WARNED.take()
+    }
 
     #[test]
     fn columns_line_up_and_end_without_blanks() {

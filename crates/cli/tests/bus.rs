@@ -8,6 +8,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 
+use lafet_proto::link::{Decoder, Frame, WIRE_MAX, encode};
 use support::{Run, Running, Sim, lafet};
 
 /// A line that several processes are on: each hears what the others send, as on RS-485.
@@ -134,6 +135,12 @@ fn monitors_and_consoles_on_one_line() {
             });
         }
     });
+    // A console of a healthy bus finds nothing wrong with it.
+    let well = done(&console, &["--json", "doctor", "--requests", "5"]).json();
+    assert_eq!(well[0]["findings"][0]["finding"], "well", "{well:?}");
+    // Whoever does not wait for its turn is told what is missing.
+    let direct = Run::of(&["-c", &hub.url("src=131"), "bus", "who"]);
+    assert!(direct.code == 3 && direct.err.contains("role=active"), "{direct:?}");
     // Nobody gives access at a monitor of one's own.
     let alone = Run::of(&["-c", &format!("{}?role=active", one.url()), "status"]);
     assert!(alone.code == 3 && alone.err.contains("role=direct"), "{alone:?}");
@@ -186,6 +193,8 @@ fn programs_and_a_monitor_that_goes() {
     let checked = done(&format!("{url}?check=crc32c"), &["--json", "status", "Vertical"]);
     assert_eq!(checked.json().len(), 1);
     assert_eq!(done(&url, &["--json", "bus", "who"]).json()[0]["present"][0], 1);
+    let well = done(&url, &["--json", "doctor", "--requests", "5"]).json();
+    assert_eq!(well[0]["findings"][0]["finding"], "well", "{well:?}");
     sim.running.signal("STOP");
     told(&bus, vec![r#""dropped":1}"#]);
     assert_eq!(
@@ -210,4 +219,99 @@ fn wrong_usage() {
     usage(&["tcp://h", "--addresses", "240", "--listen", "127.0.0.1:0"], "lent to programs");
     usage(&["tcp://a", "tcp://b", "tcp://c"], "");
     usage(&[], "-c");
+}
+
+/// A raw device on a serial line.
+struct Device {
+    port: File,
+    decoder: Box<Decoder>,
+}
+
+impl Device {
+    fn new(path: &str) -> Self {
+        let port = File::options().read(true).write(true).open(path).unwrap();
+        Self { port, decoder: Box::default() }
+    }
+
+    /// The frames of a read: receiver, sender, records. A simple program takes the first only.
+    fn read(&mut self) -> Vec<(u8, u8, Vec<u8>)> {
+        let mut buffer = [0; 1024];
+        let len = self.port.read(&mut buffer).unwrap_or(0);
+        let mut all = Vec::new();
+        for byte in &buffer[..len] {
+            if let Some(Frame { dst, src, payload }) = self.decoder.push(*byte) {
+                all.push((dst, src, payload.to_vec()));
+            }
+        }
+        all
+    }
+
+    fn say(&mut self, dst: u8, src: u8, payload: &[u8]) {
+        let mut wire = [0; WIRE_MAX];
+        let len = encode(&Frame { dst, src, payload }, &mut wire).unwrap();
+        self.port.write_all(&wire[..len]).unwrap();
+    }
+}
+
+/// Two pseudo-terminals, a monitor that counts and a console that takes one frame per read.
+#[test]
+fn between_two_serial_lines_each_request_is_passed_once() {
+    const REQUESTS: u8 = 60;
+    /// Grants without the answer after which the console asks the next.
+    const PATIENCE: u32 = 30;
+    let ((monitors, far), (consoles, near)) = (cable(), cable());
+    let executed: Arc<Mutex<Vec<u8>>> = Arc::default();
+    let counted = executed.clone();
+    std::thread::spawn(move || {
+        let mut monitor = Device::new(&far);
+        loop {
+            for (_, src, payload) in monitor.read().into_iter().filter(|(dst, ..)| *dst == 5) {
+                match payload[..] {
+                    [request, to, _, _, number, ..] => {
+                        counted.lock().unwrap().push(number);
+                        monitor.say(src, 5, &[request, to, 0, 0]);
+                    }
+                    _ => monitor.say(src, 5, &[]),
+                }
+            }
+        }
+    });
+    let urls = [format!("serial://{monitors}"), format!("serial://{consoles}")];
+    let mut bus = controller(&[&urls[0], &urls[1], "--addresses", "5,130"]);
+    told(&bus, vec![r#""appeared":5}"#]);
+    let mut console = Device::new(&near);
+    let (mut asked, mut answered, mut waiting) = (0, 0, None);
+    while asked < REQUESTS || waiting.is_some() {
+        let Some((130, src, payload)) = console.read().into_iter().next() else { continue };
+        if src == 5 {
+            answered += u32::from(waiting.take().is_some());
+        } else if payload.is_empty() {
+            console.say(128, 130, &[]);
+        } else if asked < REQUESTS && waiting.is_none_or(|grants| grants > PATIENCE) {
+            console.say(5, 130, &[0x4D, 0x0D, 0, 2, asked, 0]);
+            asked += 1;
+            waiting = Some(0);
+        } else {
+            waiting = waiting.map(|grants| grants + 1).filter(|grants| *grants <= PATIENCE);
+            console.say(128, 130, &[]);
+        }
+    }
+    bus.signal("TERM");
+    let last = loop {
+        let line = bus.line();
+        if line.contains("passed_on") {
+            break line;
+        }
+    };
+    let last: serde_json::Value = serde_json::from_str(&last).unwrap();
+    assert_eq!(bus.code(), Some(0));
+    let mut executed = executed.lock().unwrap().clone();
+    let count = executed.len();
+    executed.sort_unstable();
+    executed.dedup();
+    assert_eq!(executed.len(), count, "executed twice");
+    assert_eq!(last["requests"], count, "{last}");
+    assert!(answered * 2 > u32::from(REQUESTS), "{answered} answered, {last}");
+    // A grant that comes in one read with the answer before it would be lost, and repeated.
+    assert!(last["repeated"].as_u64().unwrap() < u64::from(REQUESTS) / 2, "{last}");
 }

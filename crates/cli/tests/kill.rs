@@ -27,9 +27,13 @@ fn hub(config: &Path) -> (Running, String) {
     (hub, url)
 }
 
-/// Asks until the monitor answers; the number of the audit entry.
-fn stop(url: &str) -> Option<u64> {
-    curl(&["-X", "POST", &format!("{url}/api/monitors/M1/stop")])?["audit"].as_u64()
+/// A Stop that is no repetition of the one before, for those share an entry; its number.
+fn stop(url: &str, turn: usize) -> Option<u64> {
+    const OF: [&str; 8] =
+        ["All", "Control", "Horizontal", "Vertical", "Nozzle", "Valve1", "Valve2", "Detector"];
+    let body = format!(r#"{{"of":"{}"}}"#, OF[turn % OF.len()]);
+    let (json, place) = ("Content-Type: application/json", format!("{url}/api/monitors/M1/stop"));
+    curl(&["-X", "POST", "-H", json, "-d", &body, &place])?["audit"].as_u64()
 }
 
 #[test]
@@ -48,8 +52,8 @@ fn what_was_acknowledged_survives_kill_9() {
     for kill in 0..KILLS {
         let (mut hub, url) = hub(&config);
         let mut answered = 0;
-        for _ in 0..1000 {
-            if let Some(number) = stop(&url) {
+        for turn in 0..1000 {
+            if let Some(number) = stop(&url, turn) {
                 assert!(acknowledged.insert(number), "{number} was given twice");
                 answered += 1;
             }
@@ -60,10 +64,9 @@ fn what_was_acknowledged_survives_kill_9() {
         assert!(answered > 2, "the hub answers");
         // Killed while others are being written.
         std::thread::scope(|scope| {
-            let late = scope.spawn(|| (0..20).map_while(|_| stop(&url)).collect::<Vec<_>>());
-            if let Some(number) = stop(&url) {
-                acknowledged.insert(number);
-            }
+            let late =
+                scope.spawn(|| (0..20).map_while(|turn| stop(&url, turn)).collect::<Vec<_>>());
+            acknowledged.extend(stop(&url, 4));
             hub.signal("KILL");
             acknowledged.extend(late.join().unwrap());
         });

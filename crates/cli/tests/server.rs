@@ -150,6 +150,30 @@ fn radio_is_an_interface_of_its_own() {
 }
 
 #[cfg(target_os = "linux")]
+/// A second program on a port is refused, and the first one named.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_port_in_use_names_who_has_it() {
+    let sim = Sim::listening(&["pty"], &[]);
+    let mut watching = lafet();
+    watching.args(["-c", sim.url(), "--json", "watch"]);
+    let watching = Running::stdout(&mut watching);
+    watching.line();
+    let run = sim.run(&["status"]);
+    let holder = format!("is in use by lafet ({})", watching.child.id());
+    assert!(run.code == 3 && run.err.contains(&holder), "{run:?}");
+    assert!(run.err.contains("shared=1"), "{run:?}");
+}
+
+#[test]
+fn serial_ports_are_listed() {
+    let run = Run::of(&["ports"]);
+    assert!(run.code == 0 && !run.out.is_empty(), "{run:?}");
+    let run = Run::of(&["--json", "ports"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    assert!(run.json().iter().all(|port| port["url"].as_str().unwrap().starts_with("serial:///")));
+}
+
 #[test]
 fn a_pseudo_terminal_is_a_serial_line() {
     let sim = Sim::listening(&["pty"], &[]);

@@ -195,7 +195,7 @@ mod terminal {
         typed.sees("Accepted");
         typed.sees("deploying");
         typed.types("\x03");
-        typed.sees("Stop All → Ok");
+        typed.sees("Stop All was sent; at rest now.");
         let flags = sim.flags("deployer");
         assert!(!flags.contains(&"Deploying".into()), "{flags:?}");
         typed.types("exit\r");

@@ -6,6 +6,7 @@ use lafet_proto::request::Body;
 use lafet_proto::{Answer, DecodeError, ParamId, Record, Request, RequestId, Status, SubsystemId};
 
 use crate::error::Error;
+use crate::session::jog::MOVE_HOLD;
 
 /// Bytes of the greatest record.
 const RECORD_MAX: usize = HEADER_SIZE + lafet_proto::record::DATA_MAX;
@@ -82,7 +83,8 @@ impl RequestBuf {
 
     /// Twice is the same as once.
     pub fn is_repeatable(&self) -> bool {
-        self.is_read() || self.is_urgent()
+        let renews = self.id == RequestId::SET_PARAM && self.param == Some(MOVE_HOLD);
+        self.is_read() || self.is_urgent() || renews
     }
 
     /// Sets something in motion, or lets something be set in motion.

@@ -8,7 +8,8 @@ use lafet_proto::{Request, RequestId, Status};
 use tokio::time::{Instant, sleep_until};
 
 use crate::answers::{Answers, RequestBuf};
-use crate::client::{Client, not_sent};
+use crate::client::{Client, not_sent, odd};
+use crate::deviation::Deviation;
 use crate::error::{Cause, Error};
 use crate::plan::frame_len;
 use crate::session::{Outcome, Slot, Ticket};
@@ -46,7 +47,7 @@ impl Client {
     pub async fn batch(&self, requests: &[Request<'_>]) -> Vec<Result<Answers, Error>> {
         let encoded: Vec<_> = requests.iter().map(RequestBuf::new).collect();
         if encoded.iter().all(Result::is_ok) {
-            return self.run(encoded.into_iter().flatten().collect(), None).await;
+            return self.run(encoded.into_iter().flatten().collect()).await;
         }
         let refuse = |one: Result<RequestBuf, Error>| {
             Err(one.map_or_else(|error| error, |fine| not_sent(&fine, Cause::EarlierFailed)))
@@ -81,14 +82,10 @@ impl Client {
     }
 
     /// One request alone.
-    pub(crate) async fn run_one(
-        &self,
-        request: RequestBuf,
-        expires: Option<Instant>,
-    ) -> Result<Answers, Error> {
+    pub(crate) async fn run_one(&self, request: RequestBuf) -> Result<Answers, Error> {
         let mut first = None;
         loop {
-            let ended = self.exchange(vec![request.clone()], first, expires).await;
+            let ended = self.exchange(vec![request.clone()], first, None).await;
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 return Err(self.failure(&request, &ended));
             };
@@ -96,16 +93,30 @@ impl Client {
             if let Some(Slot::Answered(answers)) = slots.into_iter().next()
                 && fits(&answers, &request, 0)
             {
-                return well_formed(answers);
+                return well_formed(self.endpoint(), &request, answers);
             }
         }
     }
 
-    pub(crate) async fn run(
+    /// One frame, of requests that belong together: what finds no room is not asked again without
+    /// the others.
+    pub(crate) async fn run_frame(
         &self,
         requests: Vec<RequestBuf>,
         expires: Option<Instant>,
     ) -> Outcomes {
+        let ended = self.exchange(requests.clone(), None, expires).await;
+        let Some(Ok(Ended { outcome: Outcome::Answered(slots), .. })) = ended else {
+            return requests.iter().map(|request| Err(self.failure(request, &ended))).collect();
+        };
+        let result = |(slot, request)| match slot {
+            Slot::Answered(answers) => well_formed(self.endpoint(), request, answers),
+            _ => Err(not_sent(request, Cause::EarlierFailed)),
+        };
+        slots.into_iter().zip(&requests).map(result).collect()
+    }
+
+    pub(crate) async fn run(&self, requests: Vec<RequestBuf>) -> Outcomes {
         let mut results: Vec<_> =
             requests.iter().map(|request| Err(not_sent(request, Cause::EarlierFailed))).collect();
         let mut waiting: Vec<usize> = (0..requests.len()).collect();
@@ -116,7 +127,7 @@ impl Client {
             let len = frame_len(&upcoming, self.config.framing);
             let frame: Vec<usize> = waiting.drain(..len).collect();
             let frame_requests = upcoming.into_iter().take(len).collect();
-            let ended = self.exchange(frame_requests, first, expires).await;
+            let ended = self.exchange(frame_requests, first, None).await;
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 for index in frame {
                     results[index] = Err(self.failure(&requests[index], &ended));
@@ -128,7 +139,7 @@ impl Client {
             for (place, (index, slot)) in frame.into_iter().zip(slots).enumerate() {
                 match slot {
                     Slot::Answered(answers) if fits(&answers, &requests[index], place) => {
-                        results[index] = well_formed(answers);
+                        results[index] = well_formed(self.endpoint(), &requests[index], answers);
                     }
                     _ => again.push(index),
                 }
@@ -136,6 +147,25 @@ impl Client {
             waiting.splice(..0, again);
         }
         results
+    }
+}
+
+/// Answers that are what the protocol says. Of several subsystems, one that answers oddly does
+/// not spoil what the others say, as long as every answer can be read.
+pub(crate) fn well_formed(
+    endpoint: &str,
+    request: &RequestBuf,
+    answers: Answers,
+) -> Result<Answers, Error> {
+    let group = answers.len() > 1;
+    let wrong = |what: &Deviation| !group || matches!(what, Deviation::Shape(_));
+    let odd_one = answers.iter().find_map(|answer| {
+        let what = answer.deviation().filter(wrong)?;
+        Some((answer.from(), what))
+    });
+    match odd_one {
+        Some((from, what)) => Err(odd(request, from, what, endpoint)),
+        None => Ok(answers),
     }
 }
 
@@ -234,7 +264,11 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
                 Slot::Answered(answers) if fits(&answers, &item.request, place) => {
                     match self.resume(&mut item, &answers) {
                         true => again.push(item),
-                        false => self.results[item.index] = Some(well_formed(answers)),
+                        false => {
+                            let result =
+                                well_formed(self.client.endpoint(), &item.request, answers);
+                            self.results[item.index] = Some(result);
+                        }
                     }
                 }
                 _ => again.push(item),
@@ -258,10 +292,14 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
 
     /// A frame without answer; whether it makes sense to go on.
     fn failed(&mut self, frame: Vec<Item>, ended: &Option<Reply>) -> bool {
-        let silent = matches!(ended, Some(Ok(Ended { outcome: Outcome::Silence { .. }, .. })));
+        let outcome = ended.as_ref().and_then(|ended| Some(&ended.as_ref().ok()?.outcome));
+        let odd = matches!(outcome, Some(Outcome::Odd { .. }));
+        let silent = matches!(outcome, Some(Outcome::Silence { .. }));
         let reads = frame.iter().all(|item| item.request.is_repeatable());
-        self.silences += u32::from(silent && frame.len() == 1);
-        if silent && reads && self.silences < SILENCES_MAX {
+        let alone = frame.len() == 1;
+        self.silences += u32::from(silent && alone);
+        let apart = (silent && self.silences < SILENCES_MAX) || (odd && !alone);
+        if reads && apart {
             self.limit = (frame.len() / 2).max(1);
             self.told.again += frame.len() as u32;
             self.items.splice(..0, frame);
@@ -271,7 +309,8 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
             let error = self.client.failure(&item.request, ended);
             self.results[item.index] = Some(Err(error));
         }
-        false
+        // A monitor that answers one read oddly may answer the next as it should.
+        odd && alone && reads
     }
 }
 
@@ -289,15 +328,6 @@ fn says_later(request: RequestId, status: Status) -> bool {
 
 /// Whether an answer is final. What found no room behind others is asked again by itself (§1, §2:
 /// the client repeats what was not processed); what found none alone never will.
-fn fits(answers: &Answers, request: &RequestBuf, place: usize) -> bool {
+pub(crate) fn fits(answers: &Answers, request: &RequestBuf, place: usize) -> bool {
     place == 0 || !answers.lacks_room() || !request.is_read()
-}
-
-/// Answers whose data have the shape that their request and sender give them.
-fn well_formed(answers: Answers) -> Result<Answers, Error> {
-    let wrong = answers.iter().find_map(|answer| answer.decode().err().map(|e| (answer, e)));
-    match wrong.map(|(answer, source)| (answer.request(), answer.from(), source)) {
-        Some((request, from, source)) => Err(Error::Protocol { request, from, source }),
-        None => Ok(answers),
-    }
 }

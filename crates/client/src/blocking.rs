@@ -20,6 +20,8 @@
 //! # fn still_pressed() -> bool { false }
 //! ```
 
+mod direct;
+
 use std::future::Future;
 use std::io;
 use std::sync::Arc;
@@ -33,6 +35,8 @@ use lafet_proto::{ParamId, Request, Status, SubsystemId};
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 use tokio::time::sleep;
+
+pub use direct::Direct;
 
 use crate::session::{Config, Stats};
 use crate::{

@@ -12,13 +12,15 @@
 //! console     ── empty frame ────▶ controller      nothing to say: the next one's turn (ours)
 //! ```
 
+mod config;
 mod controller;
 mod driver;
 mod gateway;
 mod journal;
 mod roster;
 
-pub use controller::{BusStats, Controller, ControllerConfig, Port, Ports, Transmit};
+pub use config::{ControllerConfig, Port, Ports, Repeat};
+pub use controller::{BusStats, Controller, Transmit};
 pub use driver::{Driver, DriverConfig, Event};
 pub use gateway::{Gateway, LENT, PROGRAMS_MAX};
 pub use journal::{Entry, Journal};

@@ -3,20 +3,21 @@
 use std::io;
 use std::sync::Arc;
 
-use lafet_proto::Request;
 use lafet_proto::link::Check;
+use lafet_proto::{Request, SubsystemId};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use tokio::time::Instant;
 
 use crate::answers::{Answers, RequestBuf};
+use crate::deviation::Deviation;
 use crate::error::{Cause, Error};
 use crate::session::{Config, Outcome, QueueFull, Stats, Ticket, Traced};
 use crate::shared::{LinkEvent, LinkState, Shared, lock};
 use crate::task::{Ended, Job, Redial, Reply, Task};
 use crate::transport::Link;
 use crate::transport::memory::Memory;
-use crate::url::{Endpoint, Framing, Manner};
+use crate::url::{Endpoint, Framing};
 
 /// The controlling side of one monitor. Clones share one connection, and so do the clients of the
 /// other monitors on the same link: [`Client::at`].
@@ -50,21 +51,7 @@ impl Client {
         let link = Link::open(endpoint)
             .await
             .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
-        let (echo, turnaround) = match endpoint {
-            Endpoint::Serial { line, .. } => (line.echo, line.turnaround),
-            _ => (config.echo, config.turnaround),
-        };
-        let Manner { check, role } = endpoint.manner();
-        let config = Config {
-            check,
-            role,
-            addresses: endpoint.addresses(),
-            framing: endpoint.framing(),
-            duplicates: config.duplicates || link.is_datagram(),
-            echo,
-            turnaround,
-            ..config
-        };
+        let config = config.of(endpoint);
         let endpoint = endpoint.clone();
         let redial = Redial::new(move || {
             let endpoint = endpoint.clone();
@@ -80,6 +67,11 @@ impl Client {
         S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
         Self::start(name.into(), Link::Memory(Memory::new(stream)), None, config)
+    }
+
+    /// Talks over a link that is open already, and is not opened again.
+    pub(crate) fn on_link(name: &str, link: Link, config: Config) -> Self {
+        Self::start(name.into(), link, None, config)
     }
 
     /// Talks over streams that `dial` opens: now, and again each time one has ended.
@@ -159,7 +151,8 @@ impl Client {
         self.shared.trace.subscribe()
     }
 
-    /// What happens to the link from now on: lost, made again, and its figures each second.
+    /// What happens to the link from now on: lost, made again, held back, and its figures each
+    /// second.
     pub fn events(&self) -> broadcast::Receiver<LinkEvent> {
         let events = self.shared.events.subscribe();
         self.shared.wake.notify_one();
@@ -174,37 +167,12 @@ impl Client {
     /// Sends a request and waits for its answers. A refusal is an answer: [`Answers::accepted`]
     /// makes an error of it.
     pub async fn request(&self, request: &Request<'_>) -> Result<Answers, Error> {
-        self.request_until(request, None).await
-    }
-
-    /// The same, but it is not sent any more after a time: a motion is wanted now or not at all.
-    pub async fn request_until(
-        &self,
-        request: &Request<'_>,
-        expires: Option<Instant>,
-    ) -> Result<Answers, Error> {
-        self.run_one(RequestBuf::new(request)?, expires).await
+        self.run_one(RequestBuf::new(request)?).await
     }
 
     /// Asks whether somebody is there (observed: an empty frame is answered by an empty frame).
     pub async fn probe(&self) -> Result<(), Error> {
-        let endpoint = self.endpoint.clone();
-        match self.exchange(vec![], None, None).await {
-            None => Err(Error::Closed),
-            Some(Ok(Ended { outcome: Outcome::Answered(_), .. })) => Ok(()),
-            Some(Ok(Ended { outcome: Outcome::Silence { tries }, .. })) => {
-                Err(Error::Absent { endpoint, tries })
-            }
-            Some(Ok(Ended {
-                outcome:
-                    outcome @ (Outcome::CheckMissing
-                    | Outcome::NoGrant { .. }
-                    | Outcome::ControllerPresent),
-                ..
-            })) => Err(Error::NotProbed { endpoint, cause: bus_cause(&outcome) }),
-            Some(Ok(ended)) => Err(Error::Link { endpoint, source: ended.source() }),
-            Some(Err(QueueFull)) => Err(Error::Absent { endpoint, tries: 0 }),
-        }
+        probed(&self.endpoint, self.exchange(vec![], None, None).await)
     }
 
     /// Sends a frame; `None`: the task has ended.
@@ -228,33 +196,7 @@ impl Client {
     }
 
     pub(crate) fn failure(&self, request: &RequestBuf, ended: &Option<Reply>) -> Error {
-        let (to, endpoint) = (request.to(), self.endpoint.clone());
-        let unknown = |cause| Error::OutcomeUnknown { request: request.id(), to, endpoint, cause };
-        match ended {
-            None => Error::Closed,
-            Some(Err(QueueFull)) => not_sent(request, Cause::QueueFull),
-            Some(Ok(ended)) => match ended.outcome {
-                Outcome::Silence { tries } if request.is_read() => {
-                    let endpoint = self.endpoint.clone();
-                    Error::NoAnswer { request: request.id(), to, endpoint, tries }
-                }
-                Outcome::LinkLost | Outcome::NotConnected if request.is_read() => {
-                    Error::Link { endpoint: self.endpoint.clone(), source: ended.source() }
-                }
-                Outcome::Silence { .. } | Outcome::Answered(_) => unknown(Cause::Silence),
-                Outcome::LinkLost => unknown(Cause::Link(ended.source())),
-                Outcome::NotConnected => not_sent(request, Cause::Link(ended.source())),
-                Outcome::Expired => not_sent(request, Cause::Expired),
-                Outcome::CheckMissing => not_sent(request, Cause::CheckMissing),
-                Outcome::NoGrant { .. } | Outcome::ControllerPresent => {
-                    not_sent(request, bus_cause(&ended.outcome))
-                }
-                Outcome::Superseded { by, sent: true } => unknown(Cause::Superseded { by }),
-                Outcome::Superseded { by, sent: false } => {
-                    not_sent(request, Cause::Superseded { by })
-                }
-            },
-        }
+        failure(&self.endpoint, request, ended)
     }
 
     /// A handle that does not keep the connection open.
@@ -283,6 +225,60 @@ impl WeakClient {
     }
 }
 
+/// What came of a presence probe.
+pub(crate) fn probed(endpoint: &Arc<str>, ended: Option<Reply>) -> Result<(), Error> {
+    let endpoint = endpoint.clone();
+    match ended {
+        None => Err(Error::Closed),
+        // Whatever it answers, somebody is there.
+        Some(Ok(Ended { outcome: Outcome::Answered(_) | Outcome::Odd { .. }, .. })) => Ok(()),
+        Some(Ok(Ended { outcome: Outcome::Silence { tries }, .. })) => {
+            Err(Error::Absent { endpoint, tries })
+        }
+        Some(Ok(Ended {
+            outcome:
+                outcome @ (Outcome::CheckMissing | Outcome::NoGrant { .. } | Outcome::ControllerPresent),
+            ..
+        })) => Err(Error::NotProbed { endpoint, cause: bus_cause(&outcome) }),
+        Some(Ok(ended)) => Err(Error::Link { endpoint, source: ended.source() }),
+        Some(Err(QueueFull)) => Err(Error::Absent { endpoint, tries: 0 }),
+    }
+}
+
+/// Why a request has no answer.
+pub(crate) fn failure(endpoint: &Arc<str>, request: &RequestBuf, ended: &Option<Reply>) -> Error {
+    let to = request.to();
+    let unknown = |cause| {
+        let endpoint = endpoint.clone();
+        Error::OutcomeUnknown { request: request.id(), to, endpoint, cause }
+    };
+    match ended {
+        None => Error::Closed,
+        Some(Err(QueueFull)) => not_sent(request, Cause::QueueFull),
+        Some(Ok(ended)) => match ended.outcome {
+            Outcome::Silence { tries } | Outcome::Unheard { tries } if request.is_read() => {
+                let endpoint = endpoint.clone();
+                Error::NoAnswer { request: request.id(), to, endpoint, tries }
+            }
+            Outcome::LinkLost | Outcome::NotConnected if request.is_read() => {
+                Error::Link { endpoint: endpoint.clone(), source: ended.source() }
+            }
+            Outcome::Odd { ref what } => odd(request, request.to(), what.clone(), endpoint),
+            Outcome::Silence { .. } | Outcome::Answered(_) => unknown(Cause::Silence),
+            Outcome::LinkLost => unknown(Cause::Link(ended.source())),
+            Outcome::Unheard { .. } => not_sent(request, Cause::Silence),
+            Outcome::NotConnected => not_sent(request, Cause::Link(ended.source())),
+            Outcome::Expired => not_sent(request, Cause::Expired),
+            Outcome::CheckMissing => not_sent(request, Cause::CheckMissing),
+            Outcome::NoGrant { .. } | Outcome::ControllerPresent => {
+                not_sent(request, bus_cause(&ended.outcome))
+            }
+            Outcome::Superseded { by, sent: true } => unknown(Cause::Superseded { by }),
+            Outcome::Superseded { by, sent: false } => not_sent(request, Cause::Superseded { by }),
+        },
+    }
+}
+
 /// Why a session refused to send.
 const fn bus_cause(outcome: &Outcome) -> Cause {
     match outcome {
@@ -290,6 +286,25 @@ const fn bus_cause(outcome: &Outcome) -> Cause {
         Outcome::NoGrant { controller: false } => Cause::NoController,
         Outcome::NoGrant { controller: true } => Cause::NotGranted,
         _ => Cause::ControllerPresent,
+    }
+}
+
+/// An answer that is not what the protocol says; what changes something may have been executed.
+pub(crate) fn odd(
+    request: &RequestBuf,
+    from: SubsystemId,
+    what: Deviation,
+    endpoint: &str,
+) -> Error {
+    let (to, request, is_read) = (request.to(), request.id(), request.is_read());
+    if is_read {
+        return Error::Protocol { request, from, what };
+    }
+    Error::OutcomeUnknown {
+        request,
+        to,
+        endpoint: endpoint.into(),
+        cause: Cause::Odd { from, what },
     }
 }
 

@@ -4,10 +4,13 @@ use std::fmt;
 use std::io;
 use std::sync::Arc;
 
-use lafet_proto::{DecodeError, RequestId, Status, SubsystemId};
+use lafet_proto::{RequestId, Status, SubsystemId};
 
+use crate::deviation::Deviation;
 use crate::find_out::find_out;
+use crate::os_text::os_text;
 use crate::refusal::{Reason, reason};
+use crate::transport::port::PortError;
 use crate::transport::serial::CannotSwitch;
 use crate::url::UrlError;
 
@@ -88,14 +91,14 @@ pub enum Error {
         /// What the system says.
         source: Arc<io::Error>,
     },
-    /// The answer is to this request, but its data have the wrong shape.
+    /// The monitor answered a request that changes nothing, but not what the protocol says.
     Protocol {
         /// What was asked.
         request: RequestId,
-        /// Who answered.
+        /// The subsystem that answered, or was to answer.
         from: SubsystemId,
-        /// What is wrong with the data.
-        source: DecodeError,
+        /// What is wrong with the answer.
+        what: Deviation,
     },
     /// The request is longer than a record can be (§2: 255 bytes of data).
     Unsendable {
@@ -132,6 +135,13 @@ pub enum Error {
 pub enum Cause {
     /// No answer came.
     Silence,
+    /// The monitor answered, but not what the protocol says.
+    Odd {
+        /// The subsystem that answered, or was to answer.
+        from: SubsystemId,
+        /// What is wrong with the answer.
+        what: Deviation,
+    },
     /// The connection was lost, or there was none.
     Link(Arc<io::Error>),
     /// A Stop, Close or Lockout came before it.
@@ -217,13 +227,16 @@ impl Error {
                 "{endpoint}: the driver of this port cannot switch the direction of RS-485 by RTS \
                  ({source}). Leave out rs485= if the adapter does it by itself, as most on USB do."
             ),
-            Self::Link { endpoint, source } => format!(
-                "No connection to {endpoint}: {source}. Check that the monitor is on and that \
-                 host, port or device are right."
-            ),
-            Self::Protocol { request, from, source } => format!(
-                "{request}: the answer of {from} has data of the wrong shape ({source}). The \
-                 monitor's program does not follow the protocol: note it and report it."
+            Self::Link { endpoint, source } => match PortError::of(source) {
+                Some(error) => format!("{endpoint}: {error}"),
+                None => format!(
+                    "No connection to {endpoint}: {source}. Check that the monitor is on and that \
+                     host, port or device are right."
+                ),
+            },
+            Self::Protocol { request, from, what } => format!(
+                "{request} {from}: the monitor answered, but not what the protocol says: {what}. \
+                 The monitor's program does not follow the protocol: note it and report it."
             ),
             Self::Unsendable { request, to } => format!(
                 "{request} {to}: more than a request can carry (255 bytes of data, 63 values). \
@@ -276,15 +289,21 @@ impl Error {
             ),
             Self::Link { endpoint, source } if cannot_switch(source) => format!(
                 "{endpoint}: драйвер этого порта не умеет переключать направление RS-485 сигналом \
-                 RTS ({source}). Уберите rs485=, если адаптер делает это сам, как большинство на USB."
+                 RTS ({}). Уберите rs485=, если адаптер делает это сам, как большинство на USB.",
+                os_text(source, Lang::Ru)
             ),
-            Self::Link { endpoint, source } => format!(
-                "Нет соединения с {endpoint}: {source}. Проверьте, что ствол включён и что узел, \
-                 порт или устройство указаны верно."
-            ),
-            Self::Protocol { request, from, source } => format!(
-                "{request}: данные ответа {from} имеют неверный вид ({source}). Программа ствола \
-                 отступает от протокола: запишите и сообщите."
+            Self::Link { endpoint, source } => match PortError::of(source) {
+                Some(error) => format!("{endpoint}: {}", error.localized(Lang::Ru)),
+                None => format!(
+                    "Нет соединения с {endpoint}: {}. Проверьте, что ствол включён и что узел, \
+                     порт или устройство указаны верно.",
+                    os_text(source, Lang::Ru)
+                ),
+            },
+            Self::Protocol { request, from, what } => format!(
+                "{request} {from}: ствол ответил, но не так, как требует протокол: {}. Программа \
+                 ствола отступает от протокола: запишите и сообщите.",
+                what.localized(Lang::Ru)
             ),
             Self::Unsendable { request, to } => format!(
                 "{request} {to}: больше, чем вмещает запрос (255 байт данных, 63 значения). \
@@ -313,6 +332,9 @@ impl Cause {
     fn english(&self) -> String {
         match self {
             Self::Silence => "no answer came".into(),
+            Self::Odd { from, what } => {
+                format!("the answer of {from} is not what the protocol says: {what}")
+            }
             Self::Link(source) => format!("there is no connection ({source})"),
             Self::Superseded { by } => format!("{by} overtook it"),
             Self::QueueFull => "too many requests are waiting".into(),
@@ -338,7 +360,13 @@ impl Cause {
     fn russian(&self) -> String {
         match self {
             Self::Silence => "ответ не пришёл".into(),
-            Self::Link(source) => format!("нет соединения ({source})"),
+            Self::Odd { from, what } => {
+                format!("ответ {from} не соответствует протоколу: {}", what.localized(Lang::Ru))
+            }
+            Self::Link(source) => match PortError::of(source) {
+                Some(error) => format!("нет соединения ({})", error.localized(Lang::Ru)),
+                None => format!("нет соединения ({})", os_text(source, Lang::Ru)),
+            },
             Self::Superseded { by } => format!("его опередил запрос {by}"),
             Self::QueueFull => "слишком много запросов в очереди".into(),
             Self::Expired => "его время вышло раньше, чем подошла очередь".into(),
@@ -359,6 +387,7 @@ impl Cause {
     }
 }
 
+/// A serial port that belongs to a group of which the user is no member.
 fn cannot_switch(source: &io::Error) -> bool {
     source.get_ref().is_some_and(|inner| inner.is::<CannotSwitch>())
 }
@@ -375,7 +404,7 @@ impl std::error::Error for Error {
             Self::Link { source, .. }
             | Self::OutcomeUnknown { cause: Cause::Link(source), .. }
             | Self::NotSent { cause: Cause::Link(source), .. } => Some(source.as_ref()),
-            Self::Protocol { source, .. } => Some(source),
+            Self::Protocol { what: Deviation::Shape(source), .. } => Some(source),
             Self::Url(error) => Some(error),
             _ => None,
         }
@@ -398,7 +427,8 @@ mod tests {
         let source = Arc::new(io::Error::from(io::ErrorKind::ConnectionRefused));
         let unknown = |cause| Error::OutcomeUnknown { request, to, endpoint: "x".into(), cause };
         let by = SubsystemId::DEPLOYER;
-        let decode = DecodeError { offset: 0, expected: lafet_proto::Expected::Size, got: 3 };
+        let decode =
+            lafet_proto::DecodeError { offset: 0, expected: lafet_proto::Expected::Size, got: 3 };
         vec![
             Error::Refused { request, to, status: Status::DENIED, by },
             Error::Refused { request, to, status: Status(77), by },
@@ -417,7 +447,9 @@ mod tests {
             Error::NotARead { request, to },
             Error::Address { address: 129, endpoint: endpoint.clone() },
             Error::Link { endpoint, source },
-            Error::Protocol { request, from: by, source: decode },
+            Error::Protocol { request, from: by, what: Deviation::Shape(decode) },
+            Error::Protocol { request, from: by, what: Deviation::NoData },
+            unknown(Cause::Odd { from: by, what: Deviation::UnknownStatus(Status(200)) }),
             Error::Unsendable { request, to },
             Error::Url("x:".parse::<crate::Endpoint>().unwrap_err()),
             Error::NeedsStream,

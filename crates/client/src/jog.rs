@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, Weak};
 
-use lafet_proto::{Request, SubsystemId};
+use lafet_proto::SubsystemId;
 use tokio::sync::{Notify, watch};
 use tokio::time::{Instant, sleep_until};
 
@@ -21,9 +21,10 @@ use crate::shared::lock;
 /// over the next connection if need be; dropping every other handle does not keep it from that.
 /// A Stop or Lockout asked for with any clone of the client ends the motion as well.
 ///
-/// This stops a drive when the program or the line fails. It is no emergency stop: whatever keeps
-/// Stop from arriving keeps the drive moving to its limit, unless the monitor's parameter
-/// MoveTimeout (ours) stops it by itself.
+/// When nothing can be sent any more (the program was killed, the cable cut), the drive stops by
+/// itself: a monitor with the parameter MoveHold (ours, §D/4) 300 ms after the last renewal, or after
+/// two and a half round trips and 50 ms where those are longer; any other at the end of the last short step, see
+/// [`crate::session::jog`]. It is no emergency stop all the same.
 #[derive(Debug)]
 pub struct Jog {
     held: Arc<Held>,
@@ -49,7 +50,8 @@ impl Jog {
         toward: Toward,
         hold: Hold,
     ) -> Result<Self, Error> {
-        let core = JogCore::new(Now::ZERO, drive, toward, hold);
+        let holds = lock(&client.shared.holds).contains(&client.address());
+        let core = JogCore::new(Now::ZERO, drive, toward, hold, holds);
         let held = Arc::new(Held {
             moving: RequestBuf::new(&core.request())?,
             core: Mutex::new(core),
@@ -158,7 +160,12 @@ async fn run(client: Client, held: Arc<Held>) {
             held.end.send_replace(Some(end));
             return;
         }
-        match held.with(|core, now| core.poll_next(now)) {
+        let rtt = client.stats().rtt_average;
+        let next = held.with(|core, now| {
+            core.set_rtt(rtt);
+            core.poll_next(now)
+        });
+        match next {
             Some(next) => exchange(&client, &held, &mut link, next).await,
             None => {
                 let timeout = held.with(|core, _| core.poll_timeout());
@@ -182,17 +189,22 @@ async fn exchange(
     next: Next,
 ) {
     let was_held = held.with(|core, _| core.is_held());
-    let drive = held.moving.to();
-    let request = Request::new(drive, next.body);
     let expires = next.expires.map(|time| held.start + time);
-    let result = client.request_until(&request, expires);
+    let requests = match next.requests(held.moving.to()) {
+        Ok(requests) => requests,
+        Err(error) => return held.with(|core, now| core.handle_result(now, vec![Err(error)])),
+    };
+    let result = client.run_frame(requests, expires);
     tokio::pin!(result);
     loop {
         let lease = held.with(|core, _| if was_held { core.poll_timeout() } else { None });
         tokio::select! {
             // What has come is looked at first.
             biased;
-            result = &mut result => return held.with(|core, now| told(core, now, was_held, result)),
+            result = &mut result => {
+                held.with(|core, now| told(core, now, was_held, result));
+                return remember(client, held);
+            }
             () = held.changed.notified() => {}
             changed = link.changed(), if was_held => {
                 // A lost link ends a motion that is held; one that is being stopped goes on.
@@ -210,7 +222,16 @@ async fn exchange(
     }
 }
 
-fn told(core: &mut JogCore, now: Now, was_held: bool, result: Result<Answers, Error>) {
+/// What is known of the monitor serves the next motion.
+fn remember(client: &Client, held: &Held) {
+    let mut holds = lock(&client.shared.holds);
+    match held.with(|core, _| core.holds()) {
+        Some(true) => _ = holds.insert(client.address()),
+        _ => _ = holds.remove(&client.address()),
+    }
+}
+
+fn told(core: &mut JogCore, now: Now, was_held: bool, result: Vec<Result<Answers, Error>>) {
     core.handle_timeout(now);
     // The answer to a request of a motion that has been let go tells nothing about its Stop.
     if was_held == core.is_held() {

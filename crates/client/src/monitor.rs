@@ -12,6 +12,7 @@ use lafet_proto::{Bytes, DecodeError, Expected, Ints, ParamId, Request, Status, 
 use crate::answers::{AnswerBuf, Answers};
 use crate::batch::Progress;
 use crate::client::Client;
+use crate::deviation::Deviation;
 use crate::drive::Drive;
 use crate::error::Error;
 use crate::status::{MonitorStatus, StatusSubscription};
@@ -287,7 +288,10 @@ pub(crate) fn param_id(name: &str) -> ParamId {
 
 pub(crate) fn typed(answer: &AnswerBuf) -> Result<Reply<'_>, Error> {
     let (request, from) = (answer.request(), answer.from());
-    let decoded = answer.decode().map_err(|source| Error::Protocol { request, from, source })?;
+    let decoded = answer.decode().map_err(|source| {
+        let what = Deviation::Shape(source);
+        Error::Protocol { request, from, what }
+    })?;
     Ok(decoded.data)
 }
 
@@ -307,6 +311,10 @@ fn limits(answer: &AnswerBuf) -> Result<Limits, Error> {
 
 /// A success without the data that belong to it.
 pub(crate) fn wrong_shape(answer: &AnswerBuf) -> Error {
-    let source = DecodeError { offset: 0, expected: Expected::Size, got: answer.data().len() };
-    Error::Protocol { request: answer.request(), from: answer.from(), source }
+    let (expected, got) = (Expected::Size, answer.data().len());
+    let what = match answer.deviation() {
+        Some(what) => what,
+        None => Deviation::Shape(DecodeError { offset: 0, expected, got }),
+    };
+    Error::Protocol { request: answer.request(), from: answer.from(), what }
 }

@@ -1,7 +1,8 @@
 //! Why a monitor refuses: the scenario of the document that the answer belongs to.
 
 use lafet_proto::dictionary::{self, Text};
-use lafet_proto::{RequestId, Status, SubsystemId};
+use lafet_proto::request::{Body, LimitsState};
+use lafet_proto::{Request, RequestId, Status, SubsystemId};
 
 /// What a refusal means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +13,23 @@ pub struct Reason {
     pub why: Text,
     /// What to do.
     pub remedy: Text,
+}
+
+/// Why `by` refused this very request: with its data, which may say more than its name.
+pub fn reason_of(request: &Request<'_>, status: Status, by: SubsystemId) -> Reason {
+    let found = match (&request.body, status) {
+        (Body::SwitchLimits { new_state }, Status::INVALID_VALUE)
+            if LimitsState::from_wire(*new_state).is_none() =>
+        {
+            because(
+                "§2/4",
+                ("There is no such state of limits.", "Такого состояния пределов нет."),
+                ("Send 0 (off), 1 (on) or 2 (reject).", "Пошлите 0 (off), 1 (on) или 2 (reject)."),
+            )
+        }
+        _ => None,
+    };
+    found.unwrap_or_else(|| reason(request.body.id(), request.to, status, by))
 }
 
 /// Why `by` refused this request to `to`.
@@ -282,7 +300,8 @@ fn wrong_request(request: RequestId, to: SubsystemId, by: SubsystemId) -> Option
             ("Name the subsystem you mean.", "Укажите нужную подсистему."),
         );
     }
-    if by == SubsystemId::GENERAL && to != SubsystemId::GENERAL {
+    let known = dictionary::request(request).is_some();
+    if by == SubsystemId::GENERAL && (to != SubsystemId::GENERAL || !known) {
         return because(
             "§1/4",
             (
@@ -382,7 +401,8 @@ fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
             ),
             (
                 "See the range of the parameter; switch the limits on, or teach the limit.",
-                "Посмотрите диапазон параметра; включите пределы либо обучите пределу.",
+                "Посмотрите диапазон параметра; включите пределы либо задайте предел по текущему \
+                 положению.",
             ),
         ),
         RequestId::SET_PARAM => because(
@@ -421,13 +441,13 @@ fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
             ("Stored trajectories are 0 to 7.", "Номера записанных траекторий — от 0 до 7."),
         ),
         RequestId::SWITCH_LIMITS => because(
-            "§3.17/2",
+            "§3.17/6",
             (
                 "With the limits taken, the lower one would not be below the upper one.",
                 "С принятыми пределами нижний оказался бы не ниже верхнего.",
             ),
             (
-                "Take the other limit anew, or drop both (SwitchLimits reject).",
+                "Take the other limit again, or drop both (SwitchLimits reject).",
                 "Примите другой предел заново либо отбросьте оба (SwitchLimits reject).",
             ),
         ),
@@ -515,5 +535,17 @@ mod tests {
         assert_eq!(of(RequestId::MOVE, vertical, Status::BUSY, general), "§3.12/2");
         assert_eq!(of(RequestId::WRAP, deployer, Status::DENIED, SubsystemId::VALVE1), "§3.11/6");
         assert_eq!(of(RequestId::MOVE, SubsystemId::ALL, Status::WRONG_REQUEST, general), "§1/7");
+        let unknown = RequestId(0x99);
+        assert_eq!(of(unknown, general, Status::WRONG_REQUEST, general), "§1/4");
+        assert_eq!(of(RequestId::MOVE, general, Status::WRONG_REQUEST, general), "§3.1/5");
+    }
+
+    #[test]
+    fn an_unknown_state_of_limits_is_not_crossing_limits() {
+        let refused = |new_state| {
+            let request = Request::new(SubsystemId::VERTICAL, Body::SwitchLimits { new_state });
+            reason_of(&request, Status::INVALID_VALUE, SubsystemId::VERTICAL).scenario
+        };
+        assert_eq!((refused(1), refused(5)), ("§3.17/6", "§2/4"));
     }
 }

@@ -29,12 +29,25 @@ pub struct ScanOptions {
     /// How long to hear before the first probe. When somebody else speaks meanwhile, nothing is
     /// probed: a probe would collide with what they say, be it a Stop.
     pub listen: Duration,
+    /// Whether the first answer shortens the wait for the others, which are as far away: to
+    /// [`ADAPTED`] and four times its round trip.
+    pub adapt: bool,
 }
+
+/// The least wait where it adapts: as long as a bus takes for an answer.
+pub const ADAPTED: Duration = Duration::from_millis(bus::PROBE_TIMEOUT_MS as u64);
 
 impl Default for ScanOptions {
     fn default() -> Self {
         let wait = Duration::from_millis(bus::PROBE_TIMEOUT_MS.into());
-        Self { addresses: bus::MONITORS, wait, tries: 2, crc32c: true, listen: Duration::ZERO }
+        Self {
+            addresses: bus::MONITORS,
+            wait,
+            tries: 2,
+            crc32c: true,
+            listen: Duration::ZERO,
+            adapt: false,
+        }
     }
 }
 
@@ -62,6 +75,8 @@ pub struct Scan {
     pub echo: bool,
     /// Frames that came broken.
     pub broken: u64,
+    /// Bytes came unasked that are no frames: noise, or others at another speed.
+    pub garbage: bool,
     /// Nothing was probed, because others speak: see [`ScanOptions::listen`].
     pub held_back: bool,
 }
@@ -79,8 +94,10 @@ pub async fn scan(
     let mut prober = Prober::new(link, source);
     let mut scan = Scan::default();
     let heard = prober.listen(options.listen).await?;
+    // Bytes that are no frames may be those of others at another speed.
+    scan.garbage = heard.is_garbage();
     scan.note(heard, source, &[0; 256]);
-    if !scan.speakers.is_empty() {
+    if !scan.speakers.is_empty() || scan.garbage {
         scan.held_back = true;
         return Ok(scan);
     }
@@ -94,7 +111,7 @@ pub async fn scan(
             }
             progress(address);
             for _ in 0..tries {
-                let heard = prober.ask(address, &[], check, options.wait).await?;
+                let heard = prober.ask(address, &[], check, scan.wait(options)).await?;
                 sent[usize::from(address)] += 1;
                 if scan.note(heard, source, &sent) {
                     break;
@@ -110,6 +127,15 @@ pub async fn scan(
 }
 
 impl Scan {
+    /// How long the next probe may take.
+    fn wait(&self, options: &ScanOptions) -> Duration {
+        let slowest = self.present.iter().map(|present| present.rtt).max();
+        match slowest.filter(|_| options.adapt) {
+            Some(slowest) => (ADAPTED + slowest * 4).min(options.wait),
+            None => options.wait,
+        }
+    }
+
     /// Keeps what was heard; whether somebody answered. `sent`: probes to each address.
     fn note(&mut self, heard: Heard, source: u8, sent: &[u32; 256]) -> bool {
         self.echo |= heard.echoes > 0;

@@ -22,7 +22,7 @@ pub mod echo;
 mod input;
 pub mod jog;
 pub mod line;
-mod matching;
+pub(crate) mod matching;
 mod operation;
 mod receive;
 mod send;
@@ -39,10 +39,11 @@ use lafet_proto::RequestId;
 use lafet_proto::link::Check;
 
 use crate::answers::RequestBuf;
+use crate::deviation::Deviation;
 use crate::url::Framing;
 pub use check::CheckMode;
 use check::Negotiation;
-pub use config::Config;
+pub use config::{Config, LATE_DEFAULT};
 use doubt::{Suspicion, Tag, Tags};
 use input::Input;
 pub use matching::Slot;
@@ -70,6 +71,9 @@ pub struct Ticket(u64);
 impl Ticket {
     /// Tickets of the sessions of a line differ by their monitor's address.
     const ADDRESS_SHIFT: u32 = 56;
+
+    /// The session's own, see `doubt`: the address 255 is no monitor's.
+    const QUESTION: Self = Self(u64::MAX);
 
     /// The monitor whose session gave it out.
     const fn address(self) -> u8 {
@@ -102,6 +106,11 @@ pub enum Outcome {
         /// How often the frame was sent.
         tries: u32,
     },
+    /// The monitor answered every try, but never what the protocol says.
+    Odd {
+        /// What was wrong with the last such answer.
+        what: Deviation,
+    },
     /// It was sent, and the connection was lost before the answer.
     LinkLost,
     /// An urgent request overtook it. `sent` tells whether it may have been executed.
@@ -110,6 +119,11 @@ pub enum Outcome {
         by: RequestId,
         /// Whether it had been sent before.
         sent: bool,
+    },
+    /// The monitor did not answer the question before it (see `doubt`); it was not sent.
+    Unheard {
+        /// How often the question was sent.
+        tries: u32,
     },
     /// There is no connection; it was not sent.
     NotConnected,
@@ -148,6 +162,10 @@ pub struct Session {
     stats: Stats,
     /// Tries in a row that nobody answered.
     silent_tries: u32,
+    /// Frames in a row without answer, however short the wait was.
+    misses: u32,
+    /// The usual round trip of other monitors that answer on the same line.
+    others: Option<Duration>,
     next_ticket: u64,
 }
 
@@ -158,14 +176,13 @@ impl Session {
         Self {
             input: Input::new(config.framing),
             check: Negotiation::new(config.check, config.framing),
-            config,
             urgent: VecDeque::new(),
             queue: VecDeque::new(),
             outstanding: None,
             connected: false,
             was_connected: false,
             suspicion: Suspicion::default(),
-            tags: Tags::default(),
+            tags: Tags::new(config.first_number),
             echo: Echo::Unknown { untagged: 0 },
             recent: VecDeque::new(),
             stops: VecDeque::new(),
@@ -173,7 +190,10 @@ impl Session {
             traced: None,
             stats: Stats::default(),
             silent_tries: 0,
+            misses: 0,
+            others: None,
             next_ticket,
+            config,
         }
     }
 
@@ -255,11 +275,14 @@ impl Session {
     }
 
     /// There is a connection.
-    pub fn handle_connected(&mut self) {
+    pub fn handle_connected(&mut self, now: Now) {
         self.stats.reconnects += u64::from(self.was_connected);
         (self.connected, self.was_connected) = (true, true);
         self.silent_tries = 0;
         self.input.reset();
+        if self.config.outlives {
+            self.suspicion.raise_all(now);
+        }
         if self.config.framing == Framing::Link {
             self.check.connected();
         }
@@ -334,19 +357,25 @@ impl Session {
         match &self.outstanding {
             Some(outstanding) if outstanding.due => Some(now),
             Some(outstanding) => {
-                let patience = self
-                    .can_be_overtaken(outstanding)
-                    .then(|| outstanding.sent + self.config.patience);
+                let patience = self.patience(outstanding).map(|time| outstanding.sent + time);
                 Some(patience.map_or(outstanding.deadline, |time| time.min(outstanding.deadline)))
             }
             None if !self.urgent.is_empty() => Some(now),
-            None => self.queue.front().map(|operation| self.drained(now, operation).unwrap_or(now)),
+            None => {
+                let next = self.queue.get(self.first_queued());
+                next.map(|operation| self.drained(now, operation).unwrap_or(now))
+            }
         }
     }
 
     /// An operation that has ended.
     pub fn poll_outcome(&mut self) -> Option<(Ticket, Outcome)> {
-        self.outcomes.pop_front()
+        while let Some((ticket, outcome)) = self.outcomes.pop_front() {
+            if ticket != Ticket::QUESTION {
+                return Some((ticket, outcome));
+            }
+        }
+        None
     }
 
     /// A frame that was sent or received.

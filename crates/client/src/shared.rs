@@ -1,9 +1,10 @@
 //! What the task of a link and the handles on it share.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
 
 use tokio::sync::{Notify, broadcast, watch};
 
@@ -30,6 +31,9 @@ pub enum LinkEvent {
     Up,
     /// The connection was lost, or could not be used.
     Down(Arc<io::Error>),
+    /// The monitor does not answer the numbers of frames, so what may not be confused with late
+    /// answers waits this long (`late=` of the URL).
+    Held(Duration),
     /// The figures of the last second.
     Statistics(Box<LinkStatistics>),
 }
@@ -55,6 +59,8 @@ pub struct Shared {
     /// Has the task look around: somebody listens who did not before.
     pub wake: Notify,
     pub jogs: Mutex<Vec<Weak<Held>>>,
+    /// Addresses of monitors that have MoveHold, as far as this connection has shown.
+    pub holds: Mutex<HashSet<u8>>,
     pub feeds: Mutex<Feeds>,
     jobs: AtomicUsize,
 }
@@ -78,6 +84,7 @@ impl Default for Shared {
             state: watch::Sender::new(LinkState { up: true, gone: false, losses: 0 }),
             wake: Notify::new(),
             jogs: Mutex::default(),
+            holds: Mutex::default(),
             feeds: Mutex::default(),
             jobs: AtomicUsize::new(0),
         }

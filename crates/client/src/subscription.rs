@@ -192,7 +192,7 @@ async fn poll(feed: Weak<Feed>, client: WeakClient, request: RequestBuf) {
         {
             let (Some(feed), Some(client)) = (feed.upgrade(), client.upgrade()) else { return };
             let asked = Instant::now();
-            let result = client.run(vec![request.clone()], None).await;
+            let result = client.run(vec![request.clone()]).await;
             feed.publish(result.into_iter().next().unwrap_or(Err(Error::Closed)));
             let mut state = lock(&feed.state);
             state.periods.retain(|period| period.strong_count() > 0);

@@ -19,7 +19,7 @@ use crate::shared::{LinkEvent, LinkState, Shared, lock};
 use crate::transport::Link;
 
 /// Tries in a row without answer after which a TCP connection is made anew: it may be half open.
-const SILENT_TRIES_MAX: u32 = 2;
+pub const SILENT_TRIES_MAX: u32 = 2;
 /// Pause after the first connection that failed; each next one is twice as long.
 const REDIAL_FIRST: Duration = Duration::from_millis(100);
 /// The longest pause.
@@ -49,6 +49,15 @@ pub struct Ended {
 }
 
 impl Ended {
+    /// An outcome, and what the system said of the link last.
+    pub const fn new(
+        outcome: Outcome,
+        ticket: Option<Ticket>,
+        link: Option<Arc<io::Error>>,
+    ) -> Self {
+        Self { outcome, ticket, link }
+    }
+
     /// What the system said of the link.
     pub fn source(&self) -> Arc<io::Error> {
         self.link.clone().unwrap_or_else(|| Arc::new(io::ErrorKind::NotConnected.into()))
@@ -84,6 +93,8 @@ pub struct Task {
     error: Option<Arc<io::Error>>,
     shared: Arc<Shared>,
     meter: Option<Meter>,
+    /// Until when requests are held back, as far as reported.
+    held: Now,
     waiting: Vec<(Ticket, oneshot::Sender<Reply>)>,
     start: Instant,
 }
@@ -99,7 +110,7 @@ enum Event {
 impl Task {
     pub fn new(config: Config, link: Link, redial: Option<Redial>, shared: Arc<Shared>) -> Self {
         let mut line = Line::new(config);
-        line.handle_connected();
+        line.handle_connected(Now::ZERO);
         Self {
             line,
             link: Some(link),
@@ -108,6 +119,7 @@ impl Task {
             error: None,
             shared,
             meter: None,
+            held: Now::ZERO,
             waiting: Vec::new(),
             start: Instant::now(),
         }
@@ -247,6 +259,10 @@ impl Task {
             self.meter = None;
             return;
         }
+        if let Some(until) = self.line.held_until(now).filter(|until| *until > self.held) {
+            self.held = until;
+            _ = self.shared.events.send(LinkEvent::Held(until - now));
+        }
         let total = self.line.total();
         let meter = self.meter.get_or_insert_with(|| Meter::new(now, total));
         if let Some(figures) = meter.poll(now, total) {
@@ -277,6 +293,8 @@ impl Task {
         self.link = None;
         self.error = Some(error.clone());
         self.line.handle_disconnected(self.now());
+        // Another monitor may answer over the next connection.
+        lock(&self.shared.holds).clear();
         let gone = self.redial.is_none();
         self.shared.state.send_modify(|state| {
             *state = LinkState { up: false, gone, losses: state.losses + 1 };
@@ -299,7 +317,7 @@ impl Task {
         match link {
             Ok(link) => {
                 self.link = Some(link);
-                self.line.handle_connected();
+                self.line.handle_connected(self.now());
                 self.shared.state.send_modify(|state| state.up = true);
                 _ = self.shared.events.send(LinkEvent::Up);
             }

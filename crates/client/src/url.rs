@@ -143,16 +143,17 @@ impl FromStr for Endpoint {
                 let addresses = options.addresses()?;
                 let manner = match framing {
                     Framing::Link => Manner::read(&mut options, addresses)?,
-                    Framing::Records => Manner::default(),
+                    Framing::Records => Manner { late: options.late()?, ..Manner::default() },
                 };
-                options.finish(&["addr", "src", "framing", "check", "role"])?;
+                options.finish(&["addr", "src", "framing", "check", "role", "late"])?;
                 Ok(Self::Tcp { host, port, framing, addresses, manner })
             }
             "udp" => {
                 let (host, port) = host_and_port(text, &url, "udp")?;
                 let addresses = options.addresses()?;
-                let manner = Manner { check: options.check()?, ..Manner::default() };
-                options.finish(&["addr", "src", "check"])?;
+                let (check, late) = (options.check()?, options.late()?);
+                let manner = Manner { check, late, ..Manner::default() };
+                options.finish(&["addr", "src", "check", "late"])?;
                 Ok(Self::Udp { host, port, addresses, manner })
             }
             "serial" => {
@@ -401,7 +402,9 @@ mod tests {
             "serial:COM3",
             "serial:///dev/ttyUSB0?src=130&role=active&check=crc32c",
             "tcp://h?check=auto&role=active",
-            "udp://h?check=crc32c",
+            "udp://h?check=crc32c&late=5",
+            "tcp://h?framing=records&late=60",
+            "serial:COM3?late=0&shared=1",
             "sim:?check=auto&seed=7",
             "serial:///dev/ttyS1?rs485=rts&rts_before=1&rts_after=2&echo=verify&turnaround=5",
             "serial:///dev/ttyS1?rs485=rts-low&terminate=on&echo=strip",

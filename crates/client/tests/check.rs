@@ -136,7 +136,7 @@ struct World {
 impl World {
     fn new(check: CheckMode, peers: [Peer; 2]) -> Self {
         let mut line = Line::new(Config { check, ..Config::default() });
-        line.handle_connected();
+        line.handle_connected(Now::ZERO);
         Self { now: Now::ZERO, line, peers, understood: Vec::new(), frames: 0 }
     }
 

@@ -3,6 +3,8 @@
 mod fake;
 
 use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use fake::answer;
@@ -14,7 +16,7 @@ use lafet_client::{Endpoint, Lang};
 use lafet_proto::bus::CONTROLLER;
 use lafet_proto::link::{Check, Decoder, Frame, WIRE_MAX, encode_with};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, sleep, sleep_until};
 
 /// A line, and what is on it.
 #[derive(Clone, Default)]
@@ -33,6 +35,20 @@ struct Plant {
     hum: &'static [u8],
     /// Frames that come by themselves every 200 ms, from and to.
     chatter: &'static [(u8, u8)],
+    /// The speed at which what comes by itself can be read; without it, at every one.
+    chatter_baud: Option<u32>,
+    /// They come every 20 ms.
+    often: bool,
+    /// At a wrong speed what others say is not heard at all.
+    mute: bool,
+    /// Requests are answered with these records.
+    odd: Option<&'static [u8]>,
+    /// What others have asked from our address is answered before each answer to us.
+    shared: bool,
+    /// An answer takes so long.
+    delay: Duration,
+    /// Bytes that were sent to it.
+    sent: Arc<AtomicUsize>,
     /// Every so many answers one is spoiled.
     spoil: usize,
     /// Every so many answers one is lost.
@@ -54,7 +70,13 @@ impl Plant {
             _ => None,
         };
         let garbled = at.is_some() && self.baud.is_some() && at != self.baud;
-        tokio::spawn(self.clone().serve(theirs, garbled));
+        let mut plant = self.clone();
+        if at.is_some() && plant.chatter_baud.is_some() && at != plant.chatter_baud {
+            plant.hum =
+                if plant.mute || plant.chatter.is_empty() { &[] } else { &[0x13, 0x80, 0xE7] };
+            plant.chatter = &[];
+        }
+        tokio::spawn(plant.serve(theirs, garbled));
         Link::Memory(Memory::new(ours))
     }
 
@@ -72,7 +94,7 @@ impl Plant {
                     next += tick;
                     ticks += 1;
                     out.extend(self.hum);
-                    if ticks.is_multiple_of(10) {
+                    if self.often || ticks.is_multiple_of(10) {
                         for (src, dst) in self.chatter {
                             out.extend(encoded(Check::Crc16, *dst, *src, &[]));
                         }
@@ -80,6 +102,8 @@ impl Plant {
                 }
                 read = stream.read(&mut buffer) => {
                     let Ok(len @ 1..) = read else { return };
+                    self.sent.fetch_add(len, Ordering::Relaxed);
+                    sleep(self.delay).await;
                     if self.echo {
                         out.extend(&buffer[..len]);
                     }
@@ -107,13 +131,20 @@ impl Plant {
         let mut out = Vec::new();
         for byte in bytes {
             let Some(Frame { dst, src, payload }) = decoder.push(*byte) else { continue };
-            let payload = if payload.is_empty() { Vec::new() } else { answer(payload) };
+            let payload = match self.odd {
+                _ if payload.is_empty() => Vec::new(),
+                Some(odd) => odd.to_vec(),
+                None => answer(payload),
+            };
             let check = decoder.check();
             if self.crc32c_only && check != Check::Crc32c {
                 continue;
             }
             for _ in self.monitors.iter().filter(|monitor| **monitor == dst) {
                 *count += 1;
+                if self.shared {
+                    out.extend(encoded(check, src, dst, &[0xD4, 0xA6, 0, 0]));
+                }
                 let mut answer = encoded(check, src, dst, &payload);
                 if self.lose > 0 && count.is_multiple_of(self.lose) {
                     continue;
@@ -298,4 +329,92 @@ async fn a_scan_finds_each_and_hears_strangers() {
     let scan = lafet_client::scan::scan(plant.link(&endpoint), 129, &options, |_| {}).await;
     let present = scan.unwrap().present;
     assert_eq!((present.len(), present[0].check), (1, Check::Crc32c));
+}
+
+/// A controller at another speed is heard before the first byte, and not one is sent; whether its
+/// bytes come as nonsense or not at all, and whatever the user insists on.
+#[tokio::test(start_paused = true)]
+async fn a_controller_at_another_speed_is_not_disturbed() {
+    for mute in [false, true] {
+        let chatter: &[(u8, u8)] = &[(CONTROLLER, 130), (130, CONTROLLER)];
+        let plant = Plant { chatter, chatter_baud: Some(57_600), mute, ..monitors(&[5]) };
+        // One that speaks more than once in 150 ms is heard where the wrong speed makes silence.
+        let plant = Plant { often: mute, ..plant };
+        let all = found(SERIAL, &plant).await;
+        let expected = [
+            Finding::WrongSpeed { answers_at: Some(57_600) },
+            Finding::OtherSpeakers { addresses: vec![CONTROLLER, 130] },
+        ];
+        assert_eq!(all, expected, "mute {mute}");
+        assert_eq!(plant.sent.load(Ordering::Relaxed), 0, "mute {mute}");
+    }
+}
+
+/// Bytes that cannot be read may be others at another speed: a scan says nothing there either.
+#[tokio::test(start_paused = true)]
+async fn a_scan_holds_back_from_what_it_cannot_read() {
+    let plant = Plant { hum: &[0x13, 0x80, 0xE7], ..monitors(&[5]) };
+    let listen = Duration::from_secs(1);
+    let options = ScanOptions { listen, ..ScanOptions::default() };
+    let scanned = scan(plant.link(&SERIAL.parse().unwrap()), 129, &options, |_| {}).await.unwrap();
+    assert!(scanned.held_back && scanned.garbage && scanned.present.is_empty());
+    assert_eq!(plant.sent.load(Ordering::Relaxed), 0);
+}
+
+/// A monitor that answers something else is not a good one.
+#[tokio::test(start_paused = true)]
+async fn answers_that_are_none() {
+    let odd: [&[u8]; 5] = [
+        &[],
+        // Cut short, of another subsystem, refused with a status that nobody knows, without data.
+        &[0xD4, 0x5D, 0, 10, 1, 2],
+        &[0xD4, 0xA6, 0, 0],
+        &[0xD4, 0xC2, 0xC8, 0],
+        &[0xD4, 0xC2, 0, 0],
+    ];
+    for odd in odd {
+        let plant = Plant { odd: Some(odd), ..monitors(&[5]) };
+        for url in [SERIAL, TCP] {
+            assert_eq!(found(url, &plant).await, [Finding::OddAnswers], "{odd:02x?}");
+        }
+    }
+}
+
+/// Two programs on one port: the other's answers are not a second monitor.
+#[tokio::test(start_paused = true)]
+async fn two_programs_with_one_address() {
+    let plant = Plant { shared: true, ..monitors(&[5]) };
+    let all = found(SERIAL, &plant).await;
+    assert!(all.contains(&Finding::OurAddressTaken), "{all:?}");
+    assert!(!all.contains(&Finding::TwoWithOneAddress), "{all:?}");
+}
+
+/// No false finding on a healthy line; those with a controller are in `tests/bus`.
+#[tokio::test(start_paused = true)]
+async fn healthy_lines_of_every_kind() {
+    let well = [Finding::Well];
+    let echo = [Finding::Well, Finding::Echo { told: true }];
+    let slow = Plant { delay: Duration::from_millis(400), ..monitors(&[5]) };
+    let lines: [(&str, &str, Plant, &[Finding]); 7] = [
+        ("direct", SERIAL, monitors(&[5]), &well),
+        (
+            "an echo",
+            "serial:///dev/x?addr=5&echo=strip",
+            Plant { echo: true, ..monitors(&[5]) },
+            &echo,
+        ),
+        ("several monitors", SERIAL, monitors(&[1, 2, 5, 127]), &well),
+        ("a network", TCP, monitors(&[5]), &well),
+        ("a serial server with several", TCP, monitors(&[1, 5, 9]), &well),
+        ("a radio modem", TCP, slow, &well),
+        (
+            "bare records",
+            "tcp://h:1?framing=records",
+            Plant { records: true, ..monitors(&[5]) },
+            &well,
+        ),
+    ];
+    for (name, url, plant, expected) in lines {
+        assert_eq!(found(url, &plant).await, expected, "{name}");
+    }
 }

@@ -46,8 +46,9 @@ async fn it_moves_as_long_as_it_is_renewed_and_stops_when_let_go() {
         pass(100 * MS).await;
         assert!(jog.renew() && look(&plant, |plant| plant.is_moving(VERTICAL)));
     }
-    // Repeated, so that the monitor's own MoveTimeout may be short.
-    assert!(look(&plant, |plant| plant.count(RequestId::MOVE)) >= 8);
+    // Renewed, and set in motion once.
+    assert!(look(&plant, |plant| plant.count(RequestId::SET_PARAM)) >= 20);
+    assert_eq!(look(&plant, |plant| plant.count(RequestId::MOVE)), 1);
     let let_go = Instant::now();
     let end = jog.release().await;
     assert_eq!(reason(&end), Some(Reason::Released), "{end:?}");
@@ -316,4 +317,45 @@ async fn the_first_lease_may_be_longer() {
     jog.ended().await;
     let stopped = look(&plant, |plant| plant.stopped_at.unwrap());
     assert!(stopped - renewed < LEASE + 20 * MS);
+}
+
+/// Without MoveHold the motion goes on in short steps, and is as far from its end as one of them.
+#[tokio::test(start_paused = true)]
+async fn a_monitor_without_move_hold_is_moved_in_steps() {
+    let plant = plant();
+    look(&plant, |plant| plant.has_hold = false);
+    let monitor = start(&plant);
+    let jog = monitor.vertical().jog(Toward::UP).unwrap();
+    for _ in 0..40 {
+        pass(100 * MS).await;
+        assert!(jog.renew());
+    }
+    let way = look(&plant, |plant| plant.position(VERTICAL));
+    assert!(way > 900, "{way}' of 1200' in 4 s");
+    // The line is dead from now on: nobody can tell it to stop.
+    look(&plant, |plant| plant.fate = Box::new(|_| Fate::LoseRequest));
+    pass(500 * MS).await;
+    assert!(!look(&plant, |plant| plant.is_moving(VERTICAL)));
+    drop(jog);
+}
+
+/// With limits off a step does not end at its destination (§3.17).
+#[tokio::test(start_paused = true)]
+async fn what_would_not_end_by_itself_is_not_started() {
+    let plant = plant();
+    look(&plant, |plant| (plant.has_hold, plant.limitless) = (false, true));
+    let monitor = start(&plant);
+    let mut jog = monitor.vertical().jog(Toward::UP).unwrap();
+    let end = jog.ended().await;
+    assert!(matches!(end, JogEnd::Unbounded(_)), "{end:?}");
+    assert_eq!(look(&plant, |plant| plant.count(RequestId::MOVE)), 0);
+    // With MoveHold it is.
+    look(&plant, |plant| plant.has_hold = true);
+    let jog = monitor.vertical().jog(Toward::UP).unwrap();
+    pass(200 * MS).await;
+    assert!(look(&plant, |plant| plant.is_moving(VERTICAL)));
+    look(&plant, |plant| plant.fate = Box::new(|_| Fate::LoseRequest));
+    pass(500 * MS).await;
+    assert!(!look(&plant, |plant| plant.is_moving(VERTICAL)));
+    drop(jog);
 }

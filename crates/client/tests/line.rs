@@ -37,7 +37,7 @@ fn buf(request: Request<'_>) -> Vec<RequestBuf> {
 
 fn connected(config: Config) -> Line {
     let mut line = Line::new(config);
-    line.handle_connected();
+    line.handle_connected(Now::ZERO);
     line
 }
 
@@ -80,12 +80,13 @@ fn the_line_is_shared_fairly() {
         assert_eq!(answered(&mut line).len(), 1);
         order.push(to);
     }
-    assert_eq!(order, [7, 8, 9, 7, 7, 7, 7]);
+    // One that answers has a turn after each of which nothing is known yet.
+    assert_eq!(order, [7, 7, 8, 7, 9, 7, 7]);
     assert!(line.is_idle() && line.poll_timeout(SECOND).is_none());
     assert_eq!((line.stats(7).believed, line.stats(8).believed, line.total().believed), (5, 1, 7));
 }
 
-/// A monitor that is off costs the others one timeout for each frame of theirs.
+/// A monitor that is off holds the line for one timeout, and for less as soon as others answer.
 #[test]
 fn a_silent_monitor_does_not_take_the_line() {
     let mut line = connected(Config::default());
@@ -93,9 +94,8 @@ fn a_silent_monitor_does_not_take_the_line() {
     for _ in 0..3 {
         ask(&mut line, Now::ZERO, 1, read());
     }
-    let mut now = Now::ZERO;
-    let mut order = Vec::new();
-    for _ in 0..6 {
+    let (mut now, mut order, mut waits) = (Now::ZERO, Vec::new(), Vec::new());
+    for _ in 0..5 {
         let (to, payload) = sent(&mut line, now).expect("due");
         order.push(to);
         match to {
@@ -104,17 +104,18 @@ fn a_silent_monitor_does_not_take_the_line() {
                 reply(&mut line, now, 1, &payload);
             }
             _ => {
-                assert_eq!(line.poll_timeout(now), Some(now + SECOND));
-                now += SECOND;
+                let until = line.poll_timeout(now).expect("the answer is waited for");
+                waits.push(until - now);
+                now = until;
                 line.handle_timeout(now);
             }
         }
     }
-    assert_eq!(order, [2, 1, 2, 1, 2, 1]);
+    assert_eq!((order, waits), (vec![2, 1, 1, 2, 1], vec![SECOND, 102 * MS]));
     let silent = std::iter::from_fn(|| line.poll_outcome())
-        .filter(|(_, outcome)| *outcome == Outcome::Silence { tries: 3 });
+        .filter(|(_, outcome)| *outcome == Outcome::Silence { tries: 2 });
     assert_eq!(silent.count(), 1);
-    assert_eq!((line.stats(1).timeouts, line.stats(2).timeouts), (0, 3));
+    assert_eq!((line.stats(1).timeouts, line.stats(2).timeouts), (0, 2));
     assert_eq!(line.silent_tries(), 0, "somebody answers: the connection is sound");
 }
 
@@ -142,7 +143,8 @@ fn answers_are_told_apart_by_their_sender() {
 #[test]
 fn a_stop_overtakes_everything() {
     // Untagged monitors of which one is in doubt: what would be mistaken waits, a Stop does not.
-    let config = Config { tags: false, tries: 1, ..Config::default() };
+    let drain_bound = 3 * SECOND;
+    let config = Config { tags: false, tries: 1, drain_bound, ..Config::default() };
     let mut line = connected(config);
     ask(&mut line, Now::ZERO, 2, stop());
     assert_eq!(sent(&mut line, Now::ZERO).unwrap(), (2, STOP.to_vec()));
@@ -311,4 +313,90 @@ fn echo() {
         assert_eq!(stats.collisions, u64::from(echo == Echo::Verify));
         assert_eq!((stats.crc_errors, stats.echoes_missing), (1, 0), "{echo:?}");
     }
+}
+
+/// Answered reads of the one monitor in the second half of a minute, when so many others are polled that do not; and the
+/// longest time between two of its answers.
+fn answers_beside(absent: u8, answer_takes: Duration) -> (u32, Duration) {
+    let mut line = connected(Config::default());
+    let (mut now, minute) = (Now::ZERO, 60 * SECOND);
+    let mut due: Vec<(u8, Now)> = (1..=1 + absent).map(|address| (address, Now::ZERO)).collect();
+    let (mut asked, mut count, mut last, mut gap) = (Vec::new(), 0, Now::ZERO, Duration::ZERO);
+    let mut answer_at = None;
+    while now < minute {
+        // Each is asked five times a second, as soon as its last question has ended.
+        for (address, at) in &mut due {
+            if now >= *at && !asked.iter().any(|(_, of)| of == address) {
+                asked.push((ask(&mut line, now, *address, read()), *address));
+                *at = (*at + 200 * MS).max(now);
+            }
+        }
+        if let Some((to, payload)) = sent(&mut line, now)
+            && to == 1
+        {
+            answer_at = Some((now + answer_takes, payload));
+        }
+        while let Some((ticket, end)) = line.poll_outcome() {
+            let at = asked.iter().position(|(known, _)| *known == ticket).expect("asked");
+            if asked.swap_remove(at).1 == 1 && matches!(end, Outcome::Answered(_)) {
+                // The first half shows which are there.
+                count += u32::from(now > 30 * SECOND);
+                gap = gap.max(now - last);
+                last = now;
+            }
+        }
+        now += MS;
+        if let Some((at, payload)) = answer_at.take() {
+            if now >= at {
+                reply(&mut line, now, 1, &payload);
+            } else {
+                answer_at = Some((at, payload));
+            }
+        }
+        line.handle_timeout(now);
+    }
+    (count, gap)
+}
+
+/// 31 of 32 addresses are silent: the one keeps its rate.
+#[test]
+fn absent_monitors_cost_the_others_nothing() {
+    for takes in [2 * MS, 15 * MS, 110 * MS] {
+        let (alone, _) = answers_beside(0, takes);
+        let (beside, gap) = answers_beside(31, takes);
+        println!("an answer takes {takes:?}: {beside} of {alone} reads, longest gap {gap:?}");
+        assert!(alone >= 145, "{alone}");
+        assert!(beside * 10 >= alone * 9, "{takes:?}: {beside} of {alone}");
+        assert!(gap < 600 * MS, "{takes:?}: {gap:?}");
+    }
+}
+
+/// One that comes back is found again soon, and is then asked as often as before.
+#[test]
+fn an_absent_monitor_that_comes_back_is_found() {
+    let mut line = connected(Config::default());
+    let (mut now, mut found) = (Now::ZERO, None);
+    let mut asked = [None, None];
+    while now < 60 * SECOND && found.is_none() {
+        for (index, ticket) in asked.iter_mut().enumerate() {
+            ticket.get_or_insert_with(|| ask(&mut line, now, index as u8 + 1, read()));
+        }
+        let back = now >= 20 * SECOND;
+        let frame = sent(&mut line, now);
+        now += MS;
+        if let Some((to, payload)) = frame.filter(|(to, _)| *to == 1 || back) {
+            reply(&mut line, now, to, &payload);
+        }
+        line.handle_timeout(now);
+        while let Some((ticket, end)) = line.poll_outcome() {
+            let index = usize::from(asked[1] == Some(ticket));
+            asked[index] = None;
+            if index == 1 && matches!(end, Outcome::Answered(_)) {
+                found = Some(now);
+            }
+        }
+        now += 19 * MS;
+    }
+    let found = found.expect("it answers") - 20 * SECOND;
+    assert!(found < SECOND, "{found:?}");
 }

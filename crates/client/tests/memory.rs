@@ -5,11 +5,12 @@ mod fake;
 use std::time::Duration;
 
 use fake::{Log, answer, answer_within, frame, serve};
-use lafet_client::{Client, Config, Error, Lang, Monitor, Saved, Verdict};
+use lafet_client::{Cause, Client, Config, Deviation, Error, Lang, Monitor, Saved, Verdict};
 use lafet_proto::param::Param;
+use lafet_proto::record::Records;
 use lafet_proto::request::{Body, LimitsState, Quench, Sector, Seek};
 use lafet_proto::status::Limits;
-use lafet_proto::{Request, RequestId, Status, SubsystemId};
+use lafet_proto::{ParamId, Request, RequestId, Status, SubsystemId};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::task::JoinHandle;
 
@@ -207,6 +208,7 @@ async fn silence_is_told_apart_by_what_it_means() {
         read(VERTICAL),
     ];
     let results = monitor.client().batch(&requests).await;
+    assert!(matches!(results[0], Err(Error::NotSent { cause: Cause::Silence, .. })));
     assert!(matches!(results[1], Err(Error::NoAnswer { .. })));
     assert!(matches!(results[2], Err(Error::NotSent { .. })));
 }
@@ -336,6 +338,60 @@ async fn an_answer_of_the_wrong_shape_is_named() {
     let (client, _, _) = start(|payload| frame(&[payload[0], payload[1], 0, 0]));
     let error = Monitor::new(client).limits(VERTICAL).await.unwrap_err();
     assert!(matches!(error, Error::Protocol { from: VERTICAL, .. }), "{error}");
+}
+
+/// An answer that is none of the protocol's is an error that names it, not silence and not a success.
+#[tokio::test(start_paused = true)]
+async fn odd_answers_are_named() {
+    let named = |error: &Error, what: &str| {
+        let (english, russian) = (error.to_string(), error.localized(Lang::Ru));
+        assert!(english.contains("not what the protocol says"), "{english}");
+        assert!(english.contains(what), "{english}");
+        assert!(!english.contains("power"), "{english}");
+        assert_ne!(english, russian);
+    };
+    // A state without data, and a status that does not exist.
+    let (client, _, _) = start(|payload| frame(&[payload[0], payload[1], 0, 0]));
+    let error = client.request(&read(VERTICAL)).await.unwrap_err();
+    named(&error, "has no data");
+    assert!(matches!(error, Error::Protocol { what: Deviation::NoData, .. }));
+    let (client, _, _) = start(|payload| frame(&[payload[0], payload[1], 0xC8, 0]));
+    let error = client.request(&read(VERTICAL)).await.unwrap_err();
+    named(&error, "no status of the protocol");
+    let moving = Request::new(VERTICAL, Body::Move { destination: 1 });
+    let error = client.request(&moving).await.unwrap_err();
+    assert!(matches!(error, Error::OutcomeUnknown { cause: Cause::Odd { .. }, .. }), "{error}");
+    named(&error, "It may have been executed");
+    // Another parameter, however often it is asked; the others are read all the same.
+    let (client, _, _) = start(|payload| {
+        let answers = Records::new(payload).flatten().map(|record| match record.data {
+            [7, 0] => vec![record.request.0, record.device.0, 0, 6, 8, 0, 1, 0, 0, 0],
+            [id, 0] => vec![record.request.0, record.device.0, 0, 6, *id, 0, 1, 0, 0, 0],
+            _ => vec![record.request.0, record.device.0, Status::MODULE_NOT_EXIST.0, 0],
+        });
+        frame(&answers.collect::<Vec<_>>().concat())
+    });
+    let reading = |id| Request::new(VERTICAL, Body::GetParam { id: ParamId(id) });
+    let error = client.request(&reading(7)).await.unwrap_err();
+    named(&error, "was asked for");
+    let all = [reading(7), reading(5), reading(7), reading(7), reading(6)];
+    let results = client.complete(&all, |_| {}).await;
+    let fine: Vec<_> = results.iter().map(Result::is_ok).collect();
+    assert_eq!(fine, [false, true, false, false, true]);
+    // Somebody is there who does not answer a probe as it should be answered.
+    let (client, _, _) = start(|_| frame(&[0xD4, 0x5D, 0, 0]));
+    client.probe().await.unwrap();
+    // One subsystem of many does not spoil what the others say.
+    let (client, _, _) = start(|_| {
+        let mut all = vec![0xD4, 0xA6, 0, 0, 0xD4, 0x0D, 0, 8];
+        all.extend([0; 8]);
+        frame(&all)
+    });
+    let status = Monitor::new(client).status_all().await;
+    assert_eq!(
+        status.map(|status| (status.vertical.is_some(), status.others.len())).unwrap(),
+        (true, 1)
+    );
 }
 
 #[tokio::test(start_paused = true)]

@@ -31,7 +31,7 @@ impl World {
             let addresses = Addresses { monitor: 1, source };
             let timeout = Duration::from_secs(3);
             let mut line = Line::new(Config { addresses, timeout, check, ..Config::default() });
-            line.handle_connected();
+            line.handle_connected(Duration::ZERO);
             (radio.join(), line)
         });
         let mut sim = Sim::new(sim::Config::default());
@@ -153,17 +153,21 @@ fn a_noisy_channel_with_a_crc32c() {
     assert!(world.consoles.iter().all(|(_, line)| line.total().crc32c == 1));
 }
 
-/// A Stop comes through a channel that loses a third of all packets.
+/// A Stop comes through a channel that loses a third of all packets: of its seven tries within 9 s,
+/// one and its answer get through in 98 of 100 cases.
 #[test]
 fn a_stop_comes_through() {
     let config = RadioConfig { latency_ms: 100, loss: 0.33, ..RadioConfig::default() };
     let mut world = World::new(config, CheckMode::Crc16);
-    let mut longest = Duration::ZERO;
+    let (mut longest, mut answered) = (Duration::ZERO, 0);
     for _ in 0..50 {
         let began = world.now();
         let stop = world.ask(0, SubsystemId::ALL, Body::Stop);
-        assert!(matches!(world.end(&[(0, stop)])[0], Outcome::Answered(_)));
-        longest = longest.max(world.now() - began);
+        if matches!(world.end(&[(0, stop)])[0], Outcome::Answered(_)) {
+            answered += 1;
+            longest = longest.max(world.now() - began);
+        }
     }
+    assert!(answered >= 47, "{answered} of 50");
     assert!(longest < Duration::from_secs(9), "{longest:?}");
 }

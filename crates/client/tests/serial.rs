@@ -165,6 +165,41 @@ async fn a_port_that_cannot_switch_direction_says_so() {
     );
 }
 
+/// A port that this or another program has open is not opened once more, unless both share it.
+#[tokio::test]
+async fn a_port_is_for_one_program() {
+    let path = start(Line::default());
+    let open = |options: &'static str| {
+        let endpoint: Endpoint = format!("serial://{path}?{options}").parse().unwrap();
+        async move { Client::connect(&endpoint).await }
+    };
+    let closed = |client: Client| async move {
+        let mut state = client.link_state();
+        drop(client);
+        // The task that has the port ends with the last handle.
+        while state.changed().await.is_ok() {}
+    };
+    let first = open("baud=57600").await.unwrap();
+    for options in ["baud=57600", "shared=1"] {
+        let error = open(options).await.unwrap_err();
+        let (english, russian) = (error.to_string(), error.localized(Lang::Ru));
+        assert!(english.contains(&path) && english.contains("is in use by"), "{english}");
+        assert!(english.contains("shared=1") && russian.contains("shared=1"), "{russian}");
+        assert!(!english.contains("monitor is on"), "{english}");
+    }
+    closed(first).await;
+    let shared = open("shared=1").await.unwrap();
+    let second = open("shared=1").await.unwrap();
+    assert!(open("baud=57600").await.is_err(), "who shares did not agree to that");
+    closed(shared).await;
+    closed(second).await;
+    let first = open("baud=57600").await.unwrap();
+    assert!(first.probe().await.is_ok());
+    let missing = "serial:///dev/nope".parse().unwrap();
+    let error = Client::connect(&missing).await.unwrap_err();
+    assert!(error.to_string().contains("lafet ports"), "{error}");
+}
+
 /// The same without async: a thread of its own carries the connection.
 #[test]
 fn blocking() {

@@ -10,6 +10,16 @@ use crate::raw::{self, Incoming, Rec, Splitter};
 use crate::safety::{Found, Undo};
 use crate::verdict::{Halt, Note, Step, fail, must, not_applicable};
 
+/// §3.18/3: what a monitor does under lockout.
+const WORKS_LOCKED_OUT: [R; 7] = [
+    R::GET_STATUS,
+    R::GET_PARAM,
+    R::SET_PARAM,
+    R::RETRIEVE_LIMITS,
+    R::GET_CRASH_DATA,
+    R::GET_HOTBED,
+    R::LOCKOUT,
+];
 /// A read may be lost on a radio link: it is repeated so often. Tests that count answers are not.
 const TRIES: u32 = 3;
 /// How often a parameter of a remote unit is asked for, and the pause between.
@@ -283,9 +293,19 @@ impl<'a> Bench<'a> {
         must(rec.data.is_empty(), "an answer without data", "ответ без данных", rec.words(true))
     }
 
-    /// A request that is refused.
+    /// A request that is refused. §3.18/2: under lockout General refuses it, before anybody else.
     pub fn refused(&mut self, request: R, to: S, data: &[u8], from: S, status: Status) -> Step {
+        let denied = self.found.locked_out && !WORKS_LOCKED_OUT.contains(&request);
+        let (from, status) = if denied { (S::GENERAL, Status::DENIED) } else { (from, status) };
         self.want(request, to, data, from, &[status]).map(|_| ())
+    }
+
+    /// What a monitor that was found locked out does not execute cannot be tested.
+    pub fn needs_release(&self) -> Step {
+        match self.found.locked_out {
+            true => not_applicable("the monitor is locked out", "ствол заблокирован"),
+            false => Ok(()),
+        }
     }
 
     /// The data of a read.

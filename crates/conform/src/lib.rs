@@ -24,7 +24,7 @@ use std::sync::atomic::AtomicBool;
 use lafet_client::Framing;
 
 pub use report::{Report, TestReport};
-pub use run::{Progress, is_known, run};
+pub use run::{Progress, is_known, run, tests};
 pub use verdict::{Note, Outcome};
 
 /// What the tester may do to the monitor; each level includes those before it.

@@ -1,7 +1,9 @@
 //! Link frames and records, coded here once more: the tester must not trust the encoder and the
 //! decoder that it may be testing.
 
-use lafet_proto::{RequestId, Status, SubsystemId};
+use lafet_proto::answer::Reply;
+use lafet_proto::text::AnswerText;
+use lafet_proto::{Answer, Record, RequestId, Status, SubsystemId};
 
 /// §L/1 Ends and begins a frame.
 pub const END: u8 = 0xC0;
@@ -218,13 +220,25 @@ impl Rec {
     pub fn words(&self, answer: bool) -> String {
         let request = name(self.request.name(), self.request.0);
         let device = name(self.device.name(), self.device.0);
-        let data =
-            if self.data.is_empty() { String::new() } else { format!(" {}", hex(&self.data)) };
+        let data = match (self.data.is_empty(), self.values().filter(|_| answer)) {
+            (true, _) => String::new(),
+            (false, Some(values)) => format!(" {values} [{}]", hex(&self.data)),
+            (false, None) => format!(" {}", hex(&self.data)),
+        };
         if !answer {
             return format!("{request} → {device}{data}");
         }
         let status = name(self.status.name(), self.status.0);
         format!("{request} ← {device}: {status}{data}")
+    }
+
+    /// The data of an answer with their units; none where they are nothing that the protocol knows.
+    fn values(&self) -> Option<String> {
+        let Self { request, device, status, data } = self;
+        let record = Record { request: *request, device: *device, status: *status, data };
+        Answer::decode(&record).ok().filter(|answer| !matches!(answer.data, Reply::Raw(_)))?;
+        let text = AnswerText(record).to_string();
+        text.split_once(": ").map(|(_, values)| values.to_owned())
     }
 
     /// The first word of the data: the flags of a status.
@@ -248,6 +262,20 @@ pub fn name(name: Option<&str>, number: u8) -> String {
     name.map_or_else(|| format!("0x{number:02X}"), str::to_owned)
 }
 
+/// Several of anything, as a person reads them.
+pub fn several<T: ToString>(all: &[T]) -> String {
+    match all {
+        [] => "—".to_owned(),
+        all => all.iter().map(T::to_string).collect::<Vec<_>>().join(" "),
+    }
+}
+
+/// Limits of a drive, with their unit.
+pub fn range(drive: SubsystemId, (min, max): (i32, i32)) -> String {
+    let unit = if drive == SubsystemId::NOZZLE { " mm" } else { "'" };
+    format!("{min}{unit} … {max}{unit}")
+}
+
 /// Bytes in hexadecimal.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
@@ -256,6 +284,23 @@ pub fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn answers_are_shown_with_values_and_units() {
+        let limits = Rec {
+            request: RequestId::RETRIEVE_LIMITS,
+            device: SubsystemId::HORIZONTAL,
+            status: Status::OK,
+            data: vec![0x30, 0x2A, 0, 0, 0xD0, 0xD5, 0xFF, 0xFF],
+        };
+        let words = limits.words(true);
+        assert!(words.contains("10800'") && words.contains("-10800'"), "{words}");
+        assert!(words.ends_with("[30 2A 00 00 D0 D5 FF FF]"), "{words}");
+        let cut = Rec { data: vec![0x30, 0x2A], ..limits };
+        assert!(cut.words(true).ends_with("Ok 30 2A"), "{}", cut.words(true));
+        assert_eq!(range(SubsystemId::NOZZLE, (0, 60)), "0 mm … 60 mm");
+        assert_eq!((several::<i32>(&[]), several(&[1, 2])), ("—".to_owned(), "1 2".to_owned()));
+    }
 
     fn split(bytes: &[u8]) -> Vec<Incoming> {
         let mut splitter = Splitter::default();

@@ -101,6 +101,11 @@ fn finish(report: &mut Report, bench: &mut Bench<'_>) {
     report.took_ms = bench.now_ms();
 }
 
+/// Every test: its item, its name, and the level that it needs.
+pub fn tests() -> impl Iterator<Item = (&'static str, &'static str, Level)> {
+    TESTS.iter().map(|test| (test.item, test.name, test.level))
+}
+
 /// Whether a test is called so, or tests an item of this.
 pub fn is_known(id: &str) -> bool {
     TESTS.iter().any(|test| is_within(test, id))

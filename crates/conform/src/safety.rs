@@ -34,6 +34,8 @@ pub struct Found {
     pub present: Vec<S>,
     /// Wrapped when it was found.
     pub wrapped: bool,
+    /// Locked out when it was found: only reads are tested.
+    pub locked_out: bool,
     /// Where the drives stood.
     pub positions: Vec<(S, i32)>,
     /// Where they were seen last.
@@ -74,6 +76,7 @@ impl Bench<'_> {
             }
         }
         self.found.seen.clone_from(&self.found.positions);
+        self.found.locked_out = self.flags(S::GENERAL)? & bits::LOCKED_OUT != 0;
         if self.has(S::DEPLOYER) {
             self.found.wrapped = self.flags(S::DEPLOYER)? & bits::WRAPPED != 0;
         }
@@ -103,7 +106,7 @@ impl Bench<'_> {
         if self.options.level == Level::ReadOnly {
             return Ok(());
         }
-        if self.flags(S::GENERAL)? & bits::LOCKED_OUT != 0 {
+        if self.found.locked_out {
             return not(
                 "the monitor is locked out; whoever did it had a reason. Only --read-only is possible",
                 "ствол заблокирован; у того, кто это сделал, была причина. Возможен только --read-only",

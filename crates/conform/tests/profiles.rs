@@ -3,9 +3,11 @@
 #[allow(dead_code, reason = "the wrong monitors need the rest")]
 mod support;
 
-use lafet_conform::{Level, Options, Outcome, Report, run};
+use lafet_conform::raw::{Rec, frame};
+use lafet_conform::{Level, Options, Outcome, Report, TestReport, run};
 use lafet_device::Source;
 use lafet_device::port::Port;
+use lafet_proto::{RequestId, Status, SubsystemId};
 use lafet_sim::sim::Sim;
 use support::{Between, SimLine, monitor};
 
@@ -69,6 +71,56 @@ fn passes(profile: &str) {
         );
         assert!(report.count(Outcome::Pass) > 40);
     }
+}
+
+/// The read-only tests of a monitor that was locked out before.
+fn locked_out(between: impl Between + 'static) -> Report {
+    let mut sim = monitor("full");
+    let key = [0xFA, 0x2F];
+    let lockout = Rec::new(RequestId::LOCKOUT, SubsystemId::ALL, &key).bytes();
+    let answer = sim.receive(&mut Port::new(Source::Radio), &frame(1, 0x81, &lockout));
+    assert!(!answer.is_empty(), "no answer to Lockout");
+    sim.advance_ms(5000);
+    run(
+        &mut SimLine::new(sim, between),
+        &Options { strict: true, ..Options::default() },
+        &mut |_| {},
+    )
+}
+
+#[test]
+fn a_monitor_that_is_locked_out_passes_its_reads() {
+    let report = locked_out(Plain::new());
+    let failed =
+        |test: &&TestReport| !matches!(test.outcome, Outcome::Pass | Outcome::NotApplicable);
+    let failed: Vec<&str> = report.tests.iter().filter(failed).map(|test| test.name).collect();
+    assert!(report.is_good() && failed.is_empty(), "{failed:?}, aborted {:?}", report.aborted);
+    assert!(report.count(Outcome::Pass) > 40);
+    let of =
+        |name: &str| report.tests.iter().find(|test| test.name == name).expect("a test").outcome;
+    assert_eq!(of("stop-wrong-addressee"), Outcome::Pass);
+    assert_eq!(of("stop-all-at-rest"), Outcome::NotApplicable);
+}
+
+/// Refuses one Stop as if it were not locked out.
+struct Careless(Plain);
+
+impl Between for Careless {
+    fn receive(&mut self, sim: &mut Sim, bytes: &[u8]) -> Vec<u8> {
+        let stop = Rec::new(RequestId::STOP, SubsystemId::GENERAL, &[]).bytes();
+        if bytes == frame(1, 0x81, &stop) {
+            let refusal = [RequestId::STOP.0, SubsystemId::GENERAL.0, Status::WRONG_REQUEST.0, 0];
+            return frame(0x81, 1, &refusal);
+        }
+        self.0.receive(sim, bytes)
+    }
+}
+
+#[test]
+fn a_lockout_that_lets_a_request_through_fails() {
+    let report = locked_out(Careless(Plain::new()));
+    let failed = report.tests.iter().filter(|test| test.outcome == Outcome::Fail);
+    assert_eq!(failed.map(|test| test.name).collect::<Vec<_>>(), ["stop-wrong-addressee"]);
 }
 
 #[test]

@@ -24,6 +24,8 @@ pub const ASK: Duration = Duration::from_secs(10);
 pub const HTTP_LOST: Duration = Duration::from_secs(10);
 /// Shortest reason of a take-over by force.
 pub const REASON_MIN: usize = 5;
+/// The longest reason, characters.
+pub const REASON_MAX: usize = 500;
 
 /// Somebody at a place from which a monitor is commanded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]

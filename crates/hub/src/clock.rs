@@ -1,28 +1,165 @@
-//! The one clock of the hub: what is logged, and when sessions and shelvings end.
+//! The one clock of the hub: the date, for logs, and a steady time, for ages.
+//!
+//! The date may jump: somebody sets it, or the time server comes back. The age of a session, of a
+//! shelving or of what is kept must not jump with it, so these are measured by a steady time. It is
+//! the date at the start and what has passed since, by a clock that nobody sets.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Milliseconds since 1970.
+use tokio::time::Instant;
+
+use crate::hub::{Caller, Hub};
+use crate::store::Act;
+use crate::sync::lock;
+use crate::text::both;
+
+/// A difference between date and steady time that changes by this within a second is a step; what
+/// a time server slews is less.
+const STEP_MS: u64 = 2000;
+
+/// Where the time comes from.
 #[derive(Clone, Debug, Default)]
 pub enum Clock {
-    /// The system's.
+    /// The system.
     #[default]
     System,
     /// One that is set by hand, for tests.
-    Manual(Arc<AtomicU64>),
+    Manual(Arc<ManualTime>),
+}
+
+/// A time that is set by hand.
+#[derive(Debug)]
+pub struct ManualTime {
+    date_ms: AtomicU64,
+    steady_ms: AtomicU64,
+}
+
+impl ManualTime {
+    /// Begins at a date.
+    pub fn at(date_ms: u64) -> Arc<Self> {
+        Arc::new(Self { date_ms: date_ms.into(), steady_ms: date_ms.into() })
+    }
+
+    /// Time passes.
+    pub fn pass(&self, ms: u64) {
+        self.date_ms.fetch_add(ms, Ordering::Relaxed);
+        self.steady_ms.fetch_add(ms, Ordering::Relaxed);
+    }
+
+    /// The date is set, and no time passes.
+    pub fn set_date(&self, date_ms: u64) {
+        self.date_ms.store(date_ms, Ordering::Relaxed);
+    }
 }
 
 impl Clock {
-    /// Now, ms since 1970. It may jump; nothing that moves a monitor depends on it.
-    #[expect(clippy::disallowed_methods, reason = "logs, sessions and alarms bear the date")]
+    /// The date, ms since 1970. It may jump; nothing that moves a monitor and no age depends on it.
     pub fn now_ms(&self) -> u64 {
         match self {
-            Self::System => SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .map_or(0, |since| u64::try_from(since.as_millis()).unwrap_or(u64::MAX)),
-            Self::Manual(now_ms) => now_ms.load(Ordering::Relaxed),
+            Self::System => date_ms(),
+            Self::Manual(time) => time.date_ms.load(Ordering::Relaxed),
         }
+    }
+
+    /// The date at the start and what has passed since, ms: never jumps.
+    pub fn steady_ms(&self) -> u64 {
+        static START: OnceLock<(Instant, u64)> = OnceLock::new();
+        match self {
+            Self::System => {
+                let (start, date_ms) = START.get_or_init(|| (Instant::now(), date_ms()));
+                date_ms.saturating_add(u64::try_from(start.elapsed().as_millis()).unwrap_or(0))
+            }
+            Self::Manual(time) => time.steady_ms.load(Ordering::Relaxed),
+        }
+    }
+
+    /// How far the date is ahead of the steady time, ms.
+    pub fn ahead_ms(&self) -> i64 {
+        let (date_ms, steady_ms) = (self.now_ms(), self.steady_ms());
+        let ahead = i128::from(date_ms) - i128::from(steady_ms);
+        i64::try_from(ahead).unwrap_or(i64::MAX)
+    }
+
+    /// The date by which what is old is removed: one that has jumped ahead removes nothing more.
+    pub fn cautious_ms(&self) -> u64 {
+        self.now_ms().min(self.steady_ms())
+    }
+}
+
+/// Notices steps of the date.
+#[derive(Debug)]
+pub struct Steps {
+    ahead_ms: i64,
+}
+
+impl Steps {
+    /// From now on.
+    pub fn from_now(clock: &Clock) -> Self {
+        Self { ahead_ms: clock.ahead_ms() }
+    }
+
+    /// By how much the date has stepped since the last look, ms.
+    pub fn look(&mut self, clock: &Clock) -> Option<i64> {
+        let ahead_ms = clock.ahead_ms();
+        let step_ms = ahead_ms.saturating_sub(std::mem::replace(&mut self.ahead_ms, ahead_ms));
+        (step_ms.unsigned_abs() >= STEP_MS).then_some(step_ms)
+    }
+}
+
+impl Hub {
+    /// Looks whether the date has stepped: it is recorded, and ages stay what they were.
+    pub fn look_at_clock(&self, steps: &mut Steps) {
+        let Some(by_ms) = steps.look(&self.clock) else { return };
+        let by_s = format!("{:.1}", by_ms as f64 / 1000.0);
+        let text = both(
+            format!("The clock was changed by {by_s} s, or the machine was asleep."),
+            format!("Часы переведены на {} с, либо машина спала.", by_s.replace('.', ",")),
+        );
+        let record = self.record(&Caller::hub(), "", "clock step", "Ok");
+        drop(self.audit.note(record.about(&Act::ClockStep { by_ms })));
+        self.event(None, &text);
+        self.recordings.stepped(by_ms);
+        for station in self.stations() {
+            lock(&station.programs).stepped(by_ms);
+        }
+        let changes = lock(&self.alarms).stepped(by_ms);
+        self.publish_alarms(changes);
+        let own = self.clone();
+        // The disk is waited for elsewhere.
+        tokio::task::spawn_blocking(move || own.access.stepped(by_ms));
+    }
+}
+
+/// A time of the steady clock or of the past as a date, or the other way round.
+pub fn shifted(ms: u64, by_ms: i64) -> u64 {
+    ms.saturating_add_signed(by_ms)
+}
+
+#[expect(clippy::disallowed_methods, reason = "logs bear the date; ages are measured otherwise")]
+fn date_ms() -> u64 {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| u64::try_from(since.as_millis()).unwrap_or(u64::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_noticed_once_and_moves_no_age() {
+        let time = ManualTime::at(1_000_000);
+        let clock = Clock::Manual(time.clone());
+        let mut steps = Steps::from_now(&clock);
+        time.pass(5000);
+        assert_eq!((steps.look(&clock), clock.steady_ms()), (None, 1_005_000));
+        time.set_date(9_005_000);
+        assert_eq!((steps.look(&clock), steps.look(&clock)), (Some(8_000_000), None));
+        assert_eq!((clock.steady_ms(), clock.cautious_ms()), (1_005_000, 1_005_000));
+        time.set_date(5000);
+        assert_eq!(steps.look(&clock), Some(-9_000_000));
+        assert_eq!(clock.cautious_ms(), 5000);
     }
 }

@@ -1,5 +1,6 @@
 //! A request of somebody to a monitor: may they, is it noted, what was answered.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -8,6 +9,7 @@ use lafet_client::{Answers, Lang, Monitor, Saved, mistake};
 use lafet_proto::text::{BUFFER_SIZE, parse};
 use lafet_proto::{Record as WireRecord, Request, RequestId, SubsystemId};
 use serde_json::{Map, Value, json};
+use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, timeout};
 
 use crate::access::{Need, Role, need};
@@ -16,6 +18,7 @@ use crate::hub::{Caller, Hub};
 use crate::model;
 use crate::program;
 use crate::station::Station;
+use crate::store::Act;
 use crate::sync::lock;
 use crate::text::both;
 
@@ -67,6 +70,9 @@ impl Hub {
             return Err(ApiError::bad_request(text));
         }
         let needs = needs(&request)?;
+        if needs.urgent {
+            return self.urgent(caller, station, &request.to_string()).result().await;
+        }
         let allowed = self.allow(caller, station, needs, confirm);
         if let Err(error) = allowed {
             self.counts.refused.fetch_add(1, Ordering::Relaxed);
@@ -75,7 +81,7 @@ impl Hub {
                 let what = request.to_string();
                 let mut record = self.record(caller, station.id(), &what, "not allowed");
                 record.details = json!({ "code": error.code });
-                drop(self.audit.note(record));
+                drop(self.audit.note(record.about(&act_of(&request.to_string()))));
             }
             return Err(error);
         }
@@ -96,12 +102,12 @@ impl Hub {
         needs: Need,
         confirm: Option<&str>,
     ) -> Result<(), ApiError> {
-        if needs.urgent || caller.via == "hub" {
+        if caller.via == "hub" {
             return Ok(());
         }
         let principal = &caller.principal;
         self.count_request(principal)?;
-        if principal.role < needs.role || principal.stale {
+        if principal.role < needs.role || !principal.is_good() {
             return Err(ApiError::role(needs.role));
         }
         if needs.authority {
@@ -122,7 +128,7 @@ impl Hub {
 
     /// Whether somebody may move this monitor by hand; if so, it counts as a command.
     pub fn may_jog(&self, caller: &Caller, station: &Station) -> Result<(), ApiError> {
-        if caller.principal.role < Role::Operator || caller.principal.stale {
+        if caller.principal.role < Role::Operator || !caller.principal.is_good() {
             return Err(ApiError::role(Role::Operator));
         }
         let mut authority = lock(&station.authority);
@@ -141,41 +147,20 @@ impl Hub {
         let mut buffer = [0; BUFFER_SIZE];
         let request = understand(text, &mut buffer)?;
         let what = request.to_string();
-        let reads = needs.role == Role::Observer && !needs.urgent;
+        let reads = needs.role == Role::Observer;
         let mut asked = None;
-        let mut noted = None;
         if !reads {
-            let mut note = self.audit.note(self.record(caller, station.id(), &what, "asked"));
-            if !needs.urgent {
-                asked =
-                    timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
-            }
-            noted = Some(note);
+            station.urgent.other_sent(self, station);
+            let record = self.record(caller, station.id(), &what, "asked");
+            let mut note = self.audit.note(record.about(&act_of(&request.to_string())));
+            asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
         }
-        let exchanged = exchange(station, &request, save).await;
-        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved).map(Saved::name);
-        let result = exchanged.map(|(answers, _)| answers);
-        let took = began.elapsed();
-        if needs.urgent {
-            let micros = u64::try_from(took.as_micros()).unwrap_or(u64::MAX);
-            self.counts.stop_max_us.fetch_max(micros, Ordering::Relaxed);
-        }
-        let outcome = match &result {
-            Ok(answers) => answers.refusal().unwrap_or(answers.first()).status().to_string(),
-            Err(error) => error.code.to_owned(),
-        };
+        let sent = self.send_now(station, &request, save, began).await;
         tracing::info!(user = %caller.principal.user, from = %caller.seat.from, monitor = station.id(),
-            request = %what, %outcome, took_ms = took.as_millis(), "command");
+            request = %what, outcome = %sent.noted.outcome, "command");
         let mut audit = None;
-        if let Some(mut note) = noted {
-            if asked.is_none() {
-                asked = timeout(self.patience(), &mut note).await.ok().and_then(Result::ok);
-            }
-            let mut record = self.record(caller, station.id(), &what, &outcome);
-            record.details = details(asked, millis(took), result.as_ref().ok(), saved);
-            let answered = self.audit.note(record);
-            audit = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
-            self.watch_effect(caller, station, &what, request.to, audit);
+        if !reads {
+            audit = self.note_answer(caller, station, asked, &sent.noted).await;
         }
         if matches!(
             request.body.id(),
@@ -183,22 +168,86 @@ impl Hub {
         ) {
             station.reread.notify_one();
         }
-        let answers = result?;
-        if answers.refusal().is_some() && answers.len() == 1 {
-            return Err(ApiError::refused(&answers).with("audit", audit));
-        }
-        let list = model::answers(&answers);
-        let ok = answers.iter().all(|answer| answer.status().is_success());
-        if ok {
+        let mut result = sent.result.map_err(|error| error.with("audit", audit))?;
+        result["audit"] = audit.into();
+        if result["ok"] == true {
             self.was_accepted(caller, station, request.body.id(), &what);
         }
-        let mut result = json!({
-            "ok": ok, "request": what, "took_ms": millis(took), "audit": audit, "answers": list,
-        });
-        if let Some(saved) = saved {
-            result["saved"] = saved.into();
-        }
         Ok(result)
+    }
+
+    /// Sends one frame for urgent requests that were joined.
+    pub async fn send_urgent(&self, station: &Arc<Station>, text: &str, since: Instant) -> Sent {
+        let mut buffer = [0; BUFFER_SIZE];
+        let sent = match understand(text, &mut buffer) {
+            Ok(request) => self.send_now(station, &request, false, since).await,
+            Err(error) => Sent::failed(text, error),
+        };
+        let micros = u64::try_from(since.elapsed().as_micros()).unwrap_or(u64::MAX);
+        self.counts.stop_max_us.fetch_max(micros, Ordering::Relaxed);
+        if let (Some(simulation), true) = (self.simulation.get(), sent.is_accepted()) {
+            simulation.commanded(station.id(), text);
+        }
+        sent
+    }
+
+    /// Notes for each client how its urgent request was answered; the numbers of the entries.
+    pub async fn note_urgent(
+        self,
+        station: Arc<Station>,
+        callers: Vec<Caller>,
+        asked: Vec<oneshot::Receiver<u64>>,
+        noted: Noted,
+    ) -> BTreeMap<String, u64> {
+        let each = callers.iter().zip(asked).map(async |(caller, asked)| {
+            let asked = timeout(self.patience(), asked).await.ok().and_then(Result::ok);
+            let number = self.note_answer(caller, &station, asked, &noted).await;
+            number.map(|number| (caller.seat.seat.clone(), number))
+        });
+        futures_util::future::join_all(each).await.into_iter().flatten().collect()
+    }
+
+    /// Notes how a request was answered, and later what came of it.
+    async fn note_answer(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        asked: Option<u64>,
+        noted: &Noted,
+    ) -> Option<u64> {
+        let mut record = self.record(caller, station.id(), &noted.what, &noted.outcome);
+        record.details = noted.details(asked);
+        let answered = self.audit.note(record.about(&act_of(&noted.what)));
+        let number = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
+        self.watch_effect(caller, station, &noted.what, noted.to, number);
+        number
+    }
+
+    async fn send_now(
+        &self,
+        station: &Arc<Station>,
+        request: &Request<'_>,
+        save: bool,
+        began: Instant,
+    ) -> Sent {
+        let exchanged = exchange(station, request, save).await;
+        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved).map(Saved::name);
+        let answers = exchanged.map(|(answers, _)| answers);
+        let outcome = match &answers {
+            Ok(answers) => answers.refusal().unwrap_or(answers.first()).status().to_string(),
+            Err(error) => error.code.to_owned(),
+        };
+        let texts = answers.iter().flat_map(|answers| answers.iter());
+        let noted = Noted {
+            what: request.to_string(),
+            to: request.to,
+            outcome,
+            took_ms: millis(began.elapsed()),
+            answers: texts.map(model::answer_text).collect(),
+            saved,
+        };
+        let result = answers.and_then(|answers| noted.result(&answers));
+        Sent { result, noted }
     }
 
     /// Others have to know what a monitor has accepted.
@@ -255,25 +304,80 @@ impl Hub {
             record.details = json!({
                 "answered": answered, "at_ms": status.at_ms, "stale": status.stale, "state": state,
             });
-            drop(hub.audit.note(record));
+            drop(hub.audit.note(record.about(&act_of(&what))));
         });
     }
 }
 
-/// What the log has of an answer besides its outcome.
-fn details(
-    asked: Option<u64>,
+/// A request in the text form, as the audit log has it.
+pub fn act_of(text: &str) -> Act {
+    let mut words = text.split(' ').map(str::to_owned);
+    let (request, to) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+    Act::Request { request, to }
+}
+
+/// A request that was sent: what its client gets, and what is noted.
+#[derive(Debug)]
+pub struct Sent {
+    /// The answer.
+    pub result: Result<Value, ApiError>,
+    /// What the audit log has of it.
+    pub noted: Noted,
+}
+
+/// What the audit log has of an answer.
+#[derive(Clone, Debug)]
+pub struct Noted {
+    what: String,
+    to: SubsystemId,
+    outcome: String,
     took_ms: u64,
-    answers: Option<&Answers>,
-    saved: Option<&str>,
-) -> Value {
-    let texts = answers.into_iter().flat_map(|answers| answers.iter());
-    let texts: Vec<String> = texts.map(model::answer_text).collect();
-    let mut details = json!({ "asked": asked, "took_ms": took_ms, "answers": texts });
-    if let Some(saved) = saved {
-        details["saved"] = saved.into();
+    answers: Vec<String>,
+    saved: Option<&'static str>,
+}
+
+impl Sent {
+    fn failed(text: &str, error: ApiError) -> Self {
+        let noted = Noted {
+            what: text.to_owned(),
+            to: SubsystemId::ALL,
+            outcome: error.code.to_owned(),
+            took_ms: 0,
+            answers: Vec::new(),
+            saved: None,
+        };
+        Self { result: Err(error), noted }
     }
-    details
+
+    fn is_accepted(&self) -> bool {
+        self.result.as_ref().is_ok_and(|result| result["ok"] == true)
+    }
+}
+
+impl Noted {
+    fn details(&self, asked: Option<u64>) -> Value {
+        let mut details =
+            json!({ "asked": asked, "took_ms": self.took_ms, "answers": self.answers });
+        if let Some(saved) = self.saved {
+            details["saved"] = saved.into();
+        }
+        details
+    }
+
+    fn result(&self, answers: &Answers) -> Result<Value, ApiError> {
+        if answers.refusal().is_some() && answers.len() == 1 {
+            return Err(ApiError::refused(answers));
+        }
+        let ok = answers.iter().all(|answer| answer.status().is_success());
+        let mut result = json!({
+            "ok": ok, "request": self.what, "took_ms": self.took_ms, "audit": null,
+            "answers": model::answers(answers),
+        });
+        if let Some(saved) = self.saved {
+            result["saved"] = saved.into();
+        }
+        Ok(result)
+    }
 }
 
 /// Sends a request; a parameter's value is waited for until it is stored, if that is wanted.
@@ -329,6 +433,14 @@ pub fn needs(request: &Request<'_>) -> Result<Need, ApiError> {
             }
         }
         body => need(id, &body),
+    };
+    let need = match need {
+        // What no monitor has cannot be stopped; and there are too many such names to let each of
+        // them overtake.
+        Some(Need { urgent: true, .. }) if request.to.name().is_none() => {
+            crate::access::need(RequestId(0), &request.body)
+        }
+        need => need,
     };
     need.ok_or_else(|| {
         ApiError::bad_request(both(

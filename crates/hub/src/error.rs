@@ -11,6 +11,14 @@ use crate::model;
 use crate::store::StoreError;
 use crate::text::{Both, both};
 
+/// Characters of a client's own text that an answer repeats.
+const SHOWN_MAX: usize = 64;
+
+/// The beginning of a client's own text: answers stay small whatever is sent.
+pub fn shown(text: &str) -> &str {
+    text.char_indices().nth(SHOWN_MAX).map_or(text, |(end, _)| text.get(..end).unwrap_or_default())
+}
+
 /// An error of the API.
 #[derive(Clone, Debug)]
 pub struct ApiError {
@@ -43,6 +51,7 @@ impl ApiError {
 
     /// There is no monitor of this id.
     pub fn no_monitor(id: &str) -> Self {
+        let id = shown(id);
         let text = both(format!("There is no monitor {id}."), format!("Ствола {id} нет."));
         Self::new(StatusCode::NOT_FOUND, "no_monitor", text)
     }
@@ -63,6 +72,15 @@ impl ApiError {
             format!("Нужна роль «{}».", needs.text().ru),
         );
         Self::new(StatusCode::FORBIDDEN, "role", text).with("needs", needs.name())
+    }
+
+    /// The session was ended, not by its own user.
+    pub fn ended() -> Self {
+        let text = both(
+            "This session was ended: only Stop still works, for ten minutes. Log in.",
+            "Сеанс завершён: ещё десять минут работает только «Стоп». Войдите снова.",
+        );
+        Self::new(StatusCode::UNAUTHORIZED, "login_needed", text)
     }
 
     /// Too many requests.
@@ -191,10 +209,9 @@ impl From<AccessError> for ApiError {
                 ),
             ),
             AccessError::Missing => Self::not_found(),
-            AccessError::Unfit => Self::bad_request(both(
-                "A name has 1…64 characters, a password 10 or more.",
-                "Имя — 1…64 знака, пароль — не короче 10.",
-            )),
+            AccessError::Name(what) => Self::bad_request(what).with("field", "user"),
+            AccessError::Weak(what) => Self::bad_request(what).with("field", "password"),
+            AccessError::Busy => Self::slow_down(std::time::Duration::from_secs(5)),
             AccessError::Store(error) => error.into(),
         }
     }

@@ -6,30 +6,34 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
+use axum::body::Bytes;
+use axum::extract::ws::Utf8Bytes;
 use serde_json::{Value, json};
-use tokio::sync::{Semaphore, mpsc, watch};
+use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
-use crate::access::{Access, Bucket, Logins, Principal};
+use crate::access::{Access, Bucket, Logins, Principal, Turns};
 use crate::alarms::Alarms;
-use crate::authority::{Notice, Now, Refusal, Seat};
-use crate::broadcast::Shared;
+use crate::api::{Answering, Places};
+use crate::authority::{Notice, Now, REASON_MAX, Refusal, Seat};
+use crate::broadcast::Audiences;
 use crate::clock::Clock;
 use crate::config::{Config, MonitorConfig};
 use crate::error::ApiError;
+use crate::integrity::Integrity;
 use crate::owner;
 use crate::rates::Rates;
 use crate::recording::Recordings;
 use crate::simulation::Simulation;
 use crate::station::Station;
-use crate::store::{self, Audit, Events, History, Record, StoreError};
+use crate::store::{self, Act, Audit, Events, Head, History, Record, StoreError};
 use crate::sync::lock;
 use crate::text::{Both, both};
 use crate::topics::Topics;
 
 /// Messages that a slow connection may lag behind.
-pub const EVENTS_MAX: usize = 256;
+pub const EVENTS_MAX: usize = 128;
 /// Requests of one user: so many at once, so many a second. Stop, Close, Lockout are not counted.
 const REQUESTS: (f64, f64) = (100.0, 50.0);
 /// Passwords that are hashed at once: each takes 19 MiB and a processor for a while.
@@ -61,6 +65,8 @@ pub struct Inner {
     pub topics: Topics,
     /// The audit log.
     pub audit: Audit,
+    /// Whether the state is what was written.
+    pub integrity: Integrity,
     /// Users, sessions, tokens.
     pub access: Access,
     /// The history.
@@ -70,7 +76,7 @@ pub struct Inner {
     /// How often things happen.
     pub rates: Rates,
     /// What has changed last, as it is sent to everybody.
-    pub changes: watch::Sender<Arc<Shared>>,
+    pub changes: Audiences,
     /// Counts changes of users, sessions and tokens.
     pub sessions: watch::Sender<u64>,
     /// The recordings.
@@ -79,12 +85,14 @@ pub struct Inner {
     pub alarms: Mutex<Alarms>,
     /// Logins that failed.
     pub logins: Mutex<Logins>,
-    /// Connections by the address that they come from.
-    pub addresses: Mutex<HashMap<IpAddr, usize>>,
+    /// The connections that are open.
+    pub places: Mutex<Places>,
+    /// Who is being sent an answer.
+    pub answering: Answering,
     /// Who may hash a password now.
-    pub hashing: Arc<Semaphore>,
+    pub hashing: Turns,
     /// The dictionary of the protocol, as JSON.
-    pub dictionary: Value,
+    pub dictionary: Bytes,
     /// What happens, in figures.
     pub counts: Counts,
     /// `true`: the hub ends.
@@ -99,6 +107,8 @@ pub struct Inner {
     seats: Mutex<HashMap<String, Live>>,
     buckets: Mutex<HashMap<String, Bucket>>,
     next_seat: AtomicU64,
+    /// The end of the audit log as it was noted before this start.
+    pub noted: Mutex<Head>,
 }
 
 /// Figures for the metrics.
@@ -133,9 +143,12 @@ pub struct Counts {
 /// A WebSocket.
 #[derive(Debug)]
 struct Live {
-    events: mpsc::Sender<Value>,
+    events: mpsc::Sender<Utf8Bytes>,
     missed: Arc<AtomicU64>,
-    resume: String,
+    /// Which connection this is.
+    connection: u64,
+    /// What brings it back; `None`: there were no random numbers, and it does not come back.
+    resume: Option<String>,
     principal: Principal,
     from: String,
     since_ms: u64,
@@ -162,11 +175,12 @@ pub struct SeatKey {
     /// Its seat.
     pub seat: String,
     /// With this, it may come back to it.
-    pub resume: String,
+    pub resume: Option<String>,
     /// What it is told besides values.
-    pub events: mpsc::Receiver<Value>,
+    pub events: mpsc::Receiver<Utf8Bytes>,
     /// How many of these were dropped.
     pub missed: Arc<AtomicU64>,
+    connection: u64,
 }
 
 /// Who asks for something, and from where.
@@ -194,6 +208,10 @@ impl Hub {
         let folder = config.data.clone();
         let folder = folder.as_deref();
         let lock_file = folder.map(store::occupy).transpose()?;
+        let integrity = Integrity::examine(&config)?;
+        for warning in &config.warnings {
+            tracing::warn!("{warning}");
+        }
         let stations = stations_of(&config, &config.monitors);
         let (events, alarms) = Events::open_with_alarms(folder)?;
         let alarms = Alarms::restored(&alarms, &stations.keys().cloned().collect());
@@ -203,20 +221,23 @@ impl Hub {
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             audit: Audit::open(folder)?,
-            access: Access::open(folder)?,
+            integrity,
+            noted: Mutex::default(),
+            access: Access::open(folder, clock.steady_ms())?,
             history: Mutex::new(match config.postgres.clone() {
                 Some(address) => History::open_postgres(address)?,
                 None => History::open(folder)?,
             }),
             events,
             rates: Rates::default(),
-            changes: watch::Sender::default(),
+            changes: Audiences::default(),
             sessions: watch::Sender::new(0),
             recordings: Recordings::open(&config.recording)?,
             alarms: Mutex::new(alarms),
             logins: Mutex::default(),
-            addresses: Mutex::default(),
-            hashing: Arc::new(Semaphore::new(HASHING_MAX)),
+            places: Mutex::default(),
+            answering: Answering::default(),
+            hashing: Turns::new(HASHING_MAX),
             topics: Topics::default(),
             start: Instant::now(),
             started_ms: clock.now_ms(),
@@ -228,12 +249,15 @@ impl Hub {
             lock_file,
             config,
             clock,
-            dictionary,
+            dictionary: dictionary.to_string().into(),
         }));
+        *lock(&hub.noted) = hub.integrity.mark()?;
+        hub.report_losses();
         hub.topics.set("hub", &hub.about());
         for alarm in lock(&hub.alarms).list() {
             hub.topics.set(&format!("alarms/{}", alarm.id), alarm);
         }
+        hub.topics.set("fire", &lock(&hub.alarms).fire());
         for station in hub.stations() {
             station.publish_all(&hub);
         }
@@ -262,6 +286,12 @@ impl Hub {
     /// All monitors.
     pub fn stations(&self) -> Vec<Arc<Station>> {
         lock(&self.stations).values().cloned().collect()
+    }
+
+    /// Height of a monitor's nozzle above the ground, cm, if the configuration has it.
+    pub fn height_cm(&self, id: &str) -> Option<i32> {
+        let height_m = lock(&self.site).as_ref()?["monitors"][id]["height"].as_f64()?;
+        Some((height_m * 100.0).round() as i32)
     }
 
     /// Owns the links from now on.
@@ -308,22 +338,34 @@ impl Hub {
 
     /// A WebSocket has been opened; with the right secret it has its old seat again.
     pub fn sit_down(&self, principal: &Principal, from: &str, resume: Option<&str>) -> SeatKey {
+        self.sit_down_with(principal, from, resume, crate::access::secret().ok())
+    }
+
+    /// The same with the secret of the new connection, if there is one.
+    fn sit_down_with(
+        &self,
+        principal: &Principal,
+        from: &str,
+        resume: Option<&str>,
+        secret: Option<String>,
+    ) -> SeatKey {
         let user = &principal.user;
         let (sender, events) = mpsc::channel(EVENTS_MAX);
         let missed = Arc::new(AtomicU64::new(0));
         let mut seats = lock(&self.seats);
         let old = resume.and_then(|secret| {
-            let matches = |live: &&Live| live.resume == secret && live.principal.user == *user;
+            let matches = |live: &&Live| {
+                live.resume.as_deref() == Some(secret) && live.principal.user == *user
+            };
             seats.iter().find(|(_, live)| matches(live)).map(|(seat, _)| seat.clone())
         });
-        let seat =
-            old.unwrap_or_else(|| format!("s{}", self.next_seat.fetch_add(1, Ordering::Relaxed)));
-        // Without random numbers nobody comes back; everything else works.
-        let resume = crate::access::secret().unwrap_or_default();
+        let connection = self.next_seat.fetch_add(1, Ordering::Relaxed);
+        let seat = old.unwrap_or_else(|| format!("s{connection}"));
         let live = Live {
             events: sender,
             missed: missed.clone(),
-            resume: if resume.is_empty() { seat.clone() + "-" + user } else { resume.clone() },
+            connection,
+            resume: secret.clone(),
             principal: principal.clone(),
             from: from.to_owned(),
             since_ms: self.clock.now_ms(),
@@ -334,13 +376,13 @@ impl Hub {
             lock(&station.authority).back(self.now(), &seat);
             station.publish_authority(self);
         }
-        SeatKey { seat, resume, events, missed }
+        SeatKey { seat, resume: secret, events, missed, connection }
     }
 
     /// A WebSocket is closed: what it moves stops, what it holds is lost unless it comes back.
     pub fn stand_up(&self, key: &SeatKey) {
         let mut seats = lock(&self.seats);
-        if seats.get(&key.seat).is_none_or(|live| live.resume != key.resume) {
+        if seats.get(&key.seat).is_none_or(|live| live.connection != key.connection) {
             return;
         }
         let mut holds = false;
@@ -369,6 +411,11 @@ impl Hub {
 
     /// Tells a WebSocket something.
     pub fn tell(&self, seat: &str, message: Value) {
+        self.tell_text(seat, message.to_string().into());
+    }
+
+    /// The same as text: what waits for a slow connection takes little room.
+    fn tell_text(&self, seat: &str, message: Utf8Bytes) {
         let seats = lock(&self.seats);
         if let Some(live) = seats.get(seat)
             && live.events.try_send(message).is_err()
@@ -386,12 +433,18 @@ impl Hub {
             "type": "event", "at_ms": self.clock.now_ms(), "monitor": monitor, "what": what,
         });
         let seats: Vec<String> = lock(&self.seats).keys().cloned().collect();
-        seats.iter().for_each(|seat| self.tell(seat, message.clone()));
+        let message = Utf8Bytes::from(message.to_string());
+        seats.iter().for_each(|seat| self.tell_text(seat, message.clone()));
     }
 
     /// One request more of this user: there are limits. Stop, Close and Lockout do not ask here.
     pub fn count_request(&self, principal: &Principal) -> Result<(), ApiError> {
         self.count("", principal, REQUESTS)
+    }
+
+    /// One more that changes something over HTTP.
+    pub fn count_change(&self, principal: &Principal) -> Result<(), ApiError> {
+        self.count("changes ", principal, REQUESTS)
     }
 
     /// One more that reads. What somebody reads takes nothing from what they may command.
@@ -423,12 +476,14 @@ impl Hub {
             what: what.to_owned(),
             outcome: outcome.to_owned(),
             details: json!({}),
+            kind: (caller.via != "hub").then_some(caller.principal.kind),
+            act: None,
         }
     }
 
     /// The record that the hub ends: the last one of a clean end.
     pub fn record_of_end(&self) -> Record {
-        self.record(&Caller::hub(), "", "end", "Ok")
+        self.record(&Caller::hub(), "", "end", "Ok").about(&Act::End)
     }
 
     /// A change of authority that somebody asks for.
@@ -441,8 +496,15 @@ impl Hub {
     ) -> Result<Value, ApiError> {
         use crate::access::Role;
         let needs = if action == "force" { Role::Engineer } else { Role::Operator };
-        if caller.principal.role < needs || caller.principal.stale {
+        if caller.principal.role < needs || !caller.principal.is_good() {
             return Err(ApiError::role(needs));
+        }
+        self.count_request(&caller.principal)?;
+        if reason.is_some_and(|reason| reason.chars().count() > REASON_MAX) {
+            return Err(ApiError::bad_request(both(
+                format!("reason has at most {REASON_MAX} characters."),
+                format!("reason — не длиннее {REASON_MAX} символов."),
+            )));
         }
         let (now, seat, id) = (self.now(), caller.seat.clone(), station.id());
         let result = {
@@ -455,6 +517,7 @@ impl Hub {
                 "deny" => authority.deny(&seat.seat),
                 "force" => authority.force(now, seat, reason.unwrap_or_default()),
                 _ => {
+                    let action = crate::error::shown(action);
                     let list = "take, release, request, grant, deny, force";
                     return Err(ApiError::bad_request(both(
                         format!("`{action}` is none of {list}."),
@@ -468,7 +531,9 @@ impl Hub {
             Err(Refusal::Held(_) | Refusal::NotHolder(_)) => "held",
             Err(_) => "refused",
         };
-        let mut record = self.record(caller, id, &format!("authority {action}"), outcome);
+        let act = Act::Authority { action: action.into(), reason: reason.map(str::to_owned) };
+        let record = self.record(caller, id, &format!("authority {action}"), outcome);
+        let mut record = record.about(&act);
         if let Some(reason) = reason {
             record.details = json!({ "reason": reason });
         }
@@ -553,7 +618,7 @@ fn stations_of(config: &Config, monitors: &[MonitorConfig]) -> BTreeMap<String, 
 impl Caller {
     /// The hub by itself.
     pub fn hub() -> Self {
-        use crate::access::{Kind, Role};
+        use crate::access::{Kind, Role, Standing};
         let seat = Seat {
             user: "hub".into(),
             role: Role::Administrator,
@@ -568,7 +633,7 @@ impl Caller {
             key: "hub".into(),
             csrf: String::new(),
             expires_ms: 0,
-            stale: false,
+            standing: Standing::Good,
         };
         Self { principal, seat, via: "hub" }
     }
@@ -590,5 +655,23 @@ impl Caller {
         let (user, role, from) = (principal.user.clone(), principal.role, from.to_string());
         let seat = Seat { user, role, seat, from, live: true };
         Self { principal, seat, via: "ws" }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn without_random_numbers_a_connection_is_closed_like_any_other() {
+        let hub = Hub::new(Config::default(), Clock::System, json!({})).unwrap();
+        let principal = Caller::hub().principal;
+        let first = hub.sit_down_with(&principal, "", None, None);
+        let second = hub.sit_down_with(&principal, "", Some(""), None);
+        assert_ne!(first.seat, second.seat, "nothing brings a connection back without a secret");
+        assert_eq!((first.resume.clone(), hub.seated().len()), (None, 2));
+        hub.stand_up(&first);
+        hub.stand_up(&second);
+        assert!(hub.seated().is_empty());
     }
 }

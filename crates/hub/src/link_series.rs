@@ -46,6 +46,25 @@ const SERIES: [(&str, [&str; 2], Figure); 6] = [
     }),
 ];
 
+/// How exactly figures of a link are noted: they change with each second, and tell nothing by it.
+#[derive(Clone, Copy, Debug)]
+pub struct Grain {
+    /// Not more often than this,
+    pub every_ms: u64,
+    /// and only if they differ by more than this.
+    pub band: f64,
+}
+
+/// The grain of a series at a value; `None`: it is no figure of a link, or one that counts trouble,
+/// of which every bit matters.
+pub fn grain(series: &str, value: f64) -> Option<Grain> {
+    match series.strip_prefix(PREFIX)? {
+        "sent" | "received" => Some(Grain { every_ms: 10_000, band: (value * 0.1).max(1.0) }),
+        "rtt_ms" => Some(Grain { every_ms: 10_000, band: (value * 0.2).max(0.5) }),
+        _ => None,
+    }
+}
+
 /// Notes the figures of the last second; of a link that is down nothing is known.
 pub fn note(hub: &Hub, monitor: &str, last: &Stats, up: bool) {
     let (at_ms, mut history) = (hub.clock.now_ms(), lock(&hub.history));

@@ -41,6 +41,9 @@ pub struct Subsystem {
     pub flags: Vec<String>,
     /// That of the worst flag.
     pub severity: &'static str,
+    /// Fields whose values are not to be believed, and the flags that say so.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub bad: BTreeMap<&'static str, &'static str>,
     /// The other fields, by the dictionary's names.
     #[serde(flatten)]
     pub fields: BTreeMap<&'static str, i64>,
@@ -58,15 +61,23 @@ fn subsystem(answer: &AnswerBuf) -> Option<Subsystem> {
     let mut state = Subsystem { severity: severity(Severity::Info), ..Subsystem::default() };
     for (_, field, value) in layout.values(answer.data()) {
         if field.kind == layouts::Kind::Flags {
-            let class = flags::flags_of(answer.from());
-            state.bits = u32::try_from(value).unwrap_or(0);
-            state.flags = class.set(state.bits).map(|flag| flag.to_string()).collect();
-            state.severity = severity(class.severity(state.bits));
+            state.set_bits(answer.from(), u32::try_from(value).unwrap_or(0));
         } else {
             state.fields.insert(field.name, value);
         }
     }
     Some(state)
+}
+
+impl Subsystem {
+    /// Takes a status word, with what it says of the fields.
+    pub fn set_bits(&mut self, id: SubsystemId, bits: u32) {
+        let class = flags::flags_of(id);
+        self.bits = bits;
+        self.flags = class.set(bits).map(|flag| flag.to_string()).collect();
+        self.severity = severity(class.severity(bits));
+        self.bad = dictionary::invalid(id, bits).map(|(field, flag)| (field, flag.name)).collect();
+    }
 }
 
 /// The name of a severity.
@@ -85,6 +96,24 @@ impl Status {
         let info = flags::flags_of(id).by_name(flag);
         let value = self.bits(id).zip(info).map(|(bits, info)| info.value(bits));
         value.is_some_and(|value| value != 0)
+    }
+
+    /// The value of a field, if it is the present one and no flag says that it is bad.
+    pub fn valid(&self, id: SubsystemId, field: &str) -> Option<i64> {
+        let state = self.subsystems.get(id.name()?).filter(|_| !self.stale)?;
+        if state.bad.contains_key(field) {
+            return None;
+        }
+        state.fields.get(field).copied()
+    }
+
+    /// Whether it says the same as another one, at another time.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.stale == other.stale
+            && self.at_ms.is_some() == other.at_ms.is_some()
+            && self.resumes_ms == other.resumes_ms
+            && self.error == other.error
+            && self.subsystems == other.subsystems
     }
 
     /// The valves that the monitor has.

@@ -19,6 +19,7 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
+use crate::clock::Steps;
 use crate::hub::Hub;
 use crate::model::{self, Status};
 use crate::station::{ParamValue, Params, Progress, Station};
@@ -43,6 +44,8 @@ const STALE_MS: u64 = 600;
 pub fn start(hub: &Hub) {
     hub.own();
     tokio::spawn(keep(hub.clone()));
+    let noted = lock(&hub.noted).clone();
+    tokio::spawn(crate::integrity::run(hub.clone(), noted));
     tokio::spawn(crate::broadcast::run(hub.clone()));
 }
 
@@ -295,6 +298,7 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
 async fn keep(hub: Hub) {
     let mut ticks = tokio::time::interval(Duration::from_millis(100));
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut steps = Steps::from_now(&hub.clock);
     let mut ending = hub.ending.subscribe();
     for tick in 0_u64.. {
         tokio::select! {
@@ -303,19 +307,18 @@ async fn keep(hub: Hub) {
         }
         hub.handle_timeouts();
         if tick.is_multiple_of(10) {
-            let failing = (hub.audit.is_failing(), lock(&hub.history).is_failing());
-            let now_ms = hub.clock.now_ms();
-            let changes = lock(&hub.alarms).handle_time(now_ms, failing.0, failing.1);
-            hub.publish_alarms(changes);
+            hub.look_at_clock(&mut steps);
+            hub.look_at_itself();
             lock(&hub.history).flush();
             hub.events.flush();
             hub.rates.take(tokio::time::Instant::now(), &hub.counts);
-            hub.recordings.handle_time(hub.clock.now_ms());
+            hub.recordings.handle_time(hub.clock.now_ms(), hub.clock.cautious_ms());
         }
         if tick.is_multiple_of(36_000) {
             let history = lock(&hub.history);
-            history.forget(hub.clock.now_ms(), hub.config.raw_days, hub.config.minute_days);
-            hub.events.forget(hub.clock.now_ms(), hub.config.minute_days);
+            let now_ms = hub.clock.cautious_ms();
+            history.forget(now_ms, hub.config.raw_days, hub.config.minute_days);
+            hub.events.forget(now_ms, hub.config.minute_days);
         }
     }
     hub.recordings.end_all();

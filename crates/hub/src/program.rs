@@ -4,6 +4,7 @@
 use lafet_proto::{RequestId, SubsystemId};
 use serde::Serialize;
 
+use crate::clock::shifted;
 use crate::model::Status;
 
 /// §3.1/3 A paused program goes on so long after the last Move.
@@ -60,6 +61,14 @@ impl Programs {
         let (request, by) = (Some(request.to_owned()), Some(by.to_owned()));
         self.current = Some(Program { request, by, since_ms: now_ms });
         self.seen = false;
+    }
+
+    /// The date has stepped.
+    pub fn stepped(&mut self, by_ms: i64) {
+        if let Some(program) = &mut self.current {
+            program.since_ms = shifted(program.since_ms, by_ms);
+        }
+        self.moved_ms = self.moved_ms.map(|it| shifted(it, by_ms));
     }
 
     /// A Move is on its way to the monitor.

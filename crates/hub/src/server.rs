@@ -2,25 +2,39 @@
 
 use std::io;
 use std::net::SocketAddr;
-use std::sync::Arc;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
 use std::time::Duration;
 
 use axum::Router;
+use axum::body::Bytes;
+use hyper::body::{Body, Frame, Incoming, SizeHint};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use rustls_pki_types::CertificateDer;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, watch};
-use tokio::time::timeout;
+use tokio::time::{Instant, Sleep, sleep, timeout};
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
 
+use crate::access::Bucket;
 use crate::api::{self, Peer, Place};
 use crate::hub::Hub;
+use crate::paced::{Paced, Shared};
+use crate::sync::lock;
 use crate::{owner, tls};
 
 /// A client has so long for the handshake of TLS, and for the headers of a request.
 const PATIENCE: Duration = Duration::from_secs(15);
+/// The body of a request begins within this time, and then comes at this rate, bytes a second.
+const BODY_PATIENCE: Duration = Duration::from_secs(5);
+const BODY_RATE: f64 = 16384.0;
+/// Requests of a connection: so many at once, so many a second; what is over is answered later.
+const OWN: (f64, f64) = (200.0, 50.0);
+/// What is read and written at once.
+const BUFFER_MAX: usize = 64 * 1024;
 /// Rest after a connection that could not be taken, as when no file descriptor is left.
 const REST: Duration = Duration::from_millis(100);
 /// How long open requests have when the hub ends.
@@ -101,26 +115,37 @@ impl Server {
             let place = Arc::new(place);
             let peer = Peer { address, name: None, tls: acceptor.is_some(), place };
             // A connection that breaks concerns nobody but its client.
-            tokio::spawn(
-                async move { _ = connection(stream, peer, acceptor, router, ending).await },
-            );
+            let start = hub.start;
+            tokio::spawn(async move {
+                let place = peer.place.clone();
+                let shared = place.allowance.clone().map(|shared| (shared, start));
+                let served = connection(stream, shared, peer, acceptor, router, ending);
+                tokio::select! {
+                    _ = served => {}
+                    () = place.given_up() => {}
+                }
+            });
         }
         hub.ending.send_replace(true);
         let all = u32::try_from(hub.config.connections_max).unwrap_or(u32::MAX);
         _ = timeout(FAREWELL, room.acquire_many(all)).await;
         // What is noted now is stored before the program ends.
         _ = timeout(FAREWELL, hub.audit.note(hub.record_of_end())).await;
+        _ = timeout(FAREWELL, hub.note_state()).await;
+        hub.log_head().await;
     }
 }
 
 async fn connection(
     stream: TcpStream,
+    shared: Option<(Shared, Instant)>,
     peer: Peer,
     acceptor: Option<TlsAcceptor>,
     router: Router,
     ending: watch::Receiver<bool>,
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
+    let stream = Paced::new(stream, shared);
     let Some(acceptor) = acceptor else {
         return requests(stream, peer, router, ending).await;
     };
@@ -139,13 +164,25 @@ async fn requests<S>(
 where
     S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
 {
-    let service = hyper::service::service_fn(move |mut request: hyper::Request<_>| {
+    // Many requests may come in one reading.
+    let (own, start) = (Mutex::new(Bucket::new(Duration::ZERO, OWN.0, OWN.1)), Instant::now());
+    let service = hyper::service::service_fn(move |mut request: hyper::Request<Incoming>| {
         request.extensions_mut().insert(peer.clone());
-        router.clone().oneshot(request)
+        let wait = lock(&own).take(start.elapsed()).err();
+        let answered = router.clone().oneshot(request.map(Timely::new));
+        async move {
+            let answer = answered.await;
+            // What was asked is done at once; the next request is what waits.
+            if let Some(wait) = wait {
+                sleep(wait).await;
+            }
+            answer
+        }
     });
     let connection = hyper::server::conn::http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(PATIENCE)
+        .max_buf_size(BUFFER_MAX)
         .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();
     tokio::pin!(connection);
@@ -157,8 +194,89 @@ where
     connection.await.map_err(io::Error::other)
 }
 
+/// A body that comes in time.
+struct Timely<B> {
+    body: B,
+    bytes: f64,
+    start: Instant,
+    due: Pin<Box<Sleep>>,
+}
+
+impl<B> Timely<B> {
+    fn new(body: B) -> Self {
+        let start = Instant::now();
+        Self { body, bytes: 0.0, start, due: Box::pin(sleep(BODY_PATIENCE)) }
+    }
+}
+
+impl<B> Body for Timely<B>
+where
+    B: Body<Data = Bytes, Error: std::error::Error + Send + Sync + 'static> + Unpin,
+{
+    type Data = Bytes;
+    type Error = io::Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, io::Error>>> {
+        let frame = Pin::new(&mut self.body).poll_frame(cx).map_err(io::Error::other);
+        if frame.is_pending() {
+            return self.due.as_mut().poll(cx).map(|()| Some(Err(io::ErrorKind::TimedOut.into())));
+        }
+        if let Poll::Ready(Some(Ok(frame))) = &frame
+            && let Some(data) = frame.data_ref()
+        {
+            self.bytes += data.len() as f64;
+            let allowed = Duration::from_secs_f64(self.bytes / BODY_RATE);
+            let due = self.start + BODY_PATIENCE + allowed;
+            self.due.as_mut().reset(due);
+        }
+        frame
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}
+
 fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
     let (_, certificate) = x509_parser::parse_x509_certificate(certificate).ok()?;
     let name = certificate.subject().iter_common_name().next()?.as_str().ok()?;
     Some(name.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::body::Body as AxumBody;
+    use futures_util::{StreamExt, stream};
+
+    /// How long a body is read until it fails, and what came of it: a part at each of these times.
+    async fn read(parts: &[u64]) -> (Duration, usize) {
+        let start = Instant::now();
+        let parts = stream::iter(parts.to_vec()).then(move |at_s| async move {
+            tokio::time::sleep_until(start + Duration::from_secs(at_s)).await;
+            Ok::<_, io::Error>(Bytes::from(vec![0; 16 * 1024]))
+        });
+        let body = AxumBody::from_stream(parts.chain(stream::pending()));
+        let mut body = AxumBody::new(Timely::new(body)).into_data_stream();
+        let mut count = 0;
+        while let Some(Ok(_)) = body.next().await {
+            count += 1;
+        }
+        (start.elapsed(), count)
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_body_that_does_not_come_is_given_up() {
+        assert_eq!(read(&[]).await, (BODY_PATIENCE, 0));
+        // A second more for each 16 KiB.
+        assert_eq!(read(&[4, 5, 6, 7, 8]).await, (BODY_PATIENCE + Duration::from_secs(5), 5));
+        assert_eq!(read(&[4, 7]).await.1, 1);
+    }
 }

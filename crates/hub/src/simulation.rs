@@ -1,11 +1,14 @@
 //! A simulated site behind the hub: what the hub asks of it. The hub knows no simulator; who
 //! starts both (`lafet demo`) brings them together.
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use utoipa::ToSchema;
 
 use crate::config::MonitorConfig;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::store::Act as Noted;
 use crate::text::Both;
 
 /// A simulated site that can be told what happens to it.
@@ -15,6 +18,11 @@ pub trait Simulation: std::fmt::Debug + Send + Sync {
 
     /// What runs, and how it stands: the topic `sim`.
     fn state(&self) -> Value;
+
+    /// How fast its time runs, 1 = as ours.
+    fn speed(&self) -> f64 {
+        1.0
+    }
 
     /// Loads a scenario and starts it.
     fn load(&self, scenario: &str, seed: Option<u64>, automatic: bool) -> Result<Loaded, Both>;
@@ -42,7 +50,9 @@ pub struct Loaded {
 }
 
 /// A change of a simulated site.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = SimAct)]
 pub enum Act {
     /// Whether the scenario's own operator and controllers act.
     Automatic(bool),
@@ -79,6 +89,21 @@ pub enum Act {
     },
 }
 
+impl Act {
+    /// Its name in the audit log.
+    const fn what(&self) -> &'static str {
+        match self {
+            Self::Automatic(_) => "sim automatic",
+            Self::Pause(_) => "sim pause",
+            Self::Speed(_) => "sim speed",
+            Self::Fault { .. } => "sim fault",
+            Self::Fire { .. } => "sim fire",
+            Self::Ignite(_) => "sim ignite",
+            Self::Link { .. } => "sim link",
+        }
+    }
+}
+
 impl Hub {
     /// Brings a simulation and the hub together; the first one stays.
     pub fn simulate(&self, simulation: Box<dyn Simulation>) {
@@ -108,7 +133,8 @@ impl Hub {
     ) -> Result<Value, ApiError> {
         let simulation = self.simulation()?;
         let loaded = simulation.load(scenario, seed, automatic);
-        self.note_act(caller, &format!("sim scenario {scenario}"), loaded.is_ok());
+        let act = Noted::SimScenario { scenario: scenario.into(), seed };
+        self.note_act(caller, &format!("sim scenario {scenario}"), &act, loaded.is_ok());
         let Loaded { monitors, site } = loaded.map_err(ApiError::bad_request)?;
         self.replace_monitors(&monitors, site);
         self.publish_simulation();
@@ -122,14 +148,14 @@ impl Hub {
             self.station(monitor)?;
         }
         let done = simulation.act(act);
-        self.note_act(caller, &format!("sim {act:?}"), done.is_ok());
+        self.note_act(caller, act.what(), &Noted::Sim { act: act.clone() }, done.is_ok());
         done.map_err(ApiError::bad_request)?;
         self.publish_simulation();
         Ok(simulation.state())
     }
 
-    fn note_act(&self, caller: &Caller, what: &str, done: bool) {
+    fn note_act(&self, caller: &Caller, what: &str, act: &Noted, done: bool) {
         let outcome = if done { "Ok" } else { "refused" };
-        drop(self.audit.note(self.record(caller, "", what, outcome)));
+        drop(self.audit.note(self.record(caller, "", what, outcome).about(act)));
     }
 }

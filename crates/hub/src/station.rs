@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use lafet_client::{Client, Drive, JogEnd, Monitor, Toward};
+use lafet_client::{Client, Drive, Hold, JogEnd, Monitor, Reason, Toward};
 use lafet_proto::SubsystemId;
+use lafet_proto::status::DriveStatus;
 use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::sync::{Notify, mpsc, watch};
@@ -19,8 +20,10 @@ use crate::hub::{Caller, Hub};
 use crate::link_series;
 use crate::model::{self, Exchanged, Status};
 use crate::program::Programs;
+use crate::store::{Act as Noted, JogEnding};
 use crate::sync::lock;
 use crate::text::{Both, both};
+use crate::urgent::Lane;
 
 /// What is published of a monitor.
 pub const PARTS: [&str; 10] = [
@@ -53,6 +56,8 @@ pub struct Station {
     pub reading: tokio::sync::Mutex<()>,
     /// What it does by itself.
     pub programs: Mutex<Programs>,
+    /// Stop, Close and Lockout on that are under way.
+    pub urgent: Lane,
     state: Mutex<State>,
     jogs: Mutex<HashMap<(String, SubsystemId), Slot>>,
 }
@@ -134,6 +139,7 @@ impl Station {
             params: Mutex::default(),
             reading: tokio::sync::Mutex::default(),
             programs: Mutex::default(),
+            urgent: Lane::default(),
             state: Mutex::default(),
             jogs: Mutex::default(),
         }
@@ -181,7 +187,7 @@ impl Station {
         hub.topics.set(&self.topic("hotbeds"), &state.hotbeds);
         hub.topics.set(&self.topic("status"), &*state.status);
         drop(state);
-        self.publish_link(hub);
+        self.publish_link(hub, true);
         self.publish_readiness(hub);
         self.publish_authority(hub);
         self.publish_params(hub);
@@ -220,8 +226,8 @@ impl Station {
             self.publish_program(hub);
         }
         let status = Arc::new(status);
-        lock(&self.state).status = status.clone();
-        hub.topics.set(&self.topic("status"), &*status);
+        let old = std::mem::replace(&mut lock(&self.state).status, status.clone());
+        hub.topics.set_live(&self.topic("status"), &*status, !status.is_like(&old));
         self.publish_readiness(hub);
     }
 
@@ -234,7 +240,7 @@ impl Station {
             }
             (state.link_up, state.link_error) = (up, error);
         }
-        self.publish_link(hub);
+        self.publish_link(hub, true);
         self.publish_readiness(hub);
     }
 
@@ -247,7 +253,7 @@ impl Station {
             state.exchanged = (now, last);
             last
         };
-        self.publish_link(hub);
+        self.publish_link(hub, false);
         let up = self.is_up();
         link_series::note(hub, self.id(), &last.own, up);
     }
@@ -270,7 +276,7 @@ impl Station {
         lock(&self.state).hotbeds = Some(hotbeds);
     }
 
-    fn publish_link(&self, hub: &Hub) {
+    fn publish_link(&self, hub: &Hub, news: bool) {
         let state = lock(&self.state);
         let mut link = model::link_figures(&self.exchanged(), &state.exchanged.1);
         link.insert("endpoint".into(), self.config.endpoint.to_string().into());
@@ -278,7 +284,7 @@ impl Station {
         link.insert("since_ms".into(), state.link_since_ms.into());
         link.insert("error".into(), json!(state.link_error));
         link.insert("poll_ms".into(), self.config.poll_ms.into());
-        hub.topics.set(&self.topic("link"), &link);
+        hub.topics.set_live(&self.topic("link"), &link, news);
     }
 
     fn publish_readiness(&self, hub: &Hub) {
@@ -394,10 +400,15 @@ impl Station {
         beat: Beat,
         (number, mut beats): (u64, mpsc::UnboundedReceiver<()>),
     ) -> Result<&'static str, ApiError> {
-        let mut jog = drive.jog(beat.toward).map_err(|error| ApiError::from(&error))?;
+        let speed = hub.simulation.get().map_or(1.0, |simulation| simulation.speed());
+        let hold = Hold { clock_permille: (speed * 1000.0) as u32, ..Hold::default() };
+        let mut jog = drive.jog_with(beat.toward, hold).map_err(|error| ApiError::from(&error))?;
         let way = if beat.toward == Toward::Max { "max" } else { "min" };
         let what = format!("jog {} {way}", beat.drive);
-        let asked = hub.audit.note(hub.record(caller, self.id(), &what, "asked"));
+        let drive = beat.drive;
+        let act = move |end| Noted::Jog { drive: drive.to_string(), toward: way.into(), end };
+        let record = hub.record(caller, self.id(), &what, "asked");
+        let asked = hub.audit.note(record.about(&act(None)));
         hub.counts.jogs.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let (hub, caller, station) = (hub.clone(), caller.clone(), self.clone());
         tokio::spawn(async move {
@@ -418,8 +429,8 @@ impl Station {
             let mut record = hub.record(&caller, station.id(), &what, end_name(&end));
             // Long since stored, unless the disk takes nothing: then nobody waits for it.
             let asked = tokio::time::timeout(NUMBERED, asked).await.ok().and_then(Result::ok);
-            record.details = json!({ "asked": asked, "end": format!("{end:?}") });
-            drop(hub.audit.note(record));
+            record.details = json!({ "asked": asked });
+            drop(hub.audit.note(record.about(&act(Some(ending(&end))))));
         });
         Ok("moving")
     }
@@ -451,6 +462,34 @@ impl Station {
     }
 }
 
+/// How a motion ended, as the audit log has it.
+fn ending(end: &JogEnd) -> JogEnding {
+    let at = |status: &DriveStatus| status.position;
+    match end {
+        JogEnd::Stopped { reason, status } => {
+            JogEnding::Stopped { reason: why(reason).into(), position: at(status) }
+        }
+        JogEnd::Standing(status) => JogEnding::Standing { position: at(status) },
+        JogEnd::Refused(error) => JogEnding::Refused { error: error.to_string() },
+        JogEnd::Replaced => JogEnding::Replaced,
+        JogEnd::TakenOver { by } => JogEnding::TakenOver { by: by.to_string() },
+        JogEnd::StillMoving(status) => JogEnding::StillMoving { position: at(status) },
+        JogEnd::Unknown(error) => JogEnding::Unknown { error: error.to_string() },
+        _ => JogEnding::Unknown { error: String::new() },
+    }
+}
+
+const fn why(reason: &Reason) -> &'static str {
+    match reason {
+        Reason::Released => "released",
+        Reason::Lapsed => "lapsed",
+        Reason::LinkLost => "link_lost",
+        Reason::Refused => "refused",
+        Reason::StopAsked => "stop_asked",
+        _ => "unknown",
+    }
+}
+
 fn end_name(end: &JogEnd) -> &'static str {
     match end {
         JogEnd::Stopped { .. } => "stopped",
@@ -459,6 +498,7 @@ fn end_name(end: &JogEnd) -> &'static str {
         JogEnd::Replaced => "replaced",
         JogEnd::TakenOver { .. } => "taken_over",
         JogEnd::StillMoving(_) => "still_moving",
+        JogEnd::Unbounded(_) => "unbounded",
         _ => "unknown",
     }
 }
@@ -474,6 +514,12 @@ fn end_text(end: &JogEnd) -> Option<Both> {
         JogEnd::StillMoving(_) => Some(both(
             "The drive goes on in spite of Stop. Use the emergency stop.",
             "Привод движется, несмотря на Stop. Используйте аварийный останов.",
+        )),
+        JogEnd::Unbounded(_) => Some(both(
+            "Limits are off, and this monitor would not end the motion by itself if the connection \
+             failed. Switch the limits on, or set MoveTimeout of General, 500 ms for example.",
+            "Контроль пределов выключен, и при обрыве связи ствол не прекратит движение сам. Включите \
+             пределы или задайте MoveTimeout подсистемы General, например 500 мс.",
         )),
         _ => None,
     }

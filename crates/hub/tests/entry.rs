@@ -3,10 +3,10 @@
 mod support;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 
 use lafet_hub::access::Role;
-use lafet_hub::{Clock, TlsConfig};
+use lafet_hub::{Clock, ManualTime, TlsConfig};
 use serde_json::json;
 use support::{PASSWORD, Reply, Site, http_over, until};
 use tokio::net::TcpStream;
@@ -43,8 +43,8 @@ async fn the_first_start() {
 
 #[tokio::test]
 async fn csrf_and_stale_sessions() {
-    let now_ms = Arc::new(AtomicU64::new(1_000_000_000_000));
-    let site = Site::at(1, Clock::Manual(now_ms.clone()), |_| {}).await;
+    let time = ManualTime::at(1_000_000_000_000);
+    let site = Site::at(1, Clock::Manual(time.clone()), |_| {}).await;
     site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let login = log_in(&site, "anna", PASSWORD).await;
     let (cookie, csrf) = (cookie(&login), login.body["csrf"].as_str().unwrap().to_owned());
@@ -59,7 +59,7 @@ async fn csrf_and_stale_sessions() {
         site.http("POST", "/api/monitors/M1/requests", &[("Cookie", &cookie)], &request).await;
     assert_eq!(moved.code(), "csrf");
     // Stop needs no token, and a session that ran out lately will do; nothing else.
-    now_ms.fetch_add(13 * 3_600_000, Ordering::Relaxed);
+    time.pass(13 * 3_600_000);
     let stop = site.http("POST", "/api/stop", &[("Cookie", &cookie)], "garbage").await;
     assert_eq!(stop.status, 200, "{stop:?}");
     assert_eq!(stop.body["M1"]["ok"], true);
@@ -67,8 +67,133 @@ async fn csrf_and_stale_sessions() {
     assert_eq!(site.http("GET", "/api/session", &headers, "").await.status, 401);
     let asked = site.http("POST", "/api/monitors/M1/requests", &headers, &request).await;
     assert_eq!(asked.code(), "role");
-    now_ms.fetch_add(24 * 3_600_000, Ordering::Relaxed);
+    time.pass(24 * 3_600_000);
     assert_eq!(site.http("POST", "/api/stop", &headers, "").await.status, 401);
+}
+
+#[tokio::test]
+async fn a_clock_that_jumps_ends_no_session_and_is_recorded() {
+    let time = ManualTime::at(1_700_000_000_000);
+    let site = Site::at(1, Clock::Manual(time.clone()), |_| {}).await;
+    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    let cookie = cookie(&log_in(&site, "anna", PASSWORD).await);
+    let headers = [("Cookie", cookie.as_str())];
+    let mut socket = site.ws_as(&[("Cookie", &cookie)]).await;
+    let month = 30 * 24 * 3_600_000;
+    let recorded = |by_ms: i64| {
+        let hub = site.hub.clone();
+        async move {
+            until("it is stored", || hub.audit.waiting() == 0).await;
+            let log = hub.audit.latest(None, 50, None, None).await.unwrap();
+            let step = json!({ "v": 1, "type": "clock_step", "by_ms": by_ms });
+            let acts: Vec<_> = log.iter().filter_map(|it| it.record.act.clone()).collect();
+            assert!(acts.contains(&step), "{acts:?}");
+        }
+    };
+    for (date_ms, by_ms) in
+        [(1_700_000_000_000 + month, 30), (1_700_000_000_000, -30), (1_600_000_000_000, 0)]
+    {
+        time.set_date(date_ms);
+        let event = socket.next_of("event").await;
+        assert!(event["what"]["en"].as_str().unwrap().contains("clock"), "{event}");
+        if by_ms != 0 {
+            recorded(by_ms * 24 * 3_600_000).await;
+        }
+        let session = site.http("GET", "/api/session", &headers, "").await;
+        assert_eq!(session.status, 200, "{session:?}");
+        assert_eq!(site.http("POST", "/api/stop", &headers, "").await.status, 200);
+        let stop = socket.ask(json!({ "type": "stop", "monitor": "M1" })).await;
+        assert_eq!(stop["result"]["ok"], true, "{stop}");
+    }
+}
+
+/// The page of a session that was ended by others is open, somebody looks at a monitor: Stop works,
+/// what shuts the water of a fire does not.
+#[tokio::test]
+async fn who_was_signed_out_by_others_can_stop_for_ten_minutes() {
+    let time = ManualTime::at(1_000_000_000_000);
+    let site = Site::at(1, Clock::Manual(time.clone()), |_| {}).await;
+    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    let login = log_in(&site, "anna", PASSWORD).await;
+    let cookie = cookie(&login);
+    let headers = [("Cookie", cookie.as_str())];
+    let mut socket = site.ws_as(&[("Cookie", &cookie)]).await;
+    let root = site.token(Role::Administrator);
+    let path = format!("/api/sessions/{}", login.body["seat"].as_str().unwrap());
+    let authorization = format!("Bearer {root}");
+    let ended = site.http("DELETE", &path, &[("Authorization", &authorization)], "").await;
+    assert_eq!(ended.status, 204);
+    assert_eq!(socket.next_of("closed").await["code"], 4401);
+    let session = site.http("GET", "/api/session", &headers, "").await;
+    assert_eq!((session.status, &session.body["error"]["standing"]), (401, &json!("ended")));
+    assert_eq!(session.body["error"]["left_ms"], 600_000);
+    let post = |path: &'static str, body: &'static str| site.http("POST", path, &headers, body);
+    let stop = post("/api/stop", "").await;
+    assert_eq!((stop.status, &stop.body["M1"]["ok"]), (200, &json!(true)));
+    assert_eq!(post("/api/monitors/M1/stop", "").await.status, 200);
+    for (path, body) in [
+        ("/api/monitors/M1/close", ""),
+        ("/api/monitors/M1/lockout", ""),
+        ("/api/monitors/M1/requests", r#"{"request":"Close Valve1"}"#),
+        ("/api/monitors/M1/requests", r#"{"request":"Move Vertical 5"}"#),
+    ] {
+        let refused = post(path, body).await;
+        assert!(matches!(refused.status, 401 | 403), "{path}: {refused:?}");
+    }
+    assert_eq!(post("/api/lockout", "").await.body["M1"]["error"]["code"], "login_needed");
+    time.pass(10 * 60_000);
+    assert_eq!(post("/api/stop", "").await.status, 401);
+}
+
+#[tokio::test]
+async fn a_password_that_is_guessed_first_is_refused_with_words() {
+    let site = Site::with(1, |config| config.login = false).await;
+    for password in ["aaaaaaaaaa", "1234567890", "short"] {
+        let body = json!({ "user": "anna", "role": "operator", "password": password });
+        let reply = site.post("", "/api/users", body).await;
+        assert_eq!((reply.status, &reply.body["error"]["field"]), (400, &json!("password")));
+        let ru = reply.body["error"]["ru"].as_str().unwrap();
+        assert!(ru.to_lowercase().contains("пароль"), "{ru}");
+    }
+    let body = json!({ "user": "r\u{43e}ot", "role": "operator", "password": PASSWORD });
+    let reply = site.post("", "/api/users", body).await;
+    assert_eq!((reply.status, &reply.body["error"]["field"]), (400, &json!("user")));
+    let added = json!({ "user": "root", "role": "administrator", "password": PASSWORD });
+    assert_eq!(site.post("", "/api/users", added).await.status, 201);
+    let token = json!({ "name": "root", "role": "operator" });
+    assert_eq!(site.post("", "/api/tokens", token).await.status, 409, "it would pass for the user");
+    until("it is noted", || site.hub.audit.waiting() == 0).await;
+    let log = site.hub.audit.latest(None, 9, None, None).await.unwrap();
+    let act = json!({ "v": 1, "type": "add_user", "user": "root", "role": "administrator" });
+    let entry = log.iter().find(|it| it.record.act.as_ref() == Some(&act)).unwrap();
+    assert_eq!(entry.record.kind, Some(lafet_hub::access::Kind::Demo));
+}
+
+/// Guesses from everywhere hold up strangers; not a device on which the user has logged in.
+#[tokio::test]
+async fn guesses_shut_nobody_out_who_was_here_before() {
+    let site = Site::with(1, |config| config.proxies = vec!["127.0.0.1".parse().unwrap()]).await;
+    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    let log_in = |password: &str, address: String, device: String| {
+        let body = json!({ "user": "anna", "password": password }).to_string();
+        let site = &site;
+        async move {
+            let headers = [("X-Forwarded-For", address.as_str()), ("Cookie", device.as_str())];
+            site.http("POST", "/api/login", &headers, &body).await
+        }
+    };
+    let first = log_in(PASSWORD, "10.0.0.1".into(), String::new()).await;
+    let device = first.headers.lines().find_map(|it| it.split_once("lafet_device=")).unwrap().1;
+    let device = format!("lafet_device={}", device.split(';').next().unwrap());
+    for n in 0..12 {
+        log_in("wrong", format!("6.6.6.{n}"), String::new()).await;
+    }
+    let elsewhere = log_in(PASSWORD, "7.7.7.7".into(), String::new()).await;
+    assert_eq!(elsewhere.code(), "slow_down");
+    assert_eq!(log_in(PASSWORD, "8.8.8.8".into(), device).await.status, 200);
+    assert_eq!(log_in(PASSWORD, "10.0.0.1".into(), String::new()).await.status, 200);
+    let alarm = || site.hub.alarms.lock().unwrap().get("hub/Logins").is_some_and(|it| it.active);
+    until("it is an alarm", alarm).await;
 }
 
 #[tokio::test]
@@ -219,6 +344,28 @@ async fn certificates_of_our_own_and_of_clients() {
         (&json!("scada"), &json!("certificate"))
     );
     assert_eq!(reply.body["role"], "operator");
+    assert_eq!(reply.header("strict-transport-security"), Some("max-age=31536000"));
+    let policy = reply.header("content-security-policy").unwrap();
+    assert!(!policy.contains("style-src 'self' 'unsafe-inline'"), "{policy}");
+    for (origin, status) in [("https://localhost", 200), ("http://localhost", 403)] {
+        let stream = connect(Some("scada")).await.unwrap();
+        let headers = [("Origin", origin)];
+        let reply = http_over(stream, "localhost", "GET", "/api/session", &headers, "").await;
+        assert_eq!(reply.status, status, "{origin}");
+    }
+    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    let body = json!({ "user": "anna", "password": PASSWORD }).to_string();
+    let stream = connect(Some("stranger")).await.unwrap();
+    let login = http_over(stream, "localhost", "POST", "/api/login", &[], &body).await;
+    let cookie = login.header("set-cookie").unwrap();
+    assert!(cookie.starts_with("__Host-lafet_session=") && cookie.ends_with("; Secure"));
+    let value = cookie.split(';').next().unwrap();
+    for (cookie, status) in [(value, 200), (value.trim_start_matches("__Host-"), 401)] {
+        let stream = connect(Some("stranger")).await.unwrap();
+        let headers = [("Cookie", cookie)];
+        let reply = http_over(stream, "localhost", "GET", "/api/session", &headers, "").await;
+        assert_eq!(reply.status, status, "{cookie}");
+    }
     let stream = connect(Some("stranger")).await.unwrap();
     let reply = http_over(stream, "localhost", "GET", "/api/session", &[], "").await;
     assert_eq!(reply.code(), "login_needed");
@@ -287,21 +434,23 @@ async fn reading_has_its_own_limit_and_stops_have_none() {
 }
 
 #[tokio::test]
-async fn one_address_does_not_take_every_connection() {
-    let site = Site::with(1, |config| config.connections_max = 8).await;
+async fn strangers_do_not_take_every_connection() {
+    let site = Site::with(1, |config| config.connections_max = 16).await;
     let token = site.token(Role::Observer);
-    let before = site.hub.counts.connections.load(Ordering::Relaxed);
-    assert_eq!(before, 0);
-    let mut held = Vec::new();
-    for _ in 0..6 {
-        held.push(TcpStream::connect(site.address).await.unwrap());
-    }
     let open = || site.hub.counts.connections.load(Ordering::Relaxed);
-    until("they are taken", || open() == 6).await;
-    let mut seventh = TcpStream::connect(site.address).await.unwrap();
-    let closed = tokio::io::AsyncReadExt::read(&mut seventh, &mut [0; 1]).await;
-    assert!(!matches!(closed, Ok(1..)), "closed at once");
-    // Another machine still comes through.
+    assert_eq!(open(), 0);
+    // Half a login each, and no more.
+    let mut held = Vec::new();
+    for _ in 0..40 {
+        let mut stream = TcpStream::connect(site.address).await.unwrap();
+        let head = "POST /api/login HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99\r\n\r\n{";
+        tokio::io::AsyncWriteExt::write_all(&mut stream, head.as_bytes()).await.unwrap();
+        held.push(stream);
+    }
+    until("the oldest have given way", || open() <= 8).await;
+    // Whoever is known comes through from the same address and from others, and logs in.
+    assert_eq!(site.post(&token, "/api/stop", json!({})).await.status, 200);
+    let mut socket = site.ws(&token).await;
     let other = tokio::net::TcpSocket::new_v4().unwrap();
     other.bind("127.0.0.2:0".parse().unwrap()).unwrap();
     let other = other.connect(site.address).await.unwrap();
@@ -309,7 +458,38 @@ async fn one_address_does_not_take_every_connection() {
     let headers = [("Authorization", authorization.as_str())];
     let stop = http_over(other, "127.0.0.1", "POST", "/api/stop", &headers, "").await;
     assert_eq!(stop.status, 200, "{stop:?}");
-    drop(held);
+    // A client that is known does not give way.
+    for _ in 0..20 {
+        held.push(TcpStream::connect(site.address).await.unwrap());
+    }
+    until("the oldest have given way", || open() <= 9).await;
+    assert_eq!(socket.ask(json!({ "type": "stop", "monitor": "M1" })).await["result"]["ok"], true);
+    drop((held, socket));
     until("they are given back", || open() == 0).await;
-    assert_eq!(site.post(&token, "/api/stop", json!({})).await.status, 200);
+}
+
+#[tokio::test]
+async fn authority_has_a_rate_and_its_reason_a_length() {
+    let site = Site::with(1, |_| {}).await;
+    let token = site.token(Role::Operator);
+    let entries = site.hub.audit.last().await.unwrap();
+    let mut socket = site.ws(&token).await;
+    let mut codes = Vec::new();
+    for _ in 0..150 {
+        let message = json!({ "type": "authority", "monitor": "M1", "action": "take", "id": 1 });
+        socket.send(message).await;
+    }
+    for _ in 0..150 {
+        let answer = socket.next_of("answer").await;
+        codes.push(answer["error"]["code"].as_str().unwrap_or_default().to_owned());
+    }
+    let slowed = codes.iter().filter(|code| *code == "slow_down").count() as u64;
+    assert!(slowed > 0, "{codes:?}");
+    until("they are stored", || site.hub.audit.waiting() == 0).await;
+    let noted = site.hub.audit.last().await.unwrap() - entries;
+    assert!(noted <= 150 - slowed, "{noted} entries, {slowed} refused");
+    let engineer = site.token(Role::Engineer);
+    let long = json!({ "action": "force", "reason": "ж".repeat(501) });
+    let refused = site.post(&engineer, "/api/monitors/M1/authority", long).await;
+    assert_eq!((refused.status, refused.code()), (400, "bad_request"));
 }

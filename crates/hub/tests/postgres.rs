@@ -208,6 +208,25 @@ async fn what_happened_while_the_server_was_away_is_stored_later() {
     let parquet = site.get("", "/api/history.parquet?monitor=M1&series=General.bits").await;
     assert_eq!(parquet.status, 200);
 
+    let now_ms = site.hub.clock.now_ms();
+    let minutes = format!(
+        "/api/history?monitor=M1&series=General.bits&points=600&from_ms={}&to_ms={now_ms}",
+        now_ms - 86_400_000
+    );
+    let minutes = site.get("", &minutes).await;
+    assert_eq!((minutes.status, &minutes.body["resolution_ms"]), (200, &json!(180_000)));
+    site.hub.history.lock().unwrap().forget(now_ms + 2 * 86_400_000, 1, 1);
+    let client = Address::parse(&url, Path::new("/")).unwrap().client().await.unwrap();
+    loop {
+        ticks.tick().await;
+        let query = "SELECT COUNT(*) FROM lafet_raw WHERE t < $1";
+        let old: i64 = client.query_one(query, &[&now_ms.cast_signed()]).await.unwrap().get(0);
+        if old == 0 {
+            break;
+        }
+        assert!(began.elapsed() < 2 * PATIENCE, "{old} old rows are still there");
+    }
+
     server.stop();
     until("it is told again", || alarm(&site).as_deref() == Some("unack")).await;
     let stop = site.post("", "/api/monitors/M1/stop", json!({})).await;

@@ -76,7 +76,9 @@ async fn a_silent_monitor_is_stale_and_an_alarm() {
     );
     assert_eq!(site.get("", "/health").await.body["monitors"]["M1"], "stale");
     let reply = site.post("", "/api/stop", json!({})).await;
-    assert_eq!(reply.body["M1"]["error"]["code"], "outcome_unknown", "{reply:?}");
+    assert_eq!(reply.body["M1"], json!({ "pending": true }), "{reply:?}");
+    let reply = site.post("", "/api/monitors/M1/stop", json!({})).await;
+    assert_eq!(reply.code(), "outcome_unknown", "{reply:?}");
     site.bus.lock()[0].power_on();
     let back = |message: &Value| message["set"]["alarms/M1/Link/Stale"]["state"] == "rtn_unack";
     socket.next_where(back).await;
@@ -239,6 +241,11 @@ async fn history_and_figures() {
         series.as_array().unwrap().iter().map(|it| it["series"].as_str().unwrap()).collect();
     assert!(names.contains(&"Vertical.position") && names.contains(&"General.pressure"));
     let metrics = site.get("", "/metrics").await.text;
+    let mut series = std::collections::HashSet::new();
+    for line in metrics.lines().filter(|line| !line.starts_with("# ")) {
+        let (name, value) = line.rsplit_once(' ').unwrap();
+        assert!(value.parse::<f64>().is_ok() && series.insert(name), "{line}");
+    }
     for line in [
         "lafet_monitor_up{monitor=\"M1\"} 1",
         "lafet_websockets 1",
@@ -316,7 +323,7 @@ async fn the_history_is_played_and_exported() {
     assert_eq!(has("alarms/M1/General/LockedOut").unwrap()["state"], "unack");
     assert_eq!(has("monitors/M1/info").unwrap()["address"], 1);
     assert!(has("monitors/M2/status").is_none(), "only M1 was asked for");
-    let long = site.get("", "/api/history/changes?from_ms=0").await;
+    let long = site.get("", "/api/history/changes?from_ms=0&to_ms=9999999999").await;
     assert_eq!((long.status, long.code()), (400, "bad_request"));
     assert_eq!(site.get("", "/api/history/changes?monitor=M9").await.code(), "no_monitor");
 
@@ -324,6 +331,87 @@ async fn the_history_is_played_and_exported() {
     let parquet = site.get("", &format!("/api/history.parquet?{series}")).await;
     assert_eq!(parquet.header("content-type"), Some("application/vnd.apache.parquet"));
     assert!(parquet.text.starts_with("PAR1") && parquet.text.ends_with("PAR1"));
+}
+
+#[tokio::test]
+async fn who_looks_at_one_monitor_is_not_sent_the_figures_of_the_others() {
+    let site = Site::open(3).await;
+    let mut socket = site.ws("").await;
+    let status =
+        |id: &str, it: &Value| it["set"][format!("monitors/{id}/status")]["at_ms"].as_u64();
+    let first = socket.next_where(|it| status("M2", it).is_some()).await;
+    assert!(status("M2", &first).is_some(), "without a subscription, everything");
+    for monitors in [json!(["M1", "M9"]), json!(vec!["M1"; 33]), json!("M1")] {
+        let refused = socket.ask(json!({ "type": "subscribe", "monitors": monitors })).await;
+        assert!(refused["error"].is_object(), "{refused}");
+    }
+    let answer = socket.ask(json!({ "type": "subscribe", "monitors": ["M1"] })).await;
+    assert_eq!(answer["subscribed"], json!({ "monitors": ["M1"] }));
+    // What was on its way comes first.
+    let own = |it: &Value| status("M1", it).is_some() && status("M2", it).is_none();
+    socket.next_where(own).await;
+    let (mut own, mut others) = (0, 0);
+    while own < 30 {
+        let told = socket.next_of("change").await;
+        own += usize::from(status("M1", &told).is_some());
+        let other = ["M2", "M3"].map(|id| usize::from(status(id, &told).is_some()));
+        others += other.iter().sum::<usize>();
+    }
+    assert!(others <= own / 3, "{others} states of others, {own} of its own");
+
+    // News of others come all the same.
+    site.post("", "/api/monitors/M3/lockout", json!({})).await;
+    let locked = |it: &Value| {
+        let state = &it["set"]["monitors/M3/status"]["subsystems"]["General"];
+        state["flags"].to_string().contains("LockedOut")
+    };
+    socket.next_where(locked).await;
+
+    // Who turns to another one is told at once what it is like now.
+    let id = json!({ "type": "subscribe", "monitors": ["M2"] });
+    socket.send(id).await;
+    socket.next_where(|it| status("M2", it).is_some()).await;
+    let all = socket.ask(json!({ "type": "subscribe" })).await;
+    assert_eq!(all["subscribed"], json!({ "monitors": null }));
+    for id in ["M1", "M2", "M3"] {
+        let (mut last, mut grown) = (0, 0);
+        while grown < 3 {
+            let told = socket.next_where(|it| status(id, it).is_some()).await;
+            let at_ms = status(id, &told).unwrap();
+            grown += usize::from(at_ms > last);
+            last = at_ms;
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_range_of_time_that_cannot_be_is_refused_everywhere() {
+    let site = Site::open(1).await;
+    let description = site.get("", "/api/openapi.json").await.body;
+    let mut tried = 0;
+    for (path, what) in description["paths"].as_object().unwrap() {
+        let parameters = what["get"]["parameters"].as_array();
+        if !parameters.is_some_and(|all| all.iter().any(|it| it["name"] == "from_ms")) {
+            continue;
+        }
+        // What a part of the history has and the list of series does not use.
+        if path == "/api/history/series" {
+            continue;
+        }
+        let path = path.replace("{name}", "x.mcap");
+        for range in [
+            "from_ms=18446744073709551614&to_ms=18446744073709551615",
+            "from_ms=9223372036854775807&to_ms=9223372036854775808",
+            "from_ms=2&to_ms=1",
+            "from_ms=253402300800000",
+        ] {
+            let reply =
+                site.get("", &format!("{path}?monitor=M1&series=General.bits&{range}")).await;
+            assert_eq!((reply.status, reply.code()), (400, "bad_request"), "{path} {range}");
+            tried += 1;
+        }
+    }
+    assert!(tried >= 7 * 4, "{tried}");
 }
 
 #[tokio::test]

@@ -18,6 +18,9 @@ use crate::interrupt::Interrupt;
 use crate::lang::{current, pick};
 use crate::out::{Out, columns};
 
+/// What the name of a file ends in while it is being written.
+const NEW: &str = "new";
+
 /// `lafet param backup`
 #[derive(Debug, Args)]
 pub struct BackupArgs {
@@ -80,8 +83,18 @@ pub async fn run_backup(args: BackupArgs, global: &Global, out: &mut Out) -> Out
             format!("{name} уже есть; --force заменит его"),
         )));
     }
-    let connection = Connection::open(global).await?;
-    let backup = read(&connection, args.firmware, out).await?;
+    if !to_stdout {
+        reserve(&args.file)?;
+    }
+    let backup = match Connection::open(global).await {
+        Ok(connection) => read(&connection, args.firmware, out).await,
+        Err(failure) => Err(failure),
+    };
+    if backup.is_err() && !to_stdout {
+        // Nothing was to be kept of it.
+        let _ = fs::remove_file(beside(&args.file, NEW));
+    }
+    let backup = backup?;
     let text = backup.to_toml();
     if to_stdout {
         return out.show(text.trim_end(), || json!({ "toml": text }));
@@ -343,11 +356,21 @@ fn load(file: &Path) -> Result<Backup, Failure> {
 }
 
 /// A power cut while the file is written leaves the old one, or none.
+/// Makes sure that the file can be written, before the monitor is asked anything.
+fn reserve(file: &Path) -> Outcome {
+    fs::write(beside(file, NEW), "").map_err(|error| cannot_write(file, error))
+}
+
 fn write_whole(file: &Path, text: &str) -> Outcome {
-    let beside = beside(file, "new");
-    let name = file.display().to_string();
+    let beside = beside(file, NEW);
     let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, file));
-    written.map_err(|error| Failure::io(name, error))
+    written.map_err(|error| cannot_write(file, error))
+}
+
+fn cannot_write(file: &Path, error: io::Error) -> Failure {
+    let name = file.display();
+    let what = pick(format!("cannot write {name}"), format!("не удаётся записать {name}"));
+    Failure::io(what, error)
 }
 
 fn beside(file: &Path, ending: &str) -> PathBuf {

@@ -5,7 +5,9 @@ use std::str::FromStr;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::{Args, Subcommand};
-use lafet_client::bus::{Change, ControllerConfig, Driver, DriverConfig, Entry, Event, LENT, Port};
+use lafet_client::bus::{
+    Change, ControllerConfig, Driver, DriverConfig, Entry, Event, LENT, Port, Repeat,
+};
 use lafet_client::{Endpoint, Error, Framing, Role};
 use lafet_proto::bus::{BAUD_DEFAULT, CONSOLES, CONTROLLER, MONITORS};
 use lafet_proto::{Record, Request, Status};
@@ -62,6 +64,10 @@ pub struct BusArgs {
     /// 0.02 when a URL is not serial)
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     latency: Option<f64>,
+    /// Send every request of a console again that is not answered, not only those that are the same
+    /// twice: a monitor whose answer was lost then executes it twice
+    #[arg(long)]
+    repeat_all: bool,
     /// End after so many seconds; otherwise Ctrl-C ends
     #[arg(long = "for", value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
@@ -129,12 +135,14 @@ pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
     let config = DriverConfig { controller, monitors, consoles: lines.next(), programs };
     let mut driver = Driver::new(config);
     let mut told = Ok(());
+    let mut opened = [false; 2];
     {
         let duration = args.duration.map_or(Duration::MAX, Duration::from_secs_f64);
         let (stop, mut stopped) = tokio::sync::mpsc::channel(1);
         let running = driver.run(|event| {
             if told.is_ok() {
-                told = tell(&event, &urls, out);
+                told = first_opening(&event, &urls, &mut opened)
+                    .and_then(|()| tell(&event, &urls, out));
             }
             if told.is_err() {
                 // Once is enough.
@@ -150,6 +158,26 @@ pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
     }
     told?;
     finish(&driver, out)
+}
+
+/// A line that cannot be opened at all is most likely misspelt; one that was open comes back.
+fn first_opening(event: &Event, urls: &[String], opened: &mut [bool; 2]) -> Outcome {
+    let index = |port: &Port| usize::from(*port == Port::Consoles);
+    match event {
+        Event::Up(port) => opened[index(port)] = true,
+        Event::Down(port, why) if !opened[index(port)] => {
+            let url = if index(port) == 0 { urls.first() } else { urls.last() };
+            let url = url.map_or("", String::as_str);
+            return Err(Failure::Silent(pick(
+                format!(
+                    "{url}: {why}. It was never open: check the URL, and that the port is there."
+                ),
+                format!("{url}: {why}. Линия ни разу не открылась: проверьте URL и наличие порта."),
+            )));
+        }
+        _ => {}
+    }
+    Ok(())
 }
 
 fn line(url: &str) -> Result<Endpoint, Failure> {
@@ -223,6 +251,7 @@ fn configured(
         probe_timeout: usual.probe_timeout + latency,
         watch: Some(Duration::from_secs_f64(args.watch)),
         turnaround: TURNAROUND,
+        repeat: if args.repeat_all { Repeat::All } else { Repeat::Repeatable },
         // The field of the journal has 32 bits (observed).
         epoch_s: now as u32,
         ..usual

@@ -87,9 +87,20 @@ async fn ask(controller: &Client, body: Body<'_>) -> Result<Answers, Failure> {
     let request = Request::new(SubsystemId::GENERAL, body);
     let answers = match controller.request(&request).await {
         Err(Error::NoAnswer { endpoint, tries, .. }) => {
-            let who = pick("bus controller", "контроллер магистрали");
-            let endpoint = format!("128 ({who}), {endpoint}").into();
-            return Err(Error::Absent { endpoint, tries }.into());
+            return Err(Failure::Silent(pick(
+                format!(
+                    "No bus controller answers at {endpoint} (address {CONTROLLER}, tries: {tries}). On \
+                     its own line it answers consoles only, each in its turn: add role=active and a \
+                     src= of your own (129…254) to the URL. Programs at --listen of `lafet bus` need \
+                     neither."
+                ),
+                format!(
+                    "Контроллер магистрали не отвечает на {endpoint} (адрес {CONTROLLER}, попыток: \
+                     {tries}). На своей линии он отвечает только пультам, каждому в его очередь: \
+                     добавьте в URL role=active и свой src= (129…254). Программам на --listen \
+                     `lafet bus` это не нужно."
+                ),
+            )));
         }
         answers => answers?,
     };

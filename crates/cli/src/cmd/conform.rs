@@ -9,6 +9,7 @@ use clap::Args;
 use lafet_client::{Endpoint, Error};
 use lafet_conform::line::LinkLine;
 use lafet_conform::{Level, Options, Progress, Report, report};
+use serde_json::{Value, json};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::cli::Global;
@@ -16,7 +17,7 @@ use crate::connect::{link, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::{current, pick};
-use crate::out::Out;
+use crate::out::{Out, columns};
 use crate::simulator;
 
 /// Presence probes, so to speak: a read that is lost is sent so often.
@@ -31,13 +32,17 @@ pub struct ConformArgs {
     /// The monitor that is tested; without it that of -c
     #[arg(value_name = "URL")]
     url: Option<String>,
+    /// Only list the tests of this level: item, name, level; no monitor is needed
+    #[arg(long)]
+    list: bool,
     /// Reads, Stop, and frames that are refused: nothing moves (default)
     #[arg(long, group = "level")]
     read_only: bool,
     /// Drives move a little, slowly and without water; parameters are set and set back
     #[arg(long, group = "level")]
     motion: bool,
-    /// Everything but the erasure: water, programs, searches, lockout, restart
+    /// Everything but the erasure: water, programs, searches, lockout, restart; about ten minutes
+    /// on a real monitor
     #[arg(long, group = "level")]
     full: bool,
     /// Everything; the memory is erased and written back from a copy
@@ -121,6 +126,9 @@ enum Told {
 
 /// Tests a monitor.
 pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
+    if args.list {
+        return list(args.level(), out);
+    }
     let connect = args.url.clone().or_else(|| global.connect.clone());
     let global = Global { connect, ..global.clone() };
     let url = url_of(&global)?.to_owned();
@@ -128,15 +136,38 @@ pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
     let options = args.options(&endpoint, &global);
     if let Some(wrong) = options.only.iter().find(|id| !lafet_conform::is_known(id)) {
         return Err(Failure::Usage(pick(
-            format!("No test is called `{wrong}`; `lafet conform sim:` shows them all."),
-            format!("Проверки `{wrong}` нет; все покажет `lafet conform sim:`."),
+            format!("No test is called `{wrong}`; `lafet conform --list` shows them all."),
+            format!("Проверки `{wrong}` нет; все покажет `lafet conform --list --erase`."),
         )));
+    }
+    if options.level >= Level::Full {
+        out.progress(pick(
+            "About ten minutes on a real monitor, with water and motion. Ctrl-C ends it and puts \
+             everything back.",
+            "Около десяти минут на настоящем стволе, с водой и движением. Ctrl-C прекращает проверку и \
+             возвращает всё как было.",
+        ));
     }
     let mut report = tested(&args, &endpoint, &options, &url, out).await?;
     report.url = url;
     write(&args, &report)?;
     out.show(report::summary(&report, current()), || report::json(&report, current()))?;
     outcome(&report, &options)
+}
+
+/// The tests up to a level, without a monitor.
+fn list(level: Level, out: &mut Out) -> Outcome {
+    let tests: Vec<_> = lafet_conform::tests().filter(|test| test.2 <= level).collect();
+    let rows: Vec<Vec<String>> = tests
+        .iter()
+        .map(|(item, name, level)| vec![(*item).into(), (*name).into(), level.name().into()])
+        .collect();
+    out.show(columns(&rows), || {
+        let one = |(item, name, level): &(&str, &str, Level)| {
+            json!({ "item": item, "name": name, "level": level.name() })
+        };
+        Value::Array(tests.iter().map(one).collect())
+    })
 }
 
 async fn tested(

@@ -8,11 +8,18 @@ use clap::Args;
 use lafet_capture::Format;
 
 use super::replay::pieces;
+use lafet_proto::link::{PAYLOAD_MAX, decode_datagram};
+
 use crate::decode::{Form, Unhex, Writer};
 use crate::failure::{Failure, Outcome};
 use crate::lang::pick;
 use crate::out::Out;
+use crate::texts;
 
+/// A frame is `FF C0 … C0`.
+const SYNC: u8 = 0xFF;
+/// See [`SYNC`].
+const END: u8 = 0xC0;
 /// Bytes read at a time.
 const CHUNK: usize = 64 * 1024;
 
@@ -52,7 +59,7 @@ pub fn run(args: &DecodeArgs, out: &mut Out) -> Outcome {
         if trial.frames() > 0 {
             writer.feed(&bytes)?;
         } else if !writer.bare_records(&bytes)? {
-            return Err(no_frame());
+            return Err(broken_frame(&bytes).unwrap_or_else(no_frame));
         }
     } else {
         let path = args.file.clone().or_else(|| args.input.first().map(PathBuf::from));
@@ -161,6 +168,21 @@ fn not_hex(offset: u64) -> Failure {
 fn cannot_read(path: &std::path::Path, error: io::Error) -> Failure {
     let path = path.display();
     Failure::io(pick(format!("cannot read {path}"), format!("не удаётся прочитать {path}")), error)
+}
+
+/// What is wrong with the first frame of these bytes, if there is the outline of one.
+fn broken_frame(bytes: &[u8]) -> Option<Failure> {
+    let is_end = |at: &usize| bytes[*at] == END;
+    let from = (0..bytes.len()).find(is_end)?;
+    let to = (from + 1..bytes.len()).find(is_end)?;
+    let datagram: Vec<u8> = [SYNC].iter().chain(&bytes[from..=to]).copied().collect();
+    let error = decode_datagram(&datagram, &mut [0; PAYLOAD_MAX + 8]).err()?;
+    let offset = from.saturating_sub(1);
+    let why = texts::decode_error(&error);
+    Some(Failure::Usage(pick(
+        format!("The frame at byte {offset} is broken: {why}. A receiver drops it silently."),
+        format!("Кадр с байта {offset} испорчен: {why}. Приёмник молча отбрасывает такой кадр."),
+    )))
 }
 
 fn no_frame() -> Failure {

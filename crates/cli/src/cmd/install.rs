@@ -36,7 +36,7 @@ pub struct ManArgs {
 /// Prints what a shell has to know.
 pub fn run_completions(args: &CompletionsArgs, out: &mut Out) -> Outcome {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut help::command(), "lafet", &mut script);
+    clap_complete::generate(args.shell, &mut help::completed(), "lafet", &mut script);
     let script = String::from_utf8_lossy(&script);
     out.show(script.trim_end(), || json!({ "shell": args.shell.to_string(), "script": script }))
 }

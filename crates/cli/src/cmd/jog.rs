@@ -5,6 +5,7 @@
 
 use std::collections::HashMap;
 use std::io::{self, IsTerminal, Write};
+use std::pin::pin;
 use std::time::Duration;
 
 use clap::Args;
@@ -13,7 +14,7 @@ use lafet_proto::SubsystemId;
 use lafet_proto::flags::DriveFlags;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::json;
-use tokio::time::Instant;
+use tokio::time::{Instant, sleep};
 
 use crate::angle;
 use crate::cli::{Global, seconds};
@@ -23,7 +24,10 @@ use crate::interrupt::Interrupt;
 use crate::keyboard::{Keyboard, Keys};
 use crate::lang::{current, pick};
 use crate::out::Out;
+use crate::undo::REACH;
 
+/// A drive that is at rest later than this after its release is worth a word.
+const SLOW: Duration = Duration::from_secs(2);
 /// How often the state is shown.
 const SHOW: Duration = Duration::from_millis(250);
 /// A motion that was refused is not asked for again sooner, however often the key repeats.
@@ -75,7 +79,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     let lease = Duration::from_secs_f64(args.lease);
     let usual = if keyboard.tells_release { FIRST } else { lease };
     let first_lease = args.first.map_or(usual, Duration::from_secs_f64);
-    let hold = Hold { lease, first_lease, repeat: lease };
+    let hold = Hold { lease, first_lease, ..Hold::default() };
     let mut hands = Hands::new(connection.monitor.clone(), hold);
     let mut keys = Keys::listen();
     note(out, help());
@@ -110,9 +114,15 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
             out.progress(state);
         }
     }
-    let ends = hands.release().await;
+    let ends = let_go(hands, &mut keys, &mut interrupt, out).await;
     drop(keys);
     drop(keyboard);
+    let ends = ends?;
+    let unknown = |end: &JogEnd| matches!(end, JogEnd::Unknown(_) | JogEnd::StillMoving(_));
+    if ends.iter().any(|(_, end)| unknown(end)) {
+        let texts: Vec<String> = ends.iter().map(|(drive, end)| tell(*drive, end)).collect();
+        return Err(Failure::NotAtRest(texts.join("\n")));
+    }
     let all_stand = ends.iter().all(|(_, end)| stands(end));
     let texts: Vec<String> = ends.iter().map(|(drive, end)| tell(*drive, end)).collect();
     let stopped = pick("Nothing is held any more.", "Больше ничего не удерживается.");
@@ -121,6 +131,55 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
         true => out.show(&text, || json!({ "ended": texts })),
         false => Err(Failure::Ended(text)),
     }
+}
+
+/// Waits until all that was held stands; over a line that is cut, for [`REACH`] at most.
+async fn let_go(
+    hands: Hands,
+    keys: &mut Keys,
+    interrupt: &mut Interrupt,
+    out: &mut Out,
+) -> Result<Vec<(SubsystemId, JogEnd)>, Failure> {
+    let drives: Vec<String> = hands.held.keys().map(ToString::to_string).collect();
+    let drives = drives.join(", ");
+    let mut release = pin!(hands.release());
+    let (mut slow, mut end) = (pin!(sleep(SLOW)), pin!(sleep(REACH)));
+    let mut told = false;
+    loop {
+        tokio::select! {
+            ends = &mut release => return Ok(ends),
+            () = &mut slow, if !told => {
+                told = true;
+                note(out, &stopping(&drives));
+            }
+            () = &mut end => break,
+            () = interrupt.wait() => break,
+            key = keys.next() => match key {
+                Some(key) if key.modifiers.contains(KeyModifiers::CONTROL) && told => break,
+                Some(_) => {}
+                // Nobody is at the keyboard any more: what is sent goes on until the end.
+                None => sleep(SLOW).await,
+            },
+        }
+    }
+    Err(Failure::NotAtRest(pick(
+        format!("{drives} may still move: not seen at rest. Use the emergency stop."),
+        format!("{drives}: возможно, ещё движется, покоя не видно. Нажмите аварийный останов."),
+    )))
+}
+
+fn stopping(drives: &str) -> String {
+    let seconds = REACH.as_secs();
+    pick(
+        format!(
+            "{drives} may still move: Stop has no answer yet. Trying for up to {seconds} s; Ctrl-C \
+             gives up. If you see danger, use the emergency stop now."
+        ),
+        format!(
+            "{drives}: возможно, ещё движется, на Stop нет ответа. Попытки до {seconds} с; Ctrl-C \
+             прекращает их. При опасности сразу нажмите аварийный останов."
+        ),
+    )
 }
 
 /// Stops everything, and says so.
@@ -268,11 +327,26 @@ fn tell(drive: SubsystemId, end: &JogEnd) -> String {
             format!("{drive} goes on in spite of Stop: use the emergency stop."),
             format!("{drive} движется, несмотря на Stop: нажмите аварийный останов."),
         ),
+        JogEnd::Unbounded(_) => pick(
+            format!(
+                "{drive} was not moved: limits are off, and this monitor would not end the motion by \
+                 itself if the connection failed. Switch the limits on, or give it a time: \
+                 `lafet param set general MoveTimeout 500`."
+            ),
+            format!(
+                "{drive} не двинут: контроль пределов выключен, и при обрыве связи ствол не прекратит \
+                 движение сам. Включите пределы или задайте время: \
+                 `lafet param set general MoveTimeout 500`."
+            ),
+        ),
         JogEnd::Unknown(error) => {
             let error: &Error = error;
             pick(
-                format!("Whether {drive} stands is not known. {error}"),
-                format!("Неизвестно, стоит ли {drive}. {}", error.localized(current())),
+                format!("Whether {drive} is at rest is not known: use the emergency stop. {error}"),
+                format!(
+                    "Неизвестно, стоит ли {drive}: нажмите аварийный останов. {}",
+                    error.localized(current())
+                ),
             )
         }
         _ => drive.to_string(),

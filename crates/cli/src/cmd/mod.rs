@@ -18,6 +18,7 @@ pub mod life;
 pub mod limits;
 pub mod motion;
 pub mod param;
+pub mod ports;
 pub mod program;
 pub mod quench;
 pub mod record;

@@ -13,9 +13,10 @@ use crate::connect::Connection;
 use crate::describe::{flag_names, state_json};
 use crate::exchange;
 use crate::failure::{Failure, Outcome};
-use crate::follow::{Follow, States, Step};
+use crate::follow::{self, Follow, Step};
 use crate::lang::pick;
 use crate::out::Out;
+use crate::undo::{States, Undo};
 
 /// A drive is where it should be when it is no farther off than this, arc-minutes or mm.
 const TOLERANCE: i32 = 2;
@@ -148,12 +149,13 @@ async fn start(
     out: &mut Out,
     judge: impl FnMut(&States) -> Step,
 ) -> Outcome {
-    if no_wait {
-        return simple(request, global, out).await;
-    }
     let connection = Connection::open(global).await?;
+    if no_wait {
+        return follow::begin(request, &connection, out).await;
+    }
     let who = request.to;
-    let follow = Follow { connection: &connection, watch: &[who], stop: who };
+    let undo = Undo::of(&request).unwrap_or_default();
+    let follow = Follow { connection: &connection, watch: &[who], undo };
     let begin = connection.send(&request);
     let states = follow.run(out, begin, judge).await?;
     let Some(answer) = states.of(who) else { return Ok(()) };

@@ -109,6 +109,9 @@ pub struct RunArgs {
     /// Begin again after the last point
     #[arg(long, requires = "trajectory")]
     repeat: bool,
+    /// Run it even if it is empty: the barrel deploys and aims straight ahead
+    #[arg(long, conflicts_with = "trajectory")]
+    empty: bool,
     /// Follow it until it ends; Ctrl-C stops it (the valves stay as they are)
     #[arg(long)]
     follow: bool,
@@ -133,7 +136,8 @@ pub async fn run(command: ProgramCommand, global: &Global, out: &mut Out) -> Out
             run_trajectory(args, global, out).await
         }
         ProgramCommand::Run(args) => {
-            run_quench(QuenchArgs::stored(args.number.into(), args.follow), global, out).await
+            let RunArgs { number, empty, follow, .. } = args;
+            run_quench(QuenchArgs::stored(number.into(), empty, follow), global, out).await
         }
         ProgramCommand::Clear(args) => clear(&args, global, out).await,
     }

@@ -8,15 +8,16 @@ use lafet_proto::request::{Body, Path, Points, Quench, Sector, Trajectory, Traje
 use lafet_proto::{Bytes, Request, SubsystemId};
 use serde_json::json;
 
-use super::motion::{simple, stopped};
+use super::motion::stopped;
 use crate::angle::{Angle, Pair};
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::describe::{flag_names, values};
 use crate::failure::{Failure, Outcome};
-use crate::follow::{Follow, States, Step};
+use crate::follow::{self, Follow, Step};
 use crate::lang::pick;
 use crate::out::Out;
+use crate::undo::{States, Undo};
 
 /// The narrowest jet, mm.
 const NARROW: i16 = 60;
@@ -58,6 +59,9 @@ pub struct QuenchArgs {
     /// Degrees to add to the elevation at 0, 0.1, 0.2 … atm, with commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true)]
     corrections: Option<Vec<i8>>,
+    /// Run the program even if it is empty: the barrel deploys and aims straight ahead
+    #[arg(long, requires = "program")]
+    empty: bool,
     /// Follow it until it ends; Ctrl-C stops it (the valves stay as they are)
     #[arg(long)]
     follow: bool,
@@ -92,7 +96,7 @@ pub struct TrajectoryArgs {
 
 impl QuenchArgs {
     /// A stored program around its own centre.
-    pub const fn stored(program: i16, follow: bool) -> Self {
+    pub const fn stored(program: i16, empty: bool, follow: bool) -> Self {
         Self {
             program: Some(program),
             centre: None,
@@ -101,6 +105,7 @@ impl QuenchArgs {
             nozzle: None,
             distance: None,
             corrections: None,
+            empty,
             follow,
         }
     }
@@ -126,43 +131,58 @@ pub async fn run_quench(args: QuenchArgs, global: &Global, out: &mut Out) -> Out
             .into(),
         ));
     }
-    let Some(Pair(centre_h, centre_v)) = args.centre else {
-        return run_program(&args, global, out).await;
-    };
+    if let Some(program) = args.program {
+        return run_program(program, &args, global, out).await;
+    }
+    let Pair(centre_h, centre_v) = args.centre.unwrap_or(Pair(0, 0));
     let nozzle = args.nozzle.unwrap_or(NARROW);
-    let quench = match (args.program, args.distance) {
-        (Some(program), _) => Quench::Program { program, centre_h, centre_v, nozzle },
-        (None, distance) => {
-            let Pair(width, height) = args.sector.unwrap_or(Pair(0, 0));
-            let step = args.step.unwrap_or(0);
-            let sector = Sector { centre_h, centre_v, nozzle, width, height, step };
-            match distance {
-                Some(distance) => Quench::Full { sector, distance },
-                None => Quench::Corrected { sector, corrections: Bytes(&bytes) },
-            }
-        }
+    let Pair(width, height) = args.sector.unwrap_or(Pair(0, 0));
+    let step = args.step.unwrap_or(0);
+    let sector = Sector { centre_h, centre_v, nozzle, width, height, step };
+    let quench = match args.distance {
+        Some(distance) => Quench::Full { sector, distance },
+        None => Quench::Corrected { sector, corrections: Bytes(&bytes) },
     };
     start(Body::StartQuench(quench), args.follow, global, out).await
 }
 
-/// A program around its own centre, which the request has to repeat (§3.14).
-async fn run_program(args: &QuenchArgs, global: &Global, out: &mut Out) -> Outcome {
-    let program = args.program.unwrap_or_default();
-    let connection = Connection::open(global).await?;
-    let name = format!("Program{program}");
+/// A program around its own centre, which the request has to repeat (§3.14), or another one.
+async fn run_program(program: i16, args: &QuenchArgs, global: &Global, out: &mut Out) -> Outcome {
     if !(0..=7).contains(&program) {
         return Err(Failure::Usage(pick(
             format!("--program {program}: programs are numbered 0 to 7"),
             format!("--program {program}: программы имеют номера от 0 до 7"),
         )));
     }
+    let connection = Connection::open(global).await?;
+    let name = format!("Program{program}");
     let stored = connection.monitor.param(SubsystemId::CONTROL, &name).await?;
+    if !args.empty && stored.iter().all(|value| *value == 0) {
+        return Err(Failure::Usage(is_empty(program)));
+    }
     let value = |index: usize| {
         stored.get(index).and_then(|value| i16::try_from(*value).ok()).unwrap_or_default()
     };
-    let nozzle = args.nozzle.unwrap_or(value(2));
-    let quench = Quench::Program { program, centre_h: value(0), centre_v: value(1), nozzle };
+    let Pair(centre_h, centre_v) = args.centre.unwrap_or(Pair(value(0), value(1)));
+    let own = if args.centre.is_some() { NARROW } else { value(2) };
+    let nozzle = args.nozzle.unwrap_or(own);
+    let quench = Quench::Program { program, centre_h, centre_v, nozzle };
     start(Body::StartQuench(quench), args.follow, global, out).await
+}
+
+fn is_empty(program: i16) -> String {
+    pick(
+        format!(
+            "Program {program} is empty: the barrel would deploy and aim at 0°, 0° (or at --centre), \
+             with no sector and no correction for the distance. Nothing was sent. See `lafet \
+             program list`, store it with `lafet program set {program} …`, or add --empty."
+        ),
+        format!(
+            "Программа {program} пуста: ствол развернётся и наведётся на 0°, 0° (или на --centre), \
+             без сектора и без поправки на расстояние. Ничего не послано. Смотрите `lafet program \
+             list`, запишите её: `lafet program set {program} …`, или добавьте --empty."
+        ),
+    )
 }
 
 /// Starts extinguishing along a path.
@@ -177,10 +197,10 @@ pub async fn run_trajectory(args: TrajectoryArgs, global: &Global, out: &mut Out
 
 async fn start(body: Body<'_>, wait: bool, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(SubsystemId::CONTROL, body);
-    if !wait {
-        return simple(request, global, out).await;
-    }
     let connection = Connection::open(global).await?;
+    if !wait {
+        return follow::begin(request, &connection, out).await;
+    }
     let watch = [
         SubsystemId::CONTROL,
         SubsystemId::DEPLOYER,
@@ -188,8 +208,8 @@ async fn start(body: Body<'_>, wait: bool, global: &Global, out: &mut Out) -> Ou
         SubsystemId::HORIZONTAL,
         SubsystemId::VERTICAL,
     ];
-    let stop = SubsystemId::CONTROL;
-    let follow = Follow { connection: &connection, watch: &watch, stop };
+    let undo = Undo::of(&request).unwrap_or_default();
+    let follow = Follow { connection: &connection, watch: &watch, undo };
     let begin = connection.send(&request);
     let mut ran = false;
     follow.run(out, begin, |states| judge(states, &mut ran)).await?;

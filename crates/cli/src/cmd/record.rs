@@ -5,12 +5,14 @@ use std::io::{self, BufWriter};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 use lafet_capture::{Captured, Direction, Format, Recorder, Splitter};
 use lafet_client::transport::Link;
-use lafet_client::{Client, Config, Endpoint, Error};
+use lafet_client::{Cause, Client, Config, Endpoint, Error};
 use lafet_proto::link::WIRE_MAX;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
@@ -32,6 +34,8 @@ const FLUSH: Duration = Duration::from_secs(1);
 const REDIAL: Duration = Duration::from_secs(1);
 /// Bytes that a pipe to the client in this process holds.
 const PIPE: usize = 4096;
+/// How long is listened before anything is asked.
+const LISTEN: Duration = Duration::from_millis(100);
 
 /// `lafet record`
 #[derive(Debug, Args)]
@@ -43,6 +47,9 @@ pub struct RecordArgs {
     /// The recording: .mcap (Foxglove, Lichtblick) or .pcapng (Wireshark)
     #[arg(value_name = "FILE", value_parser = recording)]
     file: PathBuf,
+    /// Replace a file that is there
+    #[arg(long)]
+    force: bool,
     /// Only listen, ask nothing: for a bus that others use
     #[arg(long, conflicts_with = "tap")]
     listen: bool,
@@ -76,6 +83,13 @@ fn recording(text: &str) -> Result<PathBuf, String> {
 /// Records until it is told to end.
 pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
+    if !args.force && args.file.exists() {
+        let name = args.file.display();
+        return Err(Failure::Usage(pick(
+            format!("{name} is there already; --force replaces it"),
+            format!("{name} уже есть; --force заменит его"),
+        )));
+    }
     let mut tape = Tape::new(&args.file)?;
     let duration = args.duration.map_or(Duration::MAX, Duration::from_secs_f64);
     let recording = async {
@@ -108,23 +122,40 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
     let timeout = Duration::from_secs_f64(global.timeout);
-    let config = Config { timeout, addresses: endpoint.addresses(), ..Config::default() };
+    // A program of another bus may speak here, behind a serial server too: first it is listened to.
+    let config = Config { timeout, listen: LISTEN, ..Config::default() }.of(&endpoint);
     let mut link = link(url, &endpoint).await?;
     let (ours, theirs) = tokio::io::duplex(PIPE);
     let client = Client::over(url, ours, config);
+    let held_back = Arc::new(AtomicBool::new(false));
+    let told = held_back.clone();
     let asking = async {
         let mut looks = interval(Duration::from_secs_f64(every_s));
         looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             looks.tick().await;
             // A monitor that is silent for a while is part of what is recorded.
-            let _ = client.request(&Request::new(SubsystemId::ALL, Body::GetStatus)).await;
+            let asked = client.request(&Request::new(SubsystemId::ALL, Body::GetStatus)).await;
+            if matches!(asked, Err(Error::NotSent { cause: Cause::ControllerPresent, .. }))
+                && !told.swap(true, Ordering::Relaxed)
+            {
+                eprintln!("{}", controller_present());
+            }
         }
     };
     tokio::select! {
         never = asking => never,
         ended = bridge_again(url, &endpoint, &mut link, Some(theirs), tape, out) => ended,
     }
+}
+
+fn controller_present() -> &'static str {
+    pick(
+        "A controller gives access on this line, so nothing is asked: what others say is recorded. \
+         With role=active and a src= of your own in the URL the monitor is asked, too.",
+        "На этой линии доступ даёт контроллер, поэтому запросов нет: записывается то, что говорят \
+         другие. С role=active и своим src= в URL ствол будет опрашиваться.",
+    )
 }
 
 async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {

@@ -103,6 +103,13 @@ pub fn pieces(file: &Path) -> Result<Vec<Captured>, Failure> {
                 error.to_string(),
                 "файл MCAP без кадров, которые пишет `lafet record`".into(),
             ),
+            ReadError::TooLarge { most } => {
+                let most = most >> 20;
+                pick(
+                    format!("more than {most} MiB unpacked"),
+                    format!("в распакованном виде больше {most} МиБ"),
+                )
+            }
             ReadError::Damaged(why) => pick(
                 format!("damaged: {why}"),
                 format!("повреждён: {why}"),

@@ -1,5 +1,6 @@
 //! `lafet scan`: who is on a bus, or on a network.
 
+use std::cell::Cell;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::time::Duration;
@@ -10,6 +11,7 @@ use lafet_client::{Endpoint, Error, Framing, Manner};
 use lafet_proto::bus;
 use lafet_proto::link::Check;
 use serde_json::{Value, json};
+use tokio::time::{Instant, interval};
 
 use crate::cli::Global;
 use crate::connect::{Connection, link, url_of};
@@ -22,6 +24,8 @@ const NETWORK_WAIT_MS: u64 = 100;
 
 /// How long a line is heard before it is probed: a controller speaks once a second.
 const LISTEN: Duration = Duration::from_millis(1200);
+/// How often the time is shown.
+const TICK: Duration = Duration::from_secs(1);
 /// Addresses in a line of progress.
 const BLOCK: u8 = 16;
 
@@ -147,6 +151,19 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         rows.push(row(&at, present, &consists));
         devices.push(device_json(&at, present, &consists));
     }
+    if scan.held_back && scan.speakers.is_empty() {
+        return Err(Failure::Ended(
+            pick(
+                "Bytes come on this line that are no frames: others at another speed (baud=), or noise. \
+                 A probe could collide with a Stop of theirs, so nothing was probed. `lafet doctor` \
+                 listens at the other speeds; --insist probes all the same.",
+                "На линии идут байты, которые не складываются в кадры: другие на другой скорости (baud=) \
+                 или помехи. Проба могла бы столкнуться с их Stop, поэтому проб не было. `lafet doctor` \
+                 прослушает другие скорости; --insist всё же выполнит пробы.",
+            )
+            .into(),
+        ));
+    }
     if scan.held_back {
         let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
         return Err(Failure::Ended(pick(
@@ -186,11 +203,7 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
 async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     let hosts: Vec<String> = args.hosts.iter().flat_map(|hosts| hosts.0.clone()).collect();
     let options = options(args, NETWORK_WAIT_MS);
-    let tried = pick("ports tried:", "проверено портов:");
-    let places = scan_network(&hosts, &args.port, args.udp, &options, |done, all| {
-        out.progress(format!("{tried} {done}/{all}"));
-    })
-    .await;
+    let places = places(&hosts, args, &options, out).await;
     let mut rows = Vec::new();
     let mut all = Vec::new();
     let mut any = false;
@@ -228,6 +241,34 @@ async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     found(any)
 }
 
+/// What there is at each port; shows that it goes on.
+async fn places(
+    hosts: &[String],
+    args: &ScanArgs,
+    options: &ScanOptions,
+    out: &mut Out,
+) -> Vec<Place> {
+    let began = Instant::now();
+    let tried = Cell::new((0, hosts.len() * args.port.len()));
+    let scan = scan_network(hosts, &args.port, args.udp, options, |done, all| {
+        tried.set((done, all));
+    });
+    tokio::pin!(scan);
+    let mut ticks = interval(TICK);
+    loop {
+        tokio::select! {
+            places = &mut scan => return places,
+            _ = ticks.tick() => {
+                let ((done, all), seconds) = (tried.get(), began.elapsed().as_secs());
+                out.seldom(pick(
+                    format!("ports examined: {done} of {all}, {seconds} s"),
+                    format!("проверено портов: {done} из {all}, {seconds} с"),
+                ));
+            }
+        }
+    }
+}
+
 fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
     ScanOptions {
         addresses: args.addresses.clone(),
@@ -235,6 +276,8 @@ fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
         tries: args.tries,
         crc32c: true,
         listen: Duration::ZERO,
+        // A wait that the user has chosen is kept.
+        adapt: args.wait.is_none() && !args.hosts.is_empty(),
     }
 }
 

@@ -8,15 +8,16 @@ use lafet_proto::status::Hotbed;
 use lafet_proto::{Request, SubsystemId};
 use serde_json::json;
 
-use super::motion::{simple, stopped};
+use super::motion::stopped;
 use crate::angle::{self, Bearing};
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::describe::{hotbed_rows, hotbeds_json};
 use crate::failure::Outcome;
-use crate::follow::{Follow, States, Step};
+use crate::follow::{self, Follow, Step};
 use crate::lang::pick;
 use crate::out::{Out, columns};
+use crate::undo::{States, Undo};
 
 /// `lafet seek`
 #[derive(Debug, Args)]
@@ -70,18 +71,18 @@ pub async fn run_seek(args: SeekArgs, global: &Global, out: &mut Out) -> Outcome
         analyse: i16::from(args.analyse),
     };
     let request = Request::new(SubsystemId::DETECTOR, Body::StartSeek(seek));
-    if args.no_wait {
-        return simple(request, global, out).await;
-    }
     let connection = Connection::open(global).await?;
+    if args.no_wait {
+        return follow::begin(request, &connection, out).await;
+    }
     let watch = [
         SubsystemId::DETECTOR,
         SubsystemId::DEPLOYER,
         SubsystemId::HORIZONTAL,
         SubsystemId::VERTICAL,
     ];
-    let stop = SubsystemId::DETECTOR;
-    let follow = Follow { connection: &connection, watch: &watch, stop };
+    let undo = Undo::of(&request).unwrap_or_default();
+    let follow = Follow { connection: &connection, watch: &watch, undo };
     let begin = connection.send(&request);
     let mut searched = false;
     follow.run(out, begin, |states| judge_seek(states, &mut searched)).await?;
@@ -99,13 +100,13 @@ pub async fn run_hotbeds(global: &Global, out: &mut Out) -> Outcome {
 /// Aligns the detector.
 pub async fn run_justify(args: JustifyArgs, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(SubsystemId::DETECTOR, Body::StartJustify);
-    if args.no_wait {
-        return simple(request, global, out).await;
-    }
     let connection = Connection::open(global).await?;
+    if args.no_wait {
+        return follow::begin(request, &connection, out).await;
+    }
     let watch = [SubsystemId::DETECTOR, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
-    let stop = SubsystemId::DETECTOR;
-    let follow = Follow { connection: &connection, watch: &watch, stop };
+    let undo = Undo::of(&request).unwrap_or_default();
+    let follow = Follow { connection: &connection, watch: &watch, undo };
     let begin = connection.send(&request);
     follow.run(out, begin, judge_justify).await?;
     let mut angles = Vec::new();

@@ -12,10 +12,12 @@ use lafet_proto::{Record, Request};
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::exchange;
-use crate::failure::{Failure, Outcome, refusal};
+use crate::failure::{Asked, Failure, Outcome, refusal};
+use crate::interrupt::Interrupt;
 use crate::lang::pick;
 use crate::out::Out;
 use crate::texts;
+use crate::undo::{Because, Undo, may_be_executed};
 
 /// `lafet send`
 #[derive(Debug, Args)]
@@ -54,25 +56,51 @@ pub async fn run(args: SendArgs, global: &Global, out: &mut Out) -> Outcome {
         }
     }
     let connection = Connection::open(global).await?;
-    let results = connection.client.batch(&requests).await;
     let (mut refused, mut count) = (None, 0);
-    for (request, result) in requests.iter().zip(results) {
+    for (request, result) in requests.iter().zip(exchanged(&requests, &connection, out).await?) {
         let answers = result?;
         out.show(exchange::text(request.to, &answers), || exchange::json(request, &answers))?;
-        if let Some(error) = first_refusal(request, &answers) {
+        if let Some(answer) = answers.refusal() {
             count += 1;
-            refused.get_or_insert(error);
+            let error = refusal(request.body.id(), request.to, answer.status(), answer.from());
+            refused.get_or_insert((error, Box::new(Asked::new(request, answer))));
         }
     }
     match refused {
-        Some(first) => Err(Failure::Refused { first, count }),
+        Some((first, asked)) => Err(Failure::Refused { first, asked, count }),
         None => Ok(()),
     }
 }
 
-fn first_refusal(request: &Request<'_>, answers: &Answers) -> Option<lafet_client::Error> {
-    let answer = answers.refusal()?;
-    Some(refusal(request.body.id(), request.to, answer.status(), answer.from()))
+/// What came of each request; those that may have started something are undone.
+async fn exchanged(
+    requests: &[Request<'_>],
+    connection: &Connection,
+    out: &mut Out,
+) -> Result<Vec<Result<Answers, lafet_client::Error>>, Failure> {
+    let mut interrupt = Interrupt::catch()?;
+    let undo = |which: &dyn Fn(usize) -> bool| {
+        let started = requests.iter().enumerate().filter(|(index, _)| which(*index));
+        started.filter_map(|(_, request)| Undo::of(request)).reduce(Undo::and)
+    };
+    let (undo, because) = tokio::select! {
+        results = connection.client.batch(requests) => {
+            let unknown = |result: &Result<Answers, _>| {
+                result.as_ref().err().is_some_and(may_be_executed)
+            };
+            let undo = undo(&|index| results.get(index).is_some_and(unknown));
+            let first = results.iter().find_map(|result| result.as_ref().err());
+            match (undo, first) {
+                (Some(undo), Some(error)) => (undo, Because::Lost(error.clone())),
+                _ => return Ok(results),
+            }
+        }
+        () = interrupt.wait() => match undo(&|_| true) {
+            Some(undo) => (undo, Because::Interrupted),
+            None => return Err(Failure::Interrupted),
+        },
+    };
+    Err(undo.carry_out(connection, out, &mut interrupt, because).await)
 }
 
 /// The requests that the arguments spell: all of them one, if that makes sense, else one each.
@@ -157,5 +185,45 @@ mod tests {
         let odd = hexadecimal("4d0d000101").unwrap();
         let odd = records("", &odd).unwrap();
         assert!(matches!(odd[..], [Request { body: Body::Unknown { .. }, .. }]));
+    }
+
+    /// The lines of a block of the page that describes the grammar.
+    fn block(name: &str) -> impl Iterator<Item = &'static str> {
+        let page = include_str!("../../../../docs/send.md");
+        let start = format!("```{name}\n");
+        let (_, rest) = page.split_once(start.as_str()).expect("the block is there");
+        rest.split_once("\n```").expect("it ends").0.lines()
+    }
+
+    #[test]
+    fn the_examples_of_the_page_are_read_and_the_others_are_not() {
+        let mut count = 0;
+        for text in block("send") {
+            if let Some(bytes) = hexadecimal(text) {
+                assert!(!records(text, &bytes).unwrap().is_empty(), "{text}");
+            } else {
+                let (mut first, mut again) = ([0; BUFFER_SIZE], [0; BUFFER_SIZE]);
+                let request = parse(text, &mut first).unwrap_or_else(|e| panic!("{text}: {e}"));
+                let told = request.to_string();
+                let second = parse(&told, &mut again).unwrap_or_else(|e| panic!("{told}: {e}"));
+                assert_eq!(exchange::bytes(&request), exchange::bytes(&second), "{text}");
+            }
+            count += 1;
+        }
+        // Every request of the protocol has an example.
+        for info in &lafet_proto::dictionary::REQUESTS {
+            let has = |line: &str| line.to_lowercase().starts_with(&info.name.to_lowercase());
+            let service = ["AccessGranted", "GetNetworkStatus", "GetHotbed"].contains(&info.name);
+            assert!(service || block("send").any(has), "{}", info.name);
+        }
+        for text in block("refused") {
+            let read = match hexadecimal(text) {
+                Some(bytes) => records(text, &bytes).is_ok(),
+                None => parse(text, &mut [0; BUFFER_SIZE]).is_ok(),
+            };
+            assert!(!read, "{text}");
+            count += 1;
+        }
+        assert!(count >= 50, "{count}");
     }
 }

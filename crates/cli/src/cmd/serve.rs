@@ -4,6 +4,7 @@ use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use lafet_hub::store::StateFile;
 use lafet_hub::{Config, Overrides};
 use serde_json::json;
 
@@ -48,9 +49,19 @@ pub struct ServeArgs {
     /// Check an exported audit log: whether anything was changed or taken out
     #[arg(long, value_name = "FILE")]
     verify_audit: Option<PathBuf>,
+    /// Go on although files of the state are lost or changed: hub (users), audit
+    #[arg(long, value_name = "FILES", value_delimiter = ',', value_parser = state_file)]
+    accept_lost: Vec<StateFile>,
     /// Print the unit for systemd
     #[arg(long)]
     unit: bool,
+}
+
+/// `hub`, `audit`.
+fn state_file(word: &str) -> Result<StateFile, String> {
+    let known = StateFile::ALL.into_iter().find(|it| it.word() == word);
+    let words = StateFile::ALL.map(StateFile::word).join(", ");
+    known.ok_or_else(|| pick(format!("one of {words}"), format!("одно из: {words}")))
 }
 
 /// Runs the hub until SIGINT or SIGTERM.
@@ -66,16 +77,21 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
         return verify(file, out);
     }
     let mut interrupt = Interrupt::catch()?;
-    let (file, config) = read(&args)?;
+    let (file, mut config) = read(&args)?;
+    config.accept_lost.clone_from(&args.accept_lost);
     if args.check {
         let count = config.monitors.len();
         let text = pick(
             format!("{file}: fine; monitors: {count}; listens on {}", config.listen),
             format!("{file}: ошибок нет; стволов: {count}; адрес {}", config.listen),
         );
+        let warnings: Vec<String> =
+            config.warnings.iter().map(|it| it.localized(current())).collect();
+        let text =
+            [text].into_iter().chain(warnings.iter().cloned()).collect::<Vec<_>>().join("\n");
         return out.show(
             text,
-            || json!({ "file": file, "monitors": count, "listen": config.listen.to_string() }),
+            || json!({ "file": file, "warnings": warnings, "monitors": count, "listen": config.listen.to_string() }),
         );
     }
     log(out.json(), "info");

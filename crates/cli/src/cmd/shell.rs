@@ -22,7 +22,6 @@ use crate::cli::{Cli, Command, Global};
 use crate::connect::{Connection, url_of};
 use crate::exchange;
 use crate::failure::{Failure, Outcome};
-use crate::follow::is_anything_active;
 use crate::help;
 use crate::interrupt::{Caught, Interrupt};
 use crate::lang::{current, pick};
@@ -34,6 +33,7 @@ use crate::shell::words::{is_stop, words};
 use crate::top::feed::Feed;
 use crate::top::scene::Seen;
 use crate::top::silence;
+use crate::undo::{Because, Undo, is_anything_active};
 
 /// How often the state is asked for while a shell waits.
 const POLL: Duration = Duration::from_millis(500);
@@ -158,7 +158,7 @@ impl Shell {
                 Input::Failed(error) => return Err(error.into()),
                 Input::CtrlC => {
                     if self.moves() {
-                        self.stop_all().await;
+                        self.bring_to_rest().await;
                     }
                     editor.ask();
                 }
@@ -174,10 +174,7 @@ impl Shell {
         loop {
             let line = tokio::select! {
                 line = lines.recv() => line,
-                _ = self.interrupt.next() => {
-                    self.stop_all().await;
-                    return Err(Failure::Interrupted);
-                }
+                _ = self.interrupt.next() => return Err(self.bring_to_rest().await),
             };
             let Some(line) = line else { break };
             number += 1;
@@ -277,6 +274,7 @@ impl Shell {
         let global = Global { json: json || self.global.json, ..self.global.clone() };
         let mut out = Out::new(global.json);
         let (acts, watches) = (acts(&command), matches!(command, Command::Watch(_)));
+        let follows = acts && !matches!(command, Command::Calibrate(_));
         let mut ahead = Ahead::listen(self.feed.is_some() && leaves_keyboard(&command));
         let outcome = {
             let mut work = Box::pin(crate::dispatch(command, &global, &mut out));
@@ -289,7 +287,11 @@ impl Shell {
                         if acts || self.moves() {
                             self.stop_all().await;
                         }
-                        // What follows its motion stops it, too, and says how it ended.
+                        // What follows its motion stops it, too, and says how it ended; its own
+                        // bounds hold, and Ctrl-C once more ends it.
+                        if follows {
+                            break work.await;
+                        }
                         let outcome = timeout(GRACE, &mut work).await;
                         break outcome.unwrap_or(Err(Failure::Interrupted));
                     }
@@ -312,6 +314,7 @@ impl Shell {
         if acts {
             self.acted = Some(Instant::now());
         }
+        self.interrupt.forget().await;
         out.end_progress();
         match outcome {
             Ok(()) => 0,
@@ -331,7 +334,20 @@ impl Shell {
         !known || old || is_anything_active(&seen.answers)
     }
 
-    /// Stops everything that moves, and tells what came of it.
+    /// Stops everything, as long as it takes, and says how that ended.
+    async fn bring_to_rest(&mut self) -> Failure {
+        let mut out = Out::new(self.global.json);
+        let Self { connection, interrupt, .. } = self;
+        let stop = Undo::everything();
+        let failure = stop.carry_out(connection, &mut out, interrupt, Because::Interrupted).await;
+        self.interrupt.forget().await;
+        if self.feed.is_some() {
+            eprintln!("{}", failure.message());
+        }
+        failure
+    }
+
+    /// Sends Stop All once, and shows what came of it.
     async fn stop_all(&self) {
         let stop = Request::new(SubsystemId::ALL, Body::Stop);
         let text = match self.connection.client.request(&stop).await {

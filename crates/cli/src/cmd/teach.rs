@@ -22,6 +22,7 @@ use crate::interrupt::Interrupt;
 use crate::keyboard::{Keyboard, Keys};
 use crate::lang::{current, of, pick};
 use crate::out::Out;
+use crate::undo::{Because, Undo};
 
 /// How often the state is shown.
 const SHOW: Duration = Duration::from_millis(250);
@@ -86,20 +87,37 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
         match taught {
             Ok(value) => all.push(value),
             Err(failure) => {
-                // What moves must not go on without limits, nor the drive stay so.
-                let _ = connection.monitor.stop(SubsystemId::ALL).await;
-                let _ = connection.monitor.switch_limits(drive, LimitsState::Reject).await;
                 drop(hand);
-                out.say(pick(
-                    format!("{drive} keeps its old limits; they are on again."),
-                    format!("У {drive} прежние пределы; они снова включены."),
-                ))?;
-                return Err(failure);
+                return Err(give_up(drive, failure, &connection, out, &mut interrupt).await);
             }
         }
     }
     drop(hand);
     if out.json() { out.value(&Value::Array(all)) } else { Ok(()) }
+}
+
+/// What moves must not go on without limits, nor the drive stay so.
+async fn give_up(
+    drive: SubsystemId,
+    failure: Failure,
+    connection: &Connection,
+    out: &mut Out,
+    interrupt: &mut Interrupt,
+) -> Failure {
+    let because = match &failure {
+        Failure::Client(error) if !error.is_refused() => Because::Lost(error.clone()),
+        _ => Because::Interrupted,
+    };
+    match Undo::teaching(drive).carry_out(connection, out, interrupt, because).await {
+        Failure::BrokenOff(broken) if broken.is_at_rest() => {
+            let kept = out.say(pick(
+                format!("{drive} keeps its old limits; they are on again."),
+                format!("У {drive} прежние пределы; они снова включены."),
+            ));
+            kept.err().unwrap_or(failure)
+        }
+        broken => broken,
+    }
 }
 
 /// One drive: limits off, each side, limits on.
@@ -261,7 +279,7 @@ async fn wait_for_key(
     connection: &Connection,
     out: &mut Out,
 ) -> Result<Word, Failure> {
-    let hold = Hold { lease: LEASE, first_lease: LEASE, repeat: LEASE };
+    let hold = Hold { lease: LEASE, first_lease: LEASE, ..Hold::default() };
     let mut hands = Hands::new(connection.monitor.clone(), hold);
     let mut watch = connection.monitor.watch(SHOW)?;
     let word = loop {

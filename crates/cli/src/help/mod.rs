@@ -6,21 +6,30 @@
 mod errors;
 mod ru;
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use clap::builder::{Str, StyledStr};
+use clap::builder::{PossibleValuesParser, Str, StyledStr};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, Command, CommandFactory};
+use lafet_proto::SubsystemId;
+use lafet_proto::dictionary::SUBSYSTEMS;
+use lafet_proto::param::Param;
 
-use crate::cli::Cli;
+use crate::cli::{Cli, GENERAL};
 use crate::lang::{Lang, current};
 
 /// The command line in the language of the user.
 pub fn command() -> Command {
     // Defaults, variables and choices stand in the texts, where they can be translated.
     let plain = |arg: Arg| match arg.get_action().takes_values() {
-        true => arg.hide_default_value(true).hide_env(true).hide_possible_values(true),
+        // A negative number is a value, which may be out of range, and no option.
+        true => arg
+            .hide_default_value(true)
+            .hide_env(true)
+            .hide_possible_values(true)
+            .allow_negative_numbers(true),
         false => arg,
     };
     let command = everywhere(Cli::command(), &|command| command.mut_args(plain));
@@ -28,6 +37,37 @@ pub fn command() -> Command {
         Lang::En => command,
         Lang::Ru => russian(command),
     }
+}
+
+/// The command line as a shell completes it: with the words that arguments may be.
+pub fn completed() -> Command {
+    everywhere(command(), &|command| command.mut_args(words_of))
+}
+
+/// The argument with its words; a parser that knows them by a function alone shows none.
+fn words_of(arg: Arg) -> Arg {
+    let names = |wanted: fn(SubsystemId) -> bool| {
+        let all = SUBSYSTEMS.iter().filter(move |info| wanted(info.id));
+        all.map(|info| info.name).collect::<Vec<_>>()
+    };
+    let shown = arg.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
+    let words: Vec<&'static str> = match shown.as_deref() {
+        Some("SUBSYSTEM" | "ПОДСИСТЕМА") => names(|_| true),
+        Some("DRIVE" | "ПРИВОД") => names(SubsystemId::is_drive),
+        Some("VALVE" | "ЗАТВОР") => names(SubsystemId::is_valve),
+        Some("DRIVE|off|on|reject" | "ПРИВОД|off|on|reject") => {
+            ["off", "on", "reject"].into_iter().chain(names(SubsystemId::is_drive)).collect()
+        }
+        Some("NAME" | "ИМЯ") if arg.get_id() == "name" => {
+            let all: BTreeSet<&str> = Param::ALL.iter().map(|param| param.name()).collect();
+            all.into_iter().collect()
+        }
+        Some("N") if matches!(arg.get_id().as_str(), "number" | "program") => {
+            vec!["0", "1", "2", "3", "4", "5", "6", "7"]
+        }
+        _ => return arg,
+    };
+    arg.value_parser(PossibleValuesParser::new(words))
 }
 
 /// Tells what is wrong with the arguments, or shows the help that was asked for.
@@ -80,8 +120,15 @@ fn translate(command: Command, path: &str, built: &mut Command) -> Command {
     let names: Vec<String> =
         command.get_subcommands().map(|sub| sub.get_name().to_owned()).collect();
     let usage = built.render_usage();
+    let mut positionals = 0;
     let mut command = command
-        .mut_args(|arg| translate_arg(arg, path))
+        .mut_args(|arg| {
+            // Under a heading of its own clap would order arguments by their names.
+            positionals += usize::from(arg.is_positional());
+            let is_positional = arg.is_positional();
+            let arg = translate_arg(arg, path);
+            if is_positional { arg.display_order(positionals) } else { arg }
+        })
         .disable_help_flag(true)
         .arg(flag("help", 'h', ArgAction::Help, "Показать справку"))
         .subcommand_help_heading("Команды")
@@ -104,7 +151,11 @@ fn translate(command: Command, path: &str, built: &mut Command) -> Command {
 }
 
 fn translate_arg(arg: Arg, path: &str) -> Arg {
-    let heading = if arg.is_positional() { "Аргументы" } else { "Параметры" };
+    let heading = match arg.get_help_heading() {
+        Some(GENERAL) => "Общие параметры",
+        _ if arg.is_positional() => "Аргументы",
+        _ => "Параметры",
+    };
     let key = format!("{path}.{}", arg.get_id());
     let names: Vec<Str> = arg
         .get_value_names()
@@ -160,8 +211,55 @@ mod tests {
         }
     }
 
+    /// What a shell offers knows drives, valves, parameters and programs.
+    #[test]
+    fn completion_knows_the_words_of_arguments() {
+        for (path, id, words) in [
+            (&["move"][..], "drive", &["Vertical", "Deployer"][..]),
+            (&["open"], "valve", &["Valve2"]),
+            (&["status"], "subsystem", &["Detector", "Radio"]),
+            (&["limits"], "what", &["reject", "Nozzle"]),
+            (&["param", "get"], "name", &["MaxLimit", "Program3"]),
+            (&["program", "run"], "number", &["7"]),
+            (&["quench"], "program", &["0"]),
+        ] {
+            let whole = completed();
+            let command = path.iter().try_fold(&whole, |at, name| at.find_subcommand(name));
+            let command = command.unwrap_or_else(|| panic!("{path:?}"));
+            let arg = command.get_arguments().find(|arg| arg.get_id() == id);
+            let known = arg.unwrap_or_else(|| panic!("{path:?} {id}")).get_possible_values();
+            for word in words {
+                assert!(known.iter().any(|value| value.get_name() == *word), "{path:?} {word}");
+            }
+        }
+    }
+
+    /// Arguments in their order; the command's own options before those of every command.
+    #[test]
+    fn help_begins_with_what_is_the_commands_own() {
+        for (english, general) in [(true, "General options:"), (false, "Общие параметры:")]
+        {
+            let mut command = if english { command() } else { russian(Cli::command()) };
+            command.build();
+            let limits = command.find_subcommand_mut("limits").unwrap();
+            let text = limits.render_long_help().to_string();
+            let (own, rest) = text.split_once("reject]").unwrap();
+            assert!(own.contains("limits"), "{text}");
+            let drive = if english { "[DRIVE]" } else { "[ПРИВОД]" };
+            assert!(rest.contains(drive), "{text}");
+            let quench = command.find_subcommand_mut("quench").unwrap();
+            let text = quench.render_long_help().to_string();
+            let at = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word}: {text}"));
+            for own in ["--program", "--follow", "--corrections"] {
+                assert!(at(own) < at(general), "{own}: {text}");
+            }
+            assert!(at(general) < at("--timeout") && at(general) < at("--json"), "{text}");
+        }
+    }
+
     #[test]
     fn the_command_line_is_sound() {
+        everywhere(completed(), &|command| command).debug_assert();
         everywhere(command(), &|command| command).debug_assert();
         russian(Cli::command()).debug_assert();
     }

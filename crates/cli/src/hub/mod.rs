@@ -7,7 +7,8 @@ pub mod training;
 use std::io::IsTerminal;
 use std::process::{Command, Stdio};
 
-use lafet_hub::store::StoreError;
+use lafet_client::Lang;
+use lafet_hub::store::{Loss, StoreError};
 use lafet_hub::{Clock, Config, Hub, Server};
 use serde_json::json;
 use tokio::sync::oneshot;
@@ -38,6 +39,22 @@ impl Running {
     pub async fn start(config: Config) -> Result<Self, Failure> {
         let listen = config.listen;
         let hub = Hub::new(config, Clock::System, schema::schema()).map_err(|error| {
+            if let StoreError::Lost(losses) = &error {
+                return lost(losses);
+            }
+            if let StoreError::Shared(folder) = &error {
+                let folder = folder.display();
+                return Failure::Usage(pick(
+                    format!(
+                        "{folder} can be written by other users of this machine and holds what is not \
+                         the hub's. Set data to a folder of its own."
+                    ),
+                    format!(
+                        "В папку {folder} могут писать другие пользователи, и в ней чужие файлы. Укажите \
+                         в data отдельную папку."
+                    ),
+                ));
+            }
             if let StoreError::InUse(folder) = &error {
                 let folder = folder.display();
                 return Failure::Usage(pick(
@@ -129,6 +146,28 @@ impl Drop for Running {
             runtime.shutdown_background();
         }
     }
+}
+
+/// Files of the state are lost: what, and how to go on.
+fn lost(losses: &[Loss]) -> Failure {
+    let of = |lang| losses.iter().map(|it| it.both().of(lang).to_owned()).collect::<Vec<_>>();
+    let mut words: Vec<&str> = losses.iter().map(|it| it.file.word()).collect();
+    words.dedup();
+    let words = words.join(",");
+    Failure::Usage(pick(
+        format!(
+            "The state of the hub is not what it has written:\n  {}\nFind out why, and restore a copy \
+             of the whole folder if there is one. To go on without what is lost, which is recorded: \
+             lafet serve --accept-lost {words}",
+            of(Lang::En).join("\n  ")
+        ),
+        format!(
+            "Состояние не то, что было сохранено:\n  {}\nВыясните причину; если есть копия всей папки, \
+             восстановите её. Продолжить без потерянного, с записью об этом: \
+             lafet serve --accept-lost {words}",
+            of(Lang::Ru).join("\n  ")
+        ),
+    ))
 }
 
 /// Logs to standard error, as text or as JSON.

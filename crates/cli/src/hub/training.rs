@@ -238,6 +238,10 @@ impl Simulation for Training {
         self.lock().json()
     }
 
+    fn speed(&self) -> f64 {
+        self.lock().speed
+    }
+
     fn load(&self, scenario: &str, seed: Option<u64>, automatic: bool) -> Result<Loaded, Both> {
         let (scenario, exercise) = find(scenario)?;
         let seed = seed.unwrap_or(exercise.site.seed);

@@ -12,7 +12,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::list::fault_lines;
 use super::scene::{Scene, Seen};
-use super::words::{GREY, age, left, position, right, style};
+use super::words::{BAD, GREY, age, left, position, right, style};
 use crate::describe::{self, tenths};
 use crate::lang::pick;
 use crate::out::columns;
@@ -89,9 +89,15 @@ fn axis(seen: &Seen, who: SubsystemId, width: usize) -> Vec<Line<'static>> {
     };
     let limits = seen.limits.iter().find(|(id, _)| *id == who).map(|(_, limits)| limits);
     let bar_width = width.saturating_sub(BESIDE_BAR).min(BAR_MAX);
-    let (min, max, bar) = match limits {
+    // Positive is left (§3.1): what is left on the monitor is left on the screen.
+    let mirrored = who == SubsystemId::HORIZONTAL;
+    let (first, last, bar) = match limits {
         Some(limits) => {
-            (position(who, limits.min), position(who, limits.max), bar(limits, at, bar_width))
+            let (first, last) = match mirrored {
+                true => (limits.max, limits.min),
+                false => (limits.min, limits.max),
+            };
+            (position(who, first), position(who, last), bar(limits, at, bar_width, mirrored))
         }
         None => Default::default(),
     };
@@ -100,12 +106,14 @@ fn axis(seen: &Seen, who: SubsystemId, width: usize) -> Vec<Line<'static>> {
         _ => pick("°/s", "°/с"),
     };
     let bold = Style::new().add_modifier(Modifier::BOLD);
+    let bad = seen.is_bad(who, "position");
+    let shown = if bad { BAD.to_owned() } else { position(who, at) };
     let current = format!("{} {}", tenths(current.into()), pick("A", "А"));
     let mut lines = vec![Line::from(vec![
         Span::raw(left(&who.to_string(), NAME)),
-        Span::styled(right(&position(who, at), 8), bold),
-        Span::raw(format!("  {} {} ", right(&min, 8), left(&bar, bar_width))),
-        Span::raw(left(&max, 8)),
+        Span::styled(right(&shown, 8), if bad { GREY } else { bold }),
+        Span::raw(format!("  {} {} ", right(&first, 8), left(&bar, bar_width))),
+        Span::raw(left(&last, 8)),
         Span::raw(format!("{} {}", right(&current, 7), right(&format!("{speed} {unit}"), 8))),
     ])];
     let flags = flag_spans(seen, who);
@@ -116,8 +124,8 @@ fn axis(seen: &Seen, who: SubsystemId, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// Where a drive is between its limits: `├──●─────┤`.
-fn bar(limits: &Limits, at: i32, width: usize) -> String {
+/// Where a drive is between its limits: `├──●─────┤`; mirrored with the greater one at the left.
+fn bar(limits: &Limits, at: i32, width: usize, mirrored: bool) -> String {
     let inside = width.saturating_sub(2);
     let span = i64::from(limits.max) - i64::from(limits.min);
     if span <= 0 || inside == 0 {
@@ -125,6 +133,7 @@ fn bar(limits: &Limits, at: i32, width: usize) -> String {
     }
     let from = (i64::from(at) - i64::from(limits.min)).clamp(0, span);
     let last = i64::try_from(inside - 1).unwrap_or(0);
+    let from = if mirrored { span - from } else { from };
     let place = usize::try_from(from * last / span).unwrap_or(0);
     let cells = (0..inside).map(|cell| if cell == place { '●' } else { '─' });
     format!("├{}┤", cells.collect::<String>())
@@ -184,11 +193,14 @@ mod tests {
             (500, "├────●┤"),
             (-500, "├●────┤"),
         ] {
-            assert_eq!(bar(&limits, at, 7), shown, "{at}");
+            assert_eq!(bar(&limits, at, 7, false), shown, "{at}");
+            let mirrored: String = shown.chars().rev().collect();
+            let mirrored = mirrored.replace('┤', "x").replace('├', "┤").replace('x', "├");
+            assert_eq!(bar(&limits, at, 7, true), mirrored, "{at}");
         }
-        assert_eq!(bar(&limits, 0, 2), "");
-        assert_eq!(bar(&Limits { min: 5, max: 5 }, 5, 9), "");
+        assert_eq!(bar(&limits, 0, 2, false), "");
+        assert_eq!(bar(&Limits { min: 5, max: 5 }, 5, 9, false), "");
         let all = Limits { min: i32::MIN, max: i32::MAX };
-        assert_eq!(bar(&all, i32::MAX, 5), "├──●┤");
+        assert_eq!(bar(&all, i32::MAX, 5, false), "├──●┤");
     }
 }

@@ -10,7 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Borders, Paragraph, Wrap};
 
 use super::scene::{Scene, Seen};
-use super::words::{GREY, age, cut, left, mark, position, right, style, trouble};
+use super::words::{BAD, GREY, age, cut, left, mark, position, right, style, trouble};
 use crate::describe::tenths;
 use crate::lang::pick;
 
@@ -69,9 +69,18 @@ fn columns(select: &str, mark: &str, cells: [&str; 8], width: usize) -> String {
 }
 
 fn entry(seen: &Seen, selected: bool, width: usize) -> [Line<'static>; ENTRY] {
-    let at = |who| seen.drive(who).map_or_else(String::new, |(at, ..)| position(who, at));
+    // What is bad is no number that somebody could read in passing.
+    let shown = |who, field, text: String| if seen.is_bad(who, field) { BAD.into() } else { text };
+    let at = |who| {
+        let known = seen.drive(who);
+        known.map_or_else(String::new, |(at, ..)| shown(who, "position", position(who, at)))
+    };
+    let general = |field, text| shown(SubsystemId::GENERAL, field, text);
     let (pressure, flow) = match seen.of(SubsystemId::GENERAL).map(|answer| answer.data) {
-        Some(Reply::General(s)) => (tenths(s.pressure.into()), s.flowrate.to_string()),
+        Some(Reply::General(s)) => (
+            general("pressure", tenths(s.pressure.into())),
+            general("flowrate", s.flowrate.to_string()),
+        ),
         _ => Default::default(),
     };
     let severity = seen.severity();

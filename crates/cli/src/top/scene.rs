@@ -5,10 +5,11 @@ use std::time::Duration;
 use lafet_client::{AnswerBuf, LinkStatistics, Stats};
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::{
-    ControlFlags, DeployerFlags, DetectorFlags, DriveFlags, GeneralFlags, Severity, flags_of,
+    ConnFlags, ControlFlags, DeployerFlags, DetectorFlags, DriveFlags, GeneralFlags, Severity,
+    flags_of,
 };
 use lafet_proto::status::{Hotbed, Limits};
-use lafet_proto::{Answer, SubsystemId};
+use lafet_proto::{Answer, SubsystemId, dictionary};
 
 use crate::describe::flag_line;
 use crate::lang::pick;
@@ -83,6 +84,22 @@ pub struct Seen {
     pub round_trips: Vec<u64>,
 }
 
+/// Flags that are no fault where they are set: the end switch at which a deployed or stowed barrel
+/// rests (§3.3.8), and an interface over which no client controls at present (§3.3.9).
+fn usual(who: SubsystemId, bits: u32) -> u32 {
+    let flags = DeployerFlags::from_bits_retain(bits);
+    match who {
+        SubsystemId::DEPLOYER if flags.contains(DeployerFlags::DEPLOYED) => {
+            DeployerFlags::ABSOLUTE_MAX_LIMIT_REACHED.bits()
+        }
+        SubsystemId::DEPLOYER if flags.contains(DeployerFlags::WRAPPED) => {
+            DeployerFlags::ABSOLUTE_MIN_LIMIT_REACHED.bits()
+        }
+        SubsystemId::EXTERNAL_CONN | SubsystemId::RADIO => ConnFlags::CONN_LOST.bits(),
+        _ => 0,
+    }
+}
+
 impl Scene {
     /// The selected monitor.
     pub fn current(&self) -> Option<&Seen> {
@@ -100,6 +117,11 @@ impl Seen {
     /// The status word of a subsystem; none when it does not exist.
     pub fn flags(&self, who: SubsystemId) -> u32 {
         self.of(who).and_then(|answer| answer.data.flags_bits()).unwrap_or(0)
+    }
+
+    /// Whether a flag says that a value is not to be believed.
+    pub fn is_bad(&self, who: SubsystemId, field: &str) -> bool {
+        dictionary::invalid(who, self.flags(who)).any(|(bad, _)| bad == field)
     }
 
     /// Position, current and speed of a drive.
@@ -153,7 +175,10 @@ impl Seen {
     pub fn severity(&self) -> Severity {
         let of = |answer: &AnswerBuf| match answer.decode() {
             _ if !answer.status().is_success() => Severity::Warning,
-            Ok(decoded) => flags_of(answer.from()).severity(decoded.data.flags_bits().unwrap_or(0)),
+            Ok(decoded) => {
+                let bits = decoded.data.flags_bits().unwrap_or(0);
+                flags_of(answer.from()).severity(bits & !usual(answer.from(), bits))
+            }
             Err(_) => Severity::Warning,
         };
         let unknown = if self.is_known() { Severity::Info } else { Severity::Alarm };
@@ -183,7 +208,10 @@ impl Seen {
                 all.push((Severity::Warning, format!("{who} → {}", answer.status())));
                 continue;
             }
-            let set = flags_of(who).set(decoded.data.flags_bits().unwrap_or(0));
+            let bits = decoded.data.flags_bits().unwrap_or(0);
+            // The list of all flags leaves nothing out; the list of faults, what is as it should be.
+            let usual = if least == Severity::Info { 0 } else { usual(who, bits) };
+            let set = flags_of(who).set(bits & !usual);
             let set = set.filter(|flag| flag.severity() >= least);
             all.extend(set.map(|flag| (flag.severity(), tell(who, flag))));
         }

@@ -82,6 +82,23 @@ fn the_list_tells_state_position_pressure_and_faults() {
     assert_eq!(picture.lines().count(), 24, "{picture}");
 }
 
+/// What a broken sensor measures is no value.
+#[test]
+fn what_is_bad_is_no_number() {
+    let mut broken = monitor("a:1/1");
+    let encoder = DriveFlags::POS_ENCODER_FAULT.bits();
+    broken.answers[1] = drive(SubsystemId::VERTICAL, encoder, -60);
+    let mut general = GeneralFlags::PRESSURE_SENSOR_BREAK.bits().to_le_bytes().to_vec();
+    general.extend([24, 0, 63, 0, 20, 0]);
+    broken.answers[3] = answer(SubsystemId::GENERAL, &general);
+    let scene = scene(vec![broken, monitor("b:1/2")], Page::List);
+    let picture = plain(&scene, 80, 24);
+    let line = |name: &str| picture.lines().find(|line| line.contains(name)).unwrap().to_owned();
+    assert_eq!(line("a:1/1").matches("??").count(), 2, "{picture}");
+    assert!(!line("a:1/1").contains("6.3") && !line("a:1/1").contains("-1.0°"), "{picture}");
+    assert!(!line("b:1/2").contains("??"), "{picture}");
+}
+
 #[test]
 fn what_is_stale_is_grey_and_says_so() {
     let stale = Seen {
@@ -113,11 +130,11 @@ fn a_page_for_one_monitor() {
     seen.hotbeds = vec![Hotbed { x1: 1900, x2: 1700, y1: -200, y2: -20, brightness: 1400 }];
     let seen = with(seen, SubsystemId::VALVE1, lafet_proto::flags::ValveFlags::OPEN.bits());
     let picture = plain(&scene(vec![seen], Page::Detail), 80, 24);
-    shows(&picture, &["-60.0° ├", "●", "┤ 60.0°", "2.1 A", "10 °/s", "Move"]);
+    shows(&picture, &["60.0° ├", "●", "┤ -60.0°", "2.1 A", "10 °/s", "Move"]);
     shows(&picture, &["Valve1       Open", "24 V, 6.3 atm, 20 l/s", "1400", "STOP ALL: a:1/1"]);
-    // Right of the middle: 30° of −60…60°.
+    // Left of the middle, as on the monitor: 30° of 60…−60°.
     let bar = picture.split(['├', '┤']).nth(1).unwrap().chars().position(|c| c == '●').unwrap();
-    assert!((10..18).contains(&bar), "{picture}");
+    assert!((2..10).contains(&bar), "{picture}");
 }
 
 #[test]
@@ -171,4 +188,31 @@ fn the_selected_monitor_of_many_is_in_sight() {
         let line = picture.lines().find(|line| line.starts_with('▶')).unwrap();
         assert!(line.contains(&format!("m{selected:02}")), "{picture}");
     }
+}
+
+#[test]
+fn a_healthy_deployed_monitor_has_no_faults() {
+    use lafet_proto::flags::DeployerFlags;
+    let at_rest = DeployerFlags::DEPLOYED | DeployerFlags::ABSOLUTE_MAX_LIMIT_REACHED;
+    let mut seen = monitor("one");
+    seen.answers.push(drive(SubsystemId::DEPLOYER, at_rest.bits(), 5400));
+    seen = with(seen, SubsystemId::EXTERNAL_CONN, ConnFlags::CONN_LOST.bits());
+    seen = with(seen, SubsystemId::RADIO, ConnFlags::CONN_LOST.bits());
+    assert_eq!(seen.faults(), []);
+    assert_eq!(seen.severity(), lafet_proto::flags::Severity::Info);
+    assert!(seen.flag_names().iter().any(|(_, name)| name == "Radio ConnLost"));
+    let between = DeployerFlags::ABSOLUTE_MAX_LIMIT_REACHED;
+    seen.answers.push(drive(SubsystemId::DEPLOYER, between.bits(), 5400));
+    assert!(!seen.faults().is_empty());
+}
+
+#[test]
+fn left_on_the_monitor_is_left_on_the_screen() {
+    let mut seen = monitor("one");
+    seen.limits = vec![(SubsystemId::HORIZONTAL, Limits { min: -10800, max: 10800 })];
+    let picture = plain(&scene(vec![seen], Page::Detail), 120, 20);
+    let line = picture.lines().find(|line| line.starts_with("Horizontal")).unwrap();
+    let place = |text: &str| line.find(text).unwrap_or_else(|| panic!("{text}: {line}"));
+    assert!(place(" 180.0°") < place("●") && place("●") < place("-180.0°"), "{line}");
+    assert!(place("●") - place("├") < place("┤") - place("●"), "30° left of the middle: {line}");
 }

@@ -32,6 +32,9 @@ pub const fn mark(severity: Severity) -> &'static str {
     }
 }
 
+/// Instead of a value that a flag says is not to be believed.
+pub const BAD: &str = "??";
+
 /// A position as short as it can be understood.
 pub fn position(who: SubsystemId, position: i32) -> String {
     match who {

@@ -37,6 +37,11 @@ impl Run {
         Self::output(lafet().args(arguments).output().expect("it starts"))
     }
 
+    /// Runs this very command.
+    pub fn of_command(command: &mut Command) -> Self {
+        Self::output(command.output().expect("it starts"))
+    }
+
     /// Runs it with something on standard input.
     pub fn fed(arguments: &[&str], input: &[u8]) -> Self {
         let mut child = lafet()

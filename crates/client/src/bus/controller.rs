@@ -3,91 +3,22 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use lafet_proto::bus::{
-    ACCESS_GRANTED, BAUD_DEFAULT, CONSOLES, CONTROLLER, MONITORS, NetworkStatus, PROBE_TIMEOUT_MS,
-    REPLY_TIMEOUT_MS, TRIES,
-};
+use lafet_proto::bus::{ACCESS_GRANTED, CONSOLES, CONTROLLER, MONITORS, NetworkStatus};
 use lafet_proto::link::{Check, Decoder, Frame, PAYLOAD_MAX, WIRE_MAX, encode_with};
 use lafet_proto::record::{Record, Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::{Request, RequestId, Status, SubsystemId};
 
+use super::config::{ControllerConfig, Port, Ports, Repeat};
 use super::journal::Journal;
 use super::roster::{Change, Roster};
+use crate::answers::RequestBuf;
 use crate::session::Now;
-
-/// Bits of a byte on the line: start, eight, stop (8N1, observed).
-const BITS: u32 = 10;
-/// An answer that has begun may pause this long.
-const PAUSE: Duration = Duration::from_millis(20);
 
 /// A bus that nobody has used for this long is idle: there is time to look for new devices.
 const BUSY: Duration = Duration::from_millis(500);
-
-/// How consoles and monitors are connected (ours).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Ports {
-    /// One line: monitors hear consoles by themselves, and the controller only listens.
-    #[default]
-    One,
-    /// Consoles on a line of their own: the controller passes their frames and the answers on.
-    Two,
-}
-
-/// One of the lines of [`Ports::Two`]; with [`Ports::One`] they are the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Port {
-    /// Where the monitors are.
-    Monitors,
-    /// Where the consoles are.
-    Consoles,
-}
-
-/// How a controller behaves.
-#[derive(Clone, Debug)]
-pub struct ControllerConfig {
-    /// Speed of the line, which says how long frames take.
-    pub baud: u32,
-    /// How the devices are connected.
-    pub ports: Ports,
-    /// Addresses that may be used: others are never probed.
-    pub addresses: Vec<u8>,
-    /// How long the answer to a request may take to begin (observed: 150 ms).
-    pub reply_timeout: Duration,
-    /// The same for probes and grants (observed: 30 ms).
-    pub probe_timeout: Duration,
-    /// How often something is sent, each time with twice the timeout (observed: 3).
-    pub tries: u32,
-    /// From one probe of a device that was dropped to the next (observed: about 1 s).
-    pub probe_again: Duration,
-    /// Monitors that are there and have not been heard for this long are probed (ours); without it
-    /// they are noticed to be gone only by whoever asks them.
-    pub watch: Option<Duration>,
-    /// Silence between the last byte heard and the next frame.
-    pub turnaround: Duration,
-    /// Frames of the controller's own between two grants, as long as it has some (ours).
-    pub own_share: u32,
-    /// Unix time at the time 0 of the caller's clock, s: for the journal.
-    pub epoch_s: u32,
-}
-
-impl Default for ControllerConfig {
-    fn default() -> Self {
-        Self {
-            baud: BAUD_DEFAULT,
-            ports: Ports::One,
-            addresses: MONITORS.chain(CONSOLES).collect(),
-            reply_timeout: Duration::from_millis(REPLY_TIMEOUT_MS.into()),
-            probe_timeout: Duration::from_millis(PROBE_TIMEOUT_MS.into()),
-            tries: TRIES,
-            probe_again: Duration::from_secs(1),
-            watch: None,
-            turnaround: Duration::ZERO,
-            own_share: 8,
-            epoch_s: 0,
-        }
-    }
-}
+/// An answer that has begun may pause this long.
+const PAUSE: Duration = Duration::from_millis(20);
 
 /// Bytes to send.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,6 +42,8 @@ pub struct BusStats {
     pub answers: u64,
     /// Probes, grants and requests sent again.
     pub repeated: u64,
+    /// Requests whose turn on the monitors' line came when their console had stopped waiting.
+    pub expired: u64,
     /// Grants that a console had nothing to say to.
     pub idle_grants: u64,
     /// Frames that came when nobody had the word.
@@ -149,6 +82,21 @@ struct Relayed {
     wire: Vec<u8>,
     /// §L/7: a probe of a form that the monitor may not have; its silence says nothing.
     tells_nothing: bool,
+    /// It may be sent again when no answer comes.
+    repeatable: bool,
+    /// Its console stops waiting then.
+    until: Now,
+}
+
+/// A frame that waits for its line.
+#[derive(Clone, Debug)]
+struct Outgoing {
+    transmit: Transmit,
+    /// How long its answer may take to begin; without it none is expected. The time runs from the
+    /// last byte that is sent, so a frame that still waits is never taken for an unanswered one.
+    answer_in: Option<Duration>,
+    /// It is not sent later.
+    until: Option<Now>,
 }
 
 /// The controller of a bus.
@@ -165,10 +113,13 @@ pub struct Controller {
     journal: Journal,
     turn: Turn,
     deadline: Option<Now>,
-    quiet_until: Now,
+    /// From when on each line may be sent on.
+    free_from: [Now; 2],
+    /// Since when each line is silent.
+    silent_since: [Now; 2],
     /// Somebody had something to say not long before.
     busy_until: Now,
-    replies: VecDeque<Transmit>,
+    outgoing: VecDeque<Outgoing>,
     /// Consoles in the order of their next turns.
     round: VecDeque<u8>,
     own_left: u32,
@@ -194,9 +145,10 @@ impl Controller {
             journal: Journal::default(),
             turn: Turn::Nobody,
             deadline: None,
-            quiet_until: Now::ZERO,
+            free_from: [Now::ZERO; 2],
+            silent_since: [Now::ZERO; 2],
             busy_until: Now::ZERO,
-            replies: VecDeque::new(),
+            outgoing: VecDeque::new(),
             round: VecDeque::new(),
             probed: false,
             misses: BTreeMap::new(),
@@ -238,36 +190,34 @@ impl Controller {
         self.turn = Turn::Nobody;
         self.deadline = None;
         self.parked = None;
-        self.replies.clear();
+        self.outgoing.clear();
         self.decoders = Default::default();
     }
 
     /// When [`Controller::handle_timeout`] or [`Controller::poll_transmit`] is to be called.
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
-        match self.deadline {
-            Some(deadline) => Some(deadline),
-            None if !self.round.is_empty() || !self.replies.is_empty() => {
-                Some(self.quiet_until.max(now))
-            }
-            None if self.parked.is_some() => Some(self.quiet_until.max(now)),
-            None => {
-                let idle = now >= self.busy_until;
-                let due = self.roster.next_due(idle).into_iter().chain(self.next_watch()).min();
-                due.map(|due| due.max(self.quiet_until))
-            }
+        let outgoing = self.outgoing.front();
+        let waiting = outgoing.map(|frame| self.free_from(frame.transmit.port).max(now));
+        if waiting.is_some() || self.deadline.is_some() {
+            return waiting.into_iter().chain(self.deadline).min();
         }
+        let all_free = self.all_free_from();
+        if !self.round.is_empty() || self.parked.is_some() {
+            return Some(all_free.max(now));
+        }
+        let idle = now >= self.busy_until;
+        let due = self.roster.next_due(idle).into_iter().chain(self.next_watch()).min();
+        due.map(|due| due.max(all_free))
     }
 
     /// Bytes have come.
     pub fn handle_bytes(&mut self, now: Now, port: Port, bytes: &[u8]) {
-        self.quiet_until = now + self.config.turnaround;
+        let index = self.index(port);
+        self.free_from[index] = self.free_from[index].max(now + self.config.turnaround);
+        self.silent_since[index] = self.silent_since[index].max(now);
         if let Some(deadline) = &mut self.deadline {
             *deadline = (*deadline).max(now + PAUSE);
         }
-        let index = match self.config.ports {
-            Ports::One => 0,
-            Ports::Two => port as usize,
-        };
         let mut rest = bytes;
         while !rest.is_empty() {
             let (taken, frame) = self.decoders[index].push_slice(rest);
@@ -295,13 +245,16 @@ impl Controller {
             }
             Turn::Granted { console, tries } if tries < self.config.tries => {
                 self.stats.repeated += 1;
-                self.grant(now, console, tries + 1);
+                self.grant(console, tries + 1);
             }
             Turn::Granted { console, .. } => self.dropped(console, now),
             Turn::Asked { request, .. } if request.tells_nothing => {}
+            Turn::Asked { monitor, request, .. } if !request.repeatable => {
+                self.missed(monitor, now);
+            }
             turn @ Turn::Asked { tries, .. } if tries < self.config.tries => match self.urgent {
                 true => self.parked = Some(turn),
-                false => self.ask_again(now, turn),
+                false => self.ask_again(turn),
             },
             Turn::Asked { monitor, .. } => self.dropped(monitor, now),
             Turn::Own { tells_nothing: true, .. } => {}
@@ -310,12 +263,17 @@ impl Controller {
     }
 
     /// A console's request once more.
-    fn ask_again(&mut self, now: Now, turn: Turn) {
+    fn ask_again(&mut self, turn: Turn) {
         let Turn::Asked { monitor, console, request, tries } = turn else { return };
         self.stats.repeated += 1;
-        self.queue(Port::Monitors, request.wire.clone());
-        self.wait(now, request.wire.len(), self.config.reply_timeout * (1 << tries));
+        self.pass_on(&request, self.config.reply_timeout * (1 << tries));
         self.turn = Turn::Asked { monitor, console, request, tries: tries + 1 };
+    }
+
+    fn pass_on(&mut self, request: &Relayed, answer_in: Duration) {
+        let transmit = Transmit { port: Port::Monitors, bytes: request.wire.clone() };
+        let (answer_in, until) = (Some(answer_in), Some(request.until));
+        self.outgoing.push_back(Outgoing { transmit, answer_in, until });
     }
 
     /// It has not answered the controller itself.
@@ -353,7 +311,12 @@ impl Controller {
     /// From when on `own` of [`Controller::poll_transmit`] may be asked; `None` while an answer is
     /// waited for.
     pub fn own_from(&self, now: Now) -> Option<Now> {
-        matches!(self.turn, Turn::Nobody).then(|| self.quiet_until.max(now))
+        if !matches!(self.turn, Turn::Nobody) {
+            return None;
+        }
+        let own_next = self.own_left > 0 || self.urgent;
+        let free = if own_next { self.free_from(Port::Monitors) } else { self.all_free_from() };
+        Some(free.max(now))
     }
 
     /// The next frame for the line. `own` is asked for one of the controller's own client (source
@@ -365,58 +328,102 @@ impl Controller {
         mut own: impl FnMut() -> Option<Vec<u8>>,
     ) -> Option<Transmit> {
         self.handle_timeout(now);
-        if now < self.quiet_until {
-            return None;
+        if let Some(transmit) = self.poll_outgoing(now) {
+            return Some(transmit);
         }
-        if let Some(reply) = self.replies.pop_front() {
-            self.stats.sent += 1;
-            return Some(reply);
-        }
-        if !matches!(self.turn, Turn::Nobody) {
+        if !matches!(self.turn, Turn::Nobody) || now < self.free_from(Port::Monitors) {
             return None;
         }
         if (self.own_left > 0 || self.urgent)
             && let Some(wire) = own()
         {
-            self.own_left = self.own_left.saturating_sub(1);
-            self.begin_own(now, &wire);
-            return Some(self.sent(Port::Monitors, wire));
+            return Some(self.send_own(now, wire));
+        }
+        if !self.outgoing.is_empty() || now < self.all_free_from() {
+            return None;
         }
         if let Some(turn) = self.parked.take() {
-            self.ask_again(now, turn);
-            return self.replies.pop_front().inspect(|_| self.stats.sent += 1);
+            self.ask_again(turn);
+            return self.poll_outgoing(now);
         }
         if !self.probed
             && let Some(address) =
                 self.roster.due(now, now >= self.busy_until).or_else(|| self.due_for_watch(now))
         {
             self.probed = true;
-            let wire = frame(address, &[]);
             self.turn = Turn::Probed(address);
-            self.wait(now, wire.len(), self.config.probe_timeout);
             let port = if CONSOLES.contains(&address) { Port::Consoles } else { Port::Monitors };
-            return Some(self.sent(port, wire));
+            let transmit = Transmit { port, bytes: frame(address, &[]) };
+            return Some(self.send(now, transmit, Some(self.config.probe_timeout)));
         }
         self.probed = false;
         self.own_left = self.config.own_share;
         match self.round.pop_front() {
             Some(console) => {
                 self.round.push_back(console);
-                self.grant(now, console, 1);
-                self.replies.pop_front().inspect(|_| self.stats.sent += 1)
+                self.grant(console, 1);
+                self.poll_outgoing(now)
             }
-            None => {
-                let wire = own()?;
-                self.own_left = self.own_left.saturating_sub(1);
-                self.begin_own(now, &wire);
-                Some(self.sent(Port::Monitors, wire))
+            None => own().map(|wire| self.send_own(now, wire)),
+        }
+    }
+
+    /// What waits for its line, if that is free.
+    fn poll_outgoing(&mut self, now: Now) -> Option<Transmit> {
+        while let Some(next) = self.outgoing.front() {
+            if now < self.free_from(next.transmit.port) {
+                return None;
+            }
+            let Outgoing { transmit, answer_in, until } = self.outgoing.pop_front()?;
+            if until.is_none_or(|until| now <= until) {
+                return Some(self.send(now, transmit, answer_in));
+            }
+            self.stats.expired += 1;
+            self.turn = Turn::Nobody;
+        }
+        None
+    }
+
+    /// The timeout runs from the last byte of what is sent.
+    fn send(&mut self, now: Now, transmit: Transmit, answer_in: Option<Duration>) -> Transmit {
+        self.stats.sent += 1;
+        let sent = now + self.config.sending(transmit.bytes.len());
+        match answer_in {
+            Some(time) => self.deadline = Some(sent + time),
+            None => self.free_from[self.index(transmit.port)] = sent,
+        }
+        self.silent_since[self.index(transmit.port)] = sent;
+        transmit
+    }
+
+    const fn index(&self, port: Port) -> usize {
+        match self.config.ports {
+            Ports::One => 0,
+            Ports::Two => port as usize,
+        }
+    }
+
+    /// From when on a line may be sent on. A console may take what comes without silence between
+    /// for one frame, so there is a pause before a frame to it.
+    fn free_from(&self, port: Port) -> Now {
+        let index = self.index(port);
+        match port {
+            Port::Monitors => self.free_from[index],
+            Port::Consoles => {
+                self.free_from[index].max(self.silent_since[index] + self.config.frame_pause)
             }
         }
     }
 
-    fn sent(&mut self, port: Port, bytes: Vec<u8>) -> Transmit {
-        self.stats.sent += 1;
-        Transmit { port, bytes }
+    fn all_free_from(&self) -> Now {
+        self.free_from(Port::Monitors).max(self.free_from(Port::Consoles))
+    }
+
+    fn send_own(&mut self, now: Now, wire: Vec<u8>) -> Transmit {
+        self.own_left = self.own_left.saturating_sub(1);
+        self.begin_own(now, &wire);
+        let transmit = Transmit { port: Port::Monitors, bytes: wire };
+        self.send(now, transmit, Some(self.config.reply_timeout))
     }
 
     fn begin_own(&mut self, now: Now, wire: &[u8]) {
@@ -428,29 +435,24 @@ impl Controller {
             let tells_nothing = payload.is_empty() && decoder.check() == Check::Crc32c;
             self.turn = Turn::Own { monitor, source, tells_nothing };
         }
-        self.wait(now, wire.len(), self.config.reply_timeout);
     }
 
-    fn grant(&mut self, now: Now, console: u8, tries: u32) {
+    fn grant(&mut self, console: u8, tries: u32) {
         let mut buffer = [0; 16];
         let mut writer = Writer::new(&mut buffer);
         // Four bytes fit into sixteen.
         let _ = writer.push(&ACCESS_GRANTED);
-        let wire = frame(console, writer.written());
-        self.wait(now, wire.len(), self.config.probe_timeout * (1 << (tries - 1)));
+        let bytes = frame(console, writer.written());
         self.turn = Turn::Granted { console, tries };
-        self.queue(Port::Consoles, wire);
+        let answer_in = Some(self.config.probe_timeout * (1 << (tries - 1)));
+        let transmit = Transmit { port: Port::Consoles, bytes };
+        self.outgoing.push_back(Outgoing { transmit, answer_in, until: None });
     }
 
-    fn queue(&mut self, port: Port, bytes: Vec<u8>) {
-        self.replies.push_back(Transmit { port, bytes });
-    }
-
-    /// The timeout runs from the last byte of what is sent.
-    fn wait(&mut self, now: Now, sent: usize, timeout: Duration) {
-        let bits = BITS * sent as u32;
-        let sending = Duration::from_secs(bits.into()) / self.config.baud.max(1);
-        self.deadline = Some(now + sending + timeout);
+    /// A frame to a console that nobody answers.
+    fn tell(&mut self, bytes: Vec<u8>) {
+        let transmit = Transmit { port: Port::Consoles, bytes };
+        self.outgoing.push_back(Outgoing { transmit, answer_in: None, until: None });
     }
 
     fn handle_frame(&mut self, now: Now, check: Check, dst: u8, src: u8, payload: &[u8]) {
@@ -475,7 +477,7 @@ impl Controller {
                 self.stats.answers += 1;
                 if self.config.ports == Ports::Two {
                     self.stats.passed_on += 1;
-                    self.queue(Port::Consoles, wire(check, dst, src, payload));
+                    self.tell(wire(check, dst, src, payload));
                 }
             }
             turn => {
@@ -492,21 +494,26 @@ impl Controller {
                 self.stats.idle_grants += 1;
             } else {
                 let answers = self.services(payload);
-                self.queue(Port::Consoles, wire(check, console, CONTROLLER, &answers));
+                self.tell(wire(check, console, CONTROLLER, &answers));
             }
         } else if MONITORS.contains(&dst) {
             self.stats.requests += 1;
             self.busy_until = now + BUSY;
             self.journal.note(self.time_s(now), dst, console, payload);
-            let wire = wire(check, dst, console, payload);
-            self.wait(now, 0, self.config.reply_timeout);
-            if self.config.ports == Ports::Two {
-                self.stats.passed_on += 1;
-                self.queue(Port::Monitors, wire.clone());
-                self.wait(now, wire.len(), self.config.reply_timeout);
+            let request = Relayed {
+                wire: wire(check, dst, console, payload),
+                tells_nothing: check == Check::Crc32c && payload.is_empty(),
+                repeatable: self.config.repeat == Repeat::All || is_repeatable(payload),
+                until: now + self.config.patience(),
+            };
+            match self.config.ports {
+                // The monitor has heard it by itself.
+                Ports::One => self.deadline = Some(now + self.config.reply_timeout),
+                Ports::Two => {
+                    self.stats.passed_on += 1;
+                    self.pass_on(&request, self.config.reply_timeout);
+                }
             }
-            let tells_nothing = check == Check::Crc32c && payload.is_empty();
-            let request = Relayed { wire, tells_nothing };
             self.turn = Turn::Asked { monitor: dst, console, request, tries: 1 };
         }
     }
@@ -553,6 +560,18 @@ impl Controller {
     const fn time_s(&self, now: Now) -> u32 {
         self.config.epoch_s.wrapping_add(now.as_secs() as u32)
     }
+}
+
+/// Whether every request of a frame is the same twice; a probe is.
+fn is_repeatable(payload: &[u8]) -> bool {
+    Records::new(payload).all(|record| {
+        let request = record.ok().and_then(|record| {
+            Request::decode(&record).ok().map(|request| {
+                RequestBuf::new(&request).is_ok_and(|request| request.is_repeatable())
+            })
+        });
+        request.unwrap_or(false)
+    })
 }
 
 const fn refusal(request: RequestId, status: Status) -> Record<'static> {

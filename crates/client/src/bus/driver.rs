@@ -4,6 +4,7 @@
 use std::future::{Future, pending};
 use std::io;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::time::Duration;
 
 use lafet_proto::link::WIRE_MAX;
@@ -82,11 +83,14 @@ struct Said {
 }
 
 type Dialing = Pin<Box<dyn Future<Output = io::Result<Link>> + Send>>;
+/// How a line is opened.
+type Open = Arc<dyn Fn(Endpoint) -> Dialing + Send + Sync>;
 
 /// One of the lines.
 struct Wire {
     port: Port,
     endpoint: Endpoint,
+    open: Open,
     link: Option<Link>,
     dialing: Option<Dialing>,
     echo: EchoFilter,
@@ -113,10 +117,23 @@ enum Happened {
 impl Driver {
     /// A controller whose lines are not open yet.
     pub fn new(config: DriverConfig) -> Self {
+        Self::opening(config, |endpoint| async move { Link::open(&endpoint).await })
+    }
+
+    /// The same over links of the caller's: a test, a tunnel. `open` is asked again for a line that
+    /// is lost.
+    pub fn opening<F>(
+        config: DriverConfig,
+        open: impl Fn(Endpoint) -> F + Send + Sync + 'static,
+    ) -> Self
+    where
+        F: Future<Output = io::Result<Link>> + Send + 'static,
+    {
+        let open: Open = Arc::new(move |endpoint| Box::pin(open(endpoint)));
         let DriverConfig { mut controller, monitors, consoles, programs } = config;
         controller.ports = if consoles.is_some() { Ports::Two } else { Ports::One };
-        let mut lines = vec![Wire::new(Port::Monitors, monitors)];
-        lines.extend(consoles.map(|endpoint| Wire::new(Port::Consoles, endpoint)));
+        let mut lines = vec![Wire::new(Port::Monitors, monitors, open.clone())];
+        lines.extend(consoles.map(|endpoint| Wire::new(Port::Consoles, endpoint, open)));
         let (said, heard) = mpsc::channel(INBOX);
         Self {
             controller: Controller::new(controller),
@@ -297,7 +314,7 @@ impl Driver {
 }
 
 impl Wire {
-    fn new(port: Port, endpoint: Endpoint) -> Self {
+    fn new(port: Port, endpoint: Endpoint, open: Open) -> Self {
         let (echo, turnaround) = match &endpoint {
             Endpoint::Serial { line, .. } => (line.echo, line.turnaround),
             _ => (Echo::Off, Duration::ZERO),
@@ -305,13 +322,17 @@ impl Wire {
         let echo = EchoFilter::new(echo);
         let (free, heard) = (Now::ZERO, Now::ZERO);
         // The first time it is opened at once.
-        let dialing = Some(dial(endpoint.clone(), Duration::ZERO));
-        Self { port, endpoint, link: None, dialing, echo, free, turnaround, heard }
+        let dialing = Some(open(endpoint.clone()));
+        Self { port, endpoint, open, link: None, dialing, echo, free, turnaround, heard }
     }
 
     fn dial(&mut self) {
         if self.link.is_none() && self.dialing.is_none() {
-            self.dialing = Some(dial(self.endpoint.clone(), REDIAL));
+            let opening = (self.open)(self.endpoint.clone());
+            self.dialing = Some(Box::pin(async move {
+                sleep(REDIAL).await;
+                opening.await
+            }));
         }
     }
 
@@ -330,13 +351,6 @@ impl Wire {
             None => pending().await,
         }
     }
-}
-
-fn dial(endpoint: Endpoint, pause: Duration) -> Dialing {
-    Box::pin(async move {
-        sleep(pause).await;
-        Link::open(&endpoint).await
-    })
 }
 
 async fn other(lines: &mut [Wire], buffer: &mut [u8]) -> Happened {

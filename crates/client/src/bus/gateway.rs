@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use lafet_proto::RequestId;
-use lafet_proto::bus::{CONTROLLER, MONITORS};
+use lafet_proto::bus::{CONTROLLER, MONITORS, ProbeLimit};
 use lafet_proto::link::{Check, Decoder, Frame};
 use lafet_proto::record::Records;
 
@@ -44,6 +44,8 @@ struct Program {
     decoder: Box<Decoder>,
     /// What it calls itself.
     own: u8,
+    /// §L/8 Its probes that are answered.
+    probes: ProbeLimit,
     /// It is not there any more.
     gone: bool,
     waiting: VecDeque<Waiting>,
@@ -119,6 +121,9 @@ impl Gateway {
             let check = program.decoder.check();
             program.own = src;
             if dst == CONTROLLER {
+                if payload.is_empty() && !program.probes.allows(now.as_millis() as u32) {
+                    continue;
+                }
                 answers.extend(wire(check, src, CONTROLLER, &controller.services(&payload)));
             } else if MONITORS.contains(&dst) && program.waiting.len() < WAITING_MAX {
                 let urgent = is_urgent(&payload);

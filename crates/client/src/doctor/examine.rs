@@ -3,19 +3,26 @@
 use std::io;
 use std::time::Duration;
 
+use lafet_proto::answer::Reply;
 use lafet_proto::bus;
 use lafet_proto::link::Check;
 use lafet_proto::record::Records;
+use lafet_proto::request::Body;
+use lafet_proto::{Answer, Request, SubsystemId};
+use tokio::time::Instant;
 
 use super::finding::speaks_text;
 use super::{Evidence, Exchange, Speed};
 use crate::prober::{Heard, HeardFrame, Prober};
 use crate::scan::{ScanOptions, is_answer, question, scan};
 use crate::transport::Link;
-use crate::url::{Addresses, Endpoint, Framing};
+use crate::url::{Addresses, Endpoint, Framing, Role, SerialLine};
+use crate::{Client, Config, Error};
 
 /// Probes to the address of the URL.
 const PROBES: u32 = 3;
+/// Probes of both forms, whose answers may come late.
+const LATE_PROBES: u32 = PROBES + 1;
 /// Speeds in use: those of the bus (observed) and others that adapters are left at.
 const SPEEDS: [u32; 7] = [19_200, 57_600, 115_200, 9_600, 38_400, 4_800, 2_400];
 
@@ -85,8 +92,25 @@ async fn look(
     evidence.quiet_for = options.quiet;
     let others = |frame: &HeardFrame| frame.src != source && frame.dst != source;
     evidence.held_back = !options.insist && evidence.quiet.frames.iter().any(others);
-    if evidence.held_back {
+    if evidence.held_back && endpoint.manner().role == Role::Direct {
         return Ok(());
+    }
+    if endpoint.manner().role == Role::Active {
+        drop(prober);
+        evidence.held_back = false;
+        progress("waiting for access", "жду доступа");
+        return as_console(evidence, options, dial).await;
+    }
+    if matches!(endpoint, Endpoint::Serial { .. }) && evidence.quiet.frames.is_empty() {
+        drop(prober);
+        progress("listening at other speeds", "слушаю на других скоростях");
+        listen_elsewhere(evidence, options, dial).await?;
+        if evidence.speeds.iter().any(Speed::has_others) {
+            // What is said at a wrong speed reaches nobody, and garbles what others say.
+            evidence.held_back = true;
+            return Ok(());
+        }
+        prober = Prober::new(dial(&endpoint).await?, source);
     }
     progress("probing", "вызываю ствол");
     if endpoint.framing() == Framing::Records {
@@ -102,7 +126,8 @@ async fn look(
     if evidence.is_answered() {
         progress("asking", "спрашиваю");
         let check = if evidence.crc32c_only { Check::Crc32c } else { Check::Crc16 };
-        evidence.exchange = Some(exchange(&mut prober, monitor, check, options).await?);
+        evidence.exchange =
+            Some(exchange(&mut prober, endpoint.addresses(), check, options).await?);
         return Ok(());
     }
     drop(prober);
@@ -127,7 +152,8 @@ async fn look(
         evidence.answered += 1;
         evidence.others.retain(|address| *address != monitor);
         let mut prober = Prober::new(dial(&endpoint).await?, source);
-        evidence.exchange = Some(exchange(&mut prober, monitor, Check::Crc16, options).await?);
+        evidence.exchange =
+            Some(exchange(&mut prober, endpoint.addresses(), Check::Crc16, options).await?);
     } else if evidence.others.is_empty() {
         progress("trying other speeds", "пробую другие скорости");
         speeds(evidence, options, dial).await?;
@@ -146,7 +172,11 @@ async fn probe(evidence: &mut Evidence, options: &Options, prober: &mut Prober) 
             // A second one of this address answers at the same time.
             heard.add(prober.listen(options.probe_wait).await?);
         }
-        let count = heard.from(monitor, source).count();
+        // An answer with records is not one to a probe: another program asks from our address.
+        let (probes, records): (Vec<_>, Vec<_>) =
+            heard.from(monitor, source).partition(|frame| frame.payload.is_empty());
+        let count = probes.len();
+        evidence.address_taken |= !records.is_empty();
         evidence.answered += u32::from(answered);
         // Answers to earlier probes may come late; to the first there is nothing earlier.
         evidence.doubled |= evidence.probes == 1 && count > 1;
@@ -184,17 +214,23 @@ async fn bare_record(prober: &mut Prober, options: &Options) -> io::Result<(Hear
 
 async fn exchange(
     prober: &mut Prober,
-    monitor: u8,
+    Addresses { monitor, source }: Addresses,
     check: Check,
     options: &Options,
 ) -> io::Result<Exchange> {
     let mut exchange = Exchange::default();
-    let mut total = Duration::ZERO;
+    let (mut total, mut empty) = (Duration::ZERO, 0);
     for _ in 0..options.requests {
         exchange.sent += 1;
         let heard = prober.ask(monitor, &question(), check, options.wait).await?;
-        if let Some(answer) = heard.frames.iter().rfind(|frame| frame.src == monitor) {
+        let to_us = |frame: &&HeardFrame| (frame.src, frame.dst) == (monitor, source);
+        if let Some(answer) = heard.frames.iter().rfind(to_us) {
             exchange.answered += 1;
+            // As many may be late answers to probes.
+            empty += u32::from(answer.payload.is_empty());
+            if !answer.payload.is_empty() || empty > LATE_PROBES {
+                exchange.judge(&answer.payload);
+            }
             exchange.rtt_max = exchange.rtt_max.max(answer.after);
             total += answer.after;
         }
@@ -204,24 +240,112 @@ async fn exchange(
     Ok(exchange)
 }
 
+impl Exchange {
+    /// Whether the answer to GetStatus General is one.
+    fn judge(&mut self, payload: &[u8]) {
+        let mut records = Records::new(payload);
+        let first = records.next().and_then(Result::ok);
+        let sound = first.is_some_and(|record| {
+            let answer = Answer::decode(&record).map(|answer| answer.data);
+            is_answer(&record)
+                && record.status.is_success()
+                && matches!(answer, Ok(Reply::General(_)))
+        });
+        if !sound || records.next().is_some() {
+            self.odd += 1;
+            self.odd_sample.get_or_insert_with(|| payload.to_vec());
+        }
+    }
+}
+
+/// On a bus with a controller: GetStatus General in the turns that it gives.
+async fn as_console(
+    evidence: &mut Evidence,
+    options: &Options,
+    dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
+) -> io::Result<()> {
+    let endpoint = evidence.endpoint.clone();
+    let config = Config { tries: 1, ..Config::default() }.of(&endpoint);
+    let client = Client::on_link(&endpoint.to_string(), dial(&endpoint).await?, config);
+    let mut exchange = Exchange::default();
+    let mut total = Duration::ZERO;
+    evidence.probes = 1;
+    for _ in 0..options.requests {
+        let asked = Instant::now();
+        let request = Request::new(SubsystemId::GENERAL, Body::GetStatus);
+        exchange.sent += 1;
+        match client.request(&request).await {
+            Ok(answers) if answers.refusal().is_none() => {
+                exchange.answered += 1;
+                exchange.rtt_max = exchange.rtt_max.max(asked.elapsed());
+                total += asked.elapsed();
+            }
+            Ok(_) | Err(Error::Protocol { .. }) => {
+                exchange.answered += 1;
+                exchange.odd += 1;
+            }
+            Err(Error::NotSent { cause, .. }) => {
+                evidence.no_access = Some(cause);
+                return Ok(());
+            }
+            // The first that is not answered tells enough of a monitor that is off.
+            Err(_) if exchange.answered == 0 => return Ok(()),
+            Err(_) => {}
+        }
+    }
+    exchange.rtt_mean = total / exchange.answered.max(1);
+    evidence.answered = 1;
+    evidence.exchange = Some(exchange);
+    Ok(())
+}
+
+/// A serial line at the speeds that it is not set to; nothing where there is no serial line.
+fn at_other_speeds(endpoint: &Endpoint) -> Vec<(u32, Endpoint)> {
+    let Endpoint::Serial { path, line, addresses, manner } = endpoint else { return Vec::new() };
+    let others = SPEEDS.into_iter().filter(|baud| *baud != line.baud);
+    let at = |baud| {
+        let (path, line) = (path.clone(), SerialLine { baud, ..*line });
+        (baud, Endpoint::Serial { path, line, addresses: *addresses, manner: *manner })
+    };
+    others.map(at).collect()
+}
+
+/// What others say at the speeds that a serial line is not set to. Where bytes come at its own speed,
+/// as long as a controller may pause.
+async fn listen_elsewhere(
+    evidence: &mut Evidence,
+    options: &Options,
+    dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
+) -> io::Result<()> {
+    let addresses = evidence.endpoint.addresses();
+    let time = if evidence.quiet.bytes > 0 { options.quiet } else { options.wait };
+    for (baud, at) in at_other_speeds(&evidence.endpoint) {
+        let Ok(link) = dial(&at).await else { continue };
+        let heard = Prober::new(link, addresses.source).listen(time).await?;
+        let speed = Speed { baud, heard, answered: false };
+        if speed.has_others() {
+            evidence.speeds.push(speed);
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
 /// A serial line at the speeds that it is not set to.
 async fn speeds(
     evidence: &mut Evidence,
     options: &Options,
     dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
 ) -> io::Result<()> {
-    let Endpoint::Serial { path, line, addresses, manner } = evidence.endpoint.clone() else {
-        return Ok(());
-    };
-    for baud in SPEEDS.into_iter().filter(|baud| *baud != line.baud) {
-        let line = crate::url::SerialLine { baud, ..line };
-        let at = Endpoint::Serial { path: path.clone(), line, addresses, manner };
+    let addresses = evidence.endpoint.addresses();
+    for (baud, at) in at_other_speeds(&evidence.endpoint) {
         // A port that does not know a speed is no use at it.
         let Ok(link) = dial(&at).await else { continue };
         let mut prober = Prober::new(link, addresses.source);
         let mut heard = prober.listen(options.wait).await?;
         let mut answered = false;
-        for _ in 0..2 {
+        let tries = if heard.frames.is_empty() { 2 } else { 0 };
+        for _ in 0..tries {
             let probed = prober.ask(addresses.monitor, &[], Check::Crc16, options.wait).await?;
             answered |= probed.from(addresses.monitor, addresses.source).count() > 0;
             heard.add(probed);

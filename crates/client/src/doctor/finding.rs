@@ -3,9 +3,10 @@
 use lafet_proto::bus;
 
 use super::{Evidence, Exchange};
+use crate::error::Cause;
 use crate::error::Lang;
-use crate::prober::Heard;
-use crate::url::{Echo, Endpoint, Framing};
+use crate::prober::{Heard, HeardFrame};
+use crate::url::{Echo, Endpoint, Framing, Role};
 
 /// Share of printable bytes that makes a text, in percent.
 const TEXT_PERCENT: usize = 80;
@@ -61,6 +62,15 @@ pub enum Finding {
         /// Who answers.
         others: Vec<u8>,
     },
+    /// The monitor answers, but not what the protocol says.
+    OddAnswers,
+    /// The URL says `role=active`, and nobody gives access.
+    NoAccess {
+        /// Whether there is a controller.
+        controller: bool,
+    },
+    /// Others are heard on the bus, and the monitor does not answer.
+    MonitorSilent,
     /// Two devices answer at the monitor's address.
     TwoWithOneAddress,
     /// The monitor accepts frames with a CRC-32C only (§L/7).
@@ -84,6 +94,9 @@ pub fn findings(evidence: &Evidence) -> Vec<Finding> {
     speakers(evidence, &mut all);
     echo(evidence, &mut all);
     quality(evidence, &mut all);
+    if evidence.exchange.as_ref().is_some_and(|exchange| exchange.odd > 0) {
+        all.push(Finding::OddAnswers);
+    }
     if evidence.doubled {
         all.push(Finding::TwoWithOneAddress);
     }
@@ -120,6 +133,9 @@ impl Finding {
             Self::OtherSpeakers { .. } => "other-speakers",
             Self::OurAddressTaken => "our-address-taken",
             Self::WrongAddress { .. } => "wrong-address",
+            Self::OddAnswers => "odd-answers",
+            Self::NoAccess { .. } => "no-access",
+            Self::MonitorSilent => "monitor-silent",
             Self::TwoWithOneAddress => "two-with-one-address",
             Self::Crc32cOnly => "crc32c-only",
             Self::OtherFraming => "other-framing",
@@ -143,7 +159,20 @@ fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
     if evidence.crc32c_only {
         all.push(Finding::Crc32cOnly);
     }
-    if evidence.is_answered() || evidence.lost.is_some() || evidence.held_back {
+    if evidence.is_answered() || evidence.lost.is_some() {
+        return;
+    }
+    if evidence.held_back {
+        let baud = frames_elsewhere(evidence);
+        all.extend(baud.map(|baud| Finding::WrongSpeed { answers_at: Some(baud) }));
+        return;
+    }
+    if evidence.endpoint.manner().role == Role::Active && !evidence.quiet.is_garbage() {
+        all.push(match evidence.no_access {
+            Some(Cause::NoController) => Finding::NoAccess { controller: false },
+            Some(_) => Finding::NoAccess { controller: true },
+            None => Finding::MonitorSilent,
+        });
         return;
     }
     let Evidence { quiet, probed, .. } = evidence;
@@ -184,6 +213,10 @@ fn speakers(evidence: &Evidence, all: &mut Vec<Finding>) {
     let exchange = evidence.exchange.iter().map(|exchange| &exchange.heard);
     let heard = [&evidence.quiet, &evidence.probed].into_iter().chain(exchange);
     let mut addresses = Vec::new();
+    let elsewhere = evidence.speeds.iter().filter(|speed| speed.has_others());
+    let heard = heard.chain(elsewhere.map(|speed| &speed.heard));
+    // On a bus with a controller it and other consoles are as it should be.
+    let active = evidence.endpoint.manner().role == Role::Active;
     for frame in heard.flat_map(|heard| &heard.frames) {
         // Who answers a stranger was asked by that stranger.
         let speaker = if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };
@@ -192,11 +225,16 @@ fn speakers(evidence: &Evidence, all: &mut Vec<Finding>) {
         }
     }
     addresses.sort_unstable();
-    if !addresses.is_empty() {
+    if !addresses.is_empty() && !active {
         all.push(Finding::OtherSpeakers { addresses });
     }
     let before_us = &evidence.quiet.frames;
-    if before_us.iter().any(|frame| frame.src == own.source || frame.dst == own.source) {
+    let of_us = |frame: &HeardFrame| {
+        // The controller speaks to each console that it knows or looks for.
+        let called = frame.dst == own.source && frame.src == bus::CONTROLLER && active;
+        (frame.src == own.source || frame.dst == own.source) && !called
+    };
+    if evidence.address_taken || before_us.iter().any(of_us) {
         all.push(Finding::OurAddressTaken);
     }
 }

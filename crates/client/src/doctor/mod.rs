@@ -4,7 +4,8 @@
 //! examine ─▶ Evidence ─▶ findings ─▶ Finding::seen, Finding::remedy
 //! ```
 //!
-//! [`examine`] says nothing that could move anything: presence probes and GetStatus General.
+//! [`examine`] says nothing that could move anything: presence probes and GetStatus General. Where
+//! others speak, it says nothing at all, at whatever speed they do.
 
 mod examine;
 mod finding;
@@ -15,6 +16,7 @@ pub use finding::{Finding, Severity, findings};
 
 use std::time::Duration;
 
+use crate::error::Cause;
 use crate::prober::Heard;
 use crate::url::Endpoint;
 
@@ -42,8 +44,12 @@ pub struct Evidence {
     pub crc32c_only: bool,
     /// What answered in the other framing than the URL's: bare records, or link frames.
     pub other_framing: bool,
+    /// Answers came to our address that we had not asked for.
+    pub address_taken: bool,
     /// Nothing was asked, because others speak on this line.
     pub held_back: bool,
+    /// Why a console of the bus was not let ask.
+    pub no_access: Option<Cause>,
     /// Other addresses that answer probes.
     pub others: Vec<u8>,
     /// What came at other speeds, and whether the monitor answered; serial lines only.
@@ -70,12 +76,23 @@ pub struct Exchange {
     pub sent: u32,
     /// How many were answered.
     pub answered: u32,
+    /// How many of the answers were not what the protocol says.
+    pub odd: u32,
+    /// The records of the first of those.
+    pub odd_sample: Option<Vec<u8>>,
     /// All that came meanwhile.
     pub heard: Heard,
     /// The longest round trip.
     pub rtt_max: Duration,
     /// The mean round trip.
     pub rtt_mean: Duration,
+}
+
+impl Speed {
+    /// Others speak at this speed, without being asked.
+    pub fn has_others(&self) -> bool {
+        !self.answered && !self.heard.frames.is_empty()
+    }
 }
 
 impl Evidence {
@@ -91,7 +108,9 @@ impl Evidence {
             doubled: false,
             crc32c_only: false,
             other_framing: false,
+            address_taken: false,
             held_back: false,
+            no_access: None,
             others: Vec::new(),
             speeds: Vec::new(),
             exchange: None,

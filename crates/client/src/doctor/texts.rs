@@ -84,13 +84,27 @@ fn seen_en(finding: &Finding, evidence: &Evidence) -> String {
         Finding::OtherSpeakers { addresses } => format!(
             "Somebody else speaks on this line: {}. {} of their frames were heard.{}",
             list(addresses, Lang::En),
-            quiet.frames.len() + strangers(evidence),
+            quiet.frames.len() + strangers(evidence) + elsewhere(evidence),
             if evidence.held_back { " So nothing was asked (--insist asks)." } else { "" }
         ),
         Finding::OurAddressTaken => format!(
-            "Frames from or to our own address {} were heard before we had said anything.",
+            "Frames from or to our own address {} were heard that we have not sent or asked for.",
             evidence.endpoint.addresses().source
         ),
+        Finding::OddAnswers => format!(
+            "The monitor answers GetStatus General, but not as the protocol says: {}.",
+            odd(evidence, Lang::En)
+        ),
+        Finding::NoAccess { controller: false } => {
+            "The URL says role=active, and no controller was heard.".into()
+        }
+        Finding::NoAccess { controller: true } => format!(
+            "A controller was heard, but it gives no access to our address {}.",
+            evidence.endpoint.addresses().source
+        ),
+        Finding::MonitorSilent => {
+            format!("The controller gives access, but address {monitor} does not answer.")
+        }
         Finding::WrongAddress { others } => format!(
             "Address {monitor} is silent ({probes} probes); these answer: {}.",
             numbers(others)
@@ -166,6 +180,23 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
             [one] => format!("Write addr={one} into the URL."),
             _ => "Write the address of the monitor you mean into the URL (addr=).".into(),
         },
+        Finding::OddAnswers => {
+            "Look at the monitor's program and its version: `lafet conform` tells \
+            which statements of the protocol it does not keep. Nothing that it answers can be \
+            relied on."
+                .into()
+        }
+        Finding::NoAccess { controller: false } => "Start the controller (`lafet bus`), or remove \
+            role=active from the URL if there is none on this line."
+            .into(),
+        Finding::NoAccess { controller: true } => {
+            "Check that the controller looks for this address \
+            (--addresses) and that nobody else has it (src= of the URL)."
+                .into()
+        }
+        Finding::MonitorSilent => "Check the monitor's power and cable and addr= of the URL; \
+            `lafet bus who` tells who is on the bus."
+            .into(),
         Finding::TwoWithOneAddress => "Give one of them another address: switch the other off, \
             `lafet param set general Address N`, `lafet restart`."
             .into(),
@@ -242,15 +273,29 @@ fn seen_ru(finding: &Finding, evidence: &Evidence) -> String {
         Finding::OtherSpeakers { addresses } => format!(
             "На линии говорит кто-то ещё: {}. Услышано кадров: {}.{}",
             list(addresses, Lang::Ru),
-            quiet.frames.len() + strangers(evidence),
+            quiet.frames.len() + strangers(evidence) + elsewhere(evidence),
             if evidence.held_back {
                 " Поэтому ничего не спрошено (--insist спросит)."
             } else {
                 ""
             }
         ),
+        Finding::OddAnswers => format!(
+            "Ствол отвечает на GetStatus General, но не по протоколу: {}.",
+            odd(evidence, Lang::Ru)
+        ),
+        Finding::NoAccess { controller: false } => {
+            "В URL указано role=active, но контроллера не слышно.".into()
+        }
+        Finding::NoAccess { controller: true } => format!(
+            "Контроллер слышен, но доступа нашему адресу {} не даёт.",
+            evidence.endpoint.addresses().source
+        ),
+        Finding::MonitorSilent => {
+            format!("Контроллер даёт доступ, но адрес {monitor} не отвечает.")
+        }
         Finding::OurAddressTaken => format!(
-            "Кадры с нашего адреса {0} или на него слышны раньше, чем мы что-либо сказали.",
+            "Слышны кадры с нашего адреса {0} или на него, которых мы не посылали и не ждали.",
             evidence.endpoint.addresses().source
         ),
         Finding::WrongAddress { others } => {
@@ -326,6 +371,24 @@ fn remedy_ru(finding: &Finding, evidence: &Evidence) -> String {
             [one] => format!("Впишите в URL addr={one}."),
             _ => "Впишите в URL адрес нужного ствола (addr=).".into(),
         },
+        Finding::OddAnswers => {
+            "Проверьте программу ствола и её версию: `lafet conform` покажет, каких \
+            положений протокола она не соблюдает. Полагаться на её ответы нельзя."
+                .into()
+        }
+        Finding::NoAccess { controller: false } => {
+            "Запустите контроллер (`lafet bus`) или уберите \
+            role=active из URL, если на этой линии его нет."
+                .into()
+        }
+        Finding::NoAccess { controller: true } => "Проверьте, что контроллер ищет этот адрес \
+            (--addresses) и что его нет ни у кого другого (src= в URL)."
+            .into(),
+        Finding::MonitorSilent => {
+            "Проверьте питание и кабель ствола и addr= в URL; `lafet bus who` \
+            покажет, кто есть на магистрали."
+                .into()
+        }
         Finding::TwoWithOneAddress => "Дайте одному из них другой адрес: отключите второй, затем \
             `lafet param set general Address N`, `lafet restart`."
             .into(),
@@ -374,6 +437,25 @@ fn exchange(evidence: &Evidence, lang: Lang) -> String {
     }
 }
 
+/// What was odd about the answers.
+fn odd(evidence: &Evidence, lang: Lang) -> String {
+    let Some(exchange) = &evidence.exchange else { return String::new() };
+    let (odd, answered) = (exchange.odd, exchange.answered);
+    let records = match (&exchange.odd_sample, lang) {
+        (Some(bytes), Lang::En) if bytes.is_empty() => "; the first without records".into(),
+        (Some(bytes), Lang::Ru) if bytes.is_empty() => "; первый — без записей".into(),
+        (Some(bytes), _) => {
+            let bytes: Vec<String> = bytes.iter().take(16).map(|b| format!("{b:02x}")).collect();
+            format!(" ({})", bytes.join(" "))
+        }
+        (None, _) => String::new(),
+    };
+    match lang {
+        Lang::En => format!("{odd} of {answered} answers{records}"),
+        Lang::Ru => format!("ответов {odd} из {answered}{records}"),
+    }
+}
+
 /// The first bytes that could not be read.
 fn sample(evidence: &Evidence, lang: Lang) -> String {
     let heard = if evidence.probed.bytes > 0 { &evidence.probed } else { &evidence.quiet };
@@ -395,6 +477,12 @@ fn total(evidence: &Evidence) -> Heard {
         total.add(exchange.heard.clone());
     }
     total
+}
+
+/// Frames of others at another speed.
+fn elsewhere(evidence: &Evidence) -> usize {
+    let others = evidence.speeds.iter().filter(|speed| speed.has_others());
+    others.map(|speed| speed.heard.frames.len()).sum()
 }
 
 /// Frames of others that were heard while we asked.

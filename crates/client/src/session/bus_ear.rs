@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use lafet_proto::bus::CONTROLLER;
+use lafet_proto::bus::{CONTROLLER, ProbeLimit};
 
 use super::input::Incoming;
 use super::line::Line;
@@ -31,6 +31,8 @@ pub struct BusEar {
     controller: Option<Now>,
     /// Its last grant to anybody.
     granting: Option<Now>,
+    /// §L/8 Its probes that are answered.
+    probes: ProbeLimit,
     /// Since when something waits for a grant.
     waiting: Option<Now>,
 }
@@ -56,7 +58,8 @@ impl Line {
             return false;
         }
         match word {
-            // A probe is empty, and so is nothing that it answers us: we do not probe it.
+            // The answer to a probe is empty as well: two that answer each other must end.
+            Some(Word::Probed) if !self.bus.probes.allows(now.as_millis() as u32) => true,
             Some(word) => {
                 self.bus.word = Some((word, now));
                 true

@@ -3,7 +3,15 @@
 use std::time::Duration;
 
 use super::CheckMode;
-use crate::url::{Addresses, Echo, Framing, Role};
+use crate::url::{Addresses, Echo, Endpoint, Framing, Manner, Role};
+
+/// How long a serial line is listened to before the first frame of a direct client: a controller
+/// with a console on its bus speaks within this time.
+const LISTEN: Duration = Duration::from_millis(100);
+
+/// How late an answer is expected to come at most, where nothing else is said: its request 5 s on
+/// the way, and the answer as long.
+pub const LATE_DEFAULT: Duration = Duration::from_secs(10);
 
 /// How a session behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,8 +29,14 @@ pub struct Config {
     /// No answer comes later than this after its request: the bound up to which nothing wrong is
     /// believed of a monitor that answers tags.
     pub late_bound: Duration,
-    /// The same for a monitor that does not: what a suspicious request has to wait.
+    /// The same for a monitor that does not: what a suspicious request has to wait. `late=` of a URL.
     pub drain_bound: Duration,
+    /// The way outlives programs, as a serial port or a socket of a serial server does: answers to
+    /// another one may come for `late_bound` after connecting, so every request is in doubt until
+    /// then. [`crate::Client::connect`] sets it for all ways but those in memory.
+    pub outlives: bool,
+    /// The number of the first frame in doubt; `None`: chosen by the operating system's randomness.
+    pub first_number: Option<u32>,
     /// The medium may copy frames (UDP).
     pub duplicates: bool,
     /// Number frames in doubt; without it they wait for `drain_bound`.
@@ -36,6 +50,9 @@ pub struct Config {
     /// Silence that is kept between the last byte heard and a frame: a transceiver needs it to turn
     /// round.
     pub turnaround: Duration,
+    /// How long a new connection is listened to before the first frame that is not urgent: where a
+    /// controller gives access to others, a direct client says nothing.
+    pub listen: Duration,
     /// How long requests are asked again that the monitor answers with Busy, NotCached or Cached
     /// (§2), where the caller wants them complete.
     pub resume: Duration,
@@ -50,14 +67,36 @@ impl Default for Config {
             tries: 3,
             patience: Duration::from_millis(lafet_proto::bus::REPLY_TIMEOUT_MS as u64),
             late_bound: Duration::from_secs(30),
-            drain_bound: Duration::from_secs(3),
+            drain_bound: LATE_DEFAULT,
+            outlives: false,
+            first_number: None,
             duplicates: false,
             tags: true,
             role: Role::Direct,
             check: CheckMode::Crc16,
             echo: Echo::Off,
             turnaround: Duration::ZERO,
+            listen: Duration::ZERO,
             resume: Duration::from_secs(10),
         }
+    }
+}
+
+impl Config {
+    /// The same for the way that an endpoint names: addresses, framing and the kind of line are its.
+    pub fn of(self, endpoint: &Endpoint) -> Self {
+        let Manner { check, role, late } = endpoint.manner();
+        let (addresses, framing) = (endpoint.addresses(), endpoint.framing());
+        let (echo, turnaround, listen) = match endpoint {
+            Endpoint::Serial { line, .. } => (line.echo, line.turnaround, self.listen.max(LISTEN)),
+            _ => (self.echo, self.turnaround, self.listen),
+        };
+        let in_memory = matches!(endpoint, Endpoint::Sim { .. });
+        let outlives = late != Some(Duration::ZERO) && !in_memory;
+        let drain_bound = late.filter(|late| !late.is_zero()).unwrap_or(self.drain_bound);
+        let kind = Self { check, role, addresses, framing, outlives, drain_bound, ..self };
+        // Datagrams may arrive twice.
+        let duplicates = self.duplicates || matches!(endpoint, Endpoint::Udp { .. });
+        Self { echo, turnaround, listen, duplicates, ..kind }
     }
 }

@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use lafet_proto::Expected;
 use lafet_proto::link::{self, BODY_MAX, Check, Decoder};
 use lafet_proto::record::Records;
+use lafet_proto::{Expected, Record};
 
 use super::Stats;
 use super::doubt::{Tag, looks_like_tag};
@@ -134,27 +134,32 @@ impl Input {
     }
 }
 
-/// Where in a stream of bare records the answer stands that the tag ends: behind the last pair of
-/// tag answers before it, which ended an earlier one.
+/// Where in a stream of bare records the answer is that the tag ends: behind the last complete tag
+/// before it, which ended an earlier answer.
 fn answer_range(stream: &[u8], end: Option<Tag>) -> Option<(usize, usize)> {
     let tag = end?;
     let mut records = Records::new(stream);
-    // Starts of the answer if the last pair found, or the one before, ended an earlier answer.
-    let (mut start, mut start_before) = (0, 0);
-    let mut half = None;
+    // The last records in a row that look like a tag, and where each begins.
+    let mut run: Vec<(usize, Record<'_>)> = Vec::with_capacity(Tag::LEN);
+    // Where tags of earlier answers end.
+    let mut ends = vec![0];
     while let Some(Ok(record)) = records.next() {
         let offset = records.offset();
-        let pair = half.take().map(|(at, first)| (at, [first, record]));
-        if looks_like_tag(record.request, record.device) {
-            match pair {
-                Some((at, pair)) if tag.matches(&pair) => {
-                    return Some((if start > at { start_before } else { start }, offset));
-                }
-                Some(_) => (start_before, start) = (start, offset),
-                None => {}
-            }
-            half = Some((offset - record.size(), record));
+        if !looks_like_tag(record.request, record.device) {
+            run.clear();
+            continue;
         }
+        if run.len() == Tag::LEN {
+            run.remove(0);
+        }
+        run.push((offset - record.size(), record));
+        let Ok(found) = <[_; Tag::LEN]>::try_from(&run[..]) else { continue };
+        let (at, _) = found[0];
+        if tag.matches(&found.map(|(_, record)| record)) {
+            let start = ends.into_iter().rev().find(|end| *end <= at)?;
+            return Some((start, offset));
+        }
+        ends.push(offset);
     }
     None
 }

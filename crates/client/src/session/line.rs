@@ -2,21 +2,28 @@
 //!
 //! A line is half duplex, and behind a TCP connection there may be one. So a session that has sent
 //! holds the line until its answer comes or its time is over; then the next one has its turn, round
-//! and round, so that a silent monitor costs the others one timeout for each frame of theirs. Urgent
-//! requests go first, whosesoever they are, and wait for a frame that is out no longer than
-//! [`Config::patience`].
+//! and round. Urgent requests go first, whichever monitor they are for, then what keeps a held motion
+//! going; both wait for a frame that is out no longer than [`Config::patience`]. A monitor that has not
+//! answered twice is taken for absent: its reads wait for a share of the line that all absent ones
+//! have together, until something of it is heard.
 
 use std::time::Duration;
+
+use lafet_proto::bus::CONTROLLER;
 
 use super::bus_ear::BusEar;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
+use super::operation::Haste;
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
 use crate::answers::RequestBuf;
 use crate::url::{Addresses, Framing, Role};
 
 /// A controller has tried three times by then: 150, 300 and 600 ms (observed), and the frames.
 const CONTROLLER_GIVES_UP: Duration = Duration::from_millis(1200);
+
+/// Absent monitors are asked so seldom that waiting for them takes one part in so many of the line.
+const ABSENT_SHARE: u32 = 13;
 
 /// The sessions of a link: see the module's documentation.
 #[derive(Debug)]
@@ -27,10 +34,19 @@ pub struct Line {
     echo: EchoFilter,
     /// Whose turn is looked at first.
     turn: usize,
+    /// The last frame went to a monitor of which no answer is known, or not lately.
+    was_doubtful: bool,
+    /// From when on an absent monitor may be asked again.
+    absent_from: Now,
     /// One frame may be sent now, in the role `active`.
     pub(super) granted: bool,
     connected: bool,
+    connected_at: Now,
     pub(super) heard: Option<Now>,
+    /// The connection is a new one: it is listened to from the next look at the time on.
+    fresh: bool,
+    /// Nothing but what is urgent is sent before.
+    listen_until: Now,
     pub(super) bus: BusEar,
     foreign: u64,
     tracing: bool,
@@ -50,9 +66,14 @@ impl Line {
             config,
             sessions: Vec::new(),
             turn: 0,
+            was_doubtful: false,
+            absent_from: Now::ZERO,
             granted: false,
             connected: false,
+            connected_at: Now::ZERO,
             heard: None,
+            fresh: false,
+            listen_until: Now::ZERO,
             bus: BusEar::default(),
             foreign: 0,
             tracing: false,
@@ -84,13 +105,15 @@ impl Line {
     }
 
     /// There is a connection.
-    pub fn handle_connected(&mut self) {
+    pub fn handle_connected(&mut self, now: Now) {
         self.connected = true;
+        self.fresh = true;
         self.granted = false;
         self.bus = BusEar::default();
         self.input.reset();
         self.echo.reset();
-        self.sessions.iter_mut().for_each(Session::handle_connected);
+        self.connected_at = now;
+        self.sessions.iter_mut().for_each(|session| session.handle_connected(now));
     }
 
     /// The connection is lost.
@@ -122,7 +145,11 @@ impl Line {
 
     /// Time has passed: see [`Line::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Now) {
+        if std::mem::take(&mut self.fresh) {
+            self.listen_until = now + self.config.listen;
+        }
         self.sessions.iter_mut().for_each(|session| session.handle_timeout(now));
+        self.mind_the_others(now);
         self.mind_the_bus(now);
     }
 
@@ -130,7 +157,10 @@ impl Line {
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
         let waiting = |session: &&Session| !self.connected || session.wants(now).is_none();
         let timers = self.sessions.iter().filter(waiting).filter_map(|s| s.poll_timeout(now));
-        timers.chain(self.send_from(now)).chain(self.bus_timeout(now)).min()
+        let absent = self.sessions.iter().filter(|session| session.can_wait());
+        let rests = (now < self.absent_from).then_some(self.absent_from);
+        let absent = absent.flat_map(|session| session.gives_up_at().into_iter().chain(rests));
+        timers.chain(self.send_from(now)).chain(self.bus_timeout(now)).chain(absent).min()
     }
 
     /// Bytes to send, if any.
@@ -146,20 +176,30 @@ impl Line {
         if self.send_from(now)? > now {
             return None;
         }
-        let urgent = self.sessions.iter().any(|session| session.wants(now) == Some(true));
+        let haste = self.haste(now);
         let count = self.sessions.len();
-        for step in 0..count {
-            let index = (self.turn + step) % count;
+        let turns = (0..count).map(|step| (self.turn + step) % count);
+        let mut turns: Vec<usize> =
+            turns.filter(|index| self.wants(&self.sessions[*index], now) == haste).collect();
+        // Of the monitors that answer, one has its turn after each that may not.
+        if self.was_doubtful {
+            turns.sort_by_key(|index| !self.sessions[*index].is_present());
+        }
+        for index in turns {
             let session = &mut self.sessions[index];
-            if session.wants(now) != Some(urgent) {
-                continue;
+            let (absent, present) = (session.can_wait(), session.is_present());
+            let Some(bytes) = session.poll_transmit(now) else { continue };
+            if let Some((sent, until)) = session.occupies(now).filter(|_| absent) {
+                self.absent_from = now + (until - sent) * ABSENT_SHARE;
             }
-            if let Some(bytes) = session.poll_transmit(now) {
+            // The round goes on where it was left for a monitor that answers.
+            if !(self.was_doubtful && present) {
                 self.turn = (index + 1) % count;
-                self.granted = false;
-                self.echo.sent(&bytes);
-                return Some(bytes);
             }
+            self.was_doubtful = !present;
+            self.granted = false;
+            self.echo.sent(&bytes);
+            return Some(bytes);
         }
         None
     }
@@ -204,6 +244,11 @@ impl Line {
         self.sessions.iter().all(Session::is_idle)
     }
 
+    /// Until when a request waits because its monitor does not answer tags (see `doubt`).
+    pub fn held_until(&self, now: Now) -> Option<Now> {
+        self.sessions.iter().filter_map(|session| session.held_until(now)).max()
+    }
+
     /// Tries in a row that nobody at all has answered: the connection may be half open.
     pub fn silent_tries(&self) -> u32 {
         let used = self.sessions.iter().filter(|session| session.stats().frames_sent > 0);
@@ -215,14 +260,43 @@ impl Line {
         if !self.connected || (self.config.role == Role::Active && !self.granted) {
             return None;
         }
-        let urgent = self.sessions.iter().filter_map(|session| session.wants(now)).max()?;
+        let haste = self.haste(now)?;
         let free = self.sessions.iter().filter_map(|session| {
             let (sent, until) = session.occupies(now)?;
             let overtaken = sent + self.config.patience;
-            Some(if urgent { until.min(overtaken) } else { until })
+            Some(if haste == Haste::Usual { until } else { until.min(overtaken) })
         });
         let quiet = self.heard.map(|heard| heard + self.config.turnaround);
-        Some(free.chain(quiet).fold(now, Now::max))
+        // A console waits for its grant anyway, and the controller itself for nobody.
+        let listens = self.config.role == Role::Direct
+            && self.config.addresses.source != CONTROLLER
+            && haste == Haste::Usual;
+        let listened = listens.then_some(self.listen_until);
+        Some(free.chain(quiet).chain(listened).fold(now, Now::max))
+    }
+
+    /// What presses most of what may be sent now.
+    fn haste(&self, now: Now) -> Option<Haste> {
+        self.sessions.iter().filter_map(|session| self.wants(session, now)).max()
+    }
+
+    /// Absent monitors have a share of the line together, however many they are.
+    fn wants(&self, session: &Session, now: Now) -> Option<Haste> {
+        let rests = now < self.absent_from && session.can_wait();
+        session.wants(now).filter(|_| !rests)
+    }
+
+    /// Each monitor's waits follow what the others on the line need.
+    fn mind_the_others(&mut self, now: Now) {
+        if self.sessions.len() < 2 {
+            return;
+        }
+        let usual: Vec<_> = self.sessions.iter().map(Session::usual).collect();
+        for (index, session) in self.sessions.iter_mut().enumerate() {
+            let others = usual.iter().enumerate().filter(|(other, _)| *other != index);
+            session.set_others(others.filter_map(|(_, usual)| *usual).max());
+            session.give_up_reads(now);
+        }
     }
 
     fn handle_input(&mut self, now: Now) {
@@ -275,10 +349,12 @@ impl Line {
         }
         let Addresses { source, .. } = self.config.addresses;
         let addresses = Addresses { monitor: address, source };
-        let mut session = Session::new(Config { addresses, ..self.config.clone() });
+        // A controller is no monitor (§B): it may not answer what is for subsystems.
+        let outlives = self.config.outlives && address != CONTROLLER;
+        let mut session = Session::new(Config { addresses, outlives, ..self.config.clone() });
         session.set_tracing(self.tracing);
         if self.connected {
-            session.handle_connected();
+            session.handle_connected(self.connected_at);
         }
         self.sessions.push(session);
         self.sessions.len() - 1

@@ -6,6 +6,8 @@ use super::check::Forms;
 use super::doubt::Tag;
 use super::{Now, Ticket};
 use crate::answers::RequestBuf;
+use crate::deviation::Deviation;
+use crate::url::Framing;
 
 /// Requests that go out in one frame. None at all: a presence probe.
 #[derive(Debug)]
@@ -17,12 +19,22 @@ pub struct Operation {
     pub tries: u32,
     /// It has been on the line, so it may have been executed.
     pub sent: bool,
-    /// When it was sent first over this connection.
+    /// When it was sent first over this connection such that an answer can be believed.
     pub first_sent: Option<Now>,
     /// Not to be sent after this moment.
     pub expires: Option<Now>,
     /// Nobody waits for the outcome any more.
     pub cancelled: bool,
+}
+
+/// What goes first on a line, whichever monitor it is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Haste {
+    Usual,
+    /// What keeps a motion by hand going: late, it ends.
+    Held,
+    /// Stop, Close and Lockout on.
+    Urgent,
 }
 
 /// The operation whose frame is out.
@@ -40,6 +52,8 @@ pub struct Outstanding {
     pub believe_from: Now,
     /// An answer without the tag has come.
     pub untagged: bool,
+    /// The monitor answered this operation with something that is no answer to it.
+    pub odd: Option<Deviation>,
     /// The forms in which it has been sent.
     pub forms: Forms,
 }
@@ -60,6 +74,14 @@ pub struct Recent {
     pub answered: bool,
 }
 
+impl Outstanding {
+    /// The tag is the end of the frame: of bare records, where nothing else marks it, and of what
+    /// is urgent, which a monitor that stumbles over the tag has executed by then.
+    pub fn tag_ends(&self, framing: Framing) -> bool {
+        framing == Framing::Records || self.operation.is_urgent()
+    }
+}
+
 impl Operation {
     pub const fn new(
         ticket: Ticket,
@@ -75,8 +97,26 @@ impl Operation {
         self.requests.first().map(RequestBuf::id)
     }
 
+    /// It belongs to a motion that is held.
+    pub const fn is_held(&self) -> bool {
+        self.expires.is_some()
+    }
+
+    pub fn haste(&self) -> Haste {
+        match () {
+            () if self.is_urgent() => Haste::Urgent,
+            () if self.is_held() => Haste::Held,
+            () => Haste::Usual,
+        }
+    }
+
     pub fn is_urgent(&self) -> bool {
         !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_urgent)
+    }
+
+    /// A frame that has only a tag: does the monitor answer it?
+    pub const fn question(now: Now) -> Self {
+        Self::new(Ticket::QUESTION, Vec::new(), now, None)
     }
 
     pub fn is_repeatable(&self) -> bool {

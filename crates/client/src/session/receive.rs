@@ -8,7 +8,8 @@ use super::matching::deal;
 use super::operation::{Echo, Operation, Outstanding, Recent};
 use super::{Now, Outcome, Session, Tag, Verdict};
 use crate::answers::records;
-use crate::url::{Addresses, Framing};
+use crate::deviation::mismatch;
+use crate::url::Addresses;
 
 impl Session {
     pub(super) fn handle_input(&mut self, now: Now) {
@@ -28,6 +29,7 @@ impl Session {
             self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
             return;
         }
+        self.misses = 0;
         let (verdict, tagged, payload) = match self.check_heard(now, frame) {
             true => (Verdict::Believed, false, &frame.payload[..]),
             false => self.handle_payload(now, &frame.payload, frame.check),
@@ -44,7 +46,7 @@ impl Session {
         check: Check,
     ) -> (Verdict, bool, &'p [u8]) {
         let Some(all) = records(payload) else { return (Verdict::Unmatched, false, payload) };
-        let at_end = self.config.framing == Framing::Records;
+        let framing = self.config.framing;
         // It answers in the form in which it was asked (§L/7).
         let asked = |o: &&mut Outstanding| o.tries > 0 && o.forms.has(check);
         let Some(outstanding) = self.outstanding.as_mut().filter(asked) else {
@@ -52,7 +54,7 @@ impl Session {
         };
         let (rest, bytes) = match outstanding.tag {
             None => (&all[..], payload),
-            Some(tag) => match split_tag(tag, &all, payload, at_end) {
+            Some(tag) => match split_tag(tag, &all, payload, outstanding.tag_ends(framing)) {
                 Some(split) => split,
                 None => {
                     outstanding.untagged |= is_untagged(&outstanding.operation, &all);
@@ -62,6 +64,10 @@ impl Session {
         };
         let tagged = outstanding.tag.is_some();
         let Some(slots) = deal(&outstanding.operation.requests, rest) else {
+            // With the tag, or without doubt, it can only be meant as the answer.
+            if now >= outstanding.believe_from {
+                outstanding.odd = mismatch(&outstanding.operation.requests, rest);
+            }
             return (self.classify(&all), tagged, bytes);
         };
         if now < outstanding.believe_from {
@@ -84,10 +90,10 @@ impl Session {
     /// What a frame is that answers nothing outstanding.
     fn classify(&self, all: &[Record<'_>]) -> Verdict {
         let first = all.first().map(|record| record.request);
-        let of = |recent: &&Recent| match (recent.tag, all.first_chunk()) {
-            (Some(tag), Some(chunk)) => tag.matches(chunk),
-            (Some(_), None) => false,
-            (None, _) => recent.first == first,
+        let ends = [all.first_chunk(), all.last_chunk()];
+        let of = |recent: &&Recent| match recent.tag {
+            Some(tag) => ends.iter().flatten().any(|records| tag.matches(records)),
+            None => recent.first == first,
         };
         match self.recent.iter().rev().find(of) {
             Some(recent) if recent.answered => Verdict::Duplicate,
@@ -104,25 +110,26 @@ fn split_tag<'r, 'a, 'p>(
     payload: &'p [u8],
     at_end: bool,
 ) -> Option<(&'r [Record<'a>], &'p [u8])> {
-    let size = |pair: &[Record<'_>; 2]| pair.iter().map(Record::size).sum::<usize>();
+    let size = |records: &[Record<'_>; Tag::LEN]| records.iter().map(Record::size).sum::<usize>();
     if at_end {
-        let (rest, pair) = all.split_last_chunk::<2>()?;
-        let bytes = payload.get(..payload.len() - size(pair))?;
-        tag.matches(pair).then_some((rest, bytes))
+        let (rest, end) = all.split_last_chunk()?;
+        let bytes = payload.get(..payload.len() - size(end))?;
+        tag.matches(end).then_some((rest, bytes))
     } else {
-        let (pair, rest) = all.split_first_chunk::<2>()?;
-        let bytes = payload.get(size(pair)..)?;
-        tag.matches(pair).then_some((rest, bytes))
+        let (start, rest) = all.split_first_chunk()?;
+        let bytes = payload.get(size(start)..)?;
+        tag.matches(start).then_some((rest, bytes))
     }
 }
 
 /// Whether a monitor that cannot answer tags would answer like this: it leaves them out, or has
 /// General refuse them in its own name.
 fn is_untagged(operation: &Operation, all: &[Record<'_>]) -> bool {
-    let refused = all.first().is_some_and(|record| {
+    let refuses = |record: &Record<'_>| {
         record.request == RequestId::GET_STATUS
             && record.device == SubsystemId::GENERAL
             && !record.status.is_success()
-    });
+    };
+    let refused = all.first().is_some_and(refuses) || all.last().is_some_and(refuses);
     refused || deal(&operation.requests, all).is_some()
 }

@@ -6,7 +6,7 @@ use lafet_proto::link::{Check, compose, wire_max};
 
 use super::check::Forms;
 use super::doubt::{Tag, looks_like_tag};
-use super::operation::{Echo, Operation, Outstanding};
+use super::operation::{Echo, Haste, Operation, Outstanding};
 use super::{Now, Session, Verdict};
 use crate::answers::RequestBuf;
 use crate::url::{Addresses, Framing};
@@ -41,12 +41,11 @@ impl Session {
         outstanding.deadline = if believable { now + wait } else { outstanding.believe_from };
         outstanding.operation.tries += u32::from(believable);
         outstanding.operation.sent = true;
-        outstanding.operation.first_sent.get_or_insert(now);
+        if believable {
+            outstanding.operation.first_sent.get_or_insert(now);
+        }
         outstanding.tries += 1;
         outstanding.forms.add(form);
-        if let Some(tag) = outstanding.tag {
-            self.tags.sent(now, tag);
-        }
         self.stats.frames_sent += 1;
         self.stats.retries += u64::from(outstanding.tries > 1);
         Some(self.frame(form))
@@ -54,17 +53,19 @@ impl Session {
 
     /// The bytes of the outstanding frame.
     fn frame(&mut self, form: Check) -> Vec<u8> {
-        let Some(Outstanding { operation, tag, .. }) = &self.outstanding else { return vec![] };
+        let Some(outstanding) = &self.outstanding else { return vec![] };
+        let ends = outstanding.tag_ends(self.config.framing);
+        let Outstanding { operation, tag, .. } = outstanding;
         let tag = tag.map(Tag::to_bytes);
         let tagged = tag.is_some();
         let tag = tag.as_ref().map_or(&[][..], |bytes| bytes);
         let requests = operation.requests.iter().map(RequestBuf::bytes);
+        let (before, behind) = if ends { (&[][..], tag) } else { (tag, &[][..]) };
+        let parts = std::iter::once(before).chain(requests).chain([behind]);
         let Addresses { monitor: dst, source: src } = self.config.addresses;
         let bytes = match self.config.framing {
-            // Bare records have no frame around them: the tag behind them marks the end (ours).
-            Framing::Records => requests.chain([tag]).flatten().copied().collect(),
+            Framing::Records => parts.flatten().copied().collect(),
             Framing::Link => {
-                let parts = std::iter::once(tag).chain(requests);
                 let mut wire = vec![0; wire_max(parts.clone().map(<[u8]>::len).sum())];
                 let len = compose(form, dst, src, &mut wire, |mut place| {
                     let room = place.len();
@@ -89,24 +90,26 @@ impl Session {
     /// The operation whose turn it is, if it may be sent now.
     pub(super) fn next(&mut self, now: Now) -> Option<Outstanding> {
         let urgent = !self.urgent.is_empty();
-        let operation = self.urgent.front().or(self.queue.front())?;
+        let place = self.first_queued();
+        let operation = self.urgent.front().or(self.queue.get(place))?;
         if !urgent && self.drained(now, operation).is_some() {
             return None;
         }
+        let (mut question, repeatable) = (None, operation.is_repeatable());
         let (tag, believe_from) = if !self.is_doubtful(now, operation) {
             (None, Now::ZERO)
         } else if self.tags_work() {
-            match self.tags.issue(now, self.config.late_bound) {
-                Ok(tag) => (Some(tag), Now::ZERO),
-                // Too many tags in too short a time.
-                Err(_) if !urgent => return None,
-                Err(until) => (None, until),
+            let unknown = matches!(self.echo, Echo::Unknown { .. });
+            if unknown && !repeatable && self.config.framing == Framing::Link {
+                question = Some(Operation::question(now));
             }
+            (Some(self.tags.issue()), Now::ZERO)
         } else {
             let until = self.suspicion.until(operation.first(), now, self.config.drain_bound);
             (None, until.unwrap_or(Now::ZERO))
         };
-        let operation = self.urgent.pop_front().or_else(|| self.queue.pop_front())?;
+        let waiting = || self.urgent.pop_front().or_else(|| self.queue.remove(place));
+        let operation = question.or_else(waiting)?;
         Some(Outstanding {
             operation,
             tag,
@@ -116,15 +119,21 @@ impl Session {
             due: true,
             believe_from,
             untagged: false,
+            odd: None,
             forms: Forms::default(),
         })
     }
 
-    /// Whether there is a frame to be sent now, and whether it is urgent.
-    pub(super) fn wants(&self, now: Now) -> Option<bool> {
+    /// The place in the queue of what goes next: what keeps a motion going overtakes the rest.
+    pub(super) fn first_queued(&self) -> usize {
+        self.queue.iter().position(Operation::is_held).unwrap_or(0)
+    }
+
+    /// Whether there is a frame to be sent now, and how pressing it is.
+    pub(super) fn wants(&self, now: Now) -> Option<Haste> {
         let wants = self.wants_now(now)?;
         // What waits for the answer to a probe, but for what is urgent, waits on.
-        (wants || !self.check.is_probing()).then_some(wants)
+        (wants == Haste::Urgent || !self.check.is_probing()).then_some(wants)
     }
 
     /// Whether what is to be sent next is urgent.
@@ -135,12 +144,15 @@ impl Session {
         }
     }
 
-    fn wants_now(&self, now: Now) -> Option<bool> {
+    fn wants_now(&self, now: Now) -> Option<Haste> {
         match &self.outstanding {
             _ if !self.connected => None,
-            Some(outstanding) => outstanding.due.then(|| outstanding.operation.is_urgent()),
-            None if !self.urgent.is_empty() => Some(true),
-            None => self.drained(now, self.queue.front()?).is_none().then_some(false),
+            Some(outstanding) => outstanding.due.then(|| outstanding.operation.haste()),
+            None if !self.urgent.is_empty() => Some(Haste::Urgent),
+            None => {
+                let operation = self.queue.get(self.first_queued())?;
+                self.drained(now, operation).is_none().then_some(operation.haste())
+            }
         }
     }
 
@@ -160,10 +172,8 @@ impl Session {
             return true;
         }
         let bound = if self.tags_work() { self.config.late_bound } else { self.config.drain_bound };
-        let own_tag = operation
-            .requests
-            .first()
-            .is_some_and(|request| looks_like_tag(request.id(), request.to()));
+        let mut requests = operation.requests.iter();
+        let own_tag = requests.any(|request| looks_like_tag(request.id(), request.to()));
         self.suspicion.until(operation.first(), now, bound).is_some()
             || (own_tag && self.tags_work())
     }
@@ -178,8 +188,13 @@ impl Session {
             return None;
         }
         if self.tags_work() {
-            return self.tags.resting_until(now, self.config.late_bound);
+            return None;
         }
         self.suspicion.until(operation.first(), now, self.config.drain_bound)
+    }
+
+    /// Until when what waits is held back, as the monitor does not answer tags.
+    pub fn held_until(&self, now: Now) -> Option<Now> {
+        self.drained(now, self.queue.front()?)
     }
 }

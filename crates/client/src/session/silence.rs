@@ -3,7 +3,7 @@
 use lafet_proto::RequestId;
 
 use super::operation::{Echo, Operation, Outstanding, Recent};
-use super::{Now, Outcome, RECENT_MAX, Session, UNTAGGED_PROOF};
+use super::{Now, Outcome, RECENT_MAX, Session, Ticket, UNTAGGED_PROOF};
 
 impl Session {
     pub(super) fn requeue(&mut self, operation: Operation) {
@@ -53,38 +53,61 @@ impl Session {
             return;
         }
         self.stats.timeouts += 1;
+        self.misses = self.misses.saturating_add(1);
         // An urgent frame is repeated sooner than silence means anything.
         let long = now >= outstanding.sent + self.config.timeout;
         self.silent_tries += u32::from(long);
         self.check.silence(now);
-        self.note_untagged(&mut outstanding);
-        let operation = &outstanding.operation;
-        let again = self.may_try_again(now, operation);
+        let again = self.may_try_again(now, &outstanding.operation);
+        self.note_untagged(&mut outstanding, !again);
         let hopeless = outstanding.tag.is_some() && !self.tags_work();
         if again && !hopeless {
             outstanding.due = true;
             self.outstanding = Some(outstanding);
             return;
         }
-        let Outstanding { operation, .. } = self.give_up(outstanding);
+        let Outstanding { mut operation, odd, .. } = self.give_up(outstanding);
         if again {
+            self.requeue(operation);
+        } else if operation.ticket == Ticket::QUESTION {
+            self.question_failed(hopeless, operation.tries);
+        } else if hopeless && operation.is_repeatable() && !operation.cancelled {
+            // Its answers could not be believed: it begins again, without a tag.
+            operation.tries = 0;
             self.requeue(operation);
         } else {
             let tries = operation.tries;
-            self.outcomes.push_back((operation.ticket, Outcome::Silence { tries }));
+            let outcome = odd.map_or(Outcome::Silence { tries }, |what| Outcome::Odd { what });
+            self.outcomes.push_back((operation.ticket, outcome));
         }
         self.overtake(now);
     }
 
-    /// An answer came without the tag it should have: the monitor may not know how to answer one.
-    fn note_untagged(&mut self, outstanding: &mut Outstanding) {
-        if let Echo::Unknown { untagged } = &mut self.echo
-            && std::mem::take(&mut outstanding.untagged)
-        {
-            *untagged += 1;
-            if *untagged >= UNTAGGED_PROOF {
-                self.echo = Echo::No;
+    /// Whether the monitor answers tags could not be found out, as it does not answer at all, or it
+    /// turned out that it does not.
+    fn question_failed(&mut self, answered: bool, tries: u32) {
+        if answered {
+            return;
+        }
+        let outcomes = &mut self.outcomes;
+        self.queue.retain(|operation| {
+            let waits = operation.is_repeatable();
+            if !waits {
+                outcomes.push_back((operation.ticket, Outcome::Unheard { tries }));
             }
+            waits
+        });
+    }
+
+    /// An answer came without the tag it should have: the monitor may not know how to answer one.
+    /// It is taken for one when that happened often, or when it is all that came. A mistake costs
+    /// time only.
+    fn note_untagged(&mut self, outstanding: &mut Outstanding, last: bool) {
+        let Echo::Unknown { untagged } = &mut self.echo else { return };
+        *untagged += u32::from(std::mem::take(&mut outstanding.untagged));
+        let all = last && outstanding.tag.is_some() && *untagged > 0;
+        if all || *untagged >= UNTAGGED_PROOF {
+            self.echo = Echo::No;
         }
     }
 
@@ -101,12 +124,13 @@ impl Session {
         let first = outstanding.operation.first();
         let accounted = answered && outstanding.tries == 1 && !self.config.duplicates;
         if !accounted {
-            // What comes first in the answer decides what it can be confused with: of a tagged
-            // frame that is the tag, a GetStatus.
-            if outstanding.tag.is_some() {
+            // What comes first in the answer decides what it can be confused with: where the tag
+            // is in front, that is a GetStatus.
+            let in_front = outstanding.tag.is_some() && !outstanding.tag_ends(self.config.framing);
+            if in_front {
                 self.suspicion.raise(Some(RequestId::GET_STATUS), outstanding.sent);
             }
-            if outstanding.tag.is_none() || self.echo != Echo::Yes {
+            if !in_front || self.echo != Echo::Yes {
                 self.suspicion.raise(first, outstanding.sent);
             }
         }

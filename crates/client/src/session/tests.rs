@@ -164,7 +164,7 @@ impl World {
     fn new(config: Config, echoes: Echoes, bound: Duration, seed: u64) -> Self {
         let copies = config.duplicates;
         let mut session = Session::new(config);
-        session.handle_connected();
+        session.handle_connected(Now::ZERO);
         Self {
             now: Now::ZERO,
             session,
@@ -227,7 +227,7 @@ impl World {
         if self.random.one_in(5000) {
             self.session.handle_disconnected(self.now);
             self.now += MS;
-            self.session.handle_connected();
+            self.session.handle_connected(self.now);
         }
         self.session.handle_timeout(self.now);
         self.check_outcomes();
@@ -361,7 +361,7 @@ fn after(first: Ticket) -> Terms {
 
 fn connected(config: Config) -> Session {
     let mut session = Session::new(config);
-    session.handle_connected();
+    session.handle_connected(Now::ZERO);
     session
 }
 
@@ -607,7 +607,7 @@ fn a_lost_link_tells_what_may_have_been_executed() {
     session.submit(Now::ZERO, vec![param(1)]).unwrap();
     sent(&mut session, Now::ZERO);
     session.handle_disconnected(MS);
-    session.handle_connected();
+    session.handle_connected(Now::ZERO);
     let payload = sent(&mut session, 2 * MS);
     reply(&mut session, 3 * MS, &payload, 1);
     assert!(matches!(session.poll_outcome(), Some((_, Outcome::Answered(_)))));

@@ -3,10 +3,21 @@
 
 use std::time::Duration;
 
-use super::operation::{Operation, Outstanding};
+use super::operation::{Haste, Operation, Outstanding};
 use super::{Now, Outcome, Session, Ticket, URGENT_MAX};
 use crate::answers::RequestBuf;
+use crate::url::Role;
 
+/// Frames in a row without answer after which a monitor is taken for absent.
+const ABSENT_MISSES: u32 = 2;
+/// Added to the others' usual round trip for an absent monitor.
+const ABSENT_SPARE: Duration = Duration::from_millis(40);
+/// Added to twice the usual round trip for a monitor that answers.
+const PRESENT_SPARE: Duration = Duration::from_millis(100);
+/// The shortest wait for the answer to the renewal of a held motion.
+const RENEWAL_LEAST: Duration = Duration::from_millis(50);
+/// Added to twice the usual round trip.
+const RENEWAL_SPARE: Duration = Duration::from_millis(20);
 /// The wait for the answer to an urgent frame doubles with each try, this often at most.
 const DOUBLINGS_MAX: u32 = 6;
 
@@ -24,11 +35,91 @@ impl Session {
     /// the usual round trip: twice does no harm, and a lost Stop must not cost a second.
     pub(super) fn wait(&self, operation: &Operation) -> Duration {
         if !operation.is_urgent() {
-            return self.config.timeout;
+            // A renewal that is lost has to be sent again while the motion still lasts.
+            let renews = operation.is_held() && operation.is_repeatable();
+            return if renews {
+                self.wait_of_renewal()
+            } else {
+                self.wait_beside_others(operation)
+            };
         }
         let usual = self.stats.rtt_average.unwrap_or_default() * 2;
         let first = self.config.patience.max(usual);
         (first * (1 << operation.tries.min(DOUBLINGS_MAX))).min(self.config.timeout)
+    }
+
+    /// Where others answer, a read does not hold the line for longer than an answer can take.
+    fn wait_beside_others(&self, operation: &Operation) -> Duration {
+        let Some(others) = self.others.filter(|_| operation.is_repeatable()) else {
+            return self.config.timeout;
+        };
+        let wait = match (self.is_absent(), self.stats.rtt_average) {
+            (true, _) => others + ABSENT_SPARE,
+            (false, own) => others.max(own.unwrap_or_default()) * 2 + PRESENT_SPARE,
+        };
+        wait.min(self.config.timeout)
+    }
+
+    /// Nothing is there, as far as its last frames have shown.
+    pub(super) const fn is_absent(&self) -> bool {
+        self.misses >= ABSENT_MISSES
+    }
+
+    /// It answers, as far as its last frame has shown.
+    pub(super) const fn is_present(&self) -> bool {
+        self.misses == 0 && self.stats.rtt_average.is_some()
+    }
+
+    /// What waits is a read for a monitor that does not answer, on a line where others do.
+    pub(super) fn can_wait(&self) -> bool {
+        let next = match &self.outstanding {
+            Some(outstanding) => Some(&outstanding.operation),
+            None => self.urgent.front().or(self.queue.get(self.first_queued())),
+        };
+        let reads = |it: &Operation| it.haste() == Haste::Usual && it.is_repeatable();
+        self.is_absent() && self.others.is_some() && next.is_some_and(reads)
+    }
+
+    /// The usual round trip, while the monitor answers.
+    pub(super) fn usual(&self) -> Option<Duration> {
+        self.stats.rtt_average.filter(|_| !self.is_absent())
+    }
+
+    /// What the others on the line need.
+    pub(super) const fn set_others(&mut self, others: Option<Duration>) {
+        self.others = others;
+    }
+
+    /// Until when a read for an absent monitor waits for its turn at most.
+    pub(super) fn gives_up_at(&self) -> Option<Now> {
+        let oldest = self.queue.iter().map(|operation| operation.submitted).min()?;
+        self.can_wait().then(|| oldest + self.config.timeout * self.config.tries)
+    }
+
+    /// Ends the reads for an absent monitor whose turn has not come in time.
+    pub(super) fn give_up_reads(&mut self, now: Now) {
+        if self.gives_up_at().is_none_or(|at| now < at) {
+            return;
+        }
+        let (all, outcomes) = (self.config.timeout * self.config.tries, &mut self.outcomes);
+        self.queue.retain(|operation| {
+            let waits = !operation.is_repeatable() || now < operation.submitted + all;
+            if !waits {
+                let tries = operation.tries;
+                outcomes.push_back((operation.ticket, Outcome::Silence { tries }));
+            }
+            waits
+        });
+    }
+
+    fn wait_of_renewal(&self) -> Duration {
+        let Some(usual) = self.stats.rtt_average else { return self.config.timeout };
+        let least = match self.config.role {
+            Role::Direct => RENEWAL_LEAST,
+            // The controller asks by itself what the monitor does not answer.
+            Role::Active => self.config.patience,
+        };
+        (usual * 2 + RENEWAL_SPARE).clamp(least, self.config.timeout.max(least))
     }
 
     /// Whether an operation without answer is to be sent once more.
@@ -37,7 +128,9 @@ impl Session {
             let all = self.config.timeout * self.config.tries;
             return operation.first_sent.is_none_or(|first| now < first + all);
         }
-        let left = operation.tries < self.config.tries;
+        let absent = self.is_absent() && self.others.is_some();
+        let tries = if absent { 1 } else { self.config.tries };
+        let left = operation.tries < tries;
         operation.is_repeatable() && left && !operation.cancelled
     }
 
@@ -61,17 +154,26 @@ impl Session {
         });
     }
 
-    pub(super) fn can_be_overtaken(&self, outstanding: &Outstanding) -> bool {
-        let Some(urgent) = self.urgent.front() else { return false };
-        let blind = outstanding.sent < outstanding.believe_from;
-        !outstanding.operation.is_urgent() || (blind && !urgent.sent)
+    /// How long what waits lets an outstanding frame wait for its answer; `None`: to its deadline. What
+    /// is urgent takes the place of anything else, what keeps a motion going that of a read.
+    pub(super) fn patience(&self, outstanding: &Outstanding) -> Option<Duration> {
+        let operation = &outstanding.operation;
+        if let Some(urgent) = self.urgent.front() {
+            let blind = outstanding.sent < outstanding.believe_from;
+            let overtakes = !operation.is_urgent() || (blind && !urgent.sent);
+            return overtakes.then_some(self.config.patience);
+        }
+        let renews = self.queue.iter().any(Operation::is_held);
+        let asks = operation.ticket == Ticket::QUESTION;
+        let gives_way = operation.haste() == Haste::Usual && operation.is_repeatable() && !asks;
+        (renews && gives_way).then(|| self.wait_of_renewal())
     }
 
-    /// An urgent operation takes the place of one that is out without answer for too long.
+    /// An operation that cannot wait takes the place of one that is out without answer for too long.
     pub(super) fn overtake(&mut self, now: Now) {
         let Some(outstanding) = self.outstanding.take() else { return };
-        let patience = outstanding.due || now >= outstanding.sent + self.config.patience;
-        if !patience || !self.can_be_overtaken(&outstanding) {
+        let patience = self.patience(&outstanding);
+        if !patience.is_some_and(|time| outstanding.due || now >= outstanding.sent + time) {
             self.outstanding = Some(outstanding);
             return;
         }

@@ -1,6 +1,7 @@
 //! How bytes get to the monitor and back: nothing here knows what they mean.
 
 pub mod memory;
+pub mod port;
 pub mod serial;
 pub mod tcp;
 pub mod udp;
@@ -90,6 +91,6 @@ impl Link {
 }
 
 /// A stream that ends has lost its other side.
-fn not_ended(read: usize) -> io::Result<usize> {
+pub(crate) fn not_ended(read: usize) -> io::Result<usize> {
     if read == 0 { Err(io::ErrorKind::UnexpectedEof.into()) } else { Ok(read) }
 }

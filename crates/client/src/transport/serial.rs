@@ -5,16 +5,22 @@ use std::path::Path;
 
 use serial2_tokio::{CharSize, FlowControl, Parity, SerialPort, Settings, StopBits};
 
+use super::port::Claim;
 use crate::url::SerialLine;
 
 /// A port.
 #[derive(Debug)]
-pub struct Serial(SerialPort);
+pub struct Serial {
+    port: SerialPort,
+    /// Keeps other programs out; released after the port is closed.
+    _claim: Claim,
+}
 
 impl Serial {
-    /// Opens a port. When the kernel is to switch the direction of an RS-485 transceiver and the
+    /// Opens a port, for this program alone unless the line is shared. When the kernel is to switch the direction of an RS-485 transceiver and the
     /// port's driver cannot, that is an error: the bus would hear nothing, or nothing else.
     pub fn open(path: &Path, line: &SerialLine) -> io::Result<Self> {
+        let mut claim = Claim::lock(path, line.shared)?;
         let port = SerialPort::open(path, |mut settings: Settings| {
             settings.set_raw();
             settings.set_baud_rate(line.baud)?;
@@ -24,26 +30,23 @@ impl Serial {
             settings.set_flow_control(FlowControl::None);
             Ok(settings)
         })?;
+        if !line.shared {
+            claim.keep_others_out()?;
+        }
         switch_direction(&port, line)?;
         // What came before we listened belongs to nobody.
         port.discard_input_buffer()?;
-        Ok(Self(port))
+        Ok(Self { port, _claim: claim })
     }
 
     /// Sends all bytes.
     pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.0.write_all(bytes).await
+        self.port.write_all(bytes).await
     }
 
     /// Waits for bytes.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        super::not_ended(self.0.read(buffer).await?)
-    }
-}
-
-impl From<SerialPort> for Serial {
-    fn from(port: SerialPort) -> Self {
-        Self(port)
+        super::not_ended(self.port.read(buffer).await?)
     }
 }
 

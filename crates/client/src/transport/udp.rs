@@ -48,6 +48,6 @@ impl Udp {
 
 /// The peer's host answered an earlier datagram by ICMP: the monitor may be starting. Silence
 /// says the same, and a lost datagram is no lost connection.
-fn nobody_listens(error: &io::Error) -> bool {
+pub fn nobody_listens(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::ConnectionRefused | io::ErrorKind::ConnectionReset)
 }

@@ -139,6 +139,8 @@ pub const DELAYS: &str = "a time in milliseconds, 0…1000";
 pub const CHECKS: &str = "crc16, auto or crc32c";
 pub const ROLES: &str = "direct or active";
 pub const CONSOLE_ADDRESSES: &str = "a console's address, 129…254, with role=active";
+pub const LATES: &str = "a time in whole seconds, 0…60";
+pub const SHARED: &str = "0 or 1";
 pub const SWITCH: &str = "on or off";
 pub const WITH_RS485: &str = "left out unless rs485=rts or rs485=rts-low is given";
 
@@ -155,6 +157,8 @@ fn allowed_ru(allowed: &'static str) -> &'static str {
         CHECKS => "crc16, auto или crc32c",
         ROLES => "direct или active",
         CONSOLE_ADDRESSES => "адрес пульта, 129…254, вместе с role=active",
+        LATES => "время в целых секундах, 0…60",
+        SHARED => "0 или 1",
         SWITCH => "on или off",
         WITH_RS485 => "только вместе с rs485=rts или rs485=rts-low",
         other => other,

@@ -1,10 +1,11 @@
 //! How this side behaves: which check its frames bear, and what it is on its bus.
 
 use std::fmt;
+use std::time::Duration;
 
 use lafet_proto::bus::CONTROLLER;
 
-use super::error::{CHECKS, CONSOLE_ADDRESSES, ROLES};
+use super::error::{CHECKS, CONSOLE_ADDRESSES, LATES, ROLES};
 use super::{Addresses, Options, UrlError};
 use crate::session::CheckMode;
 
@@ -15,6 +16,9 @@ pub struct Manner {
     pub check: CheckMode,
     /// What this side is on its bus, `role=`.
     pub role: Role,
+    /// How late an answer can come, `late=` s; zero: the way ends with this program, so there are no
+    /// answers to others.
+    pub late: Option<Duration>,
 }
 
 /// What a client is on its bus.
@@ -39,7 +43,7 @@ impl Manner {
             let value = CONTROLLER.to_string();
             return Err(UrlError::Value { key: "src".into(), value, allowed: CONSOLE_ADDRESSES });
         }
-        Ok(Self { check, role })
+        Ok(Self { check, role, late: options.late()? })
     }
 
     /// The options that are not as usual.
@@ -49,11 +53,22 @@ impl Manner {
                 write!(f, "&check={name}")?;
             }
         }
-        f.write_str(if self.role == Role::Active { "&role=active" } else { "" })
+        f.write_str(if self.role == Role::Active { "&role=active" } else { "" })?;
+        self.late.map_or(Ok(()), |late| write!(f, "&late={}", late.as_secs()))
     }
 }
 
+/// Answers that are later than this are a mistake.
+const LATE_S_MAX: u64 = 60;
+
 impl Options {
+    pub(super) fn late(&mut self) -> Result<Option<Duration>, UrlError> {
+        match self.number("late", u64::MAX, 0..=LATE_S_MAX, LATES)? {
+            u64::MAX => Ok(None),
+            seconds => Ok(Some(Duration::from_secs(seconds))),
+        }
+    }
+
     pub(super) fn check(&mut self) -> Result<CheckMode, UrlError> {
         Ok(self.one_of("check", CHECK_NAMES, CHECKS)?.unwrap_or_default())
     }

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use lafet_proto::bus;
 
-use super::error::{BAUDS, DELAYS, ECHOES, RS485, SWITCH, WITH_RS485};
+use super::error::{BAUDS, DELAYS, ECHOES, RS485, SHARED, SWITCH, WITH_RS485};
 use super::{Options, UrlError};
 
 /// The options of `serial:` URLs.
-pub const OPTIONS: [&str; 11] = [
+pub const OPTIONS: [&str; 13] = [
     "addr",
     "src",
     "baud",
@@ -21,6 +21,8 @@ pub const OPTIONS: [&str; 11] = [
     "turnaround",
     "check",
     "role",
+    "late",
+    "shared",
 ];
 
 /// Delays of more than this are a mistake.
@@ -39,6 +41,8 @@ pub struct SerialLine {
     /// Silence that is kept between the last byte heard and a frame, `turnaround=` ms: the other
     /// side needs it to let go of the line.
     pub turnaround: Duration,
+    /// Other programs may have the port open as well, if they share it too, `shared=1`.
+    pub shared: bool,
 }
 
 impl Default for SerialLine {
@@ -48,6 +52,7 @@ impl Default for SerialLine {
             rs485: None,
             echo: Echo::Off,
             turnaround: Duration::from_millis(1),
+            shared: false,
         }
     }
 }
@@ -84,7 +89,9 @@ impl SerialLine {
         let rs485 = Rs485::read(options)?;
         let echo = options.one_of("echo", Echo::NAMES, ECHOES)?.unwrap_or_default();
         let turnaround = options.delay("turnaround")?.unwrap_or(default.turnaround);
-        Ok(Self { baud, rs485, echo, turnaround })
+        let shared = &[("1", true), ("0", false)];
+        let shared = options.one_of("shared", shared, SHARED)?.unwrap_or(default.shared);
+        Ok(Self { baud, rs485, echo, turnaround, shared })
     }
 
     /// The options that are not as usual, but for the speed.
@@ -105,7 +112,7 @@ impl SerialLine {
         if self.turnaround != Self::default().turnaround {
             write!(f, "&turnaround={}", self.turnaround.as_millis())?;
         }
-        Ok(())
+        f.write_str(if self.shared { "&shared=1" } else { "" })
     }
 }
 

@@ -1,6 +1,10 @@
 //! A controller, monitors and consoles on one simulated line.
 
+mod between;
+mod medium;
 mod modbus;
+mod probes;
+mod respect;
 mod world;
 
 use std::time::Duration;

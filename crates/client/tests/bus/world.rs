@@ -59,7 +59,7 @@ fn client(source: u8, role: Role) -> Client {
     let turnaround = if role == Role::Active { TURNAROUND } else { Duration::ZERO };
     let config = Config { addresses, tries, role, turnaround, ..Config::default() };
     let mut client = Client::new(config);
-    client.handle_connected();
+    client.handle_connected(Duration::ZERO);
     client
 }
 

@@ -9,7 +9,7 @@ use lafet_proto::link::Decoder;
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::status::DriveStatus;
-use lafet_proto::{Answer, Request, RequestId, Status, SubsystemId};
+use lafet_proto::{Answer, Ints, ParamId, Request, RequestId, Status, SubsystemId};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::{Instant, sleep};
 
@@ -17,6 +17,8 @@ use super::frame;
 
 /// Arc-minutes a second.
 const SPEED: f64 = 300.0;
+/// MoveHold (ours, §D/4).
+const MOVE_HOLD: ParamId = ParamId::of("MoveHold");
 
 /// What happens to a frame of requests and to its answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +38,14 @@ pub const SOON: Fate = Fate::After(Duration::from_millis(5));
 pub struct Plant {
     /// Drives that move: since when, from where, whereto.
     moving: Vec<(SubsystemId, Instant, i16, i16)>,
+    /// It knows MoveHold.
+    pub has_hold: bool,
+    /// Limits are off.
+    pub limitless: bool,
+    /// Until when a drive moves under MoveHold.
+    holds: Vec<(SubsystemId, Instant)>,
+    /// MoveHold of the frame that is being executed.
+    asked_hold: Option<Duration>,
     positions: Vec<(SubsystemId, i16)>,
     /// Who denies Stop to a single drive (§3.2/2–4).
     pub denies_stop: Option<SubsystemId>,
@@ -54,6 +64,10 @@ pub type Shared = Arc<Mutex<Plant>>;
 pub fn plant() -> Shared {
     Arc::new(Mutex::new(Plant {
         moving: Vec::new(),
+        has_hold: true,
+        limitless: false,
+        holds: Vec::new(),
+        asked_hold: None,
         positions: Vec::new(),
         denies_stop: None,
         denies_move: None,
@@ -65,9 +79,25 @@ pub fn plant() -> Shared {
 
 impl Plant {
     pub fn is_moving(&self, drive: SubsystemId) -> bool {
-        self.moving
-            .iter()
-            .any(|(id, since, from, to)| *id == drive && reached(*since, *from, *to) != *to)
+        let over = self.holds.iter().any(|(id, until)| *id == drive && Instant::now() >= *until);
+        let on_its_way = |since: Instant, from: i16, to: i16| reached(since, from, to) != to;
+        let mut moving = self.moving.iter().filter(|(id, ..)| *id == drive);
+        !over && moving.any(|(_, since, from, to)| on_its_way(*since, *from, *to))
+    }
+
+    /// What has lasted as long as it may has stopped then.
+    fn end_holds(&mut self) {
+        let now = Instant::now();
+        let over: Vec<_> = self.holds.extract_if(.., |(_, until)| now >= *until).collect();
+        for (drive, until) in over {
+            if let Some((_, since, from, to)) = self.moving.iter().find(|(id, ..)| *id == drive) {
+                let position = place(until.saturating_duration_since(*since), *from, *to);
+                self.positions.retain(|(id, _)| *id != drive);
+                self.positions.push((drive, position));
+                self.stopped_at = Some(until);
+            }
+            self.moving.retain(|(id, ..)| *id != drive);
+        }
     }
 
     pub fn count(&self, request: RequestId) -> usize {
@@ -76,7 +106,9 @@ impl Plant {
 
     /// Somebody else stops it, beside the line.
     pub fn stop(&mut self, drive: SubsystemId) {
+        self.end_holds();
         let position = self.position(drive);
+        self.holds.retain(|(id, _)| *id != drive);
         if self.is_moving(drive) {
             self.stopped_at = Some(Instant::now());
         }
@@ -85,7 +117,8 @@ impl Plant {
         self.positions.push((drive, position));
     }
 
-    pub fn position(&self, drive: SubsystemId) -> i16 {
+    pub fn position(&mut self, drive: SubsystemId) -> i16 {
+        self.end_holds();
         let moving = self.moving.iter().find(|(id, ..)| *id == drive);
         let standing = self.positions.iter().find(|(id, _)| *id == drive);
         match moving {
@@ -104,8 +137,17 @@ impl Plant {
                     return bare(by, Status::DENIED);
                 }
                 let from = self.position(to);
+                let stopped_at = self.stopped_at;
                 self.stop(to);
-                self.moving.push((to, Instant::now(), from, destination.clamp(-5400, 5400)));
+                self.stopped_at = stopped_at;
+                let destination = match self.limitless {
+                    true => destination.signum() * 21_600,
+                    false => destination.clamp(-5400, 5400),
+                };
+                self.moving.push((to, Instant::now(), from, destination));
+                if let Some(hold) = self.asked_hold {
+                    self.holds.push((to, Instant::now() + hold));
+                }
                 bare(to, Status::ACCEPTED)
             }
             Body::Stop => match self.denies_stop {
@@ -120,8 +162,24 @@ impl Plant {
                     )
                 }
             },
+            Body::SetParam { id, values } if id == MOVE_HOLD && self.has_hold => {
+                self.end_holds();
+                let hold = Duration::from_millis(values.get(0).unwrap_or(0).unsigned_abs().into());
+                self.asked_hold = Some(hold);
+                let held = self.holds.iter_mut().filter(|(drive, _)| *drive == to);
+                held.for_each(|(_, until)| *until = Instant::now() + hold);
+                param(to, request.body.id(), id, &[])
+            }
+            Body::GetParam { id } if id == MOVE_HOLD && self.has_hold => {
+                param(to, request.body.id(), id, &[0])
+            }
+            Body::GetParam { id } if to == SubsystemId::GENERAL => {
+                param(to, request.body.id(), id, &[0])
+            }
             Body::GetStatus if to.is_drive() => {
-                let flags = if self.is_moving(to) { DriveFlags::MOVE } else { DriveFlags::empty() };
+                let mut flags = DriveFlags::empty();
+                flags.set(DriveFlags::MOVE, self.is_moving(to));
+                flags.set(DriveFlags::LIMITLESS, self.limitless);
                 let position = self.position(to);
                 let status = DriveStatus { flags, position, current: 0, speed: 5 };
                 Answer { from: to, request: id, status: Status::OK, data: Reply::Drive(status) }
@@ -131,10 +189,26 @@ impl Plant {
     }
 }
 
+/// An answer about a parameter.
+fn param(
+    from: SubsystemId,
+    request: RequestId,
+    id: ParamId,
+    values: &'static [i32],
+) -> Answer<'static> {
+    let data = Reply::Param { id, values: Ints::Values(values) };
+    Answer { from, request, status: Status::OK, data }
+}
+
 /// A drive at constant speed.
 fn reached(since: Instant, from: i16, to: i16) -> i16 {
-    let way = (since.elapsed().as_secs_f64() * SPEED).min(f64::from((to - from).abs()));
-    if to > from { from + way as i16 } else { from - way as i16 }
+    place(since.elapsed(), from, to)
+}
+
+fn place(time: Duration, from: i16, to: i16) -> i16 {
+    let all = f64::from(to) - f64::from(from);
+    let way = (time.as_secs_f64() * SPEED).min(all.abs());
+    if all > 0.0 { from + way as i16 } else { from - way as i16 }
 }
 
 /// Serves a stream until it ends.
@@ -159,6 +233,7 @@ pub async fn serve(stream: DuplexStream, plant: Shared) {
             let request = Request::decode(record).unwrap();
             plant.lock().unwrap().answer(&request).encode(&mut out).unwrap();
         }
+        plant.lock().unwrap().asked_hold = None;
         let Fate::After(delay) = fate else { continue };
         let (bytes, write) = (frame(out.written()), write.clone());
         tokio::spawn(async move {

@@ -6,7 +6,7 @@ use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
 use super::{bits, le};
 use crate::bench::{Bench, param_data};
-use crate::raw::Rec;
+use crate::raw::{Rec, several};
 use crate::verdict::{Step, must, not_applicable};
 
 /// What was seen while the memory was empty.
@@ -144,7 +144,12 @@ fn write_back(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
     for (param, values) in copy {
         let read = b.get(param.spec().subsystem, param.name())?;
         if read.as_ref() != Some(values) {
-            erased.restored = Some(format!("{}: {values:?}, {read:?}", param.name()));
+            erased.restored = Some(format!(
+                "{}: {}, {}",
+                param.name(),
+                several(values),
+                several(read.as_deref().unwrap_or_default())
+            ));
         }
     }
     must(

@@ -4,7 +4,7 @@ use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
 use super::{bits, le};
 use crate::bench::{Bench, list};
-use crate::raw::Rec;
+use crate::raw::{Rec, range};
 use crate::safety::{AIMING, REST_MS, Undo, VALVES};
 use crate::verdict::{Step, must, not_applicable};
 
@@ -480,6 +480,7 @@ pub fn limits_off(b: &mut Bench<'_>) -> Step {
 
 /// A limit that was taken at the present position.
 struct Taken {
+    id: S,
     before: (i32, i32),
     after: (i32, i32),
     at: i32,
@@ -498,26 +499,26 @@ fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<Taken> {
         meanwhile == before,
         "the old limits until On",
         "старые пределы до On",
-        format!("{meanwhile:?}"),
+        range(id, meanwhile),
     )?;
     switch(b, id, end)?;
     b.until_flags(id, 0, bits::LIMITLESS, 1000)?;
-    Ok(Taken { before, after: limits(b, id)?, at })
+    Ok(Taken { id, before, after: limits(b, id)?, at })
 }
 
 pub fn limits_on(b: &mut Bench<'_>) -> Step {
-    let Taken { before, after, at } = take_limit(b, 1)?;
+    let Taken { id, before, after, at } = take_limit(b, 1)?;
     must(
         after == (at, before.1),
         "the limit taken is in force",
         "взятый предел действует",
-        format!("{after:?}"),
+        range(id, after),
     )
 }
 
 pub fn limits_reject(b: &mut Bench<'_>) -> Step {
-    let Taken { before, after, .. } = take_limit(b, 2)?;
-    must(after == before, "the old limits", "старые пределы", format!("{after:?}"))
+    let Taken { id, before, after, .. } = take_limit(b, 2)?;
+    must(after == before, "the old limits", "старые пределы", range(id, after))
 }
 
 /// §3.17/4

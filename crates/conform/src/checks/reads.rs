@@ -5,7 +5,7 @@ use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
 
 use super::bits;
 use crate::bench::Bench;
-use crate::raw::{Rec, name};
+use crate::raw::{Rec, name, several};
 use crate::verdict::{Step, must, not_applicable};
 
 const HOTBED: usize = 20;
@@ -218,7 +218,7 @@ pub fn conn_lost(b: &mut Bench<'_>) -> Step {
         now.len() < ids,
         "no ConnLost after a control request",
         "нет ConnLost после запроса управления",
-        format!("{now:?}"),
+        several(&now),
     )?;
     b.wait(timeout_ms / 2)?;
     let before = lost(b)?.len();
@@ -250,7 +250,7 @@ pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
         before.len() == ids,
         "ConnLost, as nobody has controlled",
         "ConnLost: никто не управлял",
-        format!("{before:?}"),
+        several(&before),
     )?;
     for _ in 0..5 {
         b.read(R::GET_STATUS, S::GENERAL, &[])?;
@@ -260,7 +260,7 @@ pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
         before == after && !after.is_empty(),
         "reads do not count as control",
         "чтение — не управление",
-        format!("{after:?}"),
+        several(&after),
     )
 }
 
@@ -275,7 +275,7 @@ pub fn get_param(b: &mut Bench<'_>) -> Step {
                 param.spec().allows_len(values.len()),
                 "as many values as the parameter has",
                 "столько значений, сколько у параметра",
-                format!("{}: {values:?}", param.name()),
+                format!("{}: {}", param.name(), several(&values)),
             )?;
         }
     }
@@ -314,7 +314,7 @@ pub fn remote_param(b: &mut Bench<'_>) -> Step {
                 speed.is_some(),
                 "Ok once fetched",
                 "Ok после получения",
-                format!("{speed:?}"),
+                several(speed.as_deref().unwrap_or_default()),
             );
         }
     }
@@ -345,7 +345,7 @@ pub fn dictionary(b: &mut Bench<'_>) -> Step {
             spec.check(values.iter().copied()).is_ok(),
             "values within the table's range",
             "значения в пределах таблицы",
-            format!("{}: {values:?}", param.name()),
+            format!("{}: {}", param.name(), several(&values)),
         )?;
     }
     Ok(())

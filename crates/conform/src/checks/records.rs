@@ -299,6 +299,7 @@ pub fn stop_absent(b: &mut Bench<'_>) -> Step {
 
 /// §3.2
 pub fn stop_layout(b: &mut Bench<'_>) -> Step {
+    b.needs_release()?;
     let who = [S::HORIZONTAL, S::VERTICAL, S::NOZZLE, S::CONTROL];
     let one = b.one_of(&who)?;
     b.done(R::STOP, one, &[])?;
@@ -307,6 +308,7 @@ pub fn stop_layout(b: &mut Bench<'_>) -> Step {
 
 /// §3.2/1 at rest: every handler answers, none of the others.
 pub fn stop_all_at_rest(b: &mut Bench<'_>) -> Step {
+    b.needs_release()?;
     let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
     let handles =
         |id: &S| id.is_drive() || id.is_valve() || matches!(*id, S::CONTROL | S::DETECTOR);

@@ -1,6 +1,7 @@
 //! The program `lafet serve`, as a process of its own.
 
 use std::io::{BufRead, BufReader};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -32,18 +33,30 @@ impl Hub {
         Self::of(command.arg(lafet).arg(config))
     }
 
+    /// Starts this program as a hub with these monitors; what it says of itself.
+    pub fn own(folder: &Path, monitors: &[SocketAddr]) -> Fallible<(Self, Value)> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command.arg("serve").arg(folder).args(monitors.iter().map(ToString::to_string));
+        Self::said(&mut command)
+    }
+
     /// Starts the demo.
     pub fn demo(lafet: &Path) -> Fallible<Self> {
         Self::of(Command::new(lafet).args(["--json", "demo", "--no-browser", "--port", "0"]))
     }
 
     fn of(command: &mut Command) -> Fallible<Self> {
+        Ok(Self::said(command)?.0)
+    }
+
+    fn said(command: &mut Command) -> Fallible<(Self, Value)> {
         let mut child = command.env("LAFET_LOG", "off").stdout(Stdio::piped()).spawn()?;
         let mut line = String::new();
         BufReader::new(child.stdout.take().ok_or("no output")?).read_line(&mut line)?;
         let said: Value = serde_json::from_str(&line).map_err(|_| format!("it said `{line}`"))?;
         let url = said["listening"].as_str().ok_or("no address")?;
-        Ok(Self { child, place: url.trim_start_matches("http://").to_owned() })
+        let place = url.trim_start_matches("http://").to_owned();
+        Ok((Self { child, place }, said))
     }
 
     /// Files that it writes may not grow any more, or again.

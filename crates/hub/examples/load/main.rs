@@ -6,8 +6,10 @@
 mod bench;
 mod client;
 mod figures;
+mod floods;
 mod hub;
 mod kills;
+mod kinds;
 mod robust;
 mod site;
 mod trouble;
@@ -18,7 +20,7 @@ use std::process::ExitCode;
 /// What goes wrong is told, and ends the program.
 pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
-const USAGE: &str = "load robust|bench PROGRAM FOLDER [--quick]";
+const USAGE: &str = "load robust|bench PROGRAM FOLDER [--quick], load floods FOLDER [--quick]";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -32,6 +34,13 @@ fn main() -> ExitCode {
         }
         ["robust", lafet, folder, "--quick"] => {
             runtime.block_on(robust::run(PathBuf::from(lafet), folder.into(), &robust::QUICK))
+        }
+        ["floods", folder] => runtime.block_on(floods::run(folder.as_ref(), &floods::WHOLE)),
+        ["floods", folder, "--quick"] => {
+            runtime.block_on(floods::run(folder.as_ref(), &floods::QUICK))
+        }
+        ["serve", folder, ref monitors @ ..] => {
+            runtime.block_on(floods::serve(folder.as_ref(), monitors))
         }
         ["bench", lafet, folder] => runtime.block_on(bench::run(lafet.into(), folder.into())),
         _ => Err(USAGE.into()),

@@ -1,11 +1,11 @@
-//! Who is logged in, in memory: whoever wants to stop something must not wait for a disk, and must
+//! Who is logged in, in memory, by the steady time: whoever wants to stop something must not wait for a disk, and must
 //! not be turned away because one is full.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
 
 use super::keys::digest;
-use super::{Kind, Principal, Role};
+use super::{Kind, Principal, Role, Standing};
 use crate::sync::lock;
 
 /// A session ends when it was not used for so long.
@@ -14,6 +14,10 @@ pub const IDLE_MS: u64 = 12 * 3_600_000;
 pub const SESSION_MS: u64 = 7 * 24 * 3_600_000;
 /// After its end it still serves for Stop, Close and Lockout.
 pub const STALE_MS: u64 = 24 * 3_600_000;
+/// One that was ended before still serves for Stop for this time: see [`Known::end`].
+pub const ENDED_MS: u64 = 10 * 60_000;
+/// Sessions that were ended and are remembered for that.
+const ENDED_MAX: usize = 1000;
 /// A session or token is noted as used this often.
 const TOUCH_MS: u64 = 60_000;
 
@@ -50,6 +54,7 @@ pub struct Touch {
 pub struct Known {
     sessions: Mutex<HashMap<String, Entry>>,
     tokens: Mutex<HashMap<String, Entry>>,
+    ended: Mutex<HashMap<String, (Entry, u64)>>,
 }
 
 impl Entry {
@@ -58,7 +63,7 @@ impl Entry {
         (self.used_ms + IDLE_MS).min(self.created_ms + SESSION_MS)
     }
 
-    fn principal(&self, kind: Kind, expires_ms: u64, stale: bool) -> Principal {
+    fn principal(&self, kind: Kind, expires_ms: u64, standing: Standing) -> Principal {
         Principal {
             user: self.user.clone(),
             role: self.role,
@@ -66,7 +71,7 @@ impl Entry {
             key: self.key.clone(),
             csrf: self.csrf.clone(),
             expires_ms,
-            stale,
+            standing,
         }
     }
 
@@ -92,9 +97,32 @@ impl Known {
         lock(&self.tokens).insert(digest, entry);
     }
 
-    /// Keeps the sessions for which this is so.
-    pub fn keep_sessions(&self, keep: impl Fn(&Entry) -> bool) {
-        lock(&self.sessions).retain(|_, entry| keep(entry));
+    /// Ends sessions that their users have not ended themselves. The page of one of them is open
+    /// somewhere, with somebody before it who watches a monitor: Stop goes on to work there for a
+    /// while. Close and Lockout, which shut the water of a fire, do not.
+    pub fn end(&self, now_ms: u64, ends: impl Fn(&Entry) -> bool) {
+        let mut ended = lock(&self.ended);
+        ended.retain(|_, (_, at_ms)| now_ms < *at_ms + ENDED_MS);
+        for (digest, entry) in lock(&self.sessions).extract_if(|_, entry| ends(entry)) {
+            if ended.len() < ENDED_MAX && now_ms < entry.expires_ms() {
+                ended.insert(digest, (entry, now_ms));
+            }
+        }
+    }
+
+    /// Ends the session of a user who logs out.
+    pub fn log_out(&self, key: &str) {
+        lock(&self.sessions).retain(|_, entry| entry.key != key);
+    }
+
+    /// Whether there is such a session.
+    pub fn has_session(&self, key: &str) -> bool {
+        lock(&self.sessions).values().any(|entry| entry.key == key)
+    }
+
+    /// Whether there is such a token.
+    pub fn has_token(&self, key: &str) -> bool {
+        lock(&self.tokens).values().any(|entry| entry.key == key)
     }
 
     /// Gives the sessions of a user another role.
@@ -126,15 +154,24 @@ impl Known {
 
     /// Whose cookie this is.
     pub fn by_session(&self, now_ms: u64, secret: &str) -> Option<(Principal, Option<Touch>)> {
+        let digest = digest(secret);
+        if let Some((entry, at_ms)) = lock(&self.ended).get(&digest) {
+            let until_ms = at_ms + ENDED_MS;
+            let principal = entry.principal(Kind::Session, until_ms, Standing::Ended);
+            return (now_ms < until_ms).then_some((principal, None));
+        }
         let mut sessions = lock(&self.sessions);
-        let entry = sessions.get_mut(&digest(secret))?;
+        let entry = sessions.get_mut(&digest)?;
         let end_ms = entry.expires_ms();
         if now_ms >= end_ms + STALE_MS {
             return None;
         }
-        let stale = now_ms >= end_ms;
-        let touch = if stale { None } else { entry.touch(Kind::Session, now_ms) };
-        Some((entry.principal(Kind::Session, entry.expires_ms(), stale), touch))
+        if now_ms >= end_ms {
+            let until_ms = end_ms + STALE_MS;
+            return Some((entry.principal(Kind::Session, until_ms, Standing::Expired), None));
+        }
+        let touch = entry.touch(Kind::Session, now_ms);
+        Some((entry.principal(Kind::Session, entry.expires_ms(), Standing::Good), touch))
     }
 
     /// Whose token this is.
@@ -142,7 +179,7 @@ impl Known {
         let mut tokens = lock(&self.tokens);
         let entry = tokens.get_mut(&digest(secret))?;
         let touch = entry.touch(Kind::Token, now_ms);
-        Some((entry.principal(Kind::Token, 0, false), touch))
+        Some((entry.principal(Kind::Token, 0, Standing::Good), touch))
     }
 
     /// Whether somebody who came in is still welcome: neither ended nor run out. Being here is

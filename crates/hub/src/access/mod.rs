@@ -2,9 +2,13 @@
 
 mod keys;
 mod known;
+mod names;
+mod password;
+mod revoked;
 mod rules;
 mod stored;
 mod throttle;
+mod turns;
 mod users;
 
 use serde::{Deserialize, Serialize};
@@ -14,7 +18,8 @@ use crate::text::{Both, both};
 pub use keys::secret;
 pub use known::Entry;
 pub use rules::{Need, need};
-pub use throttle::{Bucket, Logins};
+pub use throttle::{Bucket, Logins, Place};
+pub use turns::{Turn, Turns};
 pub use users::{Access, AccessError, SessionInfo, Token, User};
 
 /// What somebody may do; each role may what the ones before it may.
@@ -78,6 +83,24 @@ pub enum Kind {
     Demo,
 }
 
+impl Kind {
+    /// As it is written.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Session => "session",
+            Self::Token => "token",
+            Self::Certificate => "certificate",
+            Self::Demo => "demo",
+        }
+    }
+
+    /// The kind of a name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        let all = [Self::Session, Self::Token, Self::Certificate, Self::Demo];
+        all.into_iter().find(|it| it.name() == name)
+    }
+}
+
 /// Somebody who asks for something.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Principal {
@@ -91,8 +114,27 @@ pub struct Principal {
     pub key: String,
     /// What a browser has to send along.
     pub csrf: String,
-    /// When the session ends, ms; 0: never.
+    /// When the session ends, or what is left of it, by the steady time, ms; 0: never.
     pub expires_ms: u64,
-    /// The session has run out, but not long ago: Stop, Close and Lockout still pass.
-    pub stale: bool,
+    /// Whether it still holds.
+    pub standing: Standing,
+}
+
+/// Whether a session still holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Standing {
+    /// It does.
+    Good,
+    /// It has run out, but not long ago: Stop, Close and Lockout still pass.
+    Expired,
+    /// It was ended by an administrator or by a new password, but not long ago: Stop still passes.
+    Ended,
+}
+
+impl Principal {
+    /// The session holds.
+    pub fn is_good(&self) -> bool {
+        self.standing == Standing::Good
+    }
 }

@@ -1,17 +1,22 @@
 //! Sessions and tokens between the disk and memory.
 
 use std::sync::Mutex;
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::Duration;
 
 use rusqlite::{Connection, params};
 
 use super::known::{Entry, Known, SESSION_MS, STALE_MS, Touch};
+use super::revoked::Revoked;
 use super::users::{role, signed, unsigned};
 use super::{Kind, Role};
 use crate::sync::lock;
 
+/// What the disk has not taken is tried again this often.
+const AGAIN: Duration = Duration::from_secs(2);
+
 /// Sessions and tokens as they are stored.
-pub fn read(db: &Connection) -> Result<Known, rusqlite::Error> {
+pub fn read(db: &Connection, now_ms: u64, revoked: &Revoked) -> Result<Known, rusqlite::Error> {
     let known = Known::default();
     let mut query = db.prepare(
         "SELECT digest, session.id, session.user, user.role, csrf, session.created_ms, used_ms
@@ -24,15 +29,22 @@ pub fn read(db: &Connection) -> Result<Known, rusqlite::Error> {
             user: row.get(2)?,
             role: role(&row.get::<_, String>(3)?),
             csrf: row.get(4)?,
-            created_ms: unsigned(row.get(5)?),
-            used_ms: unsigned(row.get(6)?),
+            // The clock may have been set back in the meantime: nothing lasts longer for that.
+            created_ms: unsigned(row.get(5)?).min(now_ms),
+            used_ms: unsigned(row.get(6)?).min(now_ms),
         };
+        if revoked.has_session(&entry) {
+            continue;
+        }
         known.add_session(row.get(0)?, entry);
     }
     let mut query =
         db.prepare("SELECT digest, id, name, role, created_ms, last_used_ms FROM token")?;
     let mut rows = query.query([])?;
     while let Some(row) = rows.next()? {
+        if revoked.has_token(unsigned(row.get(1)?)) {
+            continue;
+        }
         let (name, role_name): (String, String) = (row.get(2)?, row.get(3)?);
         let (created_ms, used_ms) = (unsigned(row.get(4)?), row.get::<_, Option<i64>>(5)?);
         let used_ms = used_ms.map_or(0, unsigned);
@@ -54,8 +66,12 @@ pub fn token(id: u64, name: &str, role: Role, created_ms: u64, used_ms: u64) -> 
 }
 
 /// Writes a new session down.
-pub fn store_session(db: &Connection, digest: &str, entry: &Entry) -> Result<(), rusqlite::Error> {
-    let now_ms = entry.created_ms;
+pub fn store_session(
+    db: &Connection,
+    digest: &str,
+    entry: &Entry,
+    now_ms: u64,
+) -> Result<(), rusqlite::Error> {
     let row = params![entry.user, signed(now_ms)];
     db.execute("UPDATE user SET last_login_ms = ?2 WHERE name = ?1", row)?;
     let old = signed(now_ms.saturating_sub(SESSION_MS + STALE_MS));
@@ -64,9 +80,21 @@ pub fn store_session(db: &Connection, digest: &str, entry: &Entry) -> Result<(),
     db.execute("INSERT INTO session VALUES (?1, ?2, ?3, ?4, ?5, ?5)", row).map(|_| ())
 }
 
-/// Writes down what was used, until nobody uses anything more.
-pub fn write_touches(db: &Mutex<Connection>, queue: &Receiver<Touch>) {
-    while let Ok(Touch { kind, key, used_ms }) = queue.recv() {
+/// Writes down what was used, and what was revoked and has to wait for the disk, until the hub ends.
+pub fn write_touches(db: &Mutex<Connection>, revoked: &Mutex<Revoked>, queue: &Receiver<Touch>) {
+    loop {
+        let touch = queue.recv_timeout(AGAIN);
+        if lock(revoked).is_waiting() {
+            let db = lock(db);
+            if let Err(error) = lock(revoked).flush(&db) {
+                tracing::debug!(%error, "revocations are not stored yet");
+            }
+        }
+        let Touch { kind, key, used_ms } = match touch {
+            Ok(touch) => touch,
+            Err(RecvTimeoutError::Timeout) => continue,
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
         let query = match kind {
             Kind::Session => "UPDATE session SET used_ms = ?2 WHERE id = ?1",
             _ => "UPDATE token SET last_used_ms = ?2 WHERE 'k' || id = ?1",

@@ -20,32 +20,76 @@ const TRIES_FROM_MAX: u32 = 8;
 const TRIES_WAIT: Duration = Duration::from_secs(1);
 /// Failures that are noted in the audit log at once, and in a second: nobody fills a disk so.
 const NOTED: (f64, f64) = (100.0, 1.0);
+/// Tries at one account from places that are not known, wherever they are: so many at once, and then
+/// one in 15 s. Guesses from many addresses are as slow as from one.
+const ACCOUNT: (f64, f64) = (10.0, 1.0 / 15.0);
+/// Failures at one account, and at all, within [`FORGET`] that are an alarm.
+const ATTACK_ON_ONE: u32 = 10;
+const ATTACK_ON_ALL: u32 = 100;
 
-/// Logins that have failed or are under way, by user and address.
+/// From where somebody tries to log in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The address.
+    pub address: String,
+    /// It is a device on which this user has logged in before: what strangers do does not hold it up.
+    pub device: bool,
+}
+
+impl Place {
+    /// What its tries are counted by.
+    fn key(&self) -> String {
+        if self.device { "a known device".into() } else { self.address.clone() }
+    }
+}
+
+/// Logins that have failed or are under way, by user and place.
 #[derive(Debug)]
 pub struct Logins {
     tries: HashMap<(String, String), Tries>,
+    accounts: HashMap<String, Account>,
     noted: Bucket,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Tries {
+    address: String,
     failures: u32,
     last: Now,
     under_way: u32,
+    /// The user has logged in here.
+    familiar: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Account {
+    failures: u32,
+    last: Now,
+    strangers: Bucket,
+}
+
+impl Account {
+    /// A try has failed, or was too many.
+    fn fail(&mut self, now: Now) {
+        let forgotten = self.last + FORGET < now;
+        self.failures = if forgotten { 1 } else { self.failures.saturating_add(1) };
+        self.last = now;
+    }
 }
 
 impl Default for Logins {
     fn default() -> Self {
-        Self { tries: HashMap::new(), noted: Bucket::new(Now::ZERO, NOTED.0, NOTED.1) }
+        let noted = Bucket::new(Now::ZERO, NOTED.0, NOTED.1);
+        Self { tries: HashMap::new(), accounts: HashMap::new(), noted }
     }
 }
 
 impl Logins {
-    /// A try begins, or has to wait for so long. One that has begun ends with `failed` or
-    /// `succeeded`.
-    pub fn begin(&mut self, now: Now, user: &str, from: &str) -> Result<(), Duration> {
-        let key = (user.to_owned(), from.to_owned());
+    /// A try begins, and has a rank for [`super::Turns`]; or has to wait for so long. One that has
+    /// begun ends with `failed` or `succeeded`.
+    pub fn begin(&mut self, now: Now, user: &str, place: &Place) -> Result<u32, Duration> {
+        let key = (user.to_owned(), place.key());
+        let mut known = place.device;
         if let Some(tries) = self.tries.get(&key) {
             let wait_s = match tries.failures {
                 0 => 0,
@@ -58,51 +102,89 @@ impl Logins {
             if tries.under_way >= if tries.failures == 0 { TRIES_MAX } else { 1 } {
                 return Err(TRIES_WAIT);
             }
+            known |= tries.familiar;
         }
-        let here = self.tries.iter().filter(|((_, address), _)| address == from);
-        if here.map(|(_, tries)| tries.under_way).sum::<u32>() >= TRIES_FROM_MAX {
+        let here = self.tries.values().filter(|it| it.address == place.address);
+        let sum = |(under_way, failures), it: &Tries| {
+            let late = if it.last + FORGET > now { it.failures } else { 0 };
+            (under_way + it.under_way, late.saturating_add(failures))
+        };
+        let (under_way, failures): (u32, u32) = here.fold((0, 0), sum);
+        if under_way >= TRIES_FROM_MAX && !known {
             return Err(TRIES_WAIT);
         }
         self.make_room(now);
-        let tries = Tries { failures: 0, last: now, under_way: 0 };
-        self.tries.entry(key).or_insert(tries).under_way += 1;
-        Ok(())
+        if !known {
+            let new = Bucket::new(now, ACCOUNT.0, ACCOUNT.1);
+            let new = Account { failures: 0, last: now, strangers: new };
+            let account = self.accounts.entry(user.to_owned()).or_insert(new);
+            if let Err(wait) = account.strangers.take(now) {
+                account.fail(now);
+                return Err(wait);
+            }
+        }
+        let address = place.address.clone();
+        let new = Tries { address, failures: 0, last: now, under_way: 0, familiar: false };
+        self.tries.entry(key).or_insert(new).under_way += 1;
+        Ok(if known { 0 } else { failures.saturating_add(under_way).saturating_add(1) })
     }
 
     fn make_room(&mut self, now: Now) {
-        if self.tries.len() < REMEMBERED_MAX {
-            return;
+        if self.tries.len() >= REMEMBERED_MAX {
+            self.tries.retain(|_, it| it.under_way > 0 || it.familiar || it.last + FORGET > now);
         }
-        self.tries.retain(|_, it| it.under_way > 0 || it.last + FORGET > now);
         if self.tries.len() >= REMEMBERED_MAX {
             let idle = self.tries.iter().filter(|(_, it)| it.under_way == 0);
-            if let Some(first) = idle.min_by_key(|(_, it)| it.last).map(|(key, _)| key.clone()) {
+            // Where somebody has logged in is forgotten last.
+            let first = idle.min_by_key(|(_, it)| (it.familiar, it.last));
+            if let Some(first) = first.map(|(key, _)| key.clone()) {
                 self.tries.remove(&first);
+            }
+        }
+        if self.accounts.len() >= REMEMBERED_MAX {
+            self.accounts.retain(|_, it| it.last + FORGET > now);
+        }
+        if self.accounts.len() >= REMEMBERED_MAX {
+            let first = self.accounts.iter().min_by_key(|(_, it)| (it.failures, it.last));
+            if let Some(first) = first.map(|(name, _)| name.clone()) {
+                self.accounts.remove(&first);
             }
         }
     }
 
     /// A login has failed; whether that is to be noted.
-    pub fn failed(&mut self, now: Now, user: &str, from: &str) -> bool {
-        if let Some(tries) = self.tries.get_mut(&(user.to_owned(), from.to_owned())) {
+    pub fn failed(&mut self, now: Now, user: &str, place: &Place) -> bool {
+        if let Some(tries) = self.tries.get_mut(&(user.to_owned(), place.key())) {
             let forgotten = tries.last + FORGET < now;
             tries.failures = if forgotten { 1 } else { tries.failures.saturating_add(1) };
             tries.last = now;
             tries.under_way = tries.under_way.saturating_sub(1);
         }
+        if let Some(account) = self.accounts.get_mut(user) {
+            account.fail(now);
+        }
         self.noted.take(now).is_ok()
     }
 
-    /// A login has succeeded.
-    pub fn succeeded(&mut self, user: &str, from: &str) {
-        let key = (user.to_owned(), from.to_owned());
-        if let Some(tries) = self.tries.get_mut(&key) {
-            tries.failures = 0;
+    /// A login has succeeded: here, the user is known from now on.
+    pub fn succeeded(&mut self, user: &str, place: &Place) {
+        if let Some(tries) = self.tries.get_mut(&(user.to_owned(), place.key())) {
+            (tries.failures, tries.familiar) = (0, true);
             tries.under_way = tries.under_way.saturating_sub(1);
-            if tries.under_way == 0 {
-                self.tries.remove(&key);
+        }
+    }
+
+    /// Whether passwords are being guessed: at one account, or at many.
+    pub fn attack(&self, now: Now) -> bool {
+        let late = self.accounts.values().filter(|it| it.last + FORGET > now);
+        let mut all = 0_u32;
+        for account in late {
+            all = all.saturating_add(account.failures);
+            if account.failures >= ATTACK_ON_ONE || all >= ATTACK_ON_ALL {
+                return true;
             }
         }
+        false
     }
 }
 
@@ -142,9 +224,13 @@ mod tests {
         Duration::from_secs(seconds)
     }
 
+    fn at(address: &str) -> Place {
+        Place { address: address.into(), device: false }
+    }
+
     fn fail(logins: &mut Logins, now: Now, user: &str, from: &str) -> Result<(), Duration> {
-        logins.begin(now, user, from)?;
-        logins.failed(now, user, from);
+        logins.begin(now, user, &at(from))?;
+        logins.failed(now, user, &at(from));
         Ok(())
     }
 
@@ -155,7 +241,7 @@ mod tests {
         let waits: Vec<u64> = (0..9)
             .map(|_| {
                 fail(&mut logins, now, "anna", "1.2.3.4").unwrap();
-                let wait = logins.begin(now, "anna", "1.2.3.4").unwrap_err();
+                let wait = logins.begin(now, "anna", &at("1.2.3.4")).unwrap_err();
                 now += wait;
                 wait.as_secs()
             })
@@ -165,39 +251,81 @@ mod tests {
         assert_eq!(fail(&mut logins, now, "anna", "1.2.3.5"), Ok(()), "nor is she elsewhere");
         now += s(1000);
         assert_eq!(fail(&mut logins, now, "anna", "1.2.3.4"), Ok(()));
-        assert_eq!(logins.begin(now, "anna", "1.2.3.4"), Err(s(1)), "the old ones are forgotten");
+        let again = logins.begin(now, "anna", &at("1.2.3.4"));
+        assert_eq!(again, Err(s(1)), "the old ones are forgotten");
         now += s(1);
-        assert_eq!(logins.begin(now, "anna", "1.2.3.4"), Ok(()));
-        logins.succeeded("anna", "1.2.3.4");
-        assert_eq!(logins.begin(now, "anna", "1.2.3.4"), Ok(()));
+        assert!(logins.begin(now, "anna", &at("1.2.3.4")).is_ok());
+        logins.succeeded("anna", &at("1.2.3.4"));
+        assert!(logins.begin(now, "anna", &at("1.2.3.4")).is_ok());
+    }
+
+    #[test]
+    fn guesses_at_one_account_from_everywhere_are_slow_and_an_alarm() {
+        let mut logins = Logins::default();
+        let home = at("10.0.0.1");
+        logins.begin(s(1), "anna", &home).unwrap();
+        logins.succeeded("anna", &home);
+        let guesses = |logins: &mut Logins, now: Now| {
+            let from = |n: u32| format!("{}.{n}", now.as_secs());
+            (0..60).filter(|n| fail(logins, now, "anna", &from(*n)).is_ok()).count()
+        };
+        assert!(!logins.attack(s(2)));
+        assert_eq!(guesses(&mut logins, s(2)), 9);
+        assert_eq!(guesses(&mut logins, s(62)), 4, "one in 15 s");
+        assert!(logins.attack(s(62)));
+        // Where she has logged in before, and on a device of hers, she does not wait.
+        assert_eq!(logins.begin(s(62), "anna", &home), Ok(0));
+        let device = Place { address: "6.6.6.6".into(), device: true };
+        assert_eq!(logins.begin(s(62), "anna", &device), Ok(0));
+        let elsewhere = logins.begin(s(62), "anna", &at("7.7.7.7"));
+        assert!(elsewhere.unwrap_err() <= s(15), "others wait");
+        assert!(logins.begin(s(62), "boris", &at("7.7.7.7")).is_ok());
+        assert!(!logins.attack(s(62) + FORGET));
+    }
+
+    #[test]
+    fn who_has_failed_is_served_after_who_has_not() {
+        let mut logins = Logins::default();
+        let rank = |logins: &mut Logins, user: &str, from: &str| {
+            logins.begin(s(100), user, &at(from)).unwrap()
+        };
+        assert_eq!(rank(&mut logins, "a", "1.1.1.1"), 1);
+        assert_eq!(rank(&mut logins, "b", "1.1.1.1"), 2, "side by side");
+        logins.failed(s(100), "a", &at("1.1.1.1"));
+        logins.failed(s(100), "b", &at("1.1.1.1"));
+        assert_eq!(rank(&mut logins, "c", "1.1.1.1"), 3);
+        assert_eq!(rank(&mut logins, "anna", "2.2.2.2"), 1);
     }
 
     #[test]
     fn guesses_side_by_side_are_few() {
         let mut logins = Logins::default();
         let begun = |logins: &mut Logins, user: &str, from: &str| {
-            (0..50).filter(|_| logins.begin(s(1), user, from).is_ok()).count()
+            (0..50).filter(|_| logins.begin(s(1), user, &at(from)).is_ok()).count()
         };
         assert_eq!(begun(&mut logins, "anna", "1.2.3.4"), 4);
         let users: Vec<String> = (0..50).map(|n| n.to_string()).collect();
-        let more = users.iter().filter(|it| logins.begin(s(1), it, "1.2.3.4").is_ok()).count();
-        assert_eq!(more, 4, "of one address");
+        let here = |it: &&String| logins.begin(s(1), it, &at("1.2.3.4")).is_ok();
+        assert_eq!(users.iter().filter(here).count(), 4, "of one address");
         assert_eq!(begun(&mut logins, "anna", "1.2.3.5"), 4, "another one");
-        (0..4).for_each(|_| _ = logins.failed(s(1), "anna", "1.2.3.4"));
-        assert_eq!(logins.begin(s(1), "anna", "1.2.3.4"), Err(s(8)), "each of them counts");
-        assert_eq!(begun(&mut logins, "anna", "1.2.3.6"), 4);
+        (0..4).for_each(|_| _ = logins.failed(s(1), "anna", &at("1.2.3.4")));
+        let next = logins.begin(s(1), "anna", &at("1.2.3.4"));
+        assert_eq!(next, Err(s(8)), "each of them counts");
+        assert_eq!(begun(&mut logins, "anna", "1.2.3.6"), 2, "ten at one account");
     }
 
     #[test]
     fn so_many_names_do_not_wash_the_latest_away() {
         let mut logins = Logins::default();
         for n in 0..REMEMBERED_MAX + 10 {
-            fail(&mut logins, s(10), &n.to_string(), "1.2.3.4").unwrap();
+            // Each from an address of its own, which is how the list is filled fastest.
+            fail(&mut logins, s(10), &n.to_string(), &n.to_string()).unwrap();
         }
         fail(&mut logins, s(11), "root", "1.2.3.4").unwrap();
-        assert_eq!(logins.begin(s(11), "root", "1.2.3.4"), Err(s(1)));
-        assert!(logins.tries.len() <= REMEMBERED_MAX);
-        let noted = (0..1000).filter(|_| logins.failed(s(1000), "root", "1.2.3.4")).count();
+        assert_eq!(logins.begin(s(11), "root", &at("1.2.3.4")), Err(s(1)));
+        assert!(logins.tries.len() <= REMEMBERED_MAX && logins.accounts.len() <= REMEMBERED_MAX);
+        let place = at("1.2.3.4");
+        let noted = (0..1000).filter(|_| logins.failed(s(1000), "root", &place)).count();
         assert_eq!(noted, 100);
     }
 

@@ -1,7 +1,8 @@
 //! Users, sessions and tokens, in SQLite. Of secrets only digests are kept, of passwords argon2id.
 
+use std::collections::HashMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 
@@ -12,15 +13,16 @@ use utoipa::ToSchema;
 
 use super::keys::{digest, secret};
 use super::known::{Entry, IDLE_MS, Known, Touch};
+use super::names::problem;
+use super::password::{PASSWORD_MAX, check};
+use super::revoked::{Revocation, Revoked};
 use super::stored::{read, store_session, token, token_key, write_touches};
-use super::{Kind, Principal, Role};
-use crate::store::StoreError;
+use super::{Kind, Principal, Role, Standing};
+use crate::clock::shifted;
+use crate::store::{Head, StoreError, Users};
 use crate::sync::lock;
+use crate::text::Both;
 
-/// Shortest password, characters.
-pub const PASSWORD_MIN: usize = 10;
-/// Longest password, bytes: hashing more is work for nothing.
-const PASSWORD_MAX: usize = 1024;
 /// What a token begins with.
 const TOKEN_PREFIX: &str = "lafet_";
 
@@ -37,7 +39,21 @@ CREATE TABLE IF NOT EXISTS token (
   id INTEGER PRIMARY KEY, name TEXT NOT NULL, role TEXT NOT NULL, digest TEXT NOT NULL UNIQUE,
   created_ms INTEGER NOT NULL, last_used_ms INTEGER
 ) STRICT;
-CREATE TABLE IF NOT EXISTS setup (digest TEXT PRIMARY KEY) STRICT;";
+CREATE TABLE IF NOT EXISTS setup (digest TEXT PRIMARY KEY) STRICT;
+CREATE TABLE IF NOT EXISTS device (
+  digest TEXT PRIMARY KEY, user TEXT NOT NULL REFERENCES user ON DELETE CASCADE,
+  used_ms INTEGER NOT NULL
+) STRICT;
+CREATE TRIGGER IF NOT EXISTS user_added AFTER INSERT ON user
+  BEGIN UPDATE site SET users = users + 1, set_up = 1; END;
+CREATE TRIGGER IF NOT EXISTS user_changed AFTER UPDATE OF role, password ON user
+  BEGIN UPDATE site SET users = users + 1; END;
+CREATE TRIGGER IF NOT EXISTS user_removed AFTER DELETE ON user
+  BEGIN UPDATE site SET users = users + 1; END;
+CREATE TRIGGER IF NOT EXISTS token_added AFTER INSERT ON token
+  BEGIN UPDATE site SET users = users + 1; END;
+CREATE TRIGGER IF NOT EXISTS token_removed AFTER DELETE ON token
+  BEGIN UPDATE site SET users = users + 1; END;";
 
 /// A user.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
@@ -88,9 +104,15 @@ pub enum AccessError {
     /// There is none.
     #[error("there is none")]
     Missing,
-    /// Too short, too long, or no name.
-    #[error("not allowed")]
-    Unfit,
+    /// A name that is none, or can be taken for another one.
+    #[error("{}", .0.en)]
+    Name(Both),
+    /// A password that is short or easily guessed.
+    #[error("{}", .0.en)]
+    Weak(Both),
+    /// Too much is being done at once.
+    #[error("too much is being done at once")]
+    Busy,
     /// The database.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -104,28 +126,70 @@ impl From<rusqlite::Error> for AccessError {
 
 /// Touches that wait for the disk; more are left out.
 const TOUCHES_MAX: usize = 1024;
+/// Devices of a user that are known; then the one that was used first is forgotten.
+const DEVICES_MAX: i64 = 16;
 
-/// Who is known to the hub.
+/// Who is known to the hub. Times are those of the steady clock.
 #[derive(Debug)]
 pub struct Access {
     db: Arc<Mutex<Connection>>,
     known: Known,
+    revoked: Arc<Mutex<Revoked>>,
+    /// Users by the digest of what their devices were given.
+    devices: Mutex<HashMap<String, String>>,
+    /// How far the date is ahead of the steady time, ms.
+    ahead_ms: AtomicI64,
     empty: AtomicBool,
     touches: SyncSender<Touch>,
 }
 
 impl Access {
     /// Opens it in a folder, or in memory.
-    pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
+    pub fn open(folder: Option<&Path>, now_ms: u64) -> Result<Self, StoreError> {
         let db = crate::store::open(folder, "hub.db", SCHEMA)?;
+        let mut revoked = Revoked::open(folder)?;
+        if let Err(error) = revoked.flush(&db) {
+            tracing::warn!(%error, "revocations are not stored yet");
+        }
         let empty = AtomicBool::new(count(&db, "SELECT COUNT(*) FROM user")? == 0);
-        let known = read(&db)?;
-        let db = Arc::new(Mutex::new(db));
+        let known = read(&db, now_ms, &revoked)?;
+        let devices = Mutex::new(read_devices(&db)?);
+        let (db, revoked) = (Arc::new(Mutex::new(db)), Arc::new(Mutex::new(revoked)));
         let (touches, queue) = sync_channel(TOUCHES_MAX);
-        let own = db.clone();
+        let own = (db.clone(), revoked.clone());
         let named = std::thread::Builder::new().name("lafet-access".into());
-        named.spawn(move || write_touches(&own, &queue))?;
-        Ok(Self { db, known, empty, touches })
+        named.spawn(move || write_touches(&own.0, &own.1, &queue))?;
+        let ahead_ms = AtomicI64::new(0);
+        Ok(Self { db, known, revoked, devices, ahead_ms, empty, touches })
+    }
+
+    /// What was revoked is not on the disk yet.
+    pub fn revocations_wait(&self) -> bool {
+        lock(&self.revoked).is_waiting()
+    }
+
+    /// How often users and tokens were changed.
+    pub fn changes(&self) -> Result<Users, StoreError> {
+        Ok(crate::store::users(&lock(&self.db))?)
+    }
+
+    /// Notes the end of the audit log.
+    pub fn note_audit(&self, head: &Head) -> Result<(), StoreError> {
+        Ok(crate::store::note_audit(&lock(&self.db), head)?)
+    }
+
+    /// The date has stepped: what is stored of sessions goes with it, for a restart.
+    pub fn stepped(&self, by_ms: i64) {
+        self.ahead_ms.fetch_add(by_ms, Ordering::Relaxed);
+        let step = "UPDATE session SET created_ms = created_ms + ?1, used_ms = used_ms + ?1";
+        if let Err(error) = lock(&self.db).execute(step, [by_ms]) {
+            tracing::warn!(%error, "after a restart sessions are as old as the clock says");
+        }
+    }
+
+    /// A steady time as a date.
+    pub fn date_ms(&self, steady_ms: u64) -> u64 {
+        shifted(steady_ms, self.ahead_ms.load(Ordering::Relaxed))
     }
 
     /// There is no user yet.
@@ -154,6 +218,7 @@ impl Access {
         user: &str,
         password: &str,
     ) -> Result<(), AccessError> {
+        check_name(user, &[])?;
         check(user, password)?;
         let hash = hash(password)?;
         let mut db = lock(&self.db);
@@ -180,15 +245,20 @@ impl Access {
         check(user, password)?;
         let hash = hash(password)?;
         let db = lock(&self.db);
-        if role_of(&db, user)?.is_some() {
+        lock(&self.revoked).flush(&db)?;
+        let taken = names(&db)?;
+        check_name(user, &taken)?;
+        if taken.iter().any(|it| it == user) {
             return Err(AccessError::Conflict);
         }
         Ok(insert(&db, now_ms, user, role, &hash)?)
     }
 
-    /// Changes role or password, and ends the user's sessions but one. Slow on purpose.
+    /// Changes role or password, and ends the user's sessions but one; these end also when the disk
+    /// does not take the change. Slow on purpose.
     pub fn change(
         &self,
+        now_ms: u64,
         user: &str,
         role: Option<Role>,
         password: Option<&str>,
@@ -202,37 +272,73 @@ impl Access {
             None => None,
         };
         let mut db = lock(&self.db);
-        let transaction = db.transaction()?;
-        role_of(&transaction, user)?.ok_or(AccessError::Missing)?;
-        if let Some(role) = role {
-            transaction
-                .execute("UPDATE user SET role = ?2 WHERE name = ?1", [user, role.name()])?;
+        self.must_be_there(&db, user)?;
+        if role.is_some_and(|role| role != Role::Administrator) {
+            self.keep_an_administrator(&db, user)?;
         }
-        if let Some(hash) = hash {
-            transaction.execute("UPDATE user SET password = ?2 WHERE name = ?1", [user, &hash])?;
+        self.known.end(now_ms, |it| it.user == user && Some(it.key.as_str()) != but);
+        let stored = store_change(&mut db, user, role, hash.as_deref(), but);
+        if let Err(error) = stored {
+            let but = but.map(str::to_owned);
+            let end = Revocation::SessionsOf { user: user.to_owned(), but };
+            lock(&self.revoked).note(end);
+            return Err(error.into());
         }
-        let but = but.unwrap_or_default();
-        transaction.execute("DELETE FROM session WHERE user = ?1 AND id <> ?2", [user, but])?;
-        keep_an_administrator(&transaction)?;
-        transaction.commit()?;
-        self.known.keep_sessions(|it| it.user != user || it.key == but);
+        if hash.is_some() {
+            lock(&self.devices).retain(|_, of| of != user);
+        }
         if let Some(role) = role {
             self.known.set_role(user, role);
         }
         Ok(())
     }
 
-    /// Removes a user, and the user's sessions.
-    pub fn remove(&self, user: &str) -> Result<(), AccessError> {
-        let mut db = lock(&self.db);
-        let transaction = db.transaction()?;
-        if transaction.execute("DELETE FROM user WHERE name = ?1", [user])? == 0 {
-            return Err(AccessError::Missing);
+    /// Removes a user, and ends the user's sessions: at once, whatever the disk does.
+    pub fn remove(&self, now_ms: u64, user: &str) -> Result<(), AccessError> {
+        let db = lock(&self.db);
+        self.must_be_there(&db, user)?;
+        self.keep_an_administrator(&db, user)?;
+        self.known.end(now_ms, |it| it.user == user);
+        lock(&self.devices).retain(|_, of| of != user);
+        let stored = db.execute("DELETE FROM user WHERE name = ?1", [user]);
+        self.settle(stored, Revocation::User { user: user.to_owned() })
+    }
+
+    fn must_be_there(&self, db: &Connection, user: &str) -> Result<(), AccessError> {
+        match role_of(db, user)? {
+            Some(_) if !lock(&self.revoked).has_user(user) => Ok(()),
+            _ => Err(AccessError::Missing),
         }
-        keep_an_administrator(&transaction)?;
-        transaction.commit()?;
-        self.known.keep_sessions(|it| it.user != user);
-        Ok(())
+    }
+
+    /// There has to be an administrator besides this user.
+    fn keep_an_administrator(&self, db: &Connection, but: &str) -> Result<(), AccessError> {
+        let mut query = db.prepare("SELECT name FROM user WHERE role = 'administrator'")?;
+        let names: Vec<String> =
+            query.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
+        let revoked = lock(&self.revoked);
+        match names.iter().any(|name| name != but && !revoked.has_user(name)) {
+            true => Ok(()),
+            false => Err(AccessError::Conflict),
+        }
+    }
+
+    /// What the disk has not taken of a revocation waits for it.
+    fn settle(
+        &self,
+        stored: Result<usize, rusqlite::Error>,
+        revocation: Revocation,
+    ) -> Result<(), AccessError> {
+        match stored {
+            Ok(_) => Ok(()),
+            Err(error) => {
+                tracing::error!(%error, ?revocation, "in effect, but not in hub.db yet");
+                match lock(&self.revoked).note(revocation) {
+                    true => Ok(()),
+                    false => Err(error.into()),
+                }
+            }
+        }
     }
 
     /// All users.
@@ -248,7 +354,10 @@ impl Access {
                 last_login_ms: row.get::<_, Option<i64>>(3)?.map(unsigned),
             })
         })?;
-        Ok(users.collect::<Result<_, _>>()?)
+        let mut users: Vec<User> = users.collect::<Result<_, _>>()?;
+        let revoked = lock(&self.revoked);
+        users.retain(|it| !revoked.has_user(&it.user));
+        Ok(users)
     }
 
     /// Logs in: takes as long for a user that does not exist. Slow on purpose.
@@ -273,7 +382,7 @@ impl Access {
         };
         let digest = digest(&secret);
         // A full disk keeps nobody out: such a session lives as long as the hub does.
-        if let Err(error) = store_session(&db, &digest, &entry) {
+        if let Err(error) = store_session(&db, &digest, &entry, self.date_ms(now_ms)) {
             tracing::warn!(%error, user, "the session is not stored");
         }
         let principal = Principal {
@@ -283,7 +392,7 @@ impl Access {
             key: entry.key.clone(),
             csrf: entry.csrf.clone(),
             expires_ms: now_ms + IDLE_MS,
-            stale: false,
+            standing: Standing::Good,
         };
         self.known.add_session(digest, entry);
         Ok(SessionInfo { secret, principal })
@@ -297,6 +406,7 @@ impl Access {
         let find = "SELECT password FROM user WHERE name = ?1";
         let known: Option<String> =
             lock(&self.db).query_row(find, [user], |row| row.get(0)).optional()?;
+        let known = known.filter(|_| !lock(&self.revoked).has_user(user));
         let right = match known {
             Some(hash) => {
                 Argon2::default().verify_password(password.as_bytes(), hash.as_str()).is_ok()
@@ -331,16 +441,55 @@ impl Access {
     }
 
     fn touch(&self, touch: Option<Touch>) {
-        if let Some(touch) = touch {
+        if let Some(mut touch) = touch {
+            touch.used_ms = self.date_ms(touch.used_ms);
             // One that is left out is repeated in a minute.
             _ = self.touches.try_send(touch);
         }
     }
 
-    /// Ends a session; `false`: there is none.
-    pub fn log_out(&self, id: &str) -> Result<bool, AccessError> {
-        self.known.keep_sessions(|it| it.key != id);
-        Ok(lock(&self.db).execute("DELETE FROM session WHERE id = ?1", [id])? > 0)
+    /// Ends the session of a user who logs out.
+    pub fn log_out(&self, id: &str) -> Result<(), AccessError> {
+        self.known.log_out(id);
+        let stored = lock(&self.db).execute("DELETE FROM session WHERE id = ?1", [id]);
+        self.settle(stored, Revocation::Session { id: id.to_owned() })
+    }
+
+    /// Ends somebody's session: at once, whatever the disk does.
+    pub fn end_session(&self, now_ms: u64, id: &str) -> Result<(), AccessError> {
+        if !self.known.has_session(id) {
+            return Err(AccessError::Missing);
+        }
+        self.known.end(now_ms, |it| it.key == id);
+        let stored = lock(&self.db).execute("DELETE FROM session WHERE id = ?1", [id]);
+        self.settle(stored, Revocation::Session { id: id.to_owned() })
+    }
+
+    /// Whether a user has logged in on this device before.
+    pub fn is_device(&self, user: &str, secret: &str) -> bool {
+        lock(&self.devices).get(&digest(secret)).is_some_and(|of| of == user)
+    }
+
+    /// Remembers a device on which a user has logged in; its secret is for its browser.
+    pub fn add_device(&self, now_ms: u64, user: &str) -> Result<String, AccessError> {
+        let secret = random()?;
+        let digest = digest(&secret);
+        let db = lock(&self.db);
+        let used_ms = signed(self.date_ms(now_ms));
+        let stored =
+            db.execute("INSERT INTO device VALUES (?1, ?2, ?3)", params![digest, user, used_ms]);
+        let trimmed = stored.and_then(|_| {
+            let old = "DELETE FROM device WHERE user = ?1 AND digest NOT IN
+                       (SELECT digest FROM device WHERE user = ?1 ORDER BY used_ms DESC LIMIT ?2)";
+            db.execute(old, params![user, DEVICES_MAX])?;
+            read_devices(&db)
+        });
+        match trimmed {
+            Ok(devices) => *lock(&self.devices) = devices,
+            // A disk that takes nothing: the device is asked to wait the next time.
+            Err(error) => tracing::warn!(%error, user, "the device is not stored"),
+        }
+        Ok(secret)
     }
 
     /// The sessions that have not run out, the latest used first.
@@ -355,11 +504,14 @@ impl Access {
         name: &str,
         role: Role,
     ) -> Result<(u64, String), AccessError> {
-        if name.trim().is_empty() || name.len() > 100 {
-            return Err(AccessError::Unfit);
-        }
         let secret = format!("{TOKEN_PREFIX}{}", random()?);
         let (db, digest) = (lock(&self.db), digest(&secret));
+        lock(&self.revoked).flush(&db)?;
+        check_name(name, &names(&db)?)?;
+        // In the audit log it would pass for the user.
+        if role_of(&db, name)?.is_some() {
+            return Err(AccessError::Conflict);
+        }
         db.execute(
             "INSERT INTO token (name, role, digest, created_ms) VALUES (?1, ?2, ?3, ?4)",
             params![name, role.name(), digest, signed(now_ms)],
@@ -385,30 +537,66 @@ impl Access {
                 last_used_ms: self.known.token_used_ms(&token_key(id)).or(stored),
             })
         })?;
-        Ok(tokens.collect::<Result<_, _>>()?)
+        let mut tokens: Vec<Token> = tokens.collect::<Result<_, _>>()?;
+        let revoked = lock(&self.revoked);
+        tokens.retain(|it| !revoked.has_token(it.id));
+        Ok(tokens)
     }
 
-    /// Takes a token back.
+    /// Takes a token back: at once, whatever the disk does.
     pub fn remove_token(&self, id: u64) -> Result<(), AccessError> {
-        self.known.remove_token(&token_key(id));
-        match lock(&self.db).execute("DELETE FROM token WHERE id = ?1", [signed(id)])? {
-            0 => Err(AccessError::Missing),
-            _ => Ok(()),
+        let key = token_key(id);
+        if !self.known.has_token(&key) {
+            return Err(AccessError::Missing);
         }
+        self.known.remove_token(&key);
+        let stored = lock(&self.db).execute("DELETE FROM token WHERE id = ?1", [signed(id)]);
+        self.settle(stored, Revocation::Token { id })
     }
 }
 
-fn check(user: &str, password: &str) -> Result<(), AccessError> {
-    let name = user.chars().count();
-    let fine = (1..=64).contains(&name) && user.trim() == user && !user.contains(char::is_control);
-    let long = password.chars().count() >= PASSWORD_MIN && password.len() <= PASSWORD_MAX;
-    if fine && long { Ok(()) } else { Err(AccessError::Unfit) }
+fn check_name(name: &str, taken: &[String]) -> Result<(), AccessError> {
+    match problem(name, taken.iter().map(String::as_str)) {
+        None => Ok(()),
+        Some(what) => Err(AccessError::Name(what)),
+    }
+}
+
+/// Names of users and tokens: one of the ones may not look like one of the others.
+fn names(db: &Connection) -> Result<Vec<String>, rusqlite::Error> {
+    let mut query = db.prepare("SELECT name FROM user UNION SELECT name FROM token")?;
+    query.query_map([], |row| row.get(0))?.collect()
+}
+
+fn store_change(
+    db: &mut Connection,
+    user: &str,
+    role: Option<Role>,
+    hash: Option<&str>,
+    but: Option<&str>,
+) -> Result<(), rusqlite::Error> {
+    let transaction = db.transaction()?;
+    if let Some(role) = role {
+        transaction.execute("UPDATE user SET role = ?2 WHERE name = ?1", [user, role.name()])?;
+    }
+    if let Some(hash) = hash {
+        transaction.execute("UPDATE user SET password = ?2 WHERE name = ?1", [user, hash])?;
+        transaction.execute("DELETE FROM device WHERE user = ?1", [user])?;
+    }
+    let but = but.unwrap_or_default();
+    transaction.execute("DELETE FROM session WHERE user = ?1 AND id <> ?2", [user, but])?;
+    transaction.commit()
+}
+
+fn read_devices(db: &Connection) -> Result<HashMap<String, String>, rusqlite::Error> {
+    let mut query = db.prepare("SELECT digest, user FROM device")?;
+    query.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
 }
 
 /// argon2id with the crate's parameters (19 MiB, 2 passes: OWASP's).
 fn hash(password: &str) -> Result<String, AccessError> {
     let hash = Argon2::default().hash_password(password.as_bytes());
-    hash.map(|hash| hash.to_string()).map_err(|_| AccessError::Unfit)
+    hash.map(|hash| hash.to_string()).map_err(|_| AccessError::Busy)
 }
 
 fn random() -> Result<String, AccessError> {
@@ -438,13 +626,6 @@ pub fn role(name: &str) -> Role {
     Role::by_name(name).unwrap_or(Role::Observer)
 }
 
-fn keep_an_administrator(db: &Connection) -> Result<(), AccessError> {
-    match count(db, "SELECT COUNT(*) FROM user WHERE role = 'administrator'")? {
-        0 => Err(AccessError::Conflict),
-        _ => Ok(()),
-    }
-}
-
 fn count(db: &Connection, query: &str) -> Result<i64, rusqlite::Error> {
     db.query_row(query, [], |row| row.get(0))
 }
@@ -460,118 +641,5 @@ pub fn unsigned(number: i64) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::known::{SESSION_MS, STALE_MS};
-    use super::*;
-
-    const PASSWORD: &str = "correct horse";
-
-    fn set_up() -> Access {
-        let access = Access::open(None).unwrap();
-        let link = access.setup_link().unwrap().unwrap();
-        access.set_up(1, &link, "root", PASSWORD).unwrap();
-        assert!(matches!(access.set_up(1, &link, "second", PASSWORD), Err(AccessError::Wrong)));
-        access
-    }
-
-    #[test]
-    fn the_link_makes_one_administrator_once() {
-        let access = Access::open(None).unwrap();
-        let first = access.setup_link().unwrap().unwrap();
-        let link = access.setup_link().unwrap().unwrap();
-        assert!(matches!(access.set_up(1, &first, "root", PASSWORD), Err(AccessError::Wrong)));
-        assert!(matches!(access.set_up(1, &link, "root", "short"), Err(AccessError::Unfit)));
-        access.set_up(1, &link, "root", PASSWORD).unwrap();
-        assert_eq!(access.setup_link().unwrap(), None);
-        assert_eq!(access.users().unwrap()[0].role, Role::Administrator);
-    }
-
-    #[test]
-    fn sessions_begin_with_a_password_and_end() {
-        let access = set_up();
-        assert!(matches!(access.log_in(5, "root", "wrong"), Err(AccessError::Wrong)));
-        assert!(matches!(access.log_in(5, "nobody", PASSWORD), Err(AccessError::Wrong)));
-        let session = access.log_in(5, "root", PASSWORD).unwrap();
-        let at = |ms| access.by_session(ms, &session.secret);
-        assert_eq!(at(10).unwrap().user, "root");
-        assert!(!at(10 + IDLE_MS - 100).unwrap().stale, "it is used, so it goes on");
-        let late = 2 * IDLE_MS + 1;
-        assert!(at(late).unwrap().stale);
-        assert_eq!(at(late + STALE_MS), None);
-        assert_eq!(access.by_session(10, "other"), None);
-        access.log_out(&session.principal.key).unwrap();
-        assert_eq!(at(10), None);
-    }
-
-    #[test]
-    fn a_new_password_or_role_ends_other_sessions() {
-        let access = set_up();
-        let one = access.log_in(5, "root", PASSWORD).unwrap();
-        let two = access.log_in(5, "root", PASSWORD).unwrap();
-        access.change("root", None, Some("another one"), Some(&one.principal.key)).unwrap();
-        assert!(access.is_valid(6, &one.principal) && !access.is_valid(6, &two.principal));
-        assert!(access.log_in(6, "root", PASSWORD).is_err());
-    }
-
-    #[test]
-    fn the_last_administrator_stays() {
-        let access = set_up();
-        assert!(matches!(access.remove("root"), Err(AccessError::Conflict)));
-        let demoted = access.change("root", Some(Role::Observer), None, None);
-        assert!(matches!(demoted, Err(AccessError::Conflict)));
-        access.add(1, "anna", Role::Administrator, PASSWORD).unwrap();
-        assert!(matches!(
-            access.add(1, "anna", Role::Observer, PASSWORD),
-            Err(AccessError::Conflict)
-        ));
-        access.remove("root").unwrap();
-        assert_eq!(access.users().unwrap().len(), 1);
-    }
-
-    #[test]
-    fn tokens_are_told_once_and_taken_back() {
-        let access = set_up();
-        let (id, secret) = access.add_token(1, "scada", Role::Operator).unwrap();
-        let principal = access.by_token(2, &secret).unwrap();
-        assert_eq!((principal.user.as_str(), principal.role), ("scada", Role::Operator));
-        assert!(access.is_valid(3, &principal));
-        access.remove_token(id).unwrap();
-        assert_eq!(access.by_token(2, &secret), None);
-        assert!(!access.is_valid(3, &principal));
-    }
-
-    #[test]
-    fn a_disk_that_takes_nothing_keeps_nobody_out() {
-        let folder = std::env::temp_dir().join(format!("lafet-access-{}", std::process::id()));
-        let access = Access::open(Some(&folder)).unwrap();
-        let link = access.setup_link().unwrap().unwrap();
-        access.set_up(1, &link, "root", PASSWORD).unwrap();
-        let session = access.log_in(5, "root", PASSWORD).unwrap();
-        let (_, token) = access.add_token(5, "scada", Role::Operator).unwrap();
-        lock(&access.db).pragma_update(None, "query_only", true).unwrap();
-        let later = 5 + 3_600_000;
-        assert!(!access.by_session(later, &session.secret).unwrap().stale);
-        assert_eq!(access.by_token(later, &token).unwrap().user, "scada");
-        let second = access.log_in(later, "root", PASSWORD).unwrap();
-        assert_eq!(access.by_session(later, &second.secret).unwrap().user, "root");
-        assert_eq!(access.sessions(later).len(), 2);
-        drop(access);
-
-        let access = Access::open(Some(&folder)).unwrap();
-        assert!(access.by_session(later, &session.secret).is_some(), "it was stored");
-        assert!(access.by_session(later, &second.secret).is_none(), "it was not");
-        assert!(access.by_token(later, &token).is_some() && !access.is_empty());
-        drop(access);
-        std::fs::remove_dir_all(&folder).unwrap();
-    }
-
-    #[test]
-    fn an_open_websocket_is_use_and_ends_with_its_session() {
-        let access = set_up();
-        let session = access.log_in(5, "root", PASSWORD).unwrap();
-        let hour = 3_600_000;
-        assert!((1..160).all(|n| access.is_valid(n * hour, &session.principal)), "a week");
-        assert!(!access.is_valid(5 + SESSION_MS, &session.principal));
-        assert!(access.by_session(5 + SESSION_MS, &session.secret).unwrap().stale);
-    }
-}
+#[path = "users_tests.rs"]
+mod tests;

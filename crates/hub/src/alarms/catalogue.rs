@@ -6,10 +6,13 @@ use lafet_proto::flags::{FlagInfo, Severity};
 
 use crate::text::{Both, both};
 
+/// The priority of a fire that a detector has found.
+pub const FIRE: &str = "fire";
+
 /// What an alarm says.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texts {
-    /// How urgent it is: `high`, `medium`, `low`.
+    /// How urgent it is: `fire`, `high`, `medium`, `low`.
     pub priority: &'static str,
     /// What it is.
     pub what: Both,
@@ -23,10 +26,14 @@ pub struct Texts {
 
 /// The texts of a flag of a subsystem.
 pub fn of_flag(id: SubsystemId, flag: &FlagInfo) -> Texts {
-    let high = flag.severity == Severity::Alarm;
     let (en, ru) = consequence(id, flag.name);
     Texts {
-        priority: if high { "high" } else { "medium" },
+        priority: match flag.severity {
+            // Not a fault of the monitor, but what it is there for.
+            _ if id == SubsystemId::DETECTOR && flag.name == "Found" => FIRE,
+            Severity::Alarm => "high",
+            _ => "medium",
+        },
         what: flag.meaning.into(),
         cause: flag.cause.into(),
         consequence: both(en, ru),
@@ -84,6 +91,91 @@ pub fn audit() -> Texts {
         remedy: both(
             "Make room on the disk or mend it; the entries are then stored by themselves.",
             "Освободите место или исправьте диск; записи сохранятся сами.",
+        ),
+    }
+}
+
+/// An entry of the audit log is not the one that was written.
+pub fn chain() -> Texts {
+    Texts {
+        priority: "medium",
+        what: both("The audit log was changed.", "Журнал аудита изменён."),
+        cause: both(
+            "Somebody has edited audit.db, or the disk has corrupted it.",
+            "Файл audit.db правили, либо его повредил диск.",
+        ),
+        consequence: both(
+            "Control is not affected. Entries from the one that is named in the event log on prove nothing.",
+            "На управление не влияет. Записи, начиная с указанной в журнале событий, ничего не доказывают.",
+        ),
+        remedy: both(
+            "Keep a copy of the folder for the investigation; then restore audit.db, or put it aside and \
+             start with --accept-lost audit.",
+            "Сохраните копию папки для расследования; затем восстановите audit.db либо уберите его и \
+             запустите с --accept-lost audit.",
+        ),
+    }
+}
+
+/// Files of the state were lost before this start.
+pub fn state() -> Texts {
+    Texts {
+        priority: "medium",
+        what: both("Files of the state were lost.", "Потеряны файлы состояния."),
+        cause: both(
+            "Files in the hub's folder were removed, replaced or cut; the event log names them.",
+            "Файлы в папке сервера объекта удалены, заменены или укорочены; какие — в журнале событий.",
+        ),
+        consequence: both(
+            "Control is not affected. What was in them is missing.",
+            "На управление не влияет. Того, что в них было, больше нет.",
+        ),
+        remedy: both(
+            "Find out who or what did it, restore a copy if there is one; then acknowledge.",
+            "Выясните причину, восстановите копию, если она есть; затем подтвердите.",
+        ),
+    }
+}
+
+/// Many logins fail.
+pub fn logins() -> Texts {
+    Texts {
+        priority: "medium",
+        what: both("Passwords are being guessed.", "Идёт подбор паролей."),
+        cause: both(
+            "Many logins have failed in the last minutes; the audit log has their users and addresses.",
+            "За последние минуты много неудачных входов; пользователи и адреса — в журнале аудита.",
+        ),
+        consequence: both(
+            "A login from a new place has to wait. Places from which a user has logged in before do not.",
+            "Вход с нового места ждёт. С мест, откуда пользователь уже входил, — не ждёт.",
+        ),
+        remedy: both(
+            "Find the addresses in the audit log and cut them off from the network of the hub.",
+            "Найдите адреса в журнале аудита и отключите их от сети сервера объекта.",
+        ),
+    }
+}
+
+/// What was revoked is not on the disk.
+pub fn revocations() -> Texts {
+    Texts {
+        priority: "medium",
+        what: both(
+            "Ended sessions and removed users are not stored.",
+            "Завершённые сеансы и удаления пользователей не сохранены.",
+        ),
+        cause: both(
+            "The disk is full, read-only or has failed.",
+            "Диск заполнен, доступен только для чтения или отказал.",
+        ),
+        consequence: both(
+            "They are in effect. If the hub restarts before the disk takes them, they may be undone.",
+            "Они действуют. Если сервер объекта перезапустится раньше, чем диск их примет, они могут пропасть.",
+        ),
+        remedy: both(
+            "Make room on the disk or repair it before the hub is restarted.",
+            "Освободите место или исправьте диск до перезапуска хаба.",
         ),
     }
 }

@@ -21,6 +21,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
 use super::catalogue::{self, Texts};
+use crate::clock::shifted;
 use crate::model::Status;
 use crate::text::Both;
 
@@ -41,7 +42,7 @@ pub struct Alarm {
     pub subsystem: String,
     /// The flag.
     pub flag: String,
-    /// `high`, `medium` or `low`.
+    /// `fire`, `high`, `medium` or `low`.
     #[serde(deserialize_with = "priority")]
     #[schema(value_type = String)]
     pub priority: Word,
@@ -75,7 +76,7 @@ pub struct Alarm {
 }
 
 /// The most urgent first.
-const PRIORITIES: [Word; 3] = ["high", "medium", "low"];
+const PRIORITIES: [Word; 4] = [catalogue::FIRE, "high", "medium", "low"];
 const STATES: [Word; 4] = ["unack", "rtn_unack", "ack", "shelved"];
 
 fn priority<'de, D: Deserializer<'de>>(from: D) -> Result<Word, D::Error> {
@@ -90,6 +91,19 @@ fn word<'de, D: Deserializer<'de>>(all: &[Word], from: D) -> Result<Word, D::Err
     let written = String::deserialize(from)?;
     let known = all.iter().find(|it| **it == written).copied();
     known.ok_or_else(|| D::Error::custom(format!("no word of alarms: {written}")))
+}
+
+/// The fire alarm of the site.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Fire {
+    /// A detector sees a fire now.
+    pub active: bool,
+    /// Somebody has yet to acknowledge one, also one that is gone.
+    pub waiting: bool,
+    /// Monitors whose detectors see one, or whose alarm waits.
+    pub monitors: Vec<String>,
+    /// Since when the first of them, ms since 1970.
+    pub since_ms: Option<u64>,
 }
 
 /// An acknowledgement.
@@ -110,6 +124,23 @@ pub struct Shelf {
     pub until_ms: u64,
     /// Why.
     pub reason: String,
+}
+
+/// How the hub itself is: each one that holds is an alarm.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Conditions {
+    /// The audit log cannot be stored.
+    pub audit: bool,
+    /// The history cannot be stored.
+    pub history: bool,
+    /// The audit log was changed.
+    pub chain: bool,
+    /// Files of the state were lost before the start.
+    pub state: bool,
+    /// Many logins fail.
+    pub logins: bool,
+    /// What was revoked is not on the disk.
+    pub revocations: bool,
 }
 
 /// An alarm that has changed.
@@ -171,6 +202,19 @@ impl Alarms {
         };
         list.sort_by_key(|alarm| rank(alarm));
         list
+    }
+
+    /// The fire alarm of the site: it ends when every fire is gone and acknowledged. What is on the
+    /// shelf is left out.
+    pub fn fire(&self) -> Fire {
+        let fires = self.all.values().filter(|it| it.priority == catalogue::FIRE);
+        let fires: Vec<&Alarm> = fires.filter(|it| it.state != "shelved").collect();
+        Fire {
+            active: fires.iter().any(|it| it.active),
+            waiting: fires.iter().any(|it| it.state != "ack"),
+            monitors: fires.iter().map(|it| it.monitor.clone()).collect(),
+            since_ms: fires.iter().map(|it| it.since_ms).min(),
+        }
     }
 
     /// The state of a monitor. Of one that does not answer nothing new is known.
@@ -241,20 +285,19 @@ impl Alarms {
         own.map(change).collect()
     }
 
-    /// Time has passed, and whether the audit log or the history cannot be stored.
-    pub fn handle_time(
-        &mut self,
-        now_ms: u64,
-        audit_failing: bool,
-        history_failing: bool,
-    ) -> Vec<Change> {
+    /// Time has passed, and this is how the hub itself is.
+    pub fn handle_time(&mut self, now_ms: u64, hub: Conditions) -> Vec<Change> {
         let mut changes = Vec::new();
-        for (failing, flag, texts) in [
-            (audit_failing, "Audit", catalogue::audit as fn() -> Texts),
-            (history_failing, "History", catalogue::history),
+        for (holds, flag, texts) in [
+            (hub.audit, "Audit", catalogue::audit as fn() -> Texts),
+            (hub.history, "History", catalogue::history),
+            (hub.chain, "AuditChain", catalogue::chain),
+            (hub.state, "State", catalogue::state),
+            (hub.logins, "Logins", catalogue::logins),
+            (hub.revocations, "Revocations", catalogue::revocations),
         ] {
             let id = format!("hub/{flag}");
-            if failing {
+            if holds {
                 let condition = Condition {
                     monitor: String::new(),
                     subsystem: "Hub".into(),
@@ -273,6 +316,21 @@ impl Alarms {
             .map(|alarm| alarm.id.clone())
             .collect();
         changes.extend(over.iter().filter_map(|id| self.unshelve(id, None)));
+        changes
+    }
+
+    /// The date has stepped: what is shelved stays so for the time that is left.
+    pub fn stepped(&mut self, by_ms: i64) -> Vec<Change> {
+        let mut changes = Vec::new();
+        for alarm in self.all.values_mut() {
+            alarm.gone_ms = alarm.gone_ms.map(|it| shifted(it, by_ms));
+            if let Some(shelf) = &mut alarm.shelved {
+                shelf.until_ms = shifted(shelf.until_ms, by_ms);
+                let (id, monitor) = (alarm.id.clone(), alarm.monitor.clone());
+                let (before, after) = (alarm.state, alarm.state);
+                changes.push(Change { id, monitor, before, after, user: None, reason: None });
+            }
+        }
         changes
     }
 
@@ -421,6 +479,34 @@ mod tests {
         assert!(alarms.list().is_empty());
     }
 
+    /// A fire that a detector has found is the site's, until it is gone and acknowledged.
+    #[test]
+    fn a_found_fire_is_an_alarm_of_the_site() {
+        let found = |found: bool| {
+            let mut detector = crate::model::Subsystem::default();
+            detector.set_bits(SubsystemId::DETECTOR, u32::from(found) << 17);
+            let subsystems = [("Detector".to_owned(), detector)].into();
+            Status { at_ms: Some(1), subsystems, ..Status::default() }
+        };
+        let mut alarms = Alarms::default();
+        assert_eq!(alarms.fire(), Fire::default());
+        alarms.observe(10, "M2", &found(true), true);
+        alarms.observe(20, "M1", &found(true), true);
+        let monitors = vec!["M1".to_owned(), "M2".to_owned()];
+        let burning = Fire { active: true, waiting: true, monitors, since_ms: Some(10) };
+        assert_eq!(alarms.fire(), burning);
+        let id = "M2/Detector/Found";
+        assert_eq!(alarms.get(id).unwrap().priority, "fire");
+        alarms.acknowledge(30, id, "anna");
+        alarms.acknowledge(30, "M1/Detector/Found", "anna");
+        assert!(alarms.fire().active && !alarms.fire().waiting);
+        for now_ms in [100, 100 + OFF_DELAY_MS] {
+            alarms.observe(now_ms, "M1", &found(false), true);
+            alarms.observe(now_ms, "M2", &found(false), true);
+        }
+        assert_eq!(alarms.fire(), Fire::default());
+    }
+
     #[test]
     fn what_returns_unacknowledged_stays_until_it_is() {
         let mut alarms = Alarms::default();
@@ -449,12 +535,24 @@ mod tests {
         see(&mut alarms, 0, OVERLOAD);
         assert_eq!(alarms.shelve(ID, "anna", 10_000, "known").unwrap().after, "shelved");
         assert!(alarms.unacknowledged().is_empty());
-        assert!(alarms.handle_time(9_999, false, false).is_empty());
-        assert_eq!(alarms.handle_time(10_000, false, false)[0].after, "unack");
+        assert!(alarms.handle_time(9_999, Conditions::default()).is_empty());
+        assert_eq!(alarms.handle_time(10_000, Conditions::default())[0].after, "unack");
         alarms.shelve(ID, "anna", 90_000, "known");
         see(&mut alarms, 11_000, 0);
         assert_eq!(see(&mut alarms, 14_000, 0), [("shelved", "shelved")]);
         assert_eq!(alarms.unshelve(ID, Some("anna")).unwrap().after, "normal");
+    }
+
+    #[test]
+    fn the_date_may_step_and_the_shelf_lasts_as_long() {
+        let mut alarms = Alarms::default();
+        see(&mut alarms, 0, OVERLOAD);
+        alarms.shelve(ID, "anna", 10_000, "known");
+        assert_eq!(alarms.stepped(-5000).len(), 1);
+        assert_eq!(alarms.get(ID).unwrap().shelved.as_ref().unwrap().until_ms, 5000);
+        alarms.stepped(1_000_000);
+        assert!(alarms.handle_time(1_004_999, Conditions::default()).is_empty());
+        assert_eq!(alarms.handle_time(1_005_000, Conditions::default()).len(), 1);
     }
 
     #[test]
@@ -480,15 +578,19 @@ mod tests {
     #[test]
     fn a_log_that_is_not_stored_is_an_alarm() {
         let mut alarms = Alarms::default();
-        assert_eq!(alarms.handle_time(0, true, false)[0].after, "unack");
-        alarms.handle_time(1, false, false);
-        assert_eq!(alarms.handle_time(3_000, false, false)[0].after, "rtn_unack");
+        assert_eq!(
+            alarms.handle_time(0, Conditions { audit: true, ..Conditions::default() })[0].after,
+            "unack"
+        );
+        alarms.handle_time(1, Conditions::default());
+        assert_eq!(alarms.handle_time(3_000, Conditions::default())[0].after, "rtn_unack");
     }
 
     #[test]
     fn a_restart_forgets_nothing() {
+        let both = Conditions { audit: true, history: true, ..Conditions::default() };
         let mut alarms = Alarms::default();
-        alarms.handle_time(5, true, true);
+        alarms.handle_time(5, both);
         alarms.shelve("hub/History", "anna", 500, "being moved");
         alarms.acknowledge(6, "hub/Audit", "boris");
         let written = |alarms: &Alarms| -> Vec<String> {
@@ -497,9 +599,9 @@ mod tests {
         let before = written(&alarms);
         let mut again = Alarms::restored(&before, &BTreeSet::new());
         assert_eq!(written(&again), before);
-        assert!(again.handle_time(7, true, true).is_empty(), "nothing is new");
+        assert!(again.handle_time(7, both).is_empty(), "nothing is new");
         assert_eq!(again.get("hub/History").unwrap().state, "shelved");
-        again.handle_time(500, true, true);
+        again.handle_time(500, both);
         assert_eq!(again.get("hub/History").unwrap().state, "unack");
 
         let gone = before[0].replace(r#""monitor":"""#, r#""monitor":"M9""#);

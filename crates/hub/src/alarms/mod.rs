@@ -3,12 +3,31 @@
 mod catalogue;
 mod machine;
 
-pub use machine::{Alarm, Alarms, Change};
+pub use machine::{Alarm, Alarms, Change, Conditions};
 
 use crate::hub::Hub;
+use crate::integrity::ChainWord;
 use crate::sync::lock;
 
 impl Hub {
+    /// Raises and clears the alarms of the hub itself.
+    pub fn look_at_itself(&self) {
+        let state = lock(&self.alarms).get("hub/State").map(|it| it.state);
+        if state == Some("ack") {
+            self.integrity.known();
+        }
+        let conditions = Conditions {
+            audit: self.audit.is_failing(),
+            history: lock(&self.history).is_failing(),
+            chain: self.integrity.chain().state == ChainWord::Broken,
+            state: !self.integrity.losses().is_empty(),
+            logins: lock(&self.logins).attack(self.now()),
+            revocations: self.access.revocations_wait(),
+        };
+        let changes = lock(&self.alarms).handle_time(self.clock.now_ms(), conditions);
+        self.publish_alarms(changes);
+    }
+
     /// Publishes alarms that have changed, and keeps the history of them.
     pub fn publish_alarms(&self, changes: Vec<Change>) {
         if changes.is_empty() {
@@ -25,6 +44,7 @@ impl Hub {
             let written = alarms.get(&change.id).and_then(|it| serde_json::to_string(it).ok());
             self.events.note_alarm(&change.id, written);
         }
+        self.topics.set("fire", &alarms.fire());
         drop(alarms);
         self.events.flush();
         let history = lock(&self.history);

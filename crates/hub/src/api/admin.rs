@@ -14,6 +14,7 @@ use super::session::{aside, slowly};
 use crate::access::{AccessError, Role};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::store::Act;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
@@ -62,8 +63,9 @@ async fn add_user(
     Body(new): Body<NewUser>,
 ) -> Result<StatusCode, ApiError> {
     let what = format!("add user {} as {}", new.user, new.role.name());
+    let act = Act::AddUser { user: new.user.clone(), role: new.role };
     let now_ms = hub.clock.now_ms();
-    change(&hub, &caller, &what, move |hub| {
+    change(&hub, &caller, (what, act), move |hub| {
         hub.access.add(now_ms, &new.user, new.role, &new.password)
     })
     .await?;
@@ -83,8 +85,11 @@ async fn change_user(
     let role = new.role.map_or("", Role::name);
     let password = if new.password.is_some() { " with a new password" } else { "" };
     let what = format!("change user {user} {role}{password}");
-    change(&hub, &caller, &what, move |hub| {
-        hub.access.change(&user, new.role, new.password.as_deref(), None)
+    let act =
+        Act::ChangeUser { user: user.clone(), role: new.role, password: new.password.is_some() };
+    let now_ms = hub.clock.steady_ms();
+    change(&hub, &caller, (what, act), move |hub| {
+        hub.access.change(now_ms, &user, new.role, new.password.as_deref(), None)
     })
     .await?;
     Ok(StatusCode::NO_CONTENT)
@@ -99,7 +104,9 @@ async fn remove_user(
     Path(user): Path<String>,
 ) -> Result<StatusCode, ApiError> {
     let what = format!("remove user {user}");
-    change(&hub, &caller, &what, move |hub| hub.access.remove(&user)).await?;
+    let act = Act::RemoveUser { user: user.clone() };
+    let now_ms = hub.clock.steady_ms();
+    change(&hub, &caller, (what, act), move |hub| hub.access.remove(now_ms, &user)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -121,9 +128,11 @@ async fn add_token(
 ) -> Result<(StatusCode, Json<Value>), ApiError> {
     let what = format!("add token {} as {}", new.name, new.role.name());
     let now_ms = hub.clock.now_ms();
-    let (id, token) =
-        change(&hub, &caller, &what, move |hub| hub.access.add_token(now_ms, &new.name, new.role))
-            .await?;
+    let act = Act::AddToken { name: new.name.clone(), role: new.role };
+    let (id, token) = change(&hub, &caller, (what, act), move |hub| {
+        hub.access.add_token(now_ms, &new.name, new.role)
+    })
+    .await?;
     Ok((StatusCode::CREATED, Json(json!({ "id": id, "token": token }))))
 }
 
@@ -141,8 +150,8 @@ async fn remove_token(
         Err(_) if caller.principal.role < Role::Administrator => 0,
         Err(_) => return Err(ApiError::not_found()),
     };
-    change(&hub, &caller, &format!("remove token {id}"), move |hub| hub.access.remove_token(id))
-        .await?;
+    let what = (format!("remove token {id}"), Act::RemoveToken { id });
+    change(&hub, &caller, what, move |hub| hub.access.remove_token(id)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -157,14 +166,15 @@ pub fn only_administrators(caller: &Caller) -> Result<(), ApiError> {
 pub async fn change<T: Send + 'static>(
     hub: &Hub,
     caller: &Caller,
-    what: &str,
+    (what, act): (String, Act),
     work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
 ) -> Result<T, ApiError> {
     only_administrators(caller)?;
     hub.count_request(&caller.principal)?;
-    let result = slowly(hub, work).await;
+    // It does not wait behind those who guess passwords.
+    let result = slowly(hub, 0, work).await;
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
-    drop(hub.audit.note(hub.record(caller, "", what, outcome)));
+    drop(hub.audit.note(hub.record(caller, "", &what, outcome).about(&act)));
     // Whoever is not known any more is not served any longer.
     hub.sessions.send_modify(|changes| *changes += 1);
     Ok(result?)

@@ -1,8 +1,10 @@
 //! Who asks: cookie, token, certificate; and that a browser asks on behalf of our own page.
 
-use std::net::{IpAddr, SocketAddr};
-use std::sync::Arc;
+use std::collections::{BTreeMap, HashMap};
+use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request, State};
@@ -11,17 +13,50 @@ use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use serde_json::json;
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
+use tokio::time::timeout;
 
 use super::BODY_MAX;
-use crate::access::{Kind, Principal, Role};
+use crate::access::{Bucket, Kind, Principal, Role, Standing};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::paced::{SHARED, Shared};
 use crate::sync::lock;
 use crate::text::both;
 
-/// The browser's cookie.
-pub const COOKIE: &str = "lafet_session";
+/// What browsers keep.
+#[derive(Clone, Copy, Debug)]
+pub enum Cookie {
+    /// Who is logged in.
+    Session,
+    /// That somebody has logged in here before.
+    Device,
+}
+
+impl Cookie {
+    /// Its name. Over TLS a browser takes one of this prefix from this host over TLS alone, so that
+    /// nobody on the network can slip one in.
+    const fn name(self, encrypted: bool) -> &'static str {
+        match (self, encrypted) {
+            (Self::Session, true) => "__Host-lafet_session",
+            (Self::Session, false) => "lafet_session",
+            (Self::Device, true) => "__Host-lafet_device",
+            (Self::Device, false) => "lafet_device",
+        }
+    }
+
+    /// The header that sets it.
+    pub fn set(self, value: &str, age_s: u32, encrypted: bool) -> String {
+        let (name, secure) = (self.name(encrypted), if encrypted { "; Secure" } else { "" });
+        format!("{name}={value}; Path=/; HttpOnly; SameSite=Strict; Max-Age={age_s}{secure}")
+    }
+}
+
+/// Stop, Close and Lockout do not wait longer for what is said besides.
+const LENIENT: Duration = Duration::from_secs(1);
+/// Bytes of a reason that an answer has: it may quote what was sent.
+const REASON_MAX: usize = 256;
 
 /// The other side of a connection.
 #[derive(Clone, Debug)]
@@ -33,7 +68,6 @@ pub struct Peer {
     /// The connection is encrypted.
     pub tls: bool,
     /// Counts the connection, also when it has become a WebSocket.
-    #[expect(dead_code, reason = "held for its end")]
     pub place: Arc<Place>,
 }
 
@@ -42,36 +76,120 @@ pub struct Peer {
 pub struct Place {
     hub: Hub,
     address: IpAddr,
+    number: u64,
+    end: Arc<Notify>,
+    /// The allowance that it shares with others of its address.
+    pub allowance: Option<Shared>,
     #[expect(dead_code, reason = "held for its end")]
     permit: OwnedSemaphorePermit,
 }
 
+/// The connections that are open.
+#[derive(Debug, Default)]
+pub struct Places {
+    addresses: HashMap<IpAddr, Here>,
+    /// Those whose client is not known yet, the oldest first.
+    strangers: BTreeMap<u64, (IpAddr, Arc<Notify>)>,
+    next: u64,
+}
+
+/// The connections of an address.
+#[derive(Debug)]
+struct Here {
+    count: usize,
+    strangers: usize,
+    allowance: Shared,
+}
+
+impl Places {
+    /// The oldest stranger of the address that has most of them gives way.
+    fn give_way(&mut self) {
+        let most = self.addresses.values().map(|it| it.strangers).max().unwrap_or(0);
+        let one_of_most =
+            |address| self.addresses.get(address).is_some_and(|it| it.strangers == most);
+        let first = self.strangers.iter().find(|(_, (address, _))| one_of_most(address));
+        if let Some(number) = first.map(|(number, _)| *number) {
+            self.known(number, true);
+        }
+    }
+
+    /// A connection is no stranger any more.
+    fn known(&mut self, number: u64, end: bool) {
+        if let Some((address, notify)) = self.strangers.remove(&number) {
+            if let Some(here) = self.addresses.get_mut(&address) {
+                here.strangers -= 1;
+            }
+            if end {
+                notify.notify_one();
+            }
+        }
+    }
+}
+
+/// Whom an address stands for: with IPv6, everybody has a network of 64 bits.
+fn network(address: IpAddr) -> IpAddr {
+    match address.to_canonical() {
+        IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),
+        address => address,
+    }
+}
+
 impl Place {
     /// A place for a connection, if there is one. A quarter of them is for other addresses than
-    /// the one that has the most, so that nobody takes them all.
+    /// the one that has the most, so that nobody takes them all; and half of them for clients that
+    /// are known: of the others, the oldest gives way to the next.
     pub fn take(hub: &Hub, room: &Arc<Semaphore>, address: IpAddr) -> Option<Self> {
-        let address = address.to_canonical();
-        let permit = room.clone().try_acquire_owned().ok()?;
-        let mut addresses = lock(&hub.addresses);
-        let count = addresses.entry(address).or_default();
-        let most = hub.config.connections_max - hub.config.connections_max / 4;
-        if *count >= most && !hub.config.proxies.contains(&address) {
+        let proxy = hub.config.proxies.contains(&address.to_canonical());
+        let address = network(address);
+        let all = hub.config.connections_max;
+        let mut places = lock(&hub.places);
+        let Ok(permit) = room.clone().try_acquire_owned() else {
+            places.give_way();
+            return None;
+        };
+        let strangers_max = all / 2;
+        if places.strangers.len() >= strangers_max {
+            places.give_way();
+        }
+        let now = hub.now();
+        let allowance = || Arc::new(Mutex::new(Bucket::new(now, SHARED.0, SHARED.1)));
+        let here = places.addresses.entry(address).or_insert_with(|| Here {
+            count: 0,
+            strangers: 0,
+            allowance: allowance(),
+        });
+        if here.count >= all - all / 4 && !proxy {
             return None;
         }
-        *count += 1;
+        (here.count, here.strangers) = (here.count + 1, here.strangers + 1);
+        let allowance = (!proxy).then(|| here.allowance.clone());
+        let (number, end) = (places.next, Arc::new(Notify::new()));
+        places.next += 1;
+        places.strangers.insert(number, (address, end.clone()));
         hub.counts.connections.fetch_add(1, Ordering::Relaxed);
-        Some(Self { hub: hub.clone(), address, permit })
+        Some(Self { hub: hub.clone(), address, number, end, allowance, permit })
+    }
+
+    /// Its client is known.
+    pub fn known(&self) {
+        lock(&self.hub.places).known(self.number, false);
+    }
+
+    /// It has to give way to another one.
+    pub async fn given_up(&self) {
+        self.end.notified().await;
     }
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
         self.hub.counts.connections.fetch_sub(1, Ordering::Relaxed);
-        let mut addresses = lock(&self.hub.addresses);
-        if let Some(count) = addresses.get_mut(&self.address) {
-            *count -= 1;
-            if *count == 0 {
-                addresses.remove(&self.address);
+        let mut places = lock(&self.hub.places);
+        places.known(self.number, false);
+        if let Some(here) = places.addresses.get_mut(&self.address) {
+            here.count -= 1;
+            if here.count == 0 {
+                places.addresses.remove(&self.address);
             }
         }
     }
@@ -93,11 +211,15 @@ impl FromRequestParts<Hub> for Caller {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
-        let principal = principal(parts, hub).filter(|principal| !principal.stale);
-        let principal = principal.ok_or_else(|| login_needed(hub))?;
+        let principal = principal(parts, hub).ok_or_else(|| login_needed(hub, None))?;
+        if !principal.is_good() {
+            return Err(login_needed(hub, Some(&principal)));
+        }
         let safe = matches!(parts.method, Method::GET | Method::HEAD);
         // A WebSocket is how one stops: whoever comes back with many is not kept out.
-        if safe && parts.uri.path() != "/api/ws" {
+        if !safe {
+            hub.count_change(&principal)?;
+        } else if parts.uri.path() != "/api/ws" {
             hub.count_reading(&principal)?;
         }
         if principal.kind == Kind::Session && !safe {
@@ -118,7 +240,7 @@ impl FromRequestParts<Hub> for Urgent {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
-        let principal = principal(parts, hub).ok_or_else(|| login_needed(hub))?;
+        let principal = principal(parts, hub).ok_or_else(|| login_needed(hub, None))?;
         Ok(Self(Caller::http(principal, address(parts, hub))))
     }
 }
@@ -146,13 +268,15 @@ impl FromRequest<Hub> for Lenient {
     type Rejection = std::convert::Infallible;
 
     async fn from_request(request: Request, _: &Hub) -> Result<Self, Self::Rejection> {
-        let body = axum::body::to_bytes(request.into_body(), BODY_MAX).await;
-        Ok(Self(body.unwrap_or_default()))
+        let body = timeout(LENIENT, axum::body::to_bytes(request.into_body(), BODY_MAX)).await;
+        Ok(Self(body.ok().and_then(Result::ok).unwrap_or_default()))
     }
 }
 
 /// A query or a body does not fit.
 pub fn not_understood(error: &dyn std::fmt::Display) -> ApiError {
+    let error = error.to_string();
+    let error = error.get(..error.floor_char_boundary(REASON_MAX)).unwrap_or_default();
     ApiError::bad_request(both(
         format!("Not understood: {error}. See /api/openapi.json."),
         format!("Не понято: {error}. См. /api/openapi.json."),
@@ -161,8 +285,13 @@ pub fn not_understood(error: &dyn std::fmt::Display) -> ApiError {
 
 /// Whether the browser's side is encrypted: ours, or that of a proxy of ours.
 pub fn encrypted(parts: &Parts, hub: &Hub) -> bool {
-    let Some(peer) = parts.extensions.get::<Peer>() else { return false };
-    let told = || parts.headers.get("x-forwarded-proto").is_some_and(|it| it == "https");
+    is_encrypted(hub, parts.extensions.get::<Peer>(), &parts.headers)
+}
+
+/// The same of what a request consists of.
+pub fn is_encrypted(hub: &Hub, peer: Option<&Peer>, headers: &HeaderMap) -> bool {
+    let Some(peer) = peer else { return false };
+    let told = || headers.get("x-forwarded-proto").is_some_and(|it| it == "https");
     peer.tls || (hub.config.proxies.contains(&peer.address.ip().to_canonical()) && told())
 }
 
@@ -182,12 +311,25 @@ pub fn address(parts: &Parts, hub: &Hub) -> IpAddr {
 }
 
 fn principal(parts: &Parts, hub: &Hub) -> Option<Principal> {
-    let now_ms = hub.clock.now_ms();
+    let principal = identify(parts, hub);
+    if let (Some(_), Some(peer)) = (&principal, parts.extensions.get::<Peer>()) {
+        peer.place.known();
+    }
+    principal
+}
+
+/// What a known client is counted by.
+pub fn key(parts: &Parts, hub: &Hub) -> Option<String> {
+    principal(parts, hub).map(|it| format!("{}/{}", it.user, it.key))
+}
+
+fn identify(parts: &Parts, hub: &Hub) -> Option<Principal> {
+    let now_ms = hub.clock.steady_ms();
     if let Some(value) = parts.headers.get(header::AUTHORIZATION) {
         let secret = value.to_str().ok().and_then(|value| value.strip_prefix("Bearer "));
         return hub.access.by_token(now_ms, secret?.trim());
     }
-    if let Some(secret) = cookie(&parts.headers)
+    if let Some(secret) = cookie(&parts.headers, Cookie::Session, encrypted(parts, hub))
         && let Some(principal) = hub.access.by_session(now_ms, secret)
     {
         return Some(principal);
@@ -211,37 +353,45 @@ fn known(name: &str, role: Role, kind: Kind) -> Principal {
         key: format!("c-{name}"),
         csrf: String::new(),
         expires_ms: 0,
-        stale: false,
+        standing: Standing::Good,
     }
 }
 
-/// The session's secret.
-pub fn cookie(headers: &HeaderMap) -> Option<&str> {
+/// The value of a cookie.
+pub fn cookie(headers: &HeaderMap, which: Cookie, encrypted: bool) -> Option<&str> {
     let all = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
     all.flat_map(|value| value.split(';')).find_map(|pair| {
         let (name, value) = pair.trim().split_once('=')?;
-        (name == COOKIE).then_some(value)
+        (name == which.name(encrypted)).then_some(value)
     })
 }
 
-/// Nobody is logged in.
-pub fn login_needed(hub: &Hub) -> ApiError {
+/// The client is not logged in, or not any more; then, what still works and until when.
+pub fn login_needed(hub: &Hub, left: Option<&Principal>) -> ApiError {
     let text = both("Log in first.", "Сначала войдите.");
     let setup = hub.config.login && hub.access.is_empty();
-    ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text).with("setup_needed", setup)
+    let error = ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text);
+    let error = error.with("setup_needed", setup);
+    match left {
+        None => error,
+        Some(left) => error
+            .with("standing", json!(left.standing))
+            .with("left_ms", left.expires_ms.saturating_sub(hub.clock.steady_ms())),
+    }
 }
 
 /// Turns away what another page asks in the name of its visitor, and names that are not ours (a
 /// page whose name was pointed here).
 pub async fn same_origin(State(hub): State<Hub>, request: Request, next: Next) -> Response {
-    let ours = ours(&hub, request.uri(), request.headers());
+    let encrypted = is_encrypted(&hub, request.extensions().get::<Peer>(), request.headers());
+    let ours = ours(&hub, request.uri(), request.headers(), encrypted);
     match ours {
         Ok(()) => next.run(request).await,
         Err(error) => error.into_response(),
     }
 }
 
-fn ours(hub: &Hub, uri: &Uri, headers: &HeaderMap) -> Result<(), ApiError> {
+fn ours(hub: &Hub, uri: &Uri, headers: &HeaderMap, encrypted: bool) -> Result<(), ApiError> {
     let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?"));
     let host = uri.authority().map(|it| it.as_str()).or_else(|| text(header::HOST));
     let Some(host) = host.filter(|host| is_ours(hub, host)) else {
@@ -253,7 +403,10 @@ fn ours(hub: &Hub, uri: &Uri, headers: &HeaderMap) -> Result<(), ApiError> {
         return Err(ApiError::new(StatusCode::FORBIDDEN, "bad_host", text));
     };
     let fine = text(header::ORIGIN).is_none_or(|origin| {
-        let same = origin.split_once("://").is_some_and(|(_, place)| place == host);
+        // A page that came in the clear may be somebody else's. The other way round it is ours,
+        // behind a proxy with TLS that does not say so.
+        let scheme = |it: &str| it == "https" || it == "http" && !encrypted;
+        let same = origin.split_once("://").is_some_and(|(it, place)| scheme(it) && place == host);
         same || hub.config.origins.iter().any(|allowed| allowed == origin)
     });
     if !fine {

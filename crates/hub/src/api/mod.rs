@@ -1,9 +1,11 @@
 //! HTTP: who asks, what for, and what comes back.
 
 mod admin;
+mod answers;
 mod assets;
 mod crash;
 mod guard;
+mod jets;
 mod metrics;
 mod monitors;
 mod parquet;
@@ -15,8 +17,11 @@ mod sim;
 mod state;
 mod ws;
 
+use std::sync::LazyLock;
+
+use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, State};
-use axum::http::{HeaderName, HeaderValue};
+use axum::http::{HeaderName, HeaderValue, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::{Json, Router};
@@ -27,11 +32,14 @@ use utoipa_axum::routes;
 
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-pub use guard::{Peer, Place};
-pub use ws::show_frame;
+pub use answers::Answering;
+pub use guard::{Peer, Place, Places};
+pub use ws::{kinds as messages, show_frame};
 
 /// Largest body of a request; Stop, Close and Lockout are read only so far.
 pub const BODY_MAX: usize = 64 * 1024;
+
+const JSON: (HeaderName, &str) = (axum::http::header::CONTENT_TYPE, "application/json");
 
 #[derive(OpenApi)]
 #[openapi(info(
@@ -46,6 +54,7 @@ pub fn router(hub: Hub) -> Router {
     router
         .fallback(assets::serve)
         .layer(DefaultBodyLimit::max(BODY_MAX))
+        .layer(middleware::from_fn_with_state(hub.clone(), answers::bounded))
         .layer(middleware::from_fn_with_state(hub.clone(), guard::same_origin))
         .layer(middleware::from_fn_with_state(hub.clone(), headers))
         .with_state(hub)
@@ -61,6 +70,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .routes(routes!(ws::upgrade))
         .merge(session::routes())
         .merge(monitors::routes())
+        .merge(jets::routes())
         .merge(records::routes())
         .merge(past::routes())
         .merge(recordings::routes())
@@ -94,20 +104,24 @@ async fn about(State(hub): State<Hub>, _: Caller) -> Json<Value> {
 
 /// The dictionary of the protocol.
 #[utoipa::path(get, path = "/api/dictionary", responses((status = 200, body = Object), (status = 401)))]
-async fn dictionary(State(hub): State<Hub>, _: Caller) -> Json<Value> {
-    Json(hub.dictionary.clone())
+async fn dictionary(State(hub): State<Hub>, _: Caller) -> Response {
+    ([JSON], hub.dictionary.clone()).into_response()
 }
 
 /// This description.
 #[utoipa::path(get, path = "/api/openapi.json", responses((status = 200, body = Object)))]
-async fn openapi() -> Json<Value> {
-    Json(description())
+async fn openapi() -> Response {
+    // The same for all, and asked for without login.
+    static TEXT: LazyLock<Bytes> = LazyLock::new(|| description().to_string().into());
+    ([JSON], TEXT.clone()).into_response()
 }
 
 /// What browsers have to keep to, and what is new is asked for.
 async fn headers(State(hub): State<Hub>, request: axum::extract::Request, next: Next) -> Response {
     hub.counts.requests.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     let api = request.uri().path().starts_with("/api");
+    let encrypted =
+        guard::is_encrypted(&hub, request.extensions().get::<Peer>(), request.headers());
     let mut response = next.run(request).await;
     let headers = response.headers_mut();
     let fixed = [
@@ -115,12 +129,18 @@ async fn headers(State(hub): State<Hub>, request: axum::extract::Request, next: 
         ("referrer-policy", "no-referrer"),
         (
             "content-security-policy",
-            "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; \
+            // Styles come from the page's own sheets; attributes, which set sizes and places, can
+            // neither select anything nor load anything.
+            "default-src 'self'; style-src-attr 'unsafe-inline'; img-src 'self' data: blob:; \
              worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'",
         ),
     ];
     for (name, value) in fixed {
         headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
+    }
+    if encrypted {
+        let year = HeaderValue::from_static("max-age=31536000");
+        headers.insert(header::STRICT_TRANSPORT_SECURITY, year);
     }
     if api {
         headers.insert("cache-control", HeaderValue::from_static("no-store"));

@@ -6,7 +6,7 @@ use axum::Json;
 use axum::extract::{Path, State};
 use lafet_client::{Monitor, Toward};
 use lafet_proto::SubsystemId;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
@@ -19,6 +19,7 @@ use crate::owner;
 use crate::station::{Beat, Station};
 use crate::sync::lock;
 use crate::text::{Both, both};
+use crate::urgent::Joined;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
@@ -107,19 +108,19 @@ async fn request(
     Body(asked): Body<Asked>,
 ) -> Result<Json<Value>, ApiError> {
     let station = hub.station(&id)?;
-    if !is_urgent(&asked.request) {
+    if urgent_text(&asked.request).is_none() {
         csrf(&caller, &headers)?;
     }
     let result = hub.command(&caller, &station, &asked.request, asked.confirm.as_deref()).await?;
     Ok(Json(result))
 }
 
-/// Stop written as a request is as urgent as its own address.
-pub fn is_urgent(text: &str) -> bool {
+/// Stop written as a request is as urgent as its own address: its text, if it is one.
+pub fn urgent_text(text: &str) -> Option<String> {
     let mut buffer = [0; lafet_proto::text::BUFFER_SIZE];
-    let needs =
-        crate::command::understand(text, &mut buffer).and_then(|it| crate::command::needs(&it));
-    needs.is_ok_and(|needs| needs.urgent)
+    let request = crate::command::understand(text, &mut buffer).ok()?;
+    let urgent = crate::command::needs(&request).is_ok_and(|needs| needs.urgent);
+    urgent.then(|| request.to_string())
 }
 
 /// What the extractor of `Caller` looks at, where it comes after the body.
@@ -288,6 +289,51 @@ pub const STOP: &str = "Stop All";
 /// Locks out.
 pub const LOCKOUT: &str = "Lockout All on";
 
+/// A monitor to which a request is sent and that has not answered yet.
+#[derive(Debug, Serialize)]
+struct Pending {
+    pending: bool,
+}
+
+/// The request that stops a subsystem; of one that nobody knows, everything.
+pub fn stop_text(of: Option<&str>) -> String {
+    let known = of.and_then(SubsystemId::from_name);
+    known.map_or_else(|| STOP.to_owned(), |id| format!("Stop {id}"))
+}
+
+/// The requests that close a valve, or all.
+pub fn close_texts(station: &Station, valve: Option<&str>) -> Vec<String> {
+    let named = valve.and_then(SubsystemId::from_name).filter(|id| id.is_valve());
+    let valves = match named {
+        Some(valve) => vec![valve],
+        None => match &station.status().valves()[..] {
+            [] => vec![SubsystemId::VALVE1, SubsystemId::VALVE2],
+            valves => valves.to_vec(),
+        },
+    };
+    valves.iter().map(|valve| format!("Close {valve}")).collect()
+}
+
+/// The results of several urgent requests to one monitor as one.
+pub async fn together(mut all: Vec<Joined>) -> Result<Value, ApiError> {
+    let results = futures_util::future::join_all(all.iter_mut().map(Joined::result)).await;
+    let mut all: Option<Value> = None;
+    for result in results {
+        let result = result?;
+        match &mut all {
+            None => all = Some(result),
+            Some(all) => {
+                let more = result["answers"].as_array().cloned().unwrap_or_default();
+                if let Some(answers) = all["answers"].as_array_mut() {
+                    answers.extend(more);
+                }
+                all["ok"] = (all["ok"] == json!(true) && result["ok"] == json!(true)).into();
+            }
+        }
+    }
+    Ok(all.unwrap_or_default())
+}
+
 impl Hub {
     /// Stops a subsystem; of one that nobody knows, everything.
     pub async fn stop(
@@ -296,9 +342,7 @@ impl Hub {
         station: &Arc<Station>,
         of: Option<&str>,
     ) -> Result<Value, ApiError> {
-        let known = of.and_then(SubsystemId::from_name);
-        let text = known.map_or_else(|| STOP.to_owned(), |id| format!("Stop {id}"));
-        self.command(caller, station, &text, None).await
+        self.urgent(caller, station, &stop_text(of)).result().await
     }
 
     /// Closes a valve, or all; those that are not known to exist are closed as well.
@@ -308,45 +352,26 @@ impl Hub {
         station: &Arc<Station>,
         valve: Option<&str>,
     ) -> Result<Value, ApiError> {
-        let named = valve.and_then(SubsystemId::from_name).filter(|id| id.is_valve());
-        let valves = match named {
-            Some(valve) => vec![valve],
-            None => match &station.status().valves()[..] {
-                [] => vec![SubsystemId::VALVE1, SubsystemId::VALVE2],
-                valves => valves.to_vec(),
-            },
-        };
-        let texts: Vec<String> = valves.iter().map(|valve| format!("Close {valve}")).collect();
-        let results = futures_util::future::join_all(
-            texts.iter().map(|text| self.command(caller, station, text, None)),
-        )
-        .await;
-        let mut all: Option<Value> = None;
-        for result in results {
-            let result = result?;
-            match &mut all {
-                None => all = Some(result),
-                Some(all) => {
-                    let more = result["answers"].as_array().cloned().unwrap_or_default();
-                    if let Some(answers) = all["answers"].as_array_mut() {
-                        answers.extend(more);
-                    }
-                    all["ok"] = (all["ok"] == json!(true) && result["ok"] == json!(true)).into();
-                }
-            }
-        }
-        Ok(all.unwrap_or_default())
+        let texts = close_texts(station, valve);
+        together(texts.iter().map(|text| self.urgent(caller, station, text)).collect()).await
     }
 
-    /// The same urgent request to every monitor, at the same time.
+    /// The same urgent request to every monitor at the same time, with what is known of each soon
+    /// after: the worst one does not keep back what the others have answered.
     pub async fn everywhere(&self, caller: &Caller, text: &str) -> Value {
-        let all = self.stations().into_iter().map(|station| async move {
-            let result = self.command(caller, &station, text, None).await;
-            let value = result.unwrap_or_else(|error| json!({ "error": error.json() }));
-            (station.id().to_owned(), value)
+        let join =
+            |station: &Arc<Station>| (station.id().to_owned(), self.urgent(caller, station, text));
+        let all: Vec<(String, Joined)> = self.stations().iter().map(join).collect();
+        let each = all.into_iter().map(async |(monitor, mut joined)| {
+            let value = match joined.soon().await {
+                Some(Ok(result)) => result,
+                Some(Err(error)) => json!({ "error": error.json() }),
+                None => json!(Pending { pending: true }),
+            };
+            (monitor, value)
         });
         let all: Map<String, Value> =
-            futures_util::future::join_all(all).await.into_iter().collect();
+            futures_util::future::join_all(each).await.into_iter().collect();
         Value::Object(all)
     }
 

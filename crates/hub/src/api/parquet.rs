@@ -8,9 +8,9 @@ use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
-use serde_json::Value;
 
-use super::records::Rows;
+use super::records::Read;
+use crate::store::Rows;
 
 /// Each change of a value; a value that is not known is null.
 const CHANGES: &str = "message history { REQUIRED BINARY series (UTF8); \
@@ -21,32 +21,43 @@ const MINUTES: &str = "message history { REQUIRED BINARY series (UTF8); \
     OPTIONAL DOUBLE most; }";
 
 /// A whole file.
-pub fn file(minutes: bool, all: &Rows) -> io::Result<Vec<u8>> {
-    write(minutes, all).map_err(io::Error::other)
+pub fn file(read: &Read) -> io::Result<Vec<u8>> {
+    write(read).map_err(io::Error::other)
 }
 
-fn write(minutes: bool, all: &Rows) -> Result<Vec<u8>, ParquetError> {
+fn write(read: &Read) -> Result<Vec<u8>, ParquetError> {
+    let minutes = read.resolution_ms > 0;
     let schema = Arc::new(parse_message_type(if minutes { MINUTES } else { CHANGES })?);
     let mut bytes = Vec::new();
     let properties = Arc::new(WriterProperties::builder().build());
     let mut writer = SerializedFileWriter::new(&mut bytes, schema, properties)?;
     let mut group = writer.next_row_group()?;
-    let rows = || all.iter().flat_map(|(name, rows)| rows.iter().map(move |row| (name, row)));
-    let series: Vec<ByteArray> =
-        rows().map(|(name, _)| ByteArray::from(name.as_bytes().to_vec())).collect();
+    let (mut series, mut times) = (Vec::new(), Vec::new());
+    let mut values = vec![Vec::new(); if minutes { 3 } else { 1 }];
+    for (name, rows) in &read.series {
+        let name = ByteArray::from(name.as_bytes().to_vec());
+        let mut put = |t: u64, cells: &[Option<f64>]| {
+            series.push(name.clone());
+            times.push(t.cast_signed());
+            values.iter_mut().zip(cells).for_each(|(column, cell)| column.push(*cell));
+        };
+        match rows {
+            Rows::Changes(rows) => rows.iter().for_each(|(t, value)| put(*t, &[*value])),
+            Rows::Spans(rows) => rows.iter().for_each(|(t, mean, least, most)| {
+                put(*t, &[Some(*mean), Some(*least), Some(*most)]);
+            }),
+        }
+    }
     if let Some(mut column) = group.next_column()? {
         column.typed::<ByteArrayType>().write_batch(&series, None, None)?;
         column.close()?;
     }
-    let cell = |row: &[Value], index: usize| row.get(index).cloned().unwrap_or_default();
-    let times: Vec<i64> = rows().map(|(_, row)| cell(row, 0).as_i64().unwrap_or(0)).collect();
     if let Some(mut column) = group.next_column()? {
         column.typed::<Int64Type>().write_batch(&times, None, None)?;
         column.close()?;
     }
-    for index in 1..=if minutes { 3 } else { 1 } {
-        let values: Vec<Option<f64>> = rows().map(|(_, row)| cell(row, index).as_f64()).collect();
-        doubles(&mut group, &values)?;
+    for column in &values {
+        doubles(&mut group, column)?;
     }
     group.close()?;
     writer.close()?;
@@ -67,10 +78,8 @@ fn doubles(
 
 #[cfg(test)]
 mod tests {
-    use parquet::file::reader::{FileReader, SerializedFileReader};
-    use serde_json::json;
-
     use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
 
     fn read(bytes: Vec<u8>) -> Vec<String> {
         let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
@@ -79,17 +88,21 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        let changes: Rows = vec![
-            ("a".into(), vec![vec![json!(1000), json!(1.5)], vec![json!(2000), Value::Null]]),
-            ("b".into(), vec![vec![json!(3000), json!(-2)]]),
+        let read_of = |resolution_ms, all: Vec<(&str, Rows)>| Read {
+            resolution_ms,
+            series: all.into_iter().map(|(name, rows)| (name.to_owned(), rows)).collect(),
+        };
+        let changes = vec![
+            ("a", Rows::Changes(vec![(1000, Some(1.5)), (2000, None)])),
+            ("b", Rows::Changes(vec![(3000, Some(-2.0))])),
         ];
-        let rows = read(file(false, &changes).unwrap());
+        let rows = read(file(&read_of(0, changes)).unwrap());
         assert_eq!(rows.len(), 3);
         assert!(rows[0].contains("\"a\"") && rows[0].contains("1.5"), "{rows:?}");
         assert!(rows[1].contains("null") && rows[2].contains("-2E0"), "{rows:?}");
-        let minutes = vec![("a".into(), vec![vec![json!(0), json!(2), json!(1), json!(3)]])];
-        let rows = read(file(true, &minutes).unwrap());
+        let minutes = vec![("a", Rows::Spans(vec![(0, 2.0, 1.0, 3.0)]))];
+        let rows = read(file(&read_of(60_000, minutes)).unwrap());
         assert!(rows[0].contains("mean: 2") && rows[0].contains("most: 3"), "{rows:?}");
-        assert_eq!(read(file(false, &Vec::new()).unwrap()).len(), 0);
+        assert_eq!(read(file(&read_of(0, Vec::new())).unwrap()).len(), 0);
     }
 }

@@ -16,7 +16,7 @@ use utoipa_axum::routes;
 
 use super::guard::not_understood;
 use super::recordings::{LINES_MAX, lines_of, names, whose};
-use super::records::Asked;
+use super::records::{Asked, between};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::link_series::PREFIX;
@@ -55,7 +55,8 @@ async fn changes(
     let Query(part) = part.map_err(|error| not_understood(&error))?;
     let to_ms = part.to_ms.unwrap_or_else(|| hub.clock.now_ms());
     let from_ms = part.from_ms.unwrap_or_else(|| to_ms.saturating_sub(USUAL_MS));
-    if to_ms.saturating_sub(from_ms) > RANGE_MS {
+    let (from_ms, to_ms) = between(Some(from_ms), Some(to_ms))?;
+    if to_ms - from_ms > RANGE_MS {
         return Err(ApiError::bad_request(both(
             "At most 24 hours at a time.",
             "Не более 24 часов за раз.",
@@ -66,11 +67,8 @@ async fn changes(
         Some(id) => vec![hub.station(&id)?.id().to_owned()],
         None => hub.stations().iter().map(|it| it.id().to_owned()).collect(),
     };
-    let base = {
-        let mut history = lock(&hub.history);
-        history.flush();
-        history.base()
-    };
+    let stored = lock(&hub.history).flushed();
+    let base = stored.await;
     let mut player = Player::new(addresses.clone(), names(&hub));
     player.values_hold = true;
     let mut past = Past {
@@ -180,11 +178,7 @@ fn apply(status: &mut Status, (series, _, value): &Change) {
         ..Subsystem::default()
     });
     if field == "bits" {
-        let class = flags::flags_of(id);
-        state.bits = *value as u32;
-        state.flags = class.set(state.bits).map(|flag| flag.to_string()).collect();
-        state.severity = model::severity(class.severity(state.bits));
-        return;
+        return state.set_bits(id, *value as u32);
     }
     let fields = of_answer(RequestId::GET_STATUS, id).iter().flat_map(|layout| layout.fields);
     let mut known = fields.filter(|it| it.kind != Kind::Flags);

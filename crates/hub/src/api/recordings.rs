@@ -1,14 +1,16 @@
 //! Recordings: what there is, what somebody asks for, and what it shows.
 
 use std::collections::BTreeMap;
+use std::io::{Read, Write};
+use std::path::{Path as FilePath, PathBuf};
+use std::time::Duration;
 
 use axum::Json;
 use axum::body::{Body as HttpBody, Bytes};
-use axum::extract::rejection::BytesRejection;
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use lafet_capture::Piece;
+use futures_util::{Stream, StreamExt};
 use serde::Deserialize;
 use tokio::sync::mpsc;
 use utoipa::{IntoParams, ToSchema};
@@ -16,17 +18,19 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::{Body, not_understood};
-use super::records::{Asked, needs};
+use super::records::{Asked, between, needs};
 use crate::access::Role;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::recording::player::Player;
-use crate::recording::{Recording, Whose, is_name};
-use crate::store::StoreError;
+use crate::recording::{Recording, UNPACKED_MAX, Whose, is_name};
+use crate::store::{Act, StoreError};
 use crate::text::{Both, both};
 
 /// Largest file that is taken.
 const UPLOAD_MAX: usize = 64 << 20;
+/// Who sends a file while another one comes is asked to wait.
+const SENDING: Duration = Duration::from_secs(5);
 /// Longest recording that is asked for, s.
 const SECONDS: std::ops::RangeInclusive<u64> = 1..=3600;
 /// So much of what was before is recorded, s.
@@ -44,7 +48,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(download))
         .routes(routes!(remove))
         .routes(routes!(changes))
-        .merge(upload.layer(DefaultBodyLimit::max(UPLOAD_MAX)))
+        .merge(upload.layer(DefaultBodyLimit::disable()))
 }
 
 /// What is to be recorded.
@@ -117,11 +121,12 @@ async fn record(
     let begun: Vec<Recording> =
         groups.into_iter().filter_map(|whose| hub.recordings.ask(times, whose, by)).collect();
     if begun.is_empty() {
-        return Err(ApiError::slow_down(std::time::Duration::from_secs(seconds)));
+        return Err(ApiError::slow_down(Duration::from_secs(seconds)));
     }
     for recording in &begun {
         let what = format!("record {}", recording.name);
-        drop(hub.audit.note(hub.record(&caller, "", &what, "Ok")));
+        let act = Act::StartRecording { recording: recording.name.clone() };
+        drop(hub.audit.note(hub.record(&caller, "", &what, "Ok").about(&act)));
     }
     Ok((StatusCode::CREATED, Json(begun)).into_response())
 }
@@ -134,10 +139,41 @@ async fn download(
     _: Caller,
     Path(name): Path<String>,
 ) -> Result<Response, ApiError> {
-    let bytes = bytes(&hub, &name).await?;
-    let kind = (header::CONTENT_TYPE, "application/octet-stream".to_owned());
-    let name = (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\""));
-    Ok(([kind, name], bytes).into_response())
+    let path = path(&hub, &name)?;
+    let own = hub.clone();
+    let file = blocking(move || {
+        own.recordings.flush();
+        std::fs::File::open(path)
+    })
+    .await?;
+    let size = file.metadata().map_err(StoreError::Io)?.len();
+    let headers = [
+        (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
+        (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
+        (header::CONTENT_LENGTH, size.to_string()),
+    ];
+    Ok((headers, HttpBody::from_stream(parts(file, size))).into_response())
+}
+
+/// A file in parts, each read when the one before is taken.
+fn parts(file: std::fs::File, size: u64) -> impl Stream<Item = std::io::Result<Bytes>> {
+    let state = (file.take(size), size);
+    futures_util::stream::try_unfold(state, |(mut file, left)| async move {
+        if left == 0 {
+            return Ok(None);
+        }
+        let read = move || {
+            let mut part = Vec::with_capacity(CHUNK);
+            file.by_ref().take(CHUNK as u64).read_to_end(&mut part)?;
+            Ok::<_, std::io::Error>((part, file))
+        };
+        let (part, file) = tokio::task::spawn_blocking(read).await??;
+        if part.is_empty() {
+            return Err(std::io::ErrorKind::UnexpectedEof.into());
+        }
+        let left = left.saturating_sub(part.len() as u64);
+        Ok(Some((Bytes::from(part), (file, left))))
+    })
 }
 
 /// Removes a recording.
@@ -150,7 +186,8 @@ async fn remove(
 ) -> Result<StatusCode, ApiError> {
     needs(&caller, Role::Engineer)?;
     path(&hub, &name)?;
-    drop(hub.audit.note(hub.record(&caller, "", &format!("remove {name}"), "Ok")));
+    let act = Act::RemoveRecording { recording: name.clone() };
+    drop(hub.audit.note(hub.record(&caller, "", &format!("remove {name}"), "Ok").about(&act)));
     blocking(move || {
         hub.recordings.end_one(&name);
         hub.recordings.flush();
@@ -163,31 +200,29 @@ async fn remove(
 /// Takes a file that was recorded elsewhere.
 #[utoipa::path(post, path = "/api/recordings/upload", params(Named),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
-    responses((status = 201, body = Recording), (status = 400), (status = 401), (status = 403), (status = 413), (status = 503)))]
+    responses((status = 201, body = Recording), (status = 400), (status = 401), (status = 403), (status = 413), (status = 429), (status = 503)))]
 async fn upload(
     State(hub): State<Hub>,
     caller: Caller,
     named: Asked<Named>,
-    body: Result<Bytes, BytesRejection>,
+    body: HttpBody,
 ) -> Result<Response, ApiError> {
     needs(&caller, Role::Operator)?;
     let Query(Named { name }) = named.map_err(|error| not_understood(&error))?;
-    let body = body.map_err(|error| {
-        let megabytes = UPLOAD_MAX >> 20;
-        let text = both(
-            format!("The file cannot be taken ({error}); at most {megabytes} MiB."),
-            format!("Файл не принят ({error}); не более {megabytes} МиБ."),
-        );
-        match error.into_response().status() {
-            status @ StatusCode::PAYLOAD_TOO_LARGE => ApiError::new(status, "too_large", text),
-            _ => ApiError::bad_request(text),
-        }
-    })?;
+    let Ok(turn) = hub.recordings.sending.clone().try_acquire_owned() else {
+        return Err(ApiError::slow_down(SENDING));
+    };
+    let own = hub.clone();
+    let (path, file) = blocking(move || own.recordings.folder.sent()).await?;
+    let sent = Sent(path.clone());
+    store(body, file).await?;
     let known = whose(&hub);
     let (by, now_ms) = (caller.principal.user.clone(), hub.clock.now_ms());
     let own = hub.clone();
     let added = tokio::task::spawn_blocking(move || {
-        own.recordings.add(now_ms, &name.unwrap_or_default(), &body, &by, &known)
+        let added = own.recordings.add(now_ms, &name.unwrap_or_default(), &path, &by, &known);
+        drop((sent, turn));
+        added
     });
     use crate::recording::Unfit;
     let recording = match added.await {
@@ -202,8 +237,42 @@ async fn upload(
         Err(_) => return Err(StoreError::Busy.into()),
     };
     let what = format!("upload {}", recording.name);
-    drop(hub.audit.note(hub.record(&caller, "", &what, "Ok")));
+    let act = Act::UploadRecording { recording: recording.name.clone() };
+    drop(hub.audit.note(hub.record(&caller, "", &what, "Ok").about(&act)));
     Ok((StatusCode::CREATED, Json(recording)).into_response())
+}
+
+/// A file that was sent. It is removed, unless it has become a recording.
+struct Sent(PathBuf);
+
+impl Drop for Sent {
+    fn drop(&mut self) {
+        _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// Writes a body to the disk as it comes.
+async fn store(body: HttpBody, mut file: std::fs::File) -> Result<(), ApiError> {
+    let (mut body, mut size) = (body.into_data_stream(), 0);
+    while let Some(part) = body.next().await {
+        let part = part.map_err(|error| {
+            ApiError::bad_request(both(
+                format!("The file has not arrived: {error}."),
+                format!("Файл не дошёл: {error}."),
+            ))
+        })?;
+        size += part.len();
+        if size > UPLOAD_MAX {
+            let megabytes = UPLOAD_MAX >> 20;
+            let text = both(
+                format!("The file is too large; at most {megabytes} MiB."),
+                format!("Файл слишком велик; не более {megabytes} МиБ."),
+            );
+            return Err(ApiError::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", text));
+        }
+        file = blocking(move || file.write_all(&part).map(|()| file)).await?;
+    }
+    Ok(())
 }
 
 /// What the topics of the WebSocket were.
@@ -216,11 +285,14 @@ async fn changes(
     part: Asked<Part>,
 ) -> Result<Response, ApiError> {
     let Query(part) = part.map_err(|error| not_understood(&error))?;
+    between(part.from_ms, part.to_ms)?;
     let path = path(&hub, &name)?;
     let own = hub.clone();
-    let pieces = blocking(move || {
+    // Its beginning is read first: what is no recording is refused with its status.
+    let begins = path.clone();
+    blocking(move || {
         own.recordings.flush();
-        lafet_capture::read_pieces(&path).map_err(std::io::Error::other)
+        lafet_capture::read_each(&begins, UNPACKED_MAX, |_| false).map_err(std::io::Error::other)
     })
     .await?;
     let mut addresses = whose(&hub);
@@ -229,37 +301,37 @@ async fn changes(
     let mut player = Player::new(addresses, names(&hub));
     player.frames = part.frames.unwrap_or(false);
     let (to, lines) = mpsc::channel(4);
-    tokio::task::spawn_blocking(move || play(player, &pieces, &part, &Sender::new(to)));
+    tokio::task::spawn_blocking(move || play(player, &path, &part, &Sender::new(to)));
     Ok(lines_of(lines))
 }
 
-fn play(mut player: Player, pieces: &[Piece], part: &Part, to: &Sender) {
-    let at = |piece: &Piece| piece.at_ns() / 1_000_000;
-    let first_ms = pieces.first().map_or(0, at);
-    let from_ms = part.from_ms.unwrap_or(first_ms).max(first_ms);
+fn play(mut player: Player, path: &FilePath, part: &Part, to: &Sender) {
     let to_ms = part.to_ms.unwrap_or(u64::MAX);
+    let mut from_ms = None;
     let mut begun = false;
     let (mut chunk, mut count) = (String::new(), 0);
-    for piece in pieces {
-        let at_ms = at(piece);
+    let read = lafet_capture::read_each(path, UNPACKED_MAX, |piece| {
+        let at_ms = piece.at_ns() / 1_000_000;
+        let from_ms = *from_ms.get_or_insert(part.from_ms.unwrap_or(at_ms).max(at_ms));
         if at_ms > to_ms || count >= LINES_MAX {
-            break;
+            return false;
         }
         if !begun && at_ms > from_ms {
             chunk += &player.everything(from_ms);
             begun = true;
         }
-        if let Some(line) = player.piece(piece).filter(|_| begun) {
+        if let Some(line) = player.piece(&piece).filter(|_| begun) {
             chunk += &line;
             count += 1;
         }
-        if chunk.len() > CHUNK && !to.send(&mut chunk) {
-            return;
-        }
+        chunk.len() <= CHUNK || to.send(&mut chunk)
+    });
+    if let Err(error) = read {
+        return to.fail(std::io::Error::other(error));
     }
     chunk += &match begun {
         true => player.take().unwrap_or_default(),
-        false => player.everything(from_ms),
+        false => player.everything(from_ms.unwrap_or(0)),
     };
     to.send(&mut chunk);
 }
@@ -277,6 +349,10 @@ impl Sender {
     /// Sends what has come together; `false`: nobody reads any more.
     fn send(&self, chunk: &mut String) -> bool {
         self.0.blocking_send(Ok(std::mem::take(chunk))).is_ok()
+    }
+
+    fn fail(&self, error: std::io::Error) {
+        _ = self.0.blocking_send(Err(error));
     }
 }
 
@@ -310,15 +386,6 @@ fn path(hub: &Hub, name: &str) -> Result<std::path::PathBuf, ApiError> {
         return Err(ApiError::not_found());
     }
     hub.recordings.path(name).ok_or_else(ApiError::not_found)
-}
-
-async fn bytes(hub: &Hub, name: &str) -> Result<Vec<u8>, ApiError> {
-    let (path, hub) = (path(hub, name)?, hub.clone());
-    blocking(move || {
-        hub.recordings.flush();
-        std::fs::read(path)
-    })
-    .await
 }
 
 /// Work with the disk.

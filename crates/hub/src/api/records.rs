@@ -1,5 +1,8 @@
 //! Alarms, the audit log, history.
 
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
 use axum::Json;
 use axum::body::Body as HttpBody;
 use axum::extract::rejection::QueryRejection;
@@ -8,8 +11,8 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use lafet_proto::dictionary::layouts::{Kind, of_answer};
 use lafet_proto::{RequestId, SubsystemId};
-use serde::Deserialize;
-use serde_json::{Map, Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -17,9 +20,10 @@ use utoipa_axum::routes;
 use super::guard::{Body, not_understood};
 use super::state::Wanted;
 use crate::access::Role;
+use crate::authority::REASON_MAX;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::store::{RAW_RANGE_MS, StoreError};
+use crate::store::{Act, AlarmChange, DAY_MS, RAW_RANGE_MS, Rows, StoreError, resolution_ms};
 use crate::sync::lock;
 use crate::text::{Both, both};
 
@@ -30,6 +34,7 @@ pub const LIMIT_MAX: u32 = 1000;
 /// Series in one answer.
 const SERIES_MAX: usize = 32;
 /// Points of a series in one answer.
+const POINTS_MIN: usize = 4;
 const POINTS_MAX: usize = 10_000;
 
 pub type Asked<T> = Result<Query<T>, QueryRejection>;
@@ -87,6 +92,7 @@ struct Part {
     series: Option<String>,
     from_ms: Option<u64>,
     to_ms: Option<u64>,
+    /// At most so many points of a series: 4…10000.
     points: Option<usize>,
 }
 
@@ -119,7 +125,9 @@ async fn acknowledge(
     };
     for change in &changes {
         let what = format!("acknowledge {}", change.id);
-        drop(hub.audit.note(hub.record(&caller, &change.monitor, &what, "Ok")));
+        let act = Act::Acknowledge { alarm: change.id.clone() };
+        let record = hub.record(&caller, &change.monitor, &what, "Ok");
+        drop(hub.audit.note(record.about(&act)));
     }
     hub.publish_alarms(changes);
     Ok(Json(json!(lock(&hub.alarms).list())))
@@ -134,10 +142,14 @@ async fn shelve(
     Body(Shelve { id, minutes, reason }): Body<Shelve>,
 ) -> Result<Json<Value>, ApiError> {
     needs(&caller, Role::Operator)?;
-    if !(1..=SHELVE_MAX_MIN).contains(&minutes) || reason.trim().is_empty() {
+    if !(1..=SHELVE_MAX_MIN).contains(&minutes)
+        || !(1..=REASON_MAX).contains(&reason.trim().chars().count())
+    {
         return Err(ApiError::bad_request(both(
-            format!("It takes a reason and 1…{SHELVE_MAX_MIN} minutes."),
-            format!("Нужны причина и 1…{SHELVE_MAX_MIN} минут."),
+            format!(
+                "It takes a reason of 1…{REASON_MAX} characters and 1…{SHELVE_MAX_MIN} minutes."
+            ),
+            format!("Нужны причина (1…{REASON_MAX} символов) и 1…{SHELVE_MAX_MIN} минут."),
         )));
     }
     let until_ms = hub.clock.now_ms() + minutes * 60_000;
@@ -145,7 +157,8 @@ async fn shelve(
     let change = change.ok_or_else(ApiError::not_found)?;
     let mut record = hub.record(&caller, &change.monitor, &format!("shelve {id}"), "Ok");
     record.details = json!({ "minutes": minutes, "reason": reason.trim() });
-    drop(hub.audit.note(record));
+    let act = Act::Shelve { alarm: id.clone(), minutes, reason: reason.trim().into() };
+    drop(hub.audit.note(record.about(&act)));
     hub.publish_alarms(vec![change]);
     Ok(Json(json!(lock(&hub.alarms).get(&id))))
 }
@@ -161,24 +174,25 @@ async fn unshelve(
     needs(&caller, Role::Operator)?;
     let change = lock(&hub.alarms).unshelve(&id, Some(&caller.principal.user));
     let change = change.ok_or_else(ApiError::not_found)?;
-    drop(hub.audit.note(hub.record(&caller, &change.monitor, &format!("unshelve {id}"), "Ok")));
+    let record = hub.record(&caller, &change.monitor, &format!("unshelve {id}"), "Ok");
+    drop(hub.audit.note(record.about(&Act::Unshelve { alarm: id.clone() })));
     hub.publish_alarms(vec![change]);
     Ok(Json(json!(lock(&hub.alarms).get(&id))))
 }
 
 /// What alarms did.
 #[utoipa::path(get, path = "/api/alarms/history", params(Range),
-    responses((status = 200, body = Vec<Object>), (status = 400), (status = 401), (status = 503)))]
+    responses((status = 200, body = Vec<AlarmChange>), (status = 400), (status = 401), (status = 503)))]
 async fn alarm_log(
     State(hub): State<Hub>,
     _: Caller,
     range: Asked<Range>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Vec<AlarmChange>>, ApiError> {
     let Query(range) = range.map_err(|error| not_understood(&error))?;
     let base = lock(&hub.history).base();
-    let times = (range.from_ms.unwrap_or(0), range.to_ms.unwrap_or(u64::MAX));
+    let times = between(range.from_ms, range.to_ms)?;
     let limit = range.limit.unwrap_or(100).min(LIMIT_MAX);
-    Ok(Json(Value::Array(base.alarms(range.monitor, times, limit).await?)))
+    Ok(Json(base.alarms(range.monitor, times, limit).await?))
 }
 
 /// The latest entries of the audit log.
@@ -191,7 +205,7 @@ async fn audit(
 ) -> Result<Json<Value>, ApiError> {
     needs(&caller, Role::Operator)?;
     let Query(wanted) = wanted.map_err(|error| not_understood(&error))?;
-    let page = hub.audit.find(wanted.into()).await?;
+    let page = hub.audit.find(wanted.try_into()?).await?;
     Ok(Json(json!({
         "entries": page.found, "next": page.next, "waiting": hub.audit.waiting(),
     })))
@@ -210,7 +224,8 @@ async fn verify(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, A
     responses((status = 200, content_type = "application/x-ndjson"), (status = 401), (status = 403)))]
 async fn export(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiError> {
     needs(&caller, Role::Engineer)?;
-    drop(hub.audit.note(hub.record(&caller, "", "export audit log", "Ok")));
+    let record = hub.record(&caller, "", "export audit log", "Ok");
+    drop(hub.audit.note(record.about(&Act::ExportAudit)));
     // Read in pieces as they are taken: a long log does not have to fit into memory.
     let pieces = futures_util::stream::try_unfold((hub, 1_u64), |(hub, next)| async move {
         let entries = hub.audit.from(next, LIMIT_MAX).await.map_err(std::io::Error::other)?;
@@ -252,16 +267,13 @@ async fn series(
 
 /// Values over time.
 #[utoipa::path(get, path = "/api/history", params(Part),
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 404), (status = 503)))]
+    responses((status = 200, body = Read), (status = 400), (status = 401), (status = 404), (status = 503)))]
 async fn history(
     State(hub): State<Hub>,
     _: Caller,
     part: Asked<Part>,
-) -> Result<Json<Value>, ApiError> {
-    let (minutes, all) = read(&hub, part).await?;
-    let all: Map<String, Value> = all.into_iter().map(|(name, rows)| (name, json!(rows))).collect();
-    let resolution_ms = if minutes { 60_000 } else { 0 };
-    Ok(Json(json!({ "resolution_ms": resolution_ms, "series": all })))
+) -> Result<Json<Read>, ApiError> {
+    Ok(Json(read(&hub, part).await?))
 }
 
 /// The same as CSV.
@@ -272,15 +284,21 @@ async fn history_csv(
     _: Caller,
     part: Asked<Part>,
 ) -> Result<Response, ApiError> {
-    let (minutes, all) = read(&hub, part).await?;
-    let mut text =
-        String::from(if minutes { "series,t_ms,mean,least,most\n" } else { "series,t_ms,value\n" });
-    for (name, rows) in all {
-        for row in rows {
-            let cell =
-                |value: &Value| if value.is_null() { String::new() } else { value.to_string() };
-            let cells: Vec<String> = row.iter().map(cell).collect();
-            text.push_str(&format!("{name},{}\n", cells.join(",")));
+    let read = read(&hub, part).await?;
+    let mut text = String::from(match read.resolution_ms {
+        0 => "series,t_ms,value\n",
+        _ => "series,t_ms,mean,least,most\n",
+    });
+    for (name, rows) in &read.series {
+        // Writing into a string does not fail.
+        match rows {
+            Rows::Changes(rows) => rows.iter().for_each(|(t, value)| {
+                let value = value.map(|it| it.to_string()).unwrap_or_default();
+                _ = writeln!(text, "{name},{t},{value}");
+            }),
+            Rows::Spans(rows) => rows.iter().for_each(|(t, mean, least, most)| {
+                _ = writeln!(text, "{name},{t},{mean},{least},{most}");
+            }),
         }
     }
     let headers = [
@@ -299,35 +317,62 @@ async fn history_parquet(
     _: Caller,
     part: Asked<Part>,
 ) -> Result<Response, ApiError> {
-    let (minutes, all) = read(&hub, part).await?;
-    let file = super::parquet::file(minutes, &all).map_err(StoreError::Io)?;
+    let read = read(&hub, part).await?;
+    let file = super::parquet::file(&read).map_err(StoreError::Io)?;
     let kind = (header::CONTENT_TYPE, "application/vnd.apache.parquet");
     let name = (header::CONTENT_DISPOSITION, "attachment; filename=\"lafet-history.parquet\"");
     Ok(([kind, name], file).into_response())
 }
 
-/// Series with their rows.
-pub type Rows = Vec<(String, Vec<Vec<Value>>)>;
+/// Values of series over time.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct Read {
+    /// 0: each change, a value holds until the next one; otherwise the length of the spans, ms.
+    pub resolution_ms: u64,
+    /// `[t, value]` (null: not known), or `[t, mean, least, greatest]`, by series.
+    #[schema(value_type = BTreeMap<String, Vec<Vec<Option<f64>>>>)]
+    pub series: BTreeMap<String, Rows>,
+}
 
-async fn read(hub: &Hub, part: Asked<Part>) -> Result<(bool, Rows), ApiError> {
+/// The latest time that is taken: the end of the year 9999.
+const TIME_MAX_MS: u64 = 253_402_300_799_999;
+
+/// A range of time that is in order: everything, where nothing is said of it.
+pub fn between(from_ms: Option<u64>, to_ms: Option<u64>) -> Result<(u64, u64), ApiError> {
+    let (from_ms, to_ms) = (from_ms.unwrap_or(0), to_ms.unwrap_or(TIME_MAX_MS));
+    if from_ms > to_ms || to_ms > TIME_MAX_MS {
+        return Err(ApiError::bad_request(both(
+            format!("from_ms must not be after to_ms, nor either after {TIME_MAX_MS}."),
+            format!("from_ms не может быть больше to_ms, и оба — больше {TIME_MAX_MS}."),
+        )));
+    }
+    Ok((from_ms, to_ms))
+}
+
+async fn read(hub: &Hub, part: Asked<Part>) -> Result<Read, ApiError> {
     let Query(part) = part.map_err(|error| not_understood(&error))?;
     hub.station(&part.monitor)?;
-    let to_ms = part.to_ms.unwrap_or_else(|| hub.clock.now_ms());
+    let now_ms = hub.clock.now_ms();
+    let to_ms = part.to_ms.unwrap_or(now_ms);
     let from_ms = part.from_ms.unwrap_or_else(|| to_ms.saturating_sub(RAW_RANGE_MS));
-    let minutes = to_ms.saturating_sub(from_ms) > RAW_RANGE_MS;
+    let (from_ms, to_ms) = between(Some(from_ms), Some(to_ms))?;
+    let minutes = to_ms - from_ms > RAW_RANGE_MS;
+    // Of what is not kept and of the future there is nothing: spans are for the rest.
+    let kept_ms = u64::from(hub.config.minute_days) * DAY_MS;
+    let range = match minutes {
+        true => (from_ms.max(now_ms.saturating_sub(kept_ms)), to_ms.min(now_ms)),
+        false => (from_ms, to_ms),
+    };
     let names: Vec<String> =
         part.series.unwrap_or_default().split(',').take(SERIES_MAX).map(str::to_owned).collect();
-    let points = part.points.unwrap_or(POINTS_MAX).clamp(1, POINTS_MAX);
-    let base = {
-        let mut history = lock(&hub.history);
-        history.flush();
-        history.base()
-    };
-    let mut rows = Vec::new();
+    let points = part.points.unwrap_or(POINTS_MAX).clamp(POINTS_MIN, POINTS_MAX);
+    let resolution_ms = minutes.then(|| resolution_ms(range, points));
+    let stored = lock(&hub.history).flushed();
+    let base = stored.await;
+    let mut series = BTreeMap::new();
     for name in names.into_iter().filter(|name| !name.is_empty()) {
-        let range = (from_ms, to_ms);
-        let values = base.values(&part.monitor, &name, range, minutes, points).await?;
-        rows.push((name, values));
+        let values = base.values(&part.monitor, &name, range, resolution_ms, points).await?;
+        series.insert(name, values);
     }
-    Ok((minutes, rows))
+    Ok(Read { resolution_ms: resolution_ms.unwrap_or(0), series })
 }

@@ -13,10 +13,11 @@ use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::{Body, COOKIE};
-use crate::access::{AccessError, Kind, Principal, SessionInfo};
+use super::guard::{Body, Cookie, cookie};
+use crate::access::{AccessError, Kind, Place, Principal, SessionInfo};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::store::Act;
 use crate::sync::lock;
 use crate::text::both;
 
@@ -54,28 +55,50 @@ struct Password {
     new: String,
 }
 
+/// A device is remembered for this time, s: 400 days are what browsers allow.
+const DEVICE_S: u32 = 400 * 24 * 3600;
+
 /// Where a request comes from, before anybody is known.
-struct From(String, bool);
+struct From {
+    address: String,
+    encrypted: bool,
+    /// What a login on this device has left.
+    device: Option<String>,
+}
+
+impl From {
+    /// The same place, as far as it concerns a user.
+    fn place(&self, hub: &Hub, user: &str) -> Place {
+        let device = self.device.as_ref().is_some_and(|it| hub.access.is_device(user, it));
+        Place { address: self.address.clone(), device }
+    }
+}
 
 impl FromRequestParts<Hub> for From {
     type Rejection = std::convert::Infallible;
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, Self::Rejection> {
         let address = super::guard::address(parts, hub).to_string();
-        Ok(Self(address, super::guard::encrypted(parts, hub)))
+        let encrypted = super::guard::encrypted(parts, hub);
+        let device = cookie(&parts.headers, Cookie::Device, encrypted).map(str::to_owned);
+        Ok(Self { address, encrypted, device })
     }
 }
 
 /// Who is logged in.
 #[utoipa::path(get, path = "/api/session", responses((status = 200, body = Object), (status = 401)))]
-async fn session(caller: Caller) -> Json<Value> {
-    Json(about(&caller.principal))
+async fn session(State(hub): State<Hub>, caller: Caller) -> Json<Value> {
+    Json(about(&hub, &caller.principal))
 }
 
-fn about(principal: &Principal) -> Value {
+fn about(hub: &Hub, principal: &Principal) -> Value {
+    let expires_ms = match principal.expires_ms {
+        0 => 0,
+        steady_ms => hub.access.date_ms(steady_ms),
+    };
     json!({
         "user": principal.user, "role": principal.role, "kind": principal.kind,
-        "csrf": principal.csrf, "expires_ms": principal.expires_ms, "seat": principal.key,
+        "csrf": principal.csrf, "expires_ms": expires_ms, "seat": principal.key,
     })
 }
 
@@ -87,7 +110,7 @@ async fn log_in(
     from: From,
     Body(login): Body<Login>,
 ) -> Result<Response, ApiError> {
-    let attempt = Try::begin(&hub, &from.0, &login.user)?;
+    let attempt = Try::begin(&hub, &from, &login.user)?;
     begin(hub, from, login, attempt).await
 }
 
@@ -99,27 +122,27 @@ async fn set_up(
     from: From,
     Body(setup): Body<Setup>,
 ) -> Result<Response, ApiError> {
-    let attempt = Try::begin(&hub, &from.0, "")?;
+    let attempt = Try::begin(&hub, &from, "")?;
     let now_ms = hub.clock.now_ms();
     let login = Login { user: setup.user.clone(), password: setup.password.clone() };
-    let result = slowly(&hub, move |hub| {
+    let result = slowly(&hub, attempt.rank, move |hub| {
         hub.access.set_up(now_ms, &setup.token, &setup.user, &setup.password)
     })
     .await;
     attempt.end(!matches!(result, Err(AccessError::Wrong)));
     result?;
-    let attempt = Try::begin(&hub, &from.0, &login.user)?;
+    let attempt = Try::begin(&hub, &from, &login.user)?;
     begin(hub, from, login, attempt).await
 }
 
 /// Logs out.
 #[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401), (status = 403)))]
-async fn log_out(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiError> {
+async fn log_out(State(hub): State<Hub>, caller: Caller, from: From) -> Result<Response, ApiError> {
     let key = caller.principal.key;
     aside(&hub, move |hub| hub.access.log_out(&key)).await?;
     hub.sessions.send_modify(|changes| *changes += 1);
-    let cookie = format!("{COOKIE}=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
-    Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, cookie)]).into_response())
+    let gone = Cookie::Session.set("", 0, from.encrypted);
+    Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())
 }
 
 /// Changes one's own password; other sessions end.
@@ -138,15 +161,17 @@ async fn password(
         )));
     }
     let (user, key) = (caller.principal.user.clone(), caller.principal.key.clone());
-    let attempt = Try::begin(&hub, &from.0, &user)?;
-    let result = slowly(&hub, move |hub| {
+    let attempt = Try::begin(&hub, &from, &user)?;
+    let now_ms = hub.clock.steady_ms();
+    let result = slowly(&hub, attempt.rank, move |hub| {
         hub.access.check_password(&user, &password.old)?;
-        hub.access.change(&user, None, Some(&password.new), Some(&key))
+        hub.access.change(now_ms, &user, None, Some(&password.new), Some(&key))
     })
     .await;
     attempt.end(!matches!(result, Err(AccessError::Wrong)));
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
-    drop(hub.audit.note(hub.record(&caller, "", "change own password", outcome)));
+    let record = hub.record(&caller, "", "change own password", outcome);
+    drop(hub.audit.note(record.about(&Act::ChangeOwnPassword)));
     hub.sessions.send_modify(|changes| *changes += 1);
     result?;
     Ok(StatusCode::NO_CONTENT)
@@ -156,25 +181,29 @@ async fn password(
 struct Try {
     hub: Hub,
     user: String,
-    from: String,
+    place: Place,
+    /// Its place among those who wait for a turn.
+    rank: u32,
     ended: bool,
 }
 
 impl Try {
-    fn begin(hub: &Hub, from: &str, user: &str) -> Result<Self, ApiError> {
+    fn begin(hub: &Hub, from: &From, user: &str) -> Result<Self, ApiError> {
         // Nobody has such a name, and it would have to be remembered.
         if user.len() > NAME_MAX {
             return Err(AccessError::Wrong.into());
         }
-        lock(&hub.logins).begin(hub.now(), user, from).map_err(ApiError::slow_down)?;
-        Ok(Self { hub: hub.clone(), user: user.into(), from: from.into(), ended: false })
+        let place = from.place(hub, user);
+        let begun = lock(&hub.logins).begin(hub.now(), user, &place);
+        let rank = begun.map_err(ApiError::slow_down)?;
+        Ok(Self { hub: hub.clone(), user: user.into(), place, rank, ended: false })
     }
 
     /// How it ended; whether that is to be noted.
     fn end(mut self, right: bool) -> bool {
         self.ended = true;
         if right {
-            lock(&self.hub.logins).succeeded(&self.user, &self.from);
+            lock(&self.hub.logins).succeeded(&self.user, &self.place);
             return true;
         }
         self.failed()
@@ -182,7 +211,7 @@ impl Try {
 
     fn failed(&self) -> bool {
         self.hub.counts.logins_failed.fetch_add(1, Ordering::Relaxed);
-        lock(&self.hub.logins).failed(self.hub.now(), &self.user, &self.from)
+        lock(&self.hub.logins).failed(self.hub.now(), &self.user, &self.place)
     }
 }
 
@@ -195,22 +224,32 @@ impl Drop for Try {
 }
 
 async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Response, ApiError> {
-    let (now_ms, user) = (hub.clock.now_ms(), login.user.clone());
-    let result =
-        slowly(&hub, move |hub| hub.access.log_in(now_ms, &login.user, &login.password)).await;
+    let (now_ms, user) = (hub.clock.steady_ms(), login.user.clone());
+    let (rank, known) = (attempt.rank, attempt.place.device);
+    let result = slowly(&hub, rank, move |hub| {
+        let session = hub.access.log_in(now_ms, &login.user, &login.password)?;
+        let device = if known { None } else { hub.access.add_device(now_ms, &login.user).ok() };
+        Ok((session, device))
+    })
+    .await;
     let noted = attempt.end(result.is_ok());
-    let mut record = hub.record(&Caller::hub(), "", "login", "Ok");
-    (record.user, record.from, record.via) = (user, from.0, "http".into());
+    let mut record = hub.record(&Caller::hub(), "", "login", "Ok").about(&Act::Login);
+    (record.user, record.from, record.via) = (user, from.address, "http".into());
+    record.kind = Some(Kind::Session);
     record.role.clear();
     match result {
-        Ok(SessionInfo { secret, principal }) => {
+        Ok((SessionInfo { secret, principal }, device)) => {
             record.role = principal.role.name().into();
             drop(hub.audit.note(record));
-            let secure = if from.1 { "; Secure" } else { "" };
-            let cookie = format!(
-                "{COOKIE}={secret}; Path=/; HttpOnly; SameSite=Strict; Max-Age=604800{secure}"
-            );
-            Ok(([(header::SET_COOKIE, cookie)], Json(about(&principal))).into_response())
+            let session = Cookie::Session.set(&secret, 604_800, from.encrypted);
+            let device = device.map(|it| Cookie::Device.set(&it, DEVICE_S, from.encrypted));
+            let mut response = Json(about(&hub, &principal)).into_response();
+            for cookie in [Some(session), device].into_iter().flatten() {
+                if let Ok(value) = cookie.parse() {
+                    response.headers_mut().append(header::SET_COOKIE, value);
+                }
+            }
+            Ok(response)
         }
         Err(error) => {
             record.outcome = "login_failed".into();
@@ -223,13 +262,13 @@ async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Respo
 }
 
 /// Passwords are hashed on threads of their own, few at a time: commands need the processor, too.
+/// Of those who wait, the lower rank goes first.
 pub async fn slowly<T: Send + 'static>(
     hub: &Hub,
+    rank: u32,
     work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
 ) -> Result<T, AccessError> {
-    let Ok(turn) = hub.hashing.clone().acquire_owned().await else {
-        return Err(AccessError::Unfit);
-    };
+    let turn = hub.hashing.take(rank).await.ok_or(AccessError::Busy)?;
     aside(hub, move |hub| {
         let _turn = turn;
         work(hub)
@@ -243,5 +282,5 @@ pub async fn aside<T: Send + 'static>(
     work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
 ) -> Result<T, AccessError> {
     let hub = hub.clone();
-    tokio::task::spawn_blocking(move || work(&hub)).await.unwrap_or(Err(AccessError::Unfit))
+    tokio::task::spawn_blocking(move || work(&hub)).await.unwrap_or(Err(AccessError::Busy))
 }

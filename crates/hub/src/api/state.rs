@@ -15,11 +15,11 @@ use utoipa_axum::routes;
 
 use super::admin::{change, only_administrators};
 use super::guard::not_understood;
-use super::records::{Asked, LIMIT_MAX};
-use crate::access::{AccessError, Kind};
+use super::records::{Asked, LIMIT_MAX, between};
+use crate::access::Kind;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::store::Search;
+use crate::store::{Act, Search};
 use crate::sync::lock;
 
 pub fn routes() -> OpenApiRouter<Hub> {
@@ -43,9 +43,12 @@ pub struct Wanted {
     limit: Option<u32>,
 }
 
-impl From<Wanted> for Search {
-    fn from(it: Wanted) -> Self {
-        Self {
+impl TryFrom<Wanted> for Search {
+    type Error = ApiError;
+
+    fn try_from(it: Wanted) -> Result<Self, ApiError> {
+        between(it.from_ms, it.to_ms)?;
+        Ok(Self {
             monitor: it.monitor,
             user: it.user,
             text: it.text.map(|text| text.to_lowercase()),
@@ -53,7 +56,7 @@ impl From<Wanted> for Search {
             to_ms: it.to_ms,
             before: it.before,
             limit: it.limit.unwrap_or(100).min(LIMIT_MAX) as usize,
-        }
+        })
     }
 }
 
@@ -73,7 +76,7 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<Value>, ApiErro
     let disk = tokio::task::spawn_blocking(move || disk(&place)).await.unwrap_or_default();
     Ok(Json(json!({
         "version": env!("CARGO_PKG_VERSION"), "started_ms": hub.started_ms, "now_ms": now_ms,
-        "uptime_ms": now_ms.saturating_sub(hub.started_ms),
+        "uptime_ms": u64::try_from(hub.now().as_millis()).unwrap_or(u64::MAX),
         "monitors": hub.stations().len(), "memory_bytes": memory_bytes(),
         "clients": {
             "connections": of(&counts.connections), "connections_max": hub.config.connections_max,
@@ -142,7 +145,8 @@ fn memory_bytes() -> Option<u64> {
     responses((status = 200, body = Vec<Object>), (status = 401), (status = 403)))]
 async fn sessions(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
     only_administrators(&caller)?;
-    let known = hub.access.sessions(hub.clock.now_ms());
+    let known = hub.access.sessions(hub.clock.steady_ms());
+    let date = |ms| hub.access.date_ms(ms);
     let seated = hub.seated();
     let seats = |key: &str| -> Vec<Value> {
         let own = seated.iter().filter(|it| it.principal.key == key && it.open);
@@ -154,7 +158,8 @@ async fn sessions(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>,
         .map(|it| {
             json!({
                 "id": it.key, "user": it.user, "role": it.role, "kind": Kind::Session,
-                "created_ms": it.created_ms, "used_ms": it.used_ms, "expires_ms": it.expires_ms(),
+                "created_ms": date(it.created_ms), "used_ms": date(it.used_ms),
+                "expires_ms": date(it.expires_ms()),
                 "own": own(&it.key), "seats": seats(&it.key),
             })
         })
@@ -180,10 +185,9 @@ async fn end_session(
     caller: Caller,
     Path(id): Path<String>,
 ) -> Result<StatusCode, ApiError> {
-    change(&hub, &caller, &format!("end session {id}"), move |hub| {
-        if hub.access.log_out(&id)? { Ok(()) } else { Err(AccessError::Missing) }
-    })
-    .await?;
+    let what = (format!("end session {id}"), Act::EndSession { session: id.clone() });
+    let now_ms = hub.clock.steady_ms();
+    change(&hub, &caller, what, move |hub| hub.access.end_session(now_ms, &id)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -196,6 +200,6 @@ async fn events(
     wanted: Asked<Wanted>,
 ) -> Result<Json<Value>, ApiError> {
     let Query(wanted) = wanted.map_err(|error| not_understood(&error))?;
-    let page = hub.events.find(wanted.into()).await?;
+    let page = hub.events.find(wanted.try_into()?).await?;
     Ok(Json(json!({ "events": page.found, "next": page.next })))
 }

@@ -56,6 +56,7 @@ pub struct Check<'a> {
     text: &'a str,
     folder: &'a Path,
     problems: Vec<Problem>,
+    warnings: Vec<Problem>,
 }
 
 /// Makes a configuration of a file.
@@ -66,7 +67,7 @@ pub fn check(
     folder: &Path,
     overrides: &Overrides,
 ) -> Result<Config, Vec<Problem>> {
-    let mut check = Check { file, text, folder, problems: Vec::new() };
+    let mut check = Check { file, text, folder, problems: Vec::new(), warnings: Vec::new() };
     let listen = check.listen(&read, overrides);
     let login = *read.server.login.get_ref();
     if !login && !listen.ip().is_loopback() {
@@ -130,6 +131,7 @@ pub fn check(
         proxies: read.server.proxies,
         login,
         data: Some(data),
+        accept_lost: Vec::new(),
         recording,
         connections_max: read.server.connections_max.into_inner(),
         tls,
@@ -140,6 +142,7 @@ pub fn check(
         minute_days: read.history.minute_days.into_inner(),
         site: site(&read.monitor, &read.tank, &read.wall),
         monitors,
+        warnings: check.warnings.clone(),
         simulation: read.server.simulation,
         demo: false,
     };
@@ -147,6 +150,28 @@ pub fn check(
 }
 
 impl Check<'_> {
+    /// A file with a secret that every user of this machine can read.
+    fn secret(&mut self, byte: usize, path: &Path) {
+        if !is_open(path) {
+            return;
+        }
+        let name = path.display();
+        self.warnings.push(Problem::at(
+            self.file,
+            self.text,
+            byte,
+            both(
+                format!("Every user of this machine can read {name}."),
+                format!("Файл {name} может прочитать любой пользователь этой машины."),
+            ),
+            both(format!("chmod o= {name}"), format!("chmod o= {name}")),
+        ));
+    }
+
+    fn file_name(&self) -> &Path {
+        Path::new(Path::new(self.file).file_name().unwrap_or_default())
+    }
+
     /// Something is wrong at a byte of the file.
     pub fn say(&mut self, byte: usize, what: Both, remedy: Both) {
         self.problems.push(Problem::at(self.file, self.text, byte, what, remedy));
@@ -187,6 +212,14 @@ impl Check<'_> {
 
     fn postgres(&mut self, history: &super::file::History) -> Option<Address> {
         let url = history.url.as_ref()?;
+        let (at, own) = (url.span().start, self.folder.join(self.file_name()));
+        if url.get_ref().split('@').next().is_some_and(|it| it.matches(':').count() > 1) {
+            self.secret(at, &own);
+        }
+        if let Some((_, key)) = url.get_ref().split_once("sslkey=") {
+            let key = key.split('&').next().unwrap_or_default();
+            self.secret(at, &self.folder.join(key));
+        }
         let address = Address::parse(url.get_ref(), self.folder);
         let used = address.and_then(|address| match address.connector() {
             Ok(_) => Ok(address),
@@ -246,6 +279,7 @@ impl Check<'_> {
             client_ca: tls.client_ca.map(|path| self.folder.join(path)),
             client_roles: tls.client_roles,
         };
+        self.secret(byte, &config.key);
         for what in crate::tls::problems(&config) {
             self.say(
                 byte,
@@ -354,6 +388,19 @@ impl Check<'_> {
     }
 }
 
+/// Whether every user of this machine can read a file.
+#[cfg(unix)]
+fn is_open(path: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::metadata(path).is_ok_and(|it| it.permissions().mode() & 0o004 != 0)
+}
+
+/// Other systems have other means.
+#[cfg(not(unix))]
+fn is_open(_: &Path) -> bool {
+    false
+}
+
 #[cfg(test)]
 mod tests {
     use serde_json::{Value, json};
@@ -399,7 +446,8 @@ mod tests {
                 .lines()
                 .map(|line| line.strip_prefix("# ").filter(|it| setting(it)).unwrap_or(line))
                 .collect();
-            let file = File::read("hub.toml", &all.join("\n")).unwrap();
+            let (file, _, problems) = File::read("hub.toml", &all.join("\n"));
+            assert_eq!(problems, []);
             assert!(file.tls.is_some() && file.metrics.open && file.history.url.is_some());
         }
         let bare = |text: &str| -> Vec<String> {
@@ -528,5 +576,47 @@ mod tests {
         let overrides = Overrides { listen: Some("here".into()), ..Overrides::default() };
         let problems = Config::parse("f", text, Path::new("/"), &overrides).unwrap_err();
         assert_eq!(problems[0].place, "LAFET_HUB_LISTEN");
+    }
+
+    #[test]
+    fn everything_that_is_wrong_is_said_at_once() {
+        let text = "[server]\nlisen = \"127.0.0.1:1\"\nplain_http = 3\nconnections_max = 1\n\
+                    [history]\nraw_days = \"x\"\nminute_day = 3\n[[monitor]]\nid = \"M1\"\n\
+                    [[monitor]]\nid = \"a b\"\nurl = \"nonsense\"\npol_ms = 5\n[metrcs]\n";
+        let told = parse(text).unwrap_err();
+        let at = |line: u32, word: &str| {
+            let place = format!("hub.toml:{line}: ");
+            told.iter().any(|it| it.starts_with(&place) && it.contains(word))
+        };
+        for (line, word) in [
+            (2, "Did you mean listen?"),
+            (3, "true or false"),
+            (4, "connections_max"),
+            (6, "raw_days"),
+            (7, "Did you mean minute_days?"),
+            (8, "url"),
+            (11, "a b"),
+            (12, "nonsense"),
+            (13, "Did you mean poll_ms?"),
+            (14, "Did you mean metrics?"),
+        ] {
+            let word = if word == "raw_days" { "whole number" } else { word };
+            assert!(at(line, word), "{line} {word}: {told:#?}");
+        }
+        assert_eq!(told.len(), 10, "{told:#?}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_key_that_everybody_can_read_is_warned_of() {
+        use std::os::unix::fs::PermissionsExt;
+        let file = std::env::temp_dir().join(format!("lafet-key-{}", std::process::id()));
+        std::fs::write(&file, "").unwrap();
+        for (mode, open) in [(0o644, true), (0o640, false), (0o600, false)] {
+            std::fs::set_permissions(&file, std::fs::Permissions::from_mode(mode)).unwrap();
+            assert_eq!(is_open(&file), open, "{mode:o}");
+        }
+        std::fs::remove_file(file).unwrap();
+        assert!(!is_open(Path::new("/nothing/of/this/name")));
     }
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
 
 use super::{Problem, words};
 use crate::access::Role;
@@ -160,21 +161,71 @@ pub struct Wall {
     pub height: f64,
 }
 
+/// More mistakes than this are not looked for: the file is not one of ours.
+const PROBLEMS_MAX: usize = 100;
+
 impl File {
-    /// Reads the text.
-    pub fn read(file: &str, text: &str) -> Result<Self, Problem> {
-        toml::from_str(text).map_err(|error| {
+    /// Reads the text as far as it can be read, and everything that is wrong with it. What is wrong is
+    /// left out and the rest read again, until it fits. `false`: it is not TOML at all.
+    pub fn read(file: &str, text: &str) -> (Self, bool, Vec<Problem>) {
+        let remedy = both(
+            "What may stand here: lafet serve --example.",
+            "Что здесь может стоять: lafet serve --example.",
+        );
+        let problem = |error: &toml::de::Error| {
             let at = error.span().map_or(0, |span| span.start);
-            Problem::at(
-                file,
-                text,
-                at,
-                words::of(error.message().trim_end()),
-                both(
-                    "What may stand here: lafet serve --example.",
-                    "Что здесь может стоять: lafet serve --example.",
-                ),
-            )
-        })
+            let message = error.message().trim_end();
+            Problem::at(file, text, at, words::of(message), words::meant(message, remedy.clone()))
+        };
+        let (mut table, wrong) = DeTable::parse_recoverable(text);
+        let is_toml = wrong.is_empty();
+        let mut problems: Vec<Problem> = wrong.iter().map(problem).collect();
+        while problems.len() < PROBLEMS_MAX {
+            match Self::deserialize(toml::Deserializer::from(table.clone())) {
+                Ok(read) => return (read, is_toml, problems),
+                Err(error) => {
+                    let at = error.span().map(|span| span.start);
+                    problems.push(problem(&error));
+                    if !at.is_some_and(|at| leave_out(table.get_mut(), at)) {
+                        break;
+                    }
+                }
+            }
+        }
+        (Self::default(), is_toml, problems)
+    }
+}
+
+/// Removes the innermost entry whose key or value begins at or around a byte of the text.
+fn leave_out(table: &mut DeTable<'_>, at: usize) -> bool {
+    if table.iter_mut().any(|(_, value)| leave_out_within(value, at)) {
+        return true;
+    }
+    let mut found = None;
+    for (key, value) in table.iter() {
+        if key.span().contains(&at) || value.span().contains(&at) {
+            found = Some(key.clone());
+        }
+    }
+    found.is_some_and(|key| table.remove(&key).is_some())
+}
+
+fn leave_out_within(value: &mut Spanned<DeValue<'_>>, at: usize) -> bool {
+    match value.get_mut() {
+        DeValue::Table(table) => leave_out(table, at),
+        DeValue::Array(array) => {
+            if array.iter_mut().any(|it| leave_out_within(it, at)) {
+                return true;
+            }
+            let before = array.len();
+            let mut kept = DeArray::new();
+            for it in array.iter().filter(|it| !it.span().contains(&at)) {
+                kept.push(it.clone());
+            }
+            let fewer = kept.len() < before;
+            *array = kept;
+            fewer
+        }
+        _ => false,
     }
 }

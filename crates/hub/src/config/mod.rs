@@ -13,7 +13,7 @@ use lafet_client::Endpoint;
 use serde_json::Value;
 
 use crate::access::Role;
-use crate::store::Address;
+use crate::store::{Address, StateFile};
 use crate::text::Both;
 pub use check::Problem;
 
@@ -37,6 +37,8 @@ pub struct Config {
     pub login: bool,
     /// Folder of the state; `None` keeps it in memory.
     pub data: Option<PathBuf>,
+    /// Files of the state whose loss is accepted at this start.
+    pub accept_lost: Vec<StateFile>,
     /// Connections at most.
     pub connections_max: usize,
     /// TLS; without it plain HTTP.
@@ -57,6 +59,8 @@ pub struct Config {
     pub monitors: Vec<MonitorConfig>,
     /// Where things stand, as the API publishes it.
     pub site: Option<Value>,
+    /// What is not wrong, but should not stay: the hub starts all the same.
+    pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.
     pub simulation: bool,
     /// This is the demo.
@@ -121,6 +125,7 @@ impl Default for Config {
             proxies: Vec::new(),
             login: true,
             data: None,
+            accept_lost: Vec::new(),
             connections_max: 2048,
             tls: None,
             metrics_open: false,
@@ -130,6 +135,7 @@ impl Default for Config {
             minute_days: 400,
             recording: RecordingConfig::default(),
             monitors: Vec::new(),
+            warnings: Vec::new(),
             site: None,
             simulation: false,
             demo: false,
@@ -165,7 +171,20 @@ impl Config {
         folder: &std::path::Path,
         overrides: &Overrides,
     ) -> Result<Self, Vec<Problem>> {
-        let read = file::File::read(file, text).map_err(|problem| vec![problem])?;
-        check::check(file, text, read, folder, overrides)
+        let (read, is_toml, mut problems) = file::File::read(file, text);
+        if !is_toml {
+            return Err(problems);
+        }
+        match check::check(file, text, read, folder, overrides) {
+            Ok(config) if problems.is_empty() => Ok(config),
+            Ok(_) => Err(problems),
+            Err(more) => {
+                // What could not be read is missing for the checks: that is no mistake of its own.
+                let (whole, end) = (problems.is_empty(), text.len());
+                let last = Problem::at(file, text, end, Both::default(), Both::default()).place;
+                problems.extend(more.into_iter().filter(|it| whole || it.place != last));
+                Err(problems)
+            }
+        }
     }
 }

@@ -21,6 +21,9 @@ const KINDS: [[&str; 3]; 15] = [
     ["boolean", "the value", "значение"],
 ];
 
+/// Names that are so like each other are the same, mistyped.
+const LIKE: f64 = 0.8;
+
 /// The message of a reader in both languages; one that is not known stays as it is.
 pub fn of(said: &str) -> Both {
     let list = |listed: &str| listed.trim_start_matches("one of ").replace(" or ", ", ");
@@ -52,6 +55,24 @@ pub fn of(said: &str) -> Both {
         );
     }
     both(format!("TOML: {said}."), format!("TOML: {said}."))
+}
+
+/// What was meant, where a name is nearly one that is known; else the usual remedy.
+pub fn meant(said: &str, usual: Both) -> Both {
+    let rest =
+        said.strip_prefix("unknown field ").or_else(|| said.strip_prefix("unknown variant "));
+    let nearest = rest.and_then(expected).and_then(|(name, listed)| {
+        let name = name.trim_matches('`');
+        let names = listed.split('`').skip(1).step_by(2);
+        let near = names.map(|it| (strsim::jaro_winkler(name, it), it));
+        near.filter(|(likeness, _)| *likeness > LIKE).max_by(|a, b| a.0.total_cmp(&b.0))
+    });
+    match nearest {
+        None => usual,
+        Some((_, name)) => {
+            both(format!("Did you mean {name}?"), format!("Возможно, имелось в виду {name}."))
+        }
+    }
 }
 
 fn expected(rest: &str) -> Option<(&str, &str)> {

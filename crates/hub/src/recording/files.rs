@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
-use std::io::{self, BufWriter};
+use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
 
-use lafet_capture::{Captured, Format, Piece, ReadError, Recorder};
+use lafet_capture::{Format, Piece, ReadError, Recorder};
 use time::OffsetDateTime;
 
 use super::{Recording, Whose, player};
@@ -20,6 +20,10 @@ const MEGABYTE: u64 = 1_000_000;
 /// Ends the name of what is told of a recording.
 const ABOUT: &str = "json";
 const ENDINGS: [&str; 2] = [".mcap", ".pcapng"];
+/// What is packed into a recording, bytes; of more, nothing is read.
+pub const UNPACKED_MAX: u64 = 256 << 20;
+/// How files begin that are still being sent.
+const SENT: &str = ".sent-";
 const NAME_MAX: usize = 100;
 
 /// What the thread does.
@@ -76,6 +80,11 @@ impl Folder {
             std::env::temp_dir().join(format!("lafet-recordings-{}-{number}", std::process::id()))
         });
         fs::create_dir_all(&path)?;
+        for entry in fs::read_dir(&path)?.flatten() {
+            if entry.file_name().to_string_lossy().starts_with(SENT) {
+                _ = fs::remove_file(entry.path());
+            }
+        }
         let folder = Self(Arc::new(Place { path, temporary }));
         folder.mend();
         Ok(folder)
@@ -84,8 +93,11 @@ impl Folder {
     /// What was being written when the hub was killed is complete as it is.
     fn mend(&self) {
         for meta in self.list().into_iter().filter(|it| it.recording) {
-            let pieces = lafet_capture::read(&self.path().join(&meta.name)).unwrap_or_default();
-            let to_ms = pieces.last().map_or(meta.to_ms, |it| it.at_ns / 1_000_000);
+            let mut to_ms = meta.to_ms;
+            _ = lafet_capture::read_each(&self.path().join(&meta.name), u64::MAX, |piece| {
+                to_ms = piece.at_ns() / 1_000_000;
+                true
+            });
             _ = tell(self.path(), &Recording { to_ms, recording: false, ..meta });
         }
     }
@@ -126,49 +138,79 @@ impl Folder {
         fs::remove_file(self.path().join(name))
     }
 
-    /// Puts a file into it, if it is a recording.
+    /// A file for what somebody sends; [`Folder::list`] does not show it.
+    pub fn sent(&self) -> io::Result<(PathBuf, File)> {
+        static NUMBER: AtomicU64 = AtomicU64::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let path = self.path().join(format!("{SENT}{}-{number}", std::process::id()));
+        let file = File::create(&path)?;
+        Ok((path, file))
+    }
+
+    /// Takes a file that was sent, if it is a recording.
     pub fn add(
         &self,
         now_ms: u64,
         name: &str,
-        bytes: &[u8],
+        sent: &Path,
         by: &str,
         known: &Whose,
     ) -> Result<Recording, Unfit> {
-        let format = Format::of_bytes(bytes).ok_or(Unfit::Read(ReadError::Unknown))?;
-        let ending = if format == Format::Mcap { ".mcap" } else { ".pcapng" };
+        let about = About::read(sent, known).map_err(Unfit::Read)?;
+        let mut first = [0; 8];
+        let mut file = File::open(sent).map_err(Unfit::Io)?;
+        let len = file.read(&mut first).map_err(Unfit::Io)?;
+        let format = Format::of_bytes(first.get(..len).unwrap_or_default());
+        let ending = if format == Some(Format::Mcap) { ".mcap" } else { ".pcapng" };
         let stem = ENDINGS.iter().find_map(|it| name.strip_suffix(it)).unwrap_or(name);
         let fine = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
         let stem: String = stem.chars().map(|c| if fine(c) { c } else { '_' }).take(60).collect();
         let stem = stem.trim_matches(['.', '_']);
         let stem = if stem.is_empty() { date(now_ms) } else { stem.to_owned() };
         let name = fresh(&(stem + ending), |name| self.has(name));
-        let path = self.path().join(&name);
-        fs::write(&path, bytes).map_err(Unfit::Io)?;
-        let read = lafet_capture::read(&path);
-        let pieces = read.inspect_err(|_| _ = fs::remove_file(&path)).map_err(Unfit::Read)?;
-        let at = |piece: Option<&Captured>| piece.map_or(now_ms, |it| it.at_ns / 1_000_000);
-        let mut addresses: BTreeMap<u8, String> = BTreeMap::new();
-        for piece in &pieces {
-            player::frames(piece, |frame| {
-                if let Some(address) = player::monitor_of(frame) {
-                    addresses.entry(address).or_insert_with(|| player::name_of(known, address));
-                }
-            });
-        }
+        fs::rename(sent, self.path().join(&name)).map_err(Unfit::Io)?;
         let meta = Recording {
-            size: bytes.len() as u64,
+            size: self.size(&name),
             cause: "uploaded".into(),
             by: Some(by.to_owned()),
-            monitors: addresses.values().cloned().collect(),
-            addresses,
-            from_ms: at(pieces.first()),
-            to_ms: at(pieces.last()),
+            monitors: about.addresses.values().cloned().collect(),
+            addresses: about.addresses,
+            from_ms: about.first_ms.unwrap_or(now_ms),
+            to_ms: about.last_ms.unwrap_or(now_ms),
             name,
             ..Recording::default()
         };
         tell(self.path(), &meta).map_err(Unfit::Io)?;
         Ok(meta)
+    }
+}
+
+/// What is in a file that was sent.
+#[derive(Debug, Default)]
+struct About {
+    addresses: BTreeMap<u8, String>,
+    first_ms: Option<u64>,
+    last_ms: Option<u64>,
+}
+
+impl About {
+    fn read(path: &Path, known: &Whose) -> Result<Self, ReadError> {
+        let mut about = Self::default();
+        lafet_capture::read_each(path, UNPACKED_MAX, |piece| {
+            if let Piece::Captured(captured) = &piece {
+                let at_ms = captured.at_ns / 1_000_000;
+                about.first_ms.get_or_insert(at_ms);
+                about.last_ms = Some(at_ms);
+                player::frames(captured, |frame| {
+                    if let Some(address) = player::monitor_of(frame) {
+                        let name = || player::name_of(known, address);
+                        about.addresses.entry(address).or_insert_with(name);
+                    }
+                });
+            }
+            true
+        })?;
+        Ok(about)
     }
 }
 
@@ -238,6 +280,8 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
                 _ = done.send(());
             }
             Work::Keep(now_ms) => {
+                // A hub that is killed loses what has come since: a second.
+                open.values_mut().for_each(|it| _ = it.flush());
                 if now_ms.saturating_sub(kept_ms) >= KEEP_MS {
                     kept_ms = now_ms;
                     forget(folder, now_ms, keep, &open);

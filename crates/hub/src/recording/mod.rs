@@ -9,9 +9,9 @@ mod files;
 pub mod player;
 
 use std::collections::{BTreeMap, VecDeque};
-use std::path::PathBuf;
-use std::sync::Mutex;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use lafet_capture::{Captured, Direction, Note, Piece};
@@ -21,11 +21,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
+use crate::clock::shifted;
 use crate::config::RecordingConfig;
 use crate::store::StoreError;
 use crate::sync::lock;
 use files::Work;
-pub use files::{Folder, Unfit, is_name};
+pub use files::{Folder, UNPACKED_MAX, Unfit, is_name};
 
 /// The topic of what only a simulation knows.
 pub const SCENE: &str = "scene";
@@ -77,6 +78,8 @@ pub struct Recordings {
     inner: Mutex<Inner>,
     work: SyncSender<Work>,
     thread: Mutex<Option<JoinHandle<()>>>,
+    /// Held while a file is sent: one after the other.
+    pub sending: Arc<tokio::sync::Semaphore>,
 }
 
 #[derive(Debug, Default)]
@@ -105,7 +108,8 @@ impl Recordings {
             .name("lafet-recording".into())
             .spawn(move || files::write(&own, keep, &queue))?;
         let (inner, thread) = (Mutex::default(), Mutex::new(Some(thread)));
-        Ok(Self { folder, config: config.clone(), inner, work, thread })
+        let sending = Arc::new(tokio::sync::Semaphore::new(1));
+        Ok(Self { folder, config: config.clone(), inner, work, thread, sending })
     }
 
     /// A frame of a monitor.
@@ -246,13 +250,27 @@ impl Recordings {
     }
 
     /// Ends what is complete; called each second.
-    pub fn handle_time(&self, now_ms: u64) {
+    pub fn handle_time(&self, now_ms: u64, cautious_ms: u64) {
         let mut inner = lock(&self.inner);
         for running in inner.running.extract_if(.., |it| it.until_ms <= now_ms) {
             self.end(running);
         }
         drop(inner);
-        _ = self.work.try_send(Work::Keep(now_ms));
+        _ = self.work.try_send(Work::Keep(cautious_ms));
+    }
+
+    /// The date has stepped: what is under way ends after the time that it was to last.
+    pub fn stepped(&self, by_ms: i64) {
+        let mut inner = lock(&self.inner);
+        for running in &mut inner.running {
+            running.until_ms = shifted(running.until_ms, by_ms);
+        }
+        for (at_ms, _) in inner.rings.values_mut().flatten() {
+            *at_ms = shifted(*at_ms, by_ms);
+        }
+        for (at_ms, _) in &mut inner.scenes {
+            *at_ms = shifted(*at_ms, by_ms);
+        }
     }
 
     /// Ends a recording that is being written.
@@ -315,12 +333,11 @@ impl Recordings {
         &self,
         now_ms: u64,
         name: &str,
-        bytes: &[u8],
+        sent: &Path,
         by: &str,
         known: &Whose,
     ) -> Result<Recording, Unfit> {
-        let _one_after_the_other = lock(&self.inner);
-        self.folder.add(now_ms, name, bytes, by, known)
+        self.folder.add(now_ms, name, sent, by, known)
     }
 
     /// The path of a recording.

@@ -12,7 +12,7 @@ use lafet_proto::record::Records;
 use serde_json::{Map, Value, json};
 
 use super::{SCENE, Whose};
-use crate::alarms::Alarms;
+use crate::alarms::{Alarms, Conditions};
 use crate::api::show_frame;
 use crate::model::{self, Status};
 use crate::text::{Both, both};
@@ -205,7 +205,7 @@ impl Player {
         for (monitor, status) in silent {
             self.status(at_ms, &monitor, None, status);
         }
-        let changes = self.alarms.handle_time(at_ms, false, false);
+        let changes = self.alarms.handle_time(at_ms, Conditions::default());
         self.alarms_changed(changes);
         line
     }

@@ -16,28 +16,30 @@ use std::time::Duration;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use tokio::sync::oneshot;
 use utoipa::ToSchema;
 
+use super::act::Act;
+use super::chain::{Chain, GENESIS, Verified, hash};
 use super::db::{Db, StoreError, open};
 use super::events::{Page, Search};
+use super::mark::{self, Users};
+use crate::access::Kind;
 
 /// Entries in one transaction.
 const BATCH_MAX: usize = 256;
-/// Entries that wait in memory for a disk that takes none; older ones are given up.
-const WAITING_MAX: usize = 100_000;
+/// Entries that wait in memory for a disk that takes none; what comes then is given up.
+const WAITING_MAX: u64 = 20_000;
+/// Characters of a text that an entry has.
+const TEXT_MAX: usize = 4096;
 /// Pause before what could not be stored is tried again.
 const AGAIN: Duration = Duration::from_secs(1);
-/// What the first entry has before it.
-pub const GENESIS: &str = "0000000000000000000000000000000000000000000000000000000000000000";
-
 const SCHEMA: &str = "
 CREATE TABLE IF NOT EXISTS audit (
   n INTEGER PRIMARY KEY, at_ms INTEGER NOT NULL, user TEXT NOT NULL, role TEXT NOT NULL,
   origin TEXT NOT NULL, via TEXT NOT NULL, seat TEXT NOT NULL, monitor TEXT NOT NULL,
   what TEXT NOT NULL, outcome TEXT NOT NULL, details TEXT NOT NULL,
-  prev TEXT NOT NULL, hash TEXT NOT NULL
+  prev TEXT NOT NULL, hash TEXT NOT NULL, kind TEXT, act TEXT
 ) STRICT;
 CREATE TRIGGER IF NOT EXISTS audit_stays BEFORE DELETE ON audit
   BEGIN SELECT RAISE(ABORT, 'the audit log is not deleted from'); END;
@@ -69,6 +71,22 @@ pub struct Record {
     /// What else is known.
     #[schema(value_type = Object)]
     pub details: Value,
+    /// How the caller has authenticated: a token may have the name of a user. Entries of earlier
+    /// versions have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kind: Option<Kind>,
+    /// The same as `what`, typed: an [`Act`] with its version. Entries of earlier versions have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Act>)]
+    pub act: Option<Value>,
+}
+
+impl Record {
+    /// The same with what it is about.
+    #[must_use]
+    pub fn about(self, act: &Act) -> Self {
+        Self { act: Some(act.to_value()), ..self }
+    }
 }
 
 /// An entry of the log.
@@ -83,19 +101,6 @@ pub struct Entry {
     pub prev: String,
     /// Hash of this one.
     pub hash: String,
-}
-
-/// What came out of a check of the chain.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct Verified {
-    /// Every hash is right, and none is missing.
-    pub ok: bool,
-    /// Entries that were looked at.
-    pub entries: u64,
-    /// Hash of the last one.
-    pub head: String,
-    /// The first entry that is not right.
-    pub bad: Option<u64>,
 }
 
 /// The audit log.
@@ -131,12 +136,14 @@ impl Audit {
                 let uri = format!("file:/audit{number}?vfs=memdb");
                 let one = || -> Result<Connection, StoreError> {
                     let connection = Connection::open(&uri)?;
+                    connection.execute_batch(mark::TABLE)?;
                     connection.execute_batch(SCHEMA)?;
                     Ok(connection)
                 };
                 (one()?, one()?)
             }
         };
+        bring_up_to_date(&write)?;
         let head = head(&write)?;
         let (notes, queue) = channel();
         let state = Arc::new(State::default());
@@ -150,7 +157,15 @@ impl Audit {
     /// for it loses nothing.
     pub fn note(&self, record: Record) -> oneshot::Receiver<u64> {
         let (stored, number) = oneshot::channel();
-        self.state.waiting.fetch_add(1, Ordering::Relaxed);
+        if self.state.waiting.fetch_add(1, Ordering::Relaxed) >= WAITING_MAX {
+            self.state.waiting.fetch_sub(1, Ordering::Relaxed);
+            self.state.lost.fetch_add(1, Ordering::Relaxed);
+            return number;
+        }
+        let mut record = record;
+        for text in [&mut record.what, &mut record.user, &mut record.outcome] {
+            text.truncate(text.floor_char_boundary(TEXT_MAX));
+        }
         _ = self.notes.send(Note { record, stored: Some(stored) });
         number
     }
@@ -203,7 +218,17 @@ impl Audit {
 
     /// Number of the last entry that is stored.
     pub async fn last(&self) -> Result<u64, StoreError> {
-        self.reads.call(|db| Ok(head(db)?.0)).await
+        Ok(self.head().await?.0)
+    }
+
+    /// Number and hash of the last entry that is stored.
+    pub async fn head(&self) -> Result<(u64, String), StoreError> {
+        self.reads.call(|db| head(db)).await
+    }
+
+    /// Notes in the file of the log how many changes of users and tokens there were.
+    pub async fn note_users(&self, users: Users) -> Result<(), StoreError> {
+        self.reads.call(move |db| mark::note_users(db, users)).await
     }
 
     /// Entries from a number on, for export.
@@ -254,11 +279,6 @@ impl Writer {
                 }
             }
             self.waiting.extend(notes.try_iter().take(BATCH_MAX));
-            while self.waiting.len() > WAITING_MAX {
-                self.waiting.pop_front();
-                self.state.lost.fetch_add(1, Ordering::Relaxed);
-                self.state.waiting.fetch_sub(1, Ordering::Relaxed);
-            }
             let stored = self.store();
             let failing = stored.is_err();
             if let Err(error) = stored
@@ -301,70 +321,19 @@ impl Entry {
     }
 }
 
-/// SHA-256 of the entry without its hash, as a JSON array: one text for one meaning.
-fn hash(n: u64, it: &Record, prev: &str) -> String {
-    let text = serde_json::json!([
-        n, it.at_ms, it.user, it.role, it.from, it.via, it.seat, it.monitor, it.what, it.outcome,
-        it.details, prev,
-    ]);
-    Sha256::digest(text.to_string()).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Walks along a chain of entries.
-#[derive(Debug, Default)]
-struct Chain {
-    entries: u64,
-    head: Option<String>,
-    bad: Option<u64>,
-}
-
-impl Chain {
-    const fn next(&self) -> u64 {
-        self.entries + 1
+/// A file of an earlier version has no columns for kind and act.
+fn bring_up_to_date(db: &Connection) -> Result<(), rusqlite::Error> {
+    let columns = "SELECT COUNT(*) FROM pragma_table_info('audit')";
+    if db.query_row(columns, [], |row| row.get::<_, i64>(0))? < 15 {
+        db.execute_batch(
+            "ALTER TABLE audit ADD COLUMN kind TEXT; ALTER TABLE audit ADD COLUMN act TEXT;",
+        )?;
     }
-
-    fn add(&mut self, entry: &Entry) -> bool {
-        let prev = self.head.as_deref().unwrap_or(GENESIS);
-        let right = entry.n == self.next()
-            && entry.prev == prev
-            && entry.hash == hash(entry.n, &entry.record, prev);
-        if right {
-            self.entries += 1;
-            self.head = Some(entry.hash.clone());
-        } else {
-            self.bad = Some(self.next());
-        }
-        right
-    }
-
-    fn result(self) -> Verified {
-        let head = self.head.unwrap_or_else(|| GENESIS.into());
-        Verified { ok: self.bad.is_none(), entries: self.entries, head, bad: self.bad }
-    }
+    Ok(())
 }
 
-/// Checks an exported log: a line of JSON for each entry.
-pub fn verify_lines(lines: impl Iterator<Item = std::io::Result<String>>) -> Verified {
-    let mut chain = Chain::default();
-    for line in lines {
-        let entry = line.ok().and_then(|line| entry_of(&line));
-        let right = entry.is_some_and(|entry| chain.add(&entry));
-        if !right {
-            chain.bad = Some(chain.next());
-            break;
-        }
-    }
-    chain.result()
-}
-
-/// An entry as it was exported: what stands there besides would be in nobody's hash.
-fn entry_of(line: &str) -> Option<Entry> {
-    let entry: Entry = serde_json::from_str(line).ok()?;
-    let all: Value = serde_json::from_str(line).ok()?;
-    (serde_json::to_value(&entry).ok()? == all).then_some(entry)
-}
-
-fn head(db: &Connection) -> Result<(u64, String), rusqlite::Error> {
+/// Number and hash of the last entry.
+pub fn head(db: &Connection) -> Result<(u64, String), rusqlite::Error> {
     let last = db
         .query_row("SELECT n, hash FROM audit ORDER BY n DESC LIMIT 1", [], |row| {
             Ok((unsigned(row.get(0)?), row.get(1)?))
@@ -383,27 +352,32 @@ fn text(entry: &Entry) -> String {
 
 fn insert(db: &Connection, entry: &Entry) -> Result<(), rusqlite::Error> {
     let it = &entry.record;
-    db.prepare_cached("INSERT INTO audit VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)")?
-        .execute(params![
-            signed(entry.n),
-            signed(it.at_ms),
-            it.user,
-            it.role,
-            it.from,
-            it.via,
-            it.seat,
-            it.monitor,
-            it.what,
-            it.outcome,
-            it.details.to_string(),
-            entry.prev,
-            entry.hash,
-        ])
-        .map(|_| ())
+    db.prepare_cached(
+        "INSERT INTO audit VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15)",
+    )?
+    .execute(params![
+        signed(entry.n),
+        signed(it.at_ms),
+        it.user,
+        it.role,
+        it.from,
+        it.via,
+        it.seat,
+        it.monitor,
+        it.what,
+        it.outcome,
+        it.details.to_string(),
+        entry.prev,
+        entry.hash,
+        it.kind.map(Kind::name),
+        it.act.as_ref().map(Value::to_string),
+    ])
+    .map(|_| ())
 }
 
 fn entry(row: &Row<'_>) -> Result<Entry, rusqlite::Error> {
     let details: String = row.get(10)?;
+    let (kind, act): (Option<String>, Option<String>) = (row.get(13)?, row.get(14)?);
     Ok(Entry {
         n: unsigned(row.get(0)?),
         record: Record {
@@ -417,6 +391,8 @@ fn entry(row: &Row<'_>) -> Result<Entry, rusqlite::Error> {
             what: row.get(8)?,
             outcome: row.get(9)?,
             details: serde_json::from_str(&details).unwrap_or(Value::String(details)),
+            kind: kind.as_deref().and_then(Kind::by_name),
+            act: act.map(|act| serde_json::from_str(&act).unwrap_or(Value::String(act))),
         },
         prev: row.get(11)?,
         hash: row.get(12)?,
@@ -433,6 +409,7 @@ fn unsigned(number: i64) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::chain::verify_lines;
     use super::*;
     use serde_json::json;
 
@@ -522,6 +499,20 @@ mod tests {
         limit(&writer.connection, 10_000);
         writer.store().unwrap();
         assert_eq!((writer.waiting.len(), writer.head.0), (0, 50));
+    }
+
+    /// More than fits is given up and counted; what waits is stored in its order.
+    #[tokio::test]
+    async fn what_waits_is_bounded() {
+        let audit = Audit::open(None).unwrap();
+        audit.state.waiting.store(WAITING_MAX, Ordering::Relaxed);
+        assert!(audit.note(record("Stop All")).await.is_err());
+        assert_eq!((audit.waiting(), audit.lost()), (WAITING_MAX, 1));
+        audit.state.waiting.store(0, Ordering::Relaxed);
+        let long = record(&"ж".repeat(TEXT_MAX));
+        assert_eq!(audit.note(long).await.unwrap(), 1);
+        let stored = audit.latest(None, 1, None, None).await.unwrap();
+        assert_eq!(stored[0].record.what, "ж".repeat(TEXT_MAX / 2));
     }
 
     #[tokio::test]

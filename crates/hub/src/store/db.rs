@@ -2,20 +2,24 @@
 
 use std::path::Path;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use rusqlite::Connection;
 use tokio::sync::oneshot;
+
+use super::mark::{Loss, StateFile, TABLE};
 
 /// Work that may wait for the disk; more is refused.
 const QUEUE_MAX: usize = 1024;
 
 type Work = Box<dyn FnOnce(&mut Connection) + Send>;
 
-/// A database.
+/// A database: a connection that writes, and one that reads, each on a thread of its own, so that
+/// no question holds up what is to be stored. In memory there is one for both.
 #[derive(Clone, Debug)]
 pub struct Db {
     work: SyncSender<Work>,
+    reading: SyncSender<Work>,
 }
 
 /// Why something could not be stored or read.
@@ -36,6 +40,12 @@ pub enum StoreError {
     /// Two hubs with one audit log would lose entries.
     #[error("another hub uses {}", .0.display())]
     InUse(std::path::PathBuf),
+    /// Files of the state are lost or changed, and that is not accepted.
+    #[error("{}", .0.iter().map(|it| it.both().en).collect::<Vec<_>>().join(" "))]
+    Lost(Vec<Loss>),
+    /// Others have business in the folder.
+    #[error("{} can be written by other users of this machine and holds what is not the hub's", .0.display())]
+    Shared(std::path::PathBuf),
     /// What SQLite says of a file.
     #[error("{}: {}", .0.display(), .1)]
     File(std::path::PathBuf, rusqlite::Error),
@@ -48,6 +58,8 @@ pub enum StoreError {
 /// is, gives it back.
 pub fn occupy(folder: &Path) -> Result<std::fs::File, StoreError> {
     make(folder)?;
+    close_to_others(folder)?;
+    private(&folder.join("lock"))?;
     let file = std::fs::File::create(folder.join("lock"))?;
     match file.try_lock() {
         Ok(()) => Ok(file),
@@ -70,6 +82,63 @@ fn make(folder: &Path) -> std::io::Result<()> {
     })
 }
 
+/// The folder and the files in it are the hub's alone. A folder that others may enter is closed to
+/// them, unless it holds other things, as /tmp does: then its files are, and where others may write,
+/// who could replace them, it is refused.
+#[cfg(unix)]
+fn close_to_others(folder: &Path) -> Result<(), StoreError> {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = std::fs::metadata(folder)?.permissions().mode();
+    if mode & 0o077 != 0 {
+        let mut names = std::fs::read_dir(folder)?.filter_map(Result::ok).map(|it| it.file_name());
+        let own = names.all(|name| is_ours(&name.to_string_lossy()));
+        if !own && mode & 0o022 != 0 {
+            return Err(StoreError::Shared(folder.to_owned()));
+        }
+        let (folder_name, mode_text) = (folder.display(), format!("{:o}", mode & 0o7777));
+        tracing::warn!(folder = %folder_name, mode = mode_text, "other users can look into it");
+        if own {
+            std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o700))?;
+        }
+    }
+    for entry in std::fs::read_dir(folder)?.filter_map(Result::ok) {
+        if entry.file_type()?.is_file() && is_ours(&entry.file_name().to_string_lossy()) {
+            private(&entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// Other systems have other means.
+#[cfg(not(unix))]
+fn close_to_others(_: &Path) -> Result<(), StoreError> {
+    Ok(())
+}
+
+/// Whether the hub writes a file of this name into its folder.
+fn is_ours(name: &str) -> bool {
+    let of = |file: &StateFile| name.starts_with(file.name());
+    ["lock", "recordings", "revoked"].contains(&name) || StateFile::ALL.iter().any(of)
+}
+
+/// Makes a file, or one that is there, its owner's alone.
+pub fn private(path: &Path) -> std::io::Result<()> {
+    let mut options = std::fs::OpenOptions::new();
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let file = options.append(true).create(true).open(path)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = file.metadata()?.permissions().mode();
+        if mode & 0o077 != 0 {
+            file.set_permissions(std::fs::Permissions::from_mode(mode & 0o700))?;
+        }
+    }
+    drop(file);
+    Ok(())
+}
+
 /// What PostgreSQL says, with its reasons: an error of its own names the kind alone.
 pub fn said(error: &tokio_postgres::Error) -> String {
     let mut text = error.to_string();
@@ -88,6 +157,8 @@ pub fn open(folder: Option<&Path>, name: &str, schema: &str) -> Result<Connectio
     };
     make(folder)?;
     let path = folder.join(name);
+    // SQLite gives the files beside it the same mode.
+    private(&path)?;
     let opened = Connection::open(&path).and_then(|connection| prepare(connection, schema));
     opened.map_err(|error| StoreError::File(path, error))
 }
@@ -99,11 +170,8 @@ pub fn open_or_begin_anew(
     name: &str,
     schema: &str,
 ) -> Result<Connection, StoreError> {
-    use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
     match (open(folder, name, schema), folder) {
-        (Err(StoreError::File(path, error)), Some(_))
-            if matches!(error.sqlite_error_code(), Some(DatabaseCorrupt | NotADatabase)) =>
-        {
+        (Err(StoreError::File(path, error)), Some(_)) if is_corrupt(&error) => {
             let aside = path.with_extension("db.spoilt");
             tracing::error!(file = %path.display(), aside = %aside.display(), %error, "put aside");
             std::fs::rename(&path, &aside)?;
@@ -116,24 +184,41 @@ pub fn open_or_begin_anew(
     }
 }
 
+/// The file is no database, or only part of one.
+pub fn is_corrupt(error: &rusqlite::Error) -> bool {
+    use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
+    matches!(error.sqlite_error_code(), Some(DatabaseCorrupt | NotADatabase))
+}
+
+/// An error that says so.
+pub fn said_corrupt(what: &str) -> rusqlite::Error {
+    let code = rusqlite::ffi::Error::new(rusqlite::ffi::SQLITE_CORRUPT);
+    rusqlite::Error::SqliteFailure(code, Some(what.to_owned()))
+}
+
 fn prepare(connection: Connection, schema: &str) -> Result<Connection, rusqlite::Error> {
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "foreign_keys", true)?;
     connection.busy_timeout(std::time::Duration::from_secs(5))?;
+    connection.execute_batch(TABLE)?;
     connection.execute_batch(schema)?;
     Ok(connection)
 }
 
 impl Db {
-    /// Gives a connection its thread.
-    pub fn new(name: &str, mut connection: Connection) -> Result<Self, StoreError> {
-        let (work, queue) = sync_channel::<Work>(QUEUE_MAX);
-        thread::Builder::new().name(format!("lafet-{name}")).spawn(move || {
-            while let Ok(work) = queue.recv() {
-                work(&mut connection);
-            }
-        })?;
-        Ok(Self { work })
+    /// Gives a connection its thread, and beside it one to read with.
+    pub fn new(name: &str, connection: Connection) -> Result<Self, StoreError> {
+        let reader = match connection.path() {
+            Some(path) if !path.is_empty() => Some(reader(path)?),
+            _ => None,
+        };
+        let Some(reader) = reader else {
+            let (work, _) = serve(format!("lafet-{name}"), connection, None)?;
+            return Ok(Self { reading: work.clone(), work });
+        };
+        let (reading, reader) = serve(format!("lafet-{name}-r"), reader, None)?;
+        let (work, _) = serve(format!("lafet-{name}"), connection, Some(reader))?;
+        Ok(Self { work, reading })
     }
 
     /// Does something with the database, and waits for the result.
@@ -141,10 +226,15 @@ impl Db {
         &self,
         work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
     ) -> Result<T, StoreError> {
-        let (reply, result) = oneshot::channel();
-        let work: Work = Box::new(move |connection| _ = reply.send(work(connection)));
-        self.work.try_send(work).map_err(|_| StoreError::Busy)?;
-        Ok(result.await.map_err(|_| StoreError::Busy)??)
+        ask(&self.work, work).await
+    }
+
+    /// Reads, beside what is being written: it sees what was stored before.
+    pub async fn read<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
+    ) -> Result<T, StoreError> {
+        ask(&self.reading, work).await
     }
 
     /// Does something, and waits for nothing; `false`: it was not taken.
@@ -154,6 +244,49 @@ impl Db {
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_))
         )
     }
+}
+
+fn reader(path: &str) -> Result<Connection, rusqlite::Error> {
+    let reader = Connection::open(path)?;
+    reader.pragma_update(None, "query_only", true)?;
+    reader.busy_timeout(std::time::Duration::from_secs(5))?;
+    Ok(reader)
+}
+
+/// The connection's thread ends when nothing can ask it any more. Of two connections that are closed
+/// at once neither would remove SQLite's `-wal`, so `other` is closed first.
+fn serve(
+    name: String,
+    mut connection: Connection,
+    other: Option<JoinHandle<()>>,
+) -> Result<(SyncSender<Work>, JoinHandle<()>), StoreError> {
+    let (work, queue) = sync_channel::<Work>(QUEUE_MAX);
+    let thread = thread::Builder::new().name(name).spawn(move || {
+        while let Ok(work) = queue.recv() {
+            work(&mut connection);
+        }
+        if let Some(other) = other {
+            _ = other.join();
+        }
+    })?;
+    Ok((work, thread))
+}
+
+async fn ask<T: Send + 'static>(
+    queue: &SyncSender<Work>,
+    work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
+) -> Result<T, StoreError> {
+    let (reply, result) = oneshot::channel();
+    let work: Work = Box::new(move |connection| _ = reply.send(work(connection)));
+    queue.try_send(work).map_err(|_| StoreError::Busy)?;
+    Ok(result.await.map_err(|_| StoreError::Busy)??)
+}
+
+/// How SQLite finds what a statement is about.
+#[cfg(test)]
+pub fn plan(db: &Connection, sql: &str) -> Result<Vec<String>, rusqlite::Error> {
+    let mut query = db.prepare(&format!("EXPLAIN QUERY PLAN {sql}"))?;
+    query.raw_query().mapped(|row| row.get(3)).collect()
 }
 
 #[cfg(test)]
@@ -174,6 +307,37 @@ mod tests {
         assert!(matches!(&second, StoreError::InUse(it) if *it == folder), "{second}");
         drop(first);
         drop(occupy(&folder).unwrap());
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[tokio::test]
+    async fn a_question_that_takes_long_holds_up_nothing_that_is_stored() {
+        let folder = std::env::temp_dir().join(format!("lafet-readers-{}", std::process::id()));
+        let schema = "CREATE TABLE IF NOT EXISTS t (n INTEGER) STRICT;";
+        let db = Db::new("test", open(Some(&folder), "a.db", schema).unwrap()).unwrap();
+        db.call(|db| db.execute("INSERT INTO t VALUES (1)", [])).await.unwrap();
+        let (go, wait) = std::sync::mpsc::channel::<()>();
+        let count = |db: &Connection| db.query_row("SELECT COUNT(*) FROM t", [], |row| row.get(0));
+        let reader = db.clone();
+        let long = tokio::spawn(async move {
+            let read = reader.read(move |db| {
+                let snapshot = db.transaction()?;
+                let before: i64 = count(&snapshot)?;
+                // Until the writer has written.
+                assert!(wait.recv().is_ok());
+                Ok((before, count(&snapshot)?))
+            });
+            read.await.unwrap()
+        });
+        db.call(|db| db.execute("INSERT INTO t VALUES (2)", [])).await.unwrap();
+        db.call(|db| db.execute("INSERT INTO t VALUES (3)", [])).await.unwrap();
+        go.send(()).unwrap();
+        let (before, after) = long.await.unwrap();
+        assert_eq!(before, after);
+        assert_eq!(db.read(move |db| count(db)).await.unwrap(), 3);
+        let refused = db.read(|db| db.execute("INSERT INTO t VALUES (4)", [])).await;
+        assert!(refused.is_err(), "what reads does not write");
+        drop(db);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

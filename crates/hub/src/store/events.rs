@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use rusqlite::{Row, params};
+use rusqlite::{Row, ToSql, params};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -22,8 +22,20 @@ CREATE TABLE IF NOT EXISTS event (
   ru TEXT NOT NULL
 ) STRICT;
 CREATE INDEX IF NOT EXISTS event_by_time ON event (at_ms);
+CREATE INDEX IF NOT EXISTS event_by_monitor ON event (monitor, n);
 CREATE TABLE IF NOT EXISTS alarm_now (id TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
 PRAGMA synchronous = NORMAL;";
+
+const FIND: &str = "SELECT n, at_ms, monitor, en, ru FROM event
+  WHERE n < ?1 ORDER BY n DESC";
+const FIND_IN: &str = "SELECT n, at_ms, monitor, en, ru FROM event
+  WHERE at_ms BETWEEN ?2 AND ?3 AND n < ?1 ORDER BY n DESC";
+const FIND_OF: &str = "SELECT n, at_ms, monitor, en, ru FROM event
+  WHERE monitor = ?4 AND n < ?1 AND at_ms BETWEEN ?2 AND ?3 ORDER BY n DESC";
+const FORGET: &str = "DELETE FROM event WHERE n IN
+  (SELECT n FROM event WHERE at_ms < ?1 ORDER BY at_ms LIMIT ?2)";
+/// Events that are forgotten at once.
+const FORGET_ROWS: u32 = 1000;
 
 /// Something that has happened.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
@@ -135,18 +147,26 @@ impl Events {
     /// Looks events up.
     pub async fn find(&self, search: Search) -> Result<Page<Event>, StoreError> {
         self.flush();
-        self.db.call(move |db| find(db, &search)).await
+        // What was noted is stored before it is looked for, on a connection of its own.
+        self.db.call(|_| Ok(())).await?;
+        self.db.read(move |db| find(db, &search)).await
     }
 
     /// Forgets what is older than some days.
     pub fn forget(&self, now_ms: u64, days: u32) {
         let before = signed(now_ms.saturating_sub(u64::from(days) * DAY_MS));
-        self.db.post(move |db| {
-            if let Err(error) = db.execute("DELETE FROM event WHERE at_ms < ?1", [before]) {
-                tracing::warn!(%error, "old events are not removed");
-            }
-        });
+        forget(&self.db, before);
     }
+}
+
+/// Forgets piece by piece; what is to be stored is stored between two pieces.
+fn forget(db: &Db, before: i64) -> bool {
+    let again = db.clone();
+    db.post(move |db| match db.execute(FORGET, params![before, FORGET_ROWS]) {
+        Ok(rows) if rows == FORGET_ROWS as usize => _ = forget(&again, before),
+        Ok(_) => {}
+        Err(error) => tracing::warn!(%error, "old events are not removed"),
+    })
 }
 
 fn store_alarms(
@@ -175,13 +195,20 @@ fn store(db: &mut rusqlite::Connection, all: &VecDeque<Event>) -> Result<(), rus
 }
 
 fn find(db: &rusqlite::Connection, search: &Search) -> Result<Page<Event>, rusqlite::Error> {
-    let mut query = db.prepare_cached(
-        "SELECT n, at_ms, monitor, en, ru FROM event
-         WHERE n < ?1 AND (?2 IS NULL OR monitor = ?2) AND at_ms BETWEEN ?3 AND ?4
-         ORDER BY n DESC",
-    )?;
     let (before, from_ms, to_ms) = search.bounds();
-    let rows = query.query_map(params![before, search.monitor, from_ms, to_ms], event)?;
+    let of = search.monitor.as_ref();
+    let ranged = search.from_ms.or(search.to_ms).is_some();
+    let mut query = db.prepare_cached(match of {
+        Some(_) => FIND_OF,
+        None if ranged => FIND_IN,
+        None => FIND,
+    })?;
+    let mut values: Vec<&dyn ToSql> = vec![&before];
+    if of.is_some() || ranged {
+        values.extend([&from_ms as &dyn ToSql, &to_ms]);
+    }
+    values.extend(of.map(|monitor| monitor as &dyn ToSql));
+    let rows = query.query_map(&values[..], event)?;
     search.page(rows, |it| it.n, |it| format!("{} {}", it.what.en, it.what.ru))
 }
 
@@ -258,6 +285,21 @@ mod tests {
         assert_eq!(search(&range).await, (vec![3, 2], None));
         events.forget(DAY_MS + 3000, 1);
         assert_eq!(search(&|it| it.limit = 9).await, (vec![5, 4, 3], None));
+    }
+
+    #[tokio::test]
+    async fn no_statement_scans_the_table() {
+        let events = Events::open(None).unwrap();
+        for (sql, key) in [
+            (FIND, "SEARCH event USING INTEGER PRIMARY KEY (rowid<?)"),
+            (FIND_IN, "SEARCH event USING INDEX event_by_time (at_ms>? AND at_ms<?)"),
+            (FIND_OF, "SEARCH event USING INDEX event_by_monitor (monitor=? AND n<?)"),
+            (FORGET, "SEARCH event USING COVERING INDEX event_by_time (at_ms<?)"),
+        ] {
+            let plan = events.db.read(move |db| super::super::db::plan(db, sql)).await.unwrap();
+            assert!(plan.iter().any(|it| it == key), "{sql}: {plan:?}");
+            assert!(!plan.iter().any(|it| it.starts_with("SCAN event")), "{sql}: {plan:?}");
+        }
     }
 
     #[tokio::test]

@@ -3,53 +3,51 @@
 
 use std::collections::HashMap;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
-use rusqlite::{Connection, params};
-use serde_json::{Value, json};
+use rusqlite::params;
+use serde::Serialize;
+use tokio::sync::oneshot;
+use utoipa::ToSchema;
 
 use super::db::{Db, StoreError, open_or_begin_anew};
 use super::postgres::{Address, Postgres, Work};
-use crate::link_series::PREFIX;
+use super::series::{self, HEARTBEAT_MS, Ids, SCHEMA, Sweep, bucket_ms};
+use super::thin::{self, MINUTE_MS, Rows};
+use crate::link_series::{self, PREFIX};
+use crate::sync::lock;
 
 /// A value is not noted more often.
 const RAW_MS: u64 = 200;
-/// A minute.
-const MINUTE_MS: u64 = 60_000;
+/// The time until which values are known is stored so often.
+const KNOWN_EVERY_MS: u64 = 10_000;
 /// A day.
 pub const DAY_MS: u64 = 86_400_000;
 /// Ranges longer than this are answered in minutes.
 pub const RAW_RANGE_MS: u64 = 2 * 3_600_000;
 
-const SCHEMA: &str = "
-CREATE TABLE IF NOT EXISTS series (
-  id INTEGER PRIMARY KEY, monitor TEXT NOT NULL, name TEXT NOT NULL, UNIQUE (monitor, name)
-) STRICT;
-CREATE TABLE IF NOT EXISTS raw (
-  series INTEGER NOT NULL REFERENCES series, t INTEGER NOT NULL, value REAL,
-  PRIMARY KEY (series, t)
-) STRICT, WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS minute (
-  series INTEGER NOT NULL REFERENCES series, t INTEGER NOT NULL,
-  mean REAL NOT NULL, least REAL NOT NULL, most REAL NOT NULL, PRIMARY KEY (series, t)
-) STRICT, WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS alarm (
-  at_ms INTEGER NOT NULL, id TEXT NOT NULL, monitor TEXT NOT NULL, before TEXT NOT NULL,
-  after TEXT NOT NULL, user TEXT, reason TEXT
-) STRICT;
-CREATE INDEX IF NOT EXISTS alarm_by_time ON alarm (at_ms);
-PRAGMA synchronous = NORMAL;";
-
 /// Name of a series of a monitor: `Vertical.position`.
 pub type Series = String;
+
+/// A series of a monitor.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Key {
+    /// Id of the monitor.
+    pub monitor: String,
+    /// Name of the series.
+    pub series: Series,
+}
 
 /// The history.
 #[derive(Debug)]
 pub struct History {
     base: Base,
-    now: HashMap<(String, Series), Current>,
+    /// By monitor, by series.
+    now: HashMap<String, HashMap<Series, Current>>,
     pending: Vec<Row>,
+    known_ms: u64,
+    known_stored_ms: u64,
     file: Arc<File>,
 }
 
@@ -58,23 +56,26 @@ pub struct History {
 struct File {
     failing: AtomicBool,
     lost: AtomicU64,
+    ids: Mutex<Ids>,
 }
 
 /// What a series is at.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Current {
+    key: Arc<Key>,
     value: f64,
-    since_ms: u64,
     noted_ms: u64,
-    minute: Minute,
+    bucket: Bucket,
+    /// The last bucket stored, if the value did not change in it: value and start.
+    constant: Option<(f64, u64)>,
 }
 
-/// A minute that is not over.
+/// A minute, or a longer time, that is not over.
 #[derive(Clone, Copy, Debug)]
-struct Minute {
+struct Bucket {
     start_ms: u64,
     until_ms: u64,
-    sum: f64,
+    area: f64,
     least: f64,
     most: f64,
 }
@@ -91,32 +92,89 @@ pub enum Base {
 /// A series, since when, its value; `None`: it is not known.
 pub type Change = (Series, u64, Option<f64>);
 
+/// What an alarm did.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct AlarmChange {
+    /// When, ms since 1970.
+    pub at_ms: u64,
+    /// Id of the alarm.
+    pub id: String,
+    /// Its state before.
+    pub from: String,
+    /// Its state since.
+    pub to: String,
+    /// Whose action it was, if it was one.
+    pub user: Option<String>,
+    /// The reason given.
+    pub reason: Option<String>,
+}
+
 /// Something to store.
 #[derive(Clone, Debug)]
 pub enum Row {
-    Raw(String, Series, u64, Option<f64>),
-    Minute(String, Series, u64, [f64; 3]),
+    /// A value, or that it is not known.
+    Raw(Arc<Key>, u64, Option<f64>),
+    /// Mean, least and greatest value from a time on.
+    Minute(Arc<Key>, u64, [f64; 3]),
+    /// From here on there are no minutes.
+    Gap(Arc<Key>, u64),
+    /// Values are known until this time.
+    Known(u64),
 }
 
-impl Minute {
+impl Bucket {
     fn begin(at_ms: u64, value: f64) -> Self {
-        let start_ms = at_ms - at_ms % MINUTE_MS;
-        Self { start_ms, until_ms: at_ms, sum: 0.0, least: value, most: value }
+        Self { start_ms: at_ms, until_ms: at_ms, area: 0.0, least: value, most: value }
     }
 
-    /// The value holds until a time within the minute.
+    /// The value holds until a time.
     fn hold(&mut self, value: f64, until_ms: u64) {
         let for_ms = until_ms.saturating_sub(self.until_ms);
-        self.sum += value * for_ms as f64;
+        self.area += value * for_ms as f64;
         self.until_ms += for_ms;
+        self.include(value);
+    }
+
+    fn include(&mut self, value: f64) {
         self.least = self.least.min(value);
         self.most = self.most.max(value);
     }
 
-    fn figures(&self, began_ms: u64, value: f64) -> [f64; 3] {
-        let over_ms = self.until_ms.saturating_sub(began_ms.max(self.start_ms));
-        let mean = if over_ms == 0 { value } else { self.sum / over_ms as f64 };
+    fn figures(&self) -> [f64; 3] {
+        let over_ms = self.until_ms - self.start_ms;
+        let mean = if over_ms == 0 { self.least } else { self.area / over_ms as f64 };
         [mean.clamp(self.least, self.most), self.least, self.most]
+    }
+}
+
+impl Current {
+    fn begin(key: Arc<Key>, at_ms: u64, value: f64) -> Self {
+        Self { key, value, noted_ms: at_ms, bucket: Bucket::begin(at_ms, value), constant: None }
+    }
+
+    /// Ends the bucket at a time. A constant is stored when it becomes one, and each hour.
+    fn end_bucket(&mut self, end_ms: u64, pending: &mut Vec<Row>) {
+        self.bucket.hold(self.value, end_ms);
+        let start_ms = self.bucket.start_ms;
+        let figures @ [_, least, most] = self.bucket.figures();
+        self.bucket = Bucket::begin(end_ms, self.value);
+        let constant = least.total_cmp(&most).is_eq();
+        let holds = self.constant.is_some_and(|(value, since_ms)| {
+            constant && value.total_cmp(&least).is_eq() && start_ms < since_ms + HEARTBEAT_MS
+        });
+        if !holds {
+            self.constant = constant.then_some((least, start_ms));
+            pending.push(Row::Minute(self.key.clone(), start_ms, figures));
+        }
+    }
+
+    /// From a time on it is not known.
+    fn lose(mut self, at_ms: u64, pending: &mut Vec<Row>) {
+        // After the start of what it ends.
+        let at_ms = at_ms.max(self.bucket.until_ms).max(self.bucket.start_ms + 1);
+        self.end_bucket(at_ms, pending);
+        pending.push(Row::Gap(self.key.clone(), at_ms));
+        pending.push(Row::Raw(self.key, at_ms, None));
     }
 }
 
@@ -124,6 +182,11 @@ impl History {
     /// Opens it in a folder, or in memory.
     pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
         let db = Db::new("history", open_or_begin_anew(folder, "history.db", SCHEMA)?)?;
+        db.post(|db| {
+            if let Err(error) = series::resume(db) {
+                tracing::warn!(%error, "the end of the last history is not marked");
+            }
+        });
         Ok(Self::of(Base::Sqlite(db)))
     }
 
@@ -133,7 +196,8 @@ impl History {
     }
 
     fn of(base: Base) -> Self {
-        Self { base, now: HashMap::new(), pending: Vec::new(), file: Arc::default() }
+        let (now, pending, file) = (HashMap::new(), Vec::new(), Arc::default());
+        Self { base, now, pending, known_ms: 0, known_stored_ms: 0, file }
     }
 
     /// Where it is, to read from.
@@ -159,36 +223,27 @@ impl History {
 
     /// A value of a series is known.
     pub fn note(&mut self, at_ms: u64, monitor: &str, series: &str, value: f64) {
-        let key = (monitor.to_owned(), series.to_owned());
-        let Some(current) = self.now.get_mut(&key) else {
-            let minute = Minute::begin(at_ms, value);
-            let current = Current { value, since_ms: at_ms, noted_ms: at_ms, minute };
-            self.now.insert(key.clone(), current);
-            return self.pending.push(Row::Raw(key.0, key.1, at_ms, Some(value)));
-        };
-        let old = current.value;
-        let end_ms = current.minute.start_ms + MINUTE_MS;
-        if at_ms >= end_ms {
-            current.minute.hold(old, end_ms);
-            let figures = current.minute.figures(current.since_ms, old);
-            self.pending.push(Row::Minute(
-                key.0.clone(),
-                key.1.clone(),
-                current.minute.start_ms,
-                figures,
-            ));
-            current.minute = Minute::begin(at_ms, old);
-            current.since_ms = current.minute.start_ms;
-            current.minute.until_ms = current.minute.start_ms;
+        self.known_ms = at_ms;
+        let pending = &mut self.pending;
+        if let Some(current) = self.now.get_mut(monitor).and_then(|it| it.get_mut(series)) {
+            let bucket_ms = bucket_ms(series);
+            let end_ms = current.bucket.start_ms - current.bucket.start_ms % bucket_ms + bucket_ms;
+            // Long without a word of it, or the clock was put back: it was not known meanwhile.
+            let known = at_ms < current.bucket.until_ms + 2 * MINUTE_MS
+                && at_ms + MINUTE_MS >= current.bucket.until_ms;
+            if known {
+                if at_ms >= end_ms {
+                    current.end_bucket(end_ms, pending);
+                }
+                return note(current, at_ms, value, pending);
+            }
+            let end_ms = current.bucket.until_ms;
+            current.clone().lose(end_ms, pending);
         }
-        current.minute.hold(old, at_ms);
-        current.minute.least = current.minute.least.min(value);
-        current.minute.most = current.minute.most.max(value);
-        if (value - old).abs() > f64::EPSILON && at_ms >= current.noted_ms + RAW_MS {
-            current.value = value;
-            current.noted_ms = at_ms;
-            self.pending.push(Row::Raw(key.0, key.1, at_ms, Some(value)));
-        }
+        let key = Arc::new(Key { monitor: monitor.to_owned(), series: series.to_owned() });
+        pending.push(Row::Raw(key.clone(), at_ms, Some(value)));
+        let current = Current::begin(key, at_ms, value);
+        self.now.entry(monitor.to_owned()).or_default().insert(series.to_owned(), current);
     }
 
     /// The values of a monitor are not known any more.
@@ -202,31 +257,52 @@ impl History {
     }
 
     fn lose(&mut self, at_ms: u64, monitor: &str, which: impl Fn(&str) -> bool) {
-        let gone = self.now.keys().filter(|(of, series)| of == monitor && which(series));
-        let gone: Vec<_> = gone.cloned().collect();
-        for key in gone {
-            self.now.remove(&key);
-            self.pending.push(Row::Raw(key.0, key.1, at_ms, None));
+        let Some(all) = self.now.get_mut(monitor) else { return };
+        for (_, current) in all.extract_if(|series, _| which(series)) {
+            current.lose(at_ms, &mut self.pending);
         }
     }
 
     /// Stores what has come together; `false`: the disk takes nothing, it is dropped.
     pub fn flush(&mut self) -> bool {
+        self.store(None)
+    }
+
+    /// As [`History::flush`]; the base can be read when what was noted until now is stored.
+    pub fn flushed(&mut self) -> impl Future<Output = Base> + Send + use<> {
+        let (done, stored) = oneshot::channel();
+        self.store(Some(done));
+        let base = self.base();
+        async move {
+            // PostgreSQL may be away: nothing waits for it.
+            _ = stored.await;
+            base
+        }
+    }
+
+    fn store(&mut self, done: Option<oneshot::Sender<()>>) -> bool {
+        if self.known_ms.abs_diff(self.known_stored_ms) >= KNOWN_EVERY_MS {
+            self.known_stored_ms = self.known_ms;
+            self.pending.push(Row::Known(self.known_ms));
+        }
         let rows = std::mem::take(&mut self.pending);
-        if rows.is_empty() {
+        if rows.is_empty() && done.is_none() {
             return true;
         }
         match &self.base {
+            Base::Postgres(_) if rows.is_empty() => true,
             Base::Postgres(postgres) => postgres.post(Work::Rows(rows)),
             Base::Sqlite(db) => {
                 let file = self.file.clone();
                 db.post(move |db| {
-                    let stored = store(db, &rows);
+                    let stored = series::store(db, &mut lock(&file.ids), &rows);
                     file.failing.store(stored.is_err(), Ordering::Relaxed);
                     if let Err(error) = stored {
+                        lock(&file.ids).clear();
                         file.lost.fetch_add(rows.len() as u64, Ordering::Relaxed);
                         tracing::warn!(%error, rows = rows.len(), "history is not stored");
                     }
+                    drop(done);
                 })
             }
         }
@@ -235,23 +311,11 @@ impl History {
     /// Forgets what is too old.
     pub fn forget(&self, now_ms: u64, raw_days: u32, minute_days: u32) {
         let before = |days: u32| signed(now_ms.saturating_sub(u64::from(days) * DAY_MS));
-        let (raw, minute) = (before(raw_days), before(minute_days));
-        let db = match &self.base {
-            Base::Sqlite(db) => db,
-            Base::Postgres(postgres) => {
-                postgres.post(Work::Forget(raw, minute));
-                return;
-            }
+        let sweep = Sweep { raw: before(raw_days), minute: before(minute_days), done: 0 };
+        match &self.base {
+            Base::Sqlite(db) => series::forget(db, sweep),
+            Base::Postgres(postgres) => postgres.post(Work::Forget(sweep)),
         };
-        db.post(move |db| {
-            let forgotten = db
-                .execute("DELETE FROM raw WHERE t < ?1", [raw])
-                .and_then(|_| db.execute("DELETE FROM minute WHERE t < ?1", [minute]))
-                .and_then(|_| db.execute("DELETE FROM alarm WHERE at_ms < ?1", [minute]));
-            if let Err(error) = forgotten {
-                tracing::warn!(%error, "old history is not removed");
-            }
-        });
     }
 
     /// What an alarm did.
@@ -280,48 +344,53 @@ impl History {
     }
 }
 
-fn store(db: &mut Connection, rows: &[Row]) -> Result<(), rusqlite::Error> {
-    let transaction = db.transaction()?;
-    for row in rows {
-        let (Row::Raw(monitor, series, ..) | Row::Minute(monitor, series, ..)) = row;
-        transaction
-            .prepare_cached("INSERT OR IGNORE INTO series (monitor, name) VALUES (?1, ?2)")?
-            .execute([monitor, series])?;
-        let id: i64 = transaction
-            .prepare_cached("SELECT id FROM series WHERE monitor = ?1 AND name = ?2")?
-            .query_row([monitor, series], |row| row.get(0))?;
-        match row {
-            Row::Raw(_, _, t, value) => transaction
-                .prepare_cached("INSERT OR REPLACE INTO raw VALUES (?1, ?2, ?3)")?
-                .execute(params![id, signed(*t), value])?,
-            Row::Minute(_, _, t, [mean, least, most]) => transaction
-                .prepare_cached("INSERT OR REPLACE INTO minute VALUES (?1, ?2, ?3, ?4, ?5)")?
-                .execute(params![id, signed(*t), mean, least, most])?,
-        };
+fn note(current: &mut Current, at_ms: u64, value: f64, pending: &mut Vec<Row>) {
+    let (raw_ms, band) = link_series::grain(&current.key.series, current.value)
+        .map_or((RAW_MS, f64::EPSILON), |it| (it.every_ms, it.band));
+    let old = current.value;
+    current.bucket.hold(old, at_ms);
+    let changed = (value - old).abs() > band;
+    if changed {
+        current.bucket.include(value);
     }
-    transaction.commit()
+    // Of what changes too fast the extremes are in the minute.
+    let changed = changed && at_ms >= current.noted_ms.saturating_add(raw_ms);
+    let due = at_ms >= current.noted_ms + HEARTBEAT_MS;
+    if changed || due || at_ms < current.noted_ms {
+        current.value = if changed { value } else { old };
+        current.noted_ms = at_ms;
+        pending.push(Row::Raw(current.key.clone(), at_ms, Some(current.value)));
+    }
 }
 
 impl Base {
-    /// The values of a series between two times; `minutes` instead of each change. Of more than
-    /// `points`, every so many are given.
+    /// The values of a series between two times: each change, or spans of `resolution_ms`; of more
+    /// than `points` changes the telling ones.
     pub async fn values(
         &self,
         monitor: &str,
         series: &str,
         range: (u64, u64),
-        minutes: bool,
+        resolution_ms: Option<u64>,
         points: usize,
-    ) -> Result<Vec<Vec<Value>>, StoreError> {
-        let rows = match self {
-            Self::Postgres(postgres) => postgres.values(monitor, series, range, minutes).await?,
+    ) -> Result<Rows, StoreError> {
+        let (monitor, series) = (monitor.to_owned(), series.to_owned());
+        let Some(resolution_ms) = resolution_ms else {
+            let all = match self {
+                Self::Postgres(postgres) => postgres.changes_of(&monitor, &series, range).await?,
+                Self::Sqlite(db) => {
+                    db.read(move |db| series::changes_of(db, &monitor, &series, range)).await?
+                }
+            };
+            return Ok(Rows::Changes(thin::changes(all, points)));
+        };
+        let pieces = match self {
+            Self::Postgres(postgres) => postgres.minutes_of(&monitor, &series, range).await?,
             Self::Sqlite(db) => {
-                let (monitor, series) = (monitor.to_owned(), series.to_owned());
-                db.call(move |db| values(db, &monitor, &series, range, minutes)).await?
+                db.read(move |db| series::minutes_of(db, &monitor, &series, range)).await?
             }
         };
-        let step = rows.len().div_ceil(points.max(1)).max(1);
-        Ok(rows.into_iter().step_by(step).collect())
+        Ok(Rows::Spans(thin::spans(pieces.into_iter(), range, resolution_ms)))
     }
 
     /// What alarms did, the latest first.
@@ -330,11 +399,11 @@ impl Base {
         monitor: Option<String>,
         range: (u64, u64),
         limit: u32,
-    ) -> Result<Vec<Value>, StoreError> {
+    ) -> Result<Vec<AlarmChange>, StoreError> {
         match self {
             Self::Postgres(postgres) => postgres.alarms(monitor.as_deref(), range, limit).await,
             Self::Sqlite(db) => {
-                db.call(move |db| alarms(db, monitor.as_deref(), range, limit)).await
+                db.read(move |db| series::alarms(db, monitor.as_deref(), range, limit)).await
             }
         }
     }
@@ -350,86 +419,10 @@ impl Base {
             Self::Postgres(postgres) => postgres.changes(monitor, range, held).await,
             Self::Sqlite(db) => {
                 let monitor = monitor.to_owned();
-                db.call(move |db| changes(db, &monitor, range, held)).await
+                db.read(move |db| series::changes(db, &monitor, range, held)).await
             }
         }
     }
-}
-
-fn changes(
-    db: &Connection,
-    monitor: &str,
-    (from_ms, to_ms): (u64, u64),
-    held: bool,
-) -> Result<Vec<Change>, rusqlite::Error> {
-    // SQLite gives the other columns of the row that has the greatest one.
-    let query = if held {
-        "SELECT name, MAX(t), value FROM raw JOIN series ON series.id = series
-         WHERE monitor = ?1 AND t <= ?2 AND ?3 >= ?2 GROUP BY name"
-    } else {
-        "SELECT name, t, value FROM raw JOIN series ON series.id = series
-         WHERE monitor = ?1 AND t > ?2 AND t <= ?3 ORDER BY t"
-    };
-    let mut query = db.prepare_cached(query)?;
-    let row = |row: &rusqlite::Row<'_>| {
-        let at: i64 = row.get(1)?;
-        Ok((row.get(0)?, at.cast_unsigned(), row.get(2)?))
-    };
-    query.query_map(params![monitor, signed(from_ms), signed(to_ms)], row)?.collect()
-}
-
-fn values(
-    db: &Connection,
-    monitor: &str,
-    series: &str,
-    (from_ms, to_ms): (u64, u64),
-    minutes: bool,
-) -> Result<Vec<Vec<Value>>, rusqlite::Error> {
-    let query = if minutes {
-        "SELECT t, mean, least, most FROM minute JOIN series ON series.id = series
-         WHERE monitor = ?1 AND name = ?2 AND t BETWEEN ?3 AND ?4 ORDER BY t"
-    } else {
-        // With the value that held when the range began.
-        "SELECT t, value FROM raw JOIN series ON series.id = series
-         WHERE monitor = ?1 AND name = ?2 AND t <= ?4 AND t >= COALESCE(
-           (SELECT MAX(t) FROM raw AS before WHERE before.series = raw.series AND t <= ?3), ?3)
-         ORDER BY t"
-    };
-    let columns = if minutes { 4 } else { 2 };
-    let mut query = db.prepare_cached(query)?;
-    let rows =
-        query.query_map(params![monitor, series, signed(from_ms), signed(to_ms)], |row| {
-            let one = |index| -> Result<Value, rusqlite::Error> {
-                Ok(match index {
-                    0 => json!(row.get::<_, i64>(0)?),
-                    index => json!(row.get::<_, Option<f64>>(index)?),
-                })
-            };
-            (0..columns).map(one).collect::<Result<Vec<Value>, _>>()
-        })?;
-    rows.collect()
-}
-
-fn alarms(
-    db: &Connection,
-    monitor: Option<&str>,
-    (from_ms, to_ms): (u64, u64),
-    limit: u32,
-) -> Result<Vec<Value>, rusqlite::Error> {
-    let mut query = db.prepare_cached(
-        "SELECT at_ms, id, before, after, user, reason FROM alarm
-         WHERE (?1 IS NULL OR monitor = ?1) AND at_ms BETWEEN ?2 AND ?3
-         ORDER BY at_ms DESC, rowid DESC LIMIT ?4",
-    )?;
-    query
-        .query_map(params![monitor, signed(from_ms), signed(to_ms), limit], |row| {
-            let text = |index| row.get::<_, Option<String>>(index);
-            Ok(json!({
-                "at_ms": row.get::<_, i64>(0)?, "id": text(1)?, "from": text(2)?, "to": text(3)?,
-                "user": text(4)?, "reason": text(5)?,
-            }))
-        })?
-        .collect()
 }
 
 /// As databases have it.
@@ -439,10 +432,26 @@ pub fn signed(number: u64) -> i64 {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
-    async fn read(history: &History, range: (u64, u64), minutes: bool) -> Vec<Vec<Value>> {
-        history.base().values("M1", "a", range, minutes, 100).await.unwrap()
+    async fn raw(history: &mut History) -> serde_json::Value {
+        let base = history.flushed().await;
+        json!(base.values("M1", "a", (0, u64::MAX), None, 100).await.unwrap())
+    }
+
+    async fn spans(
+        history: &mut History,
+        series: &str,
+        to_ms: u64,
+        resolution_ms: u64,
+    ) -> Vec<thin::Span> {
+        let base = history.flushed().await;
+        match base.values("M1", series, (0, to_ms), Some(resolution_ms), 100).await.unwrap() {
+            Rows::Spans(spans) => spans,
+            Rows::Changes(_) => panic!("spans were asked for"),
+        }
     }
 
     #[tokio::test]
@@ -453,16 +462,12 @@ mod tests {
             let value = if second < 30 { 10.0 } else { 20.0 };
             history.note(start + second * 1000, "M1", "a", value);
         }
-        assert!(history.flush());
-        let raw = read(&history, (0, u64::MAX), false).await;
-        assert_eq!(json!(raw), json!([[600_000, 10.0], [630_000, 20.0]]));
-        let minutes = read(&history, (0, u64::MAX), true).await;
-        assert_eq!(
-            json!(minutes),
-            json!([[600_000, 15.0, 10.0, 20.0], [660_000, 20.0, 20.0, 20.0]])
-        );
-        let held = read(&history, (640_000, 650_000), false).await;
-        assert_eq!(json!(held), json!([[630_000, 20.0]]), "the value that holds is given as well");
+        assert_eq!(raw(&mut history).await, json!([[600_000, 10.0], [630_000, 20.0]]));
+        let minutes = spans(&mut history, "a", 720_000, MINUTE_MS).await;
+        assert_eq!(minutes, [(600_000, 15.0, 10.0, 20.0), (660_000, 20.0, 20.0, 20.0)]);
+        let base = history.base();
+        let held = base.values("M1", "a", (640_000, 650_000), None, 100).await.unwrap();
+        assert_eq!(held, Rows::Changes(vec![(630_000, Some(20.0))]), "what holds is given as well");
     }
 
     #[tokio::test]
@@ -471,11 +476,122 @@ mod tests {
         history.note(1000, "M1", "a", 1.0);
         history.lost(2000, "M1");
         history.note(DAY_MS * 3, "M1", "a", 1.0);
-        history.flush();
-        let raw = read(&history, (0, u64::MAX), false).await;
-        assert_eq!(json!(raw), json!([[1000, 1.0], [2000, null], [DAY_MS * 3, 1.0]]));
+        assert_eq!(raw(&mut history).await, json!([[1000, 1.0], [2000, null], [DAY_MS * 3, 1.0]]));
+        let known = spans(&mut history, "a", DAY_MS * 4, MINUTE_MS).await;
+        assert_eq!(known, [(0, 1.0, 1.0, 1.0)]);
         history.forget(DAY_MS * 3, 1, 1);
-        assert_eq!(read(&history, (0, u64::MAX), false).await.len(), 1);
+        assert_eq!(raw(&mut history).await, json!([[DAY_MS * 3, 1.0]]));
+    }
+
+    #[tokio::test]
+    async fn a_constant_is_written_seldom_and_told_from_a_gap() {
+        let mut history = History::open(None).unwrap();
+        let day = (0..DAY_MS).step_by(5000);
+        for at_ms in day.clone().filter(|at_ms| !(40_000_000..50_000_000).contains(at_ms)) {
+            history.note(at_ms, "M1", "a", 3.0);
+        }
+        let rows = |which: fn(&Row) -> bool| history.pending.iter().filter(|it| which(it)).count();
+        assert!(rows(|it| matches!(it, Row::Minute(..))) <= 26, "one an hour");
+        assert!(
+            rows(|it| matches!(it, Row::Raw(..))) <= 28,
+            "so that what is kept for days shows it"
+        );
+        let all = spans(&mut history, "a", DAY_MS, MINUTE_MS).await;
+        let gap = all.windows(2).find(|it| it[1].0 - it[0].0 > MINUTE_MS).unwrap();
+        assert_eq!((gap[0].0, gap[1].0), (39_960_000, 49_980_000), "the gap shows to the minute");
+        assert_eq!(all.len(), 1440 - (49_980_000 - 39_960_000) / 60_000 + 1);
+    }
+
+    #[tokio::test]
+    async fn a_month_in_600_points_has_the_peak_of_a_second() {
+        let mut history = History::open(None).unwrap();
+        let month = 30 * DAY_MS;
+        for at_ms in (0..month).step_by(30_000) {
+            history.note(at_ms, "M1", "a", (at_ms / 30_000 % 3) as f64);
+            if at_ms == 1_234_560_000 {
+                history.note(at_ms + 1000, "M1", "a", 99.0);
+                history.note(at_ms + 2000, "M1", "a", -99.0);
+                history.note(at_ms + 3000, "M1", "a", 1.0);
+            }
+        }
+        let resolution_ms = thin::resolution_ms((0, month), 600);
+        let all = spans(&mut history, "a", month, resolution_ms).await;
+        assert!(all.len() <= 600, "{}", all.len());
+        let least = all.iter().map(|it| it.2).fold(f64::INFINITY, f64::min);
+        let most = all.iter().map(|it| it.3).fold(f64::NEG_INFINITY, f64::max);
+        assert_eq!((least, most), (-99.0, 99.0));
+    }
+
+    #[tokio::test]
+    async fn figures_of_a_link_are_thinned_and_trouble_is_not() {
+        let mut history = History::open(None).unwrap();
+        for second in 0..36_000_u64 {
+            let at_ms = second * 1000;
+            let jitter = (second * 7 % 5) as f64;
+            history.note(at_ms, "M1", "Link.sent", 50.0 + jitter);
+            history.note(at_ms, "M1", "Link.rtt_ms", 3.0 + jitter);
+            history.note(at_ms, "M1", "Link.timeouts", f64::from(u8::from(second == 5000)));
+        }
+        let rows = |series: &str| {
+            let of = |it: &&Row| match it {
+                Row::Raw(key, ..) | Row::Minute(key, ..) | Row::Gap(key, ..) => {
+                    key.series == series
+                }
+                Row::Known(_) => false,
+            };
+            history.pending.iter().filter(of).count()
+        };
+        assert!(rows("Link.sent") <= 22, "what varies by a tenth is constant");
+        assert!(rows("Link.rtt_ms") <= 3600 + 62, "every ten seconds, and minutes by ten");
+        let timeouts = spans(&mut history, "Link.timeouts", 36_000_000, 600_000).await;
+        assert!(timeouts.iter().any(|it| it.3 > 0.5), "{timeouts:?}");
+    }
+
+    /// Idle: 40 fields stay, the temperature goes up and down, the link's figures jitter.
+    #[tokio::test]
+    async fn an_idle_monitor_takes_less_than_30_megabytes_in_400_days() {
+        let folder = std::env::temp_dir().join(format!("lafet-idle-{}", std::process::id()));
+        let mut history = History::open(Some(&folder)).unwrap();
+        let names: Vec<String> = (0..40).map(|it| format!("Subsystem{it}.field")).collect();
+        for second in (0..86_400_u64).step_by(10) {
+            let (at_ms, jitter) = (second * 1000, (second * 7919 % 101) as f64);
+            for (index, name) in names.iter().enumerate() {
+                history.note(at_ms, "M1", name, index as f64 * 100.0);
+            }
+            let temperature = (second as f64 / 6000.0).sin() * 50.0;
+            history.note(at_ms, "M1", "Climatics.temperature", temperature.round());
+            for (name, of) in [("sent", 9.0), ("received", 9.0), ("rtt_ms", 2.0)] {
+                history.note(at_ms, "M1", &format!("{PREFIX}{name}"), of + jitter / 60.0);
+            }
+            for name in ["retries", "timeouts", "errors"] {
+                history.note(at_ms, "M1", &format!("{PREFIX}{name}"), 0.0);
+            }
+            if second % 600 == 0 {
+                history.flush();
+            }
+        }
+        let base = history.flushed().await;
+        let Base::Sqlite(db) = base else { panic!("it is a file") };
+        let bytes = async |table: &'static str| {
+            let query = "SELECT SUM(pgsize) FROM dbstat WHERE name = ?1";
+            db.read(move |db| db.query_row(query, [table], |row| row.get::<_, f64>(0))).await
+        };
+        let (raw, minute) = (bytes("raw").await.unwrap(), bytes("minute").await.unwrap());
+        let all = raw * 7.0 + minute * 400.0;
+        println!("{:.1} MB: {raw} + {minute} bytes a day", all / 1e6);
+        assert!(all <= 30e6, "{all} bytes: {raw} of changes, {minute} of minutes a day");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[tokio::test]
+    async fn a_clock_that_is_put_back_does_not_stop_the_history() {
+        let mut history = History::open(None).unwrap();
+        for (at_ms, value) in [(DAY_MS * 30, 1.0), (DAY_MS * 30 + 1000, 2.0), (DAY_MS, 3.0)] {
+            history.note(at_ms, "M1", "a", value);
+        }
+        history.note(DAY_MS + 1000, "M1", "a", 4.0);
+        let values = raw(&mut history).await.to_string();
+        assert!(values.contains("3.0") && values.contains("4.0"), "{values}");
     }
 
     #[tokio::test]
@@ -486,6 +602,6 @@ mod tests {
             history.alarm(at_ms, alarm, None, None);
         }
         let list = history.base().alarms(Some("M1".into()), (0, 9), 10).await.unwrap();
-        assert_eq!((list[0]["to"].as_str(), list.len()), (Some("ack"), 2));
+        assert_eq!((list[0].to.as_str(), list.len()), ("ack", 2));
     }
 }

@@ -1,14 +1,25 @@
 //! What is kept: SQLite, one file for each purpose, each with a thread of its own.
 
+mod act;
 mod audit;
+mod chain;
 mod db;
 mod events;
 mod history;
+mod mark;
 mod postgres;
+mod series;
+mod thin;
 
-pub use audit::{Audit, Entry, Record, Verified, verify_lines};
+pub use act::{Act, JogEnding};
+pub use audit::{Audit, Entry, Record};
+pub(crate) use chain::Chain;
+pub use chain::{GENESIS, Verified, verify_lines};
 pub use db::{Db, StoreError};
-pub(crate) use db::{occupy, open};
+pub(crate) use db::{occupy, open, private};
 pub use events::{Event, Events, Page, Search};
-pub use history::{Base, Change, History, RAW_RANGE_MS, Series};
+pub use history::{AlarmChange, Base, Change, DAY_MS, History, RAW_RANGE_MS, Series};
+pub use mark::{Fault, Loss, StateFile};
+pub(crate) use mark::{Head, Mark, Users, examine, mark, note, note_audit, users};
 pub use postgres::Address;
+pub use thin::{Rows, resolution_ms};

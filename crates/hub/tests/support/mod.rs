@@ -327,7 +327,9 @@ impl Socket {
 
     /// Asks, and waits for the answer.
     pub async fn ask(&mut self, mut message: Value) -> Value {
-        let id = message.to_string();
+        let mut id = message.to_string();
+        // Longer ones are not taken as ids.
+        id.truncate(100);
         message["id"] = json!(id);
         self.send(message).await;
         self.next_where(|answer| answer["type"] == "answer" && answer["id"] == json!(id)).await

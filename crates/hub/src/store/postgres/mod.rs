@@ -8,7 +8,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use serde_json::{Value, json};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{sleep, timeout};
 use tokio_postgres::types::ToSql;
@@ -17,7 +16,9 @@ use tokio_postgres::{Client, Row as PgRow};
 pub use address::Address;
 
 use super::db::{StoreError, said};
-use super::history::{Change, DAY_MS, Row, signed};
+use super::history::{AlarmChange, Change, Key, Row, signed};
+use super::series::{Sweep, pieces};
+use super::thin::{Piece, Point};
 
 /// What waits for the server: pieces of a second each.
 const QUEUE_MAX: usize = 256;
@@ -37,10 +38,45 @@ CREATE TABLE IF NOT EXISTS lafet_minute (
   series INTEGER NOT NULL REFERENCES lafet_series, t BIGINT NOT NULL,
   mean DOUBLE PRECISION NOT NULL, least DOUBLE PRECISION NOT NULL, most DOUBLE PRECISION NOT NULL,
   PRIMARY KEY (series, t));
+CREATE TABLE IF NOT EXISTS lafet_gap (
+  series INTEGER NOT NULL REFERENCES lafet_series, t BIGINT NOT NULL, PRIMARY KEY (series, t));
+CREATE TABLE IF NOT EXISTS lafet_mark (name TEXT PRIMARY KEY, t BIGINT NOT NULL);
 CREATE TABLE IF NOT EXISTS lafet_alarm (
   n BIGSERIAL PRIMARY KEY, at_ms BIGINT NOT NULL, id TEXT NOT NULL, monitor TEXT NOT NULL,
   before TEXT NOT NULL, after TEXT NOT NULL, by TEXT, reason TEXT);
-CREATE INDEX IF NOT EXISTS lafet_alarm_by_time ON lafet_alarm (at_ms);";
+CREATE INDEX IF NOT EXISTS lafet_alarm_by_time ON lafet_alarm (at_ms);
+CREATE INDEX IF NOT EXISTS lafet_alarm_by_monitor ON lafet_alarm (monitor, at_ms);";
+
+/// As [`resume`](super::series::resume) of the SQLite history.
+const RESUME: &str = "
+INSERT INTO lafet_mark SELECT name, COALESCE((SELECT MAX(last) + 60000 FROM (SELECT
+    (SELECT MAX(t) FROM lafet_minute WHERE series = id) AS last FROM lafet_series) AS all_last), 0)
+  FROM (VALUES ('sparse'), ('known')) AS names (name) ON CONFLICT DO NOTHING;
+INSERT INTO lafet_raw SELECT id, GREATEST((SELECT t FROM lafet_mark WHERE name = 'known'), last.t + 1),
+    NULL FROM lafet_series CROSS JOIN LATERAL
+    (SELECT t, value FROM lafet_raw WHERE series = id ORDER BY t DESC LIMIT 1) AS last
+  WHERE last.value IS NOT NULL ON CONFLICT DO NOTHING;
+INSERT INTO lafet_gap SELECT id, GREATEST((SELECT t FROM lafet_mark WHERE name = 'known'), last.t + 1)
+  FROM lafet_series CROSS JOIN LATERAL
+    (SELECT t FROM lafet_minute WHERE series = id ORDER BY t DESC LIMIT 1) AS last
+  WHERE last.t >= COALESCE((SELECT MAX(t) FROM lafet_gap WHERE series = id), 0)
+  ON CONFLICT DO NOTHING;";
+
+const ID: &str = "SELECT id FROM lafet_series WHERE monitor = $1 AND name = $2";
+const RAW: &str = "SELECT t, value FROM lafet_raw WHERE series = $1 AND t <= $3
+  AND t >= COALESCE((SELECT MAX(t) FROM lafet_raw WHERE series = $1 AND t <= $2), $2) ORDER BY t";
+const MINUTES: &str = "SELECT t, mean, least, most FROM lafet_minute WHERE series = $1 AND t <= $3
+  AND t >= COALESCE((SELECT MAX(t) FROM lafet_minute WHERE series = $1 AND t <= $2), $2) ORDER BY t";
+const GAPS: &str = "SELECT t FROM lafet_gap WHERE series = $1 AND t <= $3
+  AND t >= COALESCE((SELECT MAX(t) FROM lafet_gap WHERE series = $1 AND t <= $2), $2) ORDER BY t";
+const HELD: &str = "SELECT name, held.t, held.value FROM lafet_series CROSS JOIN LATERAL
+  (SELECT t, value FROM lafet_raw WHERE series = id AND t <= $2 ORDER BY t DESC LIMIT 1) AS held
+  WHERE monitor = $1";
+const CHANGES: &str = "SELECT name, t, value FROM lafet_raw JOIN lafet_series ON id = series
+  WHERE monitor = $1 AND t > $2 AND t <= $3 ORDER BY t";
+/// Series of which one piece of forgetting takes care, and rows that it removes of each table.
+const FORGET_SERIES: i64 = 64;
+const FORGET_ROWS: i64 = 5000;
 
 /// The history in PostgreSQL.
 #[derive(Clone, Debug)]
@@ -63,8 +99,8 @@ pub enum Work {
     Rows(Vec<Row>),
     /// What an alarm did: when; id, monitor, before, after, by, reason.
     Alarm(u64, Box<[Option<String>; 6]>),
-    /// What is older than these times is forgotten: changes, minutes.
-    Forget(i64, i64),
+    /// What is too old is forgotten, piece by piece.
+    Forget(Sweep),
 }
 
 impl Work {
@@ -120,32 +156,38 @@ impl Postgres {
         Ok(rows.map_err(|_| StoreError::Away)??)
     }
 
+    async fn id(&self, monitor: &str, series: &str) -> Result<Option<i32>, StoreError> {
+        Ok(self.query(ID, &[&monitor, &series]).await?.first().map(|row| row.get(0)))
+    }
+
     /// As the SQLite history's.
-    pub async fn values(
+    pub async fn changes_of(
         &self,
         monitor: &str,
         series: &str,
         (from_ms, to_ms): (u64, u64),
-        minutes: bool,
-    ) -> Result<Vec<Vec<Value>>, StoreError> {
+    ) -> Result<Vec<Point>, StoreError> {
+        let Some(id) = self.id(monitor, series).await? else { return Ok(Vec::new()) };
+        let rows = self.query(RAW, &[&id, &signed(from_ms), &signed(to_ms)]).await?;
+        Ok(rows.iter().map(|row| (time(row, 0), row.get(1))).collect())
+    }
+
+    /// As the SQLite history's.
+    pub async fn minutes_of(
+        &self,
+        monitor: &str,
+        series: &str,
+        (from_ms, to_ms): (u64, u64),
+    ) -> Result<Vec<Piece>, StoreError> {
+        let Some(id) = self.id(monitor, series).await? else { return Ok(Vec::new()) };
         let (from, to) = (signed(from_ms), signed(to_ms));
-        let values: [&(dyn ToSql + Sync); 4] = [&monitor, &series, &from, &to];
-        let query = if minutes {
-            "SELECT t, mean, least, most FROM lafet_minute JOIN lafet_series ON id = series
-             WHERE monitor = $1 AND name = $2 AND t BETWEEN $3 AND $4 ORDER BY t"
-        } else {
-            "SELECT t, value FROM lafet_raw AS raw JOIN lafet_series ON id = series
-             WHERE monitor = $1 AND name = $2 AND t <= $4 AND t >= COALESCE(
-               (SELECT MAX(t) FROM lafet_raw AS before WHERE before.series = raw.series AND t <= $3), $3)
-             ORDER BY t"
-        };
-        let columns = if minutes { 4 } else { 2 };
-        let row = |row: PgRow| {
-            let mut cells = vec![json!(row.get::<_, i64>(0))];
-            cells.extend((1..columns).map(|it| json!(row.get::<_, Option<f64>>(it))));
-            cells
-        };
-        Ok(self.query(query, &values).await?.into_iter().map(row).collect())
+        let range: [&(dyn ToSql + Sync); 3] = [&id, &from, &to];
+        let (minutes, gaps) = (self.query(MINUTES, &range).await?, self.query(GAPS, &range).await?);
+        let mark = self.query("SELECT t FROM lafet_mark WHERE name = 'sparse'", &[]).await?;
+        let minute = |row: &PgRow| (time(row, 0), [row.get(1), row.get(2), row.get(3)]);
+        let minutes: Vec<_> = minutes.iter().map(minute).collect();
+        let gaps: Vec<u64> = gaps.iter().map(|row| time(row, 0)).collect();
+        Ok(pieces(series, &minutes, &gaps, mark.first().map_or(0, |row| time(row, 0))))
     }
 
     /// As the SQLite history's.
@@ -156,18 +198,11 @@ impl Postgres {
         held: bool,
     ) -> Result<Vec<Change>, StoreError> {
         let (from, to) = (signed(from_ms), signed(to_ms));
-        let rows = if held {
-            let query = "SELECT DISTINCT ON (name) name, t, value FROM lafet_raw
-                JOIN lafet_series ON id = series WHERE monitor = $1 AND t <= $2
-                ORDER BY name, t DESC";
-            self.query(query, &[&monitor, &from]).await?
-        } else {
-            let query = "SELECT name, t, value FROM lafet_raw JOIN lafet_series ON id = series
-                WHERE monitor = $1 AND t > $2 AND t <= $3 ORDER BY t";
-            self.query(query, &[&monitor, &from, &to]).await?
+        let rows = match held {
+            true => self.query(HELD, &[&monitor, &from]).await?,
+            false => self.query(CHANGES, &[&monitor, &from, &to]).await?,
         };
-        let change = |row: PgRow| (row.get(0), row.get::<_, i64>(1).cast_unsigned(), row.get(2));
-        Ok(rows.into_iter().map(change).collect())
+        Ok(rows.iter().map(|row| (row.get(0), time(row, 1), row.get(2))).collect())
     }
 
     /// As the SQLite history's.
@@ -176,21 +211,26 @@ impl Postgres {
         monitor: Option<&str>,
         (from_ms, to_ms): (u64, u64),
         limit: u32,
-    ) -> Result<Vec<Value>, StoreError> {
+    ) -> Result<Vec<AlarmChange>, StoreError> {
         let (from, to) = (signed(from_ms), signed(to_ms));
         let query = "SELECT at_ms, id, before, after, by, reason FROM lafet_alarm
             WHERE ($1::TEXT IS NULL OR monitor = $1) AND at_ms BETWEEN $2 AND $3
             ORDER BY at_ms DESC, n DESC LIMIT $4";
         let rows = self.query(query, &[&monitor, &from, &to, &i64::from(limit)]).await?;
-        let row = |row: PgRow| {
-            let text = |index| row.get::<_, Option<String>>(index);
-            json!({
-                "at_ms": row.get::<_, i64>(0), "id": text(1), "from": text(2), "to": text(3),
-                "user": text(4), "reason": text(5),
-            })
+        let row = |row: &PgRow| AlarmChange {
+            at_ms: time(row, 0),
+            id: row.get(1),
+            from: row.get(2),
+            to: row.get(3),
+            user: row.get(4),
+            reason: row.get(5),
         };
-        Ok(rows.into_iter().map(row).collect())
+        Ok(rows.iter().map(row).collect())
     }
+}
+
+fn time(row: &PgRow, index: usize) -> u64 {
+    row.get::<_, i64>(index).cast_unsigned()
 }
 
 /// Connects, and stores what comes, until nobody has anything more to store.
@@ -201,13 +241,15 @@ async fn write(
     figures: Arc<Figures>,
 ) {
     let mut waiting: VecDeque<Work> = VecDeque::new();
+    let mut resumed = false;
     loop {
-        match connect(&address).await {
-            Ok(client) => {
-                let client = Arc::new(client);
-                shared.send_replace(Some(client.clone()));
+        match connect(&address, &mut resumed).await {
+            Ok((client, reader)) => {
+                let reader = Arc::new(reader);
+                shared.send_replace(Some(reader.clone()));
                 tracing::info!("PostgreSQL takes the history");
-                let ended = store(&client, &mut queue, &mut waiting, &figures).await;
+                let clients = (&client, &*reader);
+                let ended = store(clients, &mut queue, &mut waiting, &figures).await;
                 shared.send_replace(None);
                 match ended {
                     Ok(()) => return,
@@ -243,25 +285,40 @@ fn keep(waiting: &mut VecDeque<Work>, work: Work, figures: &Figures) {
     }
 }
 
-/// A client whose tables are there.
-async fn connect(address: &Address) -> Result<Client, String> {
+/// A client that writes, whose tables are there, and one that reads: neither waits for the other.
+async fn connect(address: &Address, resumed: &mut bool) -> Result<(Client, Client), String> {
     let client = address.client().await?;
-    match timeout(PATIENCE, client.batch_execute(SCHEMA)).await {
-        Ok(made) => made.map(|()| client).map_err(|error| said(&error)),
-        Err(_) => Err(StoreError::Away.to_string()),
+    let made = async {
+        client.batch_execute(SCHEMA).await?;
+        if !*resumed {
+            client.batch_execute(RESUME).await?;
+        }
+        Ok::<_, tokio_postgres::Error>(())
+    };
+    match timeout(PATIENCE, made).await {
+        Ok(made) => made.map_err(|error| said(&error))?,
+        Err(_) => return Err(StoreError::Away.to_string()),
     }
+    *resumed = true;
+    Ok((client, address.client().await?))
 }
 
 async fn store(
-    client: &Client,
+    (client, reader): (&Client, &Client),
     queue: &mut mpsc::Receiver<Work>,
     waiting: &mut VecDeque<Work>,
     figures: &Figures,
 ) -> Result<(), StoreError> {
     loop {
         while let Some(work) = waiting.front() {
-            timeout(PATIENCE, put(client, work)).await.map_err(|_| StoreError::Away)??;
+            let rest =
+                timeout(PATIENCE, put(client, work)).await.map_err(|_| StoreError::Away)??;
             waiting.pop_front();
+            // Behind what has come meanwhile.
+            while let Ok(work) = queue.try_recv() {
+                keep(waiting, work, figures);
+            }
+            waiting.extend(rest);
         }
         figures.failing.store(false, Ordering::Relaxed);
         tokio::select! {
@@ -270,31 +327,54 @@ async fn store(
                 None => return Ok(()),
             },
             // When nothing changes there is nothing to store, and nothing that fails.
-            () = sleep(PAUSE) => if client.is_closed() {
+            () = sleep(PAUSE) => if client.is_closed() || reader.is_closed() {
                 return Err(StoreError::Away);
             },
         }
     }
 }
 
-async fn put(client: &Client, work: &Work) -> Result<(), tokio_postgres::Error> {
+/// Stores something; what is left of it.
+async fn put(client: &Client, work: &Work) -> Result<Option<Work>, tokio_postgres::Error> {
     match work {
-        Work::Rows(rows) => put_rows(client, rows).await,
+        Work::Rows(rows) => put_rows(client, rows).await.map(|()| None),
         Work::Alarm(at_ms, texts) => {
             let at = signed(*at_ms);
             let [id, monitor, before, after, by, reason] = &**texts;
             let query = "INSERT INTO lafet_alarm (at_ms, id, monitor, before, after, by, reason)
                 VALUES ($1, $2, $3, $4, $5, $6, $7)";
-            client.execute(query, &[&at, id, monitor, before, after, by, reason]).await.map(|_| ())
+            client
+                .execute(query, &[&at, id, monitor, before, after, by, reason])
+                .await
+                .map(|_| None)
         }
-        Work::Forget(raw, minute) => {
-            client.execute("DELETE FROM lafet_raw WHERE t < $1", &[raw]).await?;
-            client.execute("DELETE FROM lafet_minute WHERE t < $1", &[minute]).await?;
-            client.execute("DELETE FROM lafet_alarm WHERE at_ms < $1", &[minute]).await?;
-            tracing::debug!(days = (minute - raw) / signed(DAY_MS), "old history is removed");
-            Ok(())
-        }
+        Work::Forget(sweep) => Ok(forget(client, *sweep).await?.map(Work::Forget)),
     }
+}
+
+/// Forgets a piece; how to go on, if it was not the last.
+async fn forget(client: &Client, mut sweep: Sweep) -> Result<Option<Sweep>, tokio_postgres::Error> {
+    let query = "SELECT id FROM lafet_series WHERE id > $1::BIGINT ORDER BY id LIMIT $2";
+    let series = client.query(query, &[&sweep.done, &FORGET_SERIES]).await?;
+    let series: Vec<i32> = series.iter().map(|row| row.get(0)).collect();
+    let mut full = false;
+    let tables = ["lafet_raw", "lafet_minute", "lafet_gap"];
+    for (table, before) in tables.into_iter().zip([sweep.raw, sweep.minute, sweep.minute]) {
+        let query = format!(
+            "DELETE FROM {table} WHERE ctid = ANY (ARRAY(SELECT ctid FROM {table}
+             WHERE series = ANY ($1) AND t < $2 LIMIT $3))"
+        );
+        let removed = client.execute(&query, &[&series, &before, &FORGET_ROWS]).await?;
+        full |= removed.cast_signed() == FORGET_ROWS;
+    }
+    let query = "DELETE FROM lafet_alarm WHERE n = ANY (ARRAY(SELECT n FROM lafet_alarm
+        WHERE at_ms < $1 ORDER BY at_ms LIMIT $2))";
+    let alarms = client.execute(query, &[&sweep.minute, &FORGET_ROWS]).await?;
+    let last = series.len() < FORGET_SERIES as usize && alarms.cast_signed() < FORGET_ROWS;
+    if !full {
+        sweep.done = series.last().map_or(sweep.done, |id| i64::from(*id));
+    }
+    Ok((full || !last).then_some(sweep))
 }
 
 /// Columns of rows, as PostgreSQL unnests them.
@@ -308,22 +388,25 @@ struct Columns {
 
 async fn put_rows(client: &Client, rows: &[Row]) -> Result<(), tokio_postgres::Error> {
     // One statement must not touch a row twice; the last one is right.
-    let (mut raw, mut minute) = (BTreeMap::new(), BTreeMap::new());
+    let (mut raw, mut minute, mut gap) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    let mut known = None;
     for row in rows {
         match row {
-            Row::Raw(monitor, series, t, value) => {
-                raw.insert((monitor, series, signed(*t)), [*value, None, None]);
+            Row::Raw(key, t, value) => {
+                raw.insert((&**key, signed(*t)), [*value, None, None]);
             }
-            Row::Minute(monitor, series, t, figures) => {
-                minute.insert((monitor, series, signed(*t)), figures.map(Some));
+            Row::Minute(key, t, figures) => {
+                minute.insert((&**key, signed(*t)), figures.map(Some));
             }
+            Row::Gap(key, t) => _ = gap.insert((&**key, signed(*t)), [None; 3]),
+            Row::Known(t) => known = Some(signed(*t)),
         }
     }
-    let columns = |rows: BTreeMap<(&String, &String, i64), [Option<f64>; 3]>| {
+    let columns = |rows: BTreeMap<(&Key, i64), [Option<f64>; 3]>| {
         let mut columns = Columns::default();
-        for ((monitor, name, t), values) in rows {
-            columns.monitors.push(monitor.clone());
-            columns.names.push(name.clone());
+        for ((key, t), values) in rows {
+            columns.monitors.push(key.monitor.clone());
+            columns.names.push(key.series.clone());
             columns.times.push(t);
             for (column, value) in columns.values.iter_mut().zip(values) {
                 column.push(value);
@@ -331,8 +414,13 @@ async fn put_rows(client: &Client, rows: &[Row]) -> Result<(), tokio_postgres::E
         }
         columns
     };
-    let (raw, minute) = (columns(raw), columns(minute));
-    for of in [&raw, &minute] {
+    let (raw, minute, gap) = (columns(raw), columns(minute), columns(gap));
+    if let Some(known) = known {
+        let query = "INSERT INTO lafet_mark VALUES ('known', $1)
+            ON CONFLICT (name) DO UPDATE SET t = EXCLUDED.t";
+        client.execute(query, &[&known]).await?;
+    }
+    for of in [&raw, &minute, &gap] {
         let query = "INSERT INTO lafet_series (monitor, name)
             SELECT DISTINCT m, n FROM UNNEST($1::TEXT[], $2::TEXT[]) AS u (m, n)
             ON CONFLICT DO NOTHING";
@@ -353,7 +441,12 @@ async fn put_rows(client: &Client, rows: &[Row]) -> Result<(), tokio_postgres::E
     let [mean, least, most] = &minute.values;
     let values: [&(dyn ToSql + Sync); 6] =
         [&minute.monitors, &minute.names, &minute.times, mean, least, most];
-    client.execute(query, &values).await.map(|_| ())
+    client.execute(query, &values).await?;
+    let query = "INSERT INTO lafet_gap (series, t)
+        SELECT s.id, t FROM UNNEST($1::TEXT[], $2::TEXT[], $3::BIGINT[])
+        AS u (m, n, t) JOIN lafet_series AS s ON s.monitor = m AND s.name = n
+        ON CONFLICT DO NOTHING";
+    client.execute(query, &[&gap.monitors, &gap.names, &gap.times]).await.map(|_| ())
 }
 
 #[cfg(test)]
@@ -363,10 +456,11 @@ mod tests {
     #[test]
     fn what_waits_is_bounded_and_the_oldest_goes() {
         let (mut waiting, figures) = (VecDeque::new(), Figures::default());
-        let rows = |t| Work::Rows(vec![Row::Raw("M1".into(), "a".into(), t, None); 200_000]);
+        let key = Arc::new(Key { monitor: "M1".into(), series: "a".into() });
+        let rows = |t| Work::Rows(vec![Row::Raw(key.clone(), t, None); 200_000]);
         (1..=3).for_each(|t| keep(&mut waiting, rows(t), &figures));
         assert_eq!((waiting.len(), figures.lost.load(Ordering::Relaxed)), (2, 200_000));
         let Some(Work::Rows(first)) = waiting.front() else { panic!("rows wait") };
-        assert!(matches!(first[0], Row::Raw(_, _, 2, _)));
+        assert!(matches!(first[0], Row::Raw(_, 2, _)));
     }
 }

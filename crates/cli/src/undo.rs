@@ -1,0 +1,471 @@
+//! How a command that moves or opens is broken off: what it started is brought to rest.
+//!
+//! One mechanism for every such command, for Ctrl-C and for a line that is cut:
+//!
+//! ```text
+//!  request out ──▶ following ──▶ done
+//!       │  Ctrl-C, line cut │
+//!       ▼                   ▼
+//!   Stop (or Close) ◀──▶ look        until it is seen at rest,
+//!       │ no answer          │       or REACH has passed, or Ctrl-C once more
+//!       ▼                    ▼
+//!   try again            at rest | still moving | not known
+//! ```
+//!
+//! Motion is stopped. A valve is closed: Stop would leave it half open, with water running (§3.2).
+
+use std::time::Duration;
+
+use lafet_client::{AnswerBuf, Error};
+use lafet_proto::flags::{
+    ControlFlags, DeployerFlags, DetectorFlags, DriveFlags, SetFlag, ValveFlags, flags_of,
+};
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
+use tokio::time::{Instant, sleep, timeout_at};
+
+use crate::connect::Connection;
+use crate::describe::values;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::lang::{current, pick};
+use crate::out::Out;
+
+/// For how long the monitor is tried when the line is cut.
+pub const REACH: Duration = Duration::from_secs(30);
+/// What has been stopped is at rest within this time.
+const SETTLE: Duration = Duration::from_secs(10);
+/// A valve is closed within this time: the greatest TravelTime, and the request.
+const SETTLE_VALVE: Duration = Duration::from_secs(65);
+/// Pause between two looks, and between two tries.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// States of the subsystems that are watched.
+pub struct States(Vec<AnswerBuf>);
+
+impl States {
+    /// Reads them. A subsystem that does not exist is left out; an answer that is no state is an
+    /// error of the client's.
+    pub async fn read(connection: &Connection, whose: &[SubsystemId]) -> Result<Self, Error> {
+        let request = |who: &SubsystemId| Request::new(*who, Body::GetStatus);
+        let requests: Vec<Request<'_>> = whose.iter().map(request).collect();
+        let mut states = Vec::new();
+        for answers in connection.client.batch(&requests).await {
+            let answers = answers?;
+            let answers = match answers.refusal() {
+                Some(refusal) if refusal.status() == lafet_proto::Status::MODULE_NOT_EXIST => {
+                    continue;
+                }
+                _ => answers.accepted()?,
+            };
+            states.extend(answers);
+        }
+        Ok(Self(states))
+    }
+
+    /// The flags of a subsystem; none when it does not exist.
+    pub fn flags(&self, subsystem: SubsystemId) -> u32 {
+        self.of(subsystem).and_then(|answer| answer.decode().ok()?.data.flags_bits()).unwrap_or(0)
+    }
+
+    /// The answer of a subsystem that exists.
+    pub fn of(&self, subsystem: SubsystemId) -> Option<&AnswerBuf> {
+        self.0.iter().find(|answer| answer.from() == subsystem && answer.status().is_success())
+    }
+}
+
+/// What brings to rest what requests have started.
+#[derive(Clone, Debug, Default)]
+pub struct Undo {
+    requests: Vec<Request<'static>>,
+    /// Drives and programs that may be moving.
+    moving: Vec<SubsystemId>,
+    /// Valves that may be open.
+    flowing: Vec<SubsystemId>,
+    /// Drives whose limits may be off.
+    limitless: Vec<SubsystemId>,
+}
+
+/// How it ended.
+#[derive(Clone, Debug)]
+pub enum End {
+    /// It was seen at rest; the state in words.
+    AtRest(String),
+    /// It answers, and is not at rest.
+    StillActive(String),
+    /// Nothing is known, and why.
+    Unknown(Error),
+    /// Ctrl-C has ended the attempts.
+    GivenUp,
+}
+
+/// What broke a command off.
+#[derive(Clone, Debug)]
+pub enum Because {
+    /// Ctrl-C, or a signal.
+    Interrupted,
+    /// The monitor cannot be heard, or what it says is no answer.
+    Lost(Error),
+}
+
+impl Undo {
+    /// What undoes a request; none if it starts nothing.
+    pub fn of(request: &Request<'_>) -> Option<Self> {
+        let stop = |who| vec![Request::new(who, Body::Stop)];
+        let to = request.to;
+        let barrel = [SubsystemId::DEPLOYER, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
+        let program = |who: SubsystemId| Self {
+            requests: stop(who),
+            moving: [who].into_iter().chain(barrel).collect(),
+            ..Self::default()
+        };
+        match request.body {
+            Body::Move { .. } if to.is_drive() => {
+                Some(Self { requests: stop(to), moving: vec![to], ..Self::default() })
+            }
+            Body::Move { .. } => Some(Self::everything()),
+            Body::Deploy | Body::Wrap => {
+                let moving = vec![SubsystemId::DEPLOYER];
+                Some(Self { requests: stop(SubsystemId::DEPLOYER), moving, ..Self::default() })
+            }
+            Body::Open { .. } | Body::Close { .. } if to.is_valve() => Some(Self {
+                requests: vec![Request::close(to)],
+                flowing: vec![to],
+                ..Self::default()
+            }),
+            Body::StartQuench(_) | Body::StartTrajectory(_) => Some(program(SubsystemId::CONTROL)),
+            Body::StartSeek(_) | Body::StartJustify => Some(program(SubsystemId::DETECTOR)),
+            _ => None,
+        }
+    }
+
+    /// Stop All.
+    pub fn everything() -> Self {
+        let moving = SubsystemId::TABLE.into_iter().filter(|who| active_bits(*who) != 0);
+        Self {
+            requests: vec![Request::new(SubsystemId::ALL, Body::Stop)],
+            moving: moving.filter(|who| !who.is_valve()).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Stop All, and the limits of a drive on again as they were (§3.17).
+    pub fn teaching(drive: SubsystemId) -> Self {
+        let Self { mut requests, moving, .. } = Self::everything();
+        requests.push(Request::new(drive, Body::SwitchLimits { new_state: 2 }));
+        Self { requests, moving, limitless: vec![drive], ..Self::default() }
+    }
+
+    /// This and another one as one.
+    pub fn and(mut self, other: Self) -> Self {
+        self.requests.extend(other.requests);
+        self.moving.extend(other.moving);
+        self.flowing.extend(other.flowing);
+        self.limitless.extend(other.limitless);
+        self
+    }
+
+    /// Brings it to rest, and makes a failure of how that ended.
+    pub async fn carry_out(
+        &self,
+        connection: &Connection,
+        out: &mut Out,
+        interrupt: &mut Interrupt,
+        because: Because,
+    ) -> Failure {
+        match &because {
+            Because::Interrupted => out.progress(pick(
+                format!("Interrupted: {}", self.words()),
+                format!("Прервано: {}", self.words()),
+            )),
+            Because::Lost(error) => out.warn(&self.trying(error)),
+        }
+        let told = matches!(because, Because::Lost(_));
+        let end = tokio::select! {
+            end = self.bring_to_rest(connection, out, told) => end,
+            () = interrupt.wait() => End::GivenUp,
+        };
+        out.end_progress();
+        Failure::BrokenOff(Box::new(BrokenOff { because, end, undo: self.clone() }))
+    }
+
+    /// Asks until it is at rest, for [`REACH`] at most.
+    async fn bring_to_rest(&self, connection: &Connection, out: &mut Out, told: bool) -> End {
+        let until = Instant::now() + REACH;
+        let mut told = told;
+        let mut last = None;
+        loop {
+            // A monitor that answers is waited for, however late it came back.
+            let attempt = timeout_at(until + self.settle(), self.attempt(connection));
+            let error = match attempt.await {
+                Ok(Ok(end)) => return end,
+                Ok(Err(error)) => error,
+                Err(_) => return End::Unknown(last.unwrap_or_else(|| silent(connection))),
+            };
+            let gone = connection.client.link_state().borrow().gone;
+            if !is_of_the_line(&error) || gone || Instant::now() >= until {
+                return End::Unknown(error);
+            }
+            if !std::mem::replace(&mut told, true) {
+                out.warn(&self.trying(&error));
+            }
+            last = Some(error);
+            sleep(PAUSE).await;
+        }
+    }
+
+    /// Sends what undoes it once, and looks until it is at rest.
+    async fn attempt(&self, connection: &Connection) -> Result<End, Error> {
+        for request in &self.requests {
+            let answers = connection.client.request(request).await?;
+            let is_stop = matches!(request.body, Body::Stop) && request.to != SubsystemId::ALL;
+            if is_stop && answers.refusal().is_some() {
+                // Another subsystem has taken over (§3.2/2–4): then everything stops, which is
+                // never denied.
+                let all = Request::new(SubsystemId::ALL, Body::Stop);
+                connection.client.request(&all).await?;
+            }
+        }
+        let mut whose = self.moving.clone();
+        whose.extend(self.flowing.iter().chain(&self.limitless));
+        let until = Instant::now() + self.settle();
+        loop {
+            let states = States::read(connection, &whose).await?;
+            if self.is_at_rest(&states) {
+                return Ok(End::AtRest(self.told(&states)));
+            }
+            if Instant::now() >= until {
+                return Ok(End::StillActive(self.told(&states)));
+            }
+            sleep(PAUSE).await;
+        }
+    }
+
+    const fn settle(&self) -> Duration {
+        if self.flowing.is_empty() { SETTLE } else { SETTLE_VALVE }
+    }
+
+    fn is_at_rest(&self, states: &States) -> bool {
+        let stands = |who: &SubsystemId| states.flags(*who) & active_bits(*who) == 0;
+        let closed = |who: &SubsystemId| {
+            let flags = ValveFlags::from_bits_retain(states.flags(*who));
+            let moves = ValveFlags::OPENING | ValveFlags::CLOSING | ValveFlags::OPEN;
+            states.of(*who).is_none() || flags & (moves | ValveFlags::CLOSED) == ValveFlags::CLOSED
+        };
+        let limited = |who: &SubsystemId| states.flags(*who) & DriveFlags::LIMITLESS.bits() == 0;
+        self.moving.iter().all(stands)
+            && self.flowing.iter().all(closed)
+            && self.limitless.iter().all(limited)
+    }
+
+    /// Where it is now, in words: what was addressed, not all that was looked at.
+    fn told(&self, states: &States) -> String {
+        let first = self.moving.iter().take(1).filter(|_| !self.is_everything());
+        let active = |who: &&SubsystemId| states.flags(**who) & active_bits(**who) != 0;
+        let mut whose: Vec<SubsystemId> =
+            first.chain(&self.flowing).chain(self.moving.iter().filter(active)).copied().collect();
+        whose.dedup();
+        let one = |who: SubsystemId| {
+            let answer = states.of(who)?.decode().ok()?;
+            let flags = flags_of(who).set(answer.data.flags_bits()?);
+            let flags: Vec<String> = flags.map(|flag: SetFlag| flag.to_string()).collect();
+            Some(format!("{who} {} {}", flags.join(" "), values(&answer)).trim_end().to_owned())
+        };
+        whose.into_iter().filter_map(one).collect::<Vec<_>>().join("; ")
+    }
+
+    fn is_everything(&self) -> bool {
+        self.requests.first().is_some_and(|request| request.to == SubsystemId::ALL)
+    }
+
+    /// The requests, as people write them.
+    pub fn words(&self) -> String {
+        self.requests.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What may go on now.
+    pub fn risk(&self) -> String {
+        let join = |all: &[SubsystemId]| {
+            all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+        };
+        let mut risks = Vec::new();
+        if self.is_everything() {
+            risks.push(pick("the barrel may still move", "ствол, возможно, ещё движется").into());
+        } else if let Some(who) = self.moving.first() {
+            risks.push(match *who {
+                SubsystemId::CONTROL => pick(
+                    "the program of extinguishing may still run, and the barrel may still move",
+                    "программа тушения, возможно, ещё выполняется, ствол, возможно, ещё движется",
+                )
+                .into(),
+                SubsystemId::DETECTOR => {
+                    pick("the barrel may still move", "ствол, возможно, ещё движется").into()
+                }
+                _ => {
+                    let drives: Vec<SubsystemId> =
+                        self.moving.iter().filter(|who| who.is_drive()).copied().collect();
+                    let drives = join(&drives);
+                    pick(
+                        format!("{drives} may still move"),
+                        format!("{drives}: привод, возможно, ещё движется"),
+                    )
+                }
+            });
+        }
+        if !self.flowing.is_empty() {
+            let valves = join(&self.flowing);
+            risks.push(pick(
+                format!("{valves} may be open, and water may flow"),
+                format!("{valves}: затвор, возможно, открыт, вода, возможно, течёт"),
+            ));
+        }
+        if !self.limitless.is_empty() {
+            let drives = join(&self.limitless);
+            risks.push(pick(
+                format!("the limits of {drives} may still be off"),
+                format!("{drives}: пределы, возможно, ещё выключены"),
+            ));
+        }
+        let text = risks.join("; ");
+        let mut letters = text.chars();
+        letters
+            .next()
+            .map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    }
+
+    fn trying(&self, error: &Error) -> String {
+        let (risk, words) = (self.risk(), self.words());
+        let (error, seconds) = (error.localized(current()), REACH.as_secs());
+        pick(
+            format!(
+                "{error}\n{risk}. Trying for up to {seconds} s to reach the monitor and send \
+                 {words}; Ctrl-C gives up. If you see danger, use the emergency stop now."
+            ),
+            format!(
+                "{error}\n{risk}. До {seconds} с продолжаются попытки связаться со стволом и послать \
+                 {words}; Ctrl-C прекращает их. При опасности сразу нажмите аварийный останов."
+            ),
+        )
+    }
+}
+
+/// A command that was broken off, and what came of what it had started.
+#[derive(Clone, Debug)]
+pub struct BrokenOff {
+    because: Because,
+    end: End,
+    undo: Undo,
+}
+
+impl BrokenOff {
+    /// 130 interrupted, 1 the line was cut, both with all at rest; 4 it may still move or flow.
+    pub const fn exit_code(&self) -> u8 {
+        match (&self.end, &self.because) {
+            (End::AtRest(_), Because::Interrupted) => 130,
+            (End::AtRest(_), Because::Lost(_)) => 1,
+            _ => 4,
+        }
+    }
+
+    /// Whether all was seen at rest.
+    pub const fn is_at_rest(&self) -> bool {
+        matches!(self.end, End::AtRest(_))
+    }
+
+    /// What a person reads.
+    pub fn message(&self) -> String {
+        let Self { because, end, undo } = self;
+        let (words, risk) = (undo.words(), undo.risk());
+        let began = match because {
+            Because::Interrupted => pick("Interrupted.", "Прервано.").to_owned(),
+            Because::Lost(error) => error.localized(current()),
+        };
+        let ended = match end {
+            End::AtRest(state) => {
+                let state = if state.is_empty() { String::new() } else { format!(" {state}.") };
+                pick(
+                    format!("{words} was sent; at rest now.{state}"),
+                    format!("Послано: {words}; теперь всё в покое.{state}"),
+                )
+            }
+            End::StillActive(state) => pick(
+                format!("{words} was answered, but it is not at rest: {state}. {}", emergency()),
+                format!("{words}: ответ получен, но покоя нет: {state}. {}", emergency()),
+            ),
+            End::Unknown(error) => {
+                let why = match because {
+                    Because::Lost(first)
+                        if first.localized(current()) == error.localized(current()) =>
+                    {
+                        String::new()
+                    }
+                    _ => format!(" {}", error.localized(current())),
+                };
+                pick(
+                    format!("{risk}: it was not seen at rest after {words}. {}{why}", emergency()),
+                    format!("{risk}: покоя после {words} не видно. {}{why}", emergency()),
+                )
+            }
+            End::GivenUp => pick(
+                format!("Given up before it was seen at rest. {risk}. {}", emergency()),
+                format!("Попытки прекращены до того, как наступил покой. {risk}. {}", emergency()),
+            ),
+        };
+        format!("{began}\n{ended}")
+    }
+}
+
+fn emergency() -> &'static str {
+    pick("Use the emergency stop.", "Нажмите аварийный останов.")
+}
+
+/// Whether another try may help.
+fn is_of_the_line(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::NoAnswer { .. }
+            | Error::Absent { .. }
+            | Error::OutcomeUnknown { .. }
+            | Error::NotSent { .. }
+            | Error::Link { .. }
+    )
+}
+
+/// Whether a request that ended so may have been executed.
+pub const fn may_be_executed(error: &Error) -> bool {
+    matches!(error, Error::OutcomeUnknown { .. } | Error::Protocol { .. })
+}
+
+fn silent(connection: &Connection) -> Error {
+    let endpoint = connection.client.endpoint().into();
+    Error::Absent { endpoint, tries: 0 }
+}
+
+/// Whether any of these subsystems is doing something which Stop ends.
+pub fn is_anything_active(states: &[AnswerBuf]) -> bool {
+    states.iter().any(|state| {
+        let bits = state.decode().ok().and_then(|answer| answer.data.flags_bits());
+        bits.unwrap_or(0) & active_bits(state.from()) != 0
+    })
+}
+
+/// The flags that say that a subsystem is doing something which Stop ends.
+fn active_bits(subsystem: SubsystemId) -> u32 {
+    match subsystem {
+        SubsystemId::VERTICAL | SubsystemId::HORIZONTAL | SubsystemId::NOZZLE => {
+            DriveFlags::MOVE.bits()
+        }
+        SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
+            (ValveFlags::OPENING | ValveFlags::CLOSING).bits()
+        }
+        SubsystemId::CONTROL => (ControlFlags::QUENCH | ControlFlags::TRAJECTORY).bits(),
+        SubsystemId::DETECTOR => (DetectorFlags::SEARCHING | DetectorFlags::JUSTIFYING).bits(),
+        SubsystemId::DEPLOYER => {
+            (DeployerFlags::MOVE | DeployerFlags::DEPLOYING | DeployerFlags::WRAPPING).bits()
+        }
+        _ => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,468 @@
+//! The line is cut in each phase of each command that moves or opens, in three ways, on virtual
+//! time; the commands are those of the program, the monitor is the simulated one.
+
+use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use clap::FromArgMatches;
+use lafet_client::{Client, Config, Monitor};
+use lafet_device::Source;
+use lafet_proto::SubsystemId;
+use lafet_proto::request::Body;
+use lafet_sim::sim;
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep, sleep_until};
+
+use super::REACH;
+use crate::cli::Cli;
+use crate::connect::Connection;
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::tests::press;
+use crate::out::{Out, tests::warned};
+use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
+use crate::{dispatch, help};
+
+const URL: &str = "tcp://monitor.example:10485";
+/// For how long a line is cut that comes back: longer than a read is repeated.
+const AWAY: Duration = Duration::from_secs(6);
+/// Longer than any of it takes, in virtual time.
+const NEVER: Duration = Duration::from_secs(3600);
+
+/// How the line is cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cut {
+    /// The stream ends.
+    End,
+    /// Nothing passes any more, and nothing says so.
+    Silence,
+}
+
+/// When it is cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// The request has gone out and does not arrive.
+    BeforeArrival,
+    /// The request has arrived, its answer does not.
+    BeforeAnswer,
+    /// So many answers have come.
+    After(u32),
+    /// What was started is at rest again, which nobody has seen.
+    AtTheEnd,
+}
+
+/// A command, and what the monitor does before it.
+struct Case {
+    words: &'static [&'static str],
+    before: &'static [Body<'static>],
+    /// What the user is warned of.
+    risk: &'static str,
+    /// Number of exchanges before the request that starts something.
+    reads: u32,
+    /// The command ends with the answer.
+    brief: bool,
+    /// It goes on until it is stopped, or has nothing to find here.
+    endless: bool,
+}
+
+const DEPLOYED: &[Body<'static>] = &[Body::Deploy];
+
+const fn case(words: &'static [&'static str], risk: &'static str) -> Case {
+    Case { words, before: DEPLOYED, risk, reads: 0, brief: false, endless: false }
+}
+
+fn cases() -> Vec<Case> {
+    let quench: &[&str] = &[
+        "quench",
+        "--centre",
+        "30deg,0",
+        "--sector",
+        "6deg,2deg",
+        "--step",
+        "1",
+        "--distance",
+        "25",
+    ];
+    let follow: &[&str] = &[
+        "quench",
+        "--centre",
+        "30deg,0",
+        "--sector",
+        "6deg,2deg",
+        "--step",
+        "1",
+        "--distance",
+        "25",
+        "--follow",
+    ];
+    let path: &[&str] =
+        &["trajectory", "--point", "20deg,-2deg,25,50", "--point", "40deg,-2deg,25,50", "--follow"];
+    vec![
+        Case { before: &[], ..case(&["deploy"], "Deployer may still move") },
+        case(&["wrap"], "Deployer may still move"),
+        case(&["move", "vertical", "20deg"], "Vertical may still move"),
+        case(&["move", "horizontal", "-60deg"], "Horizontal may still move"),
+        case(&["move", "nozzle", "0"], "Nozzle may still move"),
+        case(&["open"], "Valve1 may be open, and water may flow"),
+        case(&["open", "valve2"], "Valve2 may be open, and water may flow"),
+        Case {
+            before: &[Body::Deploy, Body::Open { key: lafet_proto::id::key::OPEN }],
+            ..case(&["close"], "Valve1 may be open, and water may flow")
+        },
+        case(
+            &["seek", "--from-az", "-9", "--to-az", "9", "--from-el", "0", "--to-el", "2"],
+            "The barrel may still move",
+        ),
+        Case { endless: true, ..case(&["justify"], "The barrel may still move") },
+        Case { endless: true, ..case(follow, "The program of extinguishing may still run") },
+        Case { endless: true, ..case(path, "The program of extinguishing may still run") },
+        Case {
+            reads: 1,
+            endless: true,
+            ..case(
+                &["program", "run", "3", "--follow"],
+                "The program of extinguishing may still run",
+            )
+        },
+        Case { brief: true, ..case(&["move", "vertical", "20deg", "--no-wait"], "Vertical may") },
+        Case { brief: true, ..case(&["open", "--no-wait"], "Valve1 may be open") },
+        Case { brief: true, ..case(quench, "The program of extinguishing may") },
+        Case { brief: true, ..case(&["send", "Move Vertical 1200"], "Vertical may still move") },
+        Case {
+            brief: true,
+            ..case(
+                &["send", "Open Valve1", "Move Nozzle 0"],
+                "Nozzle may still move; Valve1 may be",
+            )
+        },
+    ]
+}
+
+/// What a relay between the program and the monitor does.
+#[derive(Clone, Copy, Debug)]
+struct Plan {
+    cut: Cut,
+    phase: Phase,
+    reads: u32,
+    away: Duration,
+}
+
+/// The line between them, cut once.
+struct Line {
+    shared: Shared,
+    plan: Option<Plan>,
+    answers: u32,
+    since: Option<Instant>,
+    cut: watch::Sender<bool>,
+}
+
+type Wired = Arc<Mutex<Line>>;
+
+fn with<T>(line: &Wired, change: impl FnOnce(&mut Line) -> T) -> T {
+    change(&mut line.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+impl Line {
+    /// Whether nothing passes now.
+    fn is_cut(&self) -> bool {
+        let away = self.plan.map_or(Duration::ZERO, |plan| plan.away);
+        self.since.is_some_and(|since| since.elapsed() < away)
+    }
+
+    fn cut_now(&mut self) {
+        if self.since.is_none() {
+            self.since = Some(Instant::now());
+            self.cut.send_replace(true);
+        }
+    }
+
+    /// A frame of the program has come; whether it reaches the monitor.
+    fn asked(&mut self) -> bool {
+        if let Some(Plan { phase: Phase::BeforeArrival, reads, .. }) = self.plan
+            && self.answers == reads
+        {
+            self.cut_now();
+        }
+        !self.is_cut()
+    }
+
+    /// The monitor has answered; whether that reaches the program.
+    fn answered(&mut self) -> bool {
+        match self.plan {
+            Some(Plan { phase: Phase::BeforeAnswer, reads, .. }) if self.answers == reads => {
+                self.cut_now();
+            }
+            Some(Plan { phase: Phase::After(count), reads, .. })
+                if self.answers == reads + count =>
+            {
+                self.cut_now();
+            }
+            Some(Plan { phase: Phase::AtTheEnd, reads, .. })
+                if self.answers > reads + 3 && is_at_rest(&self.shared) =>
+            {
+                self.cut_now();
+            }
+            _ => {}
+        }
+        self.answers += 1;
+        !self.is_cut()
+    }
+}
+
+/// No drive turns and no valve's motor runs.
+fn is_at_rest(shared: &Shared) -> bool {
+    shared.lock().world().outputs().is_still()
+}
+
+/// Passes frames on; both sides write whole frames.
+async fn relay(line: Wired, mut ours: DuplexStream, mut monitor: DuplexStream) {
+    let mut cut = with(&line, |line| line.cut.subscribe());
+    let ends = with(&line, |line| line.plan.is_none_or(|plan| plan.cut == Cut::End));
+    let (mut up, mut down) = ([0; 2048], [0; 2048]);
+    loop {
+        tokio::select! {
+            read = ours.read(&mut up) => match read {
+                Ok(0) | Err(_) => return,
+                Ok(count) => if with(&line, Line::asked) {
+                    monitor.write_all(&up[..count]).await.unwrap();
+                },
+            },
+            read = monitor.read(&mut down) => match read {
+                Ok(0) | Err(_) => return,
+                Ok(count) => if with(&line, Line::answered)
+                    && ours.write_all(&down[..count]).await.is_err()
+                {
+                    return;
+                },
+            },
+            _ = cut.changed() => {}
+        }
+        if ends && with(&line, |line| line.is_cut()) {
+            return;
+        }
+    }
+}
+
+/// The connection of the program, over the line.
+async fn connect(line: &Wired) -> Connection {
+    let dial = {
+        let line = line.clone();
+        move || {
+            let line = line.clone();
+            async move {
+                if with(&line, |line| line.is_cut()) {
+                    return Err(io::ErrorKind::ConnectionRefused.into());
+                }
+                let (ours, theirs) = tokio::io::duplex(4096);
+                let (monitor, served) = tokio::io::duplex(4096);
+                let shared = with(&line, |line| line.shared.clone());
+                tokio::spawn(relay(line, theirs, monitor));
+                tokio::spawn(async move {
+                    let wire = Wire::link(Source::ExternalConn);
+                    serve_stream(served, wire, &shared, Habits::default(), || {}).await
+                });
+                Ok(ours)
+            }
+        }
+    };
+    let client = Client::dial(URL, dial, Config::default()).await.unwrap();
+    Connection { monitor: Monitor::new(client.clone()), client }
+}
+
+fn prepared(before: &[Body<'static>]) -> sim::Sim {
+    let mut sim = sim::Sim::new(sim::Config::default());
+    sim.advance_ms(1000);
+    for body in before {
+        let to = match body {
+            Body::Open { .. } => SubsystemId::VALVE1,
+            _ => SubsystemId::DEPLOYER,
+        };
+        sim.ask(to, *body, |answer| assert!(answer.status.is_success(), "{body:?}"));
+        // Until it is done.
+        for _ in 0..600 {
+            sim.advance_ms(100);
+            if sim.world().outputs().is_still() {
+                break;
+            }
+        }
+    }
+    let values = [1800, 0, 60, 360, 120, 1, 25];
+    let id = lafet_proto::ParamId::of("Program3");
+    let body = Body::SetParam { id, values: lafet_proto::Ints::Values(&values) };
+    sim.ask(SubsystemId::CONTROL, body, |answer| assert!(answer.status.is_success()));
+    sim
+}
+
+fn parsed(words: &[&str]) -> Cli {
+    let mut matches = help::command().no_binary_name(true).try_get_matches_from(words).unwrap();
+    Cli::from_arg_matches_mut(&mut matches).unwrap()
+}
+
+/// What came of a command.
+struct Run {
+    outcome: Outcome,
+    warned: Vec<String>,
+    shared: Shared,
+    was_cut: bool,
+}
+
+impl Run {
+    fn code(&self) -> u8 {
+        self.outcome.as_ref().err().map_or(0, Failure::exit_code)
+    }
+
+    fn message(&self) -> String {
+        self.outcome.as_ref().err().map_or_else(String::new, Failure::message)
+    }
+
+    /// Every valve that this command may have opened is closed, and nothing turns.
+    fn is_undone(&self) -> bool {
+        let mut closed = true;
+        for valve in [SubsystemId::VALVE1, SubsystemId::VALVE2] {
+            self.shared.lock().ask(valve, Body::GetStatus, |answer| {
+                let bits = answer.data.flags_bits().unwrap();
+                closed &= bits & lafet_proto::flags::ValveFlags::CLOSED.bits() != 0;
+            });
+        }
+        closed && is_at_rest(&self.shared)
+    }
+}
+
+/// Runs a command over a line that is cut, on virtual time; `fingers` presses Ctrl-C.
+async fn run_with<F: Future<Output = ()>>(
+    case: &Case,
+    monitor: &sim::Sim,
+    plan: Option<Plan>,
+    fingers: impl FnOnce(Wired) -> F,
+) -> Run {
+    warned();
+    let shared = Shared::new(monitor.clone());
+    let cut = watch::Sender::new(false);
+    let line = Line { shared: shared.clone(), plan, answers: 0, since: None, cut };
+    let line = Arc::new(Mutex::new(line));
+    // Where nothing is seen of the monitor any more, it may as well be slow.
+    let seen = plan.is_none_or(|plan| plan.away < NEVER);
+    tokio::spawn(pace(shared.clone(), if seen { 1.0 } else { 0.02 }));
+    let connection = connect(&line).await;
+    let Cli { mut global, command } = parsed(case.words);
+    global.connect = Some(URL.into());
+    global.open = Some((URL.into(), connection));
+    let mut out = Out::new(true);
+    let work = dispatch(command, &global, &mut out);
+    let (outcome, ()) = tokio::join!(work, fingers(line.clone()));
+    // Nothing that is still under way sets it in motion again.
+    sleep(Duration::from_millis(300)).await;
+    let was_cut = with(&line, |line| line.since.is_some());
+    Run { outcome, warned: warned(), shared, was_cut }
+}
+
+async fn run(case: &Case, monitor: &sim::Sim, plan: Option<Plan>) -> Run {
+    run_with(case, monitor, plan, |_| async {}).await
+}
+
+fn phases(case: &Case) -> Vec<(Phase, Cut)> {
+    let both = |phase| [(phase, Cut::End), (phase, Cut::Silence)];
+    let mut phases = vec![(Phase::BeforeArrival, Cut::End)];
+    phases.extend(both(Phase::BeforeAnswer));
+    if !case.brief {
+        phases.push((Phase::After(1), Cut::End));
+        phases.extend(both(Phase::After(7)));
+    }
+    if !case.brief && !case.endless {
+        phases.extend(both(Phase::AtTheEnd));
+    }
+    phases
+}
+
+#[tokio::test(start_paused = true)]
+async fn over_a_whole_line_every_command_ends() {
+    for case in cases().into_iter().filter(|case| !case.endless) {
+        let run = run(&case, &prepared(case.before), None).await;
+        assert_eq!(run.code(), 0, "{:?}: {}", case.words, run.message());
+        assert!(run.warned.is_empty() && !run.was_cut, "{:?} {:?}", case.words, run.warned);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_was_started_is_at_rest_when_the_line_returns() {
+    let mut cells = 0;
+    for case in cases() {
+        let monitor = prepared(case.before);
+        for (phase, cut) in phases(&case) {
+            let plan = Plan { cut, phase, reads: case.reads, away: AWAY };
+            let run = run(&case, &monitor, Some(plan)).await;
+            let what = format!("{:?} {plan:?}: {} {:?}", case.words, run.message(), run.warned);
+            assert!(run.was_cut, "{what}");
+            assert_eq!(run.code(), 1, "{what}");
+            let warned = run.warned.join("\n");
+            assert!(warned.contains(case.risk), "{what}");
+            assert!(warned.contains("Ctrl-C gives up"), "{what}");
+            assert!(run.message().contains("at rest now"), "{what}");
+            assert!(run.is_undone(), "{what}");
+            cells += 1;
+        }
+    }
+    assert!(cells >= 90, "{cells}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn where_the_line_stays_cut_the_emergency_stop_is_named_in_time() {
+    for (index, case) in cases().into_iter().enumerate() {
+        let monitor = prepared(case.before);
+        // Which way it is cut makes no difference to what comes after.
+        for cut in [[Cut::End, Cut::Silence][index % 2]] {
+            let phase = Phase::BeforeAnswer;
+            let plan = Plan { cut, phase, reads: case.reads, away: NEVER };
+            let began = Instant::now();
+            let run = run(&case, &monitor, Some(plan)).await;
+            let what = format!("{:?} {plan:?}: {}", case.words, run.message());
+            assert_eq!(run.code(), 4, "{what}");
+            assert!(run.message().contains("Use the emergency stop"), "{what}");
+            assert!(run.message().contains(case.risk), "{what}");
+            assert!(began.elapsed() < REACH * 3, "{what}: {:?}", began.elapsed());
+        }
+    }
+}
+
+/// Waits until the line is cut, and a little longer.
+async fn after_the_cut(line: &Wired, pause: Duration) {
+    let mut cut = with(line, |line| line.cut.subscribe());
+    cut.wait_for(|cut| *cut).await.unwrap();
+    sleep(pause).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn ctrl_c_with_the_line_cut() {
+    let soon = Duration::from_millis(20);
+    for case in cases().into_iter().filter(|case| !case.brief) {
+        let monitor = prepared(case.before);
+        let plan =
+            |away| Plan { cut: Cut::Silence, phase: Phase::After(7), reads: case.reads, away };
+        // It is not noticed yet that the line is cut: Stop goes out when it is back.
+        let run = run_with(&case, &monitor, Some(plan(AWAY)), |line| async move {
+            after_the_cut(&line, soon).await;
+            press();
+        });
+        let run = run.await;
+        let what = format!("{:?}: {} {:?}", case.words, run.message(), run.warned);
+        assert_eq!(run.code(), 130, "{what}");
+        assert!(run.warned.join("\n").contains(case.risk), "{what}");
+        assert!(run.is_undone() && run.message().contains("at rest now"), "{what}");
+        // Ctrl-C once more gives up at once, and says so.
+        let run = run_with(&case, &monitor, Some(plan(NEVER)), |line| async move {
+            after_the_cut(&line, soon).await;
+            press();
+            sleep(Duration::from_secs(5)).await;
+            press();
+            sleep_until(Instant::now() + soon).await;
+        });
+        let began = Instant::now();
+        let run = run.await;
+        let what = format!("{:?}: {}", case.words, run.message());
+        assert_eq!(run.code(), 4, "{what}");
+        assert!(run.message().contains("Given up"), "{what}");
+        assert!(run.message().contains("Use the emergency stop"), "{what}");
+        assert!(began.elapsed() < REACH * 3, "{what}");
+    }
+}

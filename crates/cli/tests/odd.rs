@@ -1,0 +1,119 @@
+//! A monitor that answers what the protocol does not say: no command that moves or opens
+//! calls that done, or a Stop of another client.
+
+mod support;
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::thread;
+
+use lafet_proto::link::{self, Decoder, Frame};
+use lafet_proto::record::Records;
+use lafet_proto::{RequestId, Status};
+use support::{Run, lafet};
+
+/// How the answers to reads are wrong; commands are accepted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Odd {
+    /// Success without data.
+    Empty,
+    /// Success with three bytes.
+    Short,
+    /// A status that does not exist.
+    Status,
+}
+
+fn is_read(request: RequestId) -> bool {
+    [
+        RequestId::GET_STATUS,
+        RequestId::GET_PARAM,
+        RequestId::RETRIEVE_LIMITS,
+        RequestId::GET_HOTBED,
+        RequestId::GET_CRASH_DATA,
+    ]
+    .contains(&request)
+}
+
+/// The answer to a record, as bytes.
+fn answer(odd: Odd, request: RequestId, device: u8) -> Vec<u8> {
+    let plain = |status: Status, data: &[u8]| {
+        let mut bytes = vec![request.0, device, status.0, data.len() as u8];
+        bytes.extend_from_slice(data);
+        bytes
+    };
+    if !is_read(request) {
+        return plain(Status::ACCEPTED, &[]);
+    }
+    match odd {
+        Odd::Empty => plain(Status::OK, &[]),
+        Odd::Short => plain(Status::OK, &[1, 2, 3]),
+        Odd::Status => plain(Status(0xC8), &[]),
+    }
+}
+
+fn serve(odd: Odd) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    // It knows no numbers of frames; nobody else uses this connection.
+    let url = format!("tcp://{}?late=0", listener.local_addr().unwrap());
+    thread::spawn(move || {
+        for stream in listener.incoming().map_while(Result::ok) {
+            thread::spawn(move || talk(odd, stream));
+        }
+    });
+    url
+}
+
+fn talk(odd: Odd, mut stream: TcpStream) {
+    let mut decoder: Decoder = Decoder::new();
+    let mut buffer = [0; 512];
+    while let Ok(count @ 1..) = stream.read(&mut buffer) {
+        for byte in &buffer[..count] {
+            let Some(frame) = decoder.push(*byte) else { continue };
+            let records = Records::new(frame.payload).flatten();
+            let payload: Vec<u8> =
+                records.flat_map(|r| answer(odd, r.request, r.device.0)).collect();
+            let mut wire = vec![0; link::wire_max(payload.len())];
+            let back = Frame { dst: frame.src, src: frame.dst, payload: &payload };
+            let len = link::encode(&back, &mut wire).unwrap();
+            if stream.write_all(&wire[..len]).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+fn run(url: &str, words: &[&str]) -> Run {
+    let mut command = lafet();
+    command.args(["-c", url, "--timeout", "0.2", "--lang", "en"]).args(words);
+    Run::of_command(&mut command)
+}
+
+const MOTIONS: [&[&str]; 7] = [
+    &["move", "vertical", "100"],
+    &["deploy"],
+    &["wrap"],
+    &["open"],
+    &["close"],
+    &["justify"],
+    &["trajectory", "--point", "0,0,25,10", "--follow"],
+];
+
+/// What was started cannot be seen: it is stopped, and the emergency stop is named.
+#[test]
+fn a_motion_that_cannot_be_followed_is_stopped_and_not_called_done() {
+    thread::scope(|scope| {
+        for odd in [Odd::Empty, Odd::Short, Odd::Status] {
+            scope.spawn(move || {
+                let url = serve(odd);
+                for words in MOTIONS {
+                    let run = run(&url, words);
+                    let what = format!("{odd:?} {words:?}: {run:?}");
+                    assert_eq!(run.code, 4, "{what}");
+                    assert!(run.err.contains("what the protocol says"), "{what}");
+                    assert!(run.err.contains("Use the emergency stop"), "{what}");
+                    assert!(!run.err.contains("Somebody"), "{what}");
+                }
+            });
+        }
+    });
+}

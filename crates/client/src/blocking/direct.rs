@@ -1,0 +1,298 @@
+//! A client that has no thread: the caller's own carries the connection while it waits.
+
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
+use std::sync::Arc;
+use std::thread::park_timeout;
+use std::time::{Duration, Instant};
+
+use lafet_proto::Request;
+use lafet_proto::link::WIRE_MAX;
+
+use crate::answers::{Answers, RequestBuf};
+use crate::batch::{fits, well_formed};
+use crate::client::{failure, probed};
+use crate::error::Error;
+use crate::session::line::Line;
+use crate::session::{Config, Now, Outcome, Slot, Stats, Terms, Ticket};
+use crate::task::{Ended, Reply, SILENT_TRIES_MAX};
+use crate::transport::udp::nobody_listens;
+use crate::transport::{CONNECT_TIMEOUT, not_ended};
+use crate::url::Endpoint;
+
+/// Pause between two tries to connect again.
+const REDIAL: Duration = Duration::from_millis(100);
+/// After a pause of this length it is looked whether the connection is still there.
+const IDLE: Duration = Duration::from_millis(10);
+
+/// One request after the other to one monitor over TCP or UDP, without a thread and without a
+/// runtime: the fastest way. Between two calls nothing happens, so that nothing can be held in
+/// motion or kept up to date with it, and a Stop waits for the request that is out: for these, and
+/// for serial ports, there is [`super::Client`].
+///
+/// ```no_run
+/// # fn example() -> Result<(), lafet_client::Error> {
+/// use lafet_client::blocking::Direct;
+/// use lafet_proto::request::Body;
+/// use lafet_proto::{Request, SubsystemId};
+///
+/// let mut client = Direct::connect(&"tcp://192.168.1.50?addr=1".parse()?)?;
+/// let answers = client.request(&Request::new(SubsystemId::VERTICAL, Body::GetStatus))?;
+/// println!("{:?}", answers.first().decode());
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Direct {
+    endpoint: Endpoint,
+    name: Arc<str>,
+    line: Line,
+    link: Option<Link>,
+    lost: Option<Arc<io::Error>>,
+    start: Instant,
+    used: Instant,
+    buffer: Vec<u8>,
+}
+
+impl Direct {
+    /// Connects.
+    pub fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
+        Self::connect_with(endpoint, Config::default())
+    }
+
+    /// Connects with timeouts and bounds of your own; addresses and framing are the endpoint's.
+    pub fn connect_with(endpoint: &Endpoint, config: Config) -> Result<Self, Error> {
+        let name: Arc<str> = endpoint.to_string().into();
+        let link = Link::open(endpoint)
+            .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
+        let mut line = Line::new(config.of(endpoint));
+        line.handle_connected(Now::ZERO);
+        let start = Instant::now();
+        let (endpoint, link, buffer) = (endpoint.clone(), Some(link), vec![0; 2 * WIRE_MAX]);
+        Ok(Self { endpoint, name, line, link, lost: None, start, used: start, buffer })
+    }
+
+    /// What has been exchanged so far.
+    pub fn stats(&self) -> Stats {
+        self.line.total()
+    }
+
+    /// Sends a request and waits for its answers: see [`crate::Client::request`].
+    pub fn request(&mut self, request: &Request<'_>) -> Result<Answers, Error> {
+        let request = RequestBuf::new(request)?;
+        let mut first = None;
+        loop {
+            let ended = Some(self.exchange(vec![request.clone()], first));
+            let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
+                return Err(failure(&self.name, &request, &ended));
+            };
+            first = first.or(ticket);
+            if let Some(Slot::Answered(answers)) = slots.into_iter().next()
+                && fits(&answers, &request, 0)
+            {
+                return well_formed(&self.name, &request, answers);
+            }
+        }
+    }
+
+    /// Asks whether somebody is there: see [`crate::Client::probe`].
+    pub fn probe(&mut self) -> Result<(), Error> {
+        let ended = self.exchange(vec![], None);
+        probed(&self.name, Some(ended))
+    }
+
+    fn exchange(&mut self, requests: Vec<RequestBuf>, first: Option<Ticket>) -> Reply {
+        if self.used.elapsed() > IDLE {
+            self.look();
+        }
+        let address = self.line.config().addresses.monitor;
+        let terms = Terms { first, ..Terms::default() };
+        let mut now = self.now();
+        let ticket = self.line.submit(now, address, terms, requests)?;
+        loop {
+            if self.link.is_none() {
+                self.dial(now);
+            }
+            self.transmit(now);
+            while let Some((ended, outcome)) = self.line.poll_outcome() {
+                if ended == ticket {
+                    self.used = self.start + now;
+                    return Ok(Ended::new(outcome, Some(ticket), self.lost.clone()));
+                }
+            }
+            let due = self.line.poll_timeout(now);
+            self.wait(due.map_or(REDIAL, |due| due.saturating_sub(now)));
+            now = self.now();
+            self.line.handle_timeout(now);
+        }
+    }
+
+    fn now(&self) -> Now {
+        self.start.elapsed()
+    }
+
+    fn transmit(&mut self, now: Now) {
+        while let Some(bytes) = self.line.poll_transmit(now) {
+            let Some(link) = &mut self.link else { return };
+            if let Err(error) = link.send(&bytes, self.line.config().timeout) {
+                return self.lose(error);
+            }
+        }
+    }
+
+    /// Waits for bytes, or until it is time.
+    fn wait(&mut self, time: Duration) {
+        let Some(link) = &mut self.link else { return park_timeout(time.min(REDIAL)) };
+        if time.is_zero() {
+            return;
+        }
+        match link.recv(&mut self.buffer, time) {
+            Ok(Some(count)) => self.received(count),
+            Ok(None) => {
+                let half_open = matches!(self.link, Some(Link::Tcp { .. }));
+                if half_open && self.line.silent_tries() >= SILENT_TRIES_MAX {
+                    self.lose(io::ErrorKind::TimedOut.into());
+                }
+            }
+            Err(error) => self.lose(error),
+        }
+    }
+
+    fn received(&mut self, count: usize) {
+        let (now, bytes) = (self.start.elapsed(), &self.buffer[..count]);
+        match self.link {
+            Some(Link::Udp { .. }) => self.line.handle_datagram(now, bytes),
+            _ => self.line.handle_bytes(now, bytes),
+        }
+    }
+
+    /// Takes what has come since the last call; the end of the connection may be among it.
+    fn look(&mut self) {
+        while let Some(link) = &mut self.link {
+            match link.recv_now(&mut self.buffer) {
+                Ok(Some(count)) => self.received(count),
+                Ok(None) => return,
+                Err(error) => self.lose(error),
+            }
+        }
+    }
+
+    fn lose(&mut self, error: io::Error) {
+        self.link = None;
+        self.lost = Some(Arc::new(error));
+        self.line.handle_disconnected(self.now());
+    }
+
+    fn dial(&mut self, now: Now) {
+        match Link::open(&self.endpoint) {
+            Ok(link) => {
+                self.link = Some(link);
+                self.line.handle_connected(now);
+            }
+            Err(error) => self.lost = Some(Arc::new(error)),
+        }
+    }
+}
+
+/// A socket that blocks, and how long it waits at most.
+#[derive(Debug)]
+enum Link {
+    Tcp { stream: TcpStream, waits: Duration },
+    Udp { socket: UdpSocket, waits: Duration },
+}
+
+impl Link {
+    fn open(endpoint: &Endpoint) -> io::Result<Self> {
+        let (host, port, datagrams) = match endpoint {
+            Endpoint::Tcp { host, port, .. } => (host, *port, false),
+            Endpoint::Udp { host, port, .. } => (host, *port, true),
+            _ => return Err(io::ErrorKind::Unsupported.into()),
+        };
+        let mut last = io::Error::from(io::ErrorKind::NotFound);
+        for peer in (host.as_str(), port).to_socket_addrs()? {
+            match if datagrams { Self::udp(peer) } else { Self::tcp(peer) } {
+                Ok(link) => return Ok(link),
+                Err(error) => last = error,
+            }
+        }
+        Err(last)
+    }
+
+    fn tcp(peer: SocketAddr) -> io::Result<Self> {
+        let stream = TcpStream::connect_timeout(&peer, CONNECT_TIMEOUT)?;
+        stream.set_nodelay(true)?;
+        Ok(Self::Tcp { stream, waits: Duration::ZERO })
+    }
+
+    fn udp(peer: SocketAddr) -> io::Result<Self> {
+        let any = if peer.is_ipv6() { "[::]:0" } else { "0.0.0.0:0" };
+        let socket = UdpSocket::bind(any)?;
+        socket.connect(peer)?;
+        Ok(Self::Udp { socket, waits: Duration::ZERO })
+    }
+
+    /// Sends a frame; a peer that does not read holds it up for so long at most.
+    fn send(&mut self, bytes: &[u8], longest: Duration) -> io::Result<()> {
+        match self {
+            Self::Tcp { stream, waits } => {
+                if waits.is_zero() {
+                    stream.set_write_timeout(Some(longest))?;
+                }
+                stream.write_all(bytes)
+            }
+            Self::Udp { socket, .. } => match socket.send(bytes) {
+                Err(error) if nobody_listens(&error) => Ok(()),
+                sent => sent.map(|_| ()),
+            },
+        }
+    }
+
+    /// Waits for bytes for so long at most.
+    fn recv(&mut self, buffer: &mut [u8], time: Duration) -> io::Result<Option<usize>> {
+        // Mostly it is the timeout of an answer, always the same: no call of the system for it.
+        match self {
+            Self::Tcp { stream, waits } if *waits != time => {
+                stream.set_read_timeout(Some(time))?;
+                *waits = time;
+            }
+            Self::Udp { socket, waits } if *waits != time => {
+                socket.set_read_timeout(Some(time))?;
+                *waits = time;
+            }
+            _ => {}
+        }
+        self.read(buffer)
+    }
+
+    /// Takes bytes that are there.
+    fn recv_now(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+        self.set_nonblocking(true)?;
+        let read = self.read(buffer);
+        self.set_nonblocking(false)?;
+        read
+    }
+
+    fn set_nonblocking(&self, on: bool) -> io::Result<()> {
+        match self {
+            Self::Tcp { stream, .. } => stream.set_nonblocking(on),
+            Self::Udp { socket, .. } => socket.set_nonblocking(on),
+        }
+    }
+
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+        let read = match self {
+            Self::Tcp { stream, .. } => stream.read(buffer).and_then(not_ended),
+            Self::Udp { socket, .. } => socket.recv(buffer),
+        };
+        match read {
+            Ok(count) => Ok(Some(count)),
+            Err(error) if nothing_came(&error) || nobody_listens(&error) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn nothing_came(error: &io::Error) -> bool {
+    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
+    matches!(error.kind(), WouldBlock | TimedOut | Interrupted)
+}

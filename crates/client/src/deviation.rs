@@ -1,0 +1,212 @@
+//! How an answer differs from what the protocol says: named, never taken for silence.
+
+use std::fmt;
+
+use lafet_proto::{DecodeError, ParamId, Record, RequestId, Status, SubsystemId};
+
+use crate::answers::{AnswerBuf, RequestBuf};
+use crate::error::Lang;
+use crate::session::matching::deal;
+
+/// What is wrong with an answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Deviation {
+    /// Its data have the wrong size or form for this request and subsystem.
+    Shape(DecodeError),
+    /// It reports success without the data that the request asks for.
+    NoData,
+    /// Its status is none of §2's.
+    UnknownStatus(Status),
+    /// It repeats the id of another parameter (§3.4, §3.5).
+    OtherParameter {
+        /// The parameter asked for.
+        asked: ParamId,
+        /// The parameter answered.
+        answered: ParamId,
+    },
+    /// It answers another request.
+    OtherRequest {
+        /// The request that it names.
+        answered: RequestId,
+    },
+    /// It comes from a subsystem that was not asked and may not answer for the addressee (§1).
+    OtherSubsystem {
+        /// The addressee.
+        asked: SubsystemId,
+        /// The subsystem that it names.
+        answered: SubsystemId,
+    },
+    /// Answers are missing, or there are more than requests (§1).
+    Count {
+        /// Records of the frame.
+        answered: usize,
+        /// Requests of the frame.
+        asked: usize,
+    },
+}
+
+impl Deviation {
+    /// The text in a language: a clause without a full stop.
+    pub fn localized(&self, lang: Lang) -> String {
+        match lang {
+            Lang::En => self.english(),
+            Lang::Ru => self.russian(),
+        }
+    }
+
+    fn english(&self) -> String {
+        match self {
+            Self::Shape(error) => format!("its data have the wrong size or form ({error})"),
+            Self::NoData => "it reports success, but has no data".into(),
+            Self::UnknownStatus(status) => format!("{status} is no status of the protocol"),
+            Self::OtherParameter { asked, answered } => {
+                format!("parameter {asked} was asked for, the answer is about {answered}")
+            }
+            Self::OtherRequest { answered } => format!("it answers {answered}"),
+            Self::OtherSubsystem { asked, answered } => {
+                format!("{asked} was asked, and {answered} may not answer for it")
+            }
+            Self::Count { answered, asked } => {
+                format!("it has {answered} records for {asked} requests")
+            }
+        }
+    }
+
+    fn russian(&self) -> String {
+        match self {
+            Self::Shape(error) => format!("неверный размер или вид данных ({error})"),
+            Self::NoData => "сообщает об успехе, но данных в нём нет".into(),
+            Self::UnknownStatus(status) => format!("кода возврата {status} в протоколе нет"),
+            Self::OtherParameter { asked, answered } => {
+                format!("запрошен параметр {asked}, ответ относится к {answered}")
+            }
+            Self::OtherRequest { answered } => format!("это ответ на {answered}"),
+            Self::OtherSubsystem { asked, answered } => {
+                format!("запрошена подсистема {asked}, а {answered} не может отвечать за неё")
+            }
+            Self::Count { answered, asked } => {
+                format!("записей в нём {answered}, запросов было {asked}")
+            }
+        }
+    }
+}
+
+impl fmt::Display for Deviation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.english())
+    }
+}
+
+impl AnswerBuf {
+    /// How this answer differs from the protocol, if it does: data of a wrong form, a success
+    /// without the data asked for, a status that §2 does not have.
+    pub fn deviation(&self) -> Option<Deviation> {
+        if let Err(error) = self.decode() {
+            return Some(Deviation::Shape(error));
+        }
+        if self.status().name().is_none() {
+            return Some(Deviation::UnknownStatus(self.status()));
+        }
+        let asks_data = matches!(
+            self.request(),
+            RequestId::GET_STATUS
+                | RequestId::GET_PARAM
+                | RequestId::RETRIEVE_LIMITS
+                | RequestId::GET_HOTBED
+                | RequestId::GET_CRASH_DATA
+                | RequestId::GET_NETWORK_STATUS
+                | RequestId::GET_LOG
+        );
+        // A subsystem that the document does not know may have a state without data.
+        let known = self.from().name().is_some();
+        let empty = asks_data && known && self.status().is_success() && self.data().is_empty();
+        empty.then_some(Deviation::NoData)
+    }
+}
+
+/// Why a frame of the monitor is no answer to these requests; `None` if it is one.
+pub(crate) fn mismatch(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Deviation> {
+    if deal(requests, records).is_some() {
+        return None;
+    }
+    let count = Deviation::Count { answered: records.len(), asked: requests.len() };
+    // Requests to one subsystem have one record each: the first pair that does not fit.
+    let singles = requests.iter().zip(records).take_while(|(request, _)| !request.is_group());
+    let mut pairs = singles.filter(|(request, record)| {
+        deal(std::slice::from_ref(request), std::slice::from_ref(record)).is_none()
+    });
+    let group = requests.first().zip(records.first()).filter(|(request, _)| request.is_group());
+    Some(
+        pairs.next().or(group).and_then(|(request, record)| pair(request, record)).unwrap_or(count),
+    )
+}
+
+fn pair(request: &RequestBuf, record: &Record<'_>) -> Option<Deviation> {
+    if record.request != request.id() {
+        return Some(Deviation::OtherRequest { answered: record.request });
+    }
+    if !request.is_group() && record.device != request.to() {
+        let (asked, answered) = (request.to(), record.device);
+        return Some(Deviation::OtherSubsystem { asked, answered });
+    }
+    match (request.param()?, record.data) {
+        (asked, [a, b, ..]) => {
+            let answered = ParamId(u16::from_le_bytes([*a, *b]));
+            (answered != asked).then_some(Deviation::OtherParameter { asked, answered })
+        }
+        _ => Some(Deviation::NoData),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lafet_proto::Request;
+    use lafet_proto::request::Body;
+
+    fn reading(id: u16) -> RequestBuf {
+        let body = Body::GetParam { id: ParamId(id) };
+        RequestBuf::new(&Request::new(SubsystemId::VERTICAL, body)).expect("fits a record")
+    }
+
+    fn answer(request: RequestId, device: SubsystemId, data: &[u8]) -> Record<'_> {
+        Record { request, device, status: Status::OK, data }
+    }
+
+    #[test]
+    fn a_frame_that_answers_something_else_says_what() {
+        let (id, to) = (RequestId::GET_PARAM, SubsystemId::VERTICAL);
+        let found = |records: &[Record<'_>]| mismatch(&[reading(7)], records);
+        assert_eq!(found(&[answer(id, to, &[7, 0, 1, 0, 0, 0])]), None);
+        let (asked, answered) = (ParamId(7), ParamId(8));
+        let other = Deviation::OtherParameter { asked, answered };
+        assert_eq!(found(&[answer(id, to, &[8, 0, 1, 0, 0, 0])]), Some(other));
+        assert_eq!(found(&[answer(id, to, &[])]), Some(Deviation::NoData));
+        let answered = RequestId::GET_STATUS;
+        let other = Deviation::OtherRequest { answered };
+        assert_eq!(found(&[answer(answered, to, &[])]), Some(other));
+        let (asked, answered) = (to, SubsystemId::NOZZLE);
+        let other = Deviation::OtherSubsystem { asked, answered };
+        assert_eq!(found(&[answer(id, answered, &[7, 0])]), Some(other));
+        assert_eq!(found(&[]), Some(Deviation::Count { answered: 0, asked: 1 }));
+        let twice = [answer(id, to, &[7, 0]), answer(id, to, &[7, 0])];
+        assert_eq!(found(&twice), Some(Deviation::Count { answered: 2, asked: 1 }));
+    }
+
+    #[test]
+    fn success_without_data_and_unknown_statuses_are_deviations() {
+        let of = |record: Record<'_>| AnswerBuf::new(&record).deviation();
+        let (id, to) = (RequestId::GET_STATUS, SubsystemId::VERTICAL);
+        assert_eq!(of(answer(id, to, &[])), Some(Deviation::NoData));
+        assert_eq!(of(answer(id, to, &[0; 8])), None);
+        assert!(matches!(of(answer(id, to, &[0; 7])), Some(Deviation::Shape(_))));
+        assert_eq!(of(answer(RequestId::MOVE, to, &[])), None);
+        assert_eq!(of(answer(id, SubsystemId(0), &[])), None, "a subsystem of the future");
+        let status = Status(0xC8);
+        let odd = Record { status, ..answer(id, to, &[]) };
+        assert_eq!(of(odd), Some(Deviation::UnknownStatus(status)));
+        let busy = Record { status: Status::BUSY, ..answer(id, to, &[]) };
+        assert_eq!(of(busy), None, "a refusal needs no data");
+    }
+}

@@ -1,0 +1,145 @@
+//! Which serial ports this computer has, and what is known of them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::transport::port::{Holder, holders, may_open};
+
+/// A serial port.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Port {
+    /// The device, as it goes into a URL.
+    pub path: PathBuf,
+    /// A name that stays the same wherever the adapter is plugged in (`/dev/serial/by-id`).
+    pub stable_path: Option<PathBuf>,
+    /// The kernel's driver.
+    pub driver: Option<String>,
+    /// The USB adapter, if it is one.
+    pub usb: Option<Usb>,
+    /// This user may open it.
+    pub permitted: bool,
+    /// The programs that have it open, as far as this user may see them.
+    pub in_use: Vec<Holder>,
+}
+
+/// What a USB adapter says of itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Usb {
+    /// Vendor, four hexadecimal digits.
+    pub vendor_id: String,
+    /// Product, four hexadecimal digits.
+    pub product_id: String,
+    /// The vendor's name.
+    pub vendor: Option<String>,
+    /// The product's name.
+    pub product: Option<String>,
+    /// Its serial number.
+    pub serial: Option<String>,
+}
+
+/// Levels of sysfs between a port and its USB device.
+const LEVELS_MAX: usize = 8;
+
+/// The serial ports of this computer, by name. Pseudo-terminals are none.
+pub fn ports() -> Vec<Port> {
+    #[cfg(target_os = "linux")]
+    let mut ports = found(Path::new("/sys/class/tty"), Path::new("/dev"));
+    #[cfg(not(target_os = "linux"))]
+    let mut ports: Vec<Port> = serial2_tokio::SerialPort::available_ports()
+        .unwrap_or_default()
+        .into_iter()
+        .map(|path| Port { path, ..Port::default() })
+        .collect();
+    for port in &mut ports {
+        port.permitted = may_open(&port.path);
+        port.in_use = holders(&port.path);
+    }
+    ports
+}
+
+/// What the kernel shows under these folders.
+#[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "there is no sysfs"))]
+fn found(class: &Path, dev: &Path) -> Vec<Port> {
+    let stable = stable_names(&dev.join("serial/by-id"));
+    let entries = fs::read_dir(class).into_iter().flatten().flatten();
+    let mut ports: Vec<Port> = entries
+        .filter_map(|entry| {
+            let (name, place) = (entry.file_name(), entry.path());
+            // What has no device behind it is a terminal of the kernel's.
+            let device = fs::canonicalize(place.join("device")).ok()?;
+            // The kernel's table of old ports has entries without hardware: their type is 0.
+            if read(&place, "type").as_deref() == Some("0") {
+                return None;
+            }
+            let path = dev.join(&name);
+            let driver = fs::canonicalize(device.join("driver")).ok();
+            let driver = driver.and_then(|path| Some(path.file_name()?.to_str()?.to_owned()));
+            let target = fs::canonicalize(&path).unwrap_or_else(|_| path.clone());
+            let stable_path = stable.iter().find(|(_, to)| *to == target).map(|(at, _)| at.clone());
+            Some(Port { path, stable_path, driver, usb: usb(&device), ..Port::default() })
+        })
+        .collect();
+    ports.sort_by(|a, b| a.path.cmp(&b.path));
+    ports
+}
+
+fn stable_names(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
+    let links = fs::read_dir(folder).into_iter().flatten().flatten().map(|link| link.path());
+    links.filter_map(|link| Some((link.clone(), fs::canonicalize(&link).ok()?))).collect()
+}
+
+fn usb(device: &Path) -> Option<Usb> {
+    let device = device.ancestors().take(LEVELS_MAX).find(|at| at.join("idVendor").exists())?;
+    Some(Usb {
+        vendor_id: read(device, "idVendor")?,
+        product_id: read(device, "idProduct")?,
+        vendor: read(device, "manufacturer"),
+        product: read(device, "product"),
+        serial: read(device, "serial"),
+    })
+}
+
+fn read(folder: &Path, name: &str) -> Option<String> {
+    let text = fs::read_to_string(folder.join(name)).ok()?;
+    Some(text.trim().to_owned()).filter(|text| !text.is_empty())
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::symlink;
+
+    /// A kernel's folders with an adapter on USB, an old port without hardware, and a console.
+    #[test]
+    fn adapters_are_found_and_named() {
+        let root = std::env::temp_dir().join(format!("lafet-ports-{}", std::process::id()));
+        let (class, dev) = (root.join("class"), root.join("dev"));
+        let usb = root.join("devices/usb1/1-1");
+        let port = usb.join("1-1:1.0/ttyUSB0");
+        for folder in [&class.join("ttyUSB0"), &class.join("ttyS1"), &class.join("tty0"), &port] {
+            fs::create_dir_all(folder).unwrap();
+        }
+        fs::create_dir_all(dev.join("serial/by-id")).unwrap();
+        fs::create_dir_all(root.join("drivers/ftdi_sio")).unwrap();
+        symlink(&port, class.join("ttyUSB0/device")).unwrap();
+        symlink(root.join("drivers/ftdi_sio"), port.join("driver")).unwrap();
+        symlink(&usb, class.join("ttyS1/device")).unwrap();
+        fs::write(class.join("ttyS1/type"), "0\n").unwrap();
+        fs::write(dev.join("ttyUSB0"), "").unwrap();
+        symlink(dev.join("ttyUSB0"), dev.join("serial/by-id/usb-FTDI-if00")).unwrap();
+        for (name, text) in [("idVendor", "0403"), ("idProduct", "6001"), ("serial", "A1")] {
+            fs::write(usb.join(name), format!("{text}\n")).unwrap();
+        }
+        let ports = found(&class, &dev);
+        fs::remove_dir_all(&root).unwrap();
+        let [port] = &ports[..] else { panic!("{ports:?}") };
+        assert_eq!(port.path, dev.join("ttyUSB0"));
+        assert_eq!(port.stable_path, Some(dev.join("serial/by-id/usb-FTDI-if00")));
+        assert_eq!(port.driver.as_deref(), Some("ftdi_sio"));
+        let usb = port.usb.as_ref().expect("it is on USB");
+        assert_eq!((&usb.vendor_id[..], &usb.product_id[..]), ("0403", "6001"));
+        assert_eq!((usb.serial.as_deref(), usb.vendor.as_deref()), (Some("A1"), None));
+    }
+}

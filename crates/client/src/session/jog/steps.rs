@@ -1,0 +1,147 @@
+//! A motion as short steps that end by themselves, for monitors without MoveHold.
+//!
+//! Each Move leads to a place a little ahead of where the drive was seen last: far enough that the
+//! next Move comes before it arrives, and no farther than its own braking makes necessary. When
+//! nothing renews it, the drive arrives and stops. Nothing is assumed of the drive: its speed is what
+//! it reports and what its positions show, so the first step is small, and steps grow as long as the
+//! drive gets faster with them.
+
+use std::time::Duration;
+
+use lafet_proto::SubsystemId;
+use lafet_proto::status::DriveStatus;
+
+use super::super::Now;
+
+/// The first step, ' (§3.1).
+const FIRST_ARCMIN: f64 = 18.0;
+/// The first step of the nozzle, mm.
+const FIRST_MM: f64 = 1.0;
+/// A step grows by this as long as the drive gets faster with it.
+const GROWTH: f64 = 1.5;
+/// A drive that is faster by this has got faster.
+const FASTER: f64 = 1.05;
+/// What a drive may need to brake, at its speed: a step is never longer than this and the time until
+/// the next Move.
+const BRAKING: Duration = Duration::from_millis(600);
+/// Added to the time until the next Move, besides a quarter of it.
+const SPARE: Duration = Duration::from_millis(30);
+/// Places that far apart are the same, ' or mm.
+const SAME: i32 = 1;
+
+/// The steps of a motion.
+#[derive(Debug)]
+pub struct Steps {
+    /// 1: up, left, narrow; -1: down, right, wide.
+    sign: f64,
+    first: f64,
+    /// Units of position a second that one unit of DriveStatus.speed is.
+    per_speed: f64,
+    lead: f64,
+    /// The greatest speed seen, units a second.
+    top: f64,
+    seen: Option<(Now, DriveStatus)>,
+    destination: Option<i32>,
+    /// When the last Move was made, and the longest time lately between two.
+    moved: Option<Now>,
+    cycle: Duration,
+}
+
+impl Steps {
+    /// Of a drive, up (left, narrow) or down; Moves are to come every `cycle`.
+    pub fn new(drive: SubsystemId, up: bool, cycle: Duration) -> Self {
+        let nozzle = drive == SubsystemId::NOZZLE;
+        let (first, per_speed) = if nozzle { (FIRST_MM, 1.0) } else { (FIRST_ARCMIN, 60.0) };
+        let sign = if up { 1.0 } else { -1.0 };
+        let (lead, seen, destination, moved) = (first, None, None, None);
+        Self { sign, first, per_speed, lead, top: 0.0, seen, destination, moved, cycle }
+    }
+
+    /// The drive is where the last step led.
+    pub fn has_arrived(&self, status: &DriveStatus) -> bool {
+        self.destination.is_some_and(|to| (to - i32::from(status.position)).abs() <= SAME)
+    }
+
+    /// The drive was seen at a place.
+    pub fn saw(&mut self, now: Now, status: DriveStatus) {
+        let mut speed = f64::from(status.speed) * self.per_speed;
+        if let Some((before, last)) = self.seen.replace((now, status)) {
+            let way = f64::from(status.position) - f64::from(last.position);
+            let time = now.saturating_sub(before).as_secs_f64();
+            if time > 0.0 {
+                speed = speed.max(way * self.sign / time);
+            }
+        }
+        if self.destination.is_some() && speed > self.top * FASTER {
+            self.top = speed;
+            self.lead *= GROWTH;
+        }
+    }
+
+    /// The destination of the next Move, when an answer takes `rtt`.
+    pub fn next(&mut self, now: Now, rtt: Duration) -> i16 {
+        if let Some(before) = self.moved.replace(now) {
+            let cycle = now.saturating_sub(before);
+            self.cycle = cycle.max(self.cycle * 7 / 8);
+        }
+        // What was seen is old by an answer when the Move arrives.
+        let until_next = (self.cycle + rtt).mul_f64(1.25) + SPARE;
+        let least = (self.top * until_next.as_secs_f64()).max(self.first);
+        let most = (self.top * (until_next + BRAKING).as_secs_f64()).max(self.first);
+        self.lead = self.lead.clamp(least, most);
+        let from = self.seen.map_or(0.0, |(_, status)| f64::from(status.position));
+        let far = f64::from(i16::MAX);
+        let to = (from + self.sign * self.lead).round().clamp(-far, far);
+        // A step never leads back behind the one before: the drive would brake for it.
+        let to = match self.destination {
+            Some(before) if self.sign > 0.0 => to.max(f64::from(before)),
+            Some(before) => to.min(f64::from(before)),
+            None => to,
+        };
+        self.destination = Some(to as i32);
+        to as i16
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_proto::flags::DriveFlags;
+
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    fn at(position: i16, speed: u8) -> DriveStatus {
+        DriveStatus { flags: DriveFlags::MOVE, position, current: 0, speed }
+    }
+
+    /// Steps lead ahead by what the drive goes until the next, whatever its speed is, and the first is
+    /// small.
+    #[test]
+    fn steps_follow_the_speed_of_the_drive() {
+        for (speed, sign) in [(1.0, 1.0), (5.0, -1.0), (12.0, 1.0), (20.0, -1.0)] {
+            let mut steps = Steps::new(SubsystemId::HORIZONTAL, sign > 0.0, 100 * MS);
+            let (mut position, mut now) = (100.0, Now::ZERO);
+            steps.saw(now, at(100, 0));
+            let mut to = f64::from(steps.next(now, 2 * MS));
+            assert_eq!(to, 100.0 + sign * FIRST_ARCMIN);
+            for _ in 0..40 {
+                now += 100 * MS;
+                position += sign * (speed * 6.0_f64).min((to - position) * sign);
+                steps.saw(now, at(position as i16, speed as u8));
+                to = f64::from(steps.next(now, 2 * MS));
+            }
+            let seconds = (to - position) * sign / (speed * 60.0);
+            assert!((0.1..0.5).contains(&seconds), "{speed} °/s: {seconds} s ahead");
+        }
+    }
+
+    #[test]
+    fn no_step_leads_back_or_out_of_range() {
+        let mut steps = Steps::new(SubsystemId::NOZZLE, true, 100 * MS);
+        steps.saw(Now::ZERO, at(i16::MAX - 1, 0));
+        assert_eq!(steps.next(Now::ZERO, MS), i16::MAX);
+        steps.saw(100 * MS, at(10, 0));
+        assert_eq!(steps.next(100 * MS, MS), i16::MAX);
+    }
+}

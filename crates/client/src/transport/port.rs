@@ -1,0 +1,334 @@
+//! A serial port is for one program: who else has it open takes bytes away, or speaks in between.
+//!
+//! An exclusive lock (flock) keeps out programs that lock as well, root included; TIOCEXCL keeps out
+//! those that do not, unless they have CAP_SYS_ADMIN. Ports opened with `shared=1` take the lock
+//! together, so that one program alone cannot decide to share.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::error::Lang;
+
+/// Why a port cannot be opened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PortError {
+    /// Another program has it.
+    InUse {
+        /// The port.
+        path: PathBuf,
+        /// The program, where the system shows it.
+        by: Option<Holder>,
+    },
+    /// This user may not open it.
+    Permission {
+        /// The port.
+        path: PathBuf,
+        /// The group that may.
+        group: Option<String>,
+    },
+    /// There is no such port.
+    Missing {
+        /// The port.
+        path: PathBuf,
+    },
+}
+
+/// A program that has a port open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Holder {
+    /// Its process.
+    pub pid: u32,
+    /// Its name.
+    pub program: String,
+}
+
+impl fmt::Display for Holder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.program, self.pid)
+    }
+}
+
+impl PortError {
+    /// The error that an error of the link is about.
+    pub fn of(error: &io::Error) -> Option<&Self> {
+        error.get_ref()?.downcast_ref()
+    }
+
+    /// The message in a language.
+    pub fn localized(&self, lang: Lang) -> String {
+        match lang {
+            Lang::En => self.english(),
+            Lang::Ru => self.russian(),
+        }
+    }
+
+    fn english(&self) -> String {
+        match self {
+            Self::InUse { path, by } => {
+                let by = by.as_ref().map_or("another program".into(), Holder::to_string);
+                format!(
+                    "{} is in use by {by}. Close that program, or write shared=1 into the URL of \
+                     both: then each may lose answers to the other.",
+                    path.display()
+                )
+            }
+            Self::Permission { path, group: Some(group) } => format!(
+                "No permission to open {}. Join the group {group} (`sudo usermod -aG {group} \
+                 $USER`), then log in again.",
+                path.display()
+            ),
+            Self::Permission { path, group: None } => {
+                format!("No permission to open {}: its owner can grant it.", path.display())
+            }
+            Self::Missing { path } => format!(
+                "There is no port {}. Check that the adapter is plugged in; `lafet ports` lists \
+                 the ports that there are.",
+                path.display()
+            ),
+        }
+    }
+
+    fn russian(&self) -> String {
+        match self {
+            Self::InUse { path, by } => {
+                let by = by.as_ref().map_or("другой программой".into(), |by| {
+                    format!("программой {by}")
+                });
+                format!(
+                    "Порт {} занят {by}. Закройте её или укажите shared=1 в URL обеих программ: \
+                     тогда каждая может терять ответы из-за другой.",
+                    path.display()
+                )
+            }
+            Self::Permission { path, group: Some(group) } => format!(
+                "Нет прав на открытие {}. Вступите в группу {group} (`sudo usermod -aG {group} \
+                 $USER`) и войдите в систему заново.",
+                path.display()
+            ),
+            Self::Permission { path, group: None } => {
+                format!("Нет прав на открытие {}: их может дать владелец.", path.display())
+            }
+            Self::Missing { path } => format!(
+                "Порта {} нет. Проверьте, подключён ли адаптер; `lafet ports` покажет имеющиеся \
+                 порты.",
+                path.display()
+            ),
+        }
+    }
+}
+
+impl fmt::Display for PortError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.english())
+    }
+}
+
+impl std::error::Error for PortError {}
+
+impl From<PortError> for io::Error {
+    fn from(error: PortError) -> Self {
+        let kind = match error {
+            PortError::InUse { .. } => io::ErrorKind::ResourceBusy,
+            PortError::Permission { .. } => io::ErrorKind::PermissionDenied,
+            PortError::Missing { .. } => io::ErrorKind::NotFound,
+        };
+        Self::new(kind, error)
+    }
+}
+
+#[cfg(unix)]
+pub use unix::{Claim, holders, may_open};
+
+#[cfg(not(unix))]
+pub use elsewhere::{Claim, holders, may_open};
+
+#[cfg(unix)]
+mod unix {
+    use std::fs::{self, File, OpenOptions};
+    use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
+
+    use rustix::fs::{Access, FlockOperation, OFlags, access, flock};
+    use rustix::io::Errno;
+    use rustix::termios::{ioctl_tiocexcl, ioctl_tiocnxcl};
+
+    use super::{Holder, Path, PortError, io};
+
+    /// The right to a port, until it is dropped.
+    #[derive(Debug)]
+    pub struct Claim {
+        file: File,
+        exclusive: bool,
+    }
+
+    impl Claim {
+        /// Locks a port, before it is opened for use.
+        pub fn lock(path: &Path, shared: bool) -> io::Result<Self> {
+            let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
+            let opened = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path);
+            let file = opened.map_err(|error| explained(path, error))?;
+            let lock = match shared {
+                true => FlockOperation::NonBlockingLockShared,
+                false => FlockOperation::NonBlockingLockExclusive,
+            };
+            match flock(&file, lock) {
+                Err(Errno::WOULDBLOCK) => Err(in_use(path)),
+                Err(error) => Err(error.into()),
+                Ok(()) => Ok(Self { file, exclusive: false }),
+            }
+        }
+
+        /// Once it is open: keeps out who does not lock.
+        pub fn keep_others_out(&mut self) -> io::Result<()> {
+            ioctl_tiocexcl(&self.file)?;
+            self.exclusive = true;
+            Ok(())
+        }
+    }
+
+    impl Drop for Claim {
+        fn drop(&mut self) {
+            // What somebody else keeps open stays the same terminal, so the mark would stay.
+            if self.exclusive {
+                let _ = ioctl_tiocnxcl(&self.file);
+            }
+        }
+    }
+
+    fn explained(path: &Path, error: io::Error) -> io::Error {
+        match error.kind() {
+            io::ErrorKind::ResourceBusy => in_use(path),
+            io::ErrorKind::NotFound => PortError::Missing { path: path.into() }.into(),
+            io::ErrorKind::PermissionDenied => {
+                PortError::Permission { path: path.into(), group: group(path) }.into()
+            }
+            _ => error,
+        }
+    }
+
+    fn in_use(path: &Path) -> io::Error {
+        let by = lock_owner(path).or_else(|| holders(path).into_iter().next());
+        PortError::InUse { path: path.into(), by }.into()
+    }
+
+    /// The other program that has locked a port.
+    fn lock_owner(path: &Path) -> Option<Holder> {
+        let port = fs::metadata(path).ok()?;
+        let (major, minor) = (rustix::fs::major(port.dev()), rustix::fs::minor(port.dev()));
+        let place = format!("{major:02x}:{minor:02x}:{}", port.ino());
+        let locks = fs::read_to_string("/proc/locks").ok()?;
+        let pid = locks.lines().find_map(|line| {
+            let fields: Vec<&str> = line.split_whitespace().collect();
+            let is_it = fields.get(1) == Some(&"FLOCK") && fields.get(5) == Some(&place.as_str());
+            is_it.then(|| fields.get(4)?.parse().ok()).flatten()
+        })?;
+        (pid != std::process::id()).then(|| named(pid))
+    }
+
+    fn named(pid: u32) -> Holder {
+        let program = fs::read_to_string(format!("/proc/{pid}/comm")).unwrap_or_default();
+        Holder { pid, program: program.trim().to_owned() }
+    }
+
+    /// The name of the group of a port that may open it.
+    fn group(path: &Path) -> Option<String> {
+        let metadata = fs::metadata(path).ok()?;
+        if metadata.mode() & 0o060 != 0o060 {
+            return None;
+        }
+        let groups = fs::read_to_string("/etc/group").ok()?;
+        let named = groups.lines().find_map(|line| {
+            let mut fields = line.split(':');
+            let (name, id) = (fields.next()?, fields.nth(1)?);
+            (id.parse() == Ok(metadata.gid())).then(|| name.to_owned())
+        });
+        named.filter(|name| name != "root")
+    }
+
+    /// Whether this user may open a port.
+    pub fn may_open(path: &Path) -> bool {
+        access(path, Access::READ_OK | Access::WRITE_OK).is_ok()
+    }
+
+    /// The programs that have a port open, as far as this user may see them; not this one.
+    pub fn holders(path: &Path) -> Vec<Holder> {
+        let Ok(port) = fs::metadata(path) else { return Vec::new() };
+        let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+        let numbered = processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+        let others = numbered.filter(|pid| *pid != std::process::id());
+        let is_port = |file: &fs::DirEntry| {
+            let open = fs::metadata(file.path());
+            open.is_ok_and(|open| open.file_type().is_char_device() && open.rdev() == port.rdev())
+        };
+        let has_it = |pid: &u32| {
+            let files = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
+            files.into_iter().any(|file| is_port(&file))
+        };
+        let mut found: Vec<u32> = others.filter(has_it).collect();
+        found.sort_unstable();
+        found.into_iter().map(named).collect()
+    }
+}
+
+#[cfg(not(unix))]
+mod elsewhere {
+    use super::{Holder, Path, io};
+
+    /// Nothing: these systems open a port for one program only.
+    #[derive(Debug)]
+    pub struct Claim;
+
+    impl Claim {
+        /// Nothing to lock.
+        pub fn lock(_: &Path, _: bool) -> io::Result<Self> {
+            Ok(Self)
+        }
+
+        /// Nothing to mark.
+        pub fn keep_others_out(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// Not to be found out.
+    pub fn holders(_: &Path) -> Vec<Holder> {
+        Vec::new()
+    }
+
+    /// Opening it shows.
+    pub fn may_open(_: &Path) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_error_names_the_port_and_a_remedy_in_both_languages() {
+        let path = PathBuf::from("/dev/ttyUSB7");
+        let by = Some(Holder { pid: 42, program: "minicom".into() });
+        let errors = [
+            (PortError::InUse { path: path.clone(), by }, "minicom (42)"),
+            (PortError::InUse { path: path.clone(), by: None }, "shared=1"),
+            (
+                PortError::Permission { path: path.clone(), group: Some("dialout".into()) },
+                "usermod -aG dialout",
+            ),
+            (PortError::Permission { path: path.clone(), group: None }, "/dev/ttyUSB7"),
+            (PortError::Missing { path }, "lafet ports"),
+        ];
+        for (error, remedy) in errors {
+            for lang in [Lang::En, Lang::Ru] {
+                let text = error.localized(lang);
+                assert!(text.contains("/dev/ttyUSB7"), "{text}");
+                let program = remedy.contains("42") && lang == Lang::Ru;
+                assert!(program || text.contains(remedy) || remedy.starts_with("/"), "{text}");
+            }
+            let error = io::Error::from(error);
+            assert!(PortError::of(&error).is_some());
+        }
+    }
+}

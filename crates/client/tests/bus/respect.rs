@@ -1,0 +1,119 @@
+//! Where a controller orders the line: a direct client respects it from its first byte, and the doctor
+//! finds nothing wrong with a healthy bus.
+
+use std::time::Duration;
+
+use lafet_client::bus::{ControllerConfig, Driver, DriverConfig};
+use lafet_client::doctor::{Finding, Options, examine, findings};
+use lafet_client::session::Outcome;
+use lafet_client::session::Terms;
+use lafet_client::session::line::Line;
+use lafet_client::transport::Link;
+use lafet_client::transport::memory::Memory;
+use lafet_client::{Config, Endpoint};
+use lafet_proto::SubsystemId;
+use lafet_proto::bus::CONTROLLER;
+use lafet_proto::request::Body;
+
+use super::medium::{Medium, Program, Station, encoded};
+use super::world::request;
+
+const MS: Duration = Duration::from_millis(1);
+const GRANT: [u8; 4] = [0xE6, 0xC2, 0, 0];
+
+fn fresh() -> Line {
+    let url: Endpoint = "serial:///x?addr=5".parse().unwrap();
+    let mut line = Line::new(Config::default().of(&url));
+    line.handle_connected(Duration::ZERO);
+    line
+}
+
+#[test]
+fn a_direct_client_listens_before_its_first_byte() {
+    let moving = || vec![request(Body::Move { destination: 1 }, SubsystemId::VERTICAL)];
+    let mut line = fresh();
+    line.submit(MS, 5, Terms::default(), moving()).unwrap();
+    assert_eq!(line.poll_transmit(MS), None);
+    assert_eq!(line.poll_timeout(MS), Some(101 * MS));
+    // A controller gives access to somebody: nothing is said.
+    line.handle_bytes(60 * MS, &encoded(130, CONTROLLER, &GRANT));
+    assert_eq!(line.poll_transmit(101 * MS), None);
+    assert!(matches!(line.poll_outcome(), Some((_, Outcome::ControllerPresent))));
+    // Silence: then it goes out, and what follows at once.
+    let mut line = fresh();
+    line.submit(MS, 5, Terms::default(), moving()).unwrap();
+    assert_eq!(line.poll_transmit(MS), None);
+    assert!(line.poll_transmit(101 * MS).is_some());
+    // What stops waits for nobody.
+    let mut line = fresh();
+    line.submit(MS, 5, Terms::default(), vec![request(Body::Stop, SubsystemId::ALL)]).unwrap();
+    assert!(line.poll_transmit(MS).is_some());
+}
+
+/// A monitor that answers GetStatus General, and what is none of its business not at all.
+async fn monitor(own: u8, station: Station) {
+    let mut line = Program::thorough(station);
+    loop {
+        let Some((dst, src, payload)) = line.frame(None).await else { return };
+        if dst == own {
+            let mut answer = payload.clone();
+            if !payload.is_empty() {
+                answer = vec![0xD4, 0xC2, 0, 10];
+                answer.extend([0; 10]);
+            }
+            line.say(src, own, &answer).await;
+        }
+    }
+}
+
+/// What the doctor finds as a console of a bus with one line or two.
+async fn found(two_lines: bool, addr: u8) -> Vec<Finding> {
+    let monitors = Medium::new(19_200, 0, 1);
+    let consoles = if two_lines { Medium::new(19_200, 0, 2) } else { monitors.clone() };
+    for own in [4, 5] {
+        tokio::spawn(monitor(own, monitors.station(false)));
+    }
+    let url = |name: &str| -> Endpoint { format!("serial:///{name}").parse().unwrap() };
+    let lines = [monitors.clone(), consoles.clone()];
+    let config = DriverConfig {
+        controller: ControllerConfig {
+            addresses: vec![4, 5, 6, 130, 131],
+            turnaround: MS,
+            watch: Some(Duration::from_secs(5)),
+            ..ControllerConfig::default()
+        },
+        monitors: url("monitors"),
+        consoles: two_lines.then(|| url("consoles")),
+        programs: None,
+    };
+    let second = url("consoles");
+    let mut driver = Driver::opening(config, move |endpoint| {
+        let station = lines[usize::from(endpoint == second)].station(false);
+        async move { Ok(Link::Memory(Memory::new(station))) }
+    });
+    tokio::spawn(async move { driver.run(|_| ()).await });
+    let endpoint: Endpoint =
+        format!("serial:///x?role=active&src=130&addr={addr}").parse().unwrap();
+    let dial = async |_: &Endpoint| Ok(Link::Memory(Memory::new(consoles.station(false))));
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    findings(&evidence)
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_healthy_bus_is_called_healthy() {
+    for two_lines in [false, true] {
+        assert_eq!(found(two_lines, 5).await, [Finding::Well], "two lines: {two_lines}");
+    }
+    assert_eq!(found(true, 6).await, [Finding::MonitorSilent]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_console_without_a_controller() {
+    let line = Medium::new(19_200, 0, 1);
+    tokio::spawn(monitor(5, line.station(false)));
+    let endpoint: Endpoint = "serial:///x?role=active&src=130&addr=5".parse().unwrap();
+    let dial = async |_: &Endpoint| Ok(Link::Memory(Memory::new(line.station(false))));
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    assert_eq!(findings(&evidence), [Finding::NoAccess { controller: false }]);
+    assert!(line.log().is_empty(), "and nothing was sent");
+}

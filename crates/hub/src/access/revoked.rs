@@ -1,0 +1,152 @@
+//! What was revoked, and is not in the database yet, as the disk is full: it is in effect at once, is
+//! tried again, and stands in a file whose room was taken in good time, for a restart.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use rusqlite::{Connection, params};
+use serde::{Deserialize, Serialize};
+
+use super::known::Entry;
+use super::users::signed;
+use crate::store::{StoreError, private};
+
+/// The file beside the database.
+const JOURNAL: &str = "revoked";
+/// Its room, which is taken while the disk has some: a full disk does not keep it from being
+/// written.
+const JOURNAL_BYTES: usize = 32 * 1024;
+/// What waits for the disk; more is refused.
+const WAITING_MAX: usize = 1000;
+
+/// Something that was revoked.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "revoked", rename_all = "snake_case")]
+pub enum Revocation {
+    /// A user is removed.
+    User { user: String },
+    /// The sessions of a user end, but for one.
+    SessionsOf { user: String, but: Option<String> },
+    /// A session ends.
+    Session { id: String },
+    /// A token is taken back.
+    Token { id: u64 },
+}
+
+/// What waits for the disk.
+#[derive(Debug, Default)]
+pub struct Revoked {
+    waiting: Vec<Revocation>,
+    journal: Option<File>,
+}
+
+impl Revocation {
+    fn apply(&self, db: &Connection) -> Result<(), rusqlite::Error> {
+        let done = match self {
+            Self::User { user } => db.execute("DELETE FROM user WHERE name = ?1", [user]),
+            Self::SessionsOf { user, but } => db.execute(
+                "DELETE FROM session WHERE user = ?1 AND id <> ?2",
+                params![user, but.as_deref().unwrap_or_default()],
+            ),
+            Self::Session { id } => db.execute("DELETE FROM session WHERE id = ?1", [id]),
+            Self::Token { id } => db.execute("DELETE FROM token WHERE id = ?1", [signed(*id)]),
+        };
+        done.map(drop)
+    }
+}
+
+impl Revoked {
+    /// Opens the file, and takes its room.
+    pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
+        let Some(folder) = folder else { return Ok(Self::default()) };
+        let path = folder.join(JOURNAL);
+        private(&path)?;
+        let mut file = File::options().read(true).write(true).open(path)?;
+        let mut text = String::new();
+        // What no revocation can be read from is none.
+        _ = file.read_to_string(&mut text);
+        let waiting = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+        let mut revoked = Self { waiting, journal: Some(file) };
+        if text.len() < JOURNAL_BYTES
+            && let Err(error) = revoked.write()
+        {
+            tracing::warn!(%error, "no room is taken for revocations");
+        }
+        Ok(revoked)
+    }
+
+    /// Something waits.
+    pub fn is_waiting(&self) -> bool {
+        !self.waiting.is_empty()
+    }
+
+    /// This user is removed.
+    pub fn has_user(&self, name: &str) -> bool {
+        self.waiting.iter().any(|it| matches!(it, Revocation::User { user } if user == name))
+    }
+
+    /// This token is taken back.
+    pub fn has_token(&self, number: u64) -> bool {
+        self.waiting.iter().any(|it| matches!(it, Revocation::Token { id } if *id == number))
+    }
+
+    /// This session is ended.
+    pub fn has_session(&self, entry: &Entry) -> bool {
+        self.waiting.iter().any(|it| match it {
+            Revocation::Session { id } => *id == entry.key,
+            Revocation::User { user } => *user == entry.user,
+            Revocation::SessionsOf { user, but } => {
+                *user == entry.user && but.as_ref() != Some(&entry.key)
+            }
+            Revocation::Token { .. } => false,
+        })
+    }
+
+    /// Takes what the database did not take; `false`: too much waits.
+    pub fn note(&mut self, revocation: Revocation) -> bool {
+        if self.waiting.contains(&revocation) {
+            return true;
+        }
+        if self.waiting.len() == WAITING_MAX {
+            return false;
+        }
+        self.waiting.push(revocation);
+        if let Err(error) = self.write() {
+            tracing::error!(%error, "a revocation is in effect, but would not survive a restart");
+        }
+        true
+    }
+
+    /// Tries again.
+    pub fn flush(&mut self, db: &Connection) -> Result<(), rusqlite::Error> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        let transaction = db.unchecked_transaction()?;
+        for revocation in &self.waiting {
+            revocation.apply(&transaction)?;
+        }
+        transaction.commit()?;
+        self.waiting.clear();
+        if let Err(error) = self.write() {
+            // At the next start the same is removed again, of which nothing is left.
+            tracing::warn!(%error, "the list of revocations is not emptied");
+        }
+        Ok(())
+    }
+
+    /// Writes the list over the old one, in the room that the file has.
+    fn write(&mut self) -> std::io::Result<()> {
+        let Some(file) = &mut self.journal else { return Ok(()) };
+        let lines = self.waiting.iter().filter_map(|it| serde_json::to_string(it).ok());
+        let mut text: String = lines.map(|line| line + "\n").collect();
+        if text.len() > JOURNAL_BYTES {
+            return Err(std::io::Error::other("the list of revocations is too long"));
+        }
+        text.push_str(&"\n".repeat(JOURNAL_BYTES - text.len()));
+        file.seek(SeekFrom::Start(0))?;
+        file.write_all(text.as_bytes())?;
+        file.sync_data()
+    }
+}

@@ -1,0 +1,204 @@
+use super::super::known::{ENDED_MS, SESSION_MS, STALE_MS};
+use super::*;
+
+const PASSWORD: &str = "correct horse";
+
+fn set_up() -> Access {
+    let access = Access::open(None, 1).unwrap();
+    let link = access.setup_link().unwrap().unwrap();
+    access.set_up(1, &link, "root", PASSWORD).unwrap();
+    assert!(matches!(access.set_up(1, &link, "second", PASSWORD), Err(AccessError::Wrong)));
+    access
+}
+
+#[test]
+fn the_link_makes_one_administrator_once() {
+    let access = Access::open(None, 1).unwrap();
+    let first = access.setup_link().unwrap().unwrap();
+    let link = access.setup_link().unwrap().unwrap();
+    assert!(matches!(access.set_up(1, &first, "root", PASSWORD), Err(AccessError::Wrong)));
+    assert!(matches!(access.set_up(1, &link, "root", "short"), Err(AccessError::Weak(_))));
+    access.set_up(1, &link, "root", PASSWORD).unwrap();
+    assert_eq!(access.setup_link().unwrap(), None);
+    assert_eq!(access.users().unwrap()[0].role, Role::Administrator);
+}
+
+#[test]
+fn sessions_begin_with_a_password_and_end() {
+    let access = set_up();
+    assert!(matches!(access.log_in(5, "root", "wrong"), Err(AccessError::Wrong)));
+    assert!(matches!(access.log_in(5, "nobody", PASSWORD), Err(AccessError::Wrong)));
+    let session = access.log_in(5, "root", PASSWORD).unwrap();
+    let at = |ms| access.by_session(ms, &session.secret);
+    assert_eq!(at(10).unwrap().user, "root");
+    assert!(at(10 + IDLE_MS - 100).unwrap().is_good(), "it is used, so it goes on");
+    let late = 2 * IDLE_MS + 1;
+    assert_eq!(at(late).unwrap().standing, Standing::Expired);
+    assert_eq!(at(late + STALE_MS), None);
+    assert_eq!(access.by_session(10, "other"), None);
+    access.log_out(&session.principal.key).unwrap();
+    assert_eq!(at(10), None);
+}
+
+#[test]
+fn a_new_password_or_role_ends_other_sessions() {
+    let access = set_up();
+    let one = access.log_in(5, "root", PASSWORD).unwrap();
+    let two = access.log_in(5, "root", PASSWORD).unwrap();
+    access.change(6, "root", None, Some("quite another one"), Some(&one.principal.key)).unwrap();
+    assert!(access.is_valid(6, &one.principal) && !access.is_valid(6, &two.principal));
+    assert!(access.log_in(6, "root", PASSWORD).is_err());
+}
+
+#[test]
+fn the_last_administrator_stays() {
+    let access = set_up();
+    assert!(matches!(access.remove(6, "root"), Err(AccessError::Conflict)));
+    let demoted = access.change(6, "root", Some(Role::Observer), None, None);
+    assert!(matches!(demoted, Err(AccessError::Conflict)));
+    access.add(1, "anna", Role::Administrator, PASSWORD).unwrap();
+    assert!(matches!(access.add(1, "anna", Role::Observer, PASSWORD), Err(AccessError::Conflict)));
+    access.remove(6, "root").unwrap();
+    assert_eq!(access.users().unwrap().len(), 1);
+}
+
+#[test]
+fn tokens_are_told_once_and_taken_back() {
+    let access = set_up();
+    let (id, secret) = access.add_token(1, "scada", Role::Operator).unwrap();
+    let principal = access.by_token(2, &secret).unwrap();
+    assert_eq!((principal.user.as_str(), principal.role), ("scada", Role::Operator));
+    assert!(access.is_valid(3, &principal));
+    access.remove_token(id).unwrap();
+    assert_eq!(access.by_token(2, &secret), None);
+    assert!(!access.is_valid(3, &principal));
+}
+
+#[test]
+fn a_disk_that_takes_nothing_keeps_nobody_out() {
+    let folder = std::env::temp_dir().join(format!("lafet-access-{}", std::process::id()));
+    let access = Access::open(Some(&folder), 1).unwrap();
+    let link = access.setup_link().unwrap().unwrap();
+    access.set_up(1, &link, "root", PASSWORD).unwrap();
+    let session = access.log_in(5, "root", PASSWORD).unwrap();
+    let (_, token) = access.add_token(5, "scada", Role::Operator).unwrap();
+    lock(&access.db).pragma_update(None, "query_only", true).unwrap();
+    let later = 5 + 3_600_000;
+    assert!(access.by_session(later, &session.secret).unwrap().is_good());
+    assert_eq!(access.by_token(later, &token).unwrap().user, "scada");
+    let second = access.log_in(later, "root", PASSWORD).unwrap();
+    assert_eq!(access.by_session(later, &second.secret).unwrap().user, "root");
+    assert_eq!(access.sessions(later).len(), 2);
+    drop(access);
+
+    let access = Access::open(Some(&folder), 1).unwrap();
+    assert!(access.by_session(later, &session.secret).is_some(), "it was stored");
+    assert!(access.by_session(later, &second.secret).is_none(), "it was not");
+    assert!(access.by_token(later, &token).is_some() && !access.is_empty());
+    drop(access);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn an_open_websocket_is_use_and_ends_with_its_session() {
+    let access = set_up();
+    let session = access.log_in(5, "root", PASSWORD).unwrap();
+    let hour = 3_600_000;
+    assert!((1..160).all(|n| access.is_valid(n * hour, &session.principal)), "a week");
+    assert!(!access.is_valid(5 + SESSION_MS, &session.principal));
+    assert_eq!(
+        access.by_session(5 + SESSION_MS, &session.secret).unwrap().standing,
+        Standing::Expired
+    );
+}
+
+#[test]
+fn a_session_that_was_ended_by_others_can_stop_for_a_while() {
+    let access = set_up();
+    let session = access.log_in(5, "root", PASSWORD).unwrap();
+    access.end_session(100, &session.principal.key).unwrap();
+    let at = |ms| access.by_session(ms, &session.secret);
+    assert_eq!(at(101).unwrap().standing, Standing::Ended);
+    assert!(!access.is_valid(101, &session.principal), "its WebSocket is closed");
+    assert_eq!(at(100 + ENDED_MS), None);
+    let own = access.log_in(200, "root", PASSWORD).unwrap();
+    access.log_out(&own.principal.key).unwrap();
+    assert_eq!(access.by_session(201, &own.secret), None, "who logs out has left");
+}
+
+/// A disk that takes nothing: what is revoked is so at once, and is stored when there is room.
+#[test]
+fn revocation_needs_no_disk() {
+    let folder = std::env::temp_dir().join(format!("lafet-revoked-{}", std::process::id()));
+    _ = std::fs::remove_dir_all(&folder);
+    let access = Access::open(Some(&folder), 1).unwrap();
+    let link = access.setup_link().unwrap().unwrap();
+    access.set_up(1, &link, "root", PASSWORD).unwrap();
+    for user in ["anna", "boris"] {
+        access.add(1, user, Role::Administrator, PASSWORD).unwrap();
+    }
+    let anna = access.log_in(5, "anna", PASSWORD).unwrap();
+    let boris = access.log_in(5, "boris", PASSWORD).unwrap();
+    let (id, token) = access.add_token(5, "scada", Role::Operator).unwrap();
+    let takes = |access: &Access, nothing: bool| {
+        lock(&access.db).pragma_update(None, "query_only", nothing).unwrap();
+    };
+    takes(&access, true);
+    access.remove(6, "anna").unwrap();
+    access.remove_token(id).unwrap();
+    access.end_session(6, &boris.principal.key).unwrap();
+    assert!(access.revocations_wait());
+    assert!(!access.is_valid(7, &anna.principal) && !access.is_valid(7, &boris.principal));
+    assert_eq!(access.by_token(7, &token), None);
+    assert!(matches!(access.log_in(7, "anna", PASSWORD), Err(AccessError::Wrong)));
+    assert_eq!(access.users().unwrap().len(), 2);
+    assert!(access.tokens().unwrap().is_empty());
+    assert!(matches!(access.remove(7, "anna"), Err(AccessError::Missing)));
+    assert!(access.remove(7, "boris").is_ok());
+    assert!(matches!(access.remove(7, "root"), Err(AccessError::Conflict)), "the others are gone");
+    drop(access);
+
+    // Killed before the disk had room: the list beside the database is what is left.
+    let access = Access::open(Some(&folder), 8).unwrap();
+    assert!(!access.revocations_wait(), "they are stored now");
+    assert_eq!(access.users().unwrap().len(), 1);
+    assert_eq!(access.by_session(8, &boris.secret), None);
+    assert_eq!(access.by_token(8, &token), None);
+    access.add(9, "anna", Role::Observer, PASSWORD).unwrap();
+    assert_eq!(access.by_session(9, &anna.secret), None, "a new user of the old name");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_date_that_has_stepped_ends_no_session() {
+    let folder = std::env::temp_dir().join(format!("lafet-step-{}", std::process::id()));
+    _ = std::fs::remove_dir_all(&folder);
+    let month = 30 * 24 * 3_600_000;
+    let access = Access::open(Some(&folder), month).unwrap();
+    let link = access.setup_link().unwrap().unwrap();
+    access.set_up(month, &link, "root", PASSWORD).unwrap();
+    let session = access.log_in(month, "root", PASSWORD).unwrap();
+    access.stepped(i64::try_from(month).unwrap());
+    assert!(access.by_session(month + 5, &session.secret).unwrap().is_good());
+    assert_eq!(access.date_ms(access.sessions(month + 5)[0].created_ms), 2 * month);
+    drop(access);
+    // The restart believes the clock, which is a month ahead, and so is what is stored.
+    let access = Access::open(Some(&folder), 2 * month + 10).unwrap();
+    assert!(access.by_session(2 * month + 10, &session.secret).unwrap().is_good());
+    drop(access);
+    // It was set back while the hub was not running: no session lasts longer for that.
+    let access = Access::open(Some(&folder), month).unwrap();
+    assert_eq!(access.sessions(month)[0].expires_ms(), month + IDLE_MS);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_device_is_known_until_the_password_changes() {
+    let access = set_up();
+    let device = access.add_device(2, "root").unwrap();
+    assert!(access.is_device("root", &device) && !access.is_device("anna", &device));
+    let many: Vec<String> = (3..30).map(|ms| access.add_device(ms, "root").unwrap()).collect();
+    assert!(!access.is_device("root", &device) && access.is_device("root", many.last().unwrap()));
+    access.change(40, "root", None, Some("quite another one"), None).unwrap();
+    assert!(many.iter().all(|it| !access.is_device("root", it)));
+}

@@ -1,0 +1,138 @@
+//! Answers that are large: few at once, so that whoever does not take them holds little memory.
+
+use std::collections::HashMap;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use axum::body::{Body, Bytes};
+use axum::extract::{Request, State};
+use axum::http::{Method, StatusCode};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use hyper::body::{Body as HttpBody, Frame, SizeHint};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::timeout;
+
+use super::guard;
+use crate::error::ApiError;
+use crate::hub::Hub;
+use crate::sync::lock;
+use crate::text::both;
+
+/// Readings that are being answered, of one user and in all.
+const EACH_MAX: usize = 4;
+const ALL_MAX: usize = 16;
+/// A reading waits this long for its turn.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// An answer of this size or less is done with when it is made.
+const SMALL: u64 = 64 * 1024;
+/// Users that are remembered though nothing of theirs is being answered.
+const REMEMBERED_MAX: usize = 1000;
+
+/// Who is being sent an answer.
+#[derive(Debug)]
+pub struct Answering {
+    all: Arc<Semaphore>,
+    each: Mutex<HashMap<String, Arc<Semaphore>>>,
+}
+
+/// Held while an answer is made and taken.
+type Turn = (OwnedSemaphorePermit, OwnedSemaphorePermit);
+
+impl Default for Answering {
+    fn default() -> Self {
+        Self { all: Arc::new(Semaphore::new(ALL_MAX)), each: Mutex::default() }
+    }
+}
+
+impl Answering {
+    async fn turn(&self, who: &str) -> Option<Turn> {
+        let own = {
+            let mut each = lock(&self.each);
+            if each.len() >= REMEMBERED_MAX {
+                each.retain(|_, own| Arc::strong_count(own) > 1);
+            }
+            let own = each.entry(who.to_owned());
+            own.or_insert_with(|| Arc::new(Semaphore::new(EACH_MAX))).clone()
+        };
+        let turn = async {
+            let own = own.acquire_owned().await.ok()?;
+            Some((own, self.all.clone().acquire_owned().await.ok()?))
+        };
+        timeout(PATIENCE, turn).await.ok().flatten()
+    }
+}
+
+/// Lets few readings be answered at once. What changes something, and WebSockets, are not concerned.
+pub async fn bounded(State(hub): State<Hub>, request: Request, next: Next) -> Response {
+    let path = request.uri().path();
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD)
+        && path.starts_with("/api/")
+        && path != "/api/ws";
+    if !reads {
+        return next.run(request).await;
+    }
+    let (parts, body) = request.into_parts();
+    // Strangers are answered with little.
+    let Some(who) = guard::key(&parts, &hub) else {
+        return next.run(Request::from_parts(parts, body)).await;
+    };
+    let Some(turn) = hub.answering.turn(&who).await else {
+        let text = both(
+            "Too many answers are still being taken. Try again.",
+            "Слишком много ответов ещё не принято. Повторите.",
+        );
+        return ApiError::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text).into_response();
+    };
+    let response = next.run(Request::from_parts(parts, body)).await;
+    if response.body().size_hint().upper().is_some_and(|size| size <= SMALL) {
+        return response;
+    }
+    response.map(|body| Body::new(Held { body, _turn: turn }))
+}
+
+/// A body that holds its turn until it is taken.
+struct Held {
+    body: Body,
+    _turn: Turn,
+}
+
+impl HttpBody for Held {
+    type Data = Bytes;
+    type Error = axum::Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+        Pin::new(&mut self.body).poll_frame(cx)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test(start_paused = true)]
+    async fn one_user_does_not_take_every_turn() {
+        let answering = Answering::default();
+        let mut held = Vec::new();
+        for _ in 0..EACH_MAX {
+            held.push(answering.turn("a").await.unwrap());
+        }
+        assert!(answering.turn("a").await.is_none());
+        held.push(answering.turn("b").await.unwrap());
+        drop(held.remove(0));
+        held.push(answering.turn("a").await.unwrap());
+    }
+}

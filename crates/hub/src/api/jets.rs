@@ -1,0 +1,52 @@
+//! Where jets go, and how high to aim.
+
+use axum::Json;
+use axum::extract::{Path, State};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::guard::Body;
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::jet::{self, Aim, Aimed, Computed, JETS_MAX, Jets};
+use crate::text::both;
+
+pub fn routes() -> OpenApiRouter<Hub> {
+    OpenApiRouter::new().routes(routes!(jets)).routes(routes!(aim))
+}
+
+/// Flight, landing and reach of jets.
+#[utoipa::path(post, path = "/api/jets", request_body = Jets,
+    responses((status = 200, body = Vec<Computed>), (status = 400), (status = 401), (status = 403), (status = 404)))]
+async fn jets(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Body(Jets { jets }): Body<Jets>,
+) -> Result<Json<Vec<Computed>>, ApiError> {
+    hub.count_reading(&caller.principal)?;
+    if jets.len() > JETS_MAX {
+        return Err(ApiError::bad_request(both(
+            format!("At most {JETS_MAX} jets in a request."),
+            format!("Не более {JETS_MAX} струй в запросе."),
+        )));
+    }
+    let computed = jets.iter().map(|asked| {
+        let (basis, elevation_arcmin) = asked.basis(&hub)?;
+        Ok(jet::compute(basis, elevation_arcmin))
+    });
+    computed.collect::<Result<_, _>>().map(Json)
+}
+
+/// The elevation with which a monitor's jet hits a place.
+#[utoipa::path(post, path = "/api/monitors/{id}/aim", params(("id" = String, Path)), request_body = Aim,
+    responses((status = 200, body = Aimed), (status = 400), (status = 401), (status = 403), (status = 404)))]
+async fn aim(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(id): Path<String>,
+    Body(aim): Body<Aim>,
+) -> Result<Json<Aimed>, ApiError> {
+    hub.count_reading(&caller.principal)?;
+    let station = hub.station(&id)?;
+    aim.at(&hub, &station).map(Json)
+}

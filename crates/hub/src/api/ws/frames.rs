@@ -1,0 +1,70 @@
+//! The frames of a monitor, shown to the connections that watch them.
+
+use std::sync::Arc;
+
+use lafet_client::{Direction, Traced};
+use lafet_proto::Request;
+use lafet_proto::link::Frame;
+use lafet_proto::record::Records;
+use lafet_proto::text::AnswerText;
+use serde_json::{Value, json};
+use tokio::sync::broadcast::error::RecvError;
+
+use crate::hub::{Caller, Hub};
+use crate::station::Station;
+
+/// Shows the frames of a monitor to a connection.
+pub async fn show_frames(hub: Hub, caller: Caller, station: Arc<Station>) {
+    let mut clients = station.client.subscribe();
+    let Ok(client) = clients.wait_for(Option::is_some).await.map(|client| client.clone()) else {
+        return;
+    };
+    let Some(client) = client else { return };
+    let mut frames = client.trace();
+    loop {
+        match frames.recv().await {
+            Ok(frame) if frame.dst == client.address() || frame.src == client.address() => {
+                let message = show(station.id(), hub.clock.now_ms(), &frame);
+                hub.tell(&caller.seat.seat, message);
+            }
+            Ok(_) => {}
+            Err(RecvError::Lagged(count)) => {
+                hub.tell(&caller.seat.seat, json!({ "type": "missed", "count": count }));
+            }
+            Err(RecvError::Closed) => return,
+        }
+    }
+}
+
+fn show(monitor: &str, at_ms: u64, frame: &Traced) -> Value {
+    let sent = frame.direction() == Direction::Sent;
+    let verdict = format!("{:?}", frame.verdict).to_lowercase();
+    let frame = Frame { dst: frame.dst, src: frame.src, payload: &frame.payload };
+    let mut message = show_frame(monitor, at_ms, sent, &verdict, &frame);
+    message["type"] = "frame".into();
+    message
+}
+
+/// A frame as text and bytes.
+pub fn show_frame(
+    monitor: &str,
+    at_ms: u64,
+    sent: bool,
+    verdict: &str,
+    frame: &Frame<'_>,
+) -> Value {
+    let texts = Records::new(frame.payload).map(|record| match record {
+        Ok(record) if sent => match Request::decode(&record) {
+            Ok(request) => request.to_string(),
+            Err(error) => error.to_string(),
+        },
+        Ok(record) => AnswerText(record).to_string(),
+        Err(error) => error.to_string(),
+    });
+    let bytes: Vec<String> = frame.payload.iter().map(|byte| format!("{byte:02x}")).collect();
+    json!({
+        "monitor": monitor, "at_ms": at_ms, "direction": if sent { "out" } else { "in" },
+        "verdict": verdict, "dst": frame.dst, "src": frame.src, "bytes": bytes.join(" "),
+        "text": texts.collect::<Vec<_>>().join(" ; "),
+    })
+}

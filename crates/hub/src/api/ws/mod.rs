@@ -1,0 +1,114 @@
+//! The WebSocket: what changes, as it changes, and what has to be quick.
+
+mod frames;
+mod reader;
+mod said;
+mod writer;
+
+use std::collections::HashMap;
+use std::net::IpAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use axum::extract::{Extension, Query, State};
+use axum::response::Response;
+use futures_util::{SinkExt, StreamExt};
+use serde::Deserialize;
+use tokio::sync::{Semaphore, mpsc, watch};
+use tokio::time::timeout;
+use utoipa::IntoParams;
+
+use super::guard::Peer;
+use crate::access::Principal;
+use crate::broadcast::Seen;
+use crate::hub::{Caller, Hub};
+use crate::topics::Audience;
+pub use frames::show_frame;
+use reader::{REQUESTS_MAX, Reader, URGENT_MAX};
+pub use said::kinds;
+use writer::{SLOW, Writer};
+
+/// Longest message of a client.
+const MESSAGE_MAX: usize = 16 * 1024;
+/// What a connection reads into; each has one, and clients say little.
+const READ_BUFFER: usize = 4 * 1024;
+/// Answers that wait to be sent.
+const ANSWERS_MAX: usize = 64;
+
+/// How to come back.
+#[derive(Debug, Deserialize, IntoParams)]
+pub struct Resume {
+    /// The secret of `hello`.
+    resume: Option<String>,
+}
+
+/// Opens the WebSocket.
+#[utoipa::path(get, path = "/api/ws", params(Resume),
+    responses((status = 101), (status = 400), (status = 401), (status = 403), (status = 426)))]
+pub async fn upgrade(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Query(Resume { resume }): Query<Resume>,
+    Extension(peer): Extension<Peer>,
+    socket: WebSocketUpgrade,
+) -> Response {
+    let from: IpAddr = caller.seat.from.parse().unwrap_or(IpAddr::from([0, 0, 0, 0]));
+    let principal = caller.principal;
+    let socket = socket.read_buffer_size(READ_BUFFER);
+    socket.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(
+        move |socket| async move {
+            serve(hub, socket, principal, from, resume).await;
+            drop(peer);
+        },
+    )
+}
+
+async fn serve(
+    hub: Hub,
+    socket: WebSocket,
+    principal: Principal,
+    from: IpAddr,
+    resume: Option<String>,
+) {
+    hub.counts.sockets.fetch_add(1, Ordering::Relaxed);
+    let mut key = hub.sit_down(&principal, &from.to_string(), resume.as_deref());
+    let caller = Caller::socket(principal, from, key.seat.clone());
+    let (sink, stream) = socket.split();
+    let (answers, waiting) = mpsc::channel(ANSWERS_MAX);
+    let heard = Arc::new(AtomicBool::new(true));
+    let (audience, turning) = watch::channel(Audience::default());
+    let reader = Reader {
+        hub: hub.clone(),
+        caller: caller.clone(),
+        answers,
+        heard: heard.clone(),
+        room: Arc::new(Semaphore::new(REQUESTS_MAX)),
+        urgent_room: Arc::new(Semaphore::new(URGENT_MAX)),
+        watching: HashMap::new(),
+        told: HashMap::new(),
+        audience,
+    };
+    let mut writer = Writer {
+        hub: hub.clone(),
+        caller,
+        sink,
+        seen: Seen::default(),
+        audience: Audience::default(),
+        turning,
+    };
+    let close = tokio::select! {
+        close = reader.run(stream) => close,
+        close = writer.run(&mut key, waiting, &heard) => close,
+    };
+    // What it moves is let go first; then good manners.
+    hub.stand_up(&key);
+    hub.counts.sockets.fetch_sub(1, Ordering::Relaxed);
+    if let Some((code, reason)) = close {
+        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
+        _ = timeout(SLOW, writer.sink.send(Message::Close(Some(frame)))).await;
+    }
+}
+
+/// Why a connection is closed; `None`: the other side has done it.
+type Close = Option<(u16, &'static str)>;

@@ -1,0 +1,397 @@
+//! What a client asks for over its WebSocket, and the answers.
+
+use std::collections::{BTreeSet, HashMap};
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::StreamExt;
+use futures_util::future::join_all;
+use futures_util::stream::SplitStream;
+use lafet_proto::SubsystemId;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use tokio::sync::{Semaphore, mpsc, watch};
+use tokio::task::AbortHandle;
+use tokio::time::{sleep, timeout};
+
+use super::Close;
+use super::frames::show_frames;
+use super::said::{Id, Said, understand};
+use crate::access::Bucket;
+use crate::api::guard;
+use crate::api::monitors::{self, JogBeat, LOCKOUT, STOP};
+use crate::error::{ApiError, shown};
+use crate::hub::{Caller, Hub};
+use crate::station::Station;
+use crate::text::both;
+use crate::topics::Audience;
+use crate::urgent::{Joined, UNANSWERED};
+
+/// Messages of a connection: so many at once, so many a second.
+const MESSAGES: (f64, f64) = (400.0, 200.0);
+/// Stop, Close and Lockout of a connection. Each is carried out at once; more of them only make the
+/// connection's next message wait.
+const URGENT: (f64, f64) = (50.0, 50.0);
+/// Requests of a connection that wait for their answers.
+pub const REQUESTS_MAX: usize = 32;
+/// Stop, Close and Lockout that wait for theirs; while there are so many, nothing more is read.
+pub const URGENT_MAX: usize = 16;
+
+/// Monitors to which a connection subscribes by name.
+const SUBSCRIBED_MAX: usize = 32;
+
+const TOO_LARGE: (u16, &str) = (1009, "message too large");
+
+pub struct Reader {
+    pub hub: Hub,
+    pub caller: Caller,
+    pub answers: mpsc::Sender<Value>,
+    pub heard: Arc<AtomicBool>,
+    pub room: Arc<Semaphore>,
+    pub urgent_room: Arc<Semaphore>,
+    pub watching: HashMap<String, AbortHandle>,
+    /// What was said last of a drive: beats are many, news are few.
+    pub told: HashMap<(String, SubsystemId), &'static str>,
+    /// Tells the writer what the client looks at.
+    pub audience: watch::Sender<Audience>,
+}
+
+impl Reader {
+    pub async fn run(mut self, mut stream: SplitStream<WebSocket>) -> Close {
+        let (most, per_s) = MESSAGES;
+        let mut bucket = Bucket::new(self.hub.now(), most, per_s);
+        let mut urgent_bucket = Bucket::new(self.hub.now(), URGENT.0, URGENT.1);
+        while let Some(message) = stream.next().await {
+            let message = match message {
+                Ok(message) => message,
+                Err(error) if error.to_string().contains("too long") => return Some(TOO_LARGE),
+                Err(_) => return None,
+            };
+            self.heard.store(true, Ordering::Relaxed);
+            let text = match message {
+                Message::Text(text) => text,
+                Message::Close(_) => return None,
+                _ => continue,
+            };
+            let said = understand(&text);
+            let urgent =
+                matches!(&said, Ok(Said::Stop { .. } | Said::Close { .. } | Said::Lockout { .. }));
+            if !urgent && bucket.take(self.hub.now()).is_err() {
+                return Some((4429, "too many messages"));
+            }
+            match said {
+                Ok(said) => self.heed(said).await,
+                Err(error) => {
+                    let id = serde_json::from_str::<Value>(&text).ok();
+                    let id = Id::from(id.map(|it| it["id"].clone()));
+                    self.answer(id, Err(guard::not_understood(&error))).await;
+                }
+            }
+            if urgent && let Err(wait) = urgent_bucket.take(self.hub.now()) {
+                sleep(wait).await;
+            }
+        }
+        None
+    }
+
+    async fn heed(&mut self, said: Said) {
+        match said {
+            Said::Stop { id, monitor: None, .. } => self.everywhere(id, STOP).await,
+            Said::Lockout { id, monitor: None } => self.everywhere(id, LOCKOUT).await,
+            Said::Stop { id, monitor: Some(monitor), of } => {
+                self.urgent(id, &monitor, |_, _| vec![monitors::stop_text(of.as_deref())]).await;
+            }
+            Said::Close { id, monitor, valve } => {
+                let texts =
+                    |_: &Hub, station: &Station| monitors::close_texts(station, valve.as_deref());
+                self.urgent(id, &monitor, texts).await;
+            }
+            Said::Lockout { id, monitor: Some(monitor) } => {
+                self.urgent(id, &monitor, |_, _| vec![LOCKOUT.to_owned()]).await;
+            }
+            Said::Request { id, monitor, request, confirm, save } => {
+                self.request(id, &monitor, request, confirm, save).await;
+            }
+            Said::Authority { id, monitor, action, reason } => {
+                let result = self.hub.station(&monitor).and_then(|station| {
+                    self.hub.change_authority(&self.caller, &station, &action, reason.as_deref())
+                });
+                let answer = match result {
+                    Ok(authority) => Answer { authority: Some(authority), ..Answer::to(id) },
+                    Err(error) => Answer { error: Some(error.json()), ..Answer::to(id) },
+                };
+                self.send(answer).await;
+            }
+            Said::Jog { monitor, beat } => self.beat(monitor, &beat),
+            Said::JogEnd { monitor, drive } => {
+                let end = JogBeat { drive: drive.clone(), toward: None, t: None, end: true };
+                if let Ok(station) = self.hub.station(&monitor) {
+                    _ = self.hub.beat(&self.caller, &station, &end);
+                }
+                if let Some(drive) = SubsystemId::from_name(&drive) {
+                    self.told.remove(&(monitor, drive));
+                }
+            }
+            Said::Watch { frames } => self.watch(&frames),
+            Said::Subscribe { id, monitors } => {
+                let answer = match self.subscribe(monitors) {
+                    Ok(subscribed) => Answer { subscribed: Some(subscribed), ..Answer::to(id) },
+                    Err(error) => Answer { error: Some(error.json()), ..Answer::to(id) },
+                };
+                self.send(answer).await;
+            }
+        }
+    }
+
+    /// What the client looks at from now on, instead of what it looked at before.
+    fn subscribe(&self, monitors: Option<Vec<String>>) -> Result<Subscribed, ApiError> {
+        let monitors = match monitors {
+            Some(monitors) if monitors.len() > SUBSCRIBED_MAX => {
+                return Err(ApiError::bad_request(both(
+                    format!("At most {SUBSCRIBED_MAX} monitors; without a list, all of them."),
+                    format!("Не более {SUBSCRIBED_MAX} стволов; без списка — все."),
+                )));
+            }
+            Some(monitors) => {
+                let known = |id: String| self.hub.station(&id).map(|it| it.id().to_owned());
+                Some(monitors.into_iter().map(known).collect::<Result<BTreeSet<_>, _>>()?)
+            }
+            None => None,
+        };
+        self.audience.send_replace(Audience(monitors.clone()));
+        Ok(Subscribed { monitors })
+    }
+
+    /// A beat is answered where the state is news: `moving` and its end are told by the motion.
+    fn beat(&mut self, monitor: String, beat: &JogBeat) {
+        let station = self.hub.station(&monitor);
+        let drive = SubsystemId::from_name(&beat.drive).filter(|_| station.is_ok());
+        let result = station.and_then(|station| self.hub.beat(&self.caller, &station, beat));
+        let (state, text) = match &result {
+            Ok(state) => (*state, None),
+            Err(error) => ("ended", Some(&error.text)),
+        };
+        // What does not exist is not remembered: a client could invent names without end.
+        let news =
+            drive.is_none_or(|it| self.told.insert((monitor.clone(), it), state) != Some(state));
+        if state == "armed" && news || state == "ended" {
+            let message = json!({
+                "type": "jog", "monitor": shown(&monitor), "drive": shown(&beat.drive),
+                "state": state, "end": text.map(|_| "refused"), "text": text,
+            });
+            self.hub.tell(&self.caller.seat.seat, message);
+        }
+    }
+
+    /// The same urgent request to every monitor. Each result is sent as it comes, then all of them.
+    async fn everywhere(&self, id: Id, text: &'static str) {
+        let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
+        let join = |station: &Arc<Station>| {
+            let joined = self.hub.urgent(&self.caller, station, text);
+            (station.id().to_owned(), joined)
+        };
+        let all: Vec<(String, Joined)> = self.hub.stations().iter().map(join).collect();
+        let answers = self.answers.clone();
+        tokio::spawn(async move {
+            let _turn = turn;
+            let each = all.into_iter().map(async |(monitor, mut joined)| {
+                let progress = Progress::to(&id, &monitor);
+                let result = match joined.soon().await {
+                    Some(result) => result,
+                    None => {
+                        _ = answers.send(json!(progress)).await;
+                        joined.result().await
+                    }
+                };
+                let (result, error) = parted(result);
+                let progress = Progress {
+                    answered: true,
+                    result: result.as_ref(),
+                    error: error.as_ref(),
+                    ..progress
+                };
+                _ = answers.send(json!(progress)).await;
+                let value = result.or(error.map(|error| json!({ "error": error })));
+                (monitor, value.unwrap_or_default())
+            });
+            let results: Map<String, Value> = join_all(each).await.into_iter().collect();
+            let answer = Answer { results: Some(results), ..Answer::to(id.clone()) };
+            _ = answers.send(json!(answer)).await;
+        });
+    }
+
+    /// Urgent requests to a monitor; they are under way when this returns.
+    async fn urgent(
+        &self,
+        id: Id,
+        monitor: &str,
+        texts: impl FnOnce(&Hub, &Station) -> Vec<String>,
+    ) {
+        let station = match self.hub.station(monitor) {
+            Ok(station) => station,
+            Err(error) => return self.answer(id, Err(error)).await,
+        };
+        let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
+        let texts = texts(&self.hub, &station);
+        let all: Vec<Joined> =
+            texts.iter().map(|text| self.hub.urgent(&self.caller, &station, text)).collect();
+        let (answers, monitor) = (self.answers.clone(), station.id().to_owned());
+        tokio::spawn(async move {
+            let _turn = turn;
+            let mut results = pin!(monitors::together(all));
+            let result = match timeout(UNANSWERED, &mut results).await {
+                Ok(result) => result,
+                Err(_) => {
+                    _ = answers.send(json!(Progress::to(&id, &monitor))).await;
+                    results.await
+                }
+            };
+            _ = answers.send(json!(Answer::of(id, result))).await;
+        });
+    }
+
+    async fn request(
+        &self,
+        id: Id,
+        monitor: &str,
+        request: String,
+        confirm: Option<String>,
+        save: bool,
+    ) {
+        if let Some(text) = monitors::urgent_text(&request) {
+            return self.urgent(id, monitor, |_, _| vec![text]).await;
+        }
+        let station = match self.hub.station(monitor) {
+            Ok(station) => station,
+            Err(error) => return self.answer(id, Err(error)).await,
+        };
+        let Ok(turn) = self.room.clone().try_acquire_owned() else {
+            let error = ApiError::slow_down(Duration::from_millis(100));
+            return self.answer(id, Err(error)).await;
+        };
+        let (hub, caller, answers) = (self.hub.clone(), self.caller.clone(), self.answers.clone());
+        tokio::spawn(async move {
+            let _turn = turn;
+            let result = match save {
+                true => hub.save(&caller, &station, &request).await,
+                false => hub.command(&caller, &station, &request, confirm.as_deref()).await,
+            };
+            _ = answers.send(json!(Answer::of(id, result))).await;
+        });
+    }
+
+    async fn answer(&self, id: Id, result: Result<Value, ApiError>) {
+        self.send(Answer::of(id, result)).await;
+    }
+
+    /// Waits while the client does not take its answers: then nothing more is read from it either.
+    async fn send(&self, answer: Answer) {
+        _ = self.answers.send(json!(answer)).await;
+    }
+
+    fn watch(&mut self, monitors: &[String]) {
+        self.watching.retain(|id, task| {
+            let stays = monitors.contains(id);
+            if !stays {
+                task.abort();
+            }
+            stays
+        });
+        for id in monitors {
+            if let Ok(station) = self.hub.station(id)
+                && !self.watching.contains_key(id)
+            {
+                let show = show_frames(self.hub.clone(), self.caller.clone(), station.clone());
+                self.watching.insert(id.clone(), tokio::spawn(show).abort_handle());
+            }
+        }
+    }
+}
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        self.watching.values().for_each(AbortHandle::abort);
+    }
+}
+
+/// The answer to a message.
+#[derive(Debug, Serialize)]
+struct Answer {
+    #[serde(rename = "type")]
+    kind: &'static str,
+    id: Id,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    result: Option<Value>,
+    /// Of every monitor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    results: Option<Map<String, Value>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    authority: Option<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    subscribed: Option<Subscribed>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Value>,
+}
+
+/// The monitors of which a client is sent every change; `None`: all.
+#[derive(Debug, Serialize)]
+struct Subscribed {
+    monitors: Option<BTreeSet<String>>,
+}
+
+/// What is known of an urgent request before its answer.
+#[derive(Debug, Serialize)]
+struct Progress<'a> {
+    #[serde(rename = "type")]
+    kind: &'static str,
+    id: &'a Id,
+    monitor: &'a str,
+    /// `false`: it is sent, and there is no answer yet.
+    answered: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    result: Option<&'a Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<&'a Value>,
+}
+
+impl Answer {
+    const fn to(id: Id) -> Self {
+        let (result, results, authority, error) = (None, None, None, None);
+        Self { kind: "answer", id, result, results, authority, subscribed: None, error }
+    }
+
+    fn of(id: Id, result: Result<Value, ApiError>) -> Self {
+        let (result, error) = parted(result);
+        Self { result, error, ..Self::to(id) }
+    }
+}
+
+impl<'a> Progress<'a> {
+    const fn to(id: &'a Id, monitor: &'a str) -> Self {
+        Self { kind: "progress", id, monitor, answered: false, result: None, error: None }
+    }
+}
+
+fn parted(result: Result<Value, ApiError>) -> (Option<Value>, Option<Value>) {
+    match result {
+        Ok(value) => (Some(value), None),
+        Err(error) => (None, Some(error.json())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::text::both;
+
+    #[test]
+    fn a_refusal_is_an_answer() {
+        let error = both("a", "б");
+        let answer = json!(Answer::of(Id::default(), Err(ApiError::bad_request(error))));
+        assert_eq!(answer["error"]["en"], "a");
+        assert!(answer["id"].is_null() && answer.get("result").is_none(), "{answer}");
+    }
+}

@@ -1,0 +1,166 @@
+//! What the hub sends over a WebSocket: answers, events, and what changes.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
+use futures_util::SinkExt;
+use futures_util::stream::SplitSink;
+use serde_json::{Value, json};
+use tokio::sync::{mpsc, watch};
+use tokio::time::{Instant, interval, timeout};
+
+use super::Close;
+use crate::beats::{BEAT_MS, WATCHDOG};
+use crate::broadcast::{self, Seen, Shared};
+use crate::hub::{Caller, Hub, SeatKey};
+use crate::topics::Audience;
+
+/// How often the other side is pinged.
+const PING: Duration = Duration::from_secs(5);
+/// A connection that is silent for so long is closed.
+const SILENT: Duration = Duration::from_secs(15);
+/// So is one that takes nothing for so long.
+pub const SLOW: Duration = Duration::from_secs(10);
+
+const ENDED: (u16, &str) = (4401, "session ended");
+
+pub struct Writer {
+    pub hub: Hub,
+    pub caller: Caller,
+    pub sink: SplitSink<WebSocket, Message>,
+    pub seen: Seen,
+    pub audience: Audience,
+    /// What the client begins to look at.
+    pub turning: watch::Receiver<Audience>,
+}
+
+impl Writer {
+    pub async fn run(
+        &mut self,
+        key: &mut SeatKey,
+        mut answers: mpsc::Receiver<Value>,
+        heard: &AtomicBool,
+    ) -> Close {
+        let mut changes = self.hub.changes.join(&self.audience);
+        match self.begin(key).await {
+            Ok(()) => {}
+            Err(close) => return close,
+        }
+        let mut ending = self.hub.ending.subscribe();
+        let mut sessions = self.hub.sessions.subscribe();
+        let mut pings = interval(PING);
+        let mut silent_since = Instant::now();
+        loop {
+            let sent = tokio::select! {
+                Some(answer) = answers.recv() => self.send(&answer).await,
+                Some(event) = key.events.recv() => self.event(key, event).await,
+                () = async { _ = ending.wait_for(|ending| *ending).await } => {
+                    return Some((1001, "the hub ends"));
+                }
+                _ = pings.tick() => {
+                    if heard.swap(false, Ordering::Relaxed) {
+                        silent_since = Instant::now();
+                    } else if silent_since.elapsed() >= SILENT {
+                        return Some((4408, "silent"));
+                    }
+                    if !self.is_valid() {
+                        return Some(ENDED);
+                    }
+                    self.put(Message::Ping(Vec::new().into())).await
+                }
+                Ok(()) = sessions.changed() => match self.is_valid() {
+                    true => Ok(()),
+                    false => return Some(ENDED),
+                },
+                Ok(()) = self.turning.changed() => {
+                    self.audience = self.turning.borrow_and_update().clone();
+                    changes = self.hub.changes.join(&self.audience);
+                    let (seen, text) = broadcast::turned(&self.hub, self.seen, &self.audience);
+                    self.seen = seen;
+                    self.put(Message::Text(text)).await
+                }
+                Ok(()) = changes.changed() => {
+                    let shared = changes.borrow_and_update().clone();
+                    self.publish(&shared).await
+                }
+            };
+            if let Err(close) = sent {
+                return close;
+            }
+        }
+    }
+
+    fn is_valid(&self) -> bool {
+        self.hub.access.is_valid(self.hub.clock.steady_ms(), &self.caller.principal)
+    }
+
+    async fn begin(&mut self, key: &SeatKey) -> Result<(), Close> {
+        let principal = &self.caller.principal;
+        let watchdog_ms = u64::try_from(WATCHDOG.as_millis()).unwrap_or(300);
+        let hello = json!({
+            "type": "hello", "now_ms": self.hub.clock.now_ms(), "seat": key.seat,
+            "resume": key.resume, "user": principal.user, "role": principal.role,
+            "kind": principal.kind, "hub": self.hub.about(),
+            "jog": { "beat_ms": BEAT_MS, "watchdog_ms": watchdog_ms },
+        });
+        self.send(&hello).await?;
+        let (seen, text) = broadcast::state(&self.hub);
+        self.seen = seen;
+        self.put(Message::Text(text)).await
+    }
+
+    async fn event(&mut self, key: &SeatKey, event: Utf8Bytes) -> Result<(), Close> {
+        let missed = key.missed.swap(0, Ordering::Relaxed);
+        if missed > 0 {
+            self.send(&json!({ "type": "missed", "count": missed })).await?;
+        }
+        self.put(Message::Text(event)).await
+    }
+
+    /// Who has kept up is sent what all are sent; who has not, what is new to them alone.
+    async fn publish(&mut self, shared: &Shared) -> Result<(), Close> {
+        if self.seen.version > shared.to.version {
+            return Ok(());
+        }
+        let kept_up =
+            self.seen.version == shared.from.version && self.seen.news >= shared.from.news;
+        let text = match &shared.text {
+            Some(text) if kept_up => {
+                let news = self.seen.news.max(shared.to.news);
+                self.seen = Seen { version: shared.to.version, news };
+                text.clone()
+            }
+            _ if self.seen.version == shared.to.version => return Ok(()),
+            _ => {
+                let (seen, text) = broadcast::missed(&self.hub, self.seen, &self.audience);
+                self.seen = seen;
+                text
+            }
+        };
+        if text.is_empty() {
+            return Ok(());
+        }
+        self.put(Message::Text(text)).await
+    }
+
+    async fn send(&mut self, message: &Value) -> Result<(), Close> {
+        self.put(Message::Text(message.to_string().into())).await
+    }
+
+    async fn put(&mut self, message: Message) -> Result<(), Close> {
+        let counts = &self.hub.counts;
+        counts.messages.fetch_add(1, Ordering::Relaxed);
+        let bytes = match &message {
+            Message::Text(text) => text.len(),
+            _ => 0,
+        };
+        let bytes = u64::try_from(bytes).unwrap_or(0);
+        counts.message_bytes.fetch_add(bytes, Ordering::Relaxed);
+        match timeout(SLOW, self.sink.send(message)).await {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(_)) => Err(None),
+            Err(_) => Err(Some((4409, "too slow"))),
+        }
+    }
+}

@@ -1,0 +1,411 @@
+//! What ties the files of the state together, so that a file that is missing, foreign, cut or older
+//! than the others shows at the start.
+//!
+//! Each database holds the id of the site. `hub.db` and `site.json` hold the head of the audit log as
+//! it was noted last; `audit.db` and `site.json` how often users and tokens were changed. Whoever
+//! replaces all files together by an older copy of all is not noticed here: the head of the audit
+//! log is in the program's own log for that.
+
+use std::io::Write;
+use std::path::Path;
+
+use rusqlite::{Connection, OptionalExtension, params};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::audit::head;
+use super::db::{StoreError, open, private, said_corrupt};
+use crate::text::{Both, both};
+
+/// The table of the mark, in each database.
+pub const TABLE: &str = "
+CREATE TABLE IF NOT EXISTS site (
+  one INTEGER PRIMARY KEY CHECK (one = 1), id TEXT NOT NULL, users INTEGER NOT NULL DEFAULT 0,
+  set_up INTEGER NOT NULL DEFAULT 0, audit_n INTEGER NOT NULL DEFAULT 0,
+  audit_hash TEXT NOT NULL DEFAULT ''
+) STRICT;";
+
+/// The file beside the databases.
+const MANIFEST: &str = "site.json";
+
+/// A file of the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum StateFile {
+    /// Users, sessions, tokens.
+    Hub,
+    /// The audit log.
+    Audit,
+    /// Events and alarms.
+    Events,
+    /// The history.
+    History,
+    /// The mark beside the databases.
+    Site,
+}
+
+/// What is wrong with a file of the state.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum Fault {
+    /// It is not there, or empty.
+    Missing,
+    /// It belongs to another site, or to none.
+    Foreign,
+    /// It ends before what was noted of it: it was cut, or is an older copy.
+    Older {
+        /// Entries, or changes of users and tokens, that were noted.
+        noted: u64,
+        /// Those that are there.
+        found: u64,
+    },
+    /// This entry is not the one that was noted.
+    Changed {
+        /// Its number.
+        n: u64,
+    },
+    /// There were users, and there is none.
+    Emptied,
+}
+
+/// A file of the state that is not as the others say.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct Loss {
+    /// Which.
+    pub file: StateFile,
+    /// What is wrong with it.
+    #[serde(flatten)]
+    pub fault: Fault,
+}
+
+/// How often users and tokens were changed, and whether there ever was a user.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Users {
+    /// Changes of users and tokens.
+    pub changes: u64,
+    /// A user was made.
+    pub set_up: bool,
+}
+
+/// An entry of the audit log.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Head {
+    /// Its number; 0: there is none.
+    pub n: u64,
+    /// Its hash.
+    pub hash: String,
+}
+
+/// What a file says of the site.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mark {
+    /// The id of the site.
+    pub site: String,
+    /// Users and tokens.
+    pub users: Users,
+    /// The end of the audit log.
+    pub audit: Head,
+}
+
+/// `site.json`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+struct Manifest {
+    version: u32,
+    /// `false`: the files are being marked for the first time.
+    complete: bool,
+    /// `history.db` is one of the files.
+    history: bool,
+    #[serde(flatten)]
+    mark: Mark,
+}
+
+impl StateFile {
+    /// Every file.
+    pub const ALL: [Self; 5] = [Self::Hub, Self::Audit, Self::Events, Self::History, Self::Site];
+
+    /// As it is written on the command line.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Hub => "hub",
+            Self::Audit => "audit",
+            Self::Events => "events",
+            Self::History => "history",
+            Self::Site => "site",
+        }
+    }
+
+    /// Its name in the folder.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hub => "hub.db",
+            Self::Audit => "audit.db",
+            Self::Events => "events.db",
+            Self::History => "history.db",
+            Self::Site => MANIFEST,
+        }
+    }
+
+    /// The hub does not start without it; the others can be replaced by empty ones.
+    const fn is_needed(self) -> bool {
+        matches!(self, Self::Hub | Self::Audit)
+    }
+}
+
+impl Loss {
+    /// The hub does not start unless this is accepted.
+    pub const fn is_grave(&self) -> bool {
+        self.file.is_needed()
+    }
+
+    /// In words.
+    pub fn both(&self) -> Both {
+        let name = self.file.name();
+        match &self.fault {
+            Fault::Missing => both(
+                format!("{name} is missing or empty, the other files of the state are not."),
+                format!("{name} отсутствует или пуст, остальные файлы состояния на месте."),
+            ),
+            Fault::Foreign => both(
+                format!("{name} does not belong to this site: it is from another folder or copy."),
+                format!("{name} не от этого объекта: он из другой папки или копии."),
+            ),
+            Fault::Older { noted, found } => both(
+                format!(
+                    "{name} was cut or is an older copy: {found} instead of at least {noted} entries."
+                ),
+                format!(
+                    "{name} укорочен или это старая копия: записей {found}, должно быть не менее {noted}."
+                ),
+            ),
+            Fault::Changed { n } => both(
+                format!("{name} was changed: entry {n} is not the one that was noted."),
+                format!("{name} изменён: запись {n} не та, что была отмечена."),
+            ),
+            Fault::Emptied => both(
+                format!("{name} has no user, although there were users."),
+                format!("{name} без пользователей, хотя они были."),
+            ),
+        }
+    }
+}
+
+/// A database that is there.
+struct Found {
+    connection: Connection,
+    mark: Option<Mark>,
+}
+
+/// Looks at the files before anything is opened. The id of the site, and what is wrong.
+pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss>), StoreError> {
+    let manifest = manifest(folder);
+    let mut files = Vec::new();
+    for file in [StateFile::Hub, StateFile::Audit, StateFile::Events, StateFile::History] {
+        if file != StateFile::History || history {
+            files.push((file, look(folder, file)?));
+        }
+    }
+    let marks = files.iter().filter_map(|(_, found)| found.as_ref()?.mark.as_ref());
+    let first = manifest.as_ref().map(|it| &it.mark).or_else(|| marks.clone().next());
+    let site = first.map(|mark| mark.site.clone());
+    if manifest.as_ref().is_some_and(|it| !it.complete)
+        || files.iter().all(|(_, it)| it.is_none()) && site.is_none()
+    {
+        return Ok((site, Vec::new()));
+    }
+    let mut losses = Vec::new();
+    let mut say = |file, fault| losses.push(Loss { file, fault });
+    if manifest.is_none() && site.is_some() {
+        say(StateFile::Site, Fault::Missing);
+    }
+    let used = |file| file != StateFile::History || manifest.as_ref().is_some_and(|it| it.history);
+    for (file, found) in &files {
+        match found {
+            None if used(*file) => say(*file, Fault::Missing),
+            Some(it) if site.is_some() && it.mark.as_ref().map(|it| &it.site) != site.as_ref() => {
+                say(*file, Fault::Foreign);
+            }
+            _ => {}
+        }
+    }
+    let ours = |file| {
+        let (_, found) = files.iter().find(|(it, _)| *it == file)?;
+        found.as_ref().filter(|it| it.mark.as_ref().map(|it| &it.site) == site.as_ref())
+    };
+    let (hub, audit) = (ours(StateFile::Hub), ours(StateFile::Audit));
+    let mark = |found: Option<&Found>| found.and_then(|it| it.mark.clone());
+    let beside = manifest.map(|it| it.mark);
+    if let Some(audit) = audit
+        && let Some(noted) = [mark(hub), beside.clone()]
+            .into_iter()
+            .flatten()
+            .map(|it| it.audit)
+            .max_by_key(|it| it.n)
+        && let Some(fault) = check_audit(&audit.connection, &noted)?
+    {
+        say(StateFile::Audit, fault);
+    }
+    if let Some(hub) = hub {
+        let noted: Vec<Users> =
+            [mark(audit), beside].into_iter().flatten().map(|it| it.users).collect();
+        let own = hub.mark.as_ref().map(|it| it.users).unwrap_or_default();
+        if let Some(fault) = check_users(&hub.connection, own, &noted)? {
+            say(StateFile::Hub, fault);
+        }
+    }
+    Ok((site, losses))
+}
+
+/// Gives every file the id of the site, and notes how the others are now. What `hub.db` had noted of
+/// the end of the audit log, as far as that is there.
+pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError> {
+    let mut manifest = Manifest { version: 1, history, ..Manifest::default() };
+    manifest.mark.site = site.to_owned();
+    write(folder, &manifest)?;
+    let (hub, audit) =
+        (open_marked(folder, StateFile::Hub, site)?, open_marked(folder, StateFile::Audit, site)?);
+    open_marked(folder, StateFile::Events, site)?;
+    if history {
+        open_marked(folder, StateFile::History, site)?;
+    }
+    hub.execute("UPDATE site SET set_up = EXISTS (SELECT 1 FROM user)", [])?;
+    let mut before = noted_head(&hub)?;
+    if check_audit(&audit, &before)?.is_some() {
+        before = Head::default();
+    }
+    let (n, hash) = head(&audit)?;
+    manifest.mark = Mark { site: site.into(), users: users(&hub)?, audit: Head { n, hash } };
+    note_audit(&hub, &manifest.mark.audit)?;
+    note_users(&audit, manifest.mark.users)?;
+    manifest.complete = true;
+    write(folder, &manifest)?;
+    Ok(before)
+}
+
+/// Writes `site.json`.
+pub fn note(folder: &Path, mark: &Mark, history: bool) -> Result<(), StoreError> {
+    write(folder, &Manifest { version: 1, complete: true, history, mark: mark.clone() })
+}
+
+/// Notes in `hub.db` where the audit log ends.
+pub fn note_audit(hub: &Connection, head: &Head) -> Result<(), rusqlite::Error> {
+    let n = i64::try_from(head.n).unwrap_or(i64::MAX);
+    hub.execute("UPDATE site SET audit_n = ?1, audit_hash = ?2", params![n, head.hash]).map(drop)
+}
+
+/// Notes in `audit.db` how often users and tokens were changed.
+pub fn note_users(audit: &Connection, users: Users) -> Result<(), rusqlite::Error> {
+    let changes = i64::try_from(users.changes).unwrap_or(i64::MAX);
+    let row = params![changes, users.set_up];
+    audit.execute("UPDATE site SET users = ?1, set_up = ?2", row).map(drop)
+}
+
+/// How often users and tokens were changed, as `hub.db` counts it.
+pub fn users(hub: &Connection) -> Result<Users, rusqlite::Error> {
+    Ok(read(hub)?.map(|it| it.users).unwrap_or_default())
+}
+
+/// The end of the audit log as a database has it noted.
+fn noted_head(hub: &Connection) -> Result<Head, rusqlite::Error> {
+    Ok(read(hub)?.map(|it| it.audit).unwrap_or_default())
+}
+
+fn check_audit(audit: &Connection, noted: &Head) -> Result<Option<Fault>, rusqlite::Error> {
+    if noted.n == 0 {
+        return Ok(None);
+    }
+    let n = i64::try_from(noted.n).unwrap_or(i64::MAX);
+    let hash: Option<String> =
+        audit.query_row("SELECT hash FROM audit WHERE n = ?1", [n], |row| row.get(0)).optional()?;
+    Ok(match hash {
+        Some(hash) if hash == noted.hash => None,
+        Some(_) => Some(Fault::Changed { n: noted.n }),
+        None => Some(Fault::Older { noted: noted.n, found: head(audit)?.0 }),
+    })
+}
+
+fn check_users(
+    hub: &Connection,
+    own: Users,
+    noted: &[Users],
+) -> Result<Option<Fault>, rusqlite::Error> {
+    let most = noted.iter().map(|it| it.changes).max().unwrap_or(0);
+    let count: i64 = hub.query_row("SELECT COUNT(*) FROM user", [], |row| row.get(0))?;
+    let set_up = own.set_up || noted.iter().any(|it| it.set_up);
+    Ok(match () {
+        () if own.changes < most => Some(Fault::Older { noted: most, found: own.changes }),
+        () if set_up && count == 0 => Some(Fault::Emptied),
+        () => None,
+    })
+}
+
+/// A database, if there is one with something in it.
+fn look(folder: &Path, file: StateFile) -> Result<Option<Found>, StoreError> {
+    let path = folder.join(file.name());
+    if std::fs::metadata(&path).map_or(true, |it| it.len() == 0) {
+        return Ok(None);
+    }
+    let read = || -> Result<Option<Found>, rusqlite::Error> {
+        let connection = Connection::open(&path)?;
+        connection.busy_timeout(std::time::Duration::from_secs(5))?;
+        if file == StateFile::Hub {
+            // It is small, and half of it would be as good as another one.
+            connection.query_row("PRAGMA quick_check(1)", [], |row| {
+                match row.get::<_, String>(0)? {
+                    it if it == "ok" => Ok(()),
+                    it => Err(said_corrupt(&it)),
+                }
+            })?;
+        }
+        let tables = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table'";
+        if connection.query_row(tables, [], |row| row.get::<_, i64>(0))? == 0 {
+            return Ok(None);
+        }
+        let mark = read(&connection)?;
+        Ok(Some(Found { connection, mark }))
+    };
+    match read() {
+        // It is put aside where it is opened.
+        Err(error) if !file.is_needed() && super::db::is_corrupt(&error) => Ok(None),
+        read => read.map_err(|error| StoreError::File(path.clone(), error)),
+    }
+}
+
+fn read(db: &Connection) -> Result<Option<Mark>, rusqlite::Error> {
+    let table = "SELECT COUNT(*) FROM sqlite_master WHERE name = 'site'";
+    if db.query_row(table, [], |row| row.get::<_, i64>(0))? == 0 {
+        return Ok(None);
+    }
+    let query = "SELECT id, users, set_up, audit_n, audit_hash FROM site";
+    db.query_row(query, [], |row| {
+        let number = |index| row.get(index).map(|it: i64| u64::try_from(it).unwrap_or(0));
+        Ok(Mark {
+            site: row.get(0)?,
+            users: Users { changes: number(1)?, set_up: row.get(2)? },
+            audit: Head { n: number(3)?, hash: row.get(4)? },
+        })
+    })
+    .optional()
+}
+
+fn open_marked(folder: &Path, file: StateFile, site: &str) -> Result<Connection, StoreError> {
+    let db = open(Some(folder), file.name(), "")?;
+    let row = "INSERT INTO site (one, id) VALUES (1, ?1)
+               ON CONFLICT (one) DO UPDATE SET id = excluded.id";
+    db.execute(row, [site])?;
+    Ok(db)
+}
+
+fn manifest(folder: &Path) -> Option<Manifest> {
+    let text = std::fs::read_to_string(folder.join(MANIFEST)).ok()?;
+    serde_json::from_str(&text).ok()
+}
+
+/// Whole or not at all.
+fn write(folder: &Path, manifest: &Manifest) -> Result<(), StoreError> {
+    let (new, path) = (folder.join("site.json.new"), folder.join(MANIFEST));
+    private(&new)?;
+    let mut file = std::fs::File::create(&new)?;
+    file.write_all(serde_json::to_string_pretty(manifest).unwrap_or_default().as_bytes())?;
+    file.sync_all()?;
+    Ok(std::fs::rename(new, path)?)
+}

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use lafet_client::blocking::Direct;
 use lafet_client::{Client, Endpoint};
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
@@ -29,6 +30,7 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
                 clock.exchanged(1);
             }
         }
+        "lafet-blocking" => return ask_blocking(port, clock).await,
         "tokio-modbus" => {
             let address = format!("127.0.0.1:{port}").parse().map_err(|e| format!("{e}"))?;
             let connecting = tokio_modbus::client::tcp::connect(address).await;
@@ -48,6 +50,23 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
     }
     println!("{}", clock.figures());
     Ok(())
+}
+
+/// The client that waits in its caller's thread, which is one of its own here.
+async fn ask_blocking(port: &str, mut clock: Clock) -> Outcome {
+    let endpoint: Endpoint =
+        format!("tcp://127.0.0.1:{port}").parse().map_err(|e| format!("{e}"))?;
+    let asking = move || {
+        let mut client = Direct::connect(&endpoint).map_err(|e| e.to_string())?;
+        let request = Request::new(SubsystemId::VERTICAL, Body::GetStatus);
+        while clock.goes_on() {
+            client.request(&request).map_err(|e| e.to_string())?;
+            clock.exchanged(1);
+        }
+        println!("{}", clock.figures());
+        Ok(())
+    };
+    tokio::task::spawn_blocking(asking).await.map_err(|e| e.to_string())?
 }
 
 /// What a server may take longer than it is asked.

@@ -13,7 +13,9 @@ use serde_json::Value;
 use crate::run::{cargo, output, root, show, target as target_directory};
 use crate::{TaskResult, flag, setup};
 
-const SOURCE: &str = "crates/device/src/";
+/// What is measured, and what comes before the name of a file in the table.
+const SOURCES: [(&str, &str); 2] =
+    [("crates/device/src/", ""), ("crates/ballistics/src/", "ballistics/")];
 /// The last filter and the chain of handlers: everything in them must be reached.
 const WHOLE: [&str; 2] = ["guard.rs", "chain.rs"];
 /// Files of tests beside the code.
@@ -105,7 +107,8 @@ struct Test {
 
 /// Builds the tests with counters.
 fn build(target: &Path) -> Result<Vec<Test>, String> {
-    let mut build = cargo(&["test", "-p", "lafet-device", "--no-run", "--message-format=json"]);
+    let mut build = cargo(&["test", "--no-run", "--message-format=json"]);
+    build.args(["-p", "lafet-device", "-p", "lafet-ballistics"]);
     build.env("CARGO_TARGET_DIR", target);
     // Branches are counted by compilers that know unstable options.
     build.env("RUSTC_BOOTSTRAP", "1");
@@ -154,10 +157,13 @@ fn measured(lcov: &str) -> Vec<File> {
     for line in lcov.lines() {
         let Some((kind, rest)) = line.split_once(':') else { continue };
         if kind == "SF" {
-            let name = rest.split_once(SOURCE).map(|(_, name)| name);
+            let of = |(source, prefix): (&str, &str)| {
+                rest.split_once(source).map(|(_, name)| format!("{prefix}{name}"))
+            };
+            let name = SOURCES.into_iter().find_map(of);
             let name = name.filter(|name| !TESTS.iter().any(|test| name.ends_with(test)));
             wanted = name.is_some();
-            files.extend(name.map(|name| File { name: name.into(), ..File::default() }));
+            files.extend(name.map(|name| File { name, ..File::default() }));
         }
         let Some(file) = files.last_mut().filter(|_| wanted) else { continue };
         let mut fields = rest.split(',');

@@ -1,4 +1,5 @@
-//! `cargo xtask late`: the client against late, lost and doubled answers, for as long as is wanted.
+//! `cargo xtask late`: the client against late, lost and doubled answers, for as long as is wanted;
+//! within a session, or with a session for each operation.
 
 use std::process::ExitCode;
 
@@ -9,8 +10,16 @@ use crate::run;
 const DEFAULT: u32 = 10_000_000;
 const TEST: &str = "session::tests::no_late_answer_is_believed_in_a_long_run";
 
+/// Processes on each way, without another argument.
+const PROCESSES: u32 = 300_000;
+
 pub fn late(arguments: &[String]) -> TaskResult {
-    let exchanges = exchanges(arguments)?;
+    if let Some((word, rest)) = arguments.split_first()
+        && word == "--processes"
+    {
+        return processes(rest);
+    }
+    let exchanges = exchanges(arguments, DEFAULT)?;
     let mut command = run::cargo(&[
         "test",
         "--release",
@@ -27,12 +36,29 @@ pub fn late(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-fn exchanges(arguments: &[String]) -> Result<u32, String> {
+fn processes(arguments: &[String]) -> TaskResult {
+    let processes = exchanges(arguments, PROCESSES)?;
+    let mut command = run::cargo(&[
+        "test",
+        "--release",
+        "-p",
+        "lafet-client",
+        "--test",
+        "processes",
+        "--",
+        "--nocapture",
+        "--test-threads=1",
+    ]);
+    run::show(command.env("LAFET_PROCESSES", processes.to_string()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn exchanges(arguments: &[String], default: u32) -> Result<u32, String> {
     match arguments {
-        [] => Ok(DEFAULT),
+        [] => Ok(default),
         [count] => match count.replace('_', "").parse() {
             Ok(count @ 1..) => Ok(count),
-            _ => Err(format!("`{count}` is no number of exchanges, like {DEFAULT}")),
+            _ => Err(format!("`{count}` is no number of exchanges, like {default}")),
         },
         [_, more, ..] => Err(format!("unexpected argument `{more}`: one number at most")),
     }
@@ -45,7 +71,8 @@ mod tests {
     #[test]
     fn a_number_or_none() {
         let of = |words: &[&str]| {
-            exchanges(&words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>())
+            let words: Vec<_> = words.iter().map(|word| (*word).to_owned()).collect();
+            exchanges(&words, DEFAULT)
         };
         assert_eq!(of(&[]), Ok(DEFAULT));
         assert_eq!(of(&["1_000_000"]), Ok(1_000_000));

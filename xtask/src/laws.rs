@@ -1,12 +1,13 @@
 //! The laws that a file's text can show.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use crate::run;
 use crate::source::{self, File};
 
 /// Crates that run inside the monitor: no_std, no unsafe, no panicking path.
-const CORE: [&str; 2] = ["proto", "device"];
+const CORE: [&str; 3] = ["ballistics", "proto", "device"];
 /// The files that hold the protocol's numbers.
 const IDS: [&str; 2] = ["crates/proto/src/id.rs", "crates/proto/src/bus.rs"];
 /// Bytes of the document that a tester asks with: those numbers must not come from proto.
@@ -53,7 +54,37 @@ pub fn broken() -> Result<Vec<String>, String> {
         }
     }
     problems.extend(hardware_writes(&files));
+    let mut page = Vec::new();
+    texts(&run::root().join("console/src"), &mut page)?;
+    problems.extend(page.iter().flat_map(|(path, text)| flights(path, text)));
     Ok(problems)
+}
+
+/// Files of TypeScript in a folder, with their texts.
+fn texts(folder: &Path, all: &mut Vec<(String, String)>) -> Result<(), String> {
+    let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    for path in entries.flatten().map(|entry| entry.path()) {
+        if path.is_dir() {
+            texts(&path, all)?;
+        } else if path.extension().is_some_and(|it| it == "ts") {
+            let text = std::fs::read_to_string(&path).map_err(|e| e.to_string())?;
+            all.push((path.strip_prefix(run::root()).unwrap_or(&path).display().to_string(), text));
+        }
+    }
+    Ok(())
+}
+
+/// The flight of a jet is computed in one place, `crates/ballistics`, which the page asks for.
+fn flights(path: &str, text: &str) -> Vec<String> {
+    let falls = |line: &str| {
+        let line = line.to_lowercase();
+        line.contains("gravity") || line.contains("9.80") || line.contains("9.81")
+    };
+    let lines = text.lines().enumerate().filter(|(_, line)| falls(line));
+    let say = |number: usize| {
+        format!("{path}:{number}: the page computes no flight; it asks the hub (/api/jets)")
+    };
+    lines.map(|(index, _)| say(index + 1)).collect()
 }
 
 fn is_core(file: &File) -> bool {
@@ -191,6 +222,14 @@ mod tests {
     const HEAD: &str = "#![no_std]\n#![forbid(unsafe_code)]\n#![cfg_attr(\n    not(test),\n    \
         deny(\n        clippy::unwrap_used,\n        clippy::expect_used,\n        clippy::panic,\n\
         clippy::indexing_slicing,\n        clippy::unreachable,\n        clippy::todo\n    )\n)]\n";
+
+    #[test]
+    fn the_page_has_no_law_of_flight() {
+        let text = "const G = 9.81;\nconst rising = 9.7;\n// GRAVITY\n";
+        let problems = flights("console/src/a.ts", text);
+        assert_eq!(problems.len(), 2, "{problems:?}");
+        assert!(problems[0].starts_with("console/src/a.ts:1: "));
+    }
 
     #[test]
     fn the_head_of_a_core_crate_is_complete() {

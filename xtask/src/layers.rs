@@ -9,16 +9,17 @@ use crate::{TaskResult, flag, laws, run};
 /// the program (cli) and in tests: the wire is their only contract.
 const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-proto", &[]),
-    ("lafet-device", &["lafet-proto"]),
+    ("lafet-ballistics", &[]),
+    ("lafet-device", &["lafet-ballistics", "lafet-proto"]),
     ("lafet-plant", &["lafet-device", "lafet-proto"]),
-    ("lafet-sim", &["lafet-device", "lafet-plant", "lafet-proto"]),
+    ("lafet-sim", &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto"]),
     ("lafet-fuzz", &["lafet-device", "lafet-proto"]),
     ("lafet-model", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),
     ("lafet-capture", &["lafet-proto"]),
     // Its tests stand on a wire of their own, for the tester trusts no other.
     ("lafet-conform", &["lafet-client", "lafet-proto"]),
-    ("lafet-hub", &["lafet-capture", "lafet-client", "lafet-proto"]),
+    ("lafet-hub", &["lafet-ballistics", "lafet-capture", "lafet-client", "lafet-proto"]),
     (
         "lafet",
         &[

@@ -126,10 +126,11 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "late",
-        arguments: "[EXCHANGES]",
+        arguments: "[EXCHANGES] | --processes [PROCESSES]",
         about: "the client against late and doubled answers, 10 million times: none is believed",
         details: "Seconds of virtual time in which answers are lost, come up to 30 s late, or \
-                  twice. The figure of a run stands in docs/client.md.",
+                  twice. --processes: a session for each operation, on a way that keeps what the one \
+                  before it has sent and not heard. The figures of a run are in docs/client.md.",
         run: late::late,
     },
     Task {

@@ -7,7 +7,8 @@ use crate::run::{StepResult, cargo, output, root, show};
 use crate::{TaskResult, flag, setup};
 
 pub const TARGET: &str = "thumbv7m-none-eabi";
-const CRATES: [&str; 4] = ["--package", "lafet-proto", "--package", "lafet-device"];
+const CRATES: [&str; 6] =
+    ["--package", "lafet-ballistics", "--package", "lafet-proto", "--package", "lafet-device"];
 
 /// Debian's Rust, which brings the sources of `core`, and a linker, which it does not bring.
 const DEBIAN_PACKAGES: [&str; 4] =

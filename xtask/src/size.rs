@@ -35,7 +35,7 @@ const LIMITS: [Limit; 5] = [
         board: "stm32f103",
         of: Of::Flash(&[]),
         goal: Some(48 * 1024),
-        limit: 48 * 1024,
+        limit: 50 * 1024,
     },
     Limit {
         what: "whole monitor, RAM with the stack at most",
@@ -56,7 +56,7 @@ const LIMITS: [Limit; 5] = [
         board: firmware::EMULATED,
         of: Of::Flash(&[]),
         goal: None,
-        limit: 51_700,
+        limit: 52_500,
     },
     Limit {
         what: "with the emulator's plant and semihosting, RAM with the stack at most",
@@ -68,8 +68,9 @@ const LIMITS: [Limit; 5] = [
 ];
 
 /// Crates as their symbols name them; what belongs to none is constants and what the linker adds.
-const CRATES: [(&str, &str); 7] = [
+const CRATES: [(&str, &str); 8] = [
     ("lafet_firmware", "the board: `firmware`"),
+    ("lafet_ballistics", "`lafet-ballistics`"),
     ("lafet_device", "`lafet-device`"),
     ("lafet_proto", "`lafet-proto`"),
     ("lafet_plant", "`lafet-plant`: the emulator's plant"),

@@ -32,9 +32,11 @@ pub struct Mutant {
 }
 
 impl Mutant {
-    /// Its file, seen from the source of the device.
+    /// Its file, seen from the source of the device; of another crate from `crates`.
     pub fn short_file(&self) -> &str {
-        self.file.strip_prefix(super::tree::SOURCE).unwrap_or(&self.file)
+        let file = self.file.as_str();
+        let short = file.strip_prefix("crates/device/src/").or(file.strip_prefix("crates/"));
+        short.unwrap_or(file)
     }
 
     /// Names it without its place, which changes with every line above it.
@@ -43,12 +45,12 @@ impl Mutant {
     }
 }
 
-/// All mutants of lafet-device; installs cargo-mutants when it is missing.
+/// All mutants of the device and its ballistics; installs cargo-mutants when it is missing.
 pub fn mutants() -> Result<Vec<Mutant>, String> {
     if output(&mut cargo(&["mutants", "--version"])).is_err() {
         show(&mut cargo(&["install", "--locked", "cargo-mutants"]))?;
     }
-    let json = output(&mut cargo(&["mutants", "--list", "--json", "-p", "lafet-device"]))?;
+    let json = output(cargo(&["mutants", "--list", "--json"]).args(super::tree::packages()))?;
     let json: Value = serde_json::from_str(&json).map_err(|e| e.to_string())?;
     json.as_array().into_iter().flatten().map(mutant).collect()
 }

@@ -132,9 +132,8 @@ fn options(arguments: &[String]) -> Result<Options, String> {
 /// By number, which stays the same whatever part of them is tried.
 fn mutants_of(areas: &[String]) -> Result<BTreeMap<usize, Mutant>, String> {
     let all: BTreeMap<usize, Mutant> = list::mutants()?.into_iter().enumerate().collect();
-    let is_of = |mutant: &Mutant, area: &str| {
-        area == DEVICE || mutant.file == format!("{}{area}.rs", tree::SOURCE)
-    };
+    let is_of =
+        |mutant: &Mutant, area: &str| area == DEVICE || mutant.short_file() == format!("{area}.rs");
     for area in areas {
         if !all.values().any(|mutant| is_of(mutant, area)) {
             return Err(format!("no mutants in {area}: guard, chain, device or a file of it"));

@@ -10,12 +10,20 @@ use super::list::Mutant;
 use super::weave::{self, Woven};
 use crate::run::{cargo, read, root, target};
 
-pub const SOURCE: &str = "crates/device/src/";
+/// The crates whose mutants are tried, and where they are.
+pub const SOURCES: [(&str, &str); 2] =
+    [("lafet-device", "crates/device/src/"), ("lafet-ballistics", "crates/ballistics/src/")];
 /// Tests that ask the device for most of what it can.
 pub const FEW: [&str; 7] = ["--lib", "--test", "requests", "--test", "general", "--test", "guard"];
 /// What the copy consists of.
-const PARTS: [&str; 5] =
-    ["Cargo.lock", "rust-toolchain.toml", "crates/proto", "crates/device", "clippy.toml"];
+const PARTS: [&str; 6] = [
+    "Cargo.lock",
+    "rust-toolchain.toml",
+    "crates/proto",
+    "crates/ballistics",
+    "crates/device",
+    "clippy.toml",
+];
 /// The switch of the woven mutants.
 const SWITCH: &str = r#"
 /// Whether this mutant is on.
@@ -26,6 +34,8 @@ pub fn woven(id: usize) -> bool {
     *ON.get_or_init(on) == id
 }
 "#;
+/// `std` for the switch; as long as what it replaces, so that places in the file stay the same.
+const UNCONDITIONAL: &str = "            \nextern crate std;";
 /// More rounds than any source needs.
 const ROUNDS_MAX: usize = 40;
 
@@ -51,7 +61,7 @@ impl Tree {
         if !manifest.contains(members) {
             return Err(format!("Cargo.toml: expected {members}"));
         }
-        let few = r#"members = ["crates/proto", "crates/device"]"#;
+        let few = r#"members = ["crates/proto", "crates/ballistics", "crates/device"]"#;
         write(&tree.path.join("Cargo.toml"), &manifest.replace(members, few))?;
         Ok(tree)
     }
@@ -91,17 +101,23 @@ impl Tree {
     }
 
     fn add_switch(&self) -> Result<(), String> {
-        let path = self.path.join(SOURCE).join("lib.rs");
-        let text = read(&format!("{SOURCE}lib.rs"))?;
-        let text = text.replace("#[cfg(test)]\nextern crate std;", "extern crate std;");
-        write(&path, &format!("{text}{SWITCH}"))
+        for (_, source) in SOURCES {
+            // What has been woven into it already stays.
+            let path = self.path.join(source).join("lib.rs");
+            let text = std::fs::read_to_string(&path).map_err(|e| e.to_string())?;
+            let text = text.replace("#[cfg(test)]\nextern crate std;", UNCONDITIONAL);
+            if !text.contains(SWITCH) {
+                write(&path, &format!("{text}{SWITCH}"))?;
+            }
+        }
+        Ok(())
     }
 
     /// What the compiler has against the tests; some it says only when it makes code.
     fn errors(&self) -> Result<Vec<CompileError>, String> {
         for how in [["check", "--tests"], ["test", "--no-run"]] {
             let mut command = self.cargo(&how);
-            command.args(["-q", "--offline", "-p", "lafet-device", "--message-format=json"]);
+            command.args(["-q", "--offline", "--message-format=json"]).args(packages());
             let output = command.output().map_err(|e| e.to_string())?;
             let stdout = String::from_utf8_lossy(&output.stdout);
             let messages = stdout.lines().filter_map(|line| serde_json::from_str(line).ok());
@@ -122,9 +138,9 @@ impl Tree {
     }
 
     fn build(&self, tests: &[&str]) -> Result<Option<Vec<Test>>, String> {
-        let arguments =
-            ["test", "-q", "--offline", "-p", "lafet-device", "--no-run", "--message-format=json"];
-        let output = self.cargo(&arguments).args(tests).output().map_err(|e| e.to_string())?;
+        let arguments = ["test", "-q", "--offline", "--no-run", "--message-format=json"];
+        let mut command = self.cargo(&arguments);
+        let output = command.args(packages()).args(tests).output().map_err(|e| e.to_string())?;
         if !output.status.success() {
             return Ok(None);
         }
@@ -144,7 +160,9 @@ impl Tree {
         mutant: &Mutant,
         tests: &[&str],
     ) -> Result<Option<Vec<Test>>, String> {
-        copy(&root().join(SOURCE), &self.path.join(SOURCE))?;
+        for (_, source) in SOURCES {
+            copy(&root().join(source), &self.path.join(source))?;
+        }
         let source = read(&mutant.file)?;
         write(&self.path.join(&mutant.file), &weave::replace(&source, mutant))?;
         self.build(tests)
@@ -155,6 +173,11 @@ impl Tree {
         command.current_dir(&self.path).env("CARGO_TARGET_DIR", self.path.with_file_name("target"));
         command
     }
+}
+
+/// `-p` for each of the crates.
+pub fn packages() -> impl Iterator<Item = &'static str> {
+    SOURCES.into_iter().flat_map(|(package, _)| ["-p", package])
 }
 
 struct CompileError {

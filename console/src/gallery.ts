@@ -1,5 +1,6 @@
 // All parts on one page, with values that move: for looking at them while they are made. Not built
 // into the console. gallery.html?theme=night&lang=ru&only=plan
+import type { Jet } from './hub/jets';
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { loadLang } from './i18n';
 import { planMonitor, type PlanMonitor, type PlanScene, type PlanSite } from './parts/lf-plan';
@@ -34,6 +35,19 @@ const SERIES: PlotSeries[] = [
 
 const parameters = new URLSearchParams(location.search);
 document.documentElement.dataset.theme = parameters.get('theme') ?? 'day';
+
+/** As POST /api/jets answers: 96 × 0.1 atm, 28 mm, 6.2° up, 6 m above the ground. */
+const JET: Jet = {
+  pressure_datm: 96,
+  reach_m: 47.73,
+  flight: {
+    points: [[0.0, 0.0, 0.0], [3.75, 0.37, 0.088], [7.5, 0.66, 0.177], [11.25, 0.86, 0.27], [15.0, 0.98, 0.372], [18.75, 0.99, 0.486], [22.5, 0.84, 0.622], [26.25, 0.48, 0.785], [30.0, -0.2, 0.982], [33.75, -1.33, 1.221], [37.5, -3.15, 1.514], [41.24, -6.0, 1.879]],
+    lands_m: 41.24,
+    core_m: 21.28,
+    speed_mps: 42.78,
+  },
+  fault: null,
+};
 
 class Gallery extends LitElement {
   private at_ms = 0;
@@ -163,6 +177,7 @@ class Gallery extends LitElement {
         limits: parameters.has('narrow') ? narrow : free,
         scene: this.scene,
         hotbeds,
+        jet: JET,
       }),
       planMonitor('M2', SITE, { status: status(-1200, { alarm: ['x'] }), limits: narrow, scene: this.scene }),
       planMonitor('M3', SITE, { status: status(300, { Deployer: ['Wrapped'] }, true), limits: free, scene: this.scene }),

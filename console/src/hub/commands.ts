@@ -12,6 +12,8 @@ export interface Outcome {
   what: string;
   result?: Result;
   error?: HubError;
+  /** Monitors to which it is sent and that have not answered yet. */
+  waiting?: string[];
   /** Of a command to all monitors: who has not carried it out. */
   failed?: { monitor: string; error: HubError }[];
 }
@@ -26,7 +28,7 @@ export interface Options {
 }
 
 export type AuthorityAction = 'take' | 'release' | 'request' | 'grant' | 'deny' | 'force';
-export type Results = Record<string, Result | { error: ApiError }>;
+export type Results = Record<string, Result | { error: ApiError } | { pending: true }>;
 
 /** A Stop that has no answer by then goes the other way as well. */
 const STOP_AGAIN_MS = 400;
@@ -38,6 +40,9 @@ class Commands {
 
   constructor() {
     socket.on('hello', () => this.watch());
+    socket.on('progress', ({ monitor, answered }) => {
+      if (!answered) this.tell({ monitor, what: 'Stop All', waiting: [monitor] });
+    });
     socket.on('frame', (frame) => this.watched.get(frame.monitor)?.forEach((fn) => fn(frame)));
   }
 
@@ -176,7 +181,7 @@ function resultsOf(answer: Answered, monitor?: string): Results {
 }
 
 /** What a result says, or those of several monitors: one that has failed is never passed over. */
-export function outcomeOf(value: unknown): Pick<Outcome, 'result' | 'failed'> {
+export function outcomeOf(value: unknown): Pick<Outcome, 'result' | 'failed' | 'waiting'> {
   if (!value || typeof value !== 'object') return {};
   if ('answers' in value) return { result: value as Result };
   if ('state' in value) return {};
@@ -185,6 +190,8 @@ export function outcomeOf(value: unknown): Pick<Outcome, 'result' | 'failed'> {
     'error' in one ? [{ monitor, error: new HubError(one.error) }] : [],
   );
   if (failed.length > 0) return { failed };
+  const waiting = all.flatMap(([monitor, one]) => ('pending' in one ? [monitor] : []));
+  if (waiting.length > 0) return { waiting };
   return all.length === 1 ? { result: all[0]![1] as Result } : {};
 }
 

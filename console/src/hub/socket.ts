@@ -33,7 +33,27 @@ class Socket {
   private nextId = 1;
   private readonly waiting = new Map<number, Waiting>();
   private readonly listeners = new Map<string, Set<(message: never) => void>>();
+  /** The monitors of which every change is wanted; null: of all. */
+  private looked: string[] | null = null;
   onSessionEnded: () => void = () => {};
+
+  /** Of which monitors every change is shown: of the others the hub sends news once a second. */
+  look(monitors: string[] | null): void {
+    if (this.looked?.join('\n') === monitors?.join('\n')) return;
+    this.looked = monitors;
+    this.subscribe();
+  }
+
+  /** Whether every change of a monitor is heard. */
+  hears(monitor: string): boolean {
+    return this.looked === null || this.looked.includes(monitor);
+  }
+
+  private subscribe(): void {
+    const live = store.liveMonitors();
+    const monitors = this.looked?.filter((id) => live.includes(id));
+    this.send({ type: 'subscribe', ...(monitors && { monitors }) });
+  }
 
   start(): void {
     if (this.wanted) return;
@@ -159,6 +179,7 @@ class Socket {
       case 'state':
         store.replace(message as never);
         store.setLinked(true);
+        if (this.looked) this.subscribe();
         return;
       case 'change':
         store.apply(message as never);

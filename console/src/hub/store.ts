@@ -125,6 +125,11 @@ export class Store {
     this.tell(SECOND);
   }
 
+  /** What belongs to a topic has changed, though the hub does not publish it: what was asked for. */
+  announce(topic: string): void {
+    this.tell(topic);
+  }
+
   /** Ages grow also while the hub says nothing. */
   tick(): void {
     if (!this.linked && !this.replayed) this.tell(SECOND);
@@ -258,12 +263,13 @@ function monitorsIn(topics: ReadonlyMap<string, unknown>): string[] {
   return [...ids].sort(byNumber);
 }
 
-const PRIORITIES = { high: 0, medium: 1, low: 2 } as const;
+const PRIORITIES = { fire: 0, high: 1, medium: 2, low: 3 } as const;
 const STATES = { unack: 0, rtn_unack: 1, ack: 2, shelved: 3 } as const;
 
 function byUrgency(a: Alarm, b: Alarm): number {
   return (
     Number(a.state === 'shelved') - Number(b.state === 'shelved') ||
+    Number(b.active) - Number(a.active) ||
     PRIORITIES[a.priority] - PRIORITIES[b.priority] ||
     STATES[a.state] - STATES[b.state] ||
     b.since_ms - a.since_ms

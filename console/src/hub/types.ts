@@ -5,7 +5,7 @@ export type Drive = 'Vertical' | 'Horizontal' | 'Nozzle' | 'Deployer';
 export type Valve = 'Valve1' | 'Valve2';
 export type Toward = 'min' | 'max';
 export type Severity = 'info' | 'notice' | 'warning' | 'alarm';
-export type Priority = 'high' | 'medium' | 'low';
+export type Priority = 'fire' | 'high' | 'medium' | 'low';
 
 export interface Text {
   en: string;
@@ -56,6 +56,8 @@ export interface SubsystemStatus {
   bits: number;
   flags: string[];
   severity: Severity;
+  /** Fields whose values are bad, with the flags that say so. */
+  bad?: Record<string, string>;
   position?: number;
   current?: number;
   speed?: number;
@@ -271,6 +273,7 @@ export type JogEnd =
   | 'replaced'
   | 'taken_over'
   | 'still_moving'
+  | 'unbounded'
   | 'unknown';
 
 /** Topics of the store. */
@@ -357,6 +360,17 @@ export interface EventSeen {
   what: Text;
 }
 
+/** What is known of a Stop, Close or Lockout before its answer. */
+export interface ProgressSeen {
+  type: 'progress';
+  id: number | null;
+  monitor: string;
+  /** False: it is sent, and there is no answer yet. */
+  answered: boolean;
+  result?: Result;
+  error?: ApiError;
+}
+
 /** Messages of the hub that are not topics. */
 export interface Messages {
   hello: Hello;
@@ -367,5 +381,6 @@ export interface Messages {
   authority_denied: { type: 'authority_denied'; monitor: string };
   authority_granted: { type: 'authority_granted'; monitor: string };
   event: EventSeen;
+  progress: ProgressSeen;
   missed: { type: 'missed'; count: number };
 }

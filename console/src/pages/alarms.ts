@@ -195,7 +195,7 @@ export class LfPageAlarms extends LitElement {
           <span class="state">${t(`alarms.${alarm.state}`)}</span>
           ${alarm.count > 1 ? html`<span>${t('alarms.times', { n: num(alarm.count) })}</span>` : nothing}
         </div>
-        <div class="what">${tt(alarm.what)}</div>
+        <div class="what">${alarm.active ? tt(alarm.what) : t('alarms.was', { what: tt(alarm.what) })}</div>
         ${unheard ? html`<div class="small dim">${t('alarms.unheard')}</div>` : nothing}
         ${alarm.shelved ? html`<div class="small dim">${t('alarms.shelved_by', { ...alarm.shelved })}</div>` : nothing}
       </div>

@@ -2,6 +2,7 @@
 import { html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { http } from '../hub/http';
+import { leftInWords, type Left } from '../hub/left';
 import type { Session } from '../hub/types';
 import { t } from '../i18n';
 import { icon } from '../parts/icons';
@@ -9,13 +10,13 @@ import { Entrance } from './login/entrance';
 
 @customElement('lf-page-login')
 export class PageLogin extends Entrance {
-  /** The session has ended while somebody worked: what was open is there again after logging in. */
-  @property({ type: Boolean }) ended = false;
+  /** The session has ended in the middle of work: what is left of it. */
+  @property({ attribute: false }) left: Left | null = null;
   /** A set-up link was opened, of which there is no more use. */
   private readonly setUp = location.pathname === '/setup';
 
   override render() {
-    const note = this.ended ? t('login.ended') : this.setUp ? t('login.link_used') : '';
+    const note = this.left ? leftInWords(this.left) : this.setUp ? t('login.link_used') : '';
     return html`<form class="box" novalidate aria-label=${t('login.title')} @submit=${this.submit}>
       ${this.head(t('login.title'))}
       ${note ? html`<p class="note" role="status">${icon('info')}<span>${note}</span></p>` : nothing}

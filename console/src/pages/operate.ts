@@ -3,6 +3,7 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
 import { HubError } from '../hub/errors';
+import { badText, reading } from '../hub/readings';
 import { has } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
@@ -13,23 +14,27 @@ import '../parts/lf-blank';
 import '../parts/lf-dial';
 import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
 import '../parts/lf-plan';
+import { USUAL_PRESSURE_DATM } from '../parts/plan/model';
 import { standAlone } from '../parts/stand-alone';
-import { dialog } from '../shell/dialog';
+import { confirmDialog, dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
+import { show } from '../units';
 import { magnified } from '../theme/display';
 import { base, card } from '../theme/shared';
-import { aimAt, flows } from './operate/aim';
+import { aimAt, flows, SOLVED_MOST_MS, UNKNOWN, type Aimed } from './operate/aim';
 import './operate/automatic';
 import type { Tool } from './operate/automatic';
 import './operate/hand';
 import { OnPlan } from './operate/on-plan';
-import { exists, field, limits, position, posture, whyNotWork } from './operate/state';
+import { exists, limits, position, posture, whyNotWork } from './operate/state';
 import './operate/trends';
 import './operate/valves';
 
 const VIEW_KEY = 'lafet.view';
 /** How far the buttons on the plan reach down. */
 const TOOLS_PX = 60;
+/** Narrower than this everything is below one another. */
+const STACKED_PX = 860;
 
 @customElement('lf-page-operate')
 export class PageOperate extends LitElement {
@@ -42,22 +47,26 @@ export class PageOperate extends LitElement {
       }
       .page {
         display: grid;
-        gap: var(--s3);
-        padding: var(--s3);
-        min-height: 100%;
-        grid-template-columns: minmax(0, 1fr) 372px;
-        grid-template-rows: auto minmax(340px, 1fr) auto;
-        grid-template-areas: 'strip side' 'view side' 'below side';
+        gap: var(--s2);
+        padding: var(--s2);
+        grid-template-columns: minmax(0, 1fr) 352px;
+        /* The picture is the page: all of it that is seen at once; the trends are below. */
+        grid-template-rows: minmax(340px, calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - 2 * var(--s2))) auto;
+        grid-template-areas: 'view side' 'below below';
       }
       .strip {
-        grid-area: strip;
+        grid-area: view;
+        z-index: 3;
+        align-self: start;
+        margin: var(--s2);
+        box-shadow: var(--shadow);
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 10px 20px;
-        padding: 10px 16px;
+        gap: 0 18px;
+        padding: 4px 14px;
         --lf-value-width: 5.5ch;
-        --lf-value-size: 24px;
+        --lf-value-size: 22px;
       }
       .strip .chips {
         display: flex;
@@ -90,7 +99,7 @@ export class PageOperate extends LitElement {
         min-width: 0;
       }
       lf-plan {
-        --lf-plan-hint: 72px;
+        --lf-plan-hint: calc(var(--strip, 72px) + 76px);
       }
       lf-plan,
       lf-scene {
@@ -99,8 +108,8 @@ export class PageOperate extends LitElement {
       }
       .tools {
         position: absolute;
-        top: 12px;
-        left: 12px;
+        top: calc(var(--strip, 72px) + 16px);
+        left: 8px;
         display: flex;
         gap: 0;
         z-index: 2;
@@ -113,7 +122,7 @@ export class PageOperate extends LitElement {
         grid-area: below;
         display: grid;
         grid-template-columns: 204px minmax(0, 1fr);
-        gap: var(--s3);
+        gap: var(--s2);
       }
       .dial {
         padding: 12px;
@@ -123,7 +132,7 @@ export class PageOperate extends LitElement {
         grid-area: side;
         display: flex;
         flex-direction: column;
-        gap: var(--s3);
+        gap: var(--s2);
         min-width: 0;
         height: 0;
         min-height: 100%;
@@ -159,6 +168,12 @@ export class PageOperate extends LitElement {
           grid-template-columns: minmax(0, 1fr);
           grid-template-rows: auto auto auto auto;
           grid-template-areas: 'strip' 'view' 'side' 'below';
+          --strip: 0px;
+        }
+        .strip {
+          grid-area: strip;
+          margin: 0;
+          box-shadow: none;
         }
         .view {
           height: 56vh;
@@ -200,6 +215,10 @@ export class PageOperate extends LitElement {
   @state() private taking = false;
   @state() private view: 'plan' | 'scene' = localStorage.getItem(VIEW_KEY) === 'scene' ? 'scene' : 'plan';
   @state() private sceneLoaded = false;
+  /** Only the last press counts, and none from before a STOP. */
+  private aims = 0;
+  @state() private stripHeight = 0;
+  private endStop = () => {};
   @state() private target: { Horizontal?: number; Vertical?: number } = {};
   @query('lf-plan') private plan?: LfPlan;
   @query('lf-automatic') private automatic?: LitElement;
@@ -214,11 +233,14 @@ export class PageOperate extends LitElement {
     super.connectedCallback();
     if (this.view === 'scene') void this.loadScene();
     window.addEventListener('keydown', this.keyed);
+    this.endStop = commands.onStop(() => this.aims++);
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     window.removeEventListener('keydown', this.keyed);
+    this.endStop();
+    this.aims++;
   }
 
   override render() {
@@ -251,24 +273,40 @@ export class PageOperate extends LitElement {
     </div>`;
   }
 
+  /** Whether the values lie on the picture; on a phone they are above it. */
+  private beside(): boolean {
+    return this.offsetWidth > STACKED_PX;
+  }
+
+  override updated(): void {
+    const strip = this.renderRoot.querySelector<HTMLElement>('.strip');
+    const height = strip && this.beside() ? strip.offsetHeight + 8 : 0;
+    if (!strip || height === this.stripHeight) return;
+    this.stripHeight = height;
+    this.style.setProperty('--strip', `${height}px`);
+  }
+
   private strip() {
     const { monitor } = this;
     const status = store.get(`monitors/${monitor}/status`);
     const stale = store.stale(monitor);
     const age_ms = stale && status?.at_ms ? store.now() - status.at_ms : null;
-    const value = (quantity: string, label: Key, wire: number | null) =>
-      html`<lf-value
+    const value = (quantity: string, label: Key, subsystem: string, name = 'position') => {
+      const of = reading(monitor, subsystem, name);
+      return html`<lf-value
         quantity=${quantity}
         .label=${t(label)}
-        .value=${wire}
+        .value=${of.value}
+        .bad=${badText(subsystem, of)}
         ?stale=${stale}
       ></lf-value>`;
+    };
     return html`<section class="card strip">
-      ${value('angle', 'operate.horizontal', position(monitor, 'Horizontal'))}
-      ${value('angle', 'operate.vertical', position(monitor, 'Vertical'))}
-      ${exists(monitor, 'Nozzle') ? value('nozzle', 'operate.nozzle', position(monitor, 'Nozzle')) : nothing}
-      ${value('pressure', 'operate.pressure', field(monitor, 'General', 'pressure'))}
-      ${value('flow', 'operate.flow', field(monitor, 'General', 'flowrate'))}
+      ${value('angle', 'operate.horizontal', 'Horizontal')}
+      ${value('angle', 'operate.vertical', 'Vertical')}
+      ${exists(monitor, 'Nozzle') ? value('nozzle', 'operate.nozzle', 'Nozzle') : nothing}
+      ${value('pressure', 'operate.pressure', 'General', 'pressure')}
+      ${value('flow', 'operate.flow', 'General', 'flowrate')}
       <div class="chips">
         ${age_ms !== null || stale
           ? html`<lf-chip id="stale" kind="medium" icon="clock"
@@ -311,7 +349,7 @@ export class PageOperate extends LitElement {
     const monitors = this.monitors(site);
     const three = this.view === 'scene' && this.sceneLoaded;
     const choice = (tool: Tool, name: 'map' | 'target', text: string, why = '') =>
-      html`<lf-button icon=${name} kind="quiet" toggle .on=${this.tool === tool} .why=${why} @click=${() => this.choose(tool)}
+      html`<lf-button id=${tool} icon=${name} kind="quiet" toggle .on=${this.tool === tool} .why=${why} @click=${() => this.choose(tool)}
         ><span class="word">${text}</span></lf-button
       >`;
     return html`${three
@@ -328,12 +366,12 @@ export class PageOperate extends LitElement {
             .scene=${scene}
             .selected=${monitor}
             .tool=${this.tool}
-            .above=${TOOLS_PX}
+            .above=${this.beside() ? TOOLS_PX + this.stripHeight : TOOLS_PX}
             .running=${this.onPlan.running(site, store.monitors())}
-            .note=${this.tool === 'aim' ? t(flows(monitor) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
+            .note=${this.tool === 'aim' ? t(flows(monitor, site) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
             @sector=${(e: CustomEvent<QuenchSector | null>) => this.drawn(e.detail)}
             @sector-change=${(e: CustomEvent<QuenchSector | null>) => this.drawn(e.detail)}
-            @aim=${(e: CustomEvent<AimDetail>) => this.aim(e.detail)}
+            @aim=${(e: CustomEvent<AimDetail>) => void this.aim(e.detail)}
             @select=${(e: CustomEvent<{ id: string }>) => (location.hash = `#/m/${e.detail.id}/operate`)}
           ></lf-plan>`}
       <div class="tools">
@@ -416,20 +454,49 @@ export class PageOperate extends LitElement {
     if (this.plan) this.plan.sector = sector?.sector ?? null;
   }
 
-  /** Both drives go where the operator has pointed. */
-  private aim(at: AimDetail): void {
+  /** Both drives go where the operator has pointed last. */
+  private async aim(at: AimDetail): Promise<void> {
     const { monitor } = this;
+    const turn = ++this.aims;
     const why = whyNotWork(monitor, 'Horizontal');
     if (why) return toast({ kind: 'info', text: why });
-    const { Horizontal, Vertical, kind, text } = aimAt(monitor, at);
+    const asked_ms = performance.now();
+    try {
+      let aimed = await aimAt(monitor, at);
+      if (turn !== this.aims || monitor !== this.monitor) return;
+      if (aimed === UNKNOWN) {
+        const assumed = await this.assumed(monitor);
+        if (!assumed || turn !== this.aims) return;
+        aimed = await aimAt(monitor, at, USUAL_PRESSURE_DATM);
+      } else if (performance.now() - asked_ms > SOLVED_MOST_MS) {
+        return toast({ kind: 'warning', text: `${monitor} · ${t('operate.aim_late')}` });
+      }
+      if (turn !== this.aims || monitor !== this.monitor || aimed === UNKNOWN) return;
+      await this.go(monitor, aimed);
+    } catch (cause) {
+      toast({ kind: 'error', text: `${monitor} · ${t('operate.aim')}: ${HubError.of(cause).text(lang())}` });
+    }
+  }
+
+  private async go(monitor: string, { Horizontal, Vertical, kind, text }: Aimed): Promise<void> {
+    const why = whyNotWork(monitor, 'Horizontal');
+    if (why) return toast({ kind: 'info', text: why });
     this.target = { Horizontal, Vertical };
     const sent = (['Horizontal', 'Vertical'] as const).map((drive) =>
       commands.request(monitor, `Move ${drive} ${this.target[drive]}`, { quiet: true }),
     );
-    Promise.all(sent).then(
-      () => toast({ kind, text: `${monitor} · ${text}` }),
-      (cause: unknown) => toast({ kind: 'error', text: `${monitor} · ${t('operate.aim')}: ${HubError.of(cause).text(lang())}` }),
-    );
+    await Promise.all(sent);
+    toast({ kind, text: `${monitor} · ${text}` });
+  }
+
+  /** Without a valid pressure nothing is aimed by the jet, unless somebody says which to assume. */
+  private assumed(monitor: string): Promise<boolean> {
+    const pressure = show('pressure', USUAL_PRESSURE_DATM);
+    return confirmDialog({
+      title: `${monitor} · ${t('operate.aim')}`,
+      text: t('operate.pressure_unknown'),
+      yes: t('operate.pressure_assume', { pressure }),
+    });
   }
 
   private readonly turnView = (): void => {

@@ -1,17 +1,19 @@
 // All monitors: as cards beside the plan, as a table when there are many.
 import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
+import { badText, reading } from '../hub/readings';
 import { has, inControl } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
+import type { Alarm } from '../hub/types';
 import { age, plural, t, tt, type Key } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-plan';
 import { standAlone } from '../parts/stand-alone';
 import { router } from '../shell/router';
 import { base, card, page, table } from '../theme/shared';
-import { show } from '../units';
+import { show, type Quantity } from '../units';
 import { OnPlan } from './operate/on-plan';
-import { exists, field, position, posture } from './operate/state';
+import { exists, posture } from './operate/state';
 
 const VIEW_KEY = 'lafet.overview';
 /** More than so many monitors begin as a table. */
@@ -124,6 +126,7 @@ export class PageOverview extends LitElement {
       .alarmed {
         border-left: 4px solid var(--medium);
       }
+      .alarmed.fire,
       .alarmed.high {
         border-left-color: var(--high);
       }
@@ -156,6 +159,16 @@ export class PageOverview extends LitElement {
         td {
           padding-inline: 6px;
         }
+      }
+      td .bad {
+        display: inline-flex;
+        align-items: center;
+        gap: 4px;
+        color: var(--dim);
+        text-decoration: line-through;
+      }
+      td .bad svg {
+        color: var(--medium);
       }
       td .stale {
         color: var(--dim);
@@ -242,29 +255,46 @@ export class PageOverview extends LitElement {
     const stale = store.stale(id);
     const alarms = store.alarms(id).filter((alarm) => alarm.state !== 'shelved');
     const name = tt(info?.name);
-    const alarmed = alarms.length ? `alarmed ${alarms[0]!.priority}` : '';
-    const value = (quantity: string, label: Key, wire: number | null) =>
-      html`<lf-value quantity=${quantity} .label=${t(label)} .value=${wire} ?stale=${stale}></lf-value>`;
+    const alarmed = alarms[0]?.active ? `alarmed ${alarms[0].priority}` : '';
+    const value = (quantity: string, label: Key, subsystem: string, name = 'position') => {
+      const of = reading(id, subsystem, name);
+      return html`<lf-value
+        quantity=${quantity}
+        .label=${t(label)}
+        .value=${of.value}
+        .bad=${badText(subsystem, of)}
+        ?stale=${stale}
+      ></lf-value>`;
+    };
     return html`<a class="card one ${alarmed}" id="card-${id}" href="#/m/${id}/operate">
       <header>
         <h2 title=${name}><b>${id}</b><span>${name === id ? '' : name}</span></h2>
         ${alarms.length
-          ? html`<lf-chip kind=${alarms[0]!.priority} icon="warning">${plural(alarms.length, 'topbar.alarms')}</lf-chip>`
+          ? alarmChip(alarms, plural(alarms.length, 'topbar.alarms'))
           : nothing}
         ${readyChip(id)}${icon('right', 18)}
       </header>
       <div class="values">
-        ${value('angle', 'operate.horizontal', position(id, 'Horizontal'))}
-        ${value('angle', 'operate.vertical', position(id, 'Vertical'))}
-        ${value('pressure', 'operate.pressure', field(id, 'General', 'pressure'))}
-        ${value('flow', 'operate.flow', field(id, 'General', 'flowrate'))}
+        ${value('angle', 'operate.horizontal', 'Horizontal')}
+        ${value('angle', 'operate.vertical', 'Vertical')}
+        ${value('pressure', 'operate.pressure', 'General', 'pressure')}
+        ${value('flow', 'operate.flow', 'General', 'flowrate')}
       </div>
       <div class="foot">${holderChip(id)} ${doing(id)}</div>
     </a>`;
   }
 
   private table(ids: string[]) {
-    const cell = (stale: boolean, text: string) => html`<span class=${stale ? 'stale' : ''}>${text}</span>`;
+    const cell = (stale: boolean, quantity: Quantity, id: string, subsystem: string, name = 'position') => {
+      const of = reading(id, subsystem, name);
+      const bad = badText(subsystem, of);
+      const kind = `${stale ? 'stale' : ''} ${bad ? 'bad' : ''}`;
+      return html`<span class=${kind} title=${bad || nothing}
+        >${bad ? icon('warning', 14) : nothing}${show(quantity, of.value)}${bad
+          ? html`<span class="unseen">: ${bad}</span>`
+          : nothing}</span
+      >`;
+    };
     return html`<section class="card tablecard">
       <table>
         <thead>
@@ -289,14 +319,14 @@ export class PageOverview extends LitElement {
               <td class="who" title=${name}><a href="#/m/${id}/operate">${id}</a> <span class="dim">${name === id ? '' : name}</span></td>
               <td>${readyChip(id)}</td>
               <td><div class="row wrap">${doing(id)}</div></td>
-              <td class="num">${cell(stale, show('angle', position(id, 'Horizontal')))}</td>
-              <td class="num">${cell(stale, show('angle', position(id, 'Vertical')))}</td>
-              <td class="num">${cell(stale, show('pressure', field(id, 'General', 'pressure')))}</td>
-              <td class="num">${cell(stale, show('flow', field(id, 'General', 'flowrate')))}</td>
+              <td class="num">${cell(stale, 'angle', id, 'Horizontal')}</td>
+              <td class="num">${cell(stale, 'angle', id, 'Vertical')}</td>
+              <td class="num">${cell(stale, 'pressure', id, 'General', 'pressure')}</td>
+              <td class="num">${cell(stale, 'flow', id, 'General', 'flowrate')}</td>
               <td>${holderChip(id)}</td>
               <td>
                 ${alarms.length
-                  ? html`<lf-chip kind=${alarms[0]!.priority} icon="warning">${alarms.length}</lf-chip>`
+                  ? alarmChip(alarms, `${alarms.length}`)
                   : nothing}
               </td>
             </tr>`;
@@ -305,6 +335,12 @@ export class PageOverview extends LitElement {
       </table>
     </section>`;
   }
+}
+
+/** Coloured by the worst that holds now. */
+function alarmChip([worst]: Alarm[], text: string) {
+  const kind = worst!.active ? worst!.priority : 'normal';
+  return html`<lf-chip kind=${kind} icon=${kind === 'fire' ? 'fire' : 'warning'}>${text}</lf-chip>`;
 }
 
 function readyChip(id: string) {

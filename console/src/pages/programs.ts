@@ -18,6 +18,7 @@ import { dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
 import { show } from '../units';
+import { jetOf } from './operate/on-plan';
 import { FileError, fileName } from './params/backup';
 import { download, opened } from './params/files';
 import type { Outcome } from './params/save';
@@ -221,6 +222,7 @@ export class PagePrograms extends LitElement {
           status: store.get(`monitors/${id}/status`),
           limits: (store.get(`monitors/${id}/limits`) ?? null) as never,
           down: store.stale(id),
+          jet: jetOf(id, site),
         }),
       )
       .filter((m): m is PlanMonitor => m !== null);

@@ -18,6 +18,7 @@ import { dialog } from '../shell/dialog';
 import { hrefOf } from '../shell/router';
 import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
+import { jetOf } from './operate/on-plan';
 import { ordered, type Check, type Scenario, type SimState, type Simulation } from './training/model';
 import './training/faults';
 import { pageStyle } from './training/style';
@@ -180,6 +181,7 @@ export class PageTraining extends LitElement {
           hotbeds: store.get(`monitors/${id}/hotbeds`),
           scene,
           down: store.stale(id),
+          jet: jetOf(id, site),
         }) ?? [],
     );
     return html`<lf-plan

@@ -1,7 +1,7 @@
 // How far a hotbed is that the search has found: a detector tells a direction, no distance. What
 // stands in that direction tells it, or the height of the nozzle over the ground and how far down the
 // foot of the fire is seen. The flatter that is, the more a wrong height makes of it.
-import { bearingOf, bearingTo, DISTANCE_MAX_M, distanceTo, signedDegrees, type Place, type Tank } from './geometry';
+import { bearingOf, bearingTo, DISTANCE_MAX_M, distanceTo, placeAt, signedDegrees, type Place, type Tank } from './geometry';
 
 /** As GetHotbed tells them: arc-minutes. */
 export interface HotbedBox {
@@ -75,4 +75,64 @@ function tankAt(stand: { at: Place; heading: number }, horizontal_arcmin: number
       return off < 90 && Math.sin((off / 180) * Math.PI) * range <= tank.diameter / 2;
     })
     .sort((a, b) => a.range - b.range)[0];
+}
+
+/** A fire that detectors have found: where it is as far as they can know, and who sees it. */
+export interface Spot {
+  at: Place;
+  seen_by: string[];
+  /** Lines of sight of two monitors cross there; else the distance is computed from one. */
+  crossed: boolean;
+}
+
+/** A line of sight of a monitor to a fire spot. */
+export interface Seen {
+  id: string;
+  at: Place;
+  bearing: number;
+  /** As computed from one monitor; null: not known. */
+  distance_m: number | null;
+}
+
+/** Lines that are nearer to parallel say nothing of the distance. */
+const CROSSING_LEAST_DEG = 12;
+/** Crossings this close to one another, or to a distance that one monitor gives, are one fire. */
+const SAME_FIRE_M = 8;
+
+/** Where lines of sight cross, and where one alone has a distance. One line makes one spot at most. */
+export function spotsOf(all: readonly Seen[]): Spot[] {
+  const crossings = all.flatMap((a, index) =>
+    all.slice(index + 1).flatMap((b) => {
+      const at = a.id === b.id ? null : crossing(a, b);
+      if (!at) return [];
+      const off = [a, b].map((one) => (one.distance_m === null ? 0 : Math.abs(distanceTo(one.at, at) - one.distance_m)));
+      return Math.max(...off) > SAME_FIRE_M * 2 ? [] : [{ at, by: [a, b], off: off[0]! + off[1]! }];
+    }),
+  );
+  const used = new Set<Seen>();
+  const spots: Spot[] = [];
+  for (const { at, by } of crossings.sort((a, b) => a.off - b.off)) {
+    const same = spots.find((spot) => distanceTo(spot.at, at) < SAME_FIRE_M);
+    if (!same && by.some((one) => used.has(one))) continue;
+    by.forEach((one) => used.add(one));
+    const ids = by.map(({ id }) => id);
+    if (same) same.seen_by = [...new Set([...same.seen_by, ...ids])].sort();
+    else spots.push({ at, seen_by: ids.sort(), crossed: true });
+  }
+  for (const one of all.filter((seen) => !used.has(seen) && seen.distance_m !== null)) {
+    spots.push({ at: placeAt(one.at, one.bearing, one.distance_m!), seen_by: [one.id], crossed: false });
+  }
+  return spots;
+}
+
+/** Where two lines of sight cross, ahead of both and no farther than a jet could ever go. */
+function crossing(a: Seen, b: Seen): Place | null {
+  const turn = ((b.bearing - a.bearing) * Math.PI) / 180;
+  if (Math.abs(Math.sin(turn)) < Math.sin((CROSSING_LEAST_DEG * Math.PI) / 180)) return null;
+  const between = distanceTo(a.at, b.at);
+  const toward = bearingTo(a.at, b.at);
+  const far_a = (between * Math.sin(((b.bearing - toward) * Math.PI) / 180)) / Math.sin(turn);
+  const far_b = (between * Math.sin(((a.bearing - toward) * Math.PI) / 180)) / Math.sin(turn);
+  if (Math.min(far_a, far_b) < 1 || Math.max(far_a, far_b) > DISTANCE_MAX_M) return null;
+  return placeAt(a.at, a.bearing, far_a);
 }

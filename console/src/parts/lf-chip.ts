@@ -4,7 +4,7 @@ import { customElement, property } from 'lit/decorators.js';
 import { base } from '../theme/shared';
 import { icon, type IconName } from './icons';
 
-export type ChipKind = 'normal' | 'info' | 'accent' | 'low' | 'medium' | 'high';
+export type ChipKind = 'normal' | 'info' | 'accent' | 'low' | 'medium' | 'high' | 'fire';
 
 @customElement('lf-chip')
 export class LfChip extends LitElement {
@@ -56,10 +56,12 @@ export class LfChip extends LitElement {
       .medium .icon {
         color: var(--medium);
       }
+      .fire,
       .high {
         background: var(--high-soft);
         border-color: var(--high);
       }
+      .fire .icon,
       .high .icon {
         color: var(--high);
       }

@@ -66,8 +66,8 @@ export class LfJoystick extends LitElement {
       }
       .base {
         position: relative;
-        width: 208px;
-        height: 208px;
+        width: var(--joystick, 208px);
+        height: var(--joystick, 208px);
         border-radius: 50%;
         outline-offset: 3px;
         cursor: grab;

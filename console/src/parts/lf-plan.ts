@@ -25,11 +25,11 @@ import { emit, partStyle } from './part-style';
 import { bearingText, lengthText, openingText, Words } from './words';
 import { planStyle } from './plan/plan-style';
 import * as layers from './plan/layers';
-import { placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
+import { foundFires, placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
 import { dragged, drawnSector, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
 
 export type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
-export { planMonitor } from './plan/model';
+export { jetAsked, planMonitor } from './plan/model';
 
 /** What `aim` says: where the operator pointed. */
 export interface AimDetail {
@@ -287,9 +287,9 @@ export class LfPlan extends LitElement {
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
       ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
-      ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d })) : nothing}
+      ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d }), this.taken(chosen)) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
-      ${this.scene ? layers.fires(camera, this.scene) : nothing}
+      ${this.scene ? layers.fires(camera, this.scene) : layers.found(camera, foundFires(this.monitors))}
       ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}
       ${layers.jets(camera, this.monitors)}
       ${mini ? nothing : this.monitors.filter((m) => m.id === chosen?.id).map((m) => layers.aims(camera, m))}
@@ -298,8 +298,16 @@ export class LfPlan extends LitElement {
       ${mini ? nothing : layers.route(camera, this.points, this.pointSelected, (n) => t('parts.plan.point', { n }))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
       ${mini ? nothing : layers.scaleBar(camera, lengthText)}
-      ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }))}
+      ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }), t('parts.plan.no_wind'))}
     `;
+  }
+
+  /** What no label is to lie upon. */
+  private taken(chosen: PlanMonitor): (readonly [Place, number])[] {
+    return [
+      ...(this.site?.tanks ?? []).map(({ at, diameter }) => [at, diameter / 2] as const),
+      ...this.monitors.filter(({ id }) => id !== chosen.id).map(({ at }) => [at, 0] as const),
+    ];
   }
 
   private runningOf(camera: layers.Camera, monitor: PlanMonitor): unknown {
@@ -375,7 +383,12 @@ export class LfPlan extends LitElement {
       return parts.join(', ');
     });
     const burning = (this.scene?.fires ?? []).filter(({ burns }) => burns);
-    return [...monitors, ...burning.map(({ name }) => t('parts.plan.fire', { name }))].join('; ');
+    const found = this.scene ? [] : foundFires(this.monitors);
+    return [
+      ...monitors,
+      ...burning.map(({ name }) => t('parts.plan.fire', { name })),
+      ...found.map(({ seen_by }) => t('parts.plan.found', { monitors: seen_by.join(', ') })),
+    ].join('; ');
   }
 
   // Pointer.

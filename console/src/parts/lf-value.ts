@@ -1,7 +1,8 @@
-// A measured value with its unit; greyed with its age when it is not the present one.
+// A measured value with its unit and what it is worth: greyed with its age when it is not the present one, struck
+// out with the reason when a flag says that it is bad.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { age } from '../i18n';
+import { age, t } from '../i18n';
 import { base } from '../theme/shared';
 import { measured, type Quantity } from '../units';
 import { icon } from './icons';
@@ -55,6 +56,25 @@ export class LfValue extends LitElement {
         color: var(--dim);
         white-space: nowrap;
       }
+      .bad .value {
+        color: var(--dim);
+        font-weight: 400;
+      }
+      .bad .value span:first-child {
+        text-decoration: line-through;
+        text-decoration-thickness: 2px;
+      }
+      .why {
+        display: inline-flex;
+        align-items: center;
+        gap: 4px;
+        font-size: var(--t-small);
+        font-weight: 600;
+        color: var(--medium);
+      }
+      .why svg {
+        flex: none;
+      }
       .matters .value {
         color: var(--medium);
       }
@@ -65,6 +85,8 @@ export class LfValue extends LitElement {
   /** In the unit of the wire; null: unknown. */
   @property({ type: Number }) value: number | null = null;
   @property() label = '';
+  /** Why the value is bad, in words; empty: it is not. */
+  @property() bad = '';
   @property({ type: Boolean }) stale = false;
   /** How old it is; shown when stale. */
   @property({ type: Number }) age_ms: number | null = null;
@@ -74,10 +96,11 @@ export class LfValue extends LitElement {
 
   override render() {
     const { value, unit } = measured(this.quantity, this.value);
-    const kind = `${this.small ? 'small' : ''} ${this.stale ? 'stale' : ''} ${this.matters ? 'matters' : ''}`;
+    const kind = `${this.small ? 'small' : ''} ${this.stale ? 'stale' : ''} ${this.matters ? 'matters' : ''} ${this.bad ? 'bad' : ''}`;
     return html`<div class=${kind}>
       ${this.label ? html`<div class="label">${this.label}</div>` : nothing}
       <div class="value"><span>${value}</span><span class="unit">${unit}</span></div>
+      ${this.bad ? html`<div class="why" role="note" title=${this.bad}>${icon('warning', 14)}${t('operate.bad_value')}<span class="unseen">: ${this.bad}</span></div>` : nothing}
       ${this.stale && this.age_ms !== null
         ? html`<div class="age">${icon('clock', 14)}${age(this.age_ms)}</div>`
         : nothing}

@@ -8,6 +8,7 @@ import { dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
 import { http } from '../hub/http';
 import { guardJog, jog } from '../hub/jog';
+import { UNKNOWN, leftOf, type Left } from '../hub/left';
 import { session, setSession } from '../hub/me';
 import { socket } from '../hub/socket';
 import { store, TopicController } from '../hub/store';
@@ -21,10 +22,11 @@ import { base } from '../theme/shared';
 import { unitsChanged } from '../units';
 import { followAuthority } from './authority';
 import './banners';
+import { followFire } from './fire';
 import { guideChanged, guideIsWanted } from './guide-key';
 import { dialog } from './dialog';
 import './nav';
-import { fetchPages, loadPage, router } from './router';
+import { fetchPages, loadPage, router, type Route } from './router';
 import { followTheme, openHelp } from './settings';
 import './replay-bar';
 import './stop';
@@ -32,8 +34,19 @@ import './toasts';
 import './topbar';
 
 const RETRY_MS = 2000;
+/** What is left of a session is asked for this often. */
+const LOOK_MS = 20_000;
 
 type Phase = 'boot' | 'unreachable' | 'login' | 'setup' | 'on';
+
+/** Pages that show no figures of monitors: news of them are enough. */
+const WITHOUT_FIGURES = ['alarms', 'events'];
+
+/** Of which monitors a page shows each change; null: of all. */
+function lookedAt({ page, monitor }: Route): string[] | null {
+  if (monitor) return [monitor];
+  return WITHOUT_FIGURES.includes(page) ? [] : null;
+}
 
 export class LfApp extends LitElement {
   static override styles = [
@@ -111,7 +124,7 @@ export class LfApp extends LitElement {
       .shade {
         display: none;
       }
-      @media (max-width: 1280px) {
+      @media (max-width: 1500px) {
         :host {
           --nav: 104px;
         }
@@ -153,11 +166,12 @@ export class LfApp extends LitElement {
   @state() private route = router.route;
   @state() private loaded = '';
   @state() private version = 0;
-  /** There was a session: STOP and LOCKOUT are taken for a day after it ran out. */
-  @state() private ended = false;
+  /** What is left of a session that has ended; null: there was none. */
+  @state() private left: Left | null = null;
+  private leftTimer = 0;
   @state() private missing = false;
   private modal = false;
-  private readonly narrow = matchMedia('(min-width: 721px) and (max-width: 1280px)');
+  private readonly narrow = matchMedia('(min-width: 721px) and (max-width: 1500px)');
   private readonly low = matchMedia('(max-height: 800px)');
 
   constructor() {
@@ -169,13 +183,14 @@ export class LfApp extends LitElement {
     super.connectedCallback();
     followTheme();
     followDisplay();
+    followFire();
     guardJog();
     followAuthority();
     http.onLoginNeeded = (setup) => this.leave(setup ? 'setup' : 'login');
     socket.on('hello', () => this.requestUpdate());
     socket.onSessionEnded = () => this.leave('login');
     commands.onOutcome(({ error }) => {
-      if (error?.code === 'login_needed') this.ended = false;
+      if (error?.code === 'login_needed') void this.lookWhatIsLeft();
     });
     router.addEventListener('change', () => this.goTo());
     guideChanged.addEventListener('change', () => this.requestUpdate());
@@ -251,29 +266,41 @@ export class LfApp extends LitElement {
   private stop() {
     const { monitor } = this.route;
     const known = monitor && (!store.known || store.liveMonitors().includes(monitor));
-    return html`<lf-stop .monitor=${known ? monitor : null}></lf-stop>`;
+    return html`<lf-stop .monitor=${known ? monitor : null} .only=${this.left !== null && !this.left.lockout}></lf-stop>`;
   }
 
-  /** Who has worked here and is logged out by the clock may stop what moves without logging in first. */
+  /** STOP stays where a session has ended, and the page says what it still does. */
   private alone(name: 'login' | 'setup') {
     void this.load(name);
     const tag = unsafeStatic(`lf-page-${name}`);
     const entered = (event: CustomEvent<Session>) => this.enter(event.detail);
-    const { ended } = this;
-    return html`${ended ? html`${this.stop()}<header class="top"><b>lafet</b></header>` : nothing}
-      <main class="alone ${ended ? 'ended' : ''}">
-        ${this.loaded === name ? staticHtml`<${tag} .ended=${ended} @entered=${entered}></${tag}>` : nothing}
+    const { left } = this;
+    return html`${left ? html`${this.stop()}<header class="top"><b>lafet</b></header>` : nothing}
+      <main class="alone ${left ? 'ended' : ''}">
+        ${this.loaded === name ? staticHtml`<${tag} .left=${left} @entered=${entered}></${tag}>` : nothing}
       </main>
       <lf-toasts></lf-toasts>`;
   }
 
   private leave(to: 'login' | 'setup'): void {
     if (this.phase === to) return;
-    this.ended = to === 'login' && (session() !== null || socket.resumes);
+    this.left = to === 'login' && (session() !== null || socket.resumes) ? UNKNOWN : null;
     this.phase = to;
+    if (this.left) void this.lookWhatIsLeft();
     socket.rest();
     jog.endAll();
     dialog.closeAll();
+  }
+
+  /** Asks the hub what still works, now and from time to time: it ends. */
+  private async lookWhatIsLeft(): Promise<void> {
+    clearTimeout(this.leftTimer);
+    if (this.phase !== 'login' || !this.left) return;
+    this.left = await http.get('/api/session').then(
+      () => UNKNOWN,
+      (cause) => leftOf(HubError.of(cause)),
+    );
+    this.leftTimer = window.setTimeout(() => void this.lookWhatIsLeft(), LOOK_MS);
   }
 
   private async begin(): Promise<void> {
@@ -295,6 +322,7 @@ export class LfApp extends LitElement {
     }
     if (session() && session()!.user !== given.user) location.reload();
     setSession(given);
+    this.left = null;
     this.phase = 'on';
     socket.start();
     dictionary().then(() => this.requestUpdate(), () => {});
@@ -305,6 +333,7 @@ export class LfApp extends LitElement {
     jog.endAll();
     dialog.closeAll();
     this.route = router.route;
+    socket.look(lookedAt(this.route));
     this.removeAttribute('menu');
     void this.load(this.route.page);
   }

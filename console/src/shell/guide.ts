@@ -25,6 +25,9 @@ const MOVED_ARCMIN = 180;
 const HEAT_LEFT = 0.6;
 const BREAK_MS = 6000;
 const MARGIN_PX = 6;
+/** Bottom left, unless something is there that must be seen. */
+const CORNERS = ['', 'right', 'top', 'top right'] as const;
+type Corner = (typeof CORNERS)[number];
 
 @customElement('lf-guide')
 export class LfGuide extends LitElement {
@@ -44,6 +47,14 @@ export class LfGuide extends LitElement {
         border: 1px solid var(--accent);
         background: var(--surface);
         box-shadow: var(--shadow-large);
+      }
+      .card.right {
+        left: auto;
+        right: var(--s3);
+      }
+      .card.top {
+        bottom: auto;
+        top: calc(var(--topbar) + 56px + var(--s3));
       }
       header {
         display: flex;
@@ -111,10 +122,14 @@ export class LfGuide extends LitElement {
         }
       }
       @media (max-width: 720px) {
-        .card {
+        .card,
+        .card.right {
           left: 16px;
-          bottom: 84px;
+          right: auto;
           padding: 12px 14px;
+        }
+        .card:not(.top) {
+          bottom: 84px;
         }
       }
     `,
@@ -122,6 +137,8 @@ export class LfGuide extends LitElement {
 
   @state() private at = 0;
   @state() private ring: DOMRect | null = null;
+  /** The corner where it covers nothing that the step speaks of. */
+  @state() private corner: Corner = '';
   private from: { h: number; v: number } | null = null;
   private heat = 0;
   private broken = false;
@@ -134,7 +151,7 @@ export class LfGuide extends LitElement {
     { name: 'deploy', at: ['#deploy'], done: () => has(MONITOR, 'Deployer', 'Deployed') },
     { name: 'move', at: ['lf-joystick'], done: () => this.moved() },
     { name: 'open', at: ['#Valve1 .open-button'], done: () => has(MONITOR, 'Valve1', 'Open') },
-    { name: 'fire', at: ['lf-joystick'], done: () => this.cooled() },
+    { name: 'fire', at: ['#aim', 'lf-joystick'], done: () => (this.burns() ? this.cooled() : this.moved()) },
     { name: 'auto', at: ['#quench', '#draw'], done: () => has(MONITOR, 'Control', 'Quench') },
     { name: 'link', done: () => this.broken && store.linked },
     { name: 'end' },
@@ -161,7 +178,7 @@ export class LfGuide extends LitElement {
   /** Notes stand above the guide. */
   override updated(): void {
     const height = this.renderRoot.querySelector<HTMLElement>('.card')?.offsetHeight ?? 0;
-    document.documentElement.style.setProperty('--guide-height', `${height + 12}px`);
+    document.documentElement.style.setProperty('--guide-height', `${this.corner === '' ? height + 12 : 0}px`);
   }
 
   override render() {
@@ -176,7 +193,7 @@ export class LfGuide extends LitElement {
             2 * MARGIN_PX}px;height:${this.ring.height + 2 * MARGIN_PX}px"
           ></div>`
         : nothing}
-      <section class="card" role="complementary" aria-label=${t('guide.title')}>
+      <section class="card ${this.corner}" role="complementary" aria-label=${t('guide.title')}>
         <header>
           <span>${t('guide.title')}${first || last ? '' : ` · ${this.at} / ${this.steps.length - 2}`}</span>
           <lf-button kind="quiet" icon="close" .label=${t('guide.leave')} @click=${this.leave}></lf-button>
@@ -185,23 +202,60 @@ export class LfGuide extends LitElement {
           ${this.steps.slice(1).map((_, n) => html`<i class=${n < this.at ? 'past' : ''}></i>`)}
         </div>
         <div role="status">
-          <h2>${t(`guide.${step.name}_title` as Key)}</h2>
-          <p>${t(`guide.${step.name}` as Key)}</p>
-          ${step.name === 'fire' ? html`<p class="dim">${t('guide.heat', { heat: show('heat', this.heatNow()) })}</p>` : nothing}
+          <h2>${this.text(step, '_title')}</h2>
+          <p>${this.text(step)}</p>
+          ${step.name === 'fire' && this.burns() ? html`<p class="dim">${t('guide.heat', { heat: show('heat', this.heatNow()) })}</p>` : nothing}
         </div>
         <footer>
-          ${done && !last
+          ${first || last
+            ? nothing
+            : html`<lf-button kind="quiet" id="guide-skip" @click=${this.next}>${t('guide.skip')}</lf-button>`}
+          ${done && !last && !first
             ? html`<span class="done grow">${icon('check')}${t('guide.well')}</span>`
             : html`<span class="grow"></span>`}
           ${step.name === 'link' && !this.broken
             ? html`<lf-button kind="primary" id="guide-break" @click=${this.breakLink}>${t('guide.break')}</lf-button>`
             : last
               ? html`<lf-button kind="primary" @click=${this.leave}>${t('guide.finish')}</lf-button>`
-              : html`<lf-button kind=${first || done ? 'primary' : 'normal'} id="guide-next" @click=${this.next}
-                  >${first ? t('guide.start') : done ? t('guide.next') : t('guide.skip')}</lf-button
+              : html`<lf-button
+                  kind="primary"
+                  id="guide-next"
+                  .why=${first || done ? '' : t('guide.not_yet')}
+                  @click=${this.next}
+                  >${first ? t('guide.start') : t('guide.next')}</lf-button
                 >`}
         </footer>
       </section>`;
+  }
+
+  /** A step whose words depend on whether something burns. */
+  private text(step: Step, part = ''): string {
+    const calm = (step.name === 'welcome' || step.name === 'fire') && !this.burns();
+    return t(`guide.${step.name}${calm ? '_calm' : ''}${part}` as Key);
+  }
+
+  private burns(): boolean {
+    return (store.get('scene')?.fires ?? []).some((fire) => fire.burns) || this.heat > 0;
+  }
+
+  /** Away from what the step speaks of, and from the monitor on the plan. */
+  private settle(): void {
+    const card = laidOut(this.renderRoot.querySelector('.card')?.getBoundingClientRect() ?? null);
+    if (!card) return;
+    const mark = laidOut(deepQuery(document, `[data-id="${MONITOR}"]`)?.getBoundingClientRect() ?? null);
+    const kept = [this.ring, mark].filter((box) => box !== null && box.width > 0) as DOMRect[];
+    const [width, height] = [innerWidth / magnified(), innerHeight / magnified()];
+    const nav = card.x > width / 2 ? 16 : card.x;
+    const at = (corner: Corner) =>
+      new DOMRect(
+        corner.includes('right') ? width - card.width - 16 : nav,
+        corner.includes('top') ? 136 : height - card.height - 16,
+        card.width,
+        card.height,
+      );
+    const covered = (corner: Corner) => kept.reduce((sum, box) => sum + overlap(at(corner), box), 0);
+    if (covered(this.corner) === 0) return;
+    this.corner = [...CORNERS].sort((a, b) => covered(a) - covered(b))[0]!;
   }
 
   /** Where the ring is; and on to the next step, a moment after this one is done. */
@@ -210,6 +264,7 @@ export class LfGuide extends LitElement {
     const boxes = (step.at ?? []).map((s) => deepQuery(document, s)?.getBoundingClientRect());
     const box = laidOut(boxes.find((one) => one && one.width > 0) ?? null);
     if (box?.x !== this.ring?.x || box?.y !== this.ring?.y || box?.width !== this.ring?.width) this.ring = box;
+    this.settle();
     if (!step.done?.() || this.advancing) return;
     this.advancing = window.setTimeout(this.next, 1400);
   }
@@ -266,6 +321,13 @@ export class LfGuide extends LitElement {
 function laidOut(box: DOMRect | null): DOMRect | null {
   const zoom = magnified();
   return box && new DOMRect(box.x / zoom, box.y / zoom, box.width / zoom, box.height / zoom);
+}
+
+/** Area that two boxes share. */
+function overlap(a: DOMRect, b: DOMRect): number {
+  const wide = Math.min(a.right, b.right) - Math.max(a.x, b.x);
+  const high = Math.min(a.bottom, b.bottom) - Math.max(a.y, b.y);
+  return Math.max(wide, 0) * Math.max(high, 0);
 }
 
 function deepQuery(root: Document | ShadowRoot, selector: string): Element | null {

@@ -8,6 +8,7 @@ import { applyDisplay, display, DISPLAYS } from '../theme/display';
 import { lang, setLang, t, type Key } from '../i18n';
 import { choices, chosenUnit, setUnit } from '../units';
 import { dialog } from './dialog';
+import { setSound, soundWanted } from './fire';
 import { guideWanted } from './guide-key';
 
 export type Theme = 'day' | 'night' | 'auto';
@@ -59,6 +60,12 @@ export function openSettings(): void {
         ${DISPLAYS.map((one) => choice(display() === one, t(`settings.display_${one}`), () => applyDisplay(one)))}
       </div>
       <p class="dim small">${t('settings.display_text')}</p>
+      <h2>${t('settings.sound')}</h2>
+      <div class="row wrap">
+        ${choice(soundWanted(), t('settings.sound_on'), () => setSound(true))}
+        ${choice(!soundWanted(), t('settings.sound_off'), () => setSound(false))}
+      </div>
+      <p class="dim small">${t('settings.sound_text')}</p>
       <h2>${t('settings.units')}</h2>
       <div style="display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:16px">
         ${choices().map(

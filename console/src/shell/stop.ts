@@ -1,7 +1,8 @@
-// STOP and LOCKOUT: on every page, above everything, first in the order of Tab. They act on the
-// press itself, not on its release, and ask nothing.
-import { LitElement, css, html, nothing } from 'lit';
-import { customElement, property } from 'lit/decorators.js';
+// STOP and LOCKOUT: on every page, above everything, first in the order of Tab. STOP acts on the press
+// itself, not on its release, and asks nothing. LOCKOUT also shuts the water and takes long to undo, so it
+// is held for half a second, well apart from STOP; by the keyboard it is pressed twice.
+import { LitElement, css, html, nothing, unsafeCSS } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
 import { whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
@@ -14,6 +15,12 @@ import { confirmDialog, dialog } from './dialog';
 /** A longer name of a monitor stands below the word, and a very long one without its middle. */
 const BESIDE_MOST = 4;
 const SHOWN_MOST = 16;
+
+/** LOCKOUT is held for so long; by the keyboard it is pressed again within the time that it asks for. */
+const HOLD_MS = 500;
+const ASKS_MS = 3000;
+/** From STOP, so that a hand that misses one does not hit the other; the bar's own gap is beside it. */
+const APART_PX = 20;
 
 /** Pause; F9 and Shift+Escape for keyboards without it. None of them types anything. */
 export function isStopKey(event: KeyboardEvent): boolean {
@@ -114,6 +121,28 @@ export class LfStop extends LitElement {
         font-size: 14px;
         letter-spacing: 0.02em;
       }
+      .lockout {
+        position: relative;
+        overflow: hidden;
+        margin-left: ${unsafeCSS(APART_PX)}px;
+      }
+      .lockout > * {
+        position: relative;
+      }
+      /* How much of the time it has been held. */
+      .lockout::before {
+        content: '';
+        position: absolute;
+        inset: 0 100% 0 0;
+        background: #f0a73a;
+      }
+      .lockout.held::before {
+        right: 0;
+        transition: right ${unsafeCSS(HOLD_MS)}ms linear;
+      }
+      .lockout.held {
+        color: #1d1300;
+      }
       .lockout:hover {
         border-color: #f0a73a;
       }
@@ -153,17 +182,32 @@ export class LfStop extends LitElement {
         }
       }
       @media (max-width: 480px) {
-        .lockout {
-          min-width: 56px;
+        .stop:not(.all),
+        .all {
+          padding: 0 6px;
         }
-        .lockout span {
-          display: none;
+        .all {
+          font-size: 14px;
+        }
+        .long small {
+          font-size: 11px;
+        }
+        .lockout {
+          min-width: 74px;
+          padding: 0 2px;
+          margin-left: 17px;
+          font-size: 10px;
         }
       }
     `,
   ];
 
   @property() monitor: string | null = null;
+  /** LOCKOUT is being held; or was pressed too shortly, and says how it is done. */
+  @state() private lockoutIs: 'idle' | 'held' | 'asks' = 'idle';
+  private lockoutTimer = 0;
+  /** STOP alone: the hub does not take LOCKOUT of this page. */
+  @property({ type: Boolean }) only = false;
 
   constructor() {
     super();
@@ -192,6 +236,7 @@ export class LfStop extends LitElement {
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     this.sized.disconnect();
+    this.turnLockout('idle');
     window.removeEventListener('keydown', this.keyed, true);
     document.removeEventListener('toggle', this.covered, true);
   }
@@ -219,7 +264,7 @@ export class LfStop extends LitElement {
             ${t('stop.stop_all_short')}
           </button>`
         : nothing}
-      ${this.lockoutButton(monitor)}`;
+      ${this.only ? nothing : this.lockoutButton(monitor)}`;
   }
 
   private lockoutButton(monitor: string | null) {
@@ -231,16 +276,48 @@ export class LfStop extends LitElement {
       </button>`;
     }
     const label = monitor ? t('stop.lockout_one', { monitor }) : t('stop.lockout_all');
+    const text = engaged ? t('stop.locked_all') : t('stop.lockout');
     return html`<button
-      class="lockout ${engaged ? 'engaged' : ''}"
+      class="lockout ${engaged ? 'engaged' : ''} ${this.lockoutIs}"
       id="lockout"
-      aria-label=${label}
-      title=${label}
-      @pointerdown=${(e: PointerEvent) => this.press(e, () => this.lockout(monitor))}
-      @click=${(e: MouseEvent) => this.clicked(e, () => this.lockout(monitor))}
+      aria-label=${`${label}. ${t('stop.lockout_how')}`}
+      title=${`${label}. ${t('stop.lockout_how')}`}
+      @pointerdown=${(e: PointerEvent) => this.hold(e, monitor)}
+      @pointerup=${this.leave}
+      @pointerleave=${this.leave}
+      @pointercancel=${this.leave}
+      @contextmenu=${(e: Event) => e.preventDefault()}
+      @click=${(e: MouseEvent) => this.clicked(e, () => this.again(monitor))}
     >
-      ${icon('lock', 22)}<span>${engaged ? t('stop.locked_all') : t('stop.lockout')}</span>
+      ${icon('lock', 22)}<span aria-live="polite">${this.lockoutIs === 'asks' ? t('stop.lockout_hold') : text}</span>
     </button>`;
+  }
+
+  private hold(event: PointerEvent, monitor: string | null): void {
+    if (event.button !== 0) return;
+    this.turnLockout('held', HOLD_MS, () => {
+      this.turnLockout('idle');
+      this.lockout(monitor);
+    });
+  }
+
+  private readonly leave = (): void => {
+    if (this.lockoutIs === 'held') this.turnLockout('asks', ASKS_MS, () => this.turnLockout('idle'));
+  };
+
+  /** The keyboard and assistive technology: the second press within the time. */
+  private again(monitor: string | null): void {
+    if (this.lockoutIs !== 'asks') {
+      return this.turnLockout('asks', ASKS_MS, () => this.turnLockout('idle'));
+    }
+    this.turnLockout('idle');
+    this.lockout(monitor);
+  }
+
+  private turnLockout(to: 'idle' | 'held' | 'asks', after_ms = 0, then?: () => void): void {
+    clearTimeout(this.lockoutTimer);
+    this.lockoutIs = to;
+    if (then) this.lockoutTimer = window.setTimeout(then, after_ms);
   }
 
   /** A finger or a mouse: at once. Its click is not a second one. */

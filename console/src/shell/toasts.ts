@@ -61,6 +61,10 @@ export function noteOf(outcome: Outcome): Toast | null {
       more: failed[0]!.error.text(lang()),
     };
   }
+  if (outcome.waiting?.length) {
+    const monitors = outcome.waiting.join(', ');
+    return { kind: 'warning', text: t('stop.no_answer_yet', { monitors }) };
+  }
   const bad = outcome.result?.answers.find((answer) => !answer.success);
   if (bad) return { kind: 'warning', text: `${who} · ${titleOf(outcome.what)}: ${tt(bad.meaning) || bad.text}`, more: tt(bad.remedy) };
   return { kind: 'ok', text: `${who} · ${titleOf(outcome.what)}` };

@@ -8,6 +8,7 @@ import { plural, t, time, tt, type Key } from '../i18n';
 import { icon } from '../parts/icons';
 import { base } from '../theme/shared';
 import { show } from '../units';
+import { firesNow } from './fire';
 import { router, type Route } from './router';
 import { openHelp, openSettings } from './settings';
 
@@ -91,6 +92,17 @@ export class LfTopbar extends LitElement {
       .alarm {
         border: 2px solid transparent;
       }
+      .fire {
+        max-width: 34%;
+        overflow: hidden;
+      }
+      .fire .monitors {
+        overflow: hidden;
+        text-overflow: ellipsis;
+        text-transform: uppercase;
+        letter-spacing: 0.02em;
+      }
+      .fire,
       .high {
         background: #ff7a6b;
         color: #1d0503;
@@ -154,6 +166,13 @@ export class LfTopbar extends LitElement {
           padding: 0 var(--s1);
           gap: 0;
         }
+        .fire {
+          max-width: 46%;
+          flex-shrink: 0;
+          gap: 4px;
+          padding: 0 6px;
+          font-size: 12px;
+        }
         .menu {
           display: inline-flex;
         }
@@ -190,7 +209,7 @@ export class LfTopbar extends LitElement {
         ${monitor ? html`<span class="short">${pageName}</span>` : nothing}
         <span class="name">${name && name !== monitor ? name : (store.hello?.hub.name ?? '\u00a0')}</span>
       </div>
-      ${this.alarms()} ${this.link(monitor)}
+      ${this.fire()} ${this.alarms()} ${this.link(monitor)}
       <div class="item quiet clock">${store.hello ? time(store.now()) : nothing}</div>
       <button class="wide" aria-label=${t('topbar.help')} title=${t('topbar.help')} @click=${openHelp}>
         ${icon('help', 22)}
@@ -218,15 +237,34 @@ export class LfTopbar extends LitElement {
     if (!worst) {
       return html`<a class="quiet" href="#/alarms" aria-label=${t('topbar.no_alarms')}>${icon('check')}<span class="text">${t('topbar.no_alarms')}</span></a>`;
     }
-    const known = all.every((alarm) => alarm.state === 'ack') ? 'known' : '';
+    // What has gone by itself waits for somebody who reads it; nothing holds any more.
+    // The fire has its own place; this one has the colour of the worst of the others.
+    const others = all.filter(({ priority, active }) => active && priority !== 'fire');
+    const holds = others.some(({ state }) => state !== 'ack');
+    const text = worst.active
+      ? plural(all.length, 'topbar.alarms')
+      : t('topbar.over', { n: plural(all.length, 'topbar.alarms') });
     return html`<a
-      class="alarm ${worst.priority} ${known}"
+      class="alarm ${holds ? others[0]!.priority : 'known'}"
       href="#/alarms"
-      aria-label=${plural(all.length, 'topbar.alarms')}
+      aria-label=${text}
     >
-      ${icon(worst.priority === 'high' ? 'alarm' : 'warning')}
-      <span class="text">${plural(all.length, 'topbar.alarms')}</span>
+      ${icon(others[0]?.priority === 'high' ? 'alarm' : 'warning')}
+      <span class="text">${text}</span>
     </a>`;
+  }
+
+  /** On every page, whatever else there is: something burns. */
+  private fire() {
+    const fires = firesNow();
+    if (!fires.length || (!store.linked && store.source === 'live')) return nothing;
+    const waiting = fires.some(({ state }) => state === 'unack');
+    const monitors = [...new Set(fires.map(({ monitor }) => monitor))].join(', ');
+    const text = t('topbar.fire', { monitors });
+    return html`<span class="unseen" role="alert">${text}</span>
+      <a class="alarm fire ${waiting ? '' : 'known'}" href="#/alarms" title=${text}
+      >${icon('fire', 22)}<span class="monitors">${text}</span></a
+    >`;
   }
 
   private link(monitor: string | null) {

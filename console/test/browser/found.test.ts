@@ -38,6 +38,12 @@ describe('a hotbed that the search has found', () => {
     const page = await demo.open('#/m/M1/operate');
     page.setDefaultTimeout(60_000);
     await take(page);
+    // The site is on fire, whatever page one looks at; acknowledged, it is still said.
+    const fire = page.locator('lf-topbar .fire');
+    await fire.getByText('Fire · M1').waitFor();
+    expect(await fire.getAttribute('class')).not.toContain('known');
+    await demo.post('/api/alarms/ack', {});
+    await until(async () => (await fire.getAttribute('class'))!.includes('known'));
     await page.locator('#draw').click();
     await page.locator('#found').click();
 

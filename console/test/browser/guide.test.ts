@@ -64,8 +64,14 @@ test('leads from taking control to a lost link', { timeout: 240_000 }, async () 
   await step(page, 'to the fire', 20_000);
   expect(await flags('Valve1')).toContain('Open');
 
-  await page.locator('#guide-next').click();
+  expect(await page.locator('lf-guide').getByText('Press Aim').count()).toBe(1);
+  await page.locator('#guide-skip').click();
   await step(page, 'by itself');
+  // Wherever the guide is, the monitor that it speaks of is seen.
+  const [card, mark] = [(await page.locator('lf-guide .card').boundingBox())!, (await page.locator('lf-plan [data-id="M1"]').first().boundingBox())!];
+  const apart =
+    card.x + card.width <= mark.x || mark.x + mark.width <= card.x || card.y + card.height <= mark.y || mark.y + mark.height <= card.y;
+  expect(apart, JSON.stringify([card, mark])).toBe(true);
   await page.locator('#draw').click();
   const plan = (await page.locator('lf-plan').boundingBox())!;
   const fire = [plan.x + plan.width * 0.48, plan.y + plan.height * 0.45] as const;

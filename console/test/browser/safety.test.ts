@@ -284,12 +284,27 @@ describe('valves and lockout', () => {
     await close();
   });
 
-  test('lockout is one press; its release wants the name typed and the button held', async () => {
+  test('LOCKOUT is held, apart from STOP, and says its name on a phone; a touch does nothing', async () => {
+    await take(page);
+    const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
+    const lockout = page.locator('#lockout');
+    for (const width of [360, 768, 1024, 1440]) {
+      await page.setViewportSize({ width, height: 800 });
+      const [own, all] = [(await lockout.boundingBox())!, (await page.locator('#stop-all').boundingBox())!];
+      expect(own.x - (all.x + all.width)).toBeGreaterThanOrEqual(24);
+      expect(own.x + own.width).toBeLessThanOrEqual(width);
+      expect(await lockout.locator('span').isVisible()).toBe(true);
+    }
+    await lockout.click();
+    await lockout.getByText('HOLD').waitFor();
+    expect(await locked()).toBe(false);
+  });
+
+  test('lockout is held; its release wants the name typed and the button held', async () => {
     await take(page);
     const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
     const lockOut = async () => {
-      await page.locator('#lockout').click();
-      await until(locked);
+      await pressUntil(page, page.locator('#lockout'), locked);
       await page.getByText('M1 is locked out').first().waitFor();
       await page.locator('#release').click();
     };

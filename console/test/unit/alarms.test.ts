@@ -37,7 +37,7 @@ const ALL = [OVERLOAD, LINK, SHELVED];
 
 describe('alarms', () => {
   it('counts what waits, and leaves out what is shelved', () => {
-    expect(countOf(ALL)).toEqual({ waiting: 2, shelved: 1, active: 2, by: { high: 1, medium: 1, low: 0 } });
+    expect(countOf(ALL)).toEqual({ waiting: 2, shelved: 1, active: 2, by: { fire: 0, high: 1, medium: 1, low: 0 } });
     expect(countOf([{ ...OVERLOAD, state: 'ack' }]).waiting).toBe(0);
   });
 

@@ -1,5 +1,6 @@
 import { expect, test } from 'vitest';
 import { outcomeOf } from '../../src/hub/commands';
+import { noteOf } from '../../src/shell/toasts';
 import type { Result } from '../../src/hub/types';
 
 const done: Result = { ok: true, request: 'Stop All', took_ms: 4, audit: 1, answers: [] };
@@ -16,4 +17,11 @@ test('of one monitor its answers are told', () => {
   expect(outcomeOf(done)).toEqual({ result: done });
   expect(outcomeOf({ M1: done, M2: done })).toEqual({});
   expect(outcomeOf({ state: 'free', holder: null, request: null })).toEqual({});
+});
+
+test('a monitor that has not answered yet is named at once', () => {
+  const outcome = outcomeOf({ M1: done, M2: { pending: true } });
+  expect(outcome).toEqual({ waiting: ['M2'] });
+  const note = noteOf({ monitor: null, what: 'Stop All', ...outcome });
+  expect(note).toMatchObject({ kind: 'warning', text: 'stop.no_answer_yet' });
 });

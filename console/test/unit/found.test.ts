@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { isDoubtful, reckon, type HotbedBox } from '../../src/parts/found';
+import { isDoubtful, reckon, type HotbedBox, spotsOf, type Seen } from '../../src/parts/found';
 import type { Place, Tank } from '../../src/parts/geometry';
 
 const TANK: Tank = { name: 'T-1', at: [0, 0], diameter: 10, height: 6 };
@@ -48,5 +48,31 @@ describe('how far a hotbed is', () => {
     expect(reckon(stand(0), box(-300), []).how).toBe('level');
     expect(reckon(stand(null), box(-300), []).how).toBe('no_height');
     expect(reckon(stand(12), box(down(12, 200)), []).how).toBe('far');
+  });
+});
+
+describe('fires on the plan of a site', () => {
+  const seen = (id: string, at: [number, number], bearing: number, distance_m: number | null = null): Seen => ({ id, at, bearing, distance_m });
+
+  it('are where the lines of sight of two monitors cross', () => {
+    const spots = spotsOf([seen('M1', [0, 0], 45), seen('M2', [40, 0], 315)]);
+    expect(spots).toEqual([{ at: [expect.closeTo(20), expect.closeTo(20)], seen_by: ['M1', 'M2'], crossed: true }]);
+    // A third one that sees the same fire adds no other.
+    expect(spotsOf([seen('M1', [0, 0], 45), seen('M2', [40, 0], 315), seen('M3', [20, 50], 180)])).toEqual([
+      { at: [expect.closeTo(20), expect.closeTo(20)], seen_by: ['M1', 'M2', 'M3'], crossed: true },
+    ]);
+  });
+
+  it('are at the computed distance of one alone, and nowhere without a distance', () => {
+    expect(spotsOf([seen('M1', [0, 0], 90, 25)])).toEqual([
+      { at: [expect.closeTo(25), expect.closeTo(0)], seen_by: ['M1'], crossed: false },
+    ]);
+    expect(spotsOf([seen('M1', [0, 0], 90)])).toEqual([]);
+    // Nearly parallel, or behind: two fires or none.
+    expect(spotsOf([seen('M1', [0, 0], 90), seen('M2', [0, 5], 92)])).toEqual([]);
+    expect(spotsOf([seen('M1', [0, 0], 270), seen('M2', [40, 0], 315)])).toEqual([]);
+    // Two fires: what one monitor has as the distance contradicts the crossing.
+    const two = spotsOf([seen('M1', [0, 0], 45, 80), seen('M2', [40, 0], 315, 28)]);
+    expect(two.map(({ crossed }) => crossed)).toEqual([false, false]);
   });
 });

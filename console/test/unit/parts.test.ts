@@ -1,47 +1,10 @@
 import { describe, expect, it } from 'vitest';
-import { elevationFor, flightOf, rangeOf, reachOf } from '../../src/parts/ballistics';
+import type { Jet } from '../../src/hub/jets';
 import { distanceTo, type Place, type Sector } from '../../src/parts/geometry';
 import { changes, ofKeys, ofStick } from '../../src/parts/hold';
-import { hotbedOf, planMonitor } from '../../src/parts/plan/model';
+import { hotbedOf, jetAsked, planMonitor } from '../../src/parts/plan/model';
 import { dragged, gripAt, GRIPS, keyed, tidy, usualSector } from '../../src/parts/plan/sector-tool';
 import { Columns } from '../../src/parts/plot/data';
-
-describe('ballistics', () => {
-  it('has the reach that the monitor reckons with', () => {
-    // crates/device/src/ballistics.rs: best ranges of 28 mm at 40 and 79, of 40 mm at 79, nozzle 1.5 m high.
-    for (const [pressure_datm, diameter_mm, best] of [[40, 28, 37], [79, 28, 44.5], [79, 40, 60.7]] as const) {
-      const reach = reachOf({ pressure_datm, diameter_mm, nozzle_mm: 60 }, 1.5)!;
-      expect(Math.abs(reach - best)).toBeLessThan(1.5);
-    }
-  });
-
-  it('comes down on the ground and not before', () => {
-    const flight = flightOf({ pressure_datm: 79, nozzle_mm: 60 }, 600, 6)!;
-    const [, last] = flight.points[flight.points.length - 1]!;
-    expect(last).toBeCloseTo(-6, 1);
-    expect(Math.max(...flight.points.map(([, rise]) => rise))).toBeGreaterThan(1);
-  });
-
-  it('is aimed so that the jet falls where it is to fall, by the lower of the two ways', () => {
-    const jet = { pressure_datm: 79, nozzle_mm: 60 };
-    for (const way of [8, 17, 28, 40]) {
-      const low = elevationFor(jet, way, -6)!;
-      expect(rangeOf(jet, low, 6)!).toBeCloseTo(way, 0);
-      expect(low).toBeLessThan(elevationFor(jet, way + 2, -6)!);
-    }
-    // Onto a roof the barrel is raised more than to the ground behind it.
-    expect(elevationFor(jet, 28, 4)!).toBeGreaterThan(elevationFor(jet, 28, -6)!);
-    expect(elevationFor(jet, 120, -6)).toBeNull();
-    expect(elevationFor({ pressure_datm: 0, nozzle_mm: 60 }, 10, -6)).toBeNull();
-  });
-
-  it('sprays less far, and not at all without pressure', () => {
-    const jet = rangeOf({ pressure_datm: 79, nozzle_mm: 60 }, 900, 2)!;
-    const spray = rangeOf({ pressure_datm: 79, nozzle_mm: 0 }, 900, 2)!;
-    expect(spray).toBeLessThan(jet / 2);
-    expect(rangeOf({ pressure_datm: 0, nozzle_mm: 60 }, 900, 2)).toBeNull();
-  });
-});
 
 describe('hold', () => {
   it('has a dead zone, and lets go later than it takes hold', () => {
@@ -172,12 +135,35 @@ describe('plan model', () => {
     expect(hotbedOf(site.monitors.M1, ground, site.tanks).distance_m).toBeCloseTo(16.5, 0);
   });
 
-  it('reckons the landing where no simulation tells it, and only while water flows', () => {
-    const shut = planMonitor('M1', site, { status: status(['Closed']) })!;
-    expect(shut.lands).toBeNull();
-    const open = planMonitor('M1', site, { status: status(['Open']) })!;
+  const jet: Jet = {
+    pressure_datm: 79,
+    reach_m: 44,
+    flight: { points: [[0, 0, 0], [20, 2, 0.6], [38, -6, 1.5]], lands_m: 38, core_m: 20, speed_mps: 39 },
+    fault: null,
+  };
+
+  it('shows the landing that the hub has computed, and only while water flows', () => {
+    const shut = planMonitor('M1', site, { status: status(['Closed']), jet })!;
+    expect([shut.lands, shut.flight, shut.reach_m]).toEqual([null, null, 44]);
+    const open = planMonitor('M1', site, { status: status(['Open']), jet })!;
     expect(open.lands![0]).toBeCloseTo(open.lands![1]);
-    expect(distanceTo(open.at, open.lands!)).toBeGreaterThan(20);
+    expect(distanceTo(open.at, open.lands!)).toBeCloseTo(38);
+    // Before the answer nothing is shown instead of it.
+    const early = planMonitor('M1', site, { status: status(['Open']) })!;
+    expect([early.lands, early.flight ?? null, early.reach_m]).toEqual([null, null, null]);
+  });
+
+  it('asks about the water that flows, else about the usual one, whatever the barrel does meanwhile', () => {
+    const of = (flags: string[], pressure: number) => {
+      const known = status(flags);
+      known.subsystems.General.pressure = pressure;
+      return jetAsked(site.monitors.M1, known)!;
+    };
+    const live = { pressure_datm: 5, nozzle_mm: 60, height_cm: 600, elevation_arcmin: 300, live: true };
+    expect(of(['Open'], 5)).toEqual(live);
+    expect(of(['Closed'], 5)).toEqual({ ...live, pressure_datm: 79, elevation_arcmin: 0, live: false });
+    expect(of(['Closed'], 60).pressure_datm).toBe(60);
+    expect(jetAsked(undefined, status([]))).toBeNull();
   });
 
   it('never shows what is not known as live', () => {

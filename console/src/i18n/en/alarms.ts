@@ -9,6 +9,8 @@ export default {
   'alarms.hub': 'Hub',
   'alarms.find': 'Search the alarms',
   'alarms.find_clear': 'Clear the search',
+  'alarms.fire': 'Fire',
+  'alarms.was': 'Was: {what}',
   'alarms.high': 'High',
   'alarms.medium': 'Medium',
   'alarms.low': 'Low',

@@ -87,6 +87,7 @@ export default {
   'events.outcome_refused': 'refused',
   'events.outcome_taken_over': 'taken over',
   'events.outcome_still_moving': 'still moving',
+  'events.outcome_unbounded': 'would not end by itself',
   'events.outcome_unknown': 'unknown',
   'events.outcome_no_answer': 'no answer',
   'events.outcome_outcome_unknown': 'outcome unknown',

@@ -11,6 +11,12 @@ export default {
   'guide.welcome_title': 'A tank farm is on fire',
   'guide.welcome':
     'Three simulated monitors stand around it, with the very software of real ones. In two minutes you will have put water on the fire, by hand and automatically.',
+  'guide.not_yet': 'Do this step first, or skip it.',
+  'guide.welcome_calm_title': 'A tank farm',
+  'guide.welcome_calm':
+    'Three simulated monitors surround it, with the very software of real ones. In two minutes you will have aimed water at a tank, by hand and automatically.',
+  'guide.fire_calm_title': 'Bring the water to a tank',
+  'guide.fire_calm': 'Press Aim and then a tank on the plan: the barrel is raised so that the jet falls there. Or steer by hand.',
   'guide.control_title': 'Take control',
   'guide.control':
     'One person at a time commands a monitor. Press Take control above. STOP, Close and LOCKOUT need none: they always work, for everybody.',
@@ -22,7 +28,7 @@ export default {
   'guide.open_title': 'Open the water',
   'guide.open': 'Hold Open for a second, so that nobody opens it by accident. One press of Close closes it.',
   'guide.fire_title': 'Bring the water to the fire',
-  'guide.fire': 'Steer until the jet falls on a burning tank. Wind bends it; a wider jet reaches less far.',
+  'guide.fire': 'Press Aim and then the burning tank on the plan: the barrel is raised so that the jet falls there. Or steer by hand. Wind bends the jet; a wider one reaches less far.',
   'guide.auto_title': 'Now let it work by itself',
   'guide.auto':
     'Press Draw sector, drag over the burning tank on the plan, press Extinguish. The jet sweeps the sector line by line; if you steer, it waits, and goes on 3 s later.',

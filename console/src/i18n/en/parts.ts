@@ -11,6 +11,8 @@ export default {
   'parts.plan.out_of_limits': 'partly beyond the limits',
   'parts.plan.too_far': 'beyond the reach',
   'parts.plan.reach': 'reach {d}',
+  'parts.plan.no_wind': 'No wind sensor',
+  'parts.plan.found': 'fire spot found by {monitors}',
   'parts.plan.wind': 'Wind {v} m/s',
   'parts.plan.wind_short': '{v} m/s',
   'parts.plan.monitor': '{id}: bearing {b}',

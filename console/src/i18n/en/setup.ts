@@ -4,7 +4,7 @@ export default {
   'setup.no_token':
     'This hub has no users yet. Open the one-time link that it printed when it was first started; it ends in /setup# and a token.',
   'setup.user_first': 'Choose a user name',
-  'setup.password': 'Password, 10 characters or more',
+  'setup.password': 'Password, 10 characters or more, not easily guessed',
   'setup.again': 'The password again',
   'setup.create': 'Create and log in',
   'setup.short': 'The password needs {n} characters or more',

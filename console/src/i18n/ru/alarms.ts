@@ -9,6 +9,8 @@ export default {
   'alarms.hub': 'Центр управления',
   'alarms.find': 'Поиск по тревогам',
   'alarms.find_clear': 'Очистить поиск',
+  'alarms.fire': 'Пожар',
+  'alarms.was': 'Было: {what}',
   'alarms.high': 'Высокая',
   'alarms.medium': 'Средняя',
   'alarms.low': 'Низкая',

@@ -87,6 +87,7 @@ export default {
   'events.outcome_refused': 'отказ',
   'events.outcome_taken_over': 'перехвачено',
   'events.outcome_still_moving': 'ещё движется',
+  'events.outcome_unbounded': 'не прекратилось бы само',
   'events.outcome_unknown': 'неизвестно',
   'events.outcome_no_answer': 'нет ответа',
   'events.outcome_outcome_unknown': 'итог неизвестен',

@@ -13,6 +13,8 @@ const ru: Record<keyof typeof en, string> = {
   'parts.plan.out_of_limits': 'частично за пределами',
   'parts.plan.too_far': 'струя не достаёт',
   'parts.plan.reach': 'досягаемость {d}',
+  'parts.plan.no_wind': 'Нет датчика ветра',
+  'parts.plan.found': 'очаг, найденный: {monitors}',
   'parts.plan.wind': 'Ветер {v} м/с',
   'parts.plan.wind_short': '{v} м/с',
   'parts.plan.monitor': '{id}: азимут {b}',

@@ -43,6 +43,10 @@ export function stamp(at_ms: number): string {
 }
 
 const SHAPES: Record<Priority, [unknown, string]> = {
+  fire: [
+    svg`<path d="M12 1c.7 4.600 7.300 7.300 7.300 14.600a7.300 7.300 0 0 1-14.600 0c0-3.300 1.700-5.300 3.300-7.300.4 2 1.300 3.300 2.700 4C11.300 8.300 10 5 12 1Z"/>`,
+    '!',
+  ],
   high: [svg`<path d="M8.300 2h7.400L22 8.300v7.400L15.700 22H8.300L2 15.700V8.300z"/>`, '1'],
   medium: [svg`<path d="M12 1.500 23.500 22H.500z"/>`, '2'],
   low: [svg`<circle cx="12" cy="12" r="10"/>`, '3'],
@@ -52,7 +56,7 @@ const SHAPES: Record<Priority, [unknown, string]> = {
 export function priorityMark(priority: Priority, size = 28) {
   const [shape, digit] = SHAPES[priority];
   return html`<svg class="mark ${priority}" width=${size} height=${size} viewBox="0 0 24 24" aria-hidden="true">
-    ${shape}<text x="12" y=${priority === 'medium' ? 19 : 16.5} text-anchor="middle">${digit}</text>
+    ${shape}<text x="12" y=${priority === 'medium' || priority === 'fire' ? 19 : 16.5} text-anchor="middle">${digit}</text>
   </svg>`;
 }
 
@@ -65,6 +69,7 @@ export const markStyle = css`
     font: 700 13px var(--font);
     fill: var(--surface);
   }
+  .mark.fire,
   .mark.high {
     fill: var(--high);
   }

@@ -27,7 +27,7 @@ export type StepName =
   | 'unshelved'
   | 'ended';
 
-export const PRIORITIES: readonly Priority[] = ['high', 'medium', 'low'];
+export const PRIORITIES: readonly Priority[] = ['fire', 'high', 'medium', 'low'];
 
 export function waits(alarm: Alarm): boolean {
   return alarm.state === 'unack' || alarm.state === 'rtn_unack';
@@ -53,7 +53,7 @@ export interface Counts {
 }
 
 export function countOf(alarms: Alarm[]): Counts {
-  const counts: Counts = { waiting: 0, shelved: 0, active: 0, by: { high: 0, medium: 0, low: 0 } };
+  const counts: Counts = { waiting: 0, shelved: 0, active: 0, by: { fire: 0, high: 0, medium: 0, low: 0 } };
   for (const alarm of alarms) {
     if (alarm.state === 'shelved') {
       counts.shelved += 1;

@@ -57,6 +57,7 @@ export const alarmStyle = css`
     width: 4px;
     background: var(--edge);
   }
+  .alarm.fire,
   .alarm.high {
     --edge: var(--high);
     --soft: var(--high-soft);

@@ -3,6 +3,7 @@ import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { HubError } from '../../hub/errors';
+import { validOf } from '../../hub/readings';
 import { has, whyNot, type Wants } from '../../hub/session';
 import { SECOND, store, TopicController } from '../../hub/store';
 import type { Range, Result, SubsystemStatus } from '../../hub/types';
@@ -158,7 +159,7 @@ export class Step extends LitElement {
   }
 
   protected position(drive: string): number | null {
-    return this.of(drive)?.position ?? null;
+    return validOf(this.of(drive), 'position');
   }
 
   protected get stale(): boolean {

@@ -3,6 +3,7 @@ import { css, html, nothing, svg, type TemplateResult } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { flag as flagOf } from '../../hub/dictionary';
+import { badText, readingOf } from '../../hub/readings';
 import { t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import { show, type Quantity } from '../../units';
@@ -71,27 +72,31 @@ export class StepSensors extends Step {
 
   private rows(): Row[] {
     const general = this.of('General');
-    const number = (quantity: Quantity, value: number | undefined) => show(quantity, value);
+    const number = (quantity: Quantity, field: string) => {
+      const bad = badText('General', readingOf(general, field));
+      const text = show(quantity, readingOf(general, field).value);
+      return bad ? `(${text}) ${t('operate.bad_value')}` : text;
+    };
     const range = `${this.value('General', 'MainVoltageMin') ?? '—'} … ${this.value('General', 'MainVoltageMax') ?? '—'}`;
     const rows: Row[] = [
       {
         id: 'voltage',
         name: t('commissioning.sensors.voltage'),
-        value: number('voltage', general?.main_voltage),
+        value: number('voltage', 'main_voltage'),
         faults: { subsystem: 'General', flags: ['BadPower'] },
         note: t('commissioning.sensors.allowed', { range }),
       },
       {
         id: 'pressure',
         name: t('commissioning.sensors.pressure'),
-        value: number('pressure', general?.pressure),
+        value: number('pressure', 'pressure'),
         faults: { subsystem: 'General', flags: ['PressureSensorBreak', 'PressureSensorShort'] },
         note: t('commissioning.sensors.pressure_note'),
       },
       {
         id: 'flow',
         name: t('commissioning.sensors.flow'),
-        value: number('flow', general?.flowrate),
+        value: number('flow', 'flowrate'),
         faults: { subsystem: 'General', flags: [] },
       },
     ];

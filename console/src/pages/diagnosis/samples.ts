@@ -1,6 +1,7 @@
 // Link statistics of the last minutes, of every monitor: what the hub has kept, then as they come.
 import { http } from '../../hub/http';
 import { linkFigures } from '../../hub/session';
+import { socket } from '../../hub/socket';
 import { store } from '../../hub/store';
 import type { LinkFigures } from '../../hub/types';
 import type { Point } from '../../parts/lf-trend';
@@ -37,6 +38,7 @@ export function sampleOf(t: number, link: LinkFigures, heard: boolean): Sample {
 }
 
 const all = new Map<string, Sample[]>();
+const filled = new Set<string>();
 
 function take(): void {
   if (store.source === 'replay') return;
@@ -44,6 +46,12 @@ function take(): void {
   for (const id of store.monitors()) {
     const link = linkFigures(id);
     if (!link) continue;
+    if (!socket.hears(id)) {
+      // Fetched again when they are shown.
+      all.delete(id);
+      filled.delete(id);
+      continue;
+    }
     const samples = all.get(id) ?? [];
     samples.push(sampleOf(now, link, store.linked));
     while (samples[0] && samples[0].t < now - KEEP_MS) samples.shift();
@@ -60,7 +68,6 @@ export function samplesOf(monitor: string): Sample[] {
 }
 
 const SERIES = ['sent', 'received', 'retries', 'timeouts', 'errors', 'rtt_ms'] as const;
-const filled = new Set<string>();
 
 /** What the hub has kept from before this page was opened, once. */
 export async function fillSamples(monitor: string): Promise<void> {

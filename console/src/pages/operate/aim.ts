@@ -1,59 +1,64 @@
-// Where a press on the plan aims: by the ballistics of the jet when water flows, else by the line of
-// sight. The monitor itself corrects a program so (§3.14), and aims direct on the narrowest jet while
-// it has no pressure to reckon with (§3.3.6/5); a Move it takes as it is, so the page reckons.
+// Where a press on the plan aims: by the jet when water flows, else by the line of sight. The monitor itself
+// corrects a program so (§3.14), and aims direct while it has no pressure to compute with (§3.3.6/5); a Move it
+// takes as it is, so the hub is asked, which computes it with the monitor's own law.
+import { jets, solve, type NoJet } from '../../hub/jets';
 import { store } from '../../hub/store';
+import type { Site } from '../../hub/types';
 import { t } from '../../i18n';
-import { elevationFor } from '../../parts/ballistics';
-import type { AimDetail } from '../../parts/lf-plan';
+import { jetAsked, type AimDetail } from '../../parts/lf-plan';
 import { bearingText, lengthText } from '../../parts/words';
 import { show } from '../../units';
-import { field, limits, position } from './state';
+import { field, limits } from './state';
 
-/** Less than 1 atm is no jet (as the monitor has it: docs/questions.md). */
-const PRESSURE_LEAST_DATM = 10;
-const NARROWEST_MM = 60;
-const DECIMILLIMETRES = 10;
+/** An answer that took longer is not followed by a motion: nobody expects it any more. */
+export const SOLVED_MOST_MS = 1000;
 
 export interface Aimed {
   Horizontal: number;
   Vertical: number;
-  /** What has been reckoned, in words. */
+  /** What has been computed, in words. */
   text: string;
   kind: 'ok' | 'info' | 'warning';
 }
 
-/** The outlet of the nozzle as the parameters tell it; undefined: not read. */
-export function outlet_mm(monitor: string): number | undefined {
-  const told = store.get(`monitors/${monitor}/params`)?.values.Control?.NozzleDiameter?.values?.[0];
-  return told === undefined ? undefined : told / DECIMILLIMETRES;
+/** The pressure has no valid value: nothing is aimed before somebody gives one. */
+export const UNKNOWN = 'pressure_unknown';
+
+/** Whether there is a jet that is aimed. */
+export function flows(monitor: string, site: Site): boolean {
+  const asked = jetAsked(site.monitors[monitor], store.get(`monitors/${monitor}/status`));
+  if (!asked || asked.pressure_datm !== field(monitor, 'General', 'pressure')) return false;
+  return (jets.of(monitor, asked)?.reach_m ?? null) !== null;
 }
 
-/** Whether there is a jet to reckon with. */
-export function flows(monitor: string): boolean {
-  return (field(monitor, 'General', 'pressure') ?? 0) >= PRESSURE_LEAST_DATM;
-}
-
-export function aimAt(monitor: string, at: AimDetail): Aimed {
+export async function aimAt(
+  monitor: string,
+  at: AimDetail,
+  pressure_datm?: number,
+): Promise<Aimed | typeof UNKNOWN> {
+  const { elevation_arcmin, fault, pressure_datm: pressure } = await solve(monitor, {
+    way_m: at.distance_m,
+    rise_m: at.rise_m,
+    ...(pressure_datm === undefined ? {} : { pressure_datm }),
+  });
+  if (fault === UNKNOWN) return UNKNOWN;
   const place = { bearing: bearingText(at.bearing), distance: lengthText(at.distance_m) };
   const Horizontal = Math.round(at.horizontal_arcmin);
-  const pressure = field(monitor, 'General', 'pressure') ?? 0;
-  const sight = Math.round(at.sight_arcmin);
-  if (!flows(monitor)) {
-    return { Horizontal, Vertical: within(monitor, sight), kind: 'info', text: t('operate.aimed_sight', place) };
+  if (elevation_arcmin === null) {
+    const far = FAR.includes(fault);
+    return {
+      Horizontal,
+      Vertical: within(monitor, Math.round(at.sight_arcmin)),
+      kind: far ? 'warning' : 'info',
+      text: t(far ? 'operate.aimed_far' : 'operate.aimed_sight', place),
+    };
   }
-  const jet = {
-    pressure_datm: pressure,
-    nozzle_mm: position(monitor, 'Nozzle') ?? NARROWEST_MM,
-    diameter_mm: outlet_mm(monitor),
-  };
-  const elevation = elevationFor(jet, at.distance_m, at.rise_m);
-  if (elevation === null) {
-    return { Horizontal, Vertical: within(monitor, sight), kind: 'warning', text: t('operate.aimed_far', place) };
-  }
-  const Vertical = within(monitor, elevation);
-  const told = { ...place, elevation: show('angle', Vertical), pressure: show('pressure', pressure) };
+  const Vertical = within(monitor, elevation_arcmin);
+  const told = { ...place, elevation: show('angle', Vertical), pressure: show('pressure', pressure!) };
   return { Horizontal, Vertical, kind: 'ok', text: t('operate.aimed_jet', told) };
 }
+
+const FAR: readonly (NoJet | null)[] = ['range', 'angle'];
 
 function within(monitor: string, elevation: number): number {
   const range = limits(monitor, 'Vertical');

@@ -11,6 +11,7 @@ import { age, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import type { QuenchSector } from '../../parts/geometry';
 import { dialog } from '../../shell/dialog';
+import { toast } from '../../shell/toasts';
 import { base, card, fields } from '../../theme/shared';
 import { parse, show, unitText } from '../../units';
 import { wholeLength } from './found';
@@ -272,13 +273,15 @@ export class LfAutomatic extends LitElement {
 
   private program(): void {
     const { monitor } = this;
-    const h = position(monitor, 'Horizontal') ?? 0;
-    const v = position(monitor, 'Vertical') ?? 0;
+    const [h, v] = [position(monitor, 'Horizontal'), position(monitor, 'Vertical')];
     const stored = store.get(`monitors/${monitor}/params`)?.values.Control;
     const start = (n: number, close: () => void) => () => {
       close();
       const values = stored?.[`Program${n}`]?.values;
       const [ch, cv, nozzle] = values ?? [h, v, this.nozzle()];
+      if (typeof ch !== 'number' || typeof cv !== 'number') {
+        return toast({ kind: 'error', text: `${monitor} · ${t('operate.position_unknown')}` });
+      }
       commands
         .request(monitor, `StartQuench Control program=${n} centre=${ch},${cv} nozzle=${nozzle}`)
         .catch(() => {});

@@ -34,6 +34,14 @@ export class LfHand extends LitElement {
       lf-joystick {
         margin: 0 auto;
       }
+      @media (max-height: 820px) {
+        lf-joystick {
+          --joystick: 150px;
+        }
+        .card {
+          padding-block: 8px;
+        }
+      }
       .nozzle {
         display: grid;
         grid-template-columns: var(--touch) 1fr var(--touch);
@@ -241,7 +249,7 @@ export class LfHand extends LitElement {
 
   private told(drive: Drive, told: HoldState): void {
     this.states = { ...this.states, [drive]: told };
-    const bad = told.end === 'refused' || told.end === 'still_moving' || told.end === 'unknown';
+    const bad = ['refused', 'still_moving', 'unbounded', 'unknown'].includes(told.end ?? '');
     if (told.state === 'ended' && bad) toast({ kind: 'warning', text: `${this.monitor}: ${tt(told.text)}` });
   }
 

@@ -1,10 +1,10 @@
 // The monitors as the plan shows them. Made anew for those alone of which something has changed: with a
 // hundred of them each change would be dear otherwise.
+import { jets, type Jet } from '../../hub/jets';
 import { store } from '../../hub/store';
 import type { Scene, Site } from '../../hub/types';
 import { sectorOf, type Sector } from '../../parts/geometry';
-import { planMonitor, type PlanMonitor } from '../../parts/lf-plan';
-import { outlet_mm } from './aim';
+import { jetAsked, planMonitor, type PlanMonitor } from '../../parts/lf-plan';
 import { quenchOf } from './state';
 
 export class OnPlan {
@@ -36,7 +36,7 @@ export class OnPlan {
       hotbeds: store.get(`monitors/${id}/hotbeds`),
       scene,
       down: store.stale(id),
-      outlet_mm: outlet_mm(id),
+      jet: jetOf(id, site),
     };
     const { at, heading, height } = site.monitors[id] ?? {};
     const of = [...Object.values(topics), at?.[0], at?.[1], heading, height, site.tanks];
@@ -46,4 +46,10 @@ export class OnPlan {
     this.made.set(id, { of, monitor });
     return monitor;
   }
+}
+
+/** Flight and reach of a monitor's jet, as the hub computes them; null: not known (yet). */
+export function jetOf(id: string, site: Site): Jet | null {
+  const asked = jetAsked(site.monitors[id], store.get(`monitors/${id}/status`));
+  return (asked && jets.of(id, asked)) ?? null;
 }

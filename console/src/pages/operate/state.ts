@@ -1,4 +1,5 @@
 // What the operate page reads of a monitor, and why its controls would do nothing.
+import { validOf } from '../../hub/readings';
 import { has, whyNot } from '../../hub/session';
 import { store } from '../../hub/store';
 import type { Range } from '../../hub/types';
@@ -11,9 +12,9 @@ const UNKNOWN_M = 25;
 
 export const AIMED = ['Horizontal', 'Vertical', 'Nozzle'] as const;
 
+/** A value to compute with: null also where a flag says that it is bad. */
 export function field(monitor: string, subsystem: string, name: string): number | null {
-  const value = store.get(`monitors/${monitor}/status`)?.subsystems[subsystem]?.[name];
-  return typeof value === 'number' ? value : null;
+  return validOf(store.get(`monitors/${monitor}/status`)?.subsystems[subsystem], name);
 }
 
 export function position(monitor: string, drive: string): number | null {

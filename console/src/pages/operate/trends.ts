@@ -2,6 +2,7 @@
 import { LitElement, css, html } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
+import { validOf } from '../../hub/readings';
 import { store } from '../../hub/store';
 import { t } from '../../i18n';
 import type { LfPlot, PlotSeries } from '../../parts/lf-plot';
@@ -158,9 +159,8 @@ export class LfTrends extends LitElement {
     const at = status.stale ? store.now() : (status.at_ms ?? store.now());
     for (const what of ['water', 'currents'] as const) {
       const values = SOURCES[what].map(({ id, subsystem, field, quantity }) => {
-        const value = status.subsystems[subsystem]?.[field];
-        const known = typeof value === 'number' && !status.stale;
-        return [id, known ? fromWire(quantity, value) : null] as const;
+        const value = validOf(status.subsystems[subsystem], field);
+        return [id, value !== null && !status.stale ? fromWire(quantity, value) : null] as const;
       });
       (what === 'water' ? this.water : this.currents).push(at, Object.fromEntries(values));
     }
@@ -174,21 +174,24 @@ export class LfTrends extends LitElement {
       const series = SOURCES[what].map((s) => `${s.subsystem}.${s.field}`).join(',');
       const query = `monitor=${this.monitor}&series=${series}&from_ms=${Math.round(to - PAST_MS)}&to_ms=${Math.round(to)}`;
       const answer = await http
-        .get<{ series: Record<string, [number, number][]> }>(`/api/history?${query}`)
+        .get<{ series: Record<string, Past[]> }>(`/api/history?${query}`)
         .catch(() => null);
       if (!answer || !this.isConnected) return;
       const values = SOURCES[what].map((s) => {
         const points = answer.series[`${s.subsystem}.${s.field}`] ?? [];
-        return [s.id, steps(points, to).map(([at, v]) => [at, fromWire(s.quantity, v)] as const)] as const;
+        return [s.id, steps(points, to).map(([at, v]) => [at, v === null ? null : fromWire(s.quantity, v)] as const)] as const;
       });
       (what === 'water' ? this.water : this.currents).fill(Object.fromEntries(values));
     }
   }
 }
 
+/** A value since when; null: from then on it is not known. */
+type Past = [number, number | null];
+
 /** A value holds until the next change. */
-function steps(points: [number, number][], to: number): [number, number][] {
-  return points.flatMap(([at, value], n): [number, number][] => [
+function steps(points: Past[], to: number): Past[] {
+  return points.flatMap(([at, value], n): Past[] => [
     [at, value],
     [Math.max(at, (points[n + 1]?.[0] ?? to) - 1), value],
   ]);

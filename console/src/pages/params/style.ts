@@ -32,7 +32,8 @@ export const rowStyle = [
     }
     .row {
       display: grid;
-      grid-template-columns: minmax(200px, 1fr) 240px 176px 208px;
+      /* On a wide screen a value stays near its name. */
+      grid-template-columns: minmax(200px, 640px) 240px 176px 208px;
       gap: 4px var(--s3);
       align-items: start;
       padding: 10px var(--s3);

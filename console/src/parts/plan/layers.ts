@@ -14,6 +14,7 @@ import {
   type Sector,
   type View,
 } from '../geometry';
+import type { Spot } from '../found';
 import type { PlanMonitor, PlanScene, PlanSite } from './model';
 import { NAME_PX, namePlaces, nameWidth } from './names';
 
@@ -101,6 +102,17 @@ export function fires(camera: Camera, scene: PlanScene): SVGTemplateResult {
     })}`;
 }
 
+/** What detectors have found, where it is computed to be: dashed, for it is not seen. */
+export function found(camera: Camera, spots: readonly Spot[]): SVGTemplateResult {
+  return svg`${spots.map((spot) => {
+    const [x, y] = px(camera, spot.at);
+    return svg`<g class="found" data-seen-by=${spot.seen_by.join(' ')} transform="translate(${f(x)} ${f(y)})">
+      <circle class="fire-area" stroke-dasharray=${spot.crossed ? nothing : '4 3'} r=${f(Math.max(2 * camera.view.scale, 13))}></circle>
+      <path class="flame" d=${FLAME}></path>
+    </g>`;
+  })}`;
+}
+
 export function drops(camera: Camera, list: readonly Drop[], now_ms: number): SVGTemplateResult {
   return svg`${list.map((drop) => {
     const age = (now_ms - drop.born_ms) / DROP_LIFE_MS;
@@ -154,10 +166,12 @@ export function rangeNames(
   monitor: PlanMonitor,
   length: (metres: number) => string,
   reachText: (distance: string) => string,
+  taken: readonly (readonly [Place, number])[],
 ): SVGTemplateResult {
   const { reach, rings } = ringsOf(monitor);
+  const clear = taken.map(([at, radius]) => [px(camera, at), radius * camera.view.scale] as const);
   const label = (range: number, text: string, kind: string): SVGTemplateResult => {
-    const place = labelPlace(camera, monitor, range);
+    const place = labelPlace(camera, monitor, range, clear);
     return svg`<text class=${kind} x=${f(place[0])} y=${f(place[1])} dy="0.35em">${text}</text>`;
   };
   return svg`${rings.map((range) => label(range, length(range), 'ring-name'))}
@@ -174,13 +188,19 @@ function ringsOf(monitor: PlanMonitor): { reach: number; far: number; rings: num
 }
 
 /** On the ring, to the side of the barrel where there is most room in the picture. */
-function labelPlace(camera: Camera, monitor: PlanMonitor, range: number): Place {
+function labelPlace(
+  camera: Camera,
+  monitor: PlanMonitor,
+  range: number,
+  taken: readonly (readonly [Place, number])[],
+): Place {
   const ahead = barrelOf(monitor);
   const inset = 34;
   let best: { at: Place; room: number } | null = null;
   for (const turn of [24, -24, 40, -40, 60, -60, 90, -90, 130, -130, 180]) {
     const at = px(camera, placeAt(monitor.at, ahead + turn, range));
-    const room = Math.min(at[0], camera.width - at[0], at[1], camera.height - at[1]);
+    const free = taken.map(([[x, y], radius]) => Math.hypot(at[0] - x, at[1] - y) - radius);
+    const room = Math.min(at[0], camera.width - at[0], at[1], camera.height - at[1], ...free);
     if (room > inset) return at;
     if (!best || room > best.room) best = { at, room };
   }
@@ -360,6 +380,7 @@ export function compassMark(
   north: string,
   scene: PlanScene | null,
   wind: (speed: string, short: boolean) => string,
+  noWind: string,
 ): SVGTemplateResult {
   const speed = scene ? Math.hypot(...scene.wind) : 0;
   // The arrow points to where the wind blows.
@@ -368,7 +389,9 @@ export function compassMark(
     <circle r="19"></circle>
     <path class="needle" d="M0-16 5-3H-5Z"></path><text y="9">${north}</text>
     ${
-      speed > 0.2
+      !scene
+        ? svg`<text class="wind-speed" x="-28" dy="0.35em">${camera.width < TIGHT_PX ? '' : noWind}</text>`
+        : speed > 0.2
         ? svg`<g transform="translate(-46 0)"><g transform="rotate(${f(toward)})">
             <path class="wind" d="M0 12V-12M-5-6 0-12 5-6"></path></g>
             <text class="wind-speed" x="-16" dy="0.35em">${wind(num(speed, 1), camera.width < TIGHT_PX)}</text></g>`

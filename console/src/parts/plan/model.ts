@@ -1,6 +1,7 @@
 // What a plan shows, made from the hub's topics (docs/hub-api.md). Pure.
-import { flightOf, reachOf } from '../ballistics';
-import { reckon, type HotbedBox } from '../found';
+import type { Jet, JetAsked } from '../../hub/jets';
+import { validOf } from '../../hub/readings';
+import { isDoubtful, reckon, spotsOf, type HotbedBox, type Spot } from '../found';
 import {
   bearingOf,
   placeAt,
@@ -49,6 +50,8 @@ export interface PlanMonitor {
   /** What the jet reaches at this pressure, else at the usual one. */
   reach_m?: number | null;
   lands?: Place | null;
+  /** The present flight of the jet, while water flows and its values are known. */
+  flight?: Jet['flight'];
   pressure_datm?: number;
   water: boolean;
   foam: boolean;
@@ -63,6 +66,8 @@ export interface Hotbed {
   bearing: number;
   width: number;
   distance_m: number;
+  /** The distance is a guess: nothing tells it. */
+  guessed?: boolean;
   brightness: number;
 }
 
@@ -74,6 +79,8 @@ interface StatusLike {
 
 /** At this pressure the reach is told while no water flows: 0.8 MPa. */
 export const USUAL_PRESSURE_DATM = 79;
+/** A pressure above this stands before the closed valve: the reach is the one that it will give. */
+const PRESSED_DATM = 20;
 const HOTBED_UNKNOWN_M = 25;
 /** Less than this is what drips. */
 const SPLASH_LEAST_L = 0.3;
@@ -87,18 +94,15 @@ export function planMonitor(
     hotbeds?: { list: readonly HotbedBox[] } | null;
     scene?: PlanScene | null;
     down?: boolean;
-    /** Diameter of the nozzle's outlet, where it is known. */
-    outlet_mm?: number;
+    /** What the hub has computed for `jetAsked`. */
+    jet?: Jet | null;
   },
 ): PlanMonitor | null {
   const stand = site.monitors[id];
   if (!stand) return null;
   const { status, limits, hotbeds, scene } = topics;
   const of = (subsystem: string): Record<string, unknown> => status?.subsystems[subsystem] ?? {};
-  const number = (subsystem: string, field: string): number | null => {
-    const value = of(subsystem)[field];
-    return typeof value === 'number' ? value : null;
-  };
+  const number = (subsystem: string, field: string) => validOf(of(subsystem), field);
   const flag = (subsystem: string, name: string): boolean =>
     status?.subsystems[subsystem]?.flags?.includes(name) ?? false;
   const water = flag('Valve1', 'Open') || flag('Valve1', 'Opening');
@@ -120,11 +124,35 @@ export function planMonitor(
     concern: worst(status),
     hotbeds: (hotbeds?.list ?? []).map((box) => hotbedOf(stand, box, site.tanks)),
   };
-  const told = pressure > 20 ? pressure : USUAL_PRESSURE_DATM;
-  const diameter_mm = topics.outlet_mm;
-  monitor.reach_m = reachOf({ pressure_datm: told, nozzle_mm: monitor.nozzle_mm ?? 60, diameter_mm }, stand.height);
-  monitor.lands = scene ? simulatedLanding(id, scene) : landing(monitor, diameter_mm);
+  const { jet } = topics;
+  const flows = monitor.water && monitor.horizontal_arcmin !== null && monitor.vertical_arcmin !== null;
+  monitor.reach_m = jet?.reach_m ?? null;
+  monitor.flight = flows ? jet?.flight : null;
+  monitor.lands = scene ? simulatedLanding(id, scene) : landing(monitor);
   return monitor;
+}
+
+/** What the hub is asked about a monitor's jet; null: nothing is known of it. */
+export function jetAsked(
+  stand: { height: number } | undefined,
+  status: StatusLike | null | undefined,
+): JetAsked | null {
+  if (!stand || !status) return null;
+  const of = (subsystem: string, field: string) => validOf(status.subsystems[subsystem], field);
+  const open = (valve: string): boolean => {
+    const flags = status.subsystems[valve]?.flags ?? [];
+    return flags.includes('Open') || flags.includes('Opening');
+  };
+  const water = open('Valve1') || open('Valve2');
+  const pressure = of('General', 'pressure') ?? 0;
+  return {
+    pressure_datm: water || pressure > PRESSED_DATM ? pressure : USUAL_PRESSURE_DATM,
+    nozzle_mm: of('Nozzle', 'position') ?? 60,
+    height_cm: Math.round(stand.height * 100),
+    // The reach does not depend on it: nothing is asked anew while a dry barrel moves.
+    elevation_arcmin: water ? (of('Vertical', 'position') ?? 0) : 0,
+    live: water,
+  };
 }
 
 function worst(status: StatusLike | null | undefined): Concern {
@@ -148,14 +176,9 @@ function simulatedLanding(id: string, scene: PlanScene): Place | null {
 }
 
 /** Where the jet comes down by calculation, as a real site does not tell. */
-function landing(monitor: PlanMonitor, diameter_mm?: number): Place | null {
-  const { horizontal_arcmin, vertical_arcmin, nozzle_mm, water, pressure_datm } = monitor;
-  if (!water || horizontal_arcmin === null || vertical_arcmin === null) return null;
-  const jet = { pressure_datm: pressure_datm ?? 0, nozzle_mm: nozzle_mm ?? 60, diameter_mm };
-  const flight = flightOf(jet, vertical_arcmin, monitor.height);
-  if (!flight) return null;
-  const way = flight.points[flight.points.length - 1]![0];
-  return placeAt(monitor.at, bearingOf(monitor.heading, horizontal_arcmin), way);
+function landing({ flight, horizontal_arcmin, at, heading }: PlanMonitor): Place | null {
+  if (!flight || horizontal_arcmin === null) return null;
+  return placeAt(at, bearingOf(heading, horizontal_arcmin), flight.lands_m);
 }
 
 /** Where a hotbed is drawn: as far as it can be reckoned (found.ts). */
@@ -169,8 +192,17 @@ export function hotbedOf(
     bearing: bearingOf(stand.heading, (box.x1 + box.x2) / 2),
     width: Math.abs(box.x2 - box.x1) / 60,
     distance_m: 'distance_m' in reckoned ? reckoned.distance_m : HOTBED_UNKNOWN_M,
+    guessed: !('distance_m' in reckoned) || reckoned.how === 'far' || isDoubtful(reckoned),
     brightness: box.brightness,
   };
+}
+
+/** The fires that detectors have found, for a site where no simulation knows them. */
+export function foundFires(monitors: readonly PlanMonitor[]): Spot[] {
+  const seen = monitors.flatMap(({ id, at, hotbeds }) =>
+    hotbeds.map(({ bearing, distance_m, guessed }) => ({ id, at, bearing, distance_m: guessed ? null : distance_m })),
+  );
+  return spotsOf(seen);
 }
 
 /** Everything that has to be in the picture, with its radius. */

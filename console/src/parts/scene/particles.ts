@@ -9,6 +9,7 @@ import {
   Points,
   ShaderMaterial,
 } from 'three';
+import type { Track } from './track';
 
 export const enum Kind {
   Water = 0,
@@ -32,14 +33,14 @@ interface Body {
   alpha: number;
   /** Where it ends: height of what lies below. */
   floor: number;
-  /** Drag when broken up, 1/m, and the path until then. */
-  drag: number;
-  core: number;
-  path: number;
+  /** The way of water, the direction that it strays in, and how far of the distance flown. */
+  track: Track | null;
+  stray: readonly [number, number, number];
   foam: number;
 }
 
-const GRAVITY = 9.80665;
+/** How high a splash springs, m. */
+const SPLASH_M = 0.6;
 /** Drawn in this order: smoke behind flames behind water. */
 const ORDER = [Kind.Smoke, Kind.Flame, Kind.Splash, Kind.Water];
 
@@ -122,10 +123,12 @@ export class Particles {
     const fallen: Body[] = [];
     for (const body of this.bodies) {
       body.age += seconds;
-      if (body.kind === Kind.Water || body.kind === Kind.Splash) fly(body, seconds);
+      if (body.kind === Kind.Water) fly(body);
+      else if (body.kind === Kind.Splash) spring(body, seconds);
       else rise(body, seconds, wind);
       const water = body.kind === Kind.Water && body.vy < 0;
-      const down = body.vy < 0 && body.y <= (water ? floorAt(body.x, body.y, body.z) : body.floor);
+      const ended = water && body.age >= body.track!.end_s;
+      const down = ended || (body.vy < 0 && body.y <= (water ? floorAt(body.x, body.y, body.z) : body.floor));
       if (water && down) body.floor = body.y;
       if (body.kind === Kind.Water && down) fallen.push(body);
       if (body.age >= body.life || (down && body.kind !== Kind.Smoke)) this.spare.push(body);
@@ -201,23 +204,30 @@ const BLANK: Omit<Body, 'kind'> = {
   grow: 0,
   alpha: 1,
   floor: -1000,
-  drag: 0,
-  core: 0,
-  path: 0,
+  track: null,
+  stray: [0, 0, 0],
   foam: 0,
 };
 
-function fly(body: Body, seconds: number): void {
-  const speed = Math.hypot(body.vx, body.vy, body.vz);
-  const broken = Math.min(Math.max((body.path - body.core * 0.3) / Math.max(body.core, 0.1), 0), 1);
-  const keep = Math.max(1 - body.drag * broken * speed * seconds, 0);
-  body.vx *= keep;
-  body.vz *= keep;
-  body.vy = body.vy * keep - GRAVITY * seconds;
+/** Along the flight that was computed for it, astray as spray is. */
+function fly(body: Body): void {
+  if (!body.track) return;
+  const [x, y, z] = body.track.at(body.age);
+  const [from_x, , from_z] = body.track.at(0);
+  const far = Math.hypot(x - from_x, z - from_z);
+  const before = body.y;
+  body.x = x + body.stray[0] * far;
+  body.y = y + body.stray[1] * far;
+  body.z = z + body.stray[2] * far;
+  body.vy = body.age >= body.track.end_s ? -1 : body.y - before;
+}
+
+/** Up and down once in its life. */
+function spring(body: Body, seconds: number): void {
+  const part = Math.min(body.age / body.life, 1);
   body.x += body.vx * seconds;
-  body.y += body.vy * seconds;
   body.z += body.vz * seconds;
-  body.path += speed * seconds;
+  body.y = body.floor + 4 * SPLASH_M * body.vy * part * (1 - part);
 }
 
 function rise(body: Body, seconds: number, wind: readonly [number, number]): void {

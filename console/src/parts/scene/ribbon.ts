@@ -8,8 +8,8 @@ import {
   MeshBasicMaterial,
   Vector3,
 } from 'three';
-import { flightOf, sprayHalfAngle, type JetOf } from '../ballistics';
-import type { Pose } from './barrels';
+import { sprayHalfAngle } from '../spray';
+import type { Track } from './track';
 
 const POINTS = 36;
 const MOUTH_M = 0.13;
@@ -45,20 +45,17 @@ export class Ribbon {
   }
 
   /** `null`: no water. */
-  set(pose: Pose | null, jet: JetOf, floor: number, colour: readonly [number, number, number]): void {
-    const flight = pose && flightOf(jet, pose.elevation * 60, Math.max(pose.mouth.y - floor, 0.2));
-    this.mesh.visible = Boolean(flight);
-    if (!pose || !flight) return;
-    const ahead = new Vector3(Math.sin(toRadians(pose.bearing)), 0, -Math.cos(toRadians(pose.bearing)));
+  set(track: Track | null, bearing: number, nozzle_mm: number, colour: readonly [number, number, number]): void {
+    this.mesh.visible = Boolean(track);
+    if (!track) return;
+    const ahead = new Vector3(Math.sin(toRadians(bearing)), 0, -Math.cos(toRadians(bearing)));
     const aside = new Vector3(-ahead.z, 0, ahead.x);
-    const spread = Math.tan(toRadians(sprayHalfAngle(jet.nozzle_mm))) * 0.8;
-    const { points } = flight;
-    const whole = points[points.length - 1]![0];
+    const spread = Math.tan(toRadians(sprayHalfAngle(nozzle_mm))) * 0.8;
+    const [mouth_x, , mouth_z] = track.at(0);
     for (let index = 0; index < POINTS; index++) {
       const part = index / (POINTS - 1);
-      const [way, rise] = along(points, part * whole);
-      const at = pose.mouth.clone().addScaledVector(ahead, way);
-      at.y += rise;
+      const at = new Vector3(...track.at(part * track.end_s));
+      const way = Math.hypot(at.x - mouth_x, at.z - mouth_z);
       const half = Math.min(MOUTH_M + way * spread * 0.55, WIDEST_M);
       const alpha = (ALPHA[0] + (ALPHA[1] - ALPHA[0]) * Math.sqrt(part)) * (MOUTH_M / half) ** 0.25;
       this.point(index * 4, at, aside, half, colour, alpha);
@@ -98,12 +95,4 @@ const UP = new Vector3(0, 1, 0);
 
 function toRadians(degrees: number): number {
   return (degrees * Math.PI) / 180;
-}
-
-function along(points: readonly (readonly [number, number])[], way: number): readonly [number, number] {
-  let index = 1;
-  while (index < points.length - 1 && points[index]![0] < way) index++;
-  const [a, b] = [points[index - 1]!, points[index]!];
-  const part = (way - a[0]) / Math.max(b[0] - a[0], 1e-6);
-  return [way, a[1] + (b[1] - a[1]) * Math.min(Math.max(part, 0), 1)];
 }

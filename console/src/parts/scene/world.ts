@@ -13,7 +13,8 @@ import {
   WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { sprayHalfAngle, sprayOf, type JetOf } from '../ballistics';
+import { sprayHalfAngle, sprayOf } from '../spray';
+import type { Flight } from '../../hub/jets';
 import { boundsOf, groundAt, type Place } from '../geometry';
 import { placesOf, type PlanMonitor, type PlanScene, type PlanSite } from '../plan/model';
 import { Barrels, directionOf, type Pose } from './barrels';
@@ -21,6 +22,7 @@ import { Label } from './labels';
 import { Kind, Particles, type Palette } from './particles';
 import { Ribbon } from './ribbon';
 import { Structures, type Colours } from './structures';
+import { Track, type At } from './track';
 
 export type Preset = 'eye' | 'orbit' | 'top' | 'side';
 
@@ -284,42 +286,48 @@ export class World {
   private water(seconds: number): void {
     for (const monitor of this.shown.monitors) {
       const pose = this.barrels.poses.get(monitor.id);
-      const pressure = monitor.pressure_datm ?? 0;
       const flows = this.shown.scene
         ? monitor.id in this.shown.scene.jets && this.shown.scene.jets[monitor.id]!.lps > 0.3
         : monitor.water;
-      const runs = pose && flows && pressure >= 3 && !monitor.stale;
-      const nozzle = monitor.nozzle_mm ?? 60;
-      const floor = this.floorAhead(monitor);
-      this.ribbon(monitor, runs ? pose : null, { pressure_datm: pressure, nozzle_mm: nozzle }, floor);
-      if (!runs) continue;
-      const wide = sprayOf(nozzle);
-      const speed = 0.97 * Math.sqrt(20.265 * pressure);
-      const bore = (pressure / 78.954) ** 0.32;
-      const core = Math.max(0.714 * 28 * bore * (1 - wide) ** 2, 0.2);
-      const drag = (1 + 9 * wide * wide) / (21.21 * (pressure / 78.954) ** -0.315);
-      const spread = Math.tan((sprayHalfAngle(nozzle) * Math.PI) / 180) * (wide < 0.02 ? 0.9 : 1);
-      const ahead = directionOf(pose);
-      for (let count = this.due(monitor.id, WATER_PER_S, seconds); count > 0; count--) {
-        const early = Math.random() * seconds;
-        const v = ahead.clone().addScaledVector(scatter(), spread * 0.5).normalize();
-        v.multiplyScalar(speed * (0.9 + Math.random() * 0.12));
-        this.particles.add(Kind.Water, {
-          x: pose.mouth.x + v.x * early,
-          y: pose.mouth.y + v.y * early,
-          z: pose.mouth.z + v.z * early,
-          vx: v.x,
-          vy: v.y,
-          vz: v.z,
-          life: 6,
-          size: 0.34,
-          grow: 0.55 + wide * 0.9,
-          alpha: 0.34 - wide * 0.16,
-          drag,
-          core,
-          foam: monitor.foam ? 1 : 0,
-        });
-      }
+      const runs = pose && flows && monitor.flight && !monitor.stale;
+      const track = runs ? this.track(monitor, pose, monitor.flight!) : null;
+      this.ribbon(monitor, track, pose?.bearing ?? 0);
+      if (track) this.pour(monitor, track, seconds);
+    }
+  }
+
+  private track(monitor: PlanMonitor, pose: Pose, flight: Flight): Track {
+    return new Track({
+      flight,
+      nozzle: { at: monitor.at, height: monitor.height },
+      bearing: pose.bearing,
+      mouth: pose.mouth.toArray() as At,
+      lands: monitor.lands ?? null,
+      floor: monitor.lands ? groundAt(monitor.lands, this.shown.site?.tanks ?? []) : 0,
+    });
+  }
+
+  private pour(monitor: PlanMonitor, track: Track, seconds: number): void {
+    const nozzle = monitor.nozzle_mm ?? 60;
+    const wide = sprayOf(nozzle);
+    const spread = Math.tan((sprayHalfAngle(nozzle) * Math.PI) / 180) * (wide < 0.02 ? 0.9 : 1) * 0.5;
+    for (let count = this.due(monitor.id, WATER_PER_S, seconds); count > 0; count--) {
+      const early = Math.random() * seconds;
+      const [x, y, z] = track.at(early);
+      this.particles.add(Kind.Water, {
+        x,
+        y,
+        z,
+        age: early,
+        // It ends where it comes down.
+        life: track.end_s + 1,
+        size: 0.34,
+        grow: 0.55 + wide * 0.9,
+        alpha: 0.34 - wide * 0.16,
+        track,
+        stray: scatter().multiplyScalar(spread).toArray(),
+        foam: monitor.foam ? 1 : 0,
+      });
     }
   }
 
@@ -327,20 +335,15 @@ export class World {
   private readonly floorAt = (x: number, y: number, z: number): number =>
     y > this.tallest ? 0 : groundAt([x, -z], this.shown.site?.tanks ?? []);
 
-  private ribbon(monitor: PlanMonitor, pose: Pose | null, jet: JetOf, floor: number): void {
+  private ribbon(monitor: PlanMonitor, track: Track | null, bearing: number): void {
     let ribbon = this.ribbons.get(monitor.id);
     if (!ribbon) {
-      if (!pose) return;
+      if (!track) return;
       ribbon = new Ribbon();
       this.ribbons.set(monitor.id, ribbon);
       this.scene.add(ribbon.mesh);
     }
-    ribbon.set(pose, jet, floor, monitor.foam ? this.palette.foam : this.palette.water);
-  }
-
-  private floorAhead(monitor: PlanMonitor): number {
-    if (!monitor.lands) return 0;
-    return groundAt(monitor.lands, this.shown.site?.tanks ?? []) - 0.2;
+    ribbon.set(track, bearing, monitor.nozzle_mm ?? 60, monitor.foam ? this.palette.foam : this.palette.water);
   }
 
   private splash(drop: { x: number; y: number; z: number; foam: number; floor: number }): void {
@@ -351,13 +354,13 @@ export class World {
       y: Math.max(drop.floor, drop.y) + 0.15,
       z: drop.z,
       vx: out.x,
-      vy: 1.4 + Math.random() * 2.4,
+      vy: 0.4 + Math.random() * 0.6,
       vz: out.z,
       life: 0.75,
       size: 0.5,
       grow: 2.6,
       alpha: 0.2,
-      floor: drop.floor - 0.4,
+      floor: drop.floor,
       foam: drop.foam,
     });
   }

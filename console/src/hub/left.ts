@@ -1,0 +1,30 @@
+// What is left of a session that has ended: the page promises no more than the hub keeps.
+import { t } from '../i18n';
+import type { HubError } from './errors';
+
+export interface Left {
+  /** The hub takes STOP of this page; `null`: it is not known. */
+  stop: boolean | null;
+  /** And LOCKOUT and Close. */
+  lockout: boolean;
+  /** For this time from now, in minutes. */
+  minutes: number;
+}
+
+/** Until the hub has answered, and while it does not. */
+export const UNKNOWN: Left = { stop: null, lockout: true, minutes: 0 };
+
+/** Of the refusal of `/api/session`. */
+export function leftOf(error: HubError): Left {
+  if (error.code !== 'login_needed') return UNKNOWN;
+  const minutes = Math.ceil(Number(error.details.left_ms ?? 0) / 60_000);
+  const standing = minutes > 0 ? error.details.standing : undefined;
+  return { stop: standing === 'expired' || standing === 'ended', lockout: standing === 'expired', minutes };
+}
+
+export function leftInWords({ stop, lockout, minutes }: Left): string {
+  if (stop === null) return t('login.ended');
+  if (!stop) return t('login.ended_nothing');
+  if (!lockout) return t('login.ended_stop', { n: minutes });
+  return minutes > 90 ? t('login.ended_all_hours', { n: Math.floor(minutes / 60) }) : t('login.ended_all', { n: minutes });
+}

@@ -1,0 +1,76 @@
+// The way that water takes in the picture: the flight that the hub has computed, from the mouth of the barrel as it
+// is drawn to the place where the plan shows the landing.
+import type { Flight } from '../../hub/jets';
+import type { Place } from '../geometry';
+
+/** East, up, south: the axes of the scene. */
+export type At = [x: number, y: number, z: number];
+
+export interface TrackOf {
+  flight: Flight;
+  /** The nozzle over the site: what the flight begins at. */
+  nozzle: { at: Place; height: number };
+  /** Degrees from north. */
+  bearing: number;
+  /** The mouth as drawn: larger than it is. */
+  mouth: At;
+  /** Where the water comes down, as the plan shows it; null: where the flight ends. */
+  lands: Place | null;
+  /** Height of what is there. */
+  floor: number;
+}
+
+export class Track {
+  /** When the water comes down, s. */
+  readonly end_s: number;
+  private readonly points: readonly { at: At; s: number }[];
+
+  constructor({ flight, nozzle, bearing, mouth, lands, floor }: TrackOf) {
+    const angle = (bearing / 180) * Math.PI;
+    const [ahead_x, ahead_z] = [Math.sin(angle), -Math.cos(angle)];
+    const cut = cutAt(flight, floor - nozzle.height);
+    const [whole] = cut[cut.length - 1]!;
+    const [x, z] = [nozzle.at[0], -nozzle.at[1]];
+    const gap: At = [mouth[0] - x, mouth[1] - nozzle.height, mouth[2] - z];
+    const shift = lands ? [lands[0] - x - ahead_x * whole, -lands[1] - z - ahead_z * whole] : [0, 0];
+    this.points = cut.map(([way, rise, s]) => {
+      const part = whole > 0 ? way / whole : 1;
+      // What is drawn too far ahead at the mouth is made good on the way; what the wind does grows along it.
+      const [before, after] = [1 - part, part * part];
+      return {
+        at: [
+          x + ahead_x * way + gap[0] * before + shift[0]! * after,
+          nozzle.height + rise + gap[1] * before,
+          z + ahead_z * way + gap[2] * before + shift[1]! * after,
+        ],
+        s,
+      };
+    });
+    this.end_s = this.points[this.points.length - 1]!.s;
+  }
+
+  /** Where the water is that left the mouth so long ago. */
+  at(seconds: number): At {
+    const { points } = this;
+    let next = 1;
+    while (next < points.length - 1 && points[next]!.s < seconds) next++;
+    const [a, b] = [points[next - 1]!, points[next]!];
+    const part = Math.min(Math.max((seconds - a.s) / Math.max(b.s - a.s, 1e-6), 0), 1);
+    return [0, 1, 2].map((axis) => a.at[axis]! + (b.at[axis]! - a.at[axis]!) * part) as At;
+  }
+}
+
+/** The flight up to where it comes down to a height over the nozzle. */
+function cutAt({ points }: Flight, rise_m: number): Flight['points'] {
+  const kept: Flight['points'] = [points[0]!];
+  for (let index = 1; index < points.length; index++) {
+    const [before, now] = [points[index - 1]!, points[index]!];
+    if (now[1] < before[1] && now[1] <= rise_m && before[1] >= rise_m) {
+      const part = (before[1] - rise_m) / (before[1] - now[1]);
+      kept.push(before.map((value, axis) => value + (now[axis]! - value) * part) as Flight['points'][number]);
+      return kept;
+    }
+    kept.push(now);
+  }
+  return kept;
+}

@@ -1,0 +1,49 @@
+// The fire alarm of the site: what detectors have found, on every page; and its sound, where somebody wants it.
+import { store } from '../hub/store';
+import type { Alarm } from '../hub/types';
+
+const SOUND_KEY = 'lafet.sound';
+/** Two tones, and how often they are repeated. */
+const TONES_HZ = [880, 660] as const;
+const TONE_S = 0.22;
+const LOUDNESS = 0.2;
+const AGAIN_MS = 2000;
+
+/** Fires that burn now, as far as detectors see; shelved ones are left out. */
+export function firesNow(): Alarm[] {
+  return store.alarms().filter(({ priority, state, active }) => priority === 'fire' && active && state !== 'shelved');
+}
+
+export function soundWanted(): boolean {
+  return localStorage.getItem(SOUND_KEY) === 'on';
+}
+
+/** By a press, without which a browser lets no page sound. */
+export function setSound(on: boolean): void {
+  localStorage.setItem(SOUND_KEY, on ? 'on' : 'off');
+  if (on) sound();
+}
+
+let audio: AudioContext | null = null;
+
+function sound(): void {
+  audio ??= new AudioContext();
+  void audio.resume();
+  TONES_HZ.forEach((hertz, index) => {
+    const [tone, loudness] = [audio!.createOscillator(), audio!.createGain()];
+    tone.frequency.value = hertz;
+    loudness.gain.value = LOUDNESS;
+    tone.connect(loudness).connect(audio!.destination);
+    const at = audio!.currentTime + index * TONE_S;
+    tone.start(at);
+    tone.stop(at + TONE_S);
+  });
+}
+
+/** Sounds until every fire is acknowledged. */
+export function followFire(): void {
+  window.setInterval(() => {
+    const waiting = store.source === 'live' && firesNow().some(({ state }) => state === 'unack');
+    if (waiting && soundWanted()) sound();
+  }, AGAIN_MS);
+}

@@ -1,0 +1,31 @@
+import { expect, test } from 'vitest';
+import { HubError } from '../../src/hub/errors';
+import { UNKNOWN, leftInWords, leftOf, type Left } from '../../src/hub/left';
+import en from '../../src/i18n/en/login';
+import ru from '../../src/i18n/ru/login';
+
+const refused = (details: object) =>
+  leftOf(new HubError({ code: 'login_needed', en: 'Log in first.', ru: 'Сначала войдите.', ...details } as never));
+
+/** No language is loaded here: the key stands for its text. */
+const said = (left: Left) => {
+  const key = leftInWords(left) as keyof typeof en;
+  return { en: en[key], ru: ru[key] };
+};
+
+test('the page promises what the hub keeps, and no more', () => {
+  const expired = refused({ standing: 'expired', left_ms: 23.5 * 3_600_000 });
+  expect(expired).toMatchObject({ stop: true, lockout: true });
+  expect(said(expired).en).toContain('STOP and LOCKOUT still work here for {n} h');
+  expect(said(expired).ru).toContain('СТОП и БЛОКИРОВКА здесь работают ещё {n} ч');
+  const ended = refused({ standing: 'ended', left_ms: 599_000 });
+  expect(ended).toEqual({ stop: true, lockout: false, minutes: 10 });
+  expect(said(ended).en).toContain('Only STOP still works here');
+  for (const nothing of [refused({}), refused({ standing: 'ended', left_ms: 0 })]) {
+    expect(nothing).toMatchObject({ stop: false, lockout: false });
+    expect(said(nothing).en).toContain('STOP does NOT work here');
+    expect(said(nothing).ru).toContain('СТОП здесь больше НЕ работает');
+  }
+  expect(leftOf(new HubError({ code: 'not_linked', en: '', ru: '' } as never))).toBe(UNKNOWN);
+  expect(said(UNKNOWN).en).not.toContain('STOP');
+});

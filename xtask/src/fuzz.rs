@@ -93,12 +93,15 @@ fn folder(path: &str) -> PathBuf {
 }
 
 fn run_target(target: &str, options: &Options) -> Result<String, String> {
-    let committed = folder("fuzz/corpus").join(target);
+    let archive = folder("fuzz/corpus").join(format!("{target}.tar.gz"));
+    let committed = folder("target/fuzz/committed").join(target);
     let working = folder("target/fuzz/corpus").join(target);
     let artifacts = folder("fuzz/artifacts").join(target);
+    _ = std::fs::remove_dir_all(&committed);
     for path in [&committed, &working, &artifacts] {
         std::fs::create_dir_all(path).map_err(|e| format!("{}: {e}", path.display()))?;
     }
+    run::show(Command::new("tar").arg("-xzf").arg(&archive).arg("-C").arg(&committed))?;
     let mut command = Command::new(program(target)?);
     command.current_dir(run::root());
     command.args([format!("-max_len={INPUT_MAX}"), "-timeout=5".into()]);
@@ -109,8 +112,7 @@ fn run_target(target: &str, options: &Options) -> Result<String, String> {
         std::fs::create_dir_all(&fresh).map_err(|e| format!("{}: {e}", fresh.display()))?;
         command.arg("-set_cover_merge=1").arg(&fresh).args([&committed, &working]);
         run::show(&mut command)?;
-        std::fs::remove_dir_all(&committed).map_err(|e| e.to_string())?;
-        std::fs::rename(&fresh, &committed).map_err(|e| e.to_string())?;
+        pack(&fresh, &archive)?;
         return Ok(format!("| {target} | merged | | | | |"));
     }
     let seconds = (options.minutes * 60.0).ceil();
@@ -131,6 +133,17 @@ fn run_target(target: &str, options: &Options) -> Result<String, String> {
         return Err(format!("{target}: an input took {slowest_ms} ms"));
     }
     Ok(row(target, &text, slowest_ms))
+}
+
+/// The files of a folder as an archive: the same bytes whoever packs it.
+fn pack(folder: &Path, archive: &Path) -> StepResult {
+    let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
+    names.sort();
+    let mut tar = Command::new("tar");
+    tar.args(["--mtime=@0", "--owner=0", "--group=0", "--numeric-owner", "--format=ustar"]);
+    tar.args(["--mode=0644", "--use-compress-program=gzip -n9", "-cf"]).arg(archive);
+    run::output(tar.arg("-C").arg(folder).args(names)).map(|_| ())
 }
 
 /// How long the slowest of these inputs takes, each alone. A busy machine makes any of them slow now

@@ -1,34 +1,57 @@
 //! Replays what the fuzzer has found worth keeping: no crash, and no more work than is allowed.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use flate2::read::GzDecoder;
 use lafet_fuzz::{INPUT_MAX, Target};
+use tar::Archive;
 
 /// All committed inputs together, bytes.
-const CORPUS_MAX: u64 = 1 << 20;
+const CORPUS_MAX: usize = 1 << 20;
 
-fn inputs(folder: &str, target: &Target) -> Vec<PathBuf> {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz").join(folder).join(target.name);
-    let Ok(entries) = std::fs::read_dir(&path) else { return Vec::new() };
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    files.sort();
-    files
+/// An input and its name.
+type Input = (String, Vec<u8>);
+
+fn folder(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz").join(path)
+}
+
+/// The inputs of `fuzz/corpus/NAME.tar.gz`.
+fn corpus(target: &Target) -> Vec<Input> {
+    let path = folder("corpus").join(format!("{}.tar.gz", target.name));
+    let file = File::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let mut archive = Archive::new(GzDecoder::new(file));
+    let entries = archive.entries().unwrap().map(|entry| {
+        let mut entry = entry.unwrap();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).unwrap();
+        (entry.path().unwrap().display().to_string(), bytes)
+    });
+    entries.collect()
+}
+
+/// The inputs that have once failed; a target may have none.
+fn regressions(target: &Target) -> Vec<Input> {
+    let path = folder("regressions").join(target.name);
+    let Ok(entries) = std::fs::read_dir(path) else { return Vec::new() };
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths.map(|it| (it.display().to_string(), std::fs::read(it).unwrap())).collect()
 }
 
 #[test]
 fn corpus_and_regressions() {
     let mut size = 0;
     for target in Target::ALL {
-        let corpus = inputs("corpus", &target);
+        let corpus = corpus(&target);
         assert!(corpus.len() > 10, "{}: the corpus is missing", target.name);
         let (mut most, mut count) = (0, 0);
-        for path in corpus.iter().chain(&inputs("regressions", &target)) {
-            let input = std::fs::read(path).unwrap();
-            size += input.len() as u64;
-            println!("{}", path.display());
-            assert!(input.len() <= INPUT_MAX, "{}: too long", path.display());
-            most = most.max(target.run(&input));
+        for (path, input) in corpus.iter().chain(&regressions(&target)) {
+            size += input.len();
+            println!("{}: {path}", target.name);
+            assert!(input.len() <= INPUT_MAX, "{path}: too long");
+            most = most.max(target.run(input));
             count += 1;
         }
         let Target { name, unit, work_max, .. } = target;

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
 use crate::{
-    TaskResult, api, bench, bindings, console, demo, dissector, firmware, flag, hub, licences,
-    links, model, no_std, setup, swarm,
+    TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
+    model, no_std, setup, swarm,
 };
 
 /// How the README's test command begins.
@@ -19,29 +19,43 @@ const SMOKE: [&str; 5] = ["--seed", "7", "--speed", "50", "--plain"];
 /// Building the release included; the demo itself takes seconds.
 const SMOKE_TIMEOUT: Duration = Duration::from_secs(900);
 
+/// A step: how it is called on the command line, its headline, what it does.
+type CiStep = (&'static str, &'static str, fn() -> StepResult);
+
+/// The console comes first, for the hub has it built in.
+const STEPS: [CiStep; 18] = [
+    ("console", "the console: types, unit tests, build", console::check),
+    ("lock", "lock file is up to date", lock_file),
+    ("licences", "licences and sources of the dependencies", licences::check),
+    ("fmt", "format", format),
+    ("clippy", "lints", lints),
+    ("doc", "reference documentation", reference),
+    ("no-std", "no_std build for Cortex-M3", no_std::check),
+    ("test", "the README's test command", readme_tests),
+    ("firmware", "the firmware: no panic to reach, chip and host the same", firmware::check),
+    ("model", "the interlock, model-checked", model::check),
+    ("dissector", "the Wireshark dissector in tshark", dissector::check),
+    ("swarm", "the swarm, for a while", swarm::check),
+    ("api", "the API and its description", api::check),
+    ("hub", "the hub in trouble", hub::check),
+    ("bindings", "lafet for C", bindings::check),
+    ("bench", "instructions of the codec and the device", bench::check),
+    ("demo", "the demo", smoke),
+    ("browser", "the console in a browser", console::browser),
+];
+
 pub fn ci(arguments: &[String]) -> TaskResult {
-    flag(arguments, None)?;
+    let names: Vec<&str> = STEPS.iter().map(|(name, ..)| *name).collect();
+    if let Some(unknown) = arguments.iter().find(|it| !names.contains(&it.as_str())) {
+        return Err(format!("no step `{unknown}`; the steps are: {}", names.join(", ")));
+    }
     setup::rust()?;
     let mut steps = Steps::default();
-    // First, for the hub has it built in.
-    steps.step("the console: types, unit tests, build", console::check);
-    steps.step("lock file is up to date", lock_file);
-    steps.step("licences and sources of the dependencies", licences::check);
-    steps.step("format", format);
-    steps.step("lints", lints);
-    steps.step("reference documentation", reference);
-    steps.step("no_std build for Cortex-M3", no_std::check);
-    steps.step("the README's test command", readme_tests);
-    steps.step("the firmware: no panic to reach, chip and host the same", firmware::check);
-    steps.step("the interlock, model-checked", model::check);
-    steps.step("the Wireshark dissector in tshark", dissector::check);
-    steps.step("the swarm, for a while", swarm::check);
-    steps.step("the API and its description", api::check);
-    steps.step("the hub in trouble", hub::check);
-    steps.step("lafet for C", bindings::check);
-    steps.step("instructions of the codec and the device", bench::check);
-    steps.step("the demo", smoke);
-    steps.step("the console in a browser", console::browser);
+    for (name, headline, run) in STEPS {
+        if arguments.is_empty() || arguments.iter().any(|it| it == name) {
+            steps.step(headline, run);
+        }
+    }
     Ok(steps.finish("cargo xtask ci"))
 }
 

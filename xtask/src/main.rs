@@ -70,9 +70,11 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "ci",
-        arguments: "",
+        arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
-        details: "What .ci/run calls. Every step runs, even after one that failed.",
+        details: "What .ci/run calls. Every step runs, even after one that failed; with names, only \
+                  those: console, lock, licences, fmt, clippy, doc, no-std, test, firmware, model, \
+                  dissector, swarm, api, hub, bindings, bench, demo, browser.",
         run: ci::ci,
     },
     Task {

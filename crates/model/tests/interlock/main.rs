@@ -3,10 +3,16 @@
 mod broken;
 
 use lafet_device::Device;
-use lafet_model::configuration::Configuration;
+use lafet_model::configuration::{self, Configuration};
+use lafet_model::interlock::Interlock;
 use lafet_model::law::Law;
 use lafet_model::monitor::Monitor;
 use lafet_model::report::{Effort, Outcome, run};
+use lafet_model::world::{Action, World};
+use stateright::Model;
+
+/// Waits after which a monitor that nobody touches has come to rest.
+const SETTLED: usize = 20;
 
 fn small<M: Monitor>(states: usize, until: Option<Law>) -> Outcome {
     let configuration = Configuration::by_name("small").unwrap();
@@ -26,6 +32,28 @@ fn the_device_keeps_the_laws_and_does_what_it_is_for() {
     let outcome = small::<Device>(200_000, None);
     assert!(outcome.is_good(), "{outcome}");
     assert!(outcome.unique > 10_000 && outcome.depth > 8, "{outcome}");
+}
+
+/// A field of the device that counts time or requests and enters the fingerprint makes states without
+/// end, and the check would cover less without a word.
+#[test]
+fn idle_time_adds_no_state() {
+    for configuration in configuration::ALL {
+        let model = Interlock::<Device>::new(configuration, None);
+        for mut world in model.init_states() {
+            let wait =
+                |world: &World<Device>| world.after(&Action::Wait, &configuration.composition);
+            for _ in 0..SETTLED {
+                world = wait(&world);
+            }
+            for _ in 0..SETTLED {
+                let next = wait(&world);
+                let name = configuration.name;
+                assert!(next == world, "{name}: leave what counts up out of fingerprint.rs");
+                world = next;
+            }
+        }
+    }
 }
 
 #[test]

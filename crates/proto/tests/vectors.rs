@@ -181,8 +181,7 @@ fn link_frames() {
 #[test]
 fn parameters() {
     let vectors = list(&file("params.json"), "params");
-    assert_eq!(vectors.len(), Param::COUNT);
-    for (vector, param) in vectors.iter().zip(Param::ALL) {
+    for (place, param) in Param::ALL.into_iter().enumerate() {
         let spec = param.spec();
         let access = if spec.access == Access::ReadOnly { "ro" } else { "rw" };
         let effect = if spec.effect == Effect::Restart { "restart" } else { "now" };
@@ -199,8 +198,13 @@ fn parameters() {
             "effect": effect,
             "stored": spec.storage == Storage::Stored,
         });
-        assert_eq!(actual, *vector);
+        assert_eq!(
+            vectors.get(place),
+            Some(&actual),
+            "conformance/vectors/params.json, entry {place}, should read:\n{actual}"
+        );
     }
+    assert_eq!(vectors.len(), Param::COUNT, "conformance/vectors/params.json has more");
 }
 
 fn ints(values: Ints<'_>) -> Vec<i32> {

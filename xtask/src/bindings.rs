@@ -51,15 +51,16 @@ fn folder() -> PathBuf {
     root().join("bindings/c")
 }
 
-/// The header as cbindgen makes it now.
+/// The header as cbindgen makes it now. It is installed below target, of one version for all.
 fn header() -> Result<String, String> {
-    let tool = || Command::new("cbindgen");
-    if output(tool().arg("--version")).is_err() {
-        println!("   cbindgen is missing: installing it");
+    let tools = run::target().join("tools");
+    let tool = tools.join("bin/cbindgen");
+    if !output(Command::new(&tool).arg("--version")).is_ok_and(|it| it.contains(CBINDGEN_VERSION)) {
+        println!("   installing cbindgen {CBINDGEN_VERSION} in target/tools");
         let install = ["install", "--quiet", "--locked", "cbindgen", "--version", CBINDGEN_VERSION];
-        show(&mut run::cargo(&install))?;
+        show(run::cargo(&install).arg("--root").arg(&tools))?;
     }
-    output(tool().arg(folder()).arg("--config").arg(folder().join("cbindgen.toml")))
+    output(Command::new(&tool).arg(folder()).arg("--config").arg(folder().join("cbindgen.toml")))
 }
 
 fn compile(sources: &[&str], library: &Path, program: &Path) -> StepResult {

@@ -26,11 +26,17 @@ const COMMON: &str = "§3.3.1";
 const COMMON_BITS: u64 = 16;
 
 pub fn docs(arguments: &[String]) -> TaskResult {
-    if !flag(arguments, Some("--check"))? {
+    let tables = arguments == ["--tables"];
+    if tables || !flag(arguments, Some("--check"))? {
+        println!("   building lafet, for `lafet schema`");
         let old = run::read(PAGE)?;
         let new = regenerate(&old, &schema()?)?;
         std::fs::write(run::root().join(PAGE), &new).map_err(|e| format!("{PAGE}: {e}"))?;
         println!("   {PAGE}: {}", if old == new { "was up to date" } else { "written" });
+        if tables {
+            return Ok(ExitCode::SUCCESS);
+        }
+        println!("   running the scenarios of the pictures");
         pictures::write()?;
     }
     check().map(|()| ExitCode::SUCCESS)

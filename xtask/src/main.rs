@@ -95,10 +95,10 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "docs",
-        arguments: "[--check]",
+        arguments: "[--check | --tables]",
         about: "write the generated tables of docs/protocol.md; check links",
         details: "The tables come from `lafet schema`. With --check, nothing is written: a table \
-                  that is out of date is an error.",
+                  that is out of date is an error. With --tables, only docs/protocol.md.",
         run: docs::docs,
     },
     Task {

@@ -12,8 +12,13 @@ const PICTURES: [(&str, &str, &str); 2] = [
 pub fn write() -> StepResult {
     for (path, scenario, lang) in PICTURES {
         let picture = draw(scenario, lang)?;
-        std::fs::write(run::root().join(path), picture).map_err(|e| format!("{path}: {e}"))?;
-        println!("   {path}: written");
+        let state = if run::read(path).is_ok_and(|old| old == picture) {
+            "was up to date"
+        } else {
+            std::fs::write(run::root().join(path), picture).map_err(|e| format!("{path}: {e}"))?;
+            "written"
+        };
+        println!("   {path}: {state}");
     }
     Ok(())
 }

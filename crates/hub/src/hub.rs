@@ -36,8 +36,8 @@ use crate::topics::Topics;
 pub const EVENTS_MAX: usize = 128;
 /// Requests of one user: so many at once, so many a second. Stop, Close, Lockout are not counted.
 const REQUESTS: (f64, f64) = (100.0, 50.0);
-/// Passwords that are hashed at once: each takes 19 MiB and a processor for a while.
-const HASHING_MAX: usize = 2;
+/// Passwords that are hashed at once: there is memory for one, and commands need the other processor.
+const HASHING_MAX: usize = 1;
 /// And that only read: a page that opens asks for much at once.
 const READS: (f64, f64) = (400.0, 100.0);
 /// Users and sessions whose requests are counted.

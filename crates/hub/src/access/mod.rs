@@ -1,5 +1,6 @@
 //! Who may do what: roles, the rules for requests, users, sessions, tokens.
 
+mod hasher;
 mod keys;
 mod known;
 mod names;

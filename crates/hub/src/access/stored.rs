@@ -1,10 +1,11 @@
-//! Sessions and tokens between the disk and memory.
+//! Users, sessions and tokens between the disk and memory.
 
+use std::collections::HashMap;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
-use rusqlite::{Connection, params};
+use rusqlite::{Connection, OptionalExtension, params};
 
 use super::known::{Entry, Known, SESSION_MS, STALE_MS, Touch};
 use super::revoked::Revoked;
@@ -103,4 +104,57 @@ pub fn write_touches(db: &Mutex<Connection>, revoked: &Mutex<Revoked>, queue: &R
             tracing::debug!(%error, "the use of a session is not stored");
         }
     }
+}
+
+/// Names of users and tokens: one of the ones may not look like one of the others.
+pub fn names(db: &Connection) -> Result<Vec<String>, rusqlite::Error> {
+    let mut query = db.prepare("SELECT name FROM user UNION SELECT name FROM token")?;
+    query.query_map([], |row| row.get(0))?.collect()
+}
+
+pub fn store_change(
+    db: &mut Connection,
+    user: &str,
+    role: Option<Role>,
+    hash: Option<&str>,
+    but: Option<&str>,
+) -> Result<(), rusqlite::Error> {
+    let transaction = db.transaction()?;
+    if let Some(role) = role {
+        transaction.execute("UPDATE user SET role = ?2 WHERE name = ?1", [user, role.name()])?;
+    }
+    if let Some(hash) = hash {
+        transaction.execute("UPDATE user SET password = ?2 WHERE name = ?1", [user, hash])?;
+        transaction.execute("DELETE FROM device WHERE user = ?1", [user])?;
+    }
+    let but = but.unwrap_or_default();
+    transaction.execute("DELETE FROM session WHERE user = ?1 AND id <> ?2", [user, but])?;
+    transaction.commit()
+}
+
+pub fn read_devices(db: &Connection) -> Result<HashMap<String, String>, rusqlite::Error> {
+    let mut query = db.prepare("SELECT digest, user FROM device")?;
+    query.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
+}
+
+pub fn insert(
+    db: &Connection,
+    now_ms: u64,
+    user: &str,
+    role: Role,
+    hash: &str,
+) -> Result<(), rusqlite::Error> {
+    let row = params![user, role.name(), hash, signed(now_ms)];
+    db.execute("INSERT INTO user VALUES (?1, ?2, ?3, ?4, NULL)", row).map(|_| ())
+}
+
+pub fn role_of(db: &Connection, user: &str) -> Result<Option<Role>, rusqlite::Error> {
+    let name: Option<String> = db
+        .query_row("SELECT role FROM user WHERE name = ?1", [user], |row| row.get(0))
+        .optional()?;
+    Ok(name.map(|name| role(&name)))
+}
+
+pub fn count(db: &Connection, query: &str) -> Result<i64, rusqlite::Error> {
+    db.query_row(query, [], |row| row.get(0))
 }

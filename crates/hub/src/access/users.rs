@@ -6,17 +6,20 @@ use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 
-use argon2::{Argon2, PasswordHasher, PasswordVerifier};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::hasher::Hasher;
 use super::keys::{digest, secret};
 use super::known::{Entry, IDLE_MS, Known, Touch};
 use super::names::problem;
 use super::password::{PASSWORD_MAX, check};
 use super::revoked::{Revocation, Revoked};
-use super::stored::{read, store_session, token, token_key, write_touches};
+use super::stored::{
+    count, insert, names, read, read_devices, role_of, store_change, store_session, token,
+    token_key, write_touches,
+};
 use super::{Kind, Principal, Role, Standing};
 use crate::clock::shifted;
 use crate::store::{Head, StoreError, Users};
@@ -140,6 +143,7 @@ pub struct Access {
     /// How far the date is ahead of the steady time, ms.
     ahead_ms: AtomicI64,
     empty: AtomicBool,
+    hasher: Hasher,
     touches: SyncSender<Touch>,
 }
 
@@ -160,7 +164,8 @@ impl Access {
         let named = std::thread::Builder::new().name("lafet-access".into());
         named.spawn(move || write_touches(&own.0, &own.1, &queue))?;
         let ahead_ms = AtomicI64::new(0);
-        Ok(Self { db, known, revoked, devices, ahead_ms, empty, touches })
+        let hasher = Hasher::default();
+        Ok(Self { db, known, revoked, devices, ahead_ms, empty, hasher, touches })
     }
 
     /// What was revoked is not on the disk yet.
@@ -218,13 +223,19 @@ impl Access {
         user: &str,
         password: &str,
     ) -> Result<(), AccessError> {
+        // Whoever has no link does not have a password hashed.
+        let digest = digest(link);
+        let find = "SELECT COUNT(*) FROM setup WHERE digest = ?1";
+        let links: i64 = lock(&self.db).query_row(find, [&digest], |row| row.get(0))?;
+        if links == 0 {
+            return Err(AccessError::Wrong);
+        }
         check_name(user, &[])?;
         check(user, password)?;
-        let hash = hash(password)?;
+        let hash = self.hash(password)?;
         let mut db = lock(&self.db);
         let transaction = db.transaction()?;
-        let known =
-            transaction.execute("DELETE FROM setup WHERE digest = ?1", [digest(link)])? == 1;
+        let known = transaction.execute("DELETE FROM setup WHERE digest = ?1", [&digest])? == 1;
         if !known || count(&transaction, "SELECT COUNT(*) FROM user")? != 0 {
             return Err(AccessError::Wrong);
         }
@@ -243,7 +254,7 @@ impl Access {
         password: &str,
     ) -> Result<(), AccessError> {
         check(user, password)?;
-        let hash = hash(password)?;
+        let hash = self.hash(password)?;
         let db = lock(&self.db);
         lock(&self.revoked).flush(&db)?;
         let taken = names(&db)?;
@@ -267,7 +278,7 @@ impl Access {
         let hash = match password {
             Some(password) => {
                 check(user, password)?;
-                Some(hash(password)?)
+                Some(self.hash(password)?)
             }
             None => None,
         };
@@ -398,6 +409,10 @@ impl Access {
         Ok(SessionInfo { secret, principal })
     }
 
+    fn hash(&self, password: &str) -> Result<String, AccessError> {
+        self.hasher.hash(password).ok_or(AccessError::Busy)
+    }
+
     /// Checks a password. Slow on purpose.
     pub fn check_password(&self, user: &str, password: &str) -> Result<(), AccessError> {
         if password.len() > PASSWORD_MAX {
@@ -408,11 +423,9 @@ impl Access {
             lock(&self.db).query_row(find, [user], |row| row.get(0)).optional()?;
         let known = known.filter(|_| !lock(&self.revoked).has_user(user));
         let right = match known {
-            Some(hash) => {
-                Argon2::default().verify_password(password.as_bytes(), hash.as_str()).is_ok()
-            }
+            Some(hash) => self.hasher.verify(password, &hash),
             None => {
-                hash(password)?;
+                self.hash(password)?;
                 false
             }
         };
@@ -562,72 +575,13 @@ fn check_name(name: &str, taken: &[String]) -> Result<(), AccessError> {
     }
 }
 
-/// Names of users and tokens: one of the ones may not look like one of the others.
-fn names(db: &Connection) -> Result<Vec<String>, rusqlite::Error> {
-    let mut query = db.prepare("SELECT name FROM user UNION SELECT name FROM token")?;
-    query.query_map([], |row| row.get(0))?.collect()
-}
-
-fn store_change(
-    db: &mut Connection,
-    user: &str,
-    role: Option<Role>,
-    hash: Option<&str>,
-    but: Option<&str>,
-) -> Result<(), rusqlite::Error> {
-    let transaction = db.transaction()?;
-    if let Some(role) = role {
-        transaction.execute("UPDATE user SET role = ?2 WHERE name = ?1", [user, role.name()])?;
-    }
-    if let Some(hash) = hash {
-        transaction.execute("UPDATE user SET password = ?2 WHERE name = ?1", [user, hash])?;
-        transaction.execute("DELETE FROM device WHERE user = ?1", [user])?;
-    }
-    let but = but.unwrap_or_default();
-    transaction.execute("DELETE FROM session WHERE user = ?1 AND id <> ?2", [user, but])?;
-    transaction.commit()
-}
-
-fn read_devices(db: &Connection) -> Result<HashMap<String, String>, rusqlite::Error> {
-    let mut query = db.prepare("SELECT digest, user FROM device")?;
-    query.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
-}
-
-/// argon2id with the crate's parameters (19 MiB, 2 passes: OWASP's).
-fn hash(password: &str) -> Result<String, AccessError> {
-    let hash = Argon2::default().hash_password(password.as_bytes());
-    hash.map(|hash| hash.to_string()).map_err(|_| AccessError::Busy)
-}
-
 fn random() -> Result<String, AccessError> {
     secret().map_err(|error| StoreError::Io(std::io::Error::other(error.to_string())).into())
-}
-
-fn insert(
-    db: &Connection,
-    now_ms: u64,
-    user: &str,
-    role: Role,
-    hash: &str,
-) -> Result<(), rusqlite::Error> {
-    let row = params![user, role.name(), hash, signed(now_ms)];
-    db.execute("INSERT INTO user VALUES (?1, ?2, ?3, ?4, NULL)", row).map(|_| ())
-}
-
-fn role_of(db: &Connection, user: &str) -> Result<Option<Role>, rusqlite::Error> {
-    let name: Option<String> = db
-        .query_row("SELECT role FROM user WHERE name = ?1", [user], |row| row.get(0))
-        .optional()?;
-    Ok(name.map(|name| role(&name)))
 }
 
 /// What nobody knows may least.
 pub fn role(name: &str) -> Role {
     Role::by_name(name).unwrap_or(Role::Observer)
-}
-
-fn count(db: &Connection, query: &str) -> Result<i64, rusqlite::Error> {
-    db.query_row(query, [], |row| row.get(0))
 }
 
 /// As SQLite has numbers.

@@ -26,6 +26,7 @@ mod error;
 mod hub;
 mod integrity;
 mod jet;
+mod jogs;
 mod link_series;
 pub mod model;
 mod owner;

@@ -1,6 +1,6 @@
 //! A monitor as the hub has it: its client, its state, who holds it, what is held in motion.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -12,11 +12,11 @@ use serde_json::{Value, json};
 use tokio::sync::{Notify, mpsc, watch};
 
 use crate::authority::Authority;
-use crate::beats::{Act, Beats, Delay};
 use crate::command::NUMBERED;
 use crate::config::MonitorConfig;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::jogs::{Jogs, Turn};
 use crate::link_series;
 use crate::model::{self, Exchanged, Status};
 use crate::program::Programs;
@@ -59,7 +59,7 @@ pub struct Station {
     /// Stop, Close and Lockout on that are under way.
     pub urgent: Lane,
     state: Mutex<State>,
-    jogs: Mutex<HashMap<(String, SubsystemId), Slot>>,
+    jogs: Mutex<Jogs>,
 }
 
 #[derive(Debug, Default)]
@@ -104,17 +104,6 @@ pub enum ParamValue {
     Values(Vec<i32>),
     /// Why not.
     Error(Both),
-}
-
-/// The beats of a seat for a drive.
-#[derive(Debug, Default)]
-struct Slot {
-    beats: Beats,
-    delay: Delay,
-    /// Holds the motion; dropping it lets go.
-    hold: Option<mpsc::UnboundedSender<()>>,
-    /// Which motion this is.
-    number: u64,
 }
 
 /// A beat.
@@ -330,15 +319,12 @@ impl Station {
 
     /// What a seat holds in motion is let go.
     pub fn let_go(&self, seat: &str) {
-        lock(&self.jogs).retain(|(holder, _), _| holder != seat);
+        lock(&self.jogs).let_go(seat);
     }
 
     /// A seat lets go of a drive.
     pub fn end_jog(&self, seat: &str, drive: SubsystemId) {
-        if let Some(slot) = lock(&self.jogs).get_mut(&(seat.to_owned(), drive)) {
-            slot.beats.end();
-            slot.hold = None;
-        }
+        lock(&self.jogs).end(&(seat.to_owned(), drive));
     }
 
     /// A beat of somebody who may command: tells what became of it.
@@ -360,35 +346,11 @@ impl Station {
                 )));
             }
         };
-        let (now, key) = (hub.now(), (caller.seat.seat.clone(), beat.drive));
-        let mut jogs = lock(&self.jogs);
-        let slot = jogs.entry(key).or_default();
-        if beat.sent_ms.is_some_and(|sent_ms| !slot.delay.is_fresh(now, sent_ms)) {
-            slot.beats.late(now);
-            return Ok(if slot.hold.is_some() { "moving" } else { "ended" });
-        }
-        match slot.beats.beat(now, beat.toward) {
-            Act::Arm => {
-                slot.hold = None;
-                Ok("armed")
-            }
-            Act::Turn => {
-                slot.hold = None;
-                Ok("armed")
-            }
-            Act::Renew => {
-                let held = slot.hold.as_ref().is_some_and(|hold| hold.send(()).is_ok());
-                Ok(if held { "moving" } else { "ended" })
-            }
-            Act::Ended => Ok("ended"),
-            Act::Start => {
-                let number = slot.number + 1;
-                let (hold, beats) = mpsc::unbounded_channel();
-                slot.number = number;
-                slot.hold = Some(hold);
-                drop(jogs);
-                self.start(hub, caller, &drive, beat, (number, beats))
-            }
+        let key = (caller.seat.seat.clone(), beat.drive);
+        let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, beat.sent_ms);
+        match turn {
+            Turn::Said(state) => Ok(state),
+            Turn::Start(number, beats) => self.start(hub, caller, &drive, beat, (number, beats)),
         }
     }
 
@@ -398,7 +360,7 @@ impl Station {
         caller: &Caller,
         drive: &Drive,
         beat: Beat,
-        (number, mut beats): (u64, mpsc::UnboundedReceiver<()>),
+        (number, mut beats): (u64, mpsc::Receiver<()>),
     ) -> Result<&'static str, ApiError> {
         let speed = hub.simulation.get().map_or(1.0, |simulation| simulation.speed());
         let hold = Hold { clock_permille: (speed * 1000.0) as u32, ..Hold::default() };
@@ -437,12 +399,7 @@ impl Station {
 
     fn jog_ended(&self, hub: &Hub, caller: &Caller, drive: SubsystemId, number: u64, end: &JogEnd) {
         let key = (caller.seat.seat.clone(), drive);
-        if let Some(slot) = lock(&self.jogs).get_mut(&key)
-            && slot.number == number
-            && slot.hold.take().is_some()
-        {
-            slot.beats.ended(hub.now());
-        }
+        lock(&self.jogs).ended(hub.now(), &key, number);
         self.tell_jog(hub, caller, drive, "ended", Some(end));
     }
 

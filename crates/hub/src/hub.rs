@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
-use axum::body::Bytes;
 use axum::extract::ws::Utf8Bytes;
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, watch};
@@ -15,7 +14,7 @@ use tokio::time::Instant;
 
 use crate::access::{Access, Bucket, Logins, Principal, Turns};
 use crate::alarms::Alarms;
-use crate::api::{Answering, Places};
+use crate::api::{Answering, Lasting, Packing, Places};
 use crate::authority::{Notice, Now, REASON_MAX, Refusal, Seat};
 use crate::broadcast::Audiences;
 use crate::clock::Clock;
@@ -89,10 +88,12 @@ pub struct Inner {
     pub places: Mutex<Places>,
     /// Who is being sent an answer.
     pub answering: Answering,
+    /// Who packs an answer.
+    pub packing: Packing,
     /// Who may hash a password now.
     pub hashing: Turns,
     /// The dictionary of the protocol, as JSON.
-    pub dictionary: Bytes,
+    pub dictionary: Lasting,
     /// What happens, in figures.
     pub counts: Counts,
     /// `true`: the hub ends.
@@ -237,6 +238,7 @@ impl Hub {
             logins: Mutex::default(),
             places: Mutex::default(),
             answering: Answering::default(),
+            packing: Packing::default(),
             hashing: Turns::new(HASHING_MAX),
             topics: Topics::default(),
             start: Instant::now(),
@@ -249,7 +251,7 @@ impl Hub {
             lock_file,
             config,
             clock,
-            dictionary: dictionary.to_string().into(),
+            dictionary: Lasting::new(dictionary.to_string()),
         }));
         *lock(&hub.noted) = hub.integrity.mark()?;
         hub.report_losses();

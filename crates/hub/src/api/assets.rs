@@ -1,13 +1,33 @@
 //! The console: files that were built into the program.
 
-use axum::http::{Method, StatusCode, Uri, header};
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use axum::body::Bytes;
+use axum::http::{HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{Html, IntoResponse, Response};
 use include_dir::{Dir, include_dir};
+
+use super::packed::Lasting;
 
 static CONSOLE: Dir<'_> = include_dir!("$LAFET_CONSOLE");
 
 /// What is shown when the console was not built in.
 const MISSING: &str = include_str!("no_console.html");
+
+/// The files by their paths, with what is packed of them.
+static FILES: LazyLock<HashMap<&str, Lasting>> = LazyLock::new(|| {
+    let mut files = HashMap::new();
+    let mut folders = vec![&CONSOLE];
+    while let Some(folder) = folders.pop() {
+        folders.extend(folder.dirs());
+        let named = folder.files().filter_map(|file| Some((file.path().to_str()?, file)));
+        files.extend(
+            named.map(|(path, file)| (path, Lasting::new(Bytes::from_static(file.contents())))),
+        );
+    }
+    files
+});
 
 /// A file of the console; of what is none, its first page, which knows its own addresses.
 pub async fn serve(method: Method, uri: Uri) -> Response {
@@ -15,25 +35,26 @@ pub async fn serve(method: Method, uri: Uri) -> Response {
     if path.starts_with("api/") || path == "api" || !matches!(method, Method::GET | Method::HEAD) {
         return super::nothing();
     }
-    if let Some(file) = CONSOLE.get_file(path) {
-        // Names in assets/ hold a hash of their content.
-        let cache =
-            if path.starts_with("assets/") { "max-age=31536000, immutable" } else { "no-cache" };
-        let headers = [(header::CONTENT_TYPE, kind(path)), (header::CACHE_CONTROL, cache)];
-        return (headers, file.contents()).into_response();
+    if let Some(file) = FILES.get(path) {
+        return answer(path, file);
     }
     let name = path.rsplit('/').next().unwrap_or_default();
     if name.contains('.') {
         return super::nothing();
     }
-    match CONSOLE.get_file("index.html") {
-        Some(page) => {
-            let headers =
-                [(header::CONTENT_TYPE, kind("index.html")), (header::CACHE_CONTROL, "no-cache")];
-            (headers, page.contents()).into_response()
-        }
+    match FILES.get("index.html") {
+        Some(page) => answer("index.html", page),
         None => (StatusCode::OK, Html(MISSING)).into_response(),
     }
+}
+
+fn answer(path: &str, file: &Lasting) -> Response {
+    // Names in assets/ hold a hash of their content.
+    let cache =
+        if path.starts_with("assets/") { "max-age=31536000, immutable" } else { "no-cache" };
+    let mut response = file.answer(kind(path));
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static(cache));
+    response
 }
 
 fn kind(path: &str) -> &'static str {

@@ -18,6 +18,7 @@ use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout;
 
 use super::BODY_MAX;
+use super::packed::refuse_packed;
 use crate::access::{Bucket, Kind, Principal, Role, Standing};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -249,6 +250,7 @@ impl<T: DeserializeOwned> FromRequest<Hub> for Body<T> {
     type Rejection = ApiError;
 
     async fn from_request(request: Request, hub: &Hub) -> Result<Self, ApiError> {
+        refuse_packed(request.headers())?;
         let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
             let text = both(
                 format!("The body cannot be read; at most {BODY_MAX} bytes."),
@@ -427,4 +429,27 @@ fn is_ours(hub: &Hub, host: &str) -> bool {
     let bare = name.trim_start_matches('[').trim_end_matches(']');
     let given = hub.config.names.iter().any(|known| known.eq_ignore_ascii_case(name));
     given || name.eq_ignore_ascii_case("localhost") || bare.parse::<IpAddr>().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Clock, Config};
+
+    /// With IPv6 a customer has 2⁶⁴ addresses: they count as one, and share its allowance.
+    #[test]
+    fn a_network_of_64_bits_is_one_client() {
+        let config = Config { connections_max: 8, ..Config::default() };
+        let hub = Hub::new(config, Clock::System, json!({})).unwrap();
+        let room = Arc::new(Semaphore::new(8));
+        let take = |address: String| Place::take(&hub, &room, address.parse().unwrap());
+        let of_one: Vec<_> = (0..8).map(|host| take(format!("2001:db8:0:7::{host:x}"))).collect();
+        let places: Vec<Place> = of_one.into_iter().flatten().collect();
+        assert_eq!(places.len(), 6, "three quarters of all");
+        let shared: Vec<_> = places.iter().filter_map(|it| it.allowance.as_ref()).collect();
+        assert!(shared.windows(2).all(|it| Arc::ptr_eq(it[0], it[1])));
+        assert!(take("2001:db8:0:8::1".into()).is_some(), "the network beside it");
+        // The same IPv4 address, as either family has it.
+        assert_eq!(network("::ffff:192.0.2.1".parse().unwrap()), IpAddr::from([192, 0, 2, 1]));
+    }
 }

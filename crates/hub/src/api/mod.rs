@@ -8,6 +8,7 @@ mod guard;
 mod jets;
 mod metrics;
 mod monitors;
+mod packed;
 mod parquet;
 mod past;
 mod recordings;
@@ -19,7 +20,6 @@ mod ws;
 
 use std::sync::LazyLock;
 
-use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, State};
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::middleware::{self, Next};
@@ -34,6 +34,7 @@ use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 pub use answers::Answering;
 pub use guard::{Peer, Place, Places};
+pub use packed::{Lasting, Packing};
 pub use ws::{kinds as messages, show_frame};
 
 /// Largest body of a request; Stop, Close and Lockout are read only so far.
@@ -54,6 +55,7 @@ pub fn router(hub: Hub) -> Router {
     router
         .fallback(assets::serve)
         .layer(DefaultBodyLimit::max(BODY_MAX))
+        .layer(middleware::from_fn_with_state(hub.clone(), packed::packed))
         .layer(middleware::from_fn_with_state(hub.clone(), answers::bounded))
         .layer(middleware::from_fn_with_state(hub.clone(), guard::same_origin))
         .layer(middleware::from_fn_with_state(hub.clone(), headers))
@@ -83,12 +85,17 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
 /// The description of the API.
 pub fn description() -> Value {
     let mut description = json!(routes_and_description().1);
-    // Whoever is known is counted.
     let paths = description["paths"].as_object_mut().into_iter().flat_map(|it| it.values_mut());
     let operations = paths.filter_map(Value::as_object_mut).flat_map(|it| it.values_mut());
-    for answers in operations.filter_map(|it| it["responses"].as_object_mut()) {
+    for operation in operations {
+        let has_body = operation.get("requestBody").is_some();
+        let Some(answers) = operation["responses"].as_object_mut() else { continue };
+        // Whoever is known is counted.
         if answers.contains_key("401") {
             answers.entry("429").or_insert_with(|| json!({ "description": "slow_down" }));
+        }
+        if has_body {
+            answers.entry("415").or_insert_with(|| json!({ "description": "packed" }));
         }
     }
     description
@@ -105,15 +112,15 @@ async fn about(State(hub): State<Hub>, _: Caller) -> Json<Value> {
 /// The dictionary of the protocol.
 #[utoipa::path(get, path = "/api/dictionary", responses((status = 200, body = Object), (status = 401)))]
 async fn dictionary(State(hub): State<Hub>, _: Caller) -> Response {
-    ([JSON], hub.dictionary.clone()).into_response()
+    hub.dictionary.json()
 }
 
 /// This description.
 #[utoipa::path(get, path = "/api/openapi.json", responses((status = 200, body = Object)))]
 async fn openapi() -> Response {
     // The same for all, and asked for without login.
-    static TEXT: LazyLock<Bytes> = LazyLock::new(|| description().to_string().into());
-    ([JSON], TEXT.clone()).into_response()
+    static TEXT: LazyLock<Lasting> = LazyLock::new(|| Lasting::new(description().to_string()));
+    TEXT.json()
 }
 
 /// What browsers have to keep to, and what is new is asked for.

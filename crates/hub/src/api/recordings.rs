@@ -8,7 +8,7 @@ use std::time::Duration;
 use axum::Json;
 use axum::body::{Body as HttpBody, Bytes};
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::{Stream, StreamExt};
 use serde::Deserialize;
@@ -18,6 +18,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::{Body, not_understood};
+use super::packed::refuse_packed;
 use super::records::{Asked, between, needs};
 use crate::access::Role;
 use crate::error::ApiError;
@@ -205,9 +206,11 @@ async fn upload(
     State(hub): State<Hub>,
     caller: Caller,
     named: Asked<Named>,
+    headers: HeaderMap,
     body: HttpBody,
 ) -> Result<Response, ApiError> {
     needs(&caller, Role::Operator)?;
+    refuse_packed(&headers)?;
     let Query(Named { name }) = named.map_err(|error| not_understood(&error))?;
     let Ok(turn) = hub.recordings.sending.clone().try_acquire_owned() else {
         return Err(ApiError::slow_down(SENDING));

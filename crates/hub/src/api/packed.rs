@@ -1,0 +1,164 @@
+//! Answers packed with gzip, for clients that take them so.
+//!
+//! What never changes is packed once and kept. Of the rest, whole answers to readings are packed, one
+//! at a time: whoever comes meanwhile gets the plain text, so that packing takes one processor at
+//! most. Nothing that changes something is answered packed, nor is what holds a secret: the size of
+//! a packed text tells how much of it repeats (BREACH).
+
+use std::io::Write;
+use std::sync::{Arc, OnceLock};
+
+use axum::body::{Body, Bytes, to_bytes};
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use hyper::body::Body as _;
+use tokio::sync::Semaphore;
+use tokio::task::spawn_blocking;
+
+use super::JSON;
+use crate::error::ApiError;
+use crate::hub::Hub;
+use crate::text::both;
+
+/// A smaller answer is a packet in any case; a larger one is made in parts.
+const SIZES: std::ops::RangeInclusive<u64> = 1024..=16 * 1024 * 1024;
+/// The reading that tells a secret: what proves that a browser asks on behalf of our page.
+const SECRET: &str = "/api/session";
+
+/// Who packs an answer now.
+#[derive(Debug)]
+pub struct Packing(Semaphore);
+
+impl Default for Packing {
+    fn default() -> Self {
+        Self(Semaphore::new(1))
+    }
+}
+
+/// A text that never changes. Clones share what was packed.
+#[derive(Clone, Debug)]
+pub struct Lasting {
+    plain: Bytes,
+    packed: Arc<OnceLock<Bytes>>,
+}
+
+impl Lasting {
+    /// Nothing is packed before it is asked for.
+    pub fn new(plain: impl Into<Bytes>) -> Self {
+        Self { plain: plain.into(), packed: Arc::default() }
+    }
+
+    /// As an answer of this kind.
+    pub fn answer(&self, kind: &'static str) -> Response {
+        let mut response = ([(header::CONTENT_TYPE, kind)], self.plain.clone()).into_response();
+        response.extensions_mut().insert(self.clone());
+        response
+    }
+
+    /// As an answer of JSON.
+    pub fn json(&self) -> Response {
+        self.answer(JSON.1)
+    }
+}
+
+/// Packs an answer if that is of use.
+pub async fn packed(State(hub): State<Hub>, request: Request, next: Next) -> Response {
+    let packs = takes_gzip(request.headers())
+        && request.method() == Method::GET
+        && request.uri().path() != SECRET;
+    let mut response = next.run(request).await;
+    let plain = response.status() == StatusCode::OK
+        && is_text(response.headers())
+        && !response.headers().contains_key(header::SET_COOKIE);
+    if !plain {
+        return response;
+    }
+    response.headers_mut().append(header::VARY, HeaderValue::from_static("accept-encoding"));
+    if !packs {
+        return response;
+    }
+    if let Some(lasting) = response.extensions_mut().remove::<Lasting>() {
+        let pack = move || {
+            let Lasting { plain, packed } = lasting;
+            packed.get_or_init(|| gzip(&plain, Compression::best())).clone()
+        };
+        return with(response.into_parts().0, spawn_blocking(pack).await.ok());
+    }
+    let whole = response.body().size_hint().exact().is_some_and(|size| SIZES.contains(&size));
+    let Ok(_turn) = hub.packing.0.try_acquire() else { return response };
+    if !whole {
+        return response;
+    }
+    let (parts, body) = response.into_parts();
+    let Ok(plain) = to_bytes(body, usize::MAX).await else { return with(parts, None) };
+    let packed = spawn_blocking(move || gzip(&plain, Compression::fast())).await;
+    with(parts, packed.ok())
+}
+
+/// The answer with its packed body.
+fn with(mut parts: axum::http::response::Parts, packed: Option<Bytes>) -> Response {
+    let Some(packed) = packed else {
+        return StatusCode::INTERNAL_SERVER_ERROR.into_response();
+    };
+    parts.headers.remove(header::CONTENT_LENGTH);
+    parts.headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+    Response::from_parts(parts, Body::from(packed))
+}
+
+fn gzip(plain: &[u8], level: Compression) -> Bytes {
+    let mut packed = GzEncoder::new(Vec::new(), level);
+    // A vector takes everything.
+    let written = packed.write_all(plain).and_then(|()| packed.finish());
+    written.unwrap_or_default().into()
+}
+
+/// Pictures, fonts and recordings are packed already.
+fn is_text(headers: &HeaderMap) -> bool {
+    let kind = headers.get(header::CONTENT_TYPE).and_then(|it| it.to_str().ok());
+    kind.is_some_and(|it| it.starts_with("text/") || it == JSON.1 || it == "image/svg+xml")
+}
+
+/// Whether a client says that it takes gzip.
+fn takes_gzip(headers: &HeaderMap) -> bool {
+    let all = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|it| it.to_str().ok());
+    all.flat_map(|it| it.split(',')).any(|coding| {
+        let (name, rest) = coding.split_once(';').unwrap_or((coding, ""));
+        let weight = rest.trim().strip_prefix("q=").map(|it| it.trim().parse::<f64>());
+        name.trim().eq_ignore_ascii_case("gzip")
+            && weight.is_none_or(|it| it.is_ok_and(|it| it > 0.0))
+    })
+}
+
+/// What is sent to the hub is not unpacked: a little would become much.
+pub fn refuse_packed(headers: &HeaderMap) -> Result<(), ApiError> {
+    let plain = |it: &HeaderValue| it.as_bytes().eq_ignore_ascii_case(b"identity");
+    if headers.get_all(header::CONTENT_ENCODING).iter().all(plain) {
+        return Ok(());
+    }
+    let text = both(
+        "The hub takes bodies of requests as they are, without Content-Encoding.",
+        "Сервер объекта принимает тела запросов только без сжатия (без Content-Encoding).",
+    );
+    Err(ApiError::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "packed", text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gzip_is_taken_if_it_is_named_and_not_refused() {
+        let takes = |value: &'static str| {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::ACCEPT_ENCODING, HeaderValue::from_static(value));
+            takes_gzip(&headers)
+        };
+        assert!(takes("gzip, deflate, br, zstd") && takes("br;q=1.0, GZIP;q=0.8"));
+        assert!(!takes("") && !takes("br") && !takes("gzip;q=0") && !takes("gzip;q=0.000, *"));
+        assert!(!takes_gzip(&HeaderMap::new()));
+    }
+}

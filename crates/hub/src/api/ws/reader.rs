@@ -394,4 +394,30 @@ mod tests {
         assert_eq!(answer["error"]["en"], "a");
         assert!(answer["id"].is_null() && answer.get("result").is_none(), "{answer}");
     }
+    #[tokio::test]
+    async fn what_is_invented_is_not_remembered() {
+        let config = crate::Config::default();
+        let hub = Hub::new(config, crate::Clock::System, json!({})).unwrap();
+        let (answers, _waiting) = mpsc::channel(1);
+        let room = || Arc::new(Semaphore::new(1));
+        let mut reader = Reader {
+            hub,
+            caller: Caller::hub(),
+            answers,
+            heard: Arc::default(),
+            room: room(),
+            urgent_room: room(),
+            watching: HashMap::new(),
+            told: HashMap::new(),
+            audience: watch::channel(Audience::default()).0,
+        };
+        for number in 0..1000 {
+            let drive = format!("Drive{number}");
+            let beat = JogBeat { drive, toward: Some("max".into()), t: None, end: false };
+            reader.beat(format!("M{number}"), &beat);
+            reader.beat(format!("M{number}"), &JogBeat { drive: "Vertical".into(), ..beat });
+            reader.watch(&[format!("M{number}")]);
+        }
+        assert!(reader.told.is_empty() && reader.watching.is_empty());
+    }
 }

@@ -1,0 +1,152 @@
+//! What clients ask for does not grow the hub: its memory, measured.
+#![cfg(target_os = "linux")]
+
+mod support;
+
+use std::path::PathBuf;
+
+use futures_util::future::join_all;
+use lafet_hub::access::Role;
+use serde_json::json;
+use support::{PATIENCE, Site};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::sync::Mutex;
+use tokio::time::timeout;
+
+/// Each test looks at the memory of the process: one at a time.
+static ALONE: Mutex<()> = Mutex::const_new(());
+const MIB: u64 = 1 << 20;
+
+/// What the process has, bytes.
+fn memory() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() * 1024
+}
+
+/// The most memory while something is done, above that before.
+async fn most_above<T>(work: impl Future<Output = T>) -> (u64, T) {
+    let (before, mut most) = (memory(), 0);
+    tokio::pin!(work);
+    let mut ticks = tokio::time::interval(std::time::Duration::from_millis(2));
+    loop {
+        tokio::select! {
+            done = &mut work => return (most.max(memory()).saturating_sub(before), done),
+            _ = ticks.tick() => most = most.max(memory()),
+        }
+    }
+}
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("lafet-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).unwrap();
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn passwords_are_hashed_in_memory_for_one() {
+    let _alone = ALONE.lock().await;
+    let site = Site::with(1, |_| {}).await;
+    let tries = async {
+        let each = (0..8).map(async |client| {
+            for number in 0..8 {
+                let user = format!("somebody{client}{number}");
+                let login = json!({ "user": user, "password": "wrong and long enough" });
+                let reply = site.post("", "/api/login", login).await;
+                assert_eq!(reply.status, 401, "{reply:?}");
+            }
+        });
+        join_all(each).await;
+    };
+    let (above, _) = most_above(tries).await;
+    // 19 MiB are one hash's.
+    assert!((15 * MIB..30 * MIB).contains(&above), "{} KiB", above / 1024);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn downloads_are_read_as_they_are_taken() {
+    const SIZE: u64 = 64 * MIB;
+    let _alone = ALONE.lock().await;
+    let folder = Folder::new("downloads");
+    let own = folder.0.clone();
+    let site = Site::with(1, |config| {
+        config.recording.folder = Some(own);
+        // Of a file without a description it is not known how old it is.
+        config.recording.keep_days = u32::MAX;
+    })
+    .await;
+    let file = std::fs::File::create(folder.0.join("long.mcap")).unwrap();
+    file.set_len(SIZE).unwrap();
+    let tokens: Vec<String> = site.tokens().into_iter().map(|(_, token)| token).collect();
+    let begin = async |token: &String| {
+        let mut stream = TcpStream::connect(site.address).await.unwrap();
+        let request = format!(
+            "GET /api/recordings/long.mcap HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+             Authorization: Bearer {token}\r\n\r\n"
+        );
+        stream.write_all(request.as_bytes()).await.unwrap();
+        let mut head = [0; 12];
+        stream.read_exact(&mut head).await.unwrap();
+        assert_eq!(&head, b"HTTP/1.1 200");
+        stream
+    };
+    let (above, mut downloads) = most_above(async {
+        // As many as one user has turns for, of each user; nobody reads on.
+        join_all((0..4).flat_map(|_| tokens.iter().map(&begin))).await
+    })
+    .await;
+    assert!(above < 24 * MIB, "{} KiB for {} downloads", above / 1024, downloads.len());
+    let mut whole = downloads.pop().unwrap();
+    let (above, len) = most_above(async {
+        let (mut buffer, mut len) = (vec![0; 1 << 16], 12);
+        loop {
+            match timeout(PATIENCE, whole.read(&mut buffer)).await.unwrap().unwrap() {
+                0 => return len,
+                count => len += count as u64,
+            }
+        }
+    })
+    .await;
+    assert!((SIZE..SIZE + 1024).contains(&len), "{len} bytes");
+    assert!(above < 8 * MIB, "{} KiB", above / 1024);
+}
+
+/// One file is sent at a time; who breaks off makes room.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn one_file_is_sent_at_a_time() {
+    let _alone = ALONE.lock().await;
+    let folder = Folder::new("uploads");
+    let own = folder.0.clone();
+    let site = Site::with(1, |config| config.recording.folder = Some(own)).await;
+    let token = site.token(Role::Operator);
+    let mut slow = TcpStream::connect(site.address).await.unwrap();
+    let head = format!(
+        "POST /api/recordings/upload HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {token}\r\n\
+         Content-Length: 100000\r\n\r\nhalf of it"
+    );
+    slow.write_all(head.as_bytes()).await.unwrap();
+    let parts = || {
+        let all = std::fs::read_dir(&folder.0).unwrap();
+        all.filter_map(Result::ok).count()
+    };
+    support::until("the first one has begun", || parts() == 1).await;
+    let second = async || site.post(&token, "/api/recordings/upload", json!("no recording")).await;
+    let refused = second().await;
+    assert_eq!((refused.status, refused.code()), (429, "slow_down"), "{refused:?}");
+    assert!(refused.body["error"]["retry_after_ms"].as_u64() > Some(0));
+    drop(slow);
+    support::until("what was sent of it is removed", || parts() == 0).await;
+    let taken = second().await;
+    assert_eq!(taken.status, 400, "it is read, and is no recording: {taken:?}");
+}

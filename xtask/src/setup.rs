@@ -35,7 +35,9 @@ pub fn component(name: &str, subcommand: &str) -> Result<(), String> {
 
 /// Makes sure of a program that a Debian package has.
 pub fn program(name: &str, package: &str) -> Result<(), String> {
-    if run::output(Command::new(name).arg("--version")).is_ok() {
+    // OpenSSL takes its commands without dashes.
+    let version = if name == "openssl" { "version" } else { "--version" };
+    if run::output(Command::new(name).arg(version)).is_ok() {
         return Ok(());
     }
     println!("   {name} is missing: installing it");

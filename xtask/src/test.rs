@@ -8,6 +8,7 @@ pub fn test(arguments: &[String]) -> TaskResult {
     setup::rust()?;
     setup::program("python3", "python3")?;
     setup::program("curl", "curl")?;
+    setup::program("openssl", "openssl")?;
     setup::postgres()?;
     let mut steps = Steps::default();
     steps.step("tests of all crates", || {

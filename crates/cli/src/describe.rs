@@ -4,7 +4,7 @@ use lafet_client::AnswerBuf;
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::{FlagInfo, SetFlag, Severity, flags_of};
 use lafet_proto::status::{GeneralStatus, Hotbed, ThermoStatus};
-use lafet_proto::{Answer, SubsystemId};
+use lafet_proto::{Answer, SubsystemId, dictionary};
 use serde_json::{Map, Value, json};
 
 use crate::angle;
@@ -18,44 +18,56 @@ pub fn flag_names(subsystem: SubsystemId, bits: u32) -> Vec<String> {
     class.set(bits).map(|flag| flag.to_string()).chain(unnamed).collect()
 }
 
-/// The values of a state in one line, without the flags.
+/// The values of a state in one line, without the flags. A value that a flag calls invalid is marked.
 pub fn values(answer: &Answer<'_>) -> String {
+    let bits = answer.data.flags_bits().unwrap_or(0);
+    let marked = |field: &str, text: String| {
+        let bad = dictionary::invalid(answer.from, bits).any(|(bad, _)| bad == field);
+        if bad { format!("{text} ({})", pick("invalid", "недостоверно")) } else { text }
+    };
     match answer.data {
         Reply::General(GeneralStatus { main_voltage, pressure, flowrate, .. }) => {
             let pressure = tenths(i32::from(pressure));
-            pick(
-                format!("{main_voltage} V, {pressure} atm, {flowrate} l/s"),
-                format!("{main_voltage} В, {pressure} атм, {flowrate} л/с"),
-            )
+            let texts = [
+                marked("main_voltage", format!("{main_voltage} {}", pick("V", "В"))),
+                marked("pressure", format!("{pressure} {}", pick("atm", "атм"))),
+                marked("flowrate", format!("{flowrate} {}", pick("l/s", "л/с"))),
+            ];
+            texts.join(", ")
         }
-        Reply::Thermo(status) => thermo(&status),
-        Reply::Drive(s) => drive(answer.from, s.position, s.current, s.speed),
-        Reply::Deployer(s) => drive(answer.from, s.position, s.current, s.speed),
+        Reply::Thermo(status) => thermo(&status, marked),
+        Reply::Drive(s) => drive(answer.from, (s.position, s.current, s.speed), marked),
+        Reply::Deployer(s) => drive(answer.from, (s.position, s.current, s.speed), marked),
         _ => String::new(),
     }
 }
 
-fn drive(subsystem: SubsystemId, position: i16, current: u8, speed: u8) -> String {
-    let position = angle::show(subsystem, i32::from(position));
-    let current = tenths(i32::from(current));
+fn drive(
+    subsystem: SubsystemId,
+    (position, current, speed): (i16, u8, u8),
+    marked: impl Fn(&str, String) -> String,
+) -> String {
+    let position = marked("position", angle::show(subsystem, i32::from(position)));
+    let current = format!("{} {}", tenths(i32::from(current)), pick("A", "А"));
     let unit = match subsystem {
         SubsystemId::NOZZLE => pick("mm/s", "мм/с"),
         _ => pick("°/s", "°/с"),
     };
-    format!("{position}, {current} {}, {speed} {unit}", pick("A", "А"))
+    format!("{position}, {}, {speed} {unit}", marked("current", current))
 }
 
-fn thermo(status: &ThermoStatus) -> String {
+fn thermo(status: &ThermoStatus, marked: impl Fn(&str, String) -> String) -> String {
     let places = [
-        (pick("horizontal", "горизонталь"), status.horizontal),
-        (pick("vertical", "вертикаль"), status.vertical),
-        (pick("nozzle", "насадок"), status.nozzle),
-        (pick("deployer", "развёртывание"), status.deployer),
-        (pick("housing", "корпус"), status.housing),
+        ("horizontal", pick("horizontal", "горизонталь"), status.horizontal),
+        ("vertical", pick("vertical", "вертикаль"), status.vertical),
+        ("nozzle", pick("nozzle", "насадок"), status.nozzle),
+        ("deployer", pick("deployer", "развёртывание"), status.deployer),
+        ("housing", pick("housing", "корпус"), status.housing),
     ];
-    let temperatures =
-        places.map(|(name, value)| format!("{name} {} °C", tenths(i32::from(value))));
-    format!("{}; {} %", temperatures.join(", "), status.humidity)
+    let temperatures = places.map(|(field, name, value)| {
+        marked(field, format!("{name} {} °C", tenths(i32::from(value))))
+    });
+    format!("{}; {}", temperatures.join(", "), marked("humidity", format!("{} %", status.humidity)))
 }
 
 /// A number of tenths: `12.5`.
@@ -180,4 +192,29 @@ pub fn hotbeds_json(hotbeds: &[Hotbed]) -> Value {
 /// Bytes as `de ad be`.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lafet_proto::flags::GeneralFlags;
+    use lafet_proto::{RequestId, Status};
+
+    #[test]
+    fn an_invalid_value_is_marked_and_only_that_one() {
+        let of = |flag: &str| {
+            let bits = flags_of(SubsystemId::GENERAL).by_name(flag).map_or(0, |info| 1 << info.bit);
+            let flags = GeneralFlags::from_bits_retain(bits);
+            let state = GeneralStatus { flags, main_voltage: 24, pressure: 0, flowrate: 12 };
+            values(&Answer {
+                from: SubsystemId::GENERAL,
+                request: RequestId::GET_STATUS,
+                status: Status::Ok,
+                data: Reply::General(state),
+            })
+        };
+        assert_eq!(of("PressureSensorBreak"), "24 V, 0.0 atm (invalid), 12 l/s");
+        assert_eq!(of("ConnLost"), "24 V (invalid), 0.0 atm (invalid), 12 l/s (invalid)");
+        assert_eq!(of("LockedOut"), "24 V, 0.0 atm, 12 l/s");
+    }
 }

@@ -1,4 +1,5 @@
-//! `cargo xtask docs`: the tables of docs/protocol.md that come from the code, and all links.
+//! `cargo xtask docs`: the tables of docs/protocol.md that come from the code, the dictionary that the
+//! console's tests read, and all links.
 
 use std::process::ExitCode;
 
@@ -9,6 +10,8 @@ use crate::run::{self, StepResult};
 use crate::{TaskResult, flag, links, pictures};
 
 const PAGE: &str = "docs/protocol.md";
+/// The dictionary that the console's unit tests read.
+const DICTIONARY: &str = "console/test/unit/files/dictionary.json";
 /// The sections that list flags, and the classes of the dictionary that have them. The common flags
 /// stand in every class.
 const CLASSES: [(&str, &str); 9] = [
@@ -29,10 +32,13 @@ pub fn docs(arguments: &[String]) -> TaskResult {
     let tables = arguments == ["--tables"];
     if tables || !flag(arguments, Some("--check"))? {
         println!("   building lafet, for `lafet schema`");
+        let schema = schema()?;
         let old = run::read(PAGE)?;
-        let new = regenerate(&old, &schema()?)?;
-        std::fs::write(run::root().join(PAGE), &new).map_err(|e| format!("{PAGE}: {e}"))?;
-        println!("   {PAGE}: {}", if old == new { "was up to date" } else { "written" });
+        for (file, new) in [(PAGE, regenerate(&old, &schema)?), (DICTIONARY, lines(&schema))] {
+            let was = run::read(file).unwrap_or_default();
+            std::fs::write(run::root().join(file), &new).map_err(|e| format!("{file}: {e}"))?;
+            println!("   {file}: {}", if was == new { "was up to date" } else { "written" });
+        }
         if tables {
             return Ok(ExitCode::SUCCESS);
         }
@@ -47,7 +53,11 @@ pub fn check() -> StepResult {
     run::verdict("links that lead nowhere", &links::broken()?)?;
     pictures::check()?;
     let page = run::read(PAGE)?;
-    let fresh = regenerate(&page, &schema()?)?;
+    let schema = schema()?;
+    if run::read(DICTIONARY)? != lines(&schema) {
+        return Err(format!("{DICTIONARY} is out of date: run `cargo xtask docs`"));
+    }
+    let fresh = regenerate(&page, &schema)?;
     if page == fresh {
         println!("   links resolve; the tables of {PAGE} are up to date");
         return Ok(());
@@ -63,6 +73,21 @@ fn schema() -> Result<Value, String> {
     let arguments = ["run", "--quiet", "--package", "lafet", "--", "schema"];
     let text = run::output(&mut run::cargo(&arguments))?;
     serde_json::from_str(&text).map_err(|e| format!("`lafet schema` printed no JSON: {e}"))
+}
+
+/// JSON with an entry of each list in a line of its own.
+fn lines(schema: &Value) -> String {
+    let list = |value: &Value| match value {
+        Value::Array(entries) => {
+            let lines: Vec<String> = entries.iter().map(Value::to_string).collect();
+            format!("[\n{}\n]", lines.join(",\n"))
+        }
+        other => other.to_string(),
+    };
+    let parts = schema.as_object().into_iter().flatten();
+    let parts: Vec<String> =
+        parts.map(|(name, value)| format!("\"{name}\": {}", list(value))).collect();
+    format!("{{\n{}\n}}\n", parts.join(",\n"))
 }
 
 /// The page with fresh text between `<!-- params:begin -->` and its end, and between

@@ -7,7 +7,7 @@ import { flagsOf, matchingFlags, setFlags, tries, wordHex } from '../../src/page
 import { fromHistory, sampleOf, spanOf } from '../../src/pages/diagnosis/samples';
 
 const file = (name: string) => JSON.parse(readFileSync(new URL(`files/${name}`, import.meta.url), 'utf8'));
-const dict = { ...file('dictionary.json'), ...file('dictionary-wire.json') } as Dictionary;
+const dict = file('dictionary.json') as Dictionary;
 
 function status(flags: Record<string, string[]>): Status {
   const subsystems = Object.fromEntries(

@@ -8,7 +8,7 @@ import { bytesOf, decode, hexOf, isPoll } from '../../src/pages/inspector/wire';
 
 const file = (name: string) => JSON.parse(readFileSync(new URL(`files/${name}`, import.meta.url), 'utf8'));
 // Subsystems and parameters; requests, flags and answers: what `lafet schema` prints, in two parts.
-const dict = { ...file('dictionary.json'), ...file('dictionary-wire.json') } as Dictionary;
+const dict = file('dictionary.json') as Dictionary;
 const records = (hex: string, out: boolean) => decode(bytesOf(hex), out, dict);
 
 describe('frames taken apart', () => {

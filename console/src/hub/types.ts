@@ -1,6 +1,7 @@
 // The shapes of docs/hub-api.md.
+import type { Act, Role } from './acts';
 
-export type Role = 'observer' | 'operator' | 'engineer' | 'administrator';
+export type { Role } from './acts';
 export type Drive = 'Vertical' | 'Horizontal' | 'Nozzle' | 'Deployer';
 export type Valve = 'Valve1' | 'Valve2';
 export type Toward = 'min' | 'max';
@@ -51,19 +52,16 @@ export interface Info {
   address: number;
 }
 
-/** What GetStatus tells of a subsystem; the fields are those of the dictionary, in units of the wire. */
+/**
+ * What GetStatus reports of a subsystem; the other fields are those of the dictionary, in units of the wire. They are read
+ * by hub/readings.ts, which knows whether a value may be computed with.
+ */
 export interface SubsystemStatus {
   bits: number;
   flags: string[];
   severity: Severity;
   /** Fields whose values are bad, with the flags that say so. */
   bad?: Record<string, string>;
-  position?: number;
-  current?: number;
-  speed?: number;
-  main_voltage?: number;
-  pressure?: number;
-  flowrate?: number;
   [field: string]: unknown;
 }
 
@@ -263,6 +261,8 @@ export interface AuditEntry {
   details: Record<string, unknown> | null;
   prev: string;
   hash: string;
+  /** What it is about; absent in entries of earlier versions of the hub. */
+  act?: Act & { v: number };
 }
 
 export type JogState = 'armed' | 'moving' | 'stopping' | 'ended';

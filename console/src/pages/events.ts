@@ -16,6 +16,7 @@ import './events/log';
 import { HubError } from '../hub/errors';
 import { Happenings, type Happened } from './events/live';
 import { eventStyle } from './events/style';
+import { styled } from '../parts/styled';
 
 type Tab = 'log' | 'live';
 const ROW_PX = 49;
@@ -128,7 +129,7 @@ export class LfPageEvents extends LitElement {
   }
 
   private renderBlock({ key, from, items, near, height }: Block<Happened>, count: number) {
-    if (!near) return html`<div data-block=${key} aria-hidden="true" style="height:${height}px"></div>`;
+    if (!near) return html`<div data-block=${key} aria-hidden="true" ${styled({ height: `${height}px` })}></div>`;
     return html`<div data-block=${key} role="none">
       ${items.map(
         (event, index) => html`<div class="event" role="listitem" aria-setsize=${count} aria-posinset=${from + index + 1}>

@@ -22,7 +22,8 @@ import { readJournal, writeJournal } from './params/journal';
 import { groups, isDefault, isKept, matches, titleOf } from './params/model';
 import { pageStyle } from './params/page-style';
 import './params/row';
-import { editing, showWire, wireShown, type Editing } from './params/state';
+import { editing, type Editing } from './params/state';
+import { showWire, wireShown } from './params/words';
 
 const FILTERS = ['all', 'edited', 'changed', 'unset', 'restart'] as const;
 type Filter = (typeof FILTERS)[number];

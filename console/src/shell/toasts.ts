@@ -3,13 +3,12 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { commands, type Outcome } from '../hub/commands';
-import { subsystem } from '../hub/dictionary';
 import type { HubError } from '../hub/errors';
 import type { Answer } from '../hub/types';
 import { lang, t, tt, type Key } from '../i18n';
 import { icon, type IconName } from '../parts/icons';
 import { base } from '../theme/shared';
-import { show } from '../units';
+import { requestWords } from './request';
 
 export interface Toast {
   kind: 'ok' | 'info' | 'warning' | 'error';
@@ -81,20 +80,7 @@ function refusals(error: HubError): Answer[] | undefined {
 }
 
 function titleOf(what: string): string {
-  if (what.startsWith('authority ')) return t(what.replace(' ', '.') as Key);
-  const key = `request.${what.split(' ')[0]}`;
-  const title = t(key as Key);
-  const rest = restOf(what);
-  return title === key ? what : rest ? `${title} (${rest})` : title;
-}
-
-/** Whom it is for; where a drive is to go, in the operator's units. */
-function restOf(what: string): string {
-  const [request, to, where] = what.split(' ');
-  if (to === 'All' && !where) return '';
-  if (request !== 'Move' || !where || !Number.isFinite(Number(where))) return what.split(' ').slice(1).join(' ');
-  const name = tt(subsystem(to!)) || to!;
-  return `${name}, ${show(to === 'Nozzle' ? 'nozzle' : 'angle', Number(where))}`;
+  return what.startsWith('authority ') ? t(what.replace(' ', '.') as Key) : requestWords(what);
 }
 
 @customElement('lf-toasts')
@@ -102,6 +88,9 @@ export class LfToasts extends LitElement {
   static override styles = [
     base,
     css`
+      .notes {
+        display: contents;
+      }
       :host {
         position: fixed;
         left: calc(var(--nav-now, 0px) + var(--s3));
@@ -183,7 +172,7 @@ export class LfToasts extends LitElement {
   }
 
   override render() {
-    return html`<div role="status" aria-live="polite" style="display:contents">
+    return html`<div role="status" aria-live="polite" class="notes">
       ${repeat(
         this.shown,
         (note) => note.id,

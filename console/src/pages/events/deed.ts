@@ -5,7 +5,8 @@ import { dateTime, t, time, type Key } from '../../i18n';
 import { icon, type IconName } from '../../parts/icons';
 import { show } from '../../units';
 import { fateOf, plainDetails, type Deed, type Fate } from './model';
-import { outcomeMeaning, outcomeWords, stateWords, subsystemName, wordsOf } from './words';
+import { subsystemName } from '../../shell/request';
+import { endingWords, outcomeMeaning, outcomeWords, stateWords, wordsOf } from './words';
 
 const FATES: Record<Fate, IconName> = { done: 'check', open: 'clock', refused: 'lock', failed: 'warning' };
 
@@ -17,8 +18,9 @@ function named(key: string, other: string): string {
 /** `row`: its number in the table, for who does not see it. */
 export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: number) {
   const { first } = deed;
-  const words = wordsOf(first.what);
+  const words = wordsOf(first);
   const fate = fateOf(deed);
+  const ending = deed.answer ? endingWords(deed.answer) : '';
   const outcome = deed.answer?.outcome ?? 'asked';
   const code = deed.answer?.details?.code;
   return html`<tr class="deed ${open ? 'open' : ''}" data-n=${first.n} aria-rowindex=${row} @click=${toggle}>
@@ -32,13 +34,13 @@ export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: n
     <td class="c-monitor"><b>${first.monitor ?? ''}</b></td>
     <td class="c-what">
       <div class="words">${words}</div>
-      ${words === first.what ? nothing : html`<div class="raw">${first.what}</div>`}
     </td>
     <td class="c-outcome">
       <span class="fate ${fate}">${icon(FATES[fate], 18)} ${outcomeWords(outcome)}</span>
       ${typeof code === 'string'
         ? html`<div class="small dim">${named(`events.code_${code}`, code)}</div>`
         : nothing}
+      ${ending ? html`<div class="small dim">${ending}</div>` : nothing}
       ${deed.effect ? html`<div class="effect">${effectLine(deed.effect)}</div>` : nothing}
     </td>
     <td class="c-more">
@@ -82,6 +84,10 @@ function renderEntry(entry: AuditEntry, deed: Deed) {
       ${step === 'effect' ? nothing : html`<div class="small dim">${who(entry)}</div>`}
     </div>
     <dl>
+      ${step === 'effect'
+        ? nothing
+        : html`<dt>${t('events.text')}</dt>
+            <dd class="raw">${entry.what}</dd>`}
       ${Array.isArray(answers)
         ? html`<dt>${t('events.step_answer')}</dt>
             <dd>
@@ -97,7 +103,7 @@ function renderEntry(entry: AuditEntry, deed: Deed) {
       ${plainDetails(entry)
         .filter(([name]) => name !== 'took_ms')
         .map(
-          ([name, value]) => html`<dt>${name}</dt>
+          ([name, value]) => html`<dt>${named(`events.detail_${name}`, name)}</dt>
             <dd>${value}</dd>`,
         )}
       ${entry.details?.stale === true

@@ -19,7 +19,8 @@ import './chain';
 import { renderDeed, renderInside } from './deed';
 import { deedsOf, fieldTime, joined, matches, type Deed, type Kind, type LogFilter } from './model';
 import { eventStyle } from './style';
-import { wordsOf } from './words';
+import type { Simulation } from '../training/model';
+import { learnSimulation, wordsOf } from './words';
 
 const LIMIT = 200;
 const FOLLOW_MS = 2000;
@@ -77,6 +78,7 @@ export class LfAuditLog extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     dictionary().then(() => this.requestUpdate(), () => {});
+    if (store.hello?.hub.demo) void this.simulation();
     this.timer = window.setInterval(() => this.follow(), FOLLOW_MS);
     void this.load();
   }
@@ -110,6 +112,16 @@ export class LfAuditLog extends LitElement {
     </div>`;
   }
 
+  private async simulation(): Promise<void> {
+    try {
+      learnSimulation(await http.get<Simulation>('/api/sim'));
+      this.found = null;
+      this.requestUpdate();
+    } catch {
+      // Scenarios and faults are called by their ids.
+    }
+  }
+
   private matching(): Deed[] {
     const filter = {
       // The hub has looked for it in what stands in the log; for the words of the page, the page does.
@@ -119,7 +131,7 @@ export class LfAuditLog extends LitElement {
     };
     const by = `${lang()} ${JSON.stringify(filter)}`;
     if (this.found?.of !== this.deeds || this.found.by !== by) {
-      const deeds = this.deeds.filter((deed) => matches(deed, filter, wordsOf(deed.first.what)));
+      const deeds = this.deeds.filter((deed) => matches(deed, filter, wordsOf(deed.first)));
       this.found = { of: this.deeds, by, deeds };
     }
     return this.found.deeds;

@@ -1,4 +1,5 @@
 // The audit log for people: the entries of one command belong together.
+import type { Act } from '../../hub/acts';
 import type { AuditEntry } from '../../hub/types';
 
 export type Kind = 'command' | 'jog' | 'authority' | 'alarm' | 'access';
@@ -8,7 +9,8 @@ export type Fate = 'done' | 'open' | 'refused' | 'failed';
 export interface Deed {
   /** Number of its first entry that is known. */
   n: number;
-  kind: Kind;
+  /** Null: an entry of another version of the hub. */
+  kind: Kind | null;
   first: AuditEntry;
   /** With what it ended; null: nothing is known yet. */
   answer: AuditEntry | null;
@@ -24,14 +26,22 @@ export interface LogFilter {
   to_ms: number | null;
 }
 
-const GOOD = new Set(['Ok', 'Accepted', 'Cached', 'stopped', 'standing', 'replaced', 'effect']);
-const REQUEST = /^(0x[0-9a-f]{2}|[A-Z][A-Za-z]+)\b/;
+const GOOD = new Set(['Ok', 'Accepted', 'Cached', 'stopped', 'standing', 'replaced', 'repeated', 'effect']);
+/** Version of the acts that this page knows. */
+const VERSION = 1;
+const ALARMS = ['acknowledge', 'shelve', 'unshelve'];
 
-export function kindOf(what: string): Kind {
-  if (what.startsWith('jog ')) return 'jog';
-  if (what.startsWith('authority ')) return 'authority';
-  if (/^(acknowledge|shelve|unshelve) /.test(what)) return 'alarm';
-  return REQUEST.test(what) ? 'command' : 'access';
+/** What an entry is about; null: it has only its text. */
+export function actOf({ act }: AuditEntry): Act | null {
+  return act?.v === VERSION ? act : null;
+}
+
+export function kindOf(entry: AuditEntry): Kind | null {
+  const type = actOf(entry)?.type;
+  if (type === undefined) return null;
+  if (type === 'request') return 'command';
+  if (type === 'jog' || type === 'authority') return type;
+  return ALARMS.includes(type) ? 'alarm' : 'access';
 }
 
 function number(entry: AuditEntry, name: string): number | null {
@@ -47,19 +57,11 @@ export function deedsOf(entries: AuditEntry[]): Deed[] {
     if (asked !== null) askedBy.set(entry.n, asked);
   }
   const groups = new Map<number, AuditEntry[]>();
-  // The end of a motion by hand does not say which beginning it belongs to: the last one of that seat.
-  const jogs = new Map<string, number>();
   const keyOf = (entry: AuditEntry): number => {
     const answered = number(entry, 'answered');
     if (answered !== null) return askedBy.get(answered) ?? answered;
     const asked = number(entry, 'asked');
-    if (asked !== null) return asked;
-    if (kindOf(entry.what) !== 'jog') return entry.n;
-    const who = [entry.seat, entry.monitor, entry.what].join('\n');
-    const begun = jogs.get(who);
-    jogs.delete(who);
-    if (entry.outcome === 'asked') jogs.set(who, entry.n);
-    return entry.outcome === 'asked' ? entry.n : (begun ?? entry.n);
+    return asked ?? entry.n;
   };
   for (const entry of [...entries].sort((a, b) => a.n - b.n)) {
     const key = keyOf(entry);
@@ -72,7 +74,7 @@ function deed(entries: AuditEntry[]): Deed {
   const first = entries[0]!;
   const effect = entries.find((entry) => entry.outcome === 'effect') ?? null;
   const answer = entries.find((entry) => entry.outcome !== 'asked' && entry.outcome !== 'effect') ?? null;
-  return { n: first.n, kind: kindOf(first.what), first, answer, effect, entries };
+  return { n: first.n, kind: kindOf(first), first, answer, effect, entries };
 }
 
 export function fateOf(deed: Deed): Fate {
@@ -98,7 +100,7 @@ export function matches(deed: Deed, filter: LogFilter, title: string): boolean {
 }
 
 /**
- * New entries before those that are known; null: there is a gap, everything has to be read anew.
+ * New entries before those that are known; null: there is a gap, everything has to be read again.
  * `filtered`: numbers are missing because others are not asked for.
  */
 export function joined(known: AuditEntry[], latest: AuditEntry[], filtered: boolean): AuditEntry[] | null {

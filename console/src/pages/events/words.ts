@@ -1,76 +1,151 @@
-// What entries of the audit log say, in words.
-import { dictionaryNow, subsystem } from '../../hub/dictionary';
-import type { SubsystemStatus } from '../../hub/types';
-import { lang, t, tt, type Key } from '../../i18n';
-import { show } from '../../units';
+// What entries of the audit log say, in words. They are made from the typed act; an entry without one, of an earlier
+// version of the hub or of a later one, is shown as its text.
+import type { Act, JogEnding, Role, SimAct } from '../../hub/acts';
+import { dictionaryNow, flag } from '../../hub/dictionary';
+import { badText, readingOf } from '../../hub/readings';
+import type { AuditEntry, SubsystemStatus } from '../../hub/types';
+import { lang, num, t, tt, type Key } from '../../i18n';
+import { requestWords, subsystemName } from '../../shell/request';
+import { measured, show } from '../../units';
 import { titleOf } from '../alarms/names';
-import { kindOf } from './model';
+import type { Simulation } from '../training/model';
+import { actOf } from './model';
+
+/** What scenarios and faults of the simulation are called. */
+let simulation: Pick<Simulation, 'scenarios' | 'faults'> = { scenarios: [], faults: [] };
+
+export function learnSimulation(known: Pick<Simulation, 'scenarios' | 'faults'>): void {
+  simulation = known;
+}
 
 function known(key: string): string | null {
   const text = t(key as Key);
   return text === key ? null : text;
 }
 
-export function subsystemName(name: string): string {
-  return subsystem(name)?.[lang()] ?? name;
+function roleName(role: Role): string {
+  return t(`role.${role}`);
 }
 
-/** `Open Valve1` → Open a valve: Valve 1 (water). */
-export function wordsOf(what: string): string {
-  const [verb = '', ...rest] = what.split(' ');
-  switch (kindOf(what)) {
-    case 'command': {
-      const request = dictionaryNow()?.requests.find((r) => r.name === verb);
-      if (!request) return what;
-      const [to = '', ...data] = rest;
-      const tail = [subsystemName(to), data.join(' ')].filter(Boolean).join(' ');
-      return `${tt(request.title)}: ${tail}`;
-    }
+export function wordsOf(entry: AuditEntry): string {
+  const act = actOf(entry);
+  return act ? actWords(act, entry.what) : entry.what;
+}
+
+/** Every kind that the hub writes: the type is made from the hub's own description. */
+function actWords(act: Act, what: string): string {
+  switch (act.type) {
+    case 'request':
+      return requestWords(what);
     case 'jog': {
-      const toward = known(`events.toward_${rest[0]}_${rest[1]}`) ?? rest[1] ?? '';
-      return t('events.jog', { drive: subsystemName(rest[0] ?? ''), toward });
+      const toward = known(`events.toward_${act.drive}_${act.toward}`) ?? act.toward;
+      return t('events.jog', { drive: subsystemName(act.drive), toward });
     }
     case 'authority':
-      return known(`events.authority_${rest[0]}`) ?? what;
-    case 'alarm':
-      return `${known(`events.alarm_${verb}`) ?? verb}: ${titleOf(rest.join(' '))}`;
-    case 'access':
-      return accessWords(what);
+      return known(`events.authority_${act.action}`) ?? what;
+    case 'login':
+      return t('events.login');
+    case 'change_own_password':
+      return t('events.own_password');
+    case 'add_user':
+      return t('events.add_user', { user: act.user, role: roleName(act.role) });
+    case 'change_user':
+      return changeWords(act);
+    case 'remove_user':
+      return t('events.remove_user', { user: act.user });
+    case 'add_token':
+      return t('events.add_token', { user: act.name, role: roleName(act.role) });
+    case 'remove_token':
+      return t('events.remove_token', { n: act.id });
+    case 'end_session':
+      return t('events.end_session');
+    case 'acknowledge':
+    case 'unshelve':
+      return `${t(`events.alarm_${act.type}`)}: ${titleOf(act.alarm)}`;
+    case 'shelve':
+      return `${t('events.alarm_shelve', { n: num(act.minutes) })}: ${titleOf(act.alarm)}`;
+    case 'export_audit':
+      return t('events.exported');
+    case 'start_recording':
+    case 'remove_recording':
+    case 'upload_recording':
+      return t(`events.${act.type}`, { name: act.recording });
+    case 'sim_scenario': {
+      const title = simulation.scenarios.find(({ id }) => id === act.scenario)?.title;
+      return t('events.sim_scenario', { name: tt(title) || act.scenario });
+    }
+    case 'sim':
+      return simWords(act.act);
+    case 'end':
+      return t('events.end');
+    case 'clock_step':
+      return t('events.clock_step', { s: num(act.by_ms / 1000, 1) });
+    case 'state_lost':
+      return `${t(`events.file_${act.file}`)}: ${t(`events.fault_${act.fault}`)}`;
+    case 'chain_broken':
+      return t('events.chain_broken', { n: num(act.n) });
+    default:
+      return act satisfies never;
   }
 }
 
-const ACCESS: [RegExp, Key][] = [
-  [/^login$/, 'events.login'],
-  [/^logout$/, 'events.logout'],
-  [/^start$/, 'events.start'],
-  [/^end$/, 'events.end'],
-  [/^change own password$/, 'events.own_password'],
-  [/^export audit log$/, 'events.exported'],
-  [/^add user (?<user>\S+) as (?<role>\S+)/, 'events.add_user'],
-  [/^change user (?<user>\S+)/, 'events.change_user'],
-  [/^remove user (?<user>\S+)/, 'events.remove_user'],
-  [/^add token (?<user>.+) as (?<role>\S+)/, 'events.add_token'],
-  [/^remove token (?<user>\S+)/, 'events.remove_token'],
-  [/^sim scenario (?<user>\S+)/, 'events.sim_scenario'],
-  [/^sim Speed\((?<user>[\d.]+)\)/, 'events.sim_speed'],
-  [/^sim /, 'events.sim'],
-];
-
-function accessWords(what: string): string {
-  for (const [pattern, key] of ACCESS) {
-    const found = pattern.exec(what);
-    if (!found) continue;
-    const { user = '', role = '' } = found.groups ?? {};
-    return t(key, { user, role: known(`role.${role}`) ?? role });
-  }
-  return what;
+function changeWords({ user, role, password }: Extract<Act, { type: 'change_user' }>): string {
+  const parts = [
+    role ? t('events.change_role', { role: roleName(role) }) : '',
+    password ? t('events.change_password') : '',
+  ];
+  return `${t('events.change_user', { user })}: ${parts.filter(Boolean).join(', ')}`;
 }
 
-/** Ok, Denied …: what it means, from the dictionary of statuses, or from here. */
+function simWords(act: SimAct): string {
+  if ('automatic' in act) return t(act.automatic ? 'events.sim_automatic' : 'events.sim_by_hand');
+  if ('pause' in act) return t(act.pause ? 'events.sim_pause' : 'events.sim_on');
+  if ('speed' in act) return t('events.sim_speed', { speed: num(act.speed, act.speed % 1 ? 1 : 0) });
+  if ('fault' in act) {
+    const { monitor, fault, on } = act.fault;
+    const name = tt(simulation.faults.find((one) => one.name === fault)?.text) || fault;
+    return t(on ? 'events.sim_fault' : 'events.sim_fault_ends', { monitor, fault: fault === 'all' ? t('events.sim_all') : name });
+  }
+  if ('fire' in act) {
+    const [east = 0, north = 0] = act.fire.at.map((value) => Math.round(value));
+    const { unit } = measured('length', 0);
+    const at = [east, north].map((value) => measured('length', value).value).join('; ');
+    return t('events.sim_fire', { at, unit });
+  }
+  if ('ignite' in act) return t('events.sim_ignite', { name: act.ignite });
+  if ('link' in act) return t(act.link.up ? 'events.sim_link_up' : 'events.sim_link_lost', { monitor: act.link.monitor });
+  return act satisfies never;
+}
+
+/** How a motion by hand ended: why, where. */
+export function endingWords(entry: AuditEntry): string {
+  const act = actOf(entry);
+  if (act?.type !== 'jog' || !act.end) return '';
+  const at = (position: number) => show(act.drive === 'Nozzle' ? 'nozzle' : 'angle', position);
+  return endWords(act.end, at);
+}
+
+function endWords(end: JogEnding, at: (position: number) => string): string {
+  switch (end.how) {
+    case 'stopped':
+      return `${known(`events.end_${end.reason}`) ?? end.reason}, ${at(end.position)}`;
+    case 'standing':
+    case 'still_moving':
+      return at(end.position);
+    case 'taken_over':
+      return subsystemName(end.by);
+    case 'refused':
+    case 'unknown':
+    case 'replaced':
+      return '';
+    default:
+      return end satisfies never;
+  }
+}
+
+/** Ok, Denied …: what it means. */
 export function outcomeWords(outcome: string): string {
-  const own = known(`events.outcome_${outcome.replaceAll(' ', '_')}`);
-  if (own) return own;
-  return outcome;
+  return known(`events.outcome_${outcome.replaceAll(' ', '_')}`) ?? outcome;
 }
 
 export function outcomeMeaning(outcome: string): string {
@@ -81,9 +156,16 @@ export function outcomeMeaning(outcome: string): string {
 /** The state of a subsystem in a line: position, flags. */
 export function stateWords(name: string, state: SubsystemStatus): string {
   const parts: string[] = [];
-  if (state.position !== undefined) parts.push(show(name === 'Nozzle' ? 'nozzle' : 'angle', state.position));
-  if (state.pressure !== undefined) parts.push(show('pressure', state.pressure));
-  if (state.flowrate !== undefined) parts.push(show('flow', state.flowrate));
-  parts.push(...state.flags);
+  const value = (quantity: Parameters<typeof show>[0], field: 'position' | 'pressure' | 'flowrate') => {
+    const of = readingOf(state, field);
+    if (of.value === null) return;
+    const text = show(quantity, of.value);
+    const bad = badText(name, of);
+    parts.push(bad ? t('events.bad_value', { value: text, why: bad }) : text);
+  };
+  value(name === 'Nozzle' ? 'nozzle' : 'angle', 'position');
+  value('pressure', 'pressure');
+  value('flow', 'flowrate');
+  for (const one of state.flags) parts.push(flag(name, one)?.meaning[lang()].replace(/\.$/, '') ?? one);
   return parts.join(', ') || '—';
 }

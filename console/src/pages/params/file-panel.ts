@@ -9,9 +9,10 @@ import { base, card, table } from '../../theme/shared';
 import { differences, otherKind, type Backup } from './backup';
 import { readJournal, writeJournal, type Journal } from './journal';
 import { titleOf } from './model';
-import { outcomeLine, toldOf } from './row';
+import { outcomeLine } from './row';
 import type { Item, Outcome } from './save';
 import type { Editing } from './state';
+import { toldOf } from './words';
 import { outcomeStyle } from './style';
 
 /** A file that was opened. */

@@ -2,8 +2,7 @@
 import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { DictParam } from '../../hub/dictionary';
-import { dictionaryNow } from '../../hub/dictionary';
-import { lang, t, tt, type Key } from '../../i18n';
+import { lang, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
 import '../../parts/lf-chip';
@@ -11,8 +10,9 @@ import { base, fields } from '../../theme/shared';
 import { hrefOf } from '../../shell/router';
 import { defaultOf, isDefault, isKept, isProgram, titleOf, type Problem } from './model';
 import type { Outcome } from './save';
-import { scaleFor, textOf, wireShown, withUnit, type Editing } from './state';
+import type { Editing } from './state';
 import { rowStyle } from './style';
+import { chainNames, choiceText, scaleFor, textOf, toldOf, wireShown, withUnit } from './words';
 
 @customElement('lf-param-row')
 export class LfParamRow extends LitElement {
@@ -199,32 +199,6 @@ export class LfParamRow extends LitElement {
       new CustomEvent('write', { detail: this.param, bubbles: true, composed: true }),
     );
   };
-}
-
-/** Values for people: with the unit, a choice by its name. */
-export function toldOf(param: DictParam, values: readonly number[] | null | undefined): string {
-  if (!values) return t('params.file_unset');
-  if (values.length === 0) return '[ ]';
-  if (param.quantity === 'Choice' && !wireShown()) return choiceText(param, values[0]!);
-  if (param.quantity === 'Bits' && values.length === 1 && !wireShown()) {
-    const bits = values[0]!;
-    const names = chainNames();
-    const off = names.filter((_, at) => (bits & (1 << at)) === 0);
-    return off.length === 0 ? t('params.filter.all') : names.filter((n) => !off.includes(n)).join(' ');
-  }
-  return withUnit(param, textOf(param, values));
-}
-
-function choiceText(param: DictParam, value: number): string {
-  const key = `params.choice.${param.name}.${value}`;
-  const text = t(key as Key);
-  return text === key ? String(value) : `${value} — ${text}`;
-}
-
-/** Subsystems by their bit of Chain: those of the dictionary without All and Motors. */
-function chainNames(): string[] {
-  const names = (dictionaryNow()?.subsystems ?? []).map(({ name }) => name);
-  return names.filter((name) => name !== 'All' && name !== 'Motors');
 }
 
 export function problemText(param: DictParam, problem: Problem): string {

@@ -4,58 +4,19 @@ import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import type { Params } from '../../hub/types';
-import { lang } from '../../i18n';
-import { digitsOf, fromWire, unitText } from '../../units';
 import {
   check,
   fromField,
   fromList,
   isKept,
   same,
-  scaleOf,
   titleOf,
-  toField,
-  toList,
   type Problem,
-  type Scale,
 } from './model';
 import { saveAll, waysTo, type Item, type Outcome } from './save';
+import { scaleFor, textOf } from './words';
 
 export type Typed = { values: number[] } | { problem: Problem };
-
-const WIRE_KEY = 'lafet.params.wire';
-
-/** Whether values are shown in the monitor's own numbers. */
-export function wireShown(): boolean {
-  return globalThis.localStorage?.getItem(WIRE_KEY) === '1';
-}
-
-export function showWire(wire: boolean): void {
-  localStorage.setItem(WIRE_KEY, wire ? '1' : '0');
-}
-
-export function scaleFor(param: DictParam): Scale {
-  return scaleOf(param, lang(), wireShown(), (quantity) => ({
-    factor: fromWire(quantity, 1),
-    digits: digitsOf(quantity),
-    unit: unitText(quantity),
-  }));
-}
-
-/** Values as text: `−15`, `1800, −120, 60`. */
-export function textOf(param: DictParam, values: readonly number[] | undefined): string {
-  if (!values) return '';
-  if (param.len.max !== 1) return toList(values);
-  if (!values.length) return '';
-  const text = toField(values[0]!, scaleFor(param));
-  return lang() === 'ru' ? text.replace('.', ',') : text;
-}
-
-/** The same with its unit: `−15°`, `8 A`. */
-export function withUnit(param: DictParam, text: string): string {
-  const unit = param.len.max === 1 ? scaleFor(param).unit : '';
-  return /^[°′]$/.test(unit) ? text + unit : `${text} ${unit}`.trim();
-}
 
 export class Editing extends EventTarget {
   /** What was typed, in whole numbers of the wire where it is one, by title. */

@@ -43,10 +43,13 @@ pub const BODY_MAX: usize = 64 * 1024;
 const JSON: (HeaderName, &str) = (axum::http::header::CONTENT_TYPE, "application/json");
 
 #[derive(OpenApi)]
-#[openapi(info(
-    title = "lafet hub",
-    description = "Fire monitors over HTTP. Times are ms since 1970, angles arc-minutes. See docs/hub-api.md."
-))]
+#[openapi(
+    info(
+        title = "lafet hub",
+        description = "Fire monitors over HTTP. Times are ms since 1970, angles arc-minutes. See docs/hub-api.md."
+    ),
+    components(schemas(crate::store::Act))
+)]
 struct Description;
 
 /// All routes.
@@ -136,9 +139,7 @@ async fn headers(State(hub): State<Hub>, request: axum::extract::Request, next: 
         ("referrer-policy", "no-referrer"),
         (
             "content-security-policy",
-            // Styles come from the page's own sheets; attributes, which set sizes and places, can
-            // neither select anything nor load anything.
-            "default-src 'self'; style-src-attr 'unsafe-inline'; img-src 'self' data: blob:; \
+            "default-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
              worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'",
         ),
     ];

@@ -47,6 +47,7 @@ pub enum StateFile {
 /// What is wrong with a file of the state.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "fault", rename_all = "snake_case")]
+#[schema(as = StateFault)]
 pub enum Fault {
     /// It is not there, or empty.
     Missing,

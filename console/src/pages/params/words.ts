@@ -1,0 +1,65 @@
+// Values of parameters in words and units.
+import { dictionaryNow, type DictParam } from '../../hub/dictionary';
+import { lang, t, type Key } from '../../i18n';
+import { digitsOf, fromWire, unitText } from '../../units';
+import { scaleOf, toField, toList, type Scale } from './model';
+
+const WIRE_KEY = 'lafet.params.wire';
+
+/** Whether values are shown in the monitor's own numbers. */
+export function wireShown(): boolean {
+  return globalThis.localStorage?.getItem(WIRE_KEY) === '1';
+}
+
+export function showWire(wire: boolean): void {
+  localStorage.setItem(WIRE_KEY, wire ? '1' : '0');
+}
+
+export function scaleFor(param: DictParam): Scale {
+  return scaleOf(param, lang(), wireShown(), (quantity) => ({
+    factor: fromWire(quantity, 1),
+    digits: digitsOf(quantity),
+    unit: unitText(quantity),
+  }));
+}
+
+/** Values as text: `−15`, `1800, −120, 60`. */
+export function textOf(param: DictParam, values: readonly number[] | undefined): string {
+  if (!values) return '';
+  if (param.len.max !== 1) return toList(values);
+  if (!values.length) return '';
+  const text = toField(values[0]!, scaleFor(param));
+  return lang() === 'ru' ? text.replace('.', ',') : text;
+}
+
+/** The same with its unit: `−15°`, `8 A`. */
+export function withUnit(param: DictParam, text: string): string {
+  const unit = param.len.max === 1 ? scaleFor(param).unit : '';
+  return /^[°′]$/.test(unit) ? text + unit : `${text} ${unit}`.trim();
+}
+
+/** Values for people: with the unit, a choice by its name. */
+export function toldOf(param: DictParam, values: readonly number[] | null | undefined): string {
+  if (!values) return t('params.file_unset');
+  if (values.length === 0) return '[ ]';
+  if (param.quantity === 'Choice' && !wireShown()) return choiceText(param, values[0]!);
+  if (param.quantity === 'Bits' && values.length === 1 && !wireShown()) {
+    const bits = values[0]!;
+    const names = chainNames();
+    const off = names.filter((_, at) => (bits & (1 << at)) === 0);
+    return off.length === 0 ? t('params.filter.all') : names.filter((n) => !off.includes(n)).join(' ');
+  }
+  return withUnit(param, textOf(param, values));
+}
+
+export function choiceText(param: DictParam, value: number): string {
+  const key = `params.choice.${param.name}.${value}`;
+  const text = t(key as Key);
+  return text === key ? String(value) : `${value} — ${text}`;
+}
+
+/** Subsystems by their bit of Chain: those of the dictionary without All and Motors. */
+export function chainNames(): string[] {
+  const names = (dictionaryNow()?.subsystems ?? []).map(({ name }) => name);
+  return names.filter((name) => name !== 'All' && name !== 'Motors');
+}

@@ -1,0 +1,119 @@
+import { readFileSync } from 'node:fs';
+import { beforeAll, describe, expect, it } from 'vitest';
+import type { Act, SimAct } from '../../src/hub/acts';
+import { dictionary, type Dictionary } from '../../src/hub/dictionary';
+import type { AuditEntry } from '../../src/hub/types';
+import { loadLang, setLang } from '../../src/i18n';
+import { kindOf } from '../../src/pages/events/model';
+import { endingWords, learnSimulation, stateWords, wordsOf } from '../../src/pages/events/words';
+
+const dict = JSON.parse(readFileSync(new URL('files/dictionary.json', import.meta.url), 'utf8')) as Dictionary;
+
+type Named<T> = T extends unknown ? keyof T : never;
+
+const sims: Record<Named<SimAct>, SimAct> = {
+  automatic: { automatic: true },
+  pause: { pause: true },
+  speed: { speed: 4 },
+  fault: { fault: { monitor: 'M1', fault: 'vertical-jam', on: true } },
+  fire: { fire: { at: [-12.04, 5], kind: 'pool', size: 2 } },
+  ignite: { ignite: 'T-1' },
+  link: { link: { monitor: 'M1', up: false } },
+};
+/** Of every kind one: the type is made from the hub, so that none can be forgotten. */
+const acts: Record<Act['type'], Act> = {
+  request: { type: 'request', request: 'Move', to: 'Vertical' },
+  jog: { type: 'jog', drive: 'Vertical', toward: 'max', end: { how: 'stopped', position: 600, reason: 'released' } },
+  authority: { type: 'authority', action: 'force', reason: 'fire' },
+  login: { type: 'login' },
+  change_own_password: { type: 'change_own_password' },
+  add_user: { type: 'add_user', user: 'boris', role: 'operator' },
+  change_user: { type: 'change_user', user: 'boris', role: 'engineer', password: true },
+  remove_user: { type: 'remove_user', user: 'boris' },
+  add_token: { type: 'add_token', name: 'scada', role: 'observer' },
+  remove_token: { type: 'remove_token', id: 3 },
+  end_session: { type: 'end_session', session: 's7' },
+  acknowledge: { type: 'acknowledge', alarm: 'M1/General/BadPower' },
+  shelve: { type: 'shelve', alarm: 'M1/General/BadPower', minutes: 5, reason: 'ice' },
+  unshelve: { type: 'unshelve', alarm: 'M1/General/BadPower' },
+  export_audit: { type: 'export_audit' },
+  start_recording: { type: 'start_recording', recording: 'r.mcap' },
+  remove_recording: { type: 'remove_recording', recording: 'r.mcap' },
+  upload_recording: { type: 'upload_recording', recording: 'r.mcap' },
+  sim_scenario: { type: 'sim_scenario', scenario: 'hangar' },
+  sim: { type: 'sim', act: sims.fire },
+  end: { type: 'end' },
+  clock_step: { type: 'clock_step', by_ms: -3500 },
+  state_lost: { type: 'state_lost', file: 'audit', fault: 'older', noted: 7, found: 3 },
+  chain_broken: { type: 'chain_broken', n: 1201 },
+};
+const TEXT = '¤ the text of the entry ¤';
+
+function entry(act: Act | undefined, what = TEXT, v = 1): AuditEntry {
+  return { what, outcome: 'Ok', details: {}, ...(act ? { act: { ...act, v } } : {}) } as AuditEntry;
+}
+
+beforeAll(async () => {
+  Object.assign(globalThis, {
+    fetch: () => Promise.resolve(Response.json(dict)),
+    document: { documentElement: { lang: '' } },
+    localStorage: { getItem: () => null, setItem: () => {} },
+  });
+  await dictionary();
+  const [scenario, fault] = [{ en: 'Hangar', ru: 'Ангар' }, { en: 'Jammed', ru: 'Заклинило' }];
+  learnSimulation({
+    scenarios: [{ id: 'hangar', title: scenario, about: scenario, duration_s: 1, monitors: [] }],
+    faults: [{ name: 'vertical-jam', group: 'vertical', group_text: fault, text: fault }],
+  });
+});
+
+describe.each(['en', 'ru'] as const)('in %s', (lang) => {
+  beforeAll(async () => {
+    await setLang(lang);
+    await loadLang();
+  });
+
+  it.each(Object.entries(acts))('%s is said in words', (type, act) => {
+    const words = wordsOf(entry(act, type === 'request' ? 'Move Vertical 1200' : TEXT));
+    expect(words).not.toMatch(/¤|[{}]|events\.|request\.|undefined|NaN|_/);
+    expect(words.length).toBeGreaterThan(3);
+    if (lang === 'ru') expect(words.replace(/M1|r\.mcap|scada|boris|T-1/g, '')).not.toMatch(/[a-z]{2}/i);
+    expect(kindOf(entry(act))).not.toBeNull();
+  });
+
+  it.each(Object.entries(sims))('the simulation: %s', (_, act) => {
+    const words = wordsOf(entry({ type: 'sim', act }));
+    expect(words).not.toMatch(/¤|[{}]|events\.|undefined|NaN|_/);
+    if (lang === 'ru') expect(words.replace(/M1|T-1/g, '')).not.toMatch(/[a-z]{2}/i);
+  });
+
+  it.each([
+    ['Lockout All on', 'LOCKOUT', 'АВАРИЙНАЯ БЛОКИРОВКА'],
+    ['Move Nozzle 30', 'Move: Nozzle drive, to 30\u202fmm', 'Перемещение: Привод насадка, до 30\u202fмм'],
+    ['Open Valve1', `Open: ${dict.subsystems.find(({ name }) => name === 'Valve1')!.en}`, ''],
+    ['Deploy Deployer', 'Deploy', 'Развернуть'],
+    ['StartSeek Detector -1800 1800 -300 900', 'Search for fire: traverse −30.0° … 30.0°, elevation −5.0° … 15.0°', ''],
+    ['StartQuench Control program=3 centre=1200,300 nozzle=60', 'Extinguish: centre 20.0°; 5.0°, program 3, nozzle 60\u202fmm', ''],
+    ['StartTrajectory Control repeat stored=0,3', 'Extinguish along trajectories: stored 0; 3', ''],
+    ['0x12 0x34 de ad', '0x12 0x34 de ad', '0x12 0x34 de ad'],
+  ])('the request %s', (text, en, ru) => {
+    const words = wordsOf(entry({ type: 'request', request: '', to: '' }, text));
+    const wanted = lang === 'en' ? en : ru;
+    if (wanted) expect(words).toBe(wanted);
+    else expect(words).not.toBe(text);
+  });
+});
+
+it('an entry of another version of the hub is its text', () => {
+  expect(wordsOf(entry(undefined))).toBe(TEXT);
+  expect(wordsOf(entry(acts.login, TEXT, 2))).toBe(TEXT);
+  expect(kindOf(entry(undefined))).toBeNull();
+});
+
+it('says how a motion ended, and of a bad value that it is', async () => {
+  await setLang('en');
+  await loadLang();
+  expect(endingWords(entry(acts.jog))).toBe('released, 10.0°');
+  const state = { bits: 0, flags: [], severity: 'alarm' as const, pressure: 0, bad: { pressure: 'PressureSensorBreak' } };
+  expect(stateWords('General', state)).toMatch(/^0\.00\u202fMPa \(not valid: .*pressure/i);
+});

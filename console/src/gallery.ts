@@ -99,6 +99,13 @@ class Gallery extends LitElement {
     lf-plot {
       height: 240px;
     }
+    .whole {
+      grid-column: span 12;
+    }
+    .grid {
+      display: grid;
+      gap: 16px;
+    }
     pre {
       margin: 0;
       min-height: 6em;
@@ -210,7 +217,7 @@ class Gallery extends LitElement {
           @aim=${this.said}
         ></lf-plan>
       </section>
-      <section class="plan" style="grid-column: span 12">
+      <section class="plan whole">
         <lf-scene
           .site=${SITE}
           .scene=${scene}
@@ -220,7 +227,7 @@ class Gallery extends LitElement {
         ></lf-scene>
       </section>
       <section class="side">
-        <div class="two" style="display:grid;gap:16px">
+        <div class="two grid">
           <lf-dial .value=${369 + sway * 200} .target=${900} .limits=${{ min: -900, max: 4500 }} moving></lf-dial>
           <lf-dial kind="horizontal" .value=${sway * 600} .target=${-2400} .heading=${45} .limits=${{ min: -5400, max: 4200 }}></lf-dial>
           <lf-dial .value=${-900} .limits=${{ min: -900, max: 4500 }} stale></lf-dial>
@@ -249,7 +256,7 @@ class Gallery extends LitElement {
         <div><lf-sparkline .points=${spark()} .max=${20} label="Flow"></lf-sparkline></div>
         <div class="mini"><lf-plan class="mini" mode="mini" .site=${SITE} .scene=${scene} .monitors=${monitors} selected="M1"></lf-plan></div>
       </section>
-      <section style="grid-column: span 12">
+      <section class="whole">
         <lf-timeline
           .from=${0}
           .to=${240_000}
@@ -262,7 +269,7 @@ class Gallery extends LitElement {
           @seek=${this.said}
         ></lf-timeline>
       </section>
-      <section style="grid-column: span 12"><pre>${this.log.join('\n')}</pre></section>
+      <section class="whole"><pre>${this.log.join('\n')}</pre></section>
     `;
   }
 }

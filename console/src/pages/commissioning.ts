@@ -35,6 +35,7 @@ import {
 import { factText, reportHtml, reportJson, type About } from './commissioning/report';
 import './commissioning/senses';
 import './commissioning/water';
+import { styled } from '../parts/styled';
 
 const REASON_LEAST = 5;
 type Shown = StepId | 'report';
@@ -324,7 +325,7 @@ export class PageCommissioning extends LitElement {
   private list(steps: StepId[]) {
     const done = steps.filter((id) => this.progress.steps[id]).length;
     return html`<nav class="steps card" aria-label=${t('commissioning.steps')}>
-      <div class="bar"><i style="width:${(done / steps.length) * 100}%"></i></div>
+      <div class="bar"><i ${styled({ width: `${(done / steps.length) * 100}%` })}></i></div>
       <ol>
         ${steps.map((id, n) => this.entry(id, n + 1, steps))}
         <li>

@@ -3,7 +3,6 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
 import { HubError } from '../hub/errors';
-import { badText, reading } from '../hub/readings';
 import { has } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
@@ -28,6 +27,7 @@ import './operate/hand';
 import { OnPlan } from './operate/on-plan';
 import { exists, limits, position, posture, whyNotWork } from './operate/state';
 import './operate/trends';
+import { valueOf } from './operate/value';
 import './operate/valves';
 
 const VIEW_KEY = 'lafet.view';
@@ -121,11 +121,7 @@ export class PageOperate extends LitElement {
       .below {
         grid-area: below;
         display: grid;
-        grid-template-columns: 204px minmax(0, 1fr);
-        gap: var(--s2);
-      }
-      .dial {
-        padding: 12px;
+        min-width: 0;
       }
       /* As high as what stands beside it, however much is in it: the plan keeps its size under a hand that draws. */
       .side {
@@ -148,19 +144,6 @@ export class PageOperate extends LitElement {
       @container (max-width: 1100px) {
         .strip .chips {
           min-height: 0;
-        }
-        .below {
-          grid-template-columns: minmax(0, 1fr);
-        }
-        .dial {
-          order: 2;
-          height: 250px;
-          overflow: hidden;
-        }
-        .dial lf-dial {
-          width: min(204px, 100%);
-          height: 100%;
-          margin: auto;
         }
       }
       @container (max-width: 860px) {
@@ -256,7 +239,7 @@ export class PageOperate extends LitElement {
       ${this.strip()}
       <section class="card view" aria-label=${t('operate.plan')}>${this.picture()}</section>
       <div class="side">
-        <lf-hand .monitor=${monitor}></lf-hand>
+        <lf-hand .monitor=${monitor}>${this.dial()}</lf-hand>
         <lf-valves .monitor=${monitor}></lf-valves>
         <lf-automatic
           .monitor=${monitor}
@@ -269,7 +252,7 @@ export class PageOperate extends LitElement {
           @tool=${(e: CustomEvent<Tool>) => this.choose(e.detail)}
         ></lf-automatic>
       </div>
-      <div class="below">${this.dial()}<lf-trends .monitor=${monitor}></lf-trends></div>
+      <div class="below"><lf-trends .monitor=${monitor}></lf-trends></div>
     </div>`;
   }
 
@@ -291,22 +274,12 @@ export class PageOperate extends LitElement {
     const status = store.get(`monitors/${monitor}/status`);
     const stale = store.stale(monitor);
     const age_ms = stale && status?.at_ms ? store.now() - status.at_ms : null;
-    const value = (quantity: string, label: Key, subsystem: string, name = 'position') => {
-      const of = reading(monitor, subsystem, name);
-      return html`<lf-value
-        quantity=${quantity}
-        .label=${t(label)}
-        .value=${of.value}
-        .bad=${badText(subsystem, of)}
-        ?stale=${stale}
-      ></lf-value>`;
-    };
     return html`<section class="card strip">
-      ${value('angle', 'operate.horizontal', 'Horizontal')}
-      ${value('angle', 'operate.vertical', 'Vertical')}
-      ${exists(monitor, 'Nozzle') ? value('nozzle', 'operate.nozzle', 'Nozzle') : nothing}
-      ${value('pressure', 'operate.pressure', 'General', 'pressure')}
-      ${value('flow', 'operate.flow', 'General', 'flowrate')}
+      ${valueOf(monitor, 'angle', 'operate.horizontal', 'Horizontal')}
+      ${valueOf(monitor, 'angle', 'operate.vertical', 'Vertical')}
+      ${exists(monitor, 'Nozzle') ? valueOf(monitor, 'nozzle', 'operate.nozzle', 'Nozzle') : nothing}
+      ${valueOf(monitor, 'pressure', 'operate.pressure', 'General', 'pressure')}
+      ${valueOf(monitor, 'flow', 'operate.flow', 'General', 'flowrate')}
       <div class="chips">
         ${age_ms !== null || stale
           ? html`<lf-chip id="stale" kind="medium" icon="clock"
@@ -387,9 +360,9 @@ export class PageOperate extends LitElement {
 
   private dial() {
     const { monitor } = this;
-    return html`<section class="card dial">
-        <lf-dial
+    return html`<lf-dial
           kind="vertical"
+          bare
           .value=${position(monitor, 'Vertical')}
           .target=${has(monitor, 'Vertical', 'Move') ? (this.target.Vertical ?? null) : null}
           .limits=${limits(monitor, 'Vertical')}
@@ -397,8 +370,7 @@ export class PageOperate extends LitElement {
           .moving=${has(monitor, 'Vertical', 'Move')}
           .offlimits=${has(monitor, 'Vertical', 'Limitless')}
           .label=${t('operate.vertical')}
-        ></lf-dial>
-    </section>`;
+        ></lf-dial>`;
   }
 
   private monitors(site: Site): PlanMonitor[] {
@@ -544,7 +516,7 @@ function showReadiness(monitor: string, told: Readiness): void {
       told.reasons.length === 0
         ? html`<p>${t('operate.ready_text')}</p>`
         : html`${told.reasons.map(
-            (reason) => html`<div class="row" style="align-items:flex-start;gap:12px">
+            (reason) => html`<div class="row top">
               ${icon(reason.severity === 'alarm' ? 'alarm' : reason.severity === 'warning' ? 'warning' : 'info', 22)}
               <div>
                 <b>${reason.subsystem ? `${reason.subsystem}: ` : ''}${tt(reason.what)}</b>

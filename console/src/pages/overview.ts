@@ -14,10 +14,13 @@ import { base, card, page, table } from '../theme/shared';
 import { show, type Quantity } from '../units';
 import { OnPlan } from './operate/on-plan';
 import { exists, posture } from './operate/state';
+import { valueOf } from './operate/value';
 
 const VIEW_KEY = 'lafet.overview';
 /** More than so many monitors begin as a table. */
 const CARDS_MOST = 9;
+/** More than so many stand in two columns on a wide screen. */
+const COLUMN_MOST = 5;
 
 type View = 'cards' | 'table';
 
@@ -38,6 +41,17 @@ export class PageOverview extends LitElement {
         grid-template-columns: minmax(0, 1.25fr) minmax(380px, 1fr);
         gap: var(--s3);
         min-height: 0;
+      }
+      /* Cards take a column, two when there are many; the plan has the rest. */
+      @media (min-width: 1800px) {
+        .body {
+          grid-template-columns: minmax(0, 1fr) minmax(380px, 26%);
+          --card-value: 30px;
+        }
+        .body.many {
+          grid-template-columns: minmax(0, 1fr) minmax(772px, 38%);
+          --card-value: 24px;
+        }
       }
       .map {
         position: sticky;
@@ -113,7 +127,7 @@ export class PageOverview extends LitElement {
         grid-template-columns: repeat(4, minmax(0, auto));
         justify-content: space-between;
         gap: var(--s2) 12px;
-        --lf-value-size: var(--overview-value, 22px);
+        --lf-value-size: var(--overview-value, var(--card-value, 22px));
         --lf-value-width: 0;
       }
       .foot {
@@ -220,11 +234,11 @@ export class PageOverview extends LitElement {
       <header class="head">
         <h1 class="says">
           ${plural(ids.length, 'overview.monitors')}
-          <span class="dim" style="font-weight:500">· ${t('overview.ready_n', { n: ready })}</span>
+          <span class="dim">· ${t('overview.ready_n', { n: ready })}</span>
         </h1>
         ${choice('cards', 'overview')}${choice('table', 'table')}
       </header>
-      <div class="body">
+      <div class="body ${ids.length > COLUMN_MOST ? 'many' : ''}">
         ${view === 'table' ? this.table(ids) : html`${this.map(ids)}<div class="cards">${ids.map((id) => this.one(id))}</div>`}
       </div>
     </div>`;
@@ -252,20 +266,9 @@ export class PageOverview extends LitElement {
 
   private one(id: string) {
     const info = store.get(`monitors/${id}/info`);
-    const stale = store.stale(id);
     const alarms = store.alarms(id).filter((alarm) => alarm.state !== 'shelved');
     const name = tt(info?.name);
     const alarmed = alarms[0]?.active ? `alarmed ${alarms[0].priority}` : '';
-    const value = (quantity: string, label: Key, subsystem: string, name = 'position') => {
-      const of = reading(id, subsystem, name);
-      return html`<lf-value
-        quantity=${quantity}
-        .label=${t(label)}
-        .value=${of.value}
-        .bad=${badText(subsystem, of)}
-        ?stale=${stale}
-      ></lf-value>`;
-    };
     return html`<a class="card one ${alarmed}" id="card-${id}" href="#/m/${id}/operate">
       <header>
         <h2 title=${name}><b>${id}</b><span>${name === id ? '' : name}</span></h2>
@@ -275,10 +278,10 @@ export class PageOverview extends LitElement {
         ${readyChip(id)}${icon('right', 18)}
       </header>
       <div class="values">
-        ${value('angle', 'operate.horizontal', 'Horizontal')}
-        ${value('angle', 'operate.vertical', 'Vertical')}
-        ${value('pressure', 'operate.pressure', 'General', 'pressure')}
-        ${value('flow', 'operate.flow', 'General', 'flowrate')}
+        ${valueOf(id, 'angle', 'operate.horizontal', 'Horizontal')}
+        ${valueOf(id, 'angle', 'operate.vertical', 'Vertical')}
+        ${valueOf(id, 'pressure', 'operate.pressure', 'General', 'pressure')}
+        ${valueOf(id, 'flow', 'operate.flow', 'General', 'flowrate')}
       </div>
       <div class="foot">${holderChip(id)} ${doing(id)}</div>
     </a>`;

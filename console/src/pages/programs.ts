@@ -19,6 +19,7 @@ import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
 import { show } from '../units';
 import { jetOf } from './operate/on-plan';
+import { position } from './operate/state';
 import { FileError, fileName } from './params/backup';
 import { download, opened } from './params/files';
 import type { Outcome } from './params/save';
@@ -367,9 +368,8 @@ export class PagePrograms extends LitElement {
   }
 
   private barrel(): Direction | null {
-    const at = store.get(`monitors/${this.monitor}/status`)?.subsystems;
-    const [h, v] = [at?.Horizontal?.position, at?.Vertical?.position];
-    return typeof h === 'number' && typeof v === 'number' ? { h, v } : null;
+    const [h, v] = [position(this.monitor, 'Horizontal'), position(this.monitor, 'Vertical')];
+    return h === null || v === null ? null : { h, v };
   }
 
   private whyNoPosition(): string {
@@ -442,7 +442,7 @@ export class PagePrograms extends LitElement {
   private readonly take = (): void => {
     const at = this.barrel();
     if (!at) return;
-    const nozzle = store.get(`monitors/${this.monitor}/status`)?.subsystems.Nozzle?.position;
+    const nozzle = position(this.monitor, 'Nozzle');
     const before = programOf(this.drafts.values(this.which));
     this.change(valuesOfProgram({ ...before, centre: at, nozzle: nozzle ?? before.nozzle }));
     this.chart?.fit();
@@ -478,7 +478,7 @@ export class PagePrograms extends LitElement {
     const others = every().filter(({ kind, number }) => kind === which.kind && number !== which.number);
     const to = await dialog.open<Which>({
       title: t('programs.duplicate_to', { from: titleText(which) }),
-      content: (close) => html`<div style="display:grid;gap:8px">
+      content: (close) => html`<div class="col">
         ${others.map((other) => {
           const empty = isEmpty(other.kind, this.drafts.values(other));
           return html`<lf-button @click=${() => close(other)}

@@ -22,6 +22,7 @@ import { jetOf } from './operate/on-plan';
 import { ordered, type Check, type Scenario, type SimState, type Simulation } from './training/model';
 import './training/faults';
 import { pageStyle } from './training/style';
+import { styled } from '../parts/styled';
 
 const SPEEDS = [0.5, 1, 2, 5, 10];
 const KINDS = ['pool', 'pile', 'spray'] as const;
@@ -148,7 +149,7 @@ export class PageTraining extends LitElement {
         aria-valuemin="0"
         aria-valuemax="100"
       >
-        <i style="width:${part}%"></i>
+        <i ${styled({ width: `${part}%` })}></i>
       </div>
       <div class="row wrap">
         <b class="clock">${span(sim.t_s * 1000)}</b>
@@ -316,7 +317,7 @@ export class PageTraining extends LitElement {
             @input=${(event: Event) => (wish.seed = Math.max(0, Math.trunc(Number((event.target as HTMLInputElement).value) || 0)))}
           />
         </label>
-        <label style="display:flex;gap:12px;align-items:center;min-height:48px">
+        <label class="row touch">
           <input
             type="checkbox"
             ?checked=${wish.automatic}
@@ -360,7 +361,7 @@ export class PageTraining extends LitElement {
     void dialog.open({
       title: t('training.report_title'),
       wide: true,
-      content: () => html`<img src=${picture} alt=${t('training.report_title')} style="width:100%;height:auto;background:#fff;border-radius:6px" />`,
+      content: () => html`<img src=${picture} alt=${t('training.report_title')} class="paper" />`,
       actions: (close) => html`<lf-button icon="download" @click=${() => save('/api/sim/report', 'report.json')}
           >${t('training.report_json')}</lf-button
         >

@@ -2,6 +2,7 @@
 // room. Ten thousand rows then cost as much as fifty, and the page scrolls as one that has them all.
 import { html, type LitElement, type ReactiveController } from 'lit';
 import { magnified } from '../theme/display';
+import { styled } from './styled';
 
 const ROWS = 25;
 /** So many heights of what scrolls, above and below, are made beforehand. */
@@ -119,7 +120,7 @@ export class Blocks<T> implements ReactiveController {
 export function room({ key, height }: Block<unknown>, columns: number) {
   return html`<tbody data-block=${key} aria-hidden="true">
     <tr class="room">
-      <td colspan=${columns} style="height:${height}px"></td>
+      <td colspan=${columns} ${styled({ height: `${height}px` })}></td>
     </tr>
   </tbody>`;
 }

@@ -1,5 +1,8 @@
 // Icons of our own: 24 × 24, one line, the colour of the text.
 import { html, svg, type SVGTemplateResult, type TemplateResult } from 'lit';
+import { styled } from './styled';
+
+const STILL = styled({ flex: 'none', display: 'block' });
 
 const PATHS = {
   overview: svg`<rect x="4" y="4" width="7" height="7" rx="1.5"/><rect x="13" y="4" width="7" height="7" rx="1.5"/><rect x="4" y="13" width="7" height="7" rx="1.5"/><rect x="13" y="13" width="7" height="7" rx="1.5"/>`,
@@ -81,7 +84,7 @@ export function icon(name: IconName, size = 20): TemplateResult {
     stroke-linecap="round"
     stroke-linejoin="round"
     aria-hidden="true"
-    style="flex:none;display:block"
+    ${STILL}
   >
     ${PATHS[name]}
   </svg>`;

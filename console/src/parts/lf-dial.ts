@@ -22,6 +22,7 @@ export class LfDial extends LitElement {
     moving: { type: Boolean, reflect: true },
     offlimits: { type: Boolean, reflect: true },
     label: {},
+    bare: { type: Boolean, reflect: true },
   };
 
   declare kind: 'vertical' | 'horizontal';
@@ -35,6 +36,8 @@ export class LfDial extends LitElement {
   /** The control of the limits is off. */
   declare offlimits: boolean;
   declare label: string;
+  /** Only the picture: the number stands elsewhere. */
+  declare bare: boolean;
 
   constructor() {
     super();
@@ -48,6 +51,7 @@ export class LfDial extends LitElement {
     this.moving = false;
     this.offlimits = false;
     this.label = '';
+    this.bare = false;
   }
 
   static override styles = [
@@ -63,6 +67,12 @@ export class LfDial extends LitElement {
         align-items: baseline;
         justify-content: space-between;
         gap: 8px;
+      }
+      :host([bare]) {
+        min-width: 0;
+      }
+      :host([bare]) header {
+        display: none;
       }
       .label {
         color: var(--p-dim);

@@ -2,6 +2,7 @@ import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { num, t } from '../i18n';
 import { partStyle } from './part-style';
 import { Words } from './words';
+import { styled } from './styled';
 
 /** A value as a quiet bar with the band where it usually is; grey unless it leaves the band. */
 export class LfGauge extends LitElement {
@@ -164,13 +165,13 @@ export class LfGauge extends LitElement {
       <div class="bar" title=${normal ? t('parts.gauge.normal', { a: this.text(normal[0]), b: `${this.text(normal[1])} ${this.unit}` }) : ''}>
         ${
           normal
-            ? html`<div class="band" style="left:${part(normal[0])}%;right:${100 - part(normal[1])}%"></div>`
+            ? html`<div class="band" ${styled({ left: `${part(normal[0])}%`, right: `${100 - part(normal[1])}%` })}></div>`
             : nothing
         }
         ${
           known
-            ? html`<div class="fill" style="width:${part(value)}%"></div>
-                <div class="pointer" style="left:${part(value)}%"></div>`
+            ? html`<div class="fill" ${styled({ width: `${part(value)}%` })}></div>
+                <div class="pointer" ${styled({ left: `${part(value)}%` })}></div>`
             : nothing
         }
       </div>

@@ -6,6 +6,7 @@ import { base } from '../theme/shared';
 import { icon, type IconName } from './icons';
 import { buttonStyle, type ButtonKind } from './lf-button';
 import { hideWhy, showWhy } from './why';
+import { styled } from './styled';
 
 @customElement('lf-hold')
 export class LfHold extends LitElement {
@@ -65,7 +66,7 @@ export class LfHold extends LitElement {
     return html`<button
       type="button"
       class="${this.kind} ${this.holding ? 'holding' : ''}"
-      style="--hold-ms:${this.seconds * 1000}ms"
+      ${styled({ '--hold-ms': `${this.seconds * 1000}ms` })}
       aria-disabled=${this.why ? 'true' : nothing}
       aria-description=${this.why || t('shell.hold_hint', { s: this.seconds })}
       @pointerdown=${this.pressed}

@@ -3,6 +3,7 @@ import { t } from '../i18n';
 import type { Limits } from './geometry';
 import { emit, partStyle } from './part-style';
 import { Words } from './words';
+import { styled } from './styled';
 
 /**
  * Position of the nozzle, from spray to jet. What is dragged is a wish (`set` {value} when it is
@@ -230,10 +231,10 @@ export class LfSlider extends LitElement {
       </header>
       <div class="track">
         <div class="rail">
-          <div class="fill" style="width:${known ? this.percent(this.value!) : 0}%"></div>
+          <div class="fill" ${styled({ width: `${known ? this.percent(this.value!) : 0}%` })}></div>
           ${
             this.target !== null && this.target !== this.value
-              ? html`<div class="goal" style="left:${this.percent(this.target)}%"></div>`
+              ? html`<div class="goal" ${styled({ left: `${this.percent(this.target)}%` })}></div>`
               : nothing
           }
         </div>

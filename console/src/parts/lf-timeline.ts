@@ -3,6 +3,7 @@ import { t, time } from '../i18n';
 import { magnified, placeIn } from '../theme/display';
 import { emit, partStyle } from './part-style';
 import { Words } from './words';
+import { styled } from './styled';
 
 export interface Mark {
   at_ms: number;
@@ -282,13 +283,13 @@ export class LfTimeline extends LitElement {
         @keydown=${this.key}
       >
         ${this.marks.map(
-          (mark) => html`<i class="mark ${mark.kind}" style="left:${this.percent(mark.at_ms)}%"></i>`,
+          (mark) => html`<i class="mark ${mark.kind}" ${styled({ left: `${this.percent(mark.at_ms)}%` })}></i>`,
         )}
-        <div class="rail"><div class="done" style="width:${part}%"></div></div>
-        <div class="knob" style="left:${part}%"></div>
+        <div class="rail"><div class="done" ${styled({ width: `${part}%` })}></div></div>
+        <div class="knob" ${styled({ left: `${part}%` })}></div>
         ${
           this.over
-            ? html`<div class="over" style="left:clamp(90px, ${this.over.x}px, calc(100% - 90px))">
+            ? html`<div class="over" ${styled({ left: `clamp(90px, ${this.over.x}px, calc(100% - 90px))` })}>
                 ${time(this.over.at_ms)}${this.over.text ? ` · ${this.over.text}` : nothing}
               </div>`
             : nothing

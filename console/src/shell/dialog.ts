@@ -126,6 +126,27 @@ export class LfDialogs extends LitElement {
         z-index: 50;
         overflow: auto;
       }
+      .grid {
+        display: grid;
+        grid-template-columns: repeat(auto-fit, minmax(min(100%, 170px), 1fr));
+        gap: var(--s2) var(--s3);
+      }
+      .touch {
+        min-height: 48px;
+      }
+      .top {
+        align-items: flex-start;
+        gap: 12px;
+      }
+      .keys {
+        min-width: 9ch;
+      }
+      .paper {
+        width: 100%;
+        height: auto;
+        background: #fff;
+        border-radius: 6px;
+      }
       .dialog {
         width: min(520px, 100%);
         max-height: 100%;

@@ -2,11 +2,13 @@
 // extinguishing, the automatic way, and a lost link. Each step ends when the monitor says so.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
+import { validOf } from '../hub/readings';
 import { has, inControl } from '../hub/session';
 import { socket } from '../hub/socket';
 import { SECOND, store, TopicController } from '../hub/store';
 import { t, type Key } from '../i18n';
 import { icon } from '../parts/icons';
+import { styled } from '../parts/styled';
 import { magnified } from '../theme/display';
 import { base } from '../theme/shared';
 import { show } from '../units';
@@ -189,8 +191,12 @@ export class LfGuide extends LitElement {
     return html`${this.ring && !done
         ? html`<div
             class="ring"
-            style="left:${this.ring.x - MARGIN_PX}px;top:${this.ring.y - MARGIN_PX}px;width:${this.ring.width +
-            2 * MARGIN_PX}px;height:${this.ring.height + 2 * MARGIN_PX}px"
+            ${styled({
+              left: `${this.ring.x - MARGIN_PX}px`,
+              top: `${this.ring.y - MARGIN_PX}px`,
+              width: `${this.ring.width + 2 * MARGIN_PX}px`,
+              height: `${this.ring.height + 2 * MARGIN_PX}px`,
+            })}
           ></div>`
         : nothing}
       <section class="card ${this.corner}" role="complementary" aria-label=${t('guide.title')}>
@@ -295,8 +301,7 @@ export class LfGuide extends LitElement {
   };
 
   private place(): { h: number; v: number } {
-    const of = (drive: string) =>
-      store.get(`monitors/${MONITOR}/status`)?.subsystems[drive]?.position ?? 0;
+    const of = (drive: string) => validOf(store.get(`monitors/${MONITOR}/status`)?.subsystems[drive], 'position') ?? 0;
     return { h: of('Horizontal'), v: of('Vertical') };
   }
 

@@ -23,6 +23,9 @@ export class LfNav extends LitElement {
         border-right: 1px solid var(--line);
         overflow-y: auto;
       }
+      .unsure {
+        visibility: hidden;
+      }
       h3 {
         padding: 14px 12px 6px;
       }
@@ -184,8 +187,7 @@ export class LfNav extends LitElement {
       const here = page.name === this.route.page;
       const label = t(`nav.${page.name}` as Key);
       const unsure = (nobody && page.role) || (!hub && page.demo);
-      const kept = unsure ? 'visibility:hidden' : nothing;
-      return html`<a href=${hrefOf(page.name, monitor)} style=${kept} aria-current=${here ? 'page' : nothing}>
+      return html`<a href=${hrefOf(page.name, monitor)} class=${unsure ? 'unsure' : nothing} aria-current=${here ? 'page' : nothing}>
         ${icon(page.icon, 22)}<span>${label}</span>
         ${page.name === 'alarms' ? this.alarmCount() : nothing}
       </a>`;

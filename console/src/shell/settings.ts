@@ -67,7 +67,7 @@ export function openSettings(): void {
       </div>
       <p class="dim small">${t('settings.sound_text')}</p>
       <h2>${t('settings.units')}</h2>
-      <div style="display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:16px">
+      <div class="grid">
         ${choices().map(
           ({ quantity, units }) => html`<label class="field"
             >${t(`settings.${quantity}` as Key)}
@@ -154,7 +154,7 @@ export function openHelp(): void {
         <tbody>
           ${KEYS.map(
             ([keys, text]) => html`<tr>
-              <td class="mono" style="min-width:9ch"><b>${keys}</b></td>
+              <td class="mono keys"><b>${keys}</b></td>
               <td>${t(text)}</td>
             </tr>`,
           )}

@@ -346,7 +346,7 @@ export class LfStop extends LitElement {
     const sure = await confirmDialog({
       title: t('stop.release_title', { monitor }),
       text: () => html`${t('stop.release_text')}${why()
-        ? html`<br /><br /><b style="display:flex;flex-wrap:wrap;gap:8px 16px;align-items:center"
+        ? html`<br /><br /><b class="row wrap"
               >${why()}
               ${free()
                 ? html`<lf-button id="take-here" @click=${() => takeControl(monitor)}>${t('authority.take')}</lf-button>`

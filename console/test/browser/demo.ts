@@ -13,7 +13,7 @@ export class Demo {
   private child!: ChildProcess;
   private browser!: Browser;
   private served?: Served;
-  private hub = '';
+  hub = '';
   url = '';
 
   static async start(drawing = PLAIN): Promise<Demo> {

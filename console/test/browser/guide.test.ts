@@ -54,8 +54,8 @@ test('leads from taking control to a lost link', { timeout: 240_000 }, async () 
   await step(page, 'Hold to move', 40_000);
   expect(await flags('Deployer')).toContain('Deployed');
 
-  const before = (await monitor()).status.subsystems.Vertical!.position!;
-  const raised = async () => (await monitor()).status.subsystems.Vertical!.position! > before + 240;
+  const before = (await monitor()).status.subsystems.Vertical!.position as number;
+  const raised = async () => ((await monitor()).status.subsystems.Vertical!.position as number) > before + 240;
   await hold(page, 'lf-joystick', [0, -60], raised);
 
   await step(page, 'Open the water');

@@ -66,7 +66,7 @@ test('a press on the plan falls where it is seen, a stick that is pulled moves t
   await until(async () => (await states()).Deployer!.flags.includes('Deployed'), 60_000);
   const pad = (await page.locator('lf-joystick').boundingBox())!;
   const [x, y] = [pad.x + pad.width / 2, pad.y + 100 * (await zoom())];
-  const moved = async () => (await states()).Horizontal!.position! > 30;
+  const moved = async () => ((await states()).Horizontal!.position as number) > 30;
   const pull = async () => {
     await page.mouse.move(x, y);
     await page.mouse.down();

@@ -53,6 +53,13 @@ export const stepStyle = css`
     line-height: 1.4;
     cursor: pointer;
   }
+  .check.alone {
+    min-width: 48px;
+    justify-content: center;
+  }
+  .place {
+    max-width: 480px;
+  }
   .check input {
     flex: none;
     width: 22px;
@@ -185,6 +192,7 @@ export class Step extends LitElement {
   protected whyMove(drive: string): string {
     const why = this.why({ subsystem: drive });
     if (why) return why;
+    if (this.position(drive) === null) return `${this.monitor}: ${t('operate.position_unknown')}`;
     if (this.has('Detector', 'Searching') || this.has('Detector', 'Justifying')) return t('commissioning.why_searching');
     if (!this.exists('Deployer') || this.has('Deployer', 'Deployed')) return '';
     return t('commissioning.why_wrapped');

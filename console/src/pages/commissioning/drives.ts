@@ -96,7 +96,7 @@ export class StepZero extends Teaching {
     const off = at === null || !near(drive, at, 0) ? t('commissioning.zero.why_keep') : '';
     return html`<div class="box">
       <div class="acts">
-        <h3 style="margin-right:auto">${t(`commissioning.drive.${drive}`)}</h3>
+        <h3 class="grow">${t(`commissioning.drive.${drive}`)}</h3>
         ${this.where(drive)}
       </div>
       <p>${t(`commissioning.zero.${drive}`)}</p>
@@ -172,7 +172,7 @@ export class StepLimits extends Teaching {
     const limits = this.limits(drive);
     return html`<div class="box">
       <div class="acts">
-        <h3 style="margin-right:auto">${t(`commissioning.drive.${drive}`)}</h3>
+        <h3 class="grow">${t(`commissioning.drive.${drive}`)}</h3>
         ${limits
           ? html`<span class="dim">${t('commissioning.limits.now', { min: this.angle(drive, limits.min), max: this.angle(drive, limits.max) })}</span>`
           : nothing}
@@ -274,7 +274,7 @@ export class StepNozzle extends Teaching {
     return html`<p>${t('commissioning.nozzle.text')}</p>
       ${this.moves(t('commissioning.nozzle.moves'))}
       <div class="box">
-        <div class="acts"><h3 style="margin-right:auto">${t('commissioning.drive.Nozzle')}</h3>${this.where('Nozzle')}</div>
+        <div class="acts"><h3 class="grow">${t('commissioning.drive.Nozzle')}</h3>${this.where('Nozzle')}</div>
         ${this.hold('Nozzle')}
         <div class="pair">${end('narrow')} ${end('wide')}</div>
         ${trv !== undefined && trv >= 0

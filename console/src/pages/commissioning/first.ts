@@ -28,7 +28,7 @@ export class StepPrepare extends Step {
           this.check(t(`commissioning.prepare.${name}`), work[name] === true, (on) => this.keep({ [name]: on })),
         )}
       </div>
-      <label class="field" style="max-width:480px"
+      <label class="field place"
         >${t('commissioning.prepare.place')}
         <input .value=${place} maxlength="200" @input=${(e: Event) => this.keep({ place: (e.target as HTMLInputElement).value })} />
       </label>
@@ -134,7 +134,8 @@ export class StepStop extends Step {
   }
 
   private readonly run = (): void => {
-    const now = this.position('Horizontal') ?? 0;
+    const now = this.position('Horizontal');
+    if (now === null) return;
     const limits = this.limits('Horizontal');
     const to = limits && now + RUN_ARCMIN > limits.max ? now - RUN_ARCMIN : now + RUN_ARCMIN;
     void this.send(`Move Horizontal ${to}`);
@@ -176,7 +177,7 @@ export class StepDirections extends Step {
       ${drives.map(
         (drive) => html`<div class="box">
           <div class="acts">
-            <h3 style="margin-right:auto">${t(`commissioning.drive.${drive}`)}</h3>
+            <h3 class="grow">${t(`commissioning.drive.${drive}`)}</h3>
             ${this.where(drive)}
           </div>
           <div class="pair">${this.way(drive, 'max')} ${this.way(drive, 'min')}</div>

@@ -59,7 +59,7 @@ export class StepSensors extends Step {
           : this.told('good', t('commissioning.sensors.sound'))}
       </td>
       <td>
-        <label class="check" style="min-width:48px;justify-content:center"
+        <label class="check alone"
           ><input
             type="checkbox"
             aria-label="${t('commissioning.sensors.plausible')}: ${row.name}"
@@ -71,10 +71,9 @@ export class StepSensors extends Step {
   }
 
   private rows(): Row[] {
-    const general = this.of('General');
-    const number = (quantity: Quantity, field: string) => {
-      const bad = badText('General', readingOf(general, field));
-      const text = show(quantity, readingOf(general, field).value);
+    const number = (quantity: Quantity, field: string, subsystem = 'General') => {
+      const of = readingOf(this.of(subsystem), field);
+      const [bad, text] = [badText(subsystem, of), show(quantity, of.value)];
       return bad ? `(${text}) ${t('operate.bad_value')}` : text;
     };
     const range = `${this.value('General', 'MainVoltageMin') ?? '—'} … ${this.value('General', 'MainVoltageMax') ?? '—'}`;
@@ -107,7 +106,7 @@ export class StepSensors extends Step {
       rows.push({
         id: drive,
         name: t(`commissioning.drive.${drive}`),
-        value: `${this.angle(drive, this.position(drive))} · ${show('current', this.of(drive)?.current)}`,
+        value: `${number(drive === 'Nozzle' ? 'nozzle' : 'angle', 'position', drive)} · ${number('current', 'current', drive)}`,
         faults: { subsystem: drive, flags: DRIVE_FAULTS },
         note: t('commissioning.sensors.switches', { min: ends[0]!, max: ends[1]! }),
       });
@@ -227,7 +226,7 @@ export class StepButtons extends Step {
     const count = BUTTONS.filter((button) => seen[button]).length;
     return html`<div class="box">
       <div class="acts">
-        <h3 style="margin-right:auto">${t(`commissioning.post.${post}`)}</h3>
+        <h3 class="grow">${t(`commissioning.post.${post}`)}</h3>
         <span class="dim">${t('commissioning.buttons.count', { n: count, of: BUTTONS.length })}</span>
       </div>
       <div class="post">${BUTTONS.map((button) => this.button(button, buttonState(flags, button), seen[button] === true))}</div>

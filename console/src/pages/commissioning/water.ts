@@ -73,7 +73,7 @@ export class StepValves extends Step {
     };
     return html`<div class="box">
       <div class="acts">
-        <h3 style="margin-right:auto">${t(`commissioning.valve.${valve}`)}</h3>
+        <h3 class="grow">${t(`commissioning.valve.${valve}`)}</h3>
         <span class=${this.stale ? 'stale' : ''}><b>${t(`commissioning.valves.is_${now ?? 'between'}` as 'commissioning.valves.is_Open')}</b></span>
       </div>
       <div class="acts">
@@ -263,7 +263,11 @@ export class StepLockout extends Step {
 
   private readonly attempt = async (): Promise<void> => {
     this.error = '';
-    const before = this.position('Horizontal') ?? 0;
+    const before = this.position('Horizontal');
+    if (before === null) {
+      this.error = t('operate.position_unknown');
+      return;
+    }
     try {
       await commands.request(this.monitor, `Move Horizontal ${before}`, { quiet: true });
       this.error = t('commissioning.lockout.obeyed');

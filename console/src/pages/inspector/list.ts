@@ -8,6 +8,7 @@ import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
 import { base } from '../../theme/shared';
 import { slice, type Kept } from './frames';
+import { styled } from '../../parts/styled';
 
 const ROW = 52;
 /** More of a text is cut off anyway, and dear to lay out. */
@@ -182,7 +183,7 @@ export class LfFrameList extends LitElement {
         @scroll=${this.scrolled}
         @keydown=${this.keyed}
       >
-        <div class="space" style="height:${frames.length * ROW}px">
+        <div class="space" ${styled({ height: `${frames.length * ROW}px` })}>
           ${repeat(
             shown,
             (frame) => frame.n,
@@ -209,7 +210,7 @@ export class LfFrameList extends LitElement {
       aria-selected=${frame.n === this.selected ? 'true' : 'false'}
       aria-setsize=${this.frames.length}
       aria-posinset=${index + 1}
-      style="transform:translateY(${index * ROW}px)"
+      ${styled({ transform: `translateY(${index * ROW}px)` })}
       @click=${() => this.choose(frame.n)}
     >
       <div class="time">

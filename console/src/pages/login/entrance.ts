@@ -57,6 +57,7 @@ export abstract class Entrance extends LitElement {
       .secret {
         position: relative;
         display: block;
+        margin-top: -10px;
       }
       .secret input {
         padding-right: 112px;
@@ -75,7 +76,11 @@ export abstract class Entrance extends LitElement {
         font-weight: 500;
         line-height: 1.4;
       }
+      .still {
+        margin-top: calc(-1 * var(--s3));
+      }
       .wrong {
+        margin-top: -8px;
         color: var(--high);
         font-size: 13px;
       }
@@ -168,7 +173,7 @@ export abstract class Entrance extends LitElement {
       >${t(this.shown ? 'login.hide' : 'login.show')}</lf-button
     >`;
     return html`<label class="field" for=${name}>${label}</label>
-      <span class="secret" style="margin-top:-10px">
+      <span class="secret">
         <input
           id=${name}
           name=${name}
@@ -191,7 +196,7 @@ export abstract class Entrance extends LitElement {
   protected foot(submit: string) {
     const { wait_s } = this;
     const why = wait_s > 0 ? t('login.wait', { s: wait_s }) : this.busy ? t('login.checking') : '';
-    return html`<div role="alert" style=${this.error ? '' : 'margin-top:calc(-1 * var(--s3))'}>
+    return html`<div role="alert" class=${this.error ? '' : 'still'}>
         ${this.error ? html`<p class="note failed">${icon('alarm')}<span>${this.error}</span></p>` : nothing}
       </div>
       <lf-button kind="primary" id="enter" .why=${why} @click=${this.submit}>${why || submit}</lf-button>
@@ -200,7 +205,7 @@ export abstract class Entrance extends LitElement {
 
   private whyWrong(name: string) {
     const why = this.wrong[name];
-    return html`<p class="wrong" id="wrong-${name}" ?hidden=${!why} style="margin-top:-8px">${why ?? ''}</p>`;
+    return html`<p class="wrong" id="wrong-${name}" ?hidden=${!why}>${why ?? ''}</p>`;
   }
 
   private typed(name: string): void {

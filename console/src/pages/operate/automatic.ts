@@ -257,11 +257,11 @@ export class LfAutomatic extends LitElement {
     void dialog.open({
       title: t('operate.seek_title', { monitor: this.monitor }),
       content: () => html`<p>${t('operate.seek_text')}</p>
-        <div style="display:grid;grid-template-columns:1fr 1fr;gap:16px">
+        <div class="grid">
           ${input('from', t('operate.seek_from'))} ${input('to', t('operate.seek_to'))}
           ${input('low', t('operate.seek_low'))} ${input('high', t('operate.seek_high'))}
         </div>
-        <label class="row" style="min-height:48px"
+        <label class="row touch"
           ><input type="checkbox" @change=${(e: Event) => (analyse = (e.target as HTMLInputElement).checked)} />
           ${t('operate.seek_analyse')}</label
         >
@@ -289,7 +289,7 @@ export class LfAutomatic extends LitElement {
     void dialog.open({
       title: t('operate.program_title', { monitor }),
       content: (close) => html`<p>${t('operate.program_text')}</p>
-        <div style="display:grid;gap:8px">
+        <div class="col">
           ${Array.from({ length: PROGRAMS }, (_, n) => {
             const values = stored?.[`Program${n}`]?.values;
             const why = values ? (values[3] === 0 && values[4] === 0 && values[6] === 0 ? t('operate.empty') : '') : t('operate.unread');
@@ -326,8 +326,7 @@ export class LfAutomatic extends LitElement {
       commands.request(monitor, parts.join(' ')).catch(() => {});
     };
     const check = (on: boolean, text: string, why: string, act: (on: boolean) => void) => html`<label
-      class="row"
-      style="min-height:48px"
+      class="row touch"
       ><input
         type="checkbox"
         .checked=${on}
@@ -341,7 +340,7 @@ export class LfAutomatic extends LitElement {
     void dialog.open({
       title: t('operate.trajectory_title', { monitor }),
       content: () => html`<p>${t('operate.trajectory_text')}</p>
-        <div style="display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,190px),1fr));gap:0 16px">
+        <div class="grid">
           ${Array.from({ length: PROGRAMS }, (_, n) => {
             const length = stored?.[`Trajectory${n}`]?.values?.length ?? 0;
             return check(chosen.has(n), t('operate.trajectory_n', { n }), length ? '' : t('operate.empty'), (on) =>

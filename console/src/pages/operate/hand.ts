@@ -31,11 +31,21 @@ export class LfHand extends LitElement {
         padding: 12px 16px;
       }
 
+      .turn {
+        display: grid;
+        grid-template-columns: minmax(0, 1fr) 124px;
+        align-items: center;
+        gap: var(--s2);
+        --joystick: 176px;
+      }
       lf-joystick {
         margin: 0 auto;
       }
+      ::slotted(*) {
+        height: 150px;
+      }
       @media (max-height: 820px) {
-        lf-joystick {
+        .turn {
           --joystick: 150px;
         }
         .card {
@@ -135,6 +145,7 @@ export class LfHand extends LitElement {
       <span class="state" role="status"
         >${this.pad ? icon('gamepad') : nothing}${this.stateText()}</span
       >
+      <div class="turn">
       <lf-joystick
         .disabled=${why !== ''}
         .reason=${why}
@@ -143,6 +154,8 @@ export class LfHand extends LitElement {
         @hold=${(e: CustomEvent<HoldDetail>) => this.stick(e.detail, true)}
         @release=${(e: CustomEvent<HoldDetail>) => this.stick(e.detail, false)}
       ></lf-joystick>
+      <slot></slot>
+      </div>
       <div class="nozzle">
         ${this.nozzleButton('min', whyNozzle)}
         <lf-slider

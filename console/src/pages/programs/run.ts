@@ -3,7 +3,6 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { has, whyNot } from '../../hub/session';
-import { store } from '../../hub/store';
 import { age, plural, t } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
@@ -12,7 +11,8 @@ import '../../parts/lf-hold';
 import { lengthText } from '../../parts/words';
 import { base, card } from '../../theme/shared';
 import { show } from '../../units';
-import { factsOfPoints, factsOfProgram, isEmpty, pointsOf, programOf, runRequest, type Which } from './model';
+import { factsOfPoints, factsOfProgram, isEmpty, pointsOf, programOf, runRequest, type Program, type Which } from './model';
+import { position } from '../operate/state';
 import { limitsOf } from './state';
 
 @customElement('lf-program-run')
@@ -165,8 +165,7 @@ export class LfProgramRun extends LitElement {
 
   private willScan(stored: readonly number[]): { text: string; careful?: boolean }[] {
     const program = programOf(stored);
-    const at = this.barrel();
-    const facts = factsOfProgram(program, limitsOf(this.monitor), at);
+    const facts = this.facts(program);
     const { centre, width, height, nozzle, distance, step } = program;
     const lines = [
       {
@@ -204,9 +203,10 @@ export class LfProgramRun extends LitElement {
     return [{ text: t(lies === 'partly' ? 'programs.partly' : 'programs.outside'), careful: true }];
   }
 
-  private barrel() {
-    const at = store.get(`monitors/${this.monitor}/status`)?.subsystems;
-    return { h: at?.Horizontal?.position ?? 0, v: at?.Vertical?.position ?? 0 };
+  private facts(program: Program) {
+    const [h, v] = [position(this.monitor, 'Horizontal'), position(this.monitor, 'Vertical')];
+    // From where it is not known, the way to the centre is left out.
+    return factsOfProgram(program, limitsOf(this.monitor), h === null || v === null ? program.centre : { h, v });
   }
 
   private why(empty: boolean): string {
@@ -219,7 +219,7 @@ export class LfProgramRun extends LitElement {
       return t('programs.why_searching');
     }
     if (which.kind === 'Trajectory') return '';
-    const facts = factsOfProgram(programOf(stored), limitsOf(monitor), this.barrel());
+    const facts = this.facts(programOf(stored));
     return facts.lies === 'outside' ? t('programs.why_outside') : '';
   }
 

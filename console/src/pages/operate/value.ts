@@ -1,0 +1,18 @@
+// A value of a monitor as the pages show it: with its age's look, and struck out where a flag says that it is bad.
+import { html } from 'lit';
+import { badText, reading } from '../../hub/readings';
+import { store } from '../../hub/store';
+import { t, type Key } from '../../i18n';
+import '../../parts/lf-value';
+import type { Quantity } from '../../units';
+
+export function valueOf(monitor: string, quantity: Quantity, label: Key, subsystem: string, field = 'position') {
+  const of = reading(monitor, subsystem, field);
+  return html`<lf-value
+    quantity=${quantity}
+    .label=${t(label)}
+    .value=${of.value}
+    .bad=${badText(subsystem, of)}
+    ?stale=${store.stale(monitor)}
+  ></lf-value>`;
+}

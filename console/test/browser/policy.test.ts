@@ -1,0 +1,54 @@
+// The hub's policy lets no page load anything from elsewhere, run a script or apply a style that is not of its files: every page,
+// and what opens on it, keeps to that.
+import { afterAll, beforeAll, expect, test } from 'vitest';
+import { Demo } from './demo';
+import { until } from './site';
+
+let demo: Demo;
+beforeAll(async () => {
+  demo = await Demo.start();
+});
+afterAll(() => demo?.stop());
+
+/** What is pressed on a page, as far as it is there: what it opens has styles of its own. */
+const PRESSED: Record<string, string[]> = {
+  '#/overview': ['lf-topbar button.wide', 'lf-topbar button[title=Settings]'],
+  '#/events': ['tr.deed'],
+  '#/m/M1/operate': ['lf-automatic lf-button', '#readiness'],
+};
+
+test('no page breaks the policy', { timeout: 120_000 }, async () => {
+  const policy = (await fetch(`${demo.hub}/`)).headers.get('content-security-policy');
+  expect(policy).toContain("style-src 'self';");
+  expect(policy).not.toContain('unsafe');
+
+  await demo.request('M1', 'Deploy Deployer');
+  const page = await demo.open('#/overview');
+  await page.context().addInitScript(() => {
+    const broken: string[] = [];
+    Object.assign(window, { broken });
+    document.addEventListener('securitypolicyviolation', (event) => {
+      broken.push(`${location.hash} ${event.violatedDirective} ${event.blockedURI} ${event.sample} ${event.sourceFile}:${event.lineNumber}`);
+    });
+  });
+  await page.reload();
+  await page.locator('lf-page-overview').waitFor();
+  const all = await page.locator('lf-nav a').evaluateAll((links) => links.map((link) => link.getAttribute('href')!));
+  expect(all.length).toBeGreaterThan(11);
+  for (const href of all) {
+    await page.evaluate((to) => (location.hash = to), href);
+    await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
+    await until(() => page.evaluate(() => document.querySelector('lf-app')!.shadowRoot!.querySelector('.boot') === null));
+    await page.waitForTimeout(500);
+    for (const pressed of PRESSED[href] ?? []) {
+      await page.locator(pressed).first().click();
+      await page.waitForTimeout(300);
+      await page.keyboard.press('Escape');
+    }
+  }
+  expect(await page.evaluate(() => (window as unknown as { broken: string[] }).broken)).toEqual([]);
+  // The listener hears: an attribute is refused.
+  await page.evaluate(() => document.body.setAttribute('style', 'margin: 1px'));
+  await until(() => page.evaluate(() => (window as unknown as { broken: string[] }).broken.length > 0));
+  await page.context().close();
+});

@@ -36,6 +36,21 @@ test('no text calls it an emergency stop', () => {
   }
 });
 
+test('one word for a thing: none of those that were replaced', () => {
+  const words = {
+    en: /\b(hotbeds?|wrap(s|ped|ping)?|justif\w+|reckon\w*|anew|begun|mend\w*|(no|some|every)body|whoever|lest|spoilt|t(ells?|old)|(let|lets) go|seats?|beats?|stands?|bears?|teach|taught|wanted)\b/i,
+    ru: /симул|центр\S* управления|(этот|из|самого?) центр|шин[аыуе]\b|обучите|водян|(^|\s)верно(?=$|[\s,.])|уз(ел|лы)|хаб|таблиц\S* коррекции|подъём \{elevation|свёрнут(?=$|[\s,.:])/i,
+  };
+  const found = (texts: Record<string, string>, forbidden: RegExp) =>
+    Object.entries(texts).filter(([, text]) => forbidden.test(text.replace(/\{(?!elevation)\w+\}/g, '{}')));
+  expect(found(en, words.en)).toEqual([]);
+  expect(found(ru, words.ru)).toEqual([]);
+});
+
+test('decimals have a comma in Russian', () => {
+  expect(Object.entries(ru).filter(([, text]) => /\d\.\d/.test(text))).toEqual([]);
+});
+
 test('angles, pressure, flow in the chosen unit', () => {
   expect(show('angle', 754)).toBe('12.6°');
   expect(show('angle', -900)).toBe('−15.0°');

@@ -6,20 +6,17 @@ export default {
   'login.hide': 'Hide',
   'login.enter': 'Log in',
   'login.checking': 'Checking…',
-  'login.wait': 'Next try in {s} s',
+  'login.wait': 'Next attempt in {s} s',
   'login.user_first': 'Enter your user name',
   'login.password_first': 'Enter your password',
-  'login.failed': 'The user name or the password is wrong. Each wrong try makes the next one wait longer.',
-  'login.too_often': 'There were several wrong tries from here. Wait, then try again.',
-  'login.unreachable': 'The hub does not answer. Look at the network, and try again.',
+  'login.failed': 'The user name or the password is wrong. Each wrong attempt makes the next wait longer.',
+  'login.too_often': 'Several wrong attempts were made from here. Wait, then try again.',
+  'login.unreachable': 'The hub does not answer. Check the network and try again.',
   'login.capitals': 'Caps Lock is on',
-  'login.ended': 'Your session has ended. Log in again: the page that you were on comes back.',
-  'login.ended_all':
-    'Your session has ended. STOP and LOCKOUT still work here for {n} min; for everything else log in again: the page that you were on comes back.',
-  'login.ended_all_hours':
-    'Your session has ended. STOP and LOCKOUT still work here for {n} h; for everything else log in again: the page that you were on comes back.',
-  'login.ended_stop':
-    'Your session has ended: an administrator, or a new password, has ended it. Only STOP still works here, for {n} min. For LOCKOUT and everything else log in again.',
+  'login.ended': 'Your session has ended. Log in again: the same page will open.',
+  'login.ended_all': 'Your session has ended. STOP and LOCKOUT still work here for {n} min; for everything else log in again: the same page will open.',
+  'login.ended_all_hours': 'Your session has ended. STOP and LOCKOUT still work here for {n} h; for everything else log in again: the same page will open.',
+  'login.ended_stop': 'Your session was ended by an administrator or by a new password. Only STOP still works here, for {n} min. For LOCKOUT and everything else log in again.',
   'login.ended_nothing':
     'Your session has ended. STOP does NOT work here any more: log in, or stop the monitor from another console or at its own buttons.',
   'login.link_used': 'This link has been used: there is an administrator already. Log in.',

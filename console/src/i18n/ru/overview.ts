@@ -9,6 +9,6 @@ export default {
   'overview.readiness': 'Готовность',
   'overview.state': 'Состояние',
   'overview.control': 'Управление',
-  'overview.locked': 'Заблокирован',
+  'overview.locked': 'Блокировка',
   'overview.you': 'Вы',
 };

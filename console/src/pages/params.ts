@@ -185,7 +185,8 @@ export class PageParams extends LitElement {
         <nav class="rail" aria-label=${t('params.subsystems')}>
           ${shown.map(
             ({ subsystem, params: of }) => html`<button @click=${() => this.jump(subsystem)}>
-              <span>${subsystem}</span><span class="count">${num(of.length)}</span>
+              <span>${tt(dict.subsystems.find(({ name }) => name === subsystem))}<small>${subsystem}</small></span
+              ><span class="count">${num(of.length)}</span>
             </button>`,
           )}
         </nav>

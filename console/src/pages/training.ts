@@ -12,6 +12,7 @@ import '../parts/lf-button';
 import '../parts/lf-chip';
 import '../parts/lf-plan';
 import { planMonitor, type AimDetail } from '../parts/lf-plan';
+import { fireTitle } from '../parts/plan/model';
 import { span } from '../parts/lf-timeline';
 import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
@@ -153,7 +154,7 @@ export class PageTraining extends LitElement {
       </div>
       <div class="row wrap">
         <b class="clock">${span(sim.t_s * 1000)}</b>
-        <span class="dim grow">${t('training.time', { t: span(sim.t_s * 1000), d: span(sim.duration_s * 1000) })}</span>
+        <span class="dim grow">${t('training.time', { d: span(sim.duration_s * 1000) })}</span>
         <label class="inline"
           ><span class="unseen">${t('training.automatic_switch')}</span>
           <select ?disabled=${Boolean(this.why)} @change=${this.setAutomatic}>
@@ -226,14 +227,16 @@ export class PageTraining extends LitElement {
   }
 
   private fires() {
-    const waiting = (store.get('scene')?.fires ?? []).filter(({ burns }) => !burns);
+    const fires = store.get('scene')?.fires ?? [];
+    const waiting = fires.filter(({ burns }) => !burns);
+    const tanks = (store.get('hub') ?? store.hello?.hub)?.site?.tanks ?? [];
     const choose = (event: Event) => (event.target as HTMLSelectElement).value;
     return html`<section class="card fires">
       <header><h2>${t('training.fire')}</h2></header>
       <div class="row wrap">
         ${waiting.map(
           ({ name }) => html`<lf-button icon="fire" .why=${this.why} @click=${() => this.post('fire', { name })}
-            >${t('training.light', { name })}</lf-button
+            >${t('training.light', { name: fireTitle(name, fires, tanks) })}</lf-button
           >`,
         )}
       </div>

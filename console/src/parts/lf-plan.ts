@@ -25,7 +25,7 @@ import { emit, partStyle } from './part-style';
 import { bearingText, lengthText, openingText, Words } from './words';
 import { planStyle } from './plan/plan-style';
 import * as layers from './plan/layers';
-import { foundFires, placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
+import { fireTitle, foundFires, placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
 import { dragged, drawnSector, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
 
 export type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
@@ -386,7 +386,7 @@ export class LfPlan extends LitElement {
     const found = this.scene ? [] : foundFires(this.monitors);
     return [
       ...monitors,
-      ...burning.map(({ name }) => t('parts.plan.fire', { name })),
+      ...burning.map(({ name }) => t('parts.plan.fire', { name: fireTitle(name, this.scene?.fires ?? [], this.site?.tanks ?? []) })),
       ...found.map(({ seen_by }) => t('parts.plan.found', { monitors: seen_by.join(', ') })),
     ].join('; ');
   }

@@ -23,7 +23,6 @@ export class LfSlider extends LitElement {
     reason: {},
     quiet: { type: Boolean },
     stale: { type: Boolean, reflect: true },
-    plain: { type: Boolean, reflect: true },
     wish: { state: true },
   };
 
@@ -39,11 +38,9 @@ export class LfSlider extends LitElement {
   declare highText: string;
   declare disabled: boolean;
   declare reason: string;
-  /** The reason stands beside it already: it is for readers of the screen alone. */
+  /** The reason stands beside it already: it is for screen readers alone. */
   declare quiet: boolean;
   declare stale: boolean;
-  /** Without the drawings of spray and jet. */
-  declare plain: boolean;
   declare wish: number | null;
 
   constructor() {
@@ -61,7 +58,6 @@ export class LfSlider extends LitElement {
     this.reason = '';
     this.quiet = false;
     this.stale = false;
-    this.plain = false;
     this.wish = null;
   }
 
@@ -184,19 +180,6 @@ export class LfSlider extends LitElement {
         color: var(--p-dim);
         gap: 12px;
       }
-      footer span {
-        display: inline-flex;
-        align-items: center;
-        gap: 8px;
-      }
-      svg {
-        width: 34px;
-        height: 20px;
-        fill: none;
-        stroke: currentcolor;
-        stroke-width: 1.75;
-        stroke-linecap: round;
-      }
       .reason {
         margin: 4px 0 0;
         font-size: 13px;
@@ -255,14 +238,8 @@ export class LfSlider extends LitElement {
         />
       </div>
       <footer>
-        <span>
-          ${this.plain ? nothing : html`<svg viewBox="0 0 34 20" aria-hidden="true"><path d="M3 10H9M12 8 30 2M12 9.4 31 7M12 10.6 31 13M12 12 30 18"></path></svg>`}
-          ${this.lowText || t('parts.nozzle.spray')}
-        </span>
-        <span>
-          ${this.highText || t('parts.nozzle.jet')}
-          ${this.plain ? nothing : html`<svg viewBox="0 0 34 20" aria-hidden="true"><path d="M3 10H9M12 9.3H31M12 10.7H31"></path></svg>`}
-        </span>
+        <span>${this.lowText || t('parts.nozzle.spray')}</span>
+        <span>${this.highText || t('parts.nozzle.jet')}</span>
       </footer>
       ${this.reason ? html`<p class=${this.quiet ? 'unseen' : 'reason'} id="reason">${this.reason}</p>` : nothing}
     `;

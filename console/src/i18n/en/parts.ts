@@ -21,6 +21,7 @@ export default {
   'parts.plan.wrapped': 'stowed',
   'parts.plan.water': 'water on',
   'parts.plan.foam': 'foam on',
+  'parts.plan.fire_n': 'fire {n}',
   'parts.plan.fire': '{name} is burning',
   'parts.plan.no_site': 'The site is not described in the configuration: the plan shows the monitor alone.',
   'parts.sector.move': 'Sector: direction and distance',

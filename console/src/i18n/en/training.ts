@@ -15,7 +15,7 @@ export default {
   'training.pause': 'Pause',
   'training.resume': 'Continue',
   'training.speed': 'Speed',
-  'training.time': '{t}, the exercise takes {d}',
+  'training.time': 'the exercise takes {d}',
   'training.over': 'finished',
   'training.paused': 'paused',
   'training.run': 'run {n}',

@@ -23,6 +23,7 @@ const ru: Record<keyof typeof en, string> = {
   'parts.plan.wrapped': 'в дежурном положении',
   'parts.plan.water': 'вода подаётся',
   'parts.plan.foam': 'пена подаётся',
+  'parts.plan.fire_n': 'пожар {n}',
   'parts.plan.fire': 'горит {name}',
   'parts.plan.no_site': 'Объект не описан в конфигурации: на плане только ствол.',
   'parts.sector.move': 'Сектор: направление и расстояние',

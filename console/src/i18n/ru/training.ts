@@ -17,7 +17,7 @@ const ru: Record<keyof typeof en, string> = {
   'training.pause': 'Пауза',
   'training.resume': 'Продолжить',
   'training.speed': 'Скорость',
-  'training.time': '{t}, упражнение длится {d}',
+  'training.time': 'упражнение длится {d}',
   'training.over': 'закончено',
   'training.paused': 'пауза',
   'training.run': 'попытка {n}',

@@ -39,7 +39,7 @@ export class LfAutomatic extends LitElement {
         gap: var(--s2);
       }
       .card {
-        padding: 12px 16px;
+        padding: 12px;
       }
       .tiles {
         display: grid;
@@ -50,8 +50,9 @@ export class LfAutomatic extends LitElement {
       .tiles > lf-button::part(button) {
         flex-direction: column;
         gap: 5px;
-        padding: 6px 2px;
-        font-size: 13px;
+        padding: 6px 4px;
+        font-size: 12.5px;
+        letter-spacing: -0.01em;
       }
       .running {
         display: flex;

@@ -25,11 +25,11 @@ export class LfValves extends LitElement {
         container-type: inline-size;
       }
       .card {
-        padding: 12px 16px;
+        padding: 12px;
       }
       .valve {
         display: grid;
-        grid-template-columns: 1fr 118px 82px;
+        grid-template-columns: 1fr 112px 92px;
         align-items: center;
         gap: var(--s2);
       }
@@ -87,6 +87,7 @@ export class LfValves extends LitElement {
       lf-hold,
       lf-button {
         --lf-button-height: 52px;
+        --lf-button-padding: 8px;
       }
       @container (max-width: 350px) {
         .valve {

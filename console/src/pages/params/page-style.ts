@@ -127,6 +127,10 @@ export const pageStyle = css`
     text-align: left;
     cursor: pointer;
   }
+  .rail small {
+    display: block;
+    color: var(--dim);
+  }
   .rail button:hover {
     background: var(--surface-2);
   }

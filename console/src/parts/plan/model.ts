@@ -1,5 +1,6 @@
 // What a plan shows, made from the hub's topics (docs/hub-api.md). Pure.
 import type { Jet, JetAsked } from '../../hub/jets';
+import { t } from '../../i18n';
 import { validOf } from '../../hub/readings';
 import { isDoubtful, reckon, spotsOf, type HotbedBox, type Spot } from '../found';
 import {
@@ -217,4 +218,12 @@ export function placesOf(
     ...site.walls.flatMap(({ from, to }) => [[from, 1] as const, [to, 1] as const]),
     ...(scene?.fires ?? []).map(({ at, size }) => [at, size / 2] as const),
   ];
+}
+
+/** What a fire is called: the tank that it is on, else its number. */
+export function fireTitle(name: string, fires: readonly { name: string; at: Place }[], tanks: readonly Tank[]): string {
+  const n = fires.findIndex((fire) => fire.name === name);
+  const at = fires[n]?.at;
+  const tank = tanks.find((one) => at && Math.hypot(one.at[0] - at[0], one.at[1] - at[1]) <= one.diameter / 2);
+  return tank?.name || t('parts.plan.fire_n', { n: n + 1 });
 }

@@ -80,14 +80,14 @@ test('leads from taking control to a lost link', { timeout: 240_000 }, async () 
   await page.mouse.move(fire[0] + 25, fire[1] + 20, { steps: 4 });
   await page.mouse.up();
   await page.locator('#quench').click();
-  await step(page, 'link breaks');
+  await step(page, 'connection is lost');
   expect(await flags('Control')).toContain('Quench');
 
   await page.locator('#guide-break').click();
   await page.getByText('No connection to the hub').first().waitFor();
   await until(async () => (await monitor()).authority.state === 'free', 6000);
   expect(await flags('Control')).toContain('Quench');
-  await step(page, 'first minute', 15_000);
+  await step(page, 'First steps completed', 15_000);
   await page.locator('lf-guide').getByText('Done', { exact: true }).click();
   await page.locator('lf-guide').waitFor({ state: 'detached' });
   await page.context().close();

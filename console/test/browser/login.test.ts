@@ -53,7 +53,7 @@ describe('logging in', () => {
     await page.getByText('The user name or the password is wrong').waitFor();
     await until(async () => {
       await tryWith(page, 'wrong');
-      return page.getByText('several wrong tries').isVisible();
+      return page.getByText('Several wrong attempts').isVisible();
     }, 60_000);
     expect(await enter(page).getAttribute('aria-disabled')).toBe('true');
     expect(await enter(page).getAttribute('aria-description')).toMatch(/^Next try in \d+ s$/);

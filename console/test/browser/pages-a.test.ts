@@ -72,7 +72,7 @@ describe('alarms', () => {
     await site.send('M2', 'Lockout All off');
     await row.waitFor({ state: 'detached', timeout: 8000 });
     await page.locator('lf-tabbar [data-tab=history]').click();
-    for (const step of ['Came', 'Acknowledged', 'Gone']) {
+    for (const step of ['Raised', 'Acknowledged', 'Returned to normal']) {
       await page.locator('lf-alarm-history .step', { hasText: step }).first().waitFor();
     }
   });
@@ -145,7 +145,7 @@ describe('the event log', () => {
     await post('/api/monitors/M1/authority', { action: 'take' });
     await post('/api/monitors/M1/requests', { request: 'Move Horizontal 300' });
     await post('/api/monitors/M1/requests', { request: 'Wrap' });
-    const line = page.locator('tr.deed', { hasText: 'Move Horizontal 300' });
+    const line = page.locator('tr.deed', { hasText: 'to 5.0°' });
     await line.locator('.effect').waitFor();
     expect(await line.count()).toBe(1);
     expect(await line.locator('.fate').textContent()).toContain('accepted');
@@ -233,7 +233,7 @@ describe('the inspector', () => {
     await page.keyboard.press('ArrowDown');
     await page.keyboard.press('Enter');
     await until(async () => (await field.inputValue()) === 'GetParam Vertical MinLimit');
-    await page.getByText('no control is needed', { exact: false }).waitFor();
+    await page.getByText('Allowed for all users', { exact: false }).waitFor();
     await page.keyboard.press('Enter');
     await page.locator('.outcome', { hasText: 'Vertical GetParam → Ok: MinLimit' }).waitFor();
     await page.locator('.frame.out', { hasText: 'GetParam Vertical MinLimit' }).waitFor();
@@ -288,7 +288,7 @@ describe('diagnosis', () => {
     const page = await open('#/m/M1/diagnosis');
     await page.getByText('No faults and no warnings', { exact: true }).waitFor();
     site.links[0]!.cut();
-    await page.getByText('Not heard since', { exact: false }).waitFor();
+    await page.getByText('No data since', { exact: false }).waitFor();
     expect(await page.getByText('No faults and no warnings', { exact: true }).count()).toBe(0);
     await page.locator('#try li.urgent').first().waitFor();
     await page.locator('lf-link-stats lf-chip', { hasText: 'No connection' }).waitFor();
@@ -333,7 +333,7 @@ describe('administration', () => {
     await page.locator('tr[data-token=SCADA]').waitFor();
     expect(await page.content()).not.toContain(token);
     await page.locator('tr[data-token=SCADA] [data-act=remove]').click();
-    await page.locator('lf-dialogs lf-button', { hasText: 'Withdraw' }).last().click();
+    await page.locator('lf-dialogs lf-button', { hasText: 'Revoke' }).last().click();
     await page.getByText('No tokens').waitFor();
     expect(await get('/api/tokens')).toEqual([]);
     await page.locator('lf-tabbar [data-tab=sessions]').click();

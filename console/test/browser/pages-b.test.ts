@@ -56,7 +56,7 @@ describe('parameters', () => {
     await open('params');
     await page.getByPlaceholder('Name, meaning, or 0x id').fill('vertical speed');
     await field('Vertical.Speed').fill('999');
-    await page.getByText('Allowed is 1 … 255 °/s.').waitFor();
+    await page.getByText('Must be between 1 and 255 °/s.').waitFor();
     await row('Vertical.Speed').getByText('Write', { exact: true }).click();
     expect(await stored('Vertical', 'Speed')).toEqual([12]);
     await field('Vertical.Speed').fill('14');
@@ -91,12 +91,12 @@ describe('parameters', () => {
     const file = await textOf(download);
     expect(file).toContain('\n[Nozzle]\n');
     await choose('same.toml', file);
-    await page.getByText('The file and M1 do not differ.').waitFor();
+    await page.getByText('The file and M1 are identical.').waitFor();
     await choose('other.toml', file.replace('FieldOfView = 900', 'FieldOfView = 800').replace('Threshold = 50', 'Threshold = 60'));
     await page.getByText('2 parameters differ').waitFor();
     await page.getByLabel('Restore Detector.Threshold').uncheck();
     await page.getByText('Restore 1', { exact: true }).click();
-    await page.getByText('Everything that was ticked is stored.').waitFor();
+    await page.getByText('Everything selected is stored.').waitFor();
     expect(await stored('Detector', 'FieldOfView')).toEqual([800]);
     expect(await stored('Detector', 'Threshold')).toEqual([50]);
     expect(await page.evaluate(() => localStorage.getItem('lafet.restore.M1'))).toBe(null);
@@ -118,10 +118,10 @@ describe('parameters', () => {
         }),
       ),
     );
-    await page.getByText('A restore of left.toml').waitFor();
-    await page.getByText('Go on with it').click();
+    await page.getByText('Restoring left.toml').waitFor();
+    await page.getByText('Continue').click();
     await page.getByText('Restore 1', { exact: true }).click();
-    await page.getByText('Everything that was ticked is stored.').waitFor();
+    await page.getByText('Everything selected is stored.').waitFor();
     expect(await stored('Detector', 'Threshold')).toEqual([70]);
   });
 
@@ -141,8 +141,8 @@ describe('programs', () => {
     await open('programs');
     await page.locator('.entry').nth(2).click();
     for (const [name, value] of [
-      ['Centre, horizontally', '10'],
-      ['Centre, vertically', '-4'],
+      ['Centre, traverse', '10'],
+      ['Centre, elevation', '-4'],
       ['Width', '12'],
       ['Height', '6'],
       ['Between the lines', '2'],
@@ -167,9 +167,9 @@ describe('programs', () => {
   test('trajectories take the point where the barrel is, and a file brings them', async () => {
     await open('programs');
     await page.locator('.entry').nth(9).click();
-    await page.getByText('Take this point', { exact: true }).click();
+    await page.getByText('Add the present point', { exact: true }).click();
     await page.getByText('Add a point', { exact: true }).click();
-    await page.getByLabel('Point 2: Horizontally').fill('5');
+    await page.getByLabel('Point 2: Traverse').fill('5');
     await page.getByLabel('Point 2: Dwell').fill('2.5');
     await page.getByText('Store in M1').click();
     await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();
@@ -189,8 +189,8 @@ describe('programs', () => {
   test('wholly beyond the limits do not run', async () => {
     await open('programs');
     await page.locator('.entry').nth(6).click();
-    await number('Centre, vertically').fill('-60');
-    await page.getByText('Wholly beyond the limits: the monitor refuses it.').first().waitFor();
+    await number('Centre, elevation').fill('-60');
+    await page.getByText('Entirely beyond the limits: the monitor refuses it.').first().waitFor();
     await page.locator('lf-hold', { hasText: 'Run program 6' }).hover();
     await page.getByText('Store it first: the monitor runs what it has stored').waitFor();
   });
@@ -223,14 +223,14 @@ describe('commissioning', () => {
   test('refuses to go on before STOP is proved', async () => {
     await prepared();
     await page.getByText('Valves', { exact: false }).first().click();
-    await page.getByText('First comes: Test of STOP.').waitFor();
+    await page.getByText('To do first: Test of STOP.').waitFor();
     await page.getByText('Go to it').click();
     await page.getByText('It cannot be passed …').click();
     await page.getByLabel('What is wrong, and what was done about it').fill('no power at the drives');
     await page.getByText('Record it').click();
     await page.getByText('no power at the drives').first().waitFor();
     await page.getByText('Limits of travel').click();
-    await page.getByText('First comes: Test of STOP.').waitFor();
+    await page.getByText('To do first: Test of STOP.').waitFor();
   });
 
   test('proves STOP at the monitor, by a motion that is held', async () => {
@@ -239,19 +239,19 @@ describe('commissioning', () => {
     const box = (await button.boundingBox())!;
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     const [down, up] = [() => page.mouse.down(), () => page.mouse.up()];
-    await heldUntil(page, said('It moves. Press STOP now!'), down, up);
+    await heldUntil(page, said('It is moving. Press STOP now!'), down, up);
     await up();
-    await page.getByText('It came to rest before STOP was pressed.').waitFor();
+    await page.getByText('It stopped before STOP was pressed.').waitFor();
     expect(await site.stands('M1')).toBe(true);
     // A busy machine may end the motion before the key is pressed; that proves nothing, and the page says so.
-    const proved = said(/STOP works: \d+ ms later/);
+    const proved = said(/STOP works: .* after \d+ ms/);
     for (let n = 0; n < 5 && !(await proved()); n += 1) {
-      await heldUntil(page, async () => (await site.moves('M1')) && (await said('It moves. Press STOP now!')()), down, up);
+      await heldUntil(page, async () => (await site.moves('M1')) && (await said('It is moving. Press STOP now!')()), down, up);
       await page.keyboard.press('F9');
-      await until(async () => (await proved()) || (await said('It came to rest before STOP was pressed.')()));
+      await until(async () => (await proved()) || (await said('It stopped before STOP was pressed.')()));
       if (!(await proved())) await up();
     }
-    await page.getByText(/STOP works: \d+ ms later/).waitFor();
+    await page.getByText(/STOP works: .* after \d+ ms/).waitFor();
     expect(await site.stands('M1')).toBe(true);
     await page.mouse.up();
     await page.getByText('Passed', { exact: true }).click();
@@ -263,14 +263,14 @@ describe('commissioning', () => {
   test('teaches a limit, and the report has it', async () => {
     await openAt('limits');
     const box = page.locator('lf-step-limits .box').first();
-    await holdUntil(page, box.getByText('Limits off, to teach'), () => flagged('Horizontal', 'Limitless'));
+    await holdUntil(page, box.getByText('Limits off, to set them'), () => flagged('Horizontal', 'Limitless'));
     const from = await site.position('M1');
     await holdUntil(page, box.locator('lf-move').first(), async () => (await site.position('M1')) > from + 300);
     await until(async () => !(await site.moves('M1')));
     const at = await site.position('M1');
     // The page hears later than the monitor stands.
-    await box.locator('lf-button', { hasText: 'Take as limit: left' }).locator('button:not([aria-disabled])').click();
-    await box.getByText(/^Taken: /).waitFor();
+    await box.locator('lf-button', { hasText: 'Set as limit: left' }).locator('button:not([aria-disabled])').click();
+    await box.getByText(/^Set: /).waitFor();
     await box.locator('lf-button', { hasText: 'Limits on: take effect' }).locator('button:not([aria-disabled])').click();
     await until(async () => !(await flagged('Horizontal', 'Limitless')));
     expect(await stored('Horizontal', 'MaxLimit')).toEqual([at]);
@@ -289,13 +289,13 @@ describe('commissioning', () => {
   test('lets LOCKOUT be seen to refuse', async () => {
     await openAt('lockout');
     await page.locator('lf-step-lockout').getByText('LOCKOUT', { exact: true }).click();
-    await page.getByText('The monitor says that it is locked out.').waitFor();
+    await page.getByText('The monitor reports that it is locked out.').waitFor();
     await holdUntil(page, page.locator('lf-hold', { hasText: 'Try a Move' }), said('Refused by the monitor, and nothing moved.'));
     const asked = () => page.getByLabel('Type M1 to confirm').isVisible();
     await holdUntil(page, page.locator('lf-step-lockout lf-hold', { hasText: 'Release' }), asked);
     await page.getByLabel('Type M1 to confirm').fill('M1');
     await page.locator('lf-dialogs').getByText('Release', { exact: true }).click();
-    await page.getByText('Released: it obeys again').waitFor();
+    await page.getByText('Released: commands are accepted again').waitFor();
     expect((await site.outputs('M1')).General?.flags).not.toContain('LockedOut');
     await page.getByText('Passed', { exact: true }).click();
     await page.getByText('PASSED', { exact: true }).waitFor();

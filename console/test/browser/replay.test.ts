@@ -49,7 +49,7 @@ test('the history plays, is left for another page, and ends', async () => {
   await page.keyboard.press('End');
   await page.evaluate(() => (location.hash = '#/m/M1/operate'));
   // What was at the end: 20 degrees; at the beginning the barrel was wrapped.
-  const horizontal = page.locator('lf-value', { hasText: 'Horizontal' }).first().locator('.value');
+  const horizontal = page.locator('lf-value', { hasText: 'Traverse' }).first().locator('.value');
   await until(async () => (await horizontal.textContent())?.includes('20.0') === true);
   expect(await page.locator('#take').count()).toBe(0);
   await page.locator('lf-replay-bar #live').click();
@@ -120,6 +120,6 @@ test('every page shows a recording', async () => {
     await page.evaluate(() => new Promise(requestAnimationFrame));
   }
   await page.evaluate(() => (location.hash = '#/m/M1/diagnosis'));
-  await page.locator('lf-link-stats').getByText('A recording has the state of the link, not its figures.').waitFor();
+  await page.locator('lf-link-stats').getByText('A recording contains the state of the connection, not its figures.').waitFor();
   expect(broken).toEqual([]);
 });

@@ -477,7 +477,7 @@ describe('what the page says', () => {
       () => page.keyboard.up('ArrowLeft'),
     );
     await page.keyboard.up('ArrowLeft');
-    const banner = page.getByText('Program paused, goes on in');
+    const banner = page.getByText('Program paused, continues in');
     await banner.waitFor();
     const left = parseFloat((await page.locator('lf-banners .passing .count').textContent())!);
     expect(left).toBeGreaterThan(0);

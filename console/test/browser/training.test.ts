@@ -34,9 +34,9 @@ describe('training', () => {
 
   test('a link is cut and mended', async () => {
     await page.getByRole('tab', { name: 'M2' }).click();
-    await page.getByText('Cut the link').click();
+    await page.getByText('Cut the connection').click();
     await until(async () => (await sim()).monitors.M2!.link === 'lost');
-    await page.getByText('Mend the link').click();
+    await page.getByText('Restore the connection').click();
     await until(async () => (await sim()).monitors.M2!.link === 'up');
   });
 
@@ -44,7 +44,7 @@ describe('training', () => {
     await page.locator('#pause').click();
     await until(async () => (await sim()).paused);
     const stopped = (await sim()).t_s;
-    await page.getByText('Go on', { exact: true }).waitFor();
+    await page.getByText('Continue', { exact: true }).waitFor();
     expect((await sim()).t_s).toBe(stopped);
     await page.locator('#pause').click();
     await until(async () => (await sim()).t_s > stopped);

@@ -203,7 +203,8 @@ mod tests {
     #[test]
     fn an_invalid_value_is_marked_and_only_that_one() {
         let of = |flag: &str| {
-            let bits = flags_of(SubsystemId::GENERAL).by_name(flag).map_or(0, |info| 1 << info.shift);
+            let bits =
+                flags_of(SubsystemId::GENERAL).by_name(flag).map_or(0, |info| 1 << info.shift);
             let flags = GeneralFlags::from_bits_retain(bits);
             let state = GeneralStatus { flags, main_voltage: 24, pressure: 0, flowrate: 12 };
             values(&Answer {

@@ -53,7 +53,7 @@ function dataWords(verb: string, to: string, data: string[]): string {
 function paramWords(to: string, [name = '', ...values]: string[]): string {
   const found = param(to, name);
   if (!found) return [name, ...values].join(' ');
-  return values.length ? `${tt(found.text)}: ${toldOf(found, values.map(Number))}` : tt(found.text);
+  return values.length ? `${name} = ${toldOf(found, values.map(Number))}` : name;
 }
 
 /** Parts like `centre=1200,300`, those that are named here, each in its quantity. */

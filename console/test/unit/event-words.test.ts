@@ -95,6 +95,7 @@ describe.each(['en', 'ru'] as const)('in %s', (lang) => {
     ['StartSeek Detector -1800 1800 -300 900', 'Search for fire: traverse −30.0° … 30.0°, elevation −5.0° … 15.0°', ''],
     ['StartQuench Control program=3 centre=1200,300 nozzle=60', 'Extinguish: centre 20.0°; 5.0°, program 3, nozzle 60\u202fmm', ''],
     ['StartTrajectory Control repeat stored=0,3', 'Extinguish along trajectories: stored 0; 3', ''],
+    ['SetParam Vertical Speed 9', 'Set parameter: Elevation drive, Speed = 9 °/s', ''],
     ['0x12 0x34 de ad', '0x12 0x34 de ad', '0x12 0x34 de ad'],
   ])('the request %s', (text, en, ru) => {
     const words = wordsOf(entry({ type: 'request', request: '', to: '' }, text));

@@ -124,7 +124,7 @@ function effectLine(entry: AuditEntry): string {
   const all = states(entry);
   if (all.length !== 1) return '';
   const [name, state] = all[0]!;
-  return stateWords(name, state);
+  return stateWords(name, state, true);
 }
 
 function who(entry: AuditEntry): string {

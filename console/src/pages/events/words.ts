@@ -153,8 +153,8 @@ export function outcomeMeaning(outcome: string): string {
   return status && !status.success ? tt(status.meaning) : '';
 }
 
-/** The state of a subsystem in a line: position, flags. */
-export function stateWords(name: string, state: SubsystemStatus): string {
+/** The state of a subsystem in a line: position, flags; `brief`: without what the position says. */
+export function stateWords(name: string, state: SubsystemStatus, brief = false): string {
   const parts: string[] = [];
   const value = (quantity: Parameters<typeof show>[0], field: 'position' | 'pressure' | 'flowrate') => {
     const of = readingOf(state, field);
@@ -166,6 +166,7 @@ export function stateWords(name: string, state: SubsystemStatus): string {
   value(name === 'Nozzle' ? 'nozzle' : 'angle', 'position');
   value('pressure', 'pressure');
   value('flow', 'flowrate');
-  for (const one of state.flags) parts.push(flag(name, one)?.meaning[lang()].replace(/\.$/, '') ?? one);
+  const flags = brief ? state.flags.filter((one) => !one.includes('Limit')) : state.flags;
+  for (const one of flags) parts.push(flag(name, one)?.meaning[lang()].replace(/\.$/, '') ?? one);
   return parts.join(', ') || '—';
 }

@@ -9,6 +9,8 @@ import { endingWords, learnSimulation, stateWords, wordsOf } from '../../src/pag
 
 const dict = JSON.parse(readFileSync(new URL('files/dictionary.json', import.meta.url), 'utf8')) as Dictionary;
 
+const named = (name: string) => dict.subsystems.find((one) => one.name === name)!;
+
 type Named<T> = T extends unknown ? keyof T : never;
 
 const sims: Record<Named<SimAct>, SimAct> = {
@@ -89,13 +91,13 @@ describe.each(['en', 'ru'] as const)('in %s', (lang) => {
 
   it.each([
     ['Lockout All on', 'LOCKOUT', 'АВАРИЙНАЯ БЛОКИРОВКА'],
-    ['Move Nozzle 30', 'Move: Nozzle drive, to 30\u202fmm', 'Перемещение: Привод насадка, до 30\u202fмм'],
-    ['Open Valve1', `Open: ${dict.subsystems.find(({ name }) => name === 'Valve1')!.en}`, ''],
+    ['Move Nozzle 30', `Move: ${named('Nozzle').en}, to 30\u202fmm`, `Перемещение: ${named('Nozzle').ru}, до 30\u202fмм`],
+    ['Open Valve1', `Open: ${named('Valve1').en}`, ''],
     ['Deploy Deployer', 'Deploy', 'Развернуть'],
     ['StartSeek Detector -1800 1800 -300 900', 'Search for fire: traverse −30.0° … 30.0°, elevation −5.0° … 15.0°', ''],
     ['StartQuench Control program=3 centre=1200,300 nozzle=60', 'Extinguish: centre 20.0°; 5.0°, program 3, nozzle 60\u202fmm', ''],
     ['StartTrajectory Control repeat stored=0,3', 'Extinguish along trajectories: stored 0; 3', ''],
-    ['SetParam Vertical Speed 9', 'Set parameter: Elevation drive, Speed = 9 °/s', ''],
+    ['SetParam Vertical Speed 9', `Set parameter: ${named('Vertical').en}, Speed = 9 °/s`, ''],
     ['0x12 0x34 de ad', '0x12 0x34 de ad', '0x12 0x34 de ad'],
   ])('the request %s', (text, en, ru) => {
     const words = wordsOf(entry({ type: 'request', request: '', to: '' }, text));

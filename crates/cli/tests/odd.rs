@@ -9,7 +9,7 @@ use std::thread;
 
 use lafet_proto::link::{self, Decoder, Frame};
 use lafet_proto::record::Records;
-use lafet_proto::{RequestId, Status};
+use lafet_proto::{RequestId, Status, SubsystemId};
 use support::{Run, lafet};
 
 /// How the answers to reads are wrong; commands are accepted.
@@ -21,6 +21,10 @@ enum Odd {
     Short,
     /// A status that does not exist.
     Status,
+    /// Success in the name of this sender, without data.
+    Sender(SubsystemId),
+    /// Success of another request.
+    Request,
 }
 
 fn is_read(request: RequestId) -> bool {
@@ -48,13 +52,14 @@ fn answer(odd: Odd, request: RequestId, device: u8) -> Vec<u8> {
         Odd::Empty => plain(Status::OK, &[]),
         Odd::Short => plain(Status::OK, &[1, 2, 3]),
         Odd::Status => plain(Status(0xC8), &[]),
+        Odd::Sender(sender) => vec![request.0, sender.0, Status::OK.0, 0],
+        Odd::Request => vec![RequestId::STOP.0, device, Status::OK.0, 0],
     }
 }
 
 fn serve(odd: Odd) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    // It knows no numbers of frames; nobody else uses this connection.
-    let url = format!("tcp://{}?late=0", listener.local_addr().unwrap());
+    let url = format!("tcp://{}", listener.local_addr().unwrap());
     thread::spawn(move || {
         for stream in listener.incoming().map_while(Result::ok) {
             thread::spawn(move || talk(odd, stream));
@@ -82,7 +87,12 @@ fn talk(odd: Odd, mut stream: TcpStream) {
     }
 }
 
+/// The monitor knows no numbers of frames; nobody else uses this connection.
 fn run(url: &str, words: &[&str]) -> Run {
+    run_at(&format!("{url}?late=0"), words)
+}
+
+fn run_at(url: &str, words: &[&str]) -> Run {
     let mut command = lafet();
     command.args(["-c", url, "--timeout", "0.2", "--lang", "en"]).args(words);
     Run::of_command(&mut command)
@@ -116,4 +126,22 @@ fn a_motion_that_cannot_be_followed_is_stopped_and_not_called_done() {
             });
         }
     });
+}
+
+/// What came is named, not taken for a state or for silence.
+#[test]
+fn a_state_of_all_that_is_none_says_what_came() {
+    for (odd, words) in [
+        (Odd::Sender(SubsystemId::ALL), "its sender, All, is no subsystem"),
+        (Odd::Sender(SubsystemId(0)), "its sender, 0x00, is no subsystem"),
+        (Odd::Empty, "its sender, All, is no subsystem"),
+        (Odd::Request, "it answers Stop"),
+    ] {
+        let run = run(&serve(odd), &["status"]);
+        assert_eq!(run.code, 3, "{odd:?}: {run:?}");
+        assert!(run.err.contains(words) && run.out.is_empty(), "{odd:?}: {run:?}");
+    }
+    // In doubt, another program may have asked.
+    let run = run_at(&serve(Odd::Request), &["status"]);
+    assert!(run.code == 3 && run.err.contains("answers Stop, which was not asked"), "{run:?}");
 }

@@ -7,6 +7,7 @@ use lafet_proto::{Answer, DecodeError, ParamId, Record, Request, RequestId, Stat
 
 use crate::error::Error;
 use crate::session::jog::MOVE_HOLD;
+use crate::session::matching::is_group;
 
 /// Bytes of the greatest record.
 const RECORD_MAX: usize = HEADER_SIZE + lafet_proto::record::DATA_MAX;
@@ -59,7 +60,7 @@ impl RequestBuf {
 
     /// All or Motors: every subsystem that can handle the request answers (§1).
     pub fn is_group(&self) -> bool {
-        matches!(self.to, SubsystemId::ALL | SubsystemId::MOTORS)
+        is_group(self.to)
     }
 
     /// Changes nothing in the monitor.

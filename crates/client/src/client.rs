@@ -232,7 +232,7 @@ pub(crate) fn probed(endpoint: &Arc<str>, ended: Option<Reply>) -> Result<(), Er
         None => Err(Error::Closed),
         // Whatever it answers, somebody is there.
         Some(Ok(Ended { outcome: Outcome::Answered(_) | Outcome::Odd { .. }, .. })) => Ok(()),
-        Some(Ok(Ended { outcome: Outcome::Silence { tries }, .. })) => {
+        Some(Ok(Ended { outcome: Outcome::Silence { tries, .. }, .. })) => {
             Err(Error::Absent { endpoint, tries })
         }
         Some(Ok(Ended {
@@ -256,9 +256,13 @@ pub(crate) fn failure(endpoint: &Arc<str>, request: &RequestBuf, ended: &Option<
         None => Error::Closed,
         Some(Err(QueueFull)) => not_sent(request, Cause::QueueFull),
         Some(Ok(ended)) => match ended.outcome {
-            Outcome::Silence { tries } | Outcome::Unheard { tries } if request.is_read() => {
+            Outcome::Silence { tries, stray } if request.is_read() => {
                 let endpoint = endpoint.clone();
-                Error::NoAnswer { request: request.id(), to, endpoint, tries }
+                Error::NoAnswer { request: request.id(), to, endpoint, tries, stray }
+            }
+            Outcome::Unheard { tries } if request.is_read() => {
+                let endpoint = endpoint.clone();
+                Error::NoAnswer { request: request.id(), to, endpoint, tries, stray: None }
             }
             Outcome::LinkLost | Outcome::NotConnected if request.is_read() => {
                 Error::Link { endpoint: endpoint.clone(), source: ended.source() }

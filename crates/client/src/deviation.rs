@@ -6,7 +6,7 @@ use lafet_proto::{DecodeError, ParamId, Record, RequestId, Status, SubsystemId};
 
 use crate::answers::{AnswerBuf, RequestBuf};
 use crate::error::Lang;
-use crate::session::matching::deal;
+use crate::session::matching::{deal, is_group};
 
 /// What is wrong with an answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,6 +35,11 @@ pub enum Deviation {
         /// The addressee.
         asked: SubsystemId,
         /// The subsystem that it names.
+        answered: SubsystemId,
+    },
+    /// It names a sender that no monitor has.
+    NoSubsystem {
+        /// The sender that it names.
         answered: SubsystemId,
     },
     /// Answers are missing, or there are more than requests (§1).
@@ -67,6 +72,9 @@ impl Deviation {
             Self::OtherSubsystem { asked, answered } => {
                 format!("{asked} was asked, and {answered} may not answer for it")
             }
+            Self::NoSubsystem { answered } => {
+                format!("its sender, {answered}, is no subsystem of a monitor")
+            }
             Self::Count { answered, asked } => {
                 format!("it has {answered} records for {asked} requests")
             }
@@ -84,6 +92,9 @@ impl Deviation {
             Self::OtherRequest { answered } => format!("это ответ на {answered}"),
             Self::OtherSubsystem { asked, answered } => {
                 format!("запрошена подсистема {asked}, а {answered} не может отвечать за неё")
+            }
+            Self::NoSubsystem { answered } => {
+                format!("его отправитель, {answered}, — не подсистема ствола")
             }
             Self::Count { answered, asked } => {
                 format!("записей в нём {answered}, запросов было {asked}")
@@ -136,10 +147,14 @@ pub(crate) fn mismatch(requests: &[RequestBuf], records: &[Record<'_>]) -> Optio
     let mut pairs = singles.filter(|(request, record)| {
         deal(std::slice::from_ref(request), std::slice::from_ref(record)).is_none()
     });
-    let group = requests.first().zip(records.first()).filter(|(request, _)| request.is_group());
-    Some(
-        pairs.next().or(group).and_then(|(request, record)| pair(request, record)).unwrap_or(count),
-    )
+    // A request to a group that is alone has all the records; of others the first one tells.
+    let alone = requests.len() == 1;
+    let group = requests.first().filter(|request| request.is_group()).and_then(|request| {
+        let records = if alone { records } else { records.get(..1).unwrap_or_default() };
+        records.iter().find_map(|record| pair(request, record))
+    });
+    let single = pairs.next().and_then(|(request, record)| pair(request, record));
+    Some(single.or(group).unwrap_or(count))
 }
 
 fn pair(request: &RequestBuf, record: &Record<'_>) -> Option<Deviation> {
@@ -149,6 +164,9 @@ fn pair(request: &RequestBuf, record: &Record<'_>) -> Option<Deviation> {
     if !request.is_group() && record.device != request.to() {
         let (asked, answered) = (request.to(), record.device);
         return Some(Deviation::OtherSubsystem { asked, answered });
+    }
+    if request.is_group() && (is_group(record.device) || record.device.name().is_none()) {
+        return Some(Deviation::NoSubsystem { answered: record.device });
     }
     match (request.param()?, record.data) {
         (asked, [a, b, ..]) => {
@@ -192,6 +210,26 @@ mod tests {
         assert_eq!(found(&[]), Some(Deviation::Count { answered: 0, asked: 1 }));
         let twice = [answer(id, to, &[7, 0]), answer(id, to, &[7, 0])];
         assert_eq!(found(&twice), Some(Deviation::Count { answered: 2, asked: 1 }));
+    }
+
+    #[test]
+    fn a_group_is_answered_by_subsystems() {
+        let (id, general) = (RequestId::GET_STATUS, SubsystemId::GENERAL);
+        let all = RequestBuf::new(&Request::new(SubsystemId::ALL, Body::GetStatus));
+        let all = [all.expect("fits a record")];
+        let good = answer(id, general, &[0; 8]);
+        let future = SubsystemId(0);
+        assert_eq!(mismatch(&all, &[good, answer(id, future, &[])]), None);
+        for answered in [SubsystemId::ALL, SubsystemId::MOTORS, future] {
+            let none = Some(Deviation::NoSubsystem { answered });
+            assert_eq!(mismatch(&all, &[answer(id, answered, &[])]), none);
+        }
+        let answered = SubsystemId::ALL;
+        let found = mismatch(&all, &[good, answer(id, answered, &[0; 8])]);
+        assert_eq!(found, Some(Deviation::NoSubsystem { answered }));
+        let answered = RequestId::STOP;
+        let found = mismatch(&all, &[good, answer(answered, general, &[])]);
+        assert_eq!(found, Some(Deviation::OtherRequest { answered }));
     }
 
     #[test]

@@ -49,6 +49,8 @@ pub enum Error {
         endpoint: Arc<str>,
         /// How often it was sent.
         tries: u32,
+        /// What the monitor sent meanwhile answers this, which was not asked.
+        stray: Option<RequestId>,
     },
     /// Nobody answers presence probes.
     Absent {
@@ -202,7 +204,12 @@ impl Error {
                 let Reason { why, remedy, .. } = reason(*request, *to, *status, *by);
                 format!("{request} {to}: {by} answers {status}. {} {}", why.en, remedy.en)
             }
-            Self::NoAnswer { request, to, endpoint, tries } => format!(
+            Self::NoAnswer { request, to, endpoint, tries, stray: Some(stray) } => format!(
+                "{request} {to}: no answer from {endpoint} (tries: {tries}). What came answers \
+                 {stray}, which was not asked: another program uses this connection, or the \
+                 monitor's program does not follow the protocol."
+            ),
+            Self::NoAnswer { request, to, endpoint, tries, .. } => format!(
                 "{request} {to}: no answer from {endpoint} (tries: {tries}). Check the power, \
                  the cable, the address (addr=) and, on a serial line, the speed (baud=)."
             ),
@@ -266,7 +273,12 @@ impl Error {
                 let Reason { why, remedy, .. } = reason(*request, *to, *status, *by);
                 format!("{request} {to}: {by} отвечает {status}. {} {}", why.ru, remedy.ru)
             }
-            Self::NoAnswer { request, to, endpoint, tries } => format!(
+            Self::NoAnswer { request, to, endpoint, tries, stray: Some(stray) } => format!(
+                "{request} {to}: нет ответа от {endpoint}, попыток: {tries}. Пришёл ответ на \
+                 {stray}, которого не запрашивали: соединением пользуется другая программа или \
+                 программа ствола отступает от протокола."
+            ),
+            Self::NoAnswer { request, to, endpoint, tries, .. } => format!(
                 "{request} {to}: нет ответа от {endpoint}, попыток: {tries}. Проверьте питание, \
                  кабель, адрес (addr=), а на последовательной линии и скорость (baud=)."
             ),
@@ -432,8 +444,15 @@ mod tests {
         vec![
             Error::Refused { request, to, status: Status::DENIED, by },
             Error::Refused { request, to, status: Status(77), by },
-            Error::NoAnswer { request, to, endpoint: endpoint.clone(), tries: 3 },
+            Error::NoAnswer { request, to, endpoint: endpoint.clone(), tries: 3, stray: None },
             Error::Absent { endpoint: endpoint.clone(), tries: 3 },
+            Error::NoAnswer {
+                request,
+                to,
+                endpoint: endpoint.clone(),
+                tries: 3,
+                stray: Some(request),
+            },
             unknown(Cause::Silence),
             unknown(Cause::Link(source.clone())),
             unknown(Cause::Superseded { by: RequestId::STOP }),

@@ -105,6 +105,8 @@ pub enum Outcome {
     Silence {
         /// How often the frame was sent.
         tries: u32,
+        /// What the monitor sent meanwhile answers this, which was not asked.
+        stray: Option<RequestId>,
     },
     /// The monitor answered every try, but never what the protocol says.
     Odd {

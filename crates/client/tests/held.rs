@@ -232,7 +232,7 @@ fn results(outcome: Outcome, requests: &[RequestBuf]) -> Vec<Result<lafet_client
 
 fn silence(request: &RequestBuf) -> Error {
     let (request, to) = (request.id(), request.to());
-    Error::NoAnswer { request, to, endpoint: "sim:".into(), tries: 1 }
+    Error::NoAnswer { request, to, endpoint: "sim:".into(), tries: 1, stray: None }
 }
 
 /// The holder vanishes at many moments: it is at rest within the bound, and stays so.

@@ -113,7 +113,7 @@ fn a_silent_monitor_does_not_take_the_line() {
     }
     assert_eq!((order, waits), (vec![2, 1, 1, 2, 1], vec![SECOND, 102 * MS]));
     let silent = std::iter::from_fn(|| line.poll_outcome())
-        .filter(|(_, outcome)| *outcome == Outcome::Silence { tries: 2 });
+        .filter(|(_, outcome)| *outcome == Outcome::Silence { tries: 2, stray: None });
     assert_eq!(silent.count(), 1);
     assert_eq!((line.stats(1).timeouts, line.stats(2).timeouts), (0, 2));
     assert_eq!(line.silent_tries(), 0, "somebody answers: the connection is sound");

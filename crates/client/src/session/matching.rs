@@ -71,11 +71,18 @@ fn group(request: &RequestBuf, records: &[Record<'_>]) -> Option<usize> {
         .take_while(|record| {
             let double = &mut seen[usize::from(record.device.0)];
             record.request == request.id()
+                && !is_group(record.device)
                 && fits_param(request, record)
                 && !std::mem::replace(double, true)
         })
         .count();
-    (count > 0).then_some(count)
+    // Subsystems of the future may be among them, but no monitor is made of those alone.
+    records[..count].iter().any(|record| record.device.name().is_some()).then_some(count)
+}
+
+/// All and Motors are addresses, and nobody answers from them (§1).
+pub const fn is_group(id: SubsystemId) -> bool {
+    matches!(id, SubsystemId::ALL | SubsystemId::MOTORS)
 }
 
 /// The addressee may say anything; others may only refuse in its stead (§1).

@@ -25,6 +25,10 @@ pub struct Operation {
     pub expires: Option<Now>,
     /// Nobody waits for the outcome any more.
     pub cancelled: bool,
+    /// The monitor answered with something that is no answer to it, over whatever connection.
+    pub odd: Option<Deviation>,
+    /// What came of the monitor instead has neither the tag nor anything that was asked lately.
+    pub stray: Option<RequestId>,
 }
 
 /// What goes first on a line, whichever monitor it is for.
@@ -52,8 +56,6 @@ pub struct Outstanding {
     pub believe_from: Now,
     /// An answer without the tag has come.
     pub untagged: bool,
-    /// The monitor answered this operation with something that is no answer to it.
-    pub odd: Option<Deviation>,
     /// The forms in which it has been sent.
     pub forms: Forms,
 }
@@ -89,8 +91,18 @@ impl Operation {
         submitted: Now,
         expires: Option<Now>,
     ) -> Self {
-        let (tries, sent, first_sent, cancelled) = (0, false, None, false);
-        Self { ticket, requests, submitted, tries, sent, first_sent, expires, cancelled }
+        Self {
+            ticket,
+            requests,
+            submitted,
+            tries: 0,
+            sent: false,
+            first_sent: None,
+            expires,
+            cancelled: false,
+            odd: None,
+            stray: None,
+        }
     }
 
     pub fn first(&self) -> Option<RequestId> {

@@ -58,7 +58,9 @@ impl Session {
                 Some(split) => split,
                 None => {
                     outstanding.untagged |= is_untagged(&outstanding.operation, &all);
-                    return (self.classify(&all), false, payload);
+                    let verdict = self.classify(&all);
+                    self.note_stray(verdict, &all);
+                    return (verdict, false, payload);
                 }
             },
         };
@@ -66,7 +68,7 @@ impl Session {
         let Some(slots) = deal(&outstanding.operation.requests, rest) else {
             // With the tag, or without doubt, it can only be meant as the answer.
             if now >= outstanding.believe_from {
-                outstanding.odd = mismatch(&outstanding.operation.requests, rest);
+                outstanding.operation.odd = mismatch(&outstanding.operation.requests, rest);
             }
             return (self.classify(&all), tagged, bytes);
         };
@@ -85,6 +87,15 @@ impl Session {
         }
         self.silent_tries = 0;
         (Verdict::Believed, tagged, bytes)
+    }
+
+    /// Frames that answer nothing of this program are worth a word where no answer comes.
+    fn note_stray(&mut self, verdict: Verdict, all: &[Record<'_>]) {
+        if let (Verdict::Unmatched, Some(first), Some(out)) =
+            (verdict, all.first(), &mut self.outstanding)
+        {
+            out.operation.stray = Some(first.request);
+        }
     }
 
     /// What a frame is that answers nothing outstanding.

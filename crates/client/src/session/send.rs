@@ -119,7 +119,6 @@ impl Session {
             due: true,
             believe_from,
             untagged: false,
-            odd: None,
             forms: Forms::default(),
         })
     }

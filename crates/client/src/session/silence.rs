@@ -23,7 +23,8 @@ impl Session {
         }
         refused.extend(self.queue.drain(..));
         for Operation { ticket, sent, tries, .. } in refused {
-            let outcome = if sent { Outcome::Silence { tries } } else { outcome.clone() };
+            let outcome =
+                if sent { Outcome::Silence { tries, stray: None } } else { outcome.clone() };
             self.outcomes.push_back((ticket, outcome));
         }
     }
@@ -66,7 +67,7 @@ impl Session {
             self.outstanding = Some(outstanding);
             return;
         }
-        let Outstanding { mut operation, odd, .. } = self.give_up(outstanding);
+        let Outstanding { mut operation, .. } = self.give_up(outstanding);
         if again {
             self.requeue(operation);
         } else if operation.ticket == Ticket::QUESTION {
@@ -76,9 +77,10 @@ impl Session {
             operation.tries = 0;
             self.requeue(operation);
         } else {
-            let tries = operation.tries;
-            let outcome = odd.map_or(Outcome::Silence { tries }, |what| Outcome::Odd { what });
-            self.outcomes.push_back((operation.ticket, outcome));
+            let Operation { ticket, tries, odd, stray, .. } = operation;
+            let silence = Outcome::Silence { tries, stray };
+            let outcome = odd.map_or(silence, |what| Outcome::Odd { what });
+            self.outcomes.push_back((ticket, outcome));
         }
         self.overtake(now);
     }

@@ -407,7 +407,10 @@ fn reads_are_repeated_commands_are_not() {
             assert_eq!(sent(&mut session, n * second), first);
         }
         session.handle_timeout(tries * second);
-        assert_eq!(session.poll_outcome().map(|(_, end)| end), Some(Outcome::Silence { tries }));
+        assert_eq!(
+            session.poll_outcome().map(|(_, end)| end),
+            Some(Outcome::Silence { tries, stray: None })
+        );
         assert_eq!(session.stats().timeouts, u64::from(tries));
     }
 }
@@ -426,7 +429,7 @@ fn urgent_requests_are_repeated_sooner() {
     }
     session.handle_timeout(3050 * MS);
     let ended = session.poll_outcome().map(|(_, outcome)| outcome);
-    assert_eq!(ended, Some(Outcome::Silence { tries: 5 }));
+    assert_eq!(ended, Some(Outcome::Silence { tries: 5, stray: None }));
 }
 
 /// §3.1: a motion that nobody holds any more is not sent late.

@@ -106,7 +106,7 @@ impl Session {
             let waits = !operation.is_repeatable() || now < operation.submitted + all;
             if !waits {
                 let tries = operation.tries;
-                outcomes.push_back((operation.ticket, Outcome::Silence { tries }));
+                outcomes.push_back((operation.ticket, Outcome::Silence { tries, stray: None }));
             }
             waits
         });

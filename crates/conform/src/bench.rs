@@ -51,6 +51,8 @@ pub struct Bench<'a> {
     /// Frames sent and answered since the start, and those repeated.
     pub frames: u64,
     pub repeats: u64,
+    /// Nothing has come back to what was sent last.
+    pub silent: bool,
     /// Something has come back at least once.
     pub was_answered: bool,
     /// What was found at the start.
@@ -79,6 +81,7 @@ impl<'a> Bench<'a> {
             log: Vec::new(),
             frames: 0,
             repeats: 0,
+            silent: false,
             was_answered: false,
             found: Found::default(),
             undo: Vec::new(),
@@ -187,6 +190,7 @@ impl<'a> Bench<'a> {
                 }
             }
         }
+        self.silent = all.is_empty();
         self.push_log(sent, &all, words(sent, &incoming, self.is_framed()));
         Ok(incoming)
     }

@@ -70,7 +70,9 @@ pub fn run(line: &mut dyn Line, options: &Options, see: &mut dyn FnMut(Progress<
         bench.dirty = true;
         let back = bench.put_back();
         let home = bench.return_home();
-        report.not_restored = back.and(home).err().map(|halt| told(&halt));
+        let back = back.and(home);
+        report.cut = matches!(back, Err(Halt::Link(_))) || (back.is_err() && bench.silent);
+        report.not_restored = back.err().map(|halt| told(&halt));
     }
     finish(&mut report, &mut bench);
     report

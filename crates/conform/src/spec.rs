@@ -121,6 +121,30 @@ mod tests {
         }
     }
 
+    /// The figures of docs/conform.md, in both languages.
+    #[test]
+    fn the_page_has_the_figures() {
+        let (all, unseen) = (items().len(), unseen().len());
+        let upto = |level| TESTS.iter().filter(|test| test.level <= level).count();
+        for (page, sentence) in [
+            (
+                include_str!("../../../docs/conform.md"),
+                format!("Of the {all} items {} are tested; the other {unseen} ", all - unseen),
+            ),
+            (
+                include_str!("../../../docs/conform.ru.md"),
+                format!("Из {all} пунктов проверяются {}; остальные {unseen} ", all - unseen),
+            ),
+        ] {
+            assert!(page.contains(&sentence), "{sentence}");
+            for level in crate::Level::ALL {
+                let row = format!("| `--{}`", level.name());
+                let row = page.lines().find(|line| line.starts_with(&row)).expect("a row");
+                assert!(row.ends_with(&format!("| {} |", upto(level))), "{} {row}", upto(level));
+            }
+        }
+    }
+
     #[test]
     fn every_item_is_translated() {
         for item in items() {

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use lafet_client::{Endpoint, Error};
-use lafet_conform::line::LinkLine;
+use lafet_conform::line::{Cut, LinkLine};
 use lafet_conform::{Level, Options, Progress, Report, report};
 use serde_json::{Value, json};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -19,6 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::lang::{current, pick};
 use crate::out::{Out, columns};
 use crate::simulator;
+use crate::undo::REACH;
 
 /// Presence probes, so to speak: a read that is lost is sent so often.
 const TRIES: u32 = 3;
@@ -122,6 +123,7 @@ enum Told {
     Begins(String),
     Ended { line: String, passed: bool },
     PuttingBack,
+    Cut,
 }
 
 /// Tests a monitor.
@@ -181,8 +183,14 @@ async fn tested(
     let open = link(url, endpoint).await?;
     let handle = tokio::runtime::Handle::current();
     let again = Some(endpoint.clone());
-    let mut line = LinkLine::new(open, again, handle, args.clock(endpoint));
     let (told, mut hear) = unbounded_channel();
+    let (of_cut, give_up) = (told.clone(), Arc::default());
+    let cut = Cut {
+        tell: Some(Arc::new(move || _ = of_cut.send(Told::Cut))),
+        give_up: Arc::clone(&give_up),
+    };
+    let line = LinkLine::new(open, again, handle, args.clock(endpoint));
+    let mut line = line.when_cut(cut);
     let of_thread = options.clone();
     let mut running = tokio::task::spawn_blocking(move || {
         lafet_conform::run(&mut line, &of_thread, &mut |progress| tell(&told, progress))
@@ -192,7 +200,8 @@ async fn tested(
             biased;
             Some(told) = hear.recv() => show(told, args.quiet, out)?,
             () = interrupt.wait() => {
-                options.interrupt.store(true, Ordering::Relaxed);
+                let again = options.interrupt.swap(true, Ordering::Relaxed);
+                give_up.fetch_or(again, Ordering::Relaxed);
                 out.progress(pick("Interrupted: everything is being put back", "Прервано: всё возвращается"));
             }
             report = &mut running => {
@@ -231,9 +240,26 @@ fn show(told: Told, quiet: bool, out: &mut Out) -> Outcome {
         Told::Begins(_) => {}
         Told::Ended { passed: true, .. } if quiet => {}
         Told::Ended { line, .. } => out.say(line)?,
+        Told::Cut => out.warn(&cut_off()),
         Told::PuttingBack => out.progress(pick("Putting everything back", "Всё возвращается")),
     }
     Ok(())
+}
+
+fn cut_off() -> String {
+    let seconds = REACH.as_secs();
+    pick(
+        format!(
+            "The monitor is not heard any more and may still move. Trying for up to {seconds} s to \
+             reach it, stop it and put everything back; Ctrl-C twice gives up. If you see danger, use \
+             the emergency stop now."
+        ),
+        format!(
+            "Ствол больше не слышен и, возможно, ещё движется. До {seconds} с продолжаются попытки \
+             связаться с ним, остановить его и вернуть всё как было; Ctrl-C дважды прекращает их. При \
+             опасности сразу нажмите аварийный останов."
+        ),
+    )
 }
 
 fn write(args: &ConformArgs, found: &Report) -> Outcome {
@@ -253,6 +279,17 @@ fn save(path: &Path, text: &str) -> Outcome {
 }
 
 fn outcome(report: &Report, options: &Options) -> Outcome {
+    if report.cut {
+        return Err(Failure::NotAtRest(
+            pick(
+                "The line was cut, and the monitor was not seen at rest: it may still move, and water \
+                 may flow. Use the emergency stop.",
+                "Связь прервана, покоя ствола не видно: возможно, он ещё движется, вода, возможно, \
+                 течёт. Нажмите аварийный останов.",
+            )
+            .into(),
+        ));
+    }
     if options.interrupt.load(Ordering::Relaxed) {
         return Err(Failure::Interrupted);
     }

@@ -12,6 +12,13 @@ const SILENCE_MS: u64 = 400;
 const IN_A_ROW: usize = 40;
 /// §L/6 The largest payload.
 const PAYLOAD_MAX: usize = 512;
+/// §L/8 Probes answered at once, and the time after which one more is, ms.
+const PROBES_AT_ONCE: u64 = 255;
+const PROBE_AGAIN_MS: u64 = 512;
+/// Who answers so many does not stop.
+const PROBES_MAX: u64 = 400;
+/// An answer to a probe takes no longer, ms.
+const PROBE_MS: u64 = 200;
 
 fn status_of(id: S) -> Vec<u8> {
     Rec::new(R::GET_STATUS, id, &[]).bytes()
@@ -218,6 +225,49 @@ pub fn too_long(b: &mut Bench<'_>) -> Step {
     }
     let wire = b.framed_bytes(&payload);
     silent(b, &wire, ("a frame over the payload limit", "кадр длиннее предела"))
+}
+
+/// §L/8 Who speaks in the monitor's name makes another one answer it: that answer is no request.
+pub fn answer_to_another(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let (monitor, source) = (b.options.monitor, b.options.source);
+    let other = another(monitor);
+    if !b.exchange(&raw::frame(other, source, &[]), 1, SILENCE_MS)?.is_empty() {
+        return not_applicable("another monitor is on the line", "на линии есть другой ствол");
+    }
+    let probe = raw::frame(other, monitor, &[]);
+    silent(b, &probe, ("a frame with the own address as src", "кадр с собственным адресом в src"))?;
+    let answer = raw::frame(monitor, other, &[]);
+    silent(b, &answer, ("what answers a probe in its name", "ответ на пробу от его имени"))
+}
+
+/// §L/8 A monitor answers probes from addresses of monitors, but not without end.
+pub fn probes_end(b: &mut Bench<'_>) -> Step {
+    b.framed()?;
+    let monitor = b.options.monitor;
+    let probe = raw::frame(monitor, another(monitor), &[]);
+    let began_ms = b.now_ms();
+    let (mut answered, mut missed) = (0, 0);
+    // One frame may be lost; two in a row are silence.
+    while missed < 2 && answered < PROBES_MAX {
+        let heard = !b.exchange(&probe, 1, PROBE_MS)?.is_empty();
+        missed = if heard { 0 } else { missed + 1 };
+        answered += u64::from(heard);
+    }
+    let most = PROBES_AT_ONCE + 1 + (b.now_ms() - began_ms) / PROBE_AGAIN_MS;
+    must(
+        answered <= most,
+        "255 probes answered at once, then one every 512 ms",
+        "ответ на 255 проб сразу, затем на одну каждые 512 мс",
+        format!("{answered}"),
+    )?;
+    let good = b.framed_bytes(&status_of(S::GENERAL));
+    self::answered(b, &good, ("a request after the probes", "запрос после проб"))
+}
+
+/// An address at which another monitor could be.
+const fn another(monitor: u8) -> u8 {
+    if monitor == 127 { 126 } else { 127 }
 }
 
 /// §L/7

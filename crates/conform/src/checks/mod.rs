@@ -12,6 +12,7 @@ mod reads;
 mod records;
 mod service;
 mod table;
+mod timed;
 mod water;
 
 use crate::Level;

@@ -39,11 +39,11 @@ pub fn room(b: &mut Bench<'_>, id: S) -> Step<(i32, i32)> {
     Ok((if up { 1 } else { -1 }, position))
 }
 
-fn go(b: &mut Bench<'_>, id: S, to: i32) -> Step {
+pub fn go(b: &mut Bench<'_>, id: S, to: i32) -> Step {
     b.done(R::MOVE, id, &le(to))
 }
 
-fn arrives(b: &mut Bench<'_>, id: S, at: i32, tolerance: i32) -> Step {
+pub fn arrives(b: &mut Bench<'_>, id: S, at: i32, tolerance: i32) -> Step {
     let en = format!("at {at} ± {tolerance}, standing");
     let ru = format!("в {at} ± {tolerance}, стоит");
     b.until(REST_MS, &en, &ru, |b| {
@@ -320,29 +320,6 @@ pub fn replaced(b: &mut Bench<'_>) -> Step {
     arrives(b, id, from + sign * step, tolerance)?;
     go(b, id, from)?;
     arrives(b, id, from, tolerance)
-}
-
-/// §D/4
-pub fn move_timeout(b: &mut Bench<'_>) -> Step {
-    let id = aimed(b)?;
-    b.param(S::GENERAL, "MoveTimeout")?;
-    let (sign, from) = room(b, id)?;
-    b.set(S::GENERAL, "MoveTimeout", 2000)?;
-    let mut last_ms = b.now_ms();
-    go(b, id, sign * FAR)?;
-    b.wait(1200)?;
-    let mut in_time = b.now_ms() - last_ms < 1900;
-    last_ms = b.now_ms();
-    go(b, id, sign * FAR)?;
-    b.wait(1200)?;
-    let moving = b.drive(id)?.0 & bits::MOVE != 0;
-    in_time &= b.now_ms() - last_ms < 1900;
-    let moving = moving || !in_time;
-    must(moving, "it moves on while Move is repeated", "движется, пока Move повторяется", "")?;
-    b.until_flags(id, 0, bits::MOVE, 4000)?;
-    b.put(S::GENERAL, "MoveTimeout", 0)?;
-    go(b, id, from)?;
-    arrives(b, id, from, small(id).1)
 }
 
 /// §3.3.4/1

@@ -5,7 +5,7 @@ use crate::Level::{Erase, Full, Motion, ReadOnly};
 use crate::bench::Bench;
 use crate::verdict::Step;
 
-use super::{fold, link, memory, motion, params, programs, reads, records, service, water};
+use super::{fold, link, memory, motion, params, programs, reads, records, service, timed, water};
 
 type Run = fn(&mut Bench<'_>) -> Step;
 
@@ -35,6 +35,8 @@ pub const TESTS: &[Test] = &[
     t("§L/6", "own-source", ReadOnly, link::own_source),
     t("§L/6", "too-long", ReadOnly, link::too_long),
     t("§L/7", "crc-32c", ReadOnly, link::crc32c),
+    t("§L/8", "answer-to-another", ReadOnly, link::answer_to_another),
+    t("§L/8", "probes-end", ReadOnly, link::probes_end),
     t("§C/1", "second-connection", ReadOnly, link::second_connection),
     t("§C/3", "bare-records", ReadOnly, link::bare_records),
     t("§1", "ids", ReadOnly, records::ids),
@@ -154,7 +156,8 @@ pub const TESTS: &[Test] = &[
     t("§3.1/8", "move-limitless", Motion, motion::limitless),
     t("§3.5/7", "set-remote", Motion, params::remote),
     t("§3.5/10", "not-stored-in-motion", Motion, params::not_in_motion),
-    t("§D/4", "move-timeout", Motion, motion::move_timeout),
+    t("§D/4", "move-timeout", Motion, timed::move_timeout),
+    t("§D/4", "move-hold", Motion, timed::move_hold),
 
     t("§3.8/1", "open-wrapped", Full, water::open_wrapped),
     t("§D/5", "no-water-wrapped", Full, water::open_wrapped),

@@ -53,6 +53,8 @@ pub struct Report {
     pub aborted: Option<Note>,
     /// What could not be put back.
     pub not_restored: Option<Note>,
+    /// The way to it was lost at the end: what was started was not seen at rest.
+    pub cut: bool,
     /// It never answered.
     pub unreachable: bool,
     /// Frames sent, and those repeated because no answer came.
@@ -74,6 +76,7 @@ impl Report {
             present: Vec::new(),
             aborted: None,
             not_restored: None,
+            cut: false,
             unreachable: false,
             frames: 0,
             repeats: 0,
@@ -105,10 +108,12 @@ impl Report {
         self.failures().next().is_none() && self.aborted.is_none() && self.not_restored.is_none()
     }
 
-    /// 0 nothing failed; 1 something did, or the run was broken off; 3 nobody answers.
+    /// 0 nothing failed; 1 something did, or the run was broken off; 3 nobody answers; 4 it may still
+    /// move or flow.
     pub fn exit_code(&self) -> u8 {
         match () {
             () if self.unreachable => 3,
+            () if self.cut => 4,
             () if self.is_good() => 0,
             () => 1,
         }

@@ -15,6 +15,9 @@ const POWER_UP_MS: u64 = 200;
 const ANSWER_STEPS: u64 = 2;
 /// §L/6
 const PAYLOAD_MAX: usize = 512;
+/// §L/8 Probes answered at once, and the time after which one more is, ms.
+const PROBES_AT_ONCE: u64 = 255;
+const PROBE_AGAIN_MS: u64 = 512;
 
 /// A monitor as it is built in a profile.
 pub fn monitor(profile: &str) -> Sim {
@@ -79,27 +82,65 @@ impl<B: Between> Line for SimLine<B> {
     }
 }
 
+/// §L/8 Which frames are answered, as the monitor's own ear has it.
+#[derive(Default)]
+pub struct Ear {
+    /// Whom somebody has asked in the monitor's name.
+    asked: Option<u8>,
+    /// Probes answered without a pause.
+    probes: u64,
+    probed_ms: u64,
+}
+
+impl Ear {
+    /// Somebody spoke in the monitor's name to another one.
+    pub const fn note_asked(&mut self, other: u8) {
+        self.asked = Some(other);
+    }
+
+    /// Whether this is what the other one answers.
+    pub fn is_answer(&mut self, src: u8) -> bool {
+        self.asked.take_if(|other| *other == src).is_some()
+    }
+
+    /// Whether one more probe is answered.
+    pub const fn admits_probe(&mut self, now_ms: u64) -> bool {
+        let more = (now_ms - self.probed_ms) / PROBE_AGAIN_MS;
+        self.probes = self.probes.saturating_sub(more);
+        self.probed_ms += more * PROBE_AGAIN_MS;
+        let admits = self.probes < PROBES_AT_ONCE;
+        self.probes += admits as u64;
+        admits
+    }
+}
+
 /// Frames cut and made by the tester's own code, records handled by the monitor: the place where a
 /// wrong monitor differs.
 #[derive(Default)]
 pub struct Frames {
     splitter: Splitter,
+    ear: Ear,
 }
 
 impl Frames {
     /// The frames in some bytes that concern this monitor: who asked, and what.
     pub fn take(&mut self, sim: &Sim, bytes: &[u8]) -> Vec<(u8, Vec<u8>)> {
-        let incoming = bytes.iter().filter_map(|byte| self.splitter.push(*byte));
-        incoming
-            .filter_map(|incoming| match incoming {
-                Incoming::Frame { dst, src, payload }
-                    if dst == sim.address() && src != dst && payload.len() <= PAYLOAD_MAX =>
-                {
-                    Some((src, payload))
-                }
-                _ => None,
-            })
-            .collect()
+        let mut taken = Vec::new();
+        for incoming in bytes.iter().filter_map(|byte| self.splitter.push(*byte)) {
+            let Incoming::Frame { dst, src, payload } = incoming else { continue };
+            if src == sim.address() {
+                self.ear.note_asked(dst);
+                continue;
+            }
+            let for_us = dst == sim.address() && payload.len() <= PAYLOAD_MAX;
+            if for_us
+                && !self.ear.is_answer(src)
+                && (!payload.is_empty() || self.ear.admits_probe(sim.now_ms()))
+            {
+                taken.push((src, payload));
+            }
+        }
+        taken
     }
 }
 

@@ -4,7 +4,7 @@ use lafet_conform::raw::{self, END, ESC};
 use lafet_sim::sim::Sim;
 
 use super::{Rule, Wrong, wrong};
-use crate::support::ask;
+use crate::support::{Ear, ask};
 
 /// What the link does wrong.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -37,6 +37,8 @@ pub enum Loose {
     CutAnswer,
     Unsolicited,
     AnswersBadCrc,
+    AnswersAnswers,
+    ProbesWithoutEnd,
 }
 
 use Loose as L;
@@ -74,6 +76,8 @@ pub const WRONG: &[Wrong] = &[
     link("§2", "the last byte of an answer is missing", L::CutAnswer),
     link("§1/10", "it speaks without being asked", L::Unsolicited),
     link("§L/2", "a frame with a wrong CRC is answered with WrongData", L::AnswersBadCrc),
+    link("§L/8", "what another monitor answers is answered", L::AnswersAnswers),
+    link("§L/8", "probes are answered without end", L::ProbesWithoutEnd),
     wrong(
         "§L/7",
         "a frame with CRC-32C is answered as a plain one",
@@ -113,6 +117,7 @@ pub struct Receiver {
     count: u32,
     last: Vec<u8>,
     late: Option<(u64, Vec<u8>)>,
+    ear: Ear,
 }
 
 impl Receiver {
@@ -170,15 +175,28 @@ impl Receiver {
         (!bad || loose == L::AnswersBadCrc).then_some(body)
     }
 
+    /// §L/8
+    fn admits(&mut self, loose: Loose, now_ms: u64, src: u8, payload: &[u8]) -> bool {
+        let answer = self.ear.is_answer(src) && loose != L::AnswersAnswers;
+        let probe = payload.is_empty() && loose != L::ProbesWithoutEnd;
+        !answer && (!probe || self.ear.admits_probe(now_ms))
+    }
+
     fn answer(&mut self, loose: Loose, sim: &mut Sim, body: &[u8]) -> Vec<u8> {
         let [dst, src, rest @ ..] = body else { return Vec::new() };
         let payload = &rest[..rest.len().saturating_sub(2)];
         let own = sim.address();
         let mine = *dst == own || loose == L::AnyAddress || (loose == L::Broadcast && *dst == 0);
+        if *src == own && *dst != own {
+            self.ear.note_asked(*dst);
+        }
         if !mine || (*src == own && loose != L::OwnSource) {
             return Vec::new();
         }
         if payload.len() > 512 && loose != L::LongTaken {
+            return Vec::new();
+        }
+        if !self.admits(loose, sim.now_ms(), *src, payload) {
             return Vec::new();
         }
         self.count += 1;

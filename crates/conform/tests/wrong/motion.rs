@@ -444,6 +444,43 @@ pub const WRONG: &[Wrong] = &[
         }),
     ),
     wrong(
+        "§D/4",
+        "MoveHold is ignored",
+        Request(|_, rec| {
+            if is_param(rec, "MoveHold") && rec.data.len() == 6 {
+                rec.data[2..].fill(0);
+            }
+        }),
+    ),
+    wrong(
+        "§D/4",
+        "MoveHold lasts once and is not renewed",
+        Frame(|_, sim, asked| match asked {
+            [rec] if is_param(rec, "MoveHold") => {
+                vec![Rec { status: Status::OK, data: rec.data[..2].to_vec(), ..rec.clone() }]
+            }
+            _ => pass(sim, asked),
+        }),
+    ),
+    wrong(
+        "§D/4",
+        "a renewed MoveHold sets a drive in motion that stands",
+        Frame(|memory, sim, asked| {
+            if let [_, rec] = asked
+                && rec.request == R::MOVE
+            {
+                memory.kept = Some(rec.clone());
+            }
+            let kept =
+                memory.kept.clone().filter(|_| matches!(asked, [rec] if is_param(rec, "MoveHold")));
+            let answers = pass(sim, asked);
+            if let Some(far) = kept.filter(|far| flags(sim, far.device) & MOVE == 0) {
+                pass(sim, &[far]);
+            }
+            answers
+        }),
+    ),
+    wrong(
         "§3.3.4/1",
         "AmperageOverload is not told",
         Answer(|_, _, answers| {

@@ -12,7 +12,7 @@ use crate::exchange;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::out::Out;
-use crate::undo::{Because, States, Undo, may_be_executed};
+use crate::undo::{Because, States, Undo};
 
 /// Pause between two looks at the state.
 const POLL: Duration = Duration::from_millis(100);
@@ -78,7 +78,7 @@ impl Follow<'_> {
         let broken = tokio::select! {
             started = start => match started {
                 Ok(started) => return Ok(started),
-                Err(failure) => unanswered(failure),
+                Err(failure) => self.unanswered(failure),
             },
             () = interrupt.wait() => Broken::Off(Because::Interrupted),
         };
@@ -100,7 +100,7 @@ impl Follow<'_> {
         start: impl Future<Output = Result<T, Failure>>,
         mut judge: impl FnMut(&States) -> Step,
     ) -> Result<States, Broken> {
-        start.await.map_err(unanswered)?;
+        start.await.map_err(|failure| self.unanswered(failure))?;
         let mut running = false;
         let mut shown = String::new();
         let began = Instant::now();
@@ -126,13 +126,15 @@ impl Follow<'_> {
             sleep(POLL).await;
         }
     }
-}
 
-/// Of a request without a believable answer it is not known whether it was executed.
-fn unanswered(failure: Failure) -> Broken {
-    match failure {
-        Failure::Client(error) if may_be_executed(&error) => Broken::Off(Because::Lost(error)),
-        failure => Broken::Over(failure),
+    /// Of a request without a believable answer it is not known whether it was executed.
+    fn unanswered(&self, failure: Failure) -> Broken {
+        match failure {
+            Failure::Client(error) if self.undo.is_needed_after(&error) => {
+                Broken::Off(Because::Lost(error))
+            }
+            failure => Broken::Over(failure),
+        }
     }
 }
 

@@ -84,6 +84,8 @@ pub struct Undo {
     flowing: Vec<SubsystemId>,
     /// Drives whose limits may be off.
     limitless: Vec<SubsystemId>,
+    /// The command asks for nothing else: at rest is what was wanted.
+    wanted: bool,
 }
 
 /// How it ended.
@@ -124,6 +126,17 @@ impl Undo {
                 Some(Self { requests: stop(to), moving: vec![to], ..Self::default() })
             }
             Body::Move { .. } => Some(Self::everything()),
+            Body::Stop if to == SubsystemId::ALL => {
+                Some(Self { wanted: true, ..Self::everything() })
+            }
+            Body::Stop => {
+                let moving = match to {
+                    SubsystemId::CONTROL | SubsystemId::DETECTOR => program(to).moving,
+                    SubsystemId::MOTORS => Self::drives(),
+                    _ => vec![to],
+                };
+                Some(Self { requests: stop(to), moving, wanted: true, ..Self::default() })
+            }
             Body::Deploy | Body::Wrap => {
                 let moving = vec![SubsystemId::DEPLOYER];
                 Some(Self { requests: stop(SubsystemId::DEPLOYER), moving, ..Self::default() })
@@ -149,6 +162,10 @@ impl Undo {
         }
     }
 
+    fn drives() -> Vec<SubsystemId> {
+        SubsystemId::TABLE.into_iter().filter(|who| who.is_drive()).collect()
+    }
+
     /// Stop All, and the limits of a drive on again as they were (§3.17).
     pub fn teaching(drive: SubsystemId) -> Self {
         let Self { mut requests, moving, .. } = Self::everything();
@@ -162,6 +179,7 @@ impl Undo {
         self.moving.extend(other.moving);
         self.flowing.extend(other.flowing);
         self.limitless.extend(other.limitless);
+        self.wanted &= other.wanted;
         self
     }
 
@@ -298,6 +316,10 @@ impl Undo {
                     "программа тушения, возможно, ещё выполняется, ствол, возможно, ещё движется",
                 )
                 .into(),
+                valve if valve.is_valve() => pick(
+                    format!("{valve} may still open or close"),
+                    format!("{valve}: затвор, возможно, ещё движется"),
+                ),
                 SubsystemId::DETECTOR => {
                     pick("the barrel may still move", "ствол, возможно, ещё движется").into()
                 }
@@ -372,6 +394,11 @@ impl BrokenOff {
         matches!(self.end, End::AtRest(_))
     }
 
+    /// Whether the command has reached what it was for, in spite of the line.
+    pub const fn is_done(&self) -> bool {
+        self.undo.wanted && self.is_at_rest() && matches!(self.because, Because::Lost(_))
+    }
+
     /// What a person reads.
     pub fn message(&self) -> String {
         let Self { because, end, undo } = self;
@@ -429,6 +456,14 @@ fn is_of_the_line(error: &Error) -> bool {
             | Error::NotSent { .. }
             | Error::Link { .. }
     )
+}
+
+impl Undo {
+    /// Whether a request that ended so has to be undone: it may have been executed, or is itself what
+    /// brings to rest.
+    pub fn is_needed_after(&self, error: &Error) -> bool {
+        may_be_executed(error) || (self.wanted && is_of_the_line(error))
+    }
 }
 
 /// Whether a request that ended so may have been executed.

@@ -103,7 +103,13 @@ pub async fn run_move(args: MoveArgs, global: &Global, out: &mut Out) -> Outcome
 /// Stops a subsystem, or everything.
 pub async fn run_stop(args: StopArgs, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(args.subsystem.unwrap_or(SubsystemId::ALL), Body::Stop);
-    simple(request, global, out).await
+    let connection = Connection::open(global).await?;
+    match follow::begin(request, &connection, out).await {
+        Err(Failure::BrokenOff(broken)) if broken.is_done() => {
+            out.show(broken.message(), || json!({ "request": request.to_string(), "done": true }))
+        }
+        ended => ended,
+    }
 }
 
 /// Opens a valve.

@@ -1,12 +1,16 @@
 // What the scripts work on: `lafet demo` with the console built in (LAFET_BIN names the program), and Chromium.
 import { spawn } from 'node:child_process';
 import { chromium } from 'playwright-core';
+import { preview } from 'vite';
 
 /** What draws in a browser without a graphics card: WebGL too, in software; or pages alone, as on a PC without a driver. */
 export const WEBGL = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
 export const PLAIN = ['--disable-gpu'];
 
-/** Starts a demo and a browser, gives them to `work`, and ends both. With LAFET_URL a demo that runs already is taken. */
+/**
+ * Starts a demo and a browser, gives them to `work`, and ends both. With LAFET_URL a demo that runs already is taken, with
+ * CONSOLE_DIST=1 the console in dist.
+ */
 export async function withDemo(work, drawing = WEBGL, more = []) {
   const program = process.env.LAFET_BIN;
   if (!program && !process.env.LAFET_URL) throw new Error('LAFET_BIN must name the lafet program, with the console built in');
@@ -14,8 +18,11 @@ export async function withDemo(work, drawing = WEBGL, more = []) {
     ? null
     : spawn(program, ['demo', '--no-browser', '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });
   let browser = null;
+  let served = null;
   try {
-    const url = demo ? await address(demo) : process.env.LAFET_URL;
+    const hub = demo ? await address(demo) : process.env.LAFET_URL;
+    if (process.env.CONSOLE_DIST) served = await distBefore(hub);
+    const url = served?.resolvedUrls.local[0].replace(/\/$/, '') ?? hub;
     browser = await chromium.launch({
       executablePath: process.env.CHROMIUM_BIN ?? '/usr/bin/chromium',
       args: ['--no-sandbox', ...drawing, ...more],
@@ -23,8 +30,14 @@ export async function withDemo(work, drawing = WEBGL, more = []) {
     await work(browser, url);
   } finally {
     await browser?.close();
+    await served?.close();
     demo?.kill('SIGINT');
   }
+}
+
+function distBefore(hub) {
+  const api = { target: hub, ws: true, changeOrigin: true, headers: { origin: hub } };
+  return preview({ logLevel: 'silent', preview: { port: 0, host: '127.0.0.1', proxy: { '/api': api } } });
 }
 
 /** The address that the demo prints first. */

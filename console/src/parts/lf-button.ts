@@ -47,8 +47,8 @@ export const buttonStyle = css`
     border-color: var(--accent);
     color: var(--on-accent);
   }
-  .primary:hover,
-  .primary:active {
+  .primary:not([aria-disabled='true']):hover,
+  .primary:not([aria-disabled='true']):active {
     background: color-mix(in srgb, var(--accent) 86%, var(--text));
   }
   .danger {

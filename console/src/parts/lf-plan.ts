@@ -28,8 +28,7 @@ import * as layers from './plan/layers';
 import { fireTitle, foundFires, placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
 import { dragged, drawnSector, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
 
-export type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
-export { jetAsked, planMonitor } from './plan/model';
+export { jetAsked, planMonitor, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
 
 /** What `aim` says: where the operator pointed. */
 export interface AimDetail {

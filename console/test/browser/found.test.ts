@@ -48,7 +48,7 @@ describe('a hotbed that the search has found', () => {
     await page.locator('#found').click();
 
     // The brightest burns on a tank: the plan knows where that stands.
-    await page.locator('lf-found #how').getByText('T-1 stands in that direction').waitFor();
+    await page.locator('lf-found #how').getByText('T-1 is in that direction').waitFor();
     expect(await distance(page)).toBe('28');
 
     await page.locator('lf-found .which lf-button').nth(1).click();

@@ -66,7 +66,7 @@ test('leads from taking control to a lost link', { timeout: 240_000 }, async () 
 
   expect(await page.locator('lf-guide').getByText('Press Aim').count()).toBe(1);
   await page.locator('#guide-skip').click();
-  await step(page, 'by itself');
+  await step(page, 'automatically');
   // Wherever the guide is, the monitor that it speaks of is seen.
   const [card, mark] = [(await page.locator('lf-guide .card').boundingBox())!, (await page.locator('lf-plan [data-id="M1"]').first().boundingBox())!];
   const apart =

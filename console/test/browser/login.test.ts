@@ -56,7 +56,7 @@ describe('logging in', () => {
       return page.getByText('Several wrong attempts').isVisible();
     }, 60_000);
     expect(await enter(page).getAttribute('aria-disabled')).toBe('true');
-    expect(await enter(page).getAttribute('aria-description')).toMatch(/^Next try in \d+ s$/);
+    expect(await enter(page).getAttribute('aria-description')).toMatch(/^Next attempt in \d+ s$/);
     await until(async () => (await enter(page).getAttribute('aria-disabled')) === null, 60_000);
     await tryWith(page, guarded.password);
     await page.waitForSelector('lf-topbar');

@@ -98,7 +98,7 @@ test('ten thousand things that have happened', async () => {
     n: ROWS - index, at_ms: BEGUN_MS + (ROWS - index) * 1000, monitor: 'M1', what: { en: `thing ${ROWS - index}.`, ru: 'дело' },
   }));
   await opened('#/events', '/api/events', { events, next: null });
-  await page.getByRole('tab', { name: /happened/ }).click();
+  await page.getByRole('tab', { name: /^Events/ }).click();
   const rows = 'lf-page-events .live .event';
   await page.locator(rows).first().waitFor();
   expect(await page.locator(rows).count()).toBeLessThan(MADE_MOST);

@@ -178,7 +178,7 @@ describe('programs', () => {
     expect(values[0]).toBe(await site.position('M1'));
     expect(values.slice(4)).toEqual([300, values[1], 25, 25]);
     await choose('programs.toml', 'format = 1\n[Control]\nTrajectory3 = [60, 0, 25, 10]\n[Vertical]\nSpeed = 99\n');
-    await page.getByText('1 taken from programs.toml; it is not stored yet.').waitFor();
+    await page.getByText('1 loaded from programs.toml; not stored yet.').waitFor();
     await page.locator('.entry').nth(11).click();
     await page.getByText('Store in M1').click();
     await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();

@@ -66,7 +66,7 @@ describe('training', () => {
     );
     expect(Math.min(...away)).toBeLessThan(12);
     const summary = await page.locator('lf-plan #summary').textContent();
-    expect(summary?.match(/burns/g)?.length).toBe(boxes.length);
+    expect(summary?.match(/is burning/g)?.length).toBe(boxes.length);
   });
 
   test('another exercise brings its own site', async () => {

@@ -41,6 +41,12 @@ describe('the audit log', () => {
     expect(deeds.map(fateOf)).toEqual(['refused', 'done', 'failed']);
   });
 
+  it('a Stop that a lockout has forestalled has not failed', () => {
+    const stop = { act: { v: 1, type: 'request' as const, request: 'Stop', to: 'All' } };
+    const [deed] = deedsOf([entry(1, 'Stop All', 'asked', {}, stop), entry(2, 'Stop All', 'Denied', { asked: 1 }, stop)]);
+    expect(fateOf(deed!)).toBe('done');
+  });
+
   it('keeps an effect whose command is on an earlier page', () => {
     const [deed] = deedsOf([MOVE[2]!]);
     expect(deed?.n).toBe(6);

@@ -58,6 +58,7 @@ export default {
   'events.export_text': 'lafet serve --verify-audit FILE checks the exported file.',
   'events.waiting': '{n} entries are not on the disk yet.',
   'events.outcome_asked': 'no answer yet',
+  'events.outcome_needless': 'at rest already: locked out',
   'events.outcome_not_allowed': 'not allowed',
   'events.outcome_effect': 'state 2 s later',
   'events.outcome_Ok': 'done',

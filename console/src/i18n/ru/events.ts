@@ -60,6 +60,7 @@ export default {
   'events.export_text': 'Выгруженный файл проверяет lafet serve --verify-audit ФАЙЛ.',
   'events.waiting': 'Ещё не на диске записей: {n}.',
   'events.outcome_asked': 'ответа пока нет',
+  'events.outcome_needless': 'уже остановлен блокировкой',
   'events.outcome_not_allowed': 'не разрешено',
   'events.outcome_effect': 'состояние через 2 с',
   'events.outcome_Ok': 'исполнено',

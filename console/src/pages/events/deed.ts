@@ -4,7 +4,7 @@ import type { AuditEntry, SubsystemStatus } from '../../hub/types';
 import { dateTime, t, time, type Key } from '../../i18n';
 import { icon, type IconName } from '../../parts/icons';
 import { show } from '../../units';
-import { fateOf, plainDetails, type Deed, type Fate } from './model';
+import { fateOf, isNeedless, plainDetails, type Deed, type Fate } from './model';
 import { subsystemName } from '../../shell/request';
 import { endingWords, outcomeMeaning, outcomeWords, stateWords, wordsOf } from './words';
 
@@ -36,7 +36,7 @@ export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: n
       <div class="words">${words}</div>
     </td>
     <td class="c-outcome">
-      <span class="fate ${fate}">${icon(FATES[fate], 18)} ${outcomeWords(outcome)}</span>
+      <span class="fate ${fate}">${icon(FATES[fate], 18)} ${isNeedless(deed) ? t('events.outcome_needless') : outcomeWords(outcome)}</span>
       ${typeof code === 'string'
         ? html`<div class="small dim">${named(`events.code_${code}`, code)}</div>`
         : nothing}

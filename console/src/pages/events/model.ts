@@ -77,8 +77,15 @@ function deed(entries: AuditEntry[]): Deed {
   return { n: first.n, kind: kindOf(first), first, answer, effect, entries };
 }
 
+/** A monitor that is locked out denies Stop (§3.18/2): the lockout has stopped it already. */
+export function isNeedless({ first, answer }: Deed): boolean {
+  const act = actOf(first);
+  return act?.type === 'request' && act.request === 'Stop' && answer?.outcome === 'Denied';
+}
+
 export function fateOf(deed: Deed): Fate {
   if (!deed.answer) return 'open';
+  if (isNeedless(deed)) return 'done';
   if (deed.answer.outcome === 'not allowed') return 'refused';
   return GOOD.has(deed.answer.outcome) ? 'done' : 'failed';
 }

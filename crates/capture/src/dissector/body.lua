@@ -306,6 +306,20 @@ local function single(bytes)
   return known.size == #bytes and known.info
 end
 
+-- The lines of whole pieces: polls are the same few pieces again and again.
+local pieces, pieces_kept = {}, 0
+
+local function line_of(bytes)
+  local known = pieces[bytes]
+  if known then return known end
+  local info = single(bytes)
+  if info then
+    if pieces_kept == SINGLES_MAX then pieces, pieces_kept = {}, 0 end
+    pieces[bytes], pieces_kept = info, pieces_kept + 1
+  end
+  return info
+end
+
 local function name(pinfo, info)
   local cols = pinfo.cols
   cols.protocol = "lafet"
@@ -313,12 +327,7 @@ local function name(pinfo, info)
 end
 
 -- Every frame of a piece of a stream; the offset of a frame that has begun and not ended, if any.
-local function frames(tvb, pinfo, tree)
-  local bytes = tvb:raw()
-  -- What is visible counts as referenced.
-  local shown = tree:referenced(self)
-  local info = not shown and single(bytes)
-  if info then return name(pinfo, info) end
+local function frames(bytes, shown, tvb, pinfo, tree)
   local infos, last = nil, 0
   local begin = bytes:find("\xC0", 1, true)
   while begin do
@@ -341,12 +350,20 @@ local function frames(tvb, pinfo, tree)
 end
 
 function lafet.dissector(tvb, pinfo, tree)
-  local open = frames(tvb, pinfo, tree)
+  local bytes = tvb:raw()
+  -- What is visible counts as referenced.
+  local shown = tree:referenced(self)
+  local info = not shown and line_of(bytes)
+  if info then
+    name(pinfo, info)
+    return #bytes
+  end
+  local open = frames(bytes, shown, tvb, pinfo, tree)
   if open and pinfo.can_desegment > 0 then
     pinfo.desegment_offset = open
     pinfo.desegment_len = DESEGMENT_ONE_MORE_SEGMENT
   end
-  return tvb:len()
+  return #bytes
 end
 
 -- Bare records over TCP: what comes from a known port is an answer.

@@ -166,6 +166,8 @@ pub struct Session {
     silent_tries: u32,
     /// Frames in a row without answer, however short the wait was.
     misses: u32,
+    /// When it answered last.
+    answered_at: Option<Now>,
     /// The usual round trip of other monitors that answer on the same line.
     others: Option<Duration>,
     next_ticket: u64,
@@ -193,6 +195,7 @@ impl Session {
             stats: Stats::default(),
             silent_tries: 0,
             misses: 0,
+            answered_at: None,
             others: None,
             next_ticket,
             config,

@@ -119,6 +119,39 @@ fn a_silent_monitor_does_not_take_the_line() {
     assert_eq!(line.silent_tries(), 0, "somebody answers: the connection is sound");
 }
 
+/// 31 of 32 monitors fall silent at once: the one that is heard has its turn after each of them.
+#[test]
+fn many_that_fall_silent_at_once_do_not_take_the_line() {
+    let mut line = connected(Config::default());
+    let mut now = Now::ZERO;
+    for _ in 0..2 {
+        (1..=32).for_each(|address| _ = ask(&mut line, now, address, read()));
+        while let Some((to, payload)) = sent(&mut line, now) {
+            now += MS;
+            reply(&mut line, now, to, &payload);
+        }
+        assert_eq!(answered(&mut line).len(), 32);
+    }
+    (1..=32).for_each(|address| _ = ask(&mut line, now, address, read()));
+    let (from, mut turn, mut longest) = (now, None, Duration::ZERO);
+    while now < from + 10 * SECOND {
+        match sent(&mut line, now) {
+            Some((16, payload)) => {
+                longest = longest.max(now - turn.unwrap_or(now));
+                now += MS;
+                turn = Some(now);
+                reply(&mut line, now, 16, &payload);
+                ask(&mut line, now, 16, read());
+            }
+            _ => {
+                now = line.poll_timeout(now).expect("an answer is waited for").max(now + MS);
+                line.handle_timeout(now);
+            }
+        }
+    }
+    assert!(turn.is_some() && longest <= 160 * MS, "{longest:?} without a turn");
+}
+
 /// What one monitor answers is never taken for another's, though all asked for the same.
 #[test]
 fn answers_are_told_apart_by_their_sender() {

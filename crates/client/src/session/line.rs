@@ -7,6 +7,7 @@
 //! answered twice is taken for absent: its reads wait for a share of the line that all absent ones
 //! have together, until something of it is heard.
 
+use std::cmp::Reverse;
 use std::time::Duration;
 
 use lafet_proto::bus::CONTROLLER;
@@ -34,8 +35,8 @@ pub struct Line {
     echo: EchoFilter,
     /// Whose turn is looked at first.
     turn: usize,
-    /// The last frame went to a monitor of which no answer is known, or not lately.
-    was_doubtful: bool,
+    /// To which the last frame went, and whether no answer of it was known, or not lately.
+    last: Option<(usize, bool)>,
     /// From when on an absent monitor may be asked again.
     absent_from: Now,
     /// One frame may be sent now, in the role `active`.
@@ -66,7 +67,7 @@ impl Line {
             config,
             sessions: Vec::new(),
             turn: 0,
-            was_doubtful: false,
+            last: None,
             absent_from: Now::ZERO,
             granted: false,
             connected: false,
@@ -172,6 +173,10 @@ impl Line {
         self.poll_sessions(now)
     }
 
+    fn is_present(&self, index: usize) -> bool {
+        self.sessions.get(index).is_some_and(Session::is_present)
+    }
+
     pub(super) fn poll_sessions(&mut self, now: Now) -> Option<Vec<u8>> {
         if self.send_from(now)? > now {
             return None;
@@ -181,9 +186,11 @@ impl Line {
         let turns = (0..count).map(|step| (self.turn + step) % count);
         let mut turns: Vec<usize> =
             turns.filter(|index| self.wants(&self.sessions[*index], now) == haste).collect();
-        // Of the monitors that answer, one has its turn after each that may not.
-        if self.was_doubtful {
-            turns.sort_by_key(|index| !self.sessions[*index].is_present());
+        // Of the monitors that answer, one has its turn after each that may not, or did not: the one
+        // heard last, for when many fall silent at once, the others only seem to answer.
+        let doubtful = self.last.is_some_and(|(index, was)| was || !self.is_present(index));
+        if doubtful {
+            turns.sort_by_key(|index| Reverse(self.sessions[*index].present_at()));
         }
         for index in turns {
             let session = &mut self.sessions[index];
@@ -193,10 +200,10 @@ impl Line {
                 self.absent_from = now + (until - sent) * ABSENT_SHARE;
             }
             // The round goes on where it was left for a monitor that answers.
-            if !(self.was_doubtful && present) {
+            if !(doubtful && present) {
                 self.turn = (index + 1) % count;
             }
-            self.was_doubtful = !present;
+            self.last = Some((index, !present));
             self.granted = false;
             self.echo.sent(&bytes);
             return Some(bytes);

@@ -30,6 +30,7 @@ impl Session {
             return;
         }
         self.misses = 0;
+        self.answered_at = Some(now);
         let (verdict, tagged, payload) = match self.check_heard(now, frame) {
             true => (Verdict::Believed, false, &frame.payload[..]),
             false => self.handle_payload(now, &frame.payload, frame.check),

@@ -70,6 +70,11 @@ impl Session {
         self.misses == 0 && self.stats.rtt_average.is_some()
     }
 
+    /// When it answered last, if it is present.
+    pub(super) fn present_at(&self) -> Option<Now> {
+        self.answered_at.filter(|_| self.is_present())
+    }
+
     /// What waits is a read for a monitor that does not answer, on a line where others do.
     pub(super) fn can_wait(&self) -> bool {
         let next = match &self.outstanding {

@@ -1,6 +1,6 @@
 // What the hub has told, by topic. A replay feeds the same store.
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import type { Alarm, Hello, TopicOf } from './types';
+import type { Alarm, Hello, Status, TopicOf } from './types';
 
 export interface Change {
   now_ms: number;
@@ -13,6 +13,8 @@ type Listener = (topic: string) => void;
 /** Pseudo topics: told to everybody who subscribes to them. */
 export const LINKED = '$linked';
 export const SECOND = '$second';
+/** What the hub sends of monitors that a page does not name. */
+const SUMMARY = '/summary';
 
 export class Store {
   private live = new Map<string, unknown>();
@@ -174,7 +176,8 @@ export class Store {
   }
 
   private merge(into: Map<string, unknown>, change: Change, shown: boolean): void {
-    for (const [topic, value] of Object.entries(change.set)) {
+    const set = Object.entries(change.set).map(([topic, value]) => whole(into, topic, value));
+    for (const [topic, value] of set) {
       if (!into.has(topic) || topic.startsWith('alarms/')) this.kept.clear();
       into.set(topic, value);
     }
@@ -182,7 +185,7 @@ export class Store {
       into.delete(topic);
       this.kept.clear();
     }
-    if (shown) this.tellAll([...Object.keys(change.set), ...(change.gone ?? [])]);
+    if (shown) this.tellAll([...set.map(([topic]) => topic), ...(change.gone ?? [])]);
   }
 
   private tellAll(topics: Iterable<string>): void {
@@ -192,6 +195,18 @@ export class Store {
   private tell(topic: string): void {
     for (const { prefix, fn } of this.listeners) if (topic.startsWith(prefix)) fn(topic);
   }
+}
+
+/** A summary is the part of a state that other pages than the monitor's own show. */
+function whole(known: Map<string, unknown>, topic: string, value: unknown): [string, unknown] {
+  if (!topic.endsWith(SUMMARY)) return [topic, value];
+  const status = `${topic.slice(0, -SUMMARY.length)}/status`;
+  const [old, summary] = [known.get(status) as Status | undefined, value as Status];
+  const subsystems = { ...old?.subsystems };
+  for (const [name, state] of Object.entries(summary.subsystems)) {
+    subsystems[name] = { ...subsystems[name], bad: undefined, ...state };
+  }
+  return [status, { ...summary, subsystems }];
 }
 
 export const store = new Store();

@@ -39,13 +39,13 @@ const LOOK_MS = 20_000;
 
 type Phase = 'boot' | 'unreachable' | 'login' | 'setup' | 'on';
 
-/** Pages that show no figures of monitors: news of them are enough. */
-const WITHOUT_FIGURES = ['alarms', 'events'];
+/** Pages to which a summary of each monitor, once a second, is enough. */
+const SUMMARIES = ['overview', 'alarms', 'events'];
 
 /** Of which monitors a page shows each change; null: of all. */
 function lookedAt({ page, monitor }: Route): string[] | null {
   if (monitor) return [monitor];
-  return WITHOUT_FIGURES.includes(page) ? [] : null;
+  return SUMMARIES.includes(page) ? [] : null;
 }
 
 export class LfApp extends LitElement {

@@ -65,7 +65,9 @@ async fn measure(count: usize, moving: bool) -> Fallible<()> {
         }
     }
     let others = if moving { "searching" } else { "at rest" };
-    for (what, monitors) in [("Operate of M1", json!(["M1"])), ("all of all", Value::Null)] {
+    let pages =
+        [("Overview", json!([])), ("Operate of M1", json!(["M1"])), ("all of all", Value::Null)];
+    for (what, monitors) in pages {
         page.request(json!({ "type": "subscribe", "monitors": monitors })).await?;
         let bytes = bytes(&mut page).await?;
         let rate = |bytes: usize| bytes as f64 / 1e3 / FOR.as_secs_f64();

@@ -12,7 +12,7 @@ use tokio::time::{Instant, sleep_until};
 
 use crate::hub::Hub;
 use crate::sync::lock;
-use crate::topics::{Audience, Change};
+use crate::topics::{Audience, Change, News};
 
 /// Changes are not sent more often.
 const EVERY: Duration = Duration::from_millis(50);
@@ -20,7 +20,7 @@ const EVERY: Duration = Duration::from_millis(50);
 /// are sent so often,
 const AT_LEAST: Duration = Duration::from_secs(1);
 /// and are so many bytes at a time; the rest follows.
-const NEWS_BYTES: usize = 12 * 1024;
+const NEWS_BYTES: usize = 20 * 1024;
 
 /// How far a client has been told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,7 +28,21 @@ pub struct Seen {
     /// Version of the topics.
     pub version: u64,
     /// Version up to which it has heard the news of monitors that it does not look at.
-    pub news: u64,
+    pub news: News,
+}
+
+impl Seen {
+    /// Whether all news up to those of another one are told.
+    pub fn has_news_of(&self, other: &Self) -> bool {
+        self.news.iter().zip(&other.news).all(|(own, other)| own >= other)
+    }
+
+    /// With what another one has seen.
+    #[must_use]
+    pub fn with(&self, other: &Self) -> Self {
+        let news = std::array::from_fn(|kind| self.news[kind].max(other.news[kind]));
+        Self { version: self.version.max(other.version), news }
+    }
 }
 
 /// The text of a change between two versions of the topics.
@@ -75,13 +89,13 @@ pub fn state(hub: &Hub) -> (Seen, Utf8Bytes) {
     let (version, changed) = hub.topics.since(0);
     let mut change = changed.of(&Audience::default());
     change.gone.clear();
-    (Seen { version, news: version }, text(hub, "state", change))
+    (Seen { version, news: [version; 2] }, text(hub, "state", change))
 }
 
 /// The message with what a client of an audience has missed.
 pub fn missed(hub: &Hub, seen: Seen, audience: &Audience) -> (Seen, Utf8Bytes) {
     let (version, change) = hub.topics.missed(seen.version, seen.news, audience);
-    (Seen { version, news: version }, text(hub, "change", change))
+    (Seen { version, news: [version; 2] }, text(hub, "change", change))
 }
 
 /// The message for who begins to look at something else.
@@ -90,7 +104,7 @@ pub fn turned(hub: &Hub, seen: Seen, audience: &Audience) -> (Seen, Utf8Bytes) {
     let mut live = hub.topics.live_of(audience);
     live.set.append(&mut change.set);
     live.gone = change.gone;
-    (Seen { version, news: version }, text(hub, "change", live))
+    (Seen { version, news: [version; 2] }, text(hub, "change", live))
 }
 
 /// Writes each change until the hub ends.
@@ -99,7 +113,7 @@ pub async fn run(hub: Hub) {
     let mut ending = hub.ending.subscribe();
     let now = *version.borrow();
     let (mut last, mut last_news) = (Instant::now(), Instant::now());
-    let mut from = Seen { version: now, news: now };
+    let mut from = Seen { version: now, news: [now; 2] };
     loop {
         let dirty = *version.borrow_and_update() != from.version;
         let next = last + if dirty { EVERY } else { AT_LEAST };
@@ -120,23 +134,25 @@ pub async fn run(hub: Hub) {
 
 /// Writes what is new for each audience; `due`: the news, and a word even if there is nothing.
 fn write(hub: &Hub, from: Seen, due: bool) -> Seen {
+    let mut all = lock(&hub.changes.all);
+    // Who comes to look at what no client looks at is told what is missing.
+    all.retain(|_, changes| changes.receiver_count() > 0);
+    if all.is_empty() {
+        let version = *hub.topics.version().borrow();
+        return Seen { version, news: [version; 2] };
+    }
     let (version, changed) = hub.topics.since(from.version);
     let (news, brief) = match due {
         true => hub.topics.news(from.news, NEWS_BYTES),
         false => (from.news, Change::default()),
     };
     let to = Seen { version, news };
-    let mut all = lock(&hub.changes.all);
-    // Who comes to look at what no client looks at is told what is missing.
-    all.retain(|_, changes| changes.receiver_count() > 0);
     for (audience, changes) in all.iter() {
         let mut change = changed.of(audience);
-        if audience.0.is_some() {
-            for (name, value) in &brief.set {
-                change.set.entry(name.clone()).or_insert_with(|| value.clone());
-            }
-            change.gone.extend(brief.gone.iter().cloned());
-        }
+        let others = |name: &&String| !audience.wants(name);
+        let set = brief.set.iter().filter(|(name, _)| others(name));
+        change.set.extend(set.map(|(name, value)| (name.clone(), value.clone())));
+        change.gone.extend(brief.gone.iter().filter(others).cloned());
         let said = match due || !change.is_empty() {
             true => text(hub, "change", change),
             false => Utf8Bytes::default(),

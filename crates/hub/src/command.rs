@@ -298,7 +298,7 @@ impl Hub {
                 .subsystems
                 .iter()
                 .filter(|(name, _)| concerned(name))
-                .map(|(name, state)| (name.clone(), json!(state)))
+                .map(|(name, state)| ((*name).to_owned(), json!(state)))
                 .collect();
             let mut record = hub.record(&caller, station.id(), &what, "effect");
             record.details = json!({

@@ -38,6 +38,7 @@ mod server;
 pub mod simulation;
 mod station;
 pub mod store;
+mod summary;
 mod sync;
 pub mod text;
 mod tls;

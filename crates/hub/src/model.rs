@@ -2,6 +2,7 @@
 //! severities bear its names.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use lafet_client::refusal::{Reason, reason};
 use lafet_client::{AnswerBuf, Answers, Stats};
@@ -23,18 +24,27 @@ pub struct Status {
     pub at_ms: Option<u64>,
     /// It was not to be had since.
     pub stale: bool,
+    /// It was not silent: others on its line were, and its turn has not come.
+    #[serde(skip)]
+    pub queued: bool,
     /// Why not.
     pub error: Option<Both>,
     /// When a paused program goes on.
     pub resumes_ms: Option<u64>,
     /// The subsystems that the monitor consists of.
     #[schema(value_type = BTreeMap<String, Object>)]
-    pub subsystems: BTreeMap<String, Subsystem>,
+    pub subsystems: Subsystems,
 }
 
+/// Subsystems by name. One that is as it was is shared with the state before.
+pub type Subsystems = BTreeMap<&'static str, Arc<Subsystem>>;
+
 /// The state of a subsystem.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Subsystem {
+    /// The data of the answer that it was read from.
+    #[serde(skip)]
+    pub(crate) data: Vec<u8>,
     /// The status word.
     pub bits: u32,
     /// Names of the flags that are set.
@@ -49,16 +59,24 @@ pub struct Subsystem {
     pub fields: BTreeMap<&'static str, i64>,
 }
 
-/// Reads the answers to GetStatus.
-pub fn subsystems<'a>(answers: impl Iterator<Item = &'a AnswerBuf>) -> BTreeMap<String, Subsystem> {
-    let told = answers.filter(|answer| answer.status().is_success());
-    told.filter_map(|answer| Some((answer.from().name()?.to_owned(), subsystem(answer)?))).collect()
+/// Reads the answers to GetStatus; what is as it was before is not read again.
+pub fn subsystems<'a>(
+    answers: impl Iterator<Item = &'a AnswerBuf>,
+    before: &Subsystems,
+) -> Subsystems {
+    let read = |answer: &AnswerBuf| {
+        let name = answer.from().name()?;
+        let same = before.get(name).filter(|it| it.data == answer.data());
+        Some((name, same.cloned().or_else(|| subsystem(answer).map(Arc::new))?))
+    };
+    answers.filter(|answer| answer.status().is_success()).filter_map(read).collect()
 }
 
 fn subsystem(answer: &AnswerBuf) -> Option<Subsystem> {
     let layouts = layouts::of_answer(RequestId::GET_STATUS, answer.from());
     let layout = layouts.iter().find(|layout| layout.fits(answer.data()))?;
-    let mut state = Subsystem { severity: severity(Severity::Info), ..Subsystem::default() };
+    let (data, severity) = (answer.data().to_vec(), severity(Severity::Info));
+    let mut state = Subsystem { data, severity, ..Subsystem::default() };
     for (_, field, value) in layout.values(answer.data()) {
         if field.kind == layouts::Kind::Flags {
             state.set_bits(answer.from(), u32::try_from(value).unwrap_or(0));
@@ -107,13 +125,13 @@ impl Status {
         state.fields.get(field).copied()
     }
 
-    /// Whether it says the same as another one, at another time.
-    pub fn is_like(&self, other: &Self) -> bool {
-        self.stale == other.stale
+    /// Whether its flags are those of another one, and it is known as well or as little: then
+    /// alarms and readiness are the same.
+    pub fn has_flags_of(&self, other: &Self) -> bool {
+        let flags = |(name, state): (&&'static str, &Arc<Subsystem>)| (*name, state.bits);
+        (self.stale, self.queued) == (other.stale, other.queued)
             && self.at_ms.is_some() == other.at_ms.is_some()
-            && self.resumes_ms == other.resumes_ms
-            && self.error == other.error
-            && self.subsystems == other.subsystems
+            && self.subsystems.iter().map(flags).eq(other.subsystems.iter().map(flags))
     }
 
     /// The valves that the monitor has.
@@ -135,7 +153,7 @@ pub struct Readiness {
 /// Something that is in the way.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct ReadinessReason {
-    /// `link`, `stale`, `flag` or `wrapped`.
+    /// `link`, `stale`, `flag`, `wrapped` or `move_hold`.
     pub code: &'static str,
     /// The subsystem, if it is one's flag.
     pub subsystem: Option<String>,
@@ -150,7 +168,8 @@ pub struct ReadinessReason {
 }
 
 /// Tells whether a monitor is ready.
-pub fn readiness(status: &Status, link_up: bool) -> Readiness {
+/// `unheld`: the monitor has no MoveHold.
+pub fn readiness(status: &Status, link_up: bool, unheld: bool) -> Readiness {
     let mut reasons = Vec::new();
     let mut say = |code, severity, what, remedy| {
         reasons.push(ReadinessReason { code, subsystem: None, flag: None, severity, what, remedy });
@@ -177,6 +196,10 @@ pub fn readiness(status: &Status, link_up: bool) -> Readiness {
             ),
         );
     }
+    if unheld {
+        let Unheld { what, remedy } = Unheld::text();
+        say("move_hold", severity(Severity::Warning), what, remedy);
+    }
     for (name, state) in &status.subsystems {
         let Some(id) = SubsystemId::from_name(name) else { continue };
         // A fire that was found is an alarm, and what the monitor is ready for.
@@ -184,7 +207,7 @@ pub fn readiness(status: &Status, link_up: bool) -> Readiness {
             .filter(|it| it.severity() >= Severity::Warning && it.info.name != "Found");
         reasons.extend(bad.map(|flag| ReadinessReason {
             code: "flag",
-            subsystem: Some(name.clone()),
+            subsystem: Some((*name).to_owned()),
             flag: Some(flag.info.name.to_owned()),
             severity: severity(flag.severity()),
             what: flag.info.meaning.into(),
@@ -195,6 +218,35 @@ pub fn readiness(status: &Status, link_up: bool) -> Readiness {
     let alarm = reasons.iter().any(|reason| reason.severity == severity(Severity::Alarm));
     let ready = !locked && !alarm;
     Readiness { ready, reasons }
+}
+
+/// What is said of a monitor without MoveHold.
+#[derive(Debug)]
+pub struct Unheld {
+    /// What it means.
+    pub what: Both,
+    /// What to do.
+    pub remedy: Both,
+}
+
+impl Unheld {
+    /// The time is that of a drive that brakes from 20 °/s as ours does.
+    pub fn text() -> Self {
+        Self {
+            what: both(
+                "The monitor has no parameter MoveHold: if the hub or the connection fails during a motion \
+                 by hand, the drive stops after about 2 s, not within 0.5 s.",
+                "У ствола нет параметра MoveHold: если при ручном перемещении откажет сервер объекта или связь, \
+                 привод остановится примерно через 2 с, а не в пределах 0,5 с.",
+            ),
+            remedy: both(
+                "While it is moved by hand, keep the hardware emergency stop within reach; firmware with \
+                 MoveHold ends the motion sooner.",
+                "При ручном перемещении держите аппаратный аварийный останов под рукой; прошивка с MoveHold \
+                 прекращает движение раньше.",
+            ),
+        }
+    }
 }
 
 /// What was exchanged: with a monitor, and on the line that it may share with others.
@@ -315,4 +367,42 @@ fn values(answer: &AnswerBuf) -> Map<String, Value> {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_proto::Status as Code;
+    use lafet_proto::record::Record;
+
+    use super::*;
+
+    fn answer(from: SubsystemId, data: &[u8]) -> AnswerBuf {
+        let request = RequestId::GET_STATUS;
+        AnswerBuf::new(&Record { request, device: from, status: Code::OK, data })
+    }
+
+    #[test]
+    fn what_is_as_it_was_is_not_read_again() {
+        let state = |position: u8| {
+            [
+                answer(SubsystemId::VERTICAL, &[0, 0, 0, 0, position, 0, 0, 0]),
+                answer(SubsystemId::HORIZONTAL, &[0; 8]),
+            ]
+        };
+        let first = subsystems(state(7).iter(), &Subsystems::new());
+        assert_eq!(first["Vertical"].fields["position"], 7);
+        let second = subsystems(state(8).iter(), &first);
+        assert_eq!(second["Vertical"].fields["position"], 8);
+        assert!(Arc::ptr_eq(&first["Horizontal"], &second["Horizontal"]));
+        assert!(!Arc::ptr_eq(&first["Vertical"], &second["Vertical"]));
+    }
+
+    #[test]
+    fn a_monitor_without_move_hold_is_ready_and_says_what_that_means() {
+        let status = Status { at_ms: Some(1), ..Status::default() };
+        assert!(readiness(&status, true, false).reasons.is_empty());
+        let told = readiness(&status, true, true);
+        assert!(told.ready && told.reasons[0].code == "move_hold");
+        assert!(told.reasons[0].what.ru.contains("0,5 с"));
+    }
 }

@@ -21,7 +21,7 @@ use tokio::time::{sleep, timeout};
 
 use crate::clock::Steps;
 use crate::hub::Hub;
-use crate::model::{self, Status};
+use crate::model::{self, Exchanged, Status, Subsystems, Unheld};
 use crate::station::{ParamValue, Params, Progress, Station};
 use crate::sync::lock;
 use crate::text::{Both, both};
@@ -33,12 +33,16 @@ const PAUSE_LAST: Duration = Duration::from_secs(2);
 const SLOW: Duration = Duration::from_secs(1);
 /// Limits are read again this often, in rounds of [`SLOW`].
 const LIMITS_ROUNDS: u64 = 30;
+/// What ends a motion by hand when nothing renews it (§D/4).
+const MOVE_HOLD: &str = "MoveHold";
 /// Parameters in a frame: others have their turn after each.
 const PARAMS_AT_ONCE: usize = 8;
 /// Periods without an answer after which a state is stale.
 const STALE_PERIODS: u64 = 3;
 /// The shortest time until then: an answer may take a retry.
 const STALE_MS: u64 = 600;
+/// What stays as it is goes into the history this often.
+const ALL_EVERY_MS: u64 = 1000;
 
 /// Starts everything that goes on by itself.
 pub fn start(hub: &Hub) {
@@ -143,33 +147,41 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
     let stale = Duration::from_millis((station.config.poll_ms * STALE_PERIODS).max(STALE_MS));
     let request = Request::new(SubsystemId::ALL, Body::GetStatus);
     let Ok(mut feed) = client.subscribe(&request, period) else { return };
+    let (mut noted, mut observed, mut heard) = (Noted::default(), None, Exchanged::default());
     loop {
+        let before = station.status();
         let mut status = match timeout(stale, feed.next()).await {
             Ok(Update::Value(sample)) => {
                 hub.counts.polls.fetch_add(1, Ordering::Relaxed);
+                heard = station.exchanged();
                 let age_ms = u64::try_from(sample.age().as_millis()).unwrap_or(0);
                 Status {
                     at_ms: Some(hub.clock.now_ms().saturating_sub(age_ms)),
                     stale: false,
+                    queued: false,
                     error: None,
                     resumes_ms: None,
-                    subsystems: model::subsystems(sample.answers().iter()),
+                    subsystems: model::subsystems(sample.answers().iter(), &before.subsystems),
                 }
             }
             Ok(Update::Stale(error)) => {
-                let old = Status::clone(&station.status());
-                Status { stale: true, error: Some(Both::of_error(&error)), ..old }
+                let error = Some(Both::of_error(&error));
+                Status { stale: true, queued: false, error, ..Status::clone(&before) }
             }
             Ok(_) => continue,
-            Err(_) => Status { stale: true, ..Status::clone(&station.status()) },
+            Err(_) => {
+                let since = station.exchanged().since(&heard);
+                let queued = since.own.timeouts == 0 && since.line.timeouts > 0;
+                Status { stale: true, queued, ..Status::clone(&before) }
+            }
         };
         if status.subsystems.is_empty() && !status.stale {
             // It answers, but not with its state: what it was before is not known any more.
             status.stale = true;
         }
-        note(&hub, &station, &status);
+        noted.note(&hub, station.id(), &status);
         station.set_status(&hub, status);
-        observe(&hub, &station);
+        observe_news(&hub, &station, &mut observed);
     }
 }
 
@@ -195,19 +207,57 @@ fn has_move(payload: &[u8]) -> bool {
     Records::new(payload).map_while(Result::ok).any(|record| record.request == RequestId::MOVE)
 }
 
-/// Puts the values of a state into the history.
-fn note(hub: &Hub, station: &Station, status: &Status) {
-    let mut history = lock(&hub.history);
-    if status.stale {
-        return history.lost(hub.clock.now_ms(), station.id());
-    }
-    let Some(at_ms) = status.at_ms else { return };
-    for (name, state) in &status.subsystems {
-        history.note(at_ms, station.id(), &format!("{name}.bits"), f64::from(state.bits));
-        for (field, value) in &state.fields {
-            history.note(at_ms, station.id(), &format!("{name}.{field}"), *value as f64);
+/// The states of subsystems that the history has, and when it had all of them last.
+#[derive(Default)]
+struct Noted {
+    subsystems: Subsystems,
+    all_ms: u64,
+}
+
+impl Noted {
+    /// Puts the values of a state into the history: what has changed, and from time to time all. A
+    /// value whose sensor is faulty is left out.
+    fn note(&mut self, hub: &Hub, monitor: &str, status: &Status) {
+        let mut history = lock(&hub.history);
+        if status.stale {
+            self.subsystems.clear();
+            return history.lost(hub.clock.now_ms(), monitor);
+        }
+        let Some(at_ms) = status.at_ms else { return };
+        if at_ms.abs_diff(self.all_ms) >= ALL_EVERY_MS {
+            self.all_ms = at_ms;
+            self.subsystems.clear();
+        }
+        for (name, state) in &status.subsystems {
+            if self.subsystems.get(name).is_some_and(|it| Arc::ptr_eq(it, state)) {
+                continue;
+            }
+            let mut had = history.note(at_ms, monitor, &format!("{name}.bits"), state.bits.into());
+            for (field, value) in &state.fields {
+                let series = format!("{name}.{field}");
+                if state.bad.contains_key(field) {
+                    history.lost_series(at_ms, monitor, &series);
+                } else {
+                    had &= history.note(at_ms, monitor, &series, *value as f64);
+                }
+            }
+            match had {
+                true => _ = self.subsystems.insert(name, state.clone()),
+                false => _ = self.subsystems.remove(name),
+            }
         }
     }
+}
+
+/// Raises and clears alarms, if a state has other flags than the last one, or an alarm is about to
+/// return.
+fn observe_news(hub: &Hub, station: &Station, last: &mut Option<(Arc<Status>, bool)>) {
+    let now = (station.status(), station.is_up());
+    let same = last.as_ref().is_some_and(|it| it.1 == now.1 && it.0.has_flags_of(&now.0));
+    if !same || lock(&hub.alarms).is_returning(station.id()) {
+        observe(hub, station);
+    }
+    *last = Some(now);
 }
 
 fn observe(hub: &Hub, station: &Station) {
@@ -277,6 +327,7 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
     let mut read = Params { at_ms: Some(hub.clock.now_ms()), ..Params::default() };
     for (chunk, params) in which.chunks(PARAMS_AT_ONCE).enumerate() {
         for (param, values) in params.iter().zip(monitor.params(params).await) {
+            read.unheld |= param.name() == MOVE_HOLD && is_refused(&values);
             let value = match values {
                 Ok(values) => ParamValue::Values(values),
                 Err(error) => ParamValue::Error(Both::of_error(&error)),
@@ -289,9 +340,18 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
         lock(&station.params).progress = progress;
         station.publish_progress(hub, progress);
     }
-    *lock(&station.params) = read;
+    let unheld = read.unheld;
+    let before = std::mem::replace(&mut *lock(&station.params), read);
+    if unheld && !before.unheld {
+        hub.event(Some(station.id()), &Unheld::text().what);
+    }
+    station.publish_readiness(hub);
     station.publish_params(hub);
     station.publish_progress(hub, None);
+}
+
+fn is_refused<T>(result: &Result<T, lafet_client::Error>) -> bool {
+    matches!(result, Err(lafet_client::Error::Refused { .. }))
 }
 
 /// What the hub does from time to time.
@@ -324,4 +384,44 @@ async fn keep(hub: Hub) {
     hub.recordings.end_all();
     hub.events.flush();
     lock(&hub.history).flush();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::Clock;
+    use crate::config::Config;
+    use crate::model::Subsystem;
+
+    fn status(at_ms: u64, of: &Arc<Subsystem>) -> Status {
+        let subsystems = [("Climatics", of.clone())].into();
+        Status { at_ms: Some(at_ms), subsystems, ..Status::default() }
+    }
+
+    #[tokio::test]
+    async fn a_faulty_sensors_value_is_left_out_of_the_history() {
+        let hub = Hub::new(Config::default(), Clock::System, json!({})).unwrap();
+        let state = |bits, temperature| {
+            let mut state = Subsystem::default();
+            state.set_bits(SubsystemId::CLIMATICS, bits);
+            state.fields = [("housing", temperature)].into();
+            Arc::new(state)
+        };
+        let fault = 1 << flag_bit("BoxSensorFault");
+        let (good, faulty, again) = (state(0, 20), state(fault, -128), state(0, 21));
+        assert!(faulty.bad.contains_key("housing"), "{faulty:?}");
+        let mut noted = Noted::default();
+        for (at_ms, state) in [(1000, &good), (1500, &good), (2000, &faulty), (4000, &again)] {
+            noted.note(&hub, "M1", &status(at_ms, state));
+        }
+        let flushed = lock(&hub.history).flushed();
+        let base = flushed.await;
+        let rows = base.values("M1", "Climatics.housing", (0, 9000), None, 100).await.unwrap();
+        assert_eq!(json!(rows), json!([[1000, 20.0], [2000, null], [4000, 21.0]]));
+    }
+
+    fn flag_bit(name: &str) -> u32 {
+        let info = lafet_proto::flags::flags_of(SubsystemId::CLIMATICS).by_name(name).unwrap();
+        info.mask().trailing_zeros()
+    }
 }

@@ -37,6 +37,8 @@ pub struct Programs {
     seen: bool,
     /// The last Move.
     moved_ms: Option<u64>,
+    /// One was paused when it was looked at last.
+    paused: bool,
 }
 
 /// Whether a request begins what a monitor then does by itself.
@@ -54,6 +56,11 @@ impl Programs {
     /// The program, if one runs.
     pub const fn current(&self) -> Option<&Program> {
         self.current.as_ref()
+    }
+
+    /// Nothing runs, nothing is paused: a state with the flags of the last one says nothing new.
+    pub const fn are_idle(&self) -> bool {
+        self.current.is_none() && !self.paused
     }
 
     /// A request that begins one was accepted.
@@ -94,7 +101,8 @@ impl Programs {
             }
             None => {}
         }
-        if !status.is_set(SubsystemId::CONTROL, "Paused") {
+        self.paused = status.is_set(SubsystemId::CONTROL, "Paused");
+        if !self.paused {
             return None;
         }
         // A button has paused it, or somebody else: from now on, then.
@@ -107,13 +115,14 @@ impl Programs {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::model::Subsystem;
 
     fn status(control: u32, deployer: u32) -> Status {
-        let with = |bits| Subsystem { bits, ..Subsystem::default() };
-        let subsystems =
-            [("Control".to_owned(), with(control)), ("Deployer".to_owned(), with(deployer))];
+        let with = |bits| Arc::new(Subsystem { bits, ..Subsystem::default() });
+        let subsystems = [("Control", with(control)), ("Deployer", with(deployer))];
         Status { subsystems: subsystems.into(), ..Status::default() }
     }
 

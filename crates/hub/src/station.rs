@@ -21,14 +21,16 @@ use crate::link_series;
 use crate::model::{self, Exchanged, Status};
 use crate::program::Programs;
 use crate::store::{Act as Noted, JogEnding};
+use crate::summary::{self, Summary};
 use crate::sync::lock;
 use crate::text::{Both, both};
 use crate::urgent::Lane;
 
 /// What is published of a monitor.
-pub const PARTS: [&str; 10] = [
+pub const PARTS: [&str; 11] = [
     "info",
     "status",
+    "summary",
     "link",
     "authority",
     "readiness",
@@ -83,6 +85,9 @@ pub struct Params {
     pub reading: bool,
     /// How far.
     pub progress: Option<Progress>,
+    /// The monitor refuses MoveHold: it does not have it.
+    #[serde(skip)]
+    pub unheld: bool,
     /// By subsystem and name.
     pub values: BTreeMap<String, BTreeMap<String, ParamValue>>,
 }
@@ -174,7 +179,9 @@ impl Station {
         let state = lock(&self.state);
         hub.topics.set(&self.topic("limits"), &state.limits);
         hub.topics.set(&self.topic("hotbeds"), &state.hotbeds);
-        hub.topics.set(&self.topic("status"), &*state.status);
+        let status = state.status.clone();
+        hub.topics.set_live(&self.topic("summary"), Summary(status.clone()), true);
+        hub.topics.set_live(&self.topic("status"), status, false);
         drop(state);
         self.publish_link(hub, true);
         self.publish_readiness(hub);
@@ -209,15 +216,33 @@ impl Station {
 
     /// A new state, or that the old one has become stale.
     pub fn set_status(&self, hub: &Hub, mut status: Status) {
+        let old = self.status();
+        let same_flags = status.has_flags_of(&old);
         status.resumes_ms = None;
         if !status.stale {
-            status.resumes_ms = lock(&self.programs).observe(hub.clock.now_ms(), &status);
-            self.publish_program(hub);
+            let mut programs = lock(&self.programs);
+            if !(same_flags && programs.are_idle()) {
+                let before = programs.current().cloned();
+                status.resumes_ms = programs.observe(hub.clock.now_ms(), &status);
+                let news = programs.current() != before.as_ref();
+                drop(programs);
+                if news {
+                    self.publish_program(hub);
+                }
+            }
+        }
+        if status == *old {
+            return;
         }
         let status = Arc::new(status);
-        let old = std::mem::replace(&mut lock(&self.state).status, status.clone());
-        hub.topics.set_live(&self.topic("status"), &*status, !status.is_like(&old));
-        self.publish_readiness(hub);
+        lock(&self.state).status = status.clone();
+        if !summary::is_same(&status, &old) {
+            hub.topics.set_live(&self.topic("summary"), Summary(status.clone()), true);
+        }
+        hub.topics.set_live(&self.topic("status"), status, false);
+        if !same_flags {
+            self.publish_readiness(hub);
+        }
     }
 
     /// The connection came or went.
@@ -273,12 +298,15 @@ impl Station {
         link.insert("since_ms".into(), state.link_since_ms.into());
         link.insert("error".into(), json!(state.link_error));
         link.insert("poll_ms".into(), self.config.poll_ms.into());
-        hub.topics.set_live(&self.topic("link"), &link, news);
+        drop(state);
+        hub.topics.set_live(&self.topic("link"), link, news);
     }
 
-    fn publish_readiness(&self, hub: &Hub) {
+    /// Publishes whether it is ready.
+    pub fn publish_readiness(&self, hub: &Hub) {
+        let unheld = lock(&self.params).unheld;
         let state = lock(&self.state);
-        let readiness = model::readiness(&state.status, state.link_up);
+        let readiness = model::readiness(&state.status, state.link_up, unheld);
         hub.topics.set(&self.topic("readiness"), &readiness);
     }
 

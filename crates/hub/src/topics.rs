@@ -4,8 +4,9 @@
 //! that are newer, as they are now: who is slow gets fewer values, and costs nobody anything.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::ops::Bound;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use serde::Serialize;
 use serde_json::value::{RawValue, to_raw_value};
@@ -25,39 +26,80 @@ pub struct Topics {
 struct All {
     topics: BTreeMap<String, Topic>,
     order: BTreeMap<u64, String>,
-    /// Of topics that change all the time, when they changed in more than figures.
-    news: BTreeMap<u64, String>,
+    /// Of topics of monitors, when they changed in more than figures: what people wait for, and the
+    /// rest.
+    news: [BTreeMap<u64, String>; 2],
 }
 
+/// How far news are told, of each kind.
+pub type News = [u64; 2];
+
 /// A value, and when it became so.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Topic {
     version: u64,
     /// When it last changed in more than figures.
     news: u64,
     /// `None`: it is gone. Kept, so that everybody hears of it; ids of topics are few.
-    value: Option<Arc<RawValue>>,
+    value: Option<Published>,
 }
 
-/// Of which monitors a client is sent every change of what is large or changes all the time; of the
-/// others it hears once a second what is more than figures. `None`: of all.
+/// A value, written when it is read first: most values are replaced before anybody reads them.
+#[derive(Clone)]
+struct Published {
+    text: OnceLock<Arc<RawValue>>,
+    value: Arc<dyn Fn() -> Option<Arc<RawValue>> + Send + Sync>,
+}
+
+impl fmt::Debug for Published {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Published").field(&self.text()).finish()
+    }
+}
+
+impl Published {
+    fn written(text: Arc<RawValue>) -> Self {
+        Self { text: text.into(), value: Arc::new(|| None) }
+    }
+
+    fn text(&self) -> Option<Arc<RawValue>> {
+        if self.text.get().is_none() {
+            _ = self.text.set((self.value)()?);
+        }
+        self.text.get().cloned()
+    }
+}
+
+/// Of which monitors a client is sent every change; of the others it hears once a second what is
+/// more than figures. `None`: of all.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Audience(pub Option<BTreeSet<String>>);
 
-/// Parts of a monitor that are large or change all the time, and that its own pages show.
-const LIVE: [&str; 6] = ["status", "link", "params", "params_progress", "limits", "hotbeds"];
+/// Parts of a monitor that people wait for, as they do for alarms: of who is not looked at, their
+/// news go before those of
+const FIRST: [&str; 3] = ["authority", "readiness", "program"];
+/// parts that are large or change all the time.
+const REST: [&str; 7] =
+    ["status", "link", "params", "params_progress", "limits", "hotbeds", SUMMARY];
+/// What others than its own pages show of the state of a monitor.
+const SUMMARY: &str = "summary";
 
-/// The monitor whose part a topic is, if that is one of these.
-fn live(topic: &str) -> Option<&str> {
+/// The monitor that a topic is of, and which of [`All::news`] its news are; all others are sent to
+/// every client at once.
+fn live(topic: &str) -> Option<(&str, usize)> {
+    if let Some((monitor, _)) = topic.strip_prefix("alarms/").and_then(|id| id.split_once('/')) {
+        return (monitor != "hub").then_some((monitor, 0));
+    }
     let (monitor, part) = topic.strip_prefix("monitors/")?.rsplit_once('/')?;
-    LIVE.contains(&part).then_some(monitor)
+    let kinds: [&[&str]; 2] = [&FIRST, &REST];
+    Some((monitor, kinds.iter().position(|kind| kind.contains(&part))?))
 }
 
 impl Audience {
     /// Whether every change of a topic is sent.
-    fn wants(&self, topic: &str) -> bool {
+    pub fn wants(&self, topic: &str) -> bool {
         match (&self.0, live(topic)) {
-            (Some(monitors), Some(monitor)) => monitors.contains(monitor),
+            (Some(monitors), Some((monitor, _))) => monitors.contains(monitor),
             _ => true,
         }
     }
@@ -105,21 +147,19 @@ impl Default for Topics {
 impl Topics {
     /// Publishes a value, if it is another one than before.
     pub fn set(&self, name: &str, value: &impl Serialize) {
-        self.set_live(name, value, true);
-    }
-
-    /// As [`Topics::set`]; unless it is `news`, who does not look at this monitor need not hear.
-    pub fn set_live(&self, name: &str, value: &impl Serialize, news: bool) {
         let Ok(value) = to_raw_value(value) else { return };
         let mut all = lock(&self.all);
-        let same = all
-            .topics
-            .get(name)
-            .and_then(|topic| topic.value.as_ref())
-            .is_some_and(|old| old.get() == value.get());
-        if !same {
-            self.put(&mut all, name, Some(value.into()), news);
+        if all.text(name).is_none_or(|old| old.get() != value.get()) {
+            self.put(&mut all, name, Some(Published::written(value.into())), true);
         }
+    }
+
+    /// Publishes what changes all the time, and is written only if somebody reads it before it
+    /// changes again. Unless it is `news`, who does not look at this monitor need not hear.
+    pub fn set_live(&self, name: &str, value: impl Serialize + Send + Sync + 'static, news: bool) {
+        let value = Arc::new(move || to_raw_value(&value).ok().map(Arc::from));
+        let value = Published { text: OnceLock::new(), value };
+        self.put(&mut lock(&self.all), name, Some(value), news);
     }
 
     /// Takes a topic away.
@@ -132,7 +172,7 @@ impl Topics {
 
     /// The value of a topic.
     pub fn get(&self, name: &str) -> Option<Arc<RawValue>> {
-        lock(&self.all).topics.get(name).and_then(|topic| topic.value.clone())
+        lock(&self.all).text(name)
     }
 
     /// The version, now and whenever it grows.
@@ -144,9 +184,10 @@ impl Topics {
     pub fn since(&self, version: u64) -> (u64, Changed) {
         let all = lock(&self.all);
         let mut changed = Changed::default();
-        for name in all.order.range(after(version)).map(|(_, name)| name) {
+        let new = all.order.range(after(version)).map(|(_, name)| name);
+        for name in new.filter(|name| !name.ends_with(SUMMARY)) {
             let change = match live(name) {
-                Some(monitor) => changed.live.entry(monitor.to_owned()).or_default(),
+                Some((monitor, _)) => changed.live.entry(monitor.to_owned()).or_default(),
                 None => &mut changed.common,
             };
             all.tell(name, change);
@@ -154,25 +195,26 @@ impl Topics {
         (*self.version.borrow(), changed)
     }
 
-    /// News of topics that change all the time, newer than a version, the oldest first until they
-    /// have so many bytes; and how far they go.
-    pub fn news(&self, mut version: u64, bytes_max: usize) -> (u64, Change) {
+    /// News of monitors, newer than versions: what people wait for, then the rest, of each the
+    /// oldest first until they have so many bytes; and how far they go.
+    pub fn news(&self, mut seen: News, bytes_max: usize) -> (News, Change) {
         let all = lock(&self.all);
         let (mut change, mut bytes) = (Change::default(), 0);
-        for (news, name) in all.news.range(after(version)) {
-            let value = all.topics.get(name).and_then(|topic| topic.value.as_ref());
-            bytes += name.len() + value.map_or(0, |value| value.get().len());
-            if bytes > bytes_max && !change.is_empty() {
-                return (version, change);
+        for (news, seen) in all.news.iter().zip(&mut seen) {
+            for (version, name) in news.range(after(*seen)) {
+                bytes += name.len() + all.text(name).map_or(0, |value| value.get().len());
+                if bytes > bytes_max && !change.is_empty() {
+                    break;
+                }
+                *seen = *version;
+                all.tell(name, &mut change);
             }
-            version = *news;
-            all.tell(name, &mut change);
         }
-        (*self.version.borrow(), change)
+        (seen, change)
     }
 
-    /// What an audience that has seen a version, and news up to another one, has to be sent.
-    pub fn missed(&self, version: u64, news: u64, audience: &Audience) -> (u64, Change) {
+    /// What an audience that has seen a version, and news up to others, has to be sent.
+    pub fn missed(&self, version: u64, news: News, audience: &Audience) -> (u64, Change) {
         let (to, changed) = self.since(version);
         let mut change = changed.of(audience);
         let (_, mut rest) = self.news(news, usize::MAX);
@@ -185,29 +227,35 @@ impl Topics {
     pub fn live_of(&self, audience: &Audience) -> Change {
         let all = lock(&self.all);
         let mut change = Change::default();
-        for name in all.topics.keys().filter(|it| live(it).is_some() && audience.wants(it)) {
+        let wanted = |name: &str| live(name).is_some() && audience.wants(name);
+        for name in all.topics.keys().filter(|it| wanted(it) && !it.ends_with(SUMMARY)) {
             all.tell(name, &mut change);
         }
         change
     }
 
-    fn put(&self, all: &mut All, name: &str, value: Option<Arc<RawValue>>, news: bool) {
+    fn put(&self, all: &mut All, name: &str, value: Option<Published>, news: bool) {
         // Counted under the lock: a reader never sees a version before its value.
         let version = *self.version.borrow() + 1;
-        let old = all.topics.get(name).map(|topic| (topic.version, topic.news));
-        if let Some((old, _)) = old {
-            all.order.remove(&old);
+        let All { topics, order, news: all_news } = all;
+        let kind = live(name).filter(|_| news).and_then(|(_, kind)| all_news.get_mut(kind));
+        let topic = match topics.get_mut(name) {
+            Some(topic) => topic,
+            None => topics.entry(name.to_owned()).or_default(),
+        };
+        topic.value = value;
+        move_to(order, &mut topic.version, version, name);
+        if let Some(kind) = kind {
+            move_to(kind, &mut topic.news, version, name);
         }
-        all.order.insert(version, name.to_owned());
-        let mut told = old.map_or(0, |(_, news)| news);
-        if live(name).is_some() && news {
-            all.news.remove(&told);
-            all.news.insert(version, name.to_owned());
-            told = version;
-        }
-        all.topics.insert(name.to_owned(), Topic { version, news: told, value });
         self.version.send_replace(version);
     }
+}
+
+/// Puts a name at the end of an order.
+fn move_to(order: &mut BTreeMap<u64, String>, at: &mut u64, version: u64, name: &str) {
+    let known = order.remove(&std::mem::replace(at, version));
+    order.insert(version, known.unwrap_or_else(|| name.to_owned()));
 }
 
 /// Versions after one.
@@ -216,10 +264,14 @@ const fn after(version: u64) -> (Bound<u64>, Bound<u64>) {
 }
 
 impl All {
+    fn text(&self, name: &str) -> Option<Arc<RawValue>> {
+        self.topics.get(name)?.value.as_ref()?.text()
+    }
+
     /// What a topic is now.
     fn tell(&self, name: &str, change: &mut Change) {
-        match self.topics.get(name).and_then(|topic| topic.value.as_ref()) {
-            Some(value) => _ = change.set.insert(name.to_owned(), value.clone()),
+        match self.text(name) {
+            Some(value) => _ = change.set.insert(name.to_owned(), value),
             None => change.gone.push(name.to_owned()),
         }
     }
@@ -265,18 +317,18 @@ mod tests {
         }
         let (version, _) = topics.since(0);
         for id in 1..=100 {
-            topics.set_live(&format!("monitors/M{id}/status"), &id, false);
+            topics.set_live(&format!("monitors/M{id}/status"), id, false);
         }
-        topics.set("alarms/M7/x", &1);
+        topics.set("alarms/hub/x", &1);
         let (_, changed) = topics.since(version);
         let names: Vec<_> = changed.of(&one).set.into_keys().collect();
-        assert_eq!(names, ["alarms/M7/x", "monitors/M1/status"]);
+        assert_eq!(names, ["alarms/hub/x", "monitors/M1/status"]);
         assert_eq!(changed.of(&Audience::default()).set.len(), 101);
-        assert!(topics.news(version, 9000).1.is_empty(), "figures are no news");
+        assert!(topics.news([version; 2], 9000).1.is_empty(), "figures are no news");
         for id in (1..=100).rev() {
-            topics.set_live(&format!("monitors/M{id}/status"), &"x".repeat(1000), true);
+            topics.set_live(&format!("monitors/M{id}/status"), "x".repeat(1000), true);
         }
-        let (mut news, mut all, mut pieces) = (version, BTreeSet::new(), 0);
+        let (mut news, mut all, mut pieces) = ([version; 2], BTreeSet::new(), 0);
         loop {
             let (to, change) = topics.news(news, 9000);
             if change.is_empty() {
@@ -288,7 +340,46 @@ mod tests {
             (news, pieces) = (to, pieces + 1);
         }
         assert_eq!((all.len(), pieces), (100, 13));
-        let (_, missed) = topics.missed(version, version, &one);
+        let (_, missed) = topics.missed(version, [version; 2], &one);
         assert_eq!(missed.set.len(), 101, "who is behind is sent all of it");
+    }
+
+    #[test]
+    fn a_summary_is_for_who_does_not_see_all() {
+        let topics = Topics::default();
+        topics.set("monitors/M1/summary", &1);
+        for audience in [Audience::default(), Audience(Some(["M1".to_owned()].into()))] {
+            assert!(topics.since(0).1.of(&audience).is_empty());
+            assert!(topics.live_of(&audience).is_empty());
+        }
+        assert_eq!(topics.news([0; 2], 9000).1.set["monitors/M1/summary"].get(), "1");
+    }
+
+    #[test]
+    fn of_other_monitors_all_is_bounded_and_alarms_come_first() {
+        let (topics, one) = (Topics::default(), Audience(Some(["M1".to_owned()].into())));
+        for id in 1..=100 {
+            topics.set_live(&format!("monitors/M{id}/status"), "x".repeat(1000), true);
+        }
+        for id in 1..=100 {
+            for topic in ["readiness", "authority", "program"] {
+                topics.set(&format!("monitors/M{id}/{topic}"), &"x".repeat(300));
+            }
+            topics.set(&format!("alarms/M{id}/Link/Stale"), &"x".repeat(1000));
+        }
+        let (version, changed) = topics.since(0);
+        let own = changed.of(&one).set;
+        assert!(own.len() == 5 && own.keys().all(|name| name.contains("/M1/")), "{own:?}");
+        let (mut news, mut order) = ([0; 2], Vec::new());
+        while news.iter().max() < Some(&version) || order.len() < 500 {
+            let (to, change) = topics.news(news, 9000);
+            let bytes: usize = change.set.values().map(|value| value.get().len()).sum();
+            assert!((1..=9000).contains(&bytes), "{bytes} bytes at a time");
+            order.extend(change.set.into_keys());
+            news = to;
+        }
+        let first_status = order.iter().position(|name| name.ends_with("status"));
+        assert!(first_status >= Some(370), "what people wait for goes first: {first_status:?}");
+        assert_eq!(order.len(), 500, "and nothing is told twice");
     }
 }

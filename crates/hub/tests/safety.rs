@@ -192,3 +192,66 @@ async fn stop_reaches_every_monitor_and_lockout_closes() {
     release["confirm"] = json!("M1");
     assert_eq!(operator.ask(release).await["result"]["ok"], true);
 }
+
+/// §3.1/3 The motion ends by itself, and the program goes on from there.
+#[tokio::test]
+async fn a_hand_corrects_a_running_program_which_then_goes_on() {
+    let site = Site::open(1).await;
+    let mut operator = site.ws("").await;
+    operator.authority("M1", "take").await;
+    let quench = "StartQuench Control centre=0,0 nozzle=60 sector=600,300 step=2 distance=25";
+    let begun =
+        operator.ask(json!({ "type": "request", "monitor": "M1", "request": quench })).await;
+    assert_eq!(begun["result"]["ok"], true, "{begun}");
+    let is_set = |flag| {
+        let status = site.hub.station("M1").unwrap().status();
+        status.is_set(lafet_proto::SubsystemId::CONTROL, flag)
+    };
+    until("the program runs", || is_set("Quench") && !is_set("Paused")).await;
+    hold(&mut operator, "Vertical", "max", SECOND).await;
+    until("the hand pauses it", || is_set("Paused")).await;
+    let ended = operator.next_where(|it| it["type"] == "jog" && it["state"] == "ended").await;
+    assert_eq!(ended["end"], "stopped", "the motion ends with its beats, in a program too");
+    let still = tokio::time::Instant::now();
+    assert!(is_set("Paused") && site.bus.commanded(0, VERTICAL) == 0);
+    until("the program goes on", || is_set("Quench") && !is_set("Paused")).await;
+    let waited = still.elapsed();
+    assert!(waited > 2 * SECOND && waited < 4 * SECOND, "{waited:?} after the motion");
+    until("it moves the drives again", || site.bus.commanded(0, HORIZONTAL) != 0).await;
+}
+
+/// 31 addresses of a line of 32 that do not answer take nothing from the one that does.
+#[tokio::test]
+async fn silent_neighbours_cost_the_living_nothing() {
+    let site = Site::with(32, |config| {
+        config.login = false;
+        config.monitors.iter_mut().for_each(|monitor| monitor.poll_ms = 200);
+    })
+    .await;
+    let mut operator = site.ws("").await;
+    operator.authority("M1", "take").await;
+    let polls = || site.hub.station("M1").unwrap().exchanged().own.believed;
+    let mut moved_arcmin = 0.0;
+    for silent in [false, true] {
+        if silent {
+            site.bus.lock().iter_mut().skip(1).for_each(lafet_sim::sim::Sim::power_off);
+            let stale = |number| site.hub.station(&format!("M{number}")).unwrap().health() != "up";
+            until("31 are silent", || (2..=32).all(stale)).await;
+            until("the other one has its turn", || !stale(1)).await;
+        }
+        let (before, alive) = (polls(), || site.hub.station("M1").unwrap().health() == "up");
+        assert!(stays(3 * SECOND, alive).await, "it never appears silent");
+        let count = polls() - before;
+        assert!(count >= 13, "{count} of 15 polls in 3 s, 31 silent: {silent}");
+        let toward = if silent { "min" } else { "max" };
+        let from = site.bus.position(0, HORIZONTAL);
+        hold(&mut operator, "Horizontal", toward, 5 * SECOND / 2).await;
+        until("it stands", || site.bus.commanded(0, HORIZONTAL) == 0).await;
+        operator.next_where(|it| it["type"] == "jog" && it["state"] == "ended").await;
+        let way = (site.bus.position(0, HORIZONTAL) - from).abs();
+        assert!(way >= 0.9 * moved_arcmin, "{way}\u{2032} by hand, {moved_arcmin}\u{2032} before");
+        moved_arcmin = way;
+    }
+    let alarms = site.get("", "/api/alarms").await.body.to_string();
+    assert!(alarms.contains("M2/Link/Stale") && !alarms.contains("M1/Link"), "{alarms}");
+}

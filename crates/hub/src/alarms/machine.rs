@@ -13,6 +13,7 @@
 //! ```
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Bound;
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Severity, set_flags};
@@ -238,7 +239,7 @@ impl Alarms {
         if down {
             holding.push(own("Down", catalogue::link_down()));
         }
-        if status.stale {
+        if status.stale && !status.queued {
             holding.push(own("Stale", catalogue::stale()));
         }
         let known = up && !status.stale;
@@ -248,7 +249,7 @@ impl Alarms {
                 let bad = set_flags(id, state.bits).filter(|it| it.severity() >= Severity::Warning);
                 holding.extend(bad.map(|flag| Condition {
                     monitor: monitor.to_owned(),
-                    subsystem: name.clone(),
+                    subsystem: (*name).to_owned(),
                     flag: flag.info.name.to_owned(),
                     texts: catalogue::of_flag(id, flag.info),
                 }));
@@ -261,14 +262,26 @@ impl Alarms {
             ids.insert(id);
         }
         let gone: Vec<String> = self
-            .all
-            .values()
-            .filter(|alarm| alarm.monitor == monitor && !ids.contains(&alarm.id))
+            .of(monitor)
+            .filter(|alarm| !ids.contains(&alarm.id))
             .filter(|alarm| known || alarm.subsystem == "Link")
             .map(|alarm| alarm.id.clone())
             .collect();
         gone.iter().for_each(|id| self.gone(now_ms, id, &mut changes));
         changes
+    }
+
+    /// The alarms of a monitor.
+    fn of<'a>(&'a self, monitor: &'a str) -> impl Iterator<Item = &'a Alarm> {
+        // Their ids begin with its.
+        let own = self.all.range::<str, _>((Bound::Included(monitor), Bound::Unbounded));
+        let own = own.take_while(move |(id, _)| id.starts_with(monitor));
+        own.map(|(_, alarm)| alarm).filter(move |alarm| alarm.monitor == monitor)
+    }
+
+    /// Whether the condition of an alarm of a monitor is gone, and not yet for long enough.
+    pub fn is_returning(&self, monitor: &str) -> bool {
+        self.of(monitor).any(|alarm| alarm.active && alarm.gone_ms.is_some())
     }
 
     /// A monitor is not there any more.
@@ -447,6 +460,8 @@ impl Alarms {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::model::Subsystem;
 
@@ -454,7 +469,7 @@ mod tests {
 
     fn status(bits: u32) -> Status {
         let state = Subsystem { bits, ..Subsystem::default() };
-        let subsystems = [("Vertical".to_owned(), state)].into();
+        let subsystems = [("Vertical", Arc::new(state))].into();
         Status { at_ms: Some(1), subsystems, ..Status::default() }
     }
 
@@ -485,7 +500,7 @@ mod tests {
         let found = |found: bool| {
             let mut detector = crate::model::Subsystem::default();
             detector.set_bits(SubsystemId::DETECTOR, u32::from(found) << 17);
-            let subsystems = [("Detector".to_owned(), detector)].into();
+            let subsystems = [("Detector", Arc::new(detector))].into();
             Status { at_ms: Some(1), subsystems, ..Status::default() }
         };
         let mut alarms = Alarms::default();
@@ -573,6 +588,15 @@ mod tests {
             alarms.observe(at, "M1", &status(OVERLOAD), true);
         }
         assert_eq!(alarms.get("M1/Link/Down").unwrap().state, "rtn_unack");
+    }
+
+    #[test]
+    fn whose_turn_on_the_line_has_not_come_is_not_silent() {
+        let mut alarms = Alarms::default();
+        let queued = Status { stale: true, queued: true, ..status(0) };
+        assert!(alarms.observe(10, "M1", &queued, true).is_empty());
+        let silent = Status { queued: false, ..queued };
+        assert_eq!(alarms.observe(20, "M1", &silent, true).len(), 1);
     }
 
     #[test]

@@ -203,6 +203,8 @@ fn head(text: &mut String, name: &str, kind: &str, help: &str) {
 mod tests {
     use std::time::Duration;
 
+    use lafet_proto::SubsystemId;
+
     use super::*;
     use crate::model::Subsystem;
 
@@ -216,7 +218,8 @@ mod tests {
     fn a_thousand_monitors_are_written_in_a_moment() {
         let fields = ["position", "current", "speed"].map(|name| (name, 1234_i64));
         let one = Subsystem { fields: fields.into(), ..Subsystem::default() };
-        let subsystems = (0..14).map(|it| (format!("Subsystem{it}"), one.clone())).collect();
+        let names = SubsystemId::KNOWN.iter().take(14).map(|(_, name)| *name);
+        let subsystems = names.map(|name| (name, Arc::new(one.clone()))).collect();
         let status = Arc::new(Status { subsystems, ..Status::default() });
         let seen = |id| Seen {
             id: format!("M{id}"),
@@ -232,7 +235,7 @@ mod tests {
         assert_eq!(text.lines().count(), 1000 * (1 + 6 + 14 * 3) + 2 * (1 + 6 + 1));
         // Ten times what a debug build takes.
         assert!(took < Duration::from_millis(200), "{took:?}");
-        let line = "lafet_status{monitor=\"M7\",subsystem=\"Subsystem3\",field=\"speed\"} 1234\n";
+        let line = "lafet_status{monitor=\"M7\",subsystem=\"Vertical\",field=\"speed\"} 1234\n";
         assert!(text.contains(line));
     }
 }

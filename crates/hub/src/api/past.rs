@@ -1,6 +1,7 @@
 //! The history as what the topics of the WebSocket were.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use axum::extract::{Query, State};
 use axum::response::Response;
@@ -165,21 +166,26 @@ impl Past {
     }
 }
 
-/// Puts a value into a state; one that is not known makes it stale.
+/// Puts a value into a state. A status word that is not known makes it stale, a field is left out.
 fn apply(status: &mut Status, (series, _, value): &Change) {
-    let Some(value) = value else {
-        status.stale = true;
-        return;
-    };
     let Some((name, field)) = series.split_once('.') else { return };
     let Some(id) = SubsystemId::from_name(name) else { return };
-    let state = status.subsystems.entry(name.to_owned()).or_insert_with(|| Subsystem {
-        severity: model::severity(flags::Severity::Info),
-        ..Subsystem::default()
+    let Some(name) = id.name() else { return };
+    let state = status.subsystems.entry(name).or_insert_with(|| {
+        let severity = model::severity(flags::Severity::Info);
+        Arc::new(Subsystem { severity, ..Subsystem::default() })
     });
-    if field == "bits" {
-        return state.set_bits(id, *value as u32);
-    }
+    let state = Arc::make_mut(state);
+    let value = match (field, value) {
+        ("bits", Some(bits)) => return state.set_bits(id, *bits as u32),
+        ("bits", None) => return status.stale = true,
+        (_, Some(value)) => value,
+        // Its sensor was faulty.
+        (_, None) => {
+            state.fields.remove(field);
+            return;
+        }
+    };
     let fields = of_answer(RequestId::GET_STATUS, id).iter().flat_map(|layout| layout.fields);
     let mut known = fields.filter(|it| it.kind != Kind::Flags);
     if let Some(known) = known.find(|it| it.name == field) {

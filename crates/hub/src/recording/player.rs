@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 use super::{SCENE, Whose};
 use crate::alarms::{Alarms, Conditions};
 use crate::api::show_frame;
-use crate::model::{self, Status};
+use crate::model::{self, Status, Subsystems};
 use crate::text::{Both, both};
 
 /// A state that is as it was is told this often.
@@ -124,7 +124,7 @@ impl Player {
                 self.set(&format!("monitors/{monitor}/hotbeds"), value);
             }
         }
-        let states = model::subsystems(told(RequestId::GET_STATUS));
+        let states = model::subsystems(told(RequestId::GET_STATUS), &Subsystems::new());
         if !states.is_empty() {
             let heard = self.monitors.entry(monitor.to_owned()).or_default();
             let mut subsystems = heard.status.subsystems.clone();
@@ -155,7 +155,7 @@ impl Player {
         self.set(&topic("status"), json!(status));
         let up = !status.stale;
         self.set(&topic("link"), json!({ "state": if up { "up" } else { "down" } }));
-        self.set(&topic("readiness"), json!(model::readiness(&status, up)));
+        self.set(&topic("readiness"), json!(model::readiness(&status, up, false)));
         let changes = self.alarms.observe(at_ms, monitor, &status, true);
         self.alarms_changed(changes);
     }

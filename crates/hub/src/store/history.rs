@@ -221,8 +221,9 @@ impl History {
         }
     }
 
-    /// A value of a series is known.
-    pub fn note(&mut self, at_ms: u64, monitor: &str, series: &str, value: f64) {
+    /// A value of a series is known; `false`: it comes too soon after the last change, and has to
+    /// be noted again if it stays.
+    pub fn note(&mut self, at_ms: u64, monitor: &str, series: &str, value: f64) -> bool {
         self.known_ms = at_ms;
         let pending = &mut self.pending;
         if let Some(current) = self.now.get_mut(monitor).and_then(|it| it.get_mut(series)) {
@@ -244,6 +245,15 @@ impl History {
         pending.push(Row::Raw(key.clone(), at_ms, Some(value)));
         let current = Current::begin(key, at_ms, value);
         self.now.entry(monitor.to_owned()).or_default().insert(series.to_owned(), current);
+        true
+    }
+
+    /// A value of a series is not known any more.
+    pub fn lost_series(&mut self, at_ms: u64, monitor: &str, series: &str) {
+        self.known_ms = at_ms;
+        if let Some(current) = self.now.get_mut(monitor).and_then(|all| all.remove(series)) {
+            current.lose(at_ms, &mut self.pending);
+        }
     }
 
     /// The values of a monitor are not known any more.
@@ -344,7 +354,7 @@ impl History {
     }
 }
 
-fn note(current: &mut Current, at_ms: u64, value: f64, pending: &mut Vec<Row>) {
+fn note(current: &mut Current, at_ms: u64, value: f64, pending: &mut Vec<Row>) -> bool {
     let (raw_ms, band) = link_series::grain(&current.key.series, current.value)
         .map_or((RAW_MS, f64::EPSILON), |it| (it.every_ms, it.band));
     let old = current.value;
@@ -361,6 +371,7 @@ fn note(current: &mut Current, at_ms: u64, value: f64, pending: &mut Vec<Row>) {
         current.noted_ms = at_ms;
         pending.push(Row::Raw(current.key.clone(), at_ms, Some(current.value)));
     }
+    (value - current.value).abs() <= band
 }
 
 impl Base {
@@ -452,6 +463,19 @@ mod tests {
             Rows::Spans(spans) => spans,
             Rows::Changes(_) => panic!("spans were asked for"),
         }
+    }
+
+    #[tokio::test]
+    async fn a_value_that_is_left_out_is_a_gap_and_one_that_comes_too_soon_is_asked_for_again() {
+        let mut history = History::open(None).unwrap();
+        assert!(history.note(1000, "M1", "a", 5.0));
+        assert!(!history.note(1100, "M1", "a", 6.0), "too soon");
+        assert!(history.note(1300, "M1", "a", 6.0));
+        history.lost_series(2000, "M1", "a");
+        history.lost_series(2100, "M1", "a");
+        assert!(history.note(9000, "M1", "a", 7.0));
+        let changes = json!([[1000, 5.0], [1300, 6.0], [2000, null], [9000, 7.0]]);
+        assert_eq!(raw(&mut history).await, changes);
     }
 
     #[tokio::test]

@@ -124,11 +124,10 @@ impl Writer {
             return Ok(());
         }
         let kept_up =
-            self.seen.version == shared.from.version && self.seen.news >= shared.from.news;
+            self.seen.version == shared.from.version && self.seen.has_news_of(&shared.from);
         let text = match &shared.text {
             Some(text) if kept_up => {
-                let news = self.seen.news.max(shared.to.news);
-                self.seen = Seen { version: shared.to.version, news };
+                self.seen = self.seen.with(&shared.to);
                 text.clone()
             }
             _ if self.seen.version == shared.to.version => return Ok(()),

@@ -78,20 +78,21 @@ pub struct Audience(pub Option<BTreeSet<String>>);
 /// Parts of a monitor that people wait for, as they do for alarms: of who is not looked at, their
 /// news go before those of
 const FIRST: [&str; 3] = ["authority", "readiness", "program"];
-/// parts that are large or change all the time.
-const REST: [&str; 7] =
-    ["status", "link", "params", "params_progress", "limits", "hotbeds", SUMMARY];
+/// these parts.
+const REST: [&str; 4] = ["link", "limits", "hotbeds", SUMMARY];
+/// Parts that are sent only to who looks at the monitor.
+const OWN: [&str; 3] = ["status", "params", "params_progress"];
 /// What others than its own pages show of the state of a monitor.
 const SUMMARY: &str = "summary";
 
-/// The monitor that a topic is of, and which of [`All::news`] its news are; all others are sent to
-/// every client at once.
+/// The monitor that a topic is of, and which of [`All::news`] its news are, if any; topics of no
+/// monitor are sent to every client at once.
 fn live(topic: &str) -> Option<(&str, usize)> {
     if let Some((monitor, _)) = topic.strip_prefix("alarms/").and_then(|id| id.split_once('/')) {
         return (monitor != "hub").then_some((monitor, 0));
     }
     let (monitor, part) = topic.strip_prefix("monitors/")?.rsplit_once('/')?;
-    let kinds: [&[&str]; 2] = [&FIRST, &REST];
+    let kinds: [&[&str]; 3] = [&FIRST, &REST, &OWN];
     Some((monitor, kinds.iter().position(|kind| kind.contains(&part))?))
 }
 
@@ -238,7 +239,10 @@ impl Topics {
         // Counted under the lock: a reader never sees a version before its value.
         let version = *self.version.borrow() + 1;
         let All { topics, order, news: all_news } = all;
-        let kind = live(name).filter(|_| news).and_then(|(_, kind)| all_news.get_mut(kind));
+        // That a part is gone is news of every part.
+        let told = |kind: usize| if value.is_none() { kind.min(1) } else { kind };
+        let kind = live(name).filter(|_| news).map(|(_, kind)| told(kind));
+        let kind = kind.and_then(|kind| all_news.get_mut(kind));
         let topic = match topics.get_mut(name) {
             Some(topic) => topic,
             None => topics.entry(name.to_owned()).or_default(),
@@ -313,20 +317,20 @@ mod tests {
         let topics = Topics::default();
         let one = Audience(Some(["M1".to_owned()].into()));
         for id in 1..=100 {
-            topics.set(&format!("monitors/M{id}/status"), &format!("{id:0>1000}"));
+            topics.set(&format!("monitors/M{id}/link"), &format!("{id:0>1000}"));
         }
         let (version, _) = topics.since(0);
         for id in 1..=100 {
-            topics.set_live(&format!("monitors/M{id}/status"), id, false);
+            topics.set_live(&format!("monitors/M{id}/link"), id, false);
         }
         topics.set("alarms/hub/x", &1);
         let (_, changed) = topics.since(version);
         let names: Vec<_> = changed.of(&one).set.into_keys().collect();
-        assert_eq!(names, ["alarms/hub/x", "monitors/M1/status"]);
+        assert_eq!(names, ["alarms/hub/x", "monitors/M1/link"]);
         assert_eq!(changed.of(&Audience::default()).set.len(), 101);
         assert!(topics.news([version; 2], 9000).1.is_empty(), "figures are no news");
         for id in (1..=100).rev() {
-            topics.set_live(&format!("monitors/M{id}/status"), "x".repeat(1000), true);
+            topics.set_live(&format!("monitors/M{id}/link"), "x".repeat(1000), true);
         }
         let (mut news, mut all, mut pieces) = ([version; 2], BTreeSet::new(), 0);
         loop {
@@ -335,7 +339,7 @@ mod tests {
                 break;
             }
             assert!(change.set.len() <= 9);
-            assert!(pieces > 0 || change.set.contains_key("monitors/M100/status"), "oldest first");
+            assert!(pieces > 0 || change.set.contains_key("monitors/M100/link"), "oldest first");
             all.extend(change.set.into_keys());
             (news, pieces) = (to, pieces + 1);
         }
@@ -359,7 +363,7 @@ mod tests {
     fn of_other_monitors_all_is_bounded_and_alarms_come_first() {
         let (topics, one) = (Topics::default(), Audience(Some(["M1".to_owned()].into())));
         for id in 1..=100 {
-            topics.set_live(&format!("monitors/M{id}/status"), "x".repeat(1000), true);
+            topics.set_live(&format!("monitors/M{id}/link"), "x".repeat(1000), true);
         }
         for id in 1..=100 {
             for topic in ["readiness", "authority", "program"] {
@@ -378,8 +382,8 @@ mod tests {
             order.extend(change.set.into_keys());
             news = to;
         }
-        let first_status = order.iter().position(|name| name.ends_with("status"));
-        assert!(first_status >= Some(370), "what people wait for goes first: {first_status:?}");
+        let first_link = order.iter().position(|name| name.ends_with("link"));
+        assert!(first_link >= Some(370), "what people wait for goes first: {first_link:?}");
         assert_eq!(order.len(), 500, "and nothing is told twice");
     }
 }

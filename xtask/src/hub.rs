@@ -3,22 +3,28 @@
 use std::process::{Command, ExitCode};
 
 use crate::run::{self, StepResult, cargo, output, show, target};
-use crate::{TaskResult, flag, setup};
+use crate::{TaskResult, setup};
 
 /// A thousand connections are two thousand files, half of them the hub's.
 const LIMITED: &str = "ulimit -n 8192 2>/dev/null || ulimit -n $(ulimit -H -n); exec \"$0\" \"$@\"";
 
 pub fn load(arguments: &[String]) -> TaskResult {
-    let quick = flag(arguments, Some("--quick"))?;
-    let mut command = program("robust")?;
-    if quick {
-        command.arg("--quick");
-    }
-    show(&mut command)?;
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let size = match words[..] {
+        [] => None,
+        ["--quick"] => Some("--quick"),
+        ["--flood", kind] => {
+            show(program("floods")?.arg(kind))?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        _ => return Err("usage: cargo xtask hub-load [--quick | --flood KIND]".to_owned()),
+    };
+    show(program("robust")?.args(size))?;
+    show(program("floods")?.args(size))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Half a minute of it.
+/// A minute of it.
 pub fn check() -> StepResult {
     load(&["--quick".to_owned()]).map(|_| ())
 }

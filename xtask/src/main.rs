@@ -156,12 +156,14 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "hub-load",
-        arguments: "[--quick]",
-        about: "the hub in trouble: garbage, storms, slow clients, a full disk, kill -9",
+        arguments: "[--quick | --flood KIND]",
+        about: "the hub in trouble: garbage, storms, a full disk, kill -9, floods of every message",
         details: "Runs lafet serve with simulated monitors. Fails when a Stop is not through within \
-                  100 ms (99 of 100), when an entry of the audit log is lost or its chain broken. The \
-                  figures of a run stand in docs/hub.md. With --quick, half a minute and less of \
-                  everything: part of cargo xtask ci.",
+                  100 ms (99 of 100), when an entry of the audit log is lost or its chain broken; then \
+                  floods it with every kind of message, and fails when Stops of others are late or \
+                  memory grows. The figures of a run stand in docs/hub.md. With --quick, a minute and \
+                  less of everything: part of cargo xtask ci. --flood KIND: only kinds whose names \
+                  hold this, each for 60 s from 1 and 200 connections in every manner.",
         run: hub::load,
     },
     Task {

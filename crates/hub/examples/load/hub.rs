@@ -1,7 +1,6 @@
 //! The program `lafet serve`, as a process of its own.
 
 use std::io::{BufRead, BufReader};
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -33,11 +32,12 @@ impl Hub {
         Self::of(command.arg(lafet).arg(config))
     }
 
-    /// Starts this program as a hub with these monitors; what it says of itself.
-    pub fn own(folder: &Path, monitors: &[SocketAddr]) -> Fallible<(Self, Value)> {
-        let mut command = Command::new(std::env::current_exe()?);
-        command.arg("serve").arg(folder).args(monitors.iter().map(ToString::to_string));
-        Self::said(&mut command)
+    /// The same with users; the link to make the first administrator, if there is none.
+    pub fn with_users(lafet: &Path, config: &Path) -> Fallible<(Self, Option<String>)> {
+        let mut command = Command::new(lafet);
+        command.args(["--json", "serve", "--no-browser", "--config"]).arg(config);
+        let (hub, said) = Self::said(&mut command)?;
+        Ok((hub, said["setup"].as_str().map(str::to_owned)))
     }
 
     /// Starts the demo.
@@ -55,7 +55,7 @@ impl Hub {
         BufReader::new(child.stdout.take().ok_or("no output")?).read_line(&mut line)?;
         let said: Value = serde_json::from_str(&line).map_err(|_| format!("it said `{line}`"))?;
         let url = said["listening"].as_str().ok_or("no address")?;
-        let place = url.trim_start_matches("http://").to_owned();
+        let place = url.trim_start_matches("http://").trim_start_matches("https://").to_owned();
         Ok((Self { child, place }, said))
     }
 

@@ -13,14 +13,18 @@ pub struct Kind {
 /// How it is sent.
 #[derive(Clone, Debug)]
 pub enum Way {
-    /// A request over HTTP: method, path, body.
-    Http(String, String, Vec<u8>),
+    /// A request over HTTP; each of `headers` with its line's end.
+    Http { method: String, path: String, headers: String, body: Vec<u8> },
     /// A message of the WebSocket.
     Message(Value),
     /// A WebSocket's ping.
     Ping,
+    /// A message of the WebSocket that never ends, in fragments of this text.
+    Fragments(Vec<u8>),
     /// Bytes that are no whole request; the connection is left as it is.
     Bytes(Vec<u8>),
+    /// A whole handshake of TLS, and the end of the connection.
+    Handshake,
 }
 
 /// All kinds, or those that have no load.
@@ -39,8 +43,9 @@ pub fn all() -> Result<Vec<Kind>, String> {
                 "GET" | "DELETE" => Some(Vec::new()),
                 _ => body(&name).map(|body| body.to_string().into_bytes()),
             };
-            let way = filled(path).zip(body).map(|(path, body)| Way::Http(method, path, body));
-            add(name, way);
+            let headers = String::new();
+            let way = filled(path).zip(body);
+            add(name, way.map(|(path, body)| Way::Http { method, path, headers, body }));
         }
     }
     for kind in lafet_hub::messages() {
@@ -50,14 +55,40 @@ pub fn all() -> Result<Vec<Kind>, String> {
         });
         add(format!("WebSocket {kind}"), message);
     }
-    let half = |head: &str| Some(Way::Bytes(head.as_bytes().to_vec()));
     add("WebSocket ping".into(), Some(Way::Ping));
+    // One grows; one is as long as it was, however often it is continued.
+    add("WebSocket fragments".into(), Some(Way::Fragments(vec![b' '; 1000])));
+    add("WebSocket empty fragments".into(), Some(Way::Fragments(Vec::new())));
+    for (path, packed) in [("/api/alarms/ack", "body"), ("/api/recordings/upload", "file")] {
+        let way = http("POST", path, "Content-Encoding: gzip\r\n", vec![0x1f; 4000]);
+        add(format!("packed {packed}"), Some(way));
+    }
+    for path in ["/", "/api/openapi.json", "/api/dictionary", "/api/monitors", "/metrics"] {
+        let way = http("GET", path, "Accept-Encoding: gzip\r\n", Vec::new());
+        add(format!("GET {path}, packed"), Some(way));
+    }
+    let half = |head: &str| Some(Way::Bytes(head.as_bytes().to_vec()));
     let post = "POST /api/login HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99\r\n\r\n{";
     add("half a body".into(), half(post));
     add("half a head".into(), half("GET /api/hub HTTP/1.1\r\nHost: loc"));
-    // ClientHello of TLS 1.2 as it begins.
-    add("half a handshake".into(), half("\u{16}\u{3}\u{1}\u{0}\u{7f}\u{1}"));
     if lacking.is_empty() { Ok(kinds) } else { Err(format!("no load: {}", lacking.join(", "))) }
+}
+
+fn http(method: &str, path: &str, headers: &str, body: Vec<u8>) -> Way {
+    let [method, path, headers] = [method, path, headers].map(str::to_owned);
+    Way::Http { method, path, headers, body }
+}
+
+/// The kinds that only a hub with TLS is sent.
+pub fn of_tls() -> Vec<Kind> {
+    let kind = |name: &str, way| Kind { name: name.to_owned(), way };
+    vec![
+        kind("whole handshakes", Way::Handshake),
+        // A ClientHello of TLS 1.2 as it begins.
+        kind("half a handshake", Way::Bytes(b"\x16\x03\x01\x00\x7f\x01".to_vec())),
+        kind("garbage for a handshake", Way::Bytes(vec![0xFF; 60_000])),
+        kind("GET /api/hub over TLS", http("GET", "/api/hub", "", Vec::new())),
+    ]
 }
 
 /// A path with values in place of its names.

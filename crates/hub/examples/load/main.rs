@@ -6,10 +6,13 @@
 mod bench;
 mod client;
 mod figures;
+mod flood;
 mod floods;
 mod hub;
 mod kills;
 mod kinds;
+mod link;
+mod others;
 mod robust;
 mod site;
 mod trouble;
@@ -20,7 +23,7 @@ use std::process::ExitCode;
 /// What goes wrong is told, and ends the program.
 pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
-const USAGE: &str = "load robust|bench PROGRAM FOLDER [--quick], load floods FOLDER [--quick]";
+const USAGE: &str = "load robust PROGRAM FOLDER [--quick], load floods PROGRAM FOLDER [--quick|KIND], load bench PROGRAM FOLDER";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -35,12 +38,18 @@ fn main() -> ExitCode {
         ["robust", lafet, folder, "--quick"] => {
             runtime.block_on(robust::run(PathBuf::from(lafet), folder.into(), &robust::QUICK))
         }
-        ["floods", folder] => runtime.block_on(floods::run(folder.as_ref(), &floods::WHOLE)),
-        ["floods", folder, "--quick"] => {
-            runtime.block_on(floods::run(folder.as_ref(), &floods::QUICK))
+        ["floods", lafet, folder] => {
+            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::WHOLE, ""))
         }
-        ["serve", folder, ref monitors @ ..] => {
-            runtime.block_on(floods::serve(folder.as_ref(), monitors))
+        ["floods", lafet, folder, "--quick"] => {
+            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::QUICK, ""))
+        }
+        ["floods", lafet, folder, kind] => {
+            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::LONG, kind))
+        }
+        ["others", place, token] => runtime.block_on(others::run(place, token, None)),
+        ["others", place, token, certificate] => {
+            runtime.block_on(others::run(place, token, Some(certificate.as_ref())))
         }
         ["bench", lafet, folder] => runtime.block_on(bench::run(lafet.into(), folder.into())),
         _ => Err(USAGE.into()),

@@ -80,11 +80,6 @@ impl Site {
         text
     }
 
-    /// Where the monitors listen.
-    pub fn places(&self) -> &[SocketAddr] {
-        &self.places
-    }
-
     /// Times between polls of all monitors since the last call, ms.
     pub fn take_polls(&self) -> Vec<f64> {
         let all = 0..self.monitors.len();

@@ -1,0 +1,111 @@
+//! Those who go on with their work during a flood: a process of their own, which waits for nobody
+//! but the hub and the system.
+
+use std::io::{BufRead, BufReader, Lines, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use futures_util::{SinkExt, StreamExt};
+use serde_json::{Value, json};
+use tokio::time::{sleep, timeout};
+use tokio_tungstenite::tungstenite::Message;
+
+use crate::Fallible;
+use crate::figures::Figures;
+use crate::link::{self, Socket};
+
+/// How often they stop, close and lock out.
+const EVERY: Duration = Duration::from_millis(20);
+/// Nothing that is waited for takes so long.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The process, as its parent has it.
+pub struct Others {
+    child: Child,
+    input: ChildStdin,
+    /// `None` while somebody waits for a line of it.
+    output: Option<Lines<BufReader<ChildStdout>>>,
+}
+
+/// What they found.
+pub struct Found {
+    pub times: Figures,
+    /// How often a value was stale.
+    pub stale: u64,
+}
+
+impl Others {
+    /// Starts it; `tls`: the certificate of the hub.
+    pub fn start(place: &str, token: &str, tls: Option<&Path>) -> Fallible<Self> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command.args(["others", place, token]).args(tls);
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+        let input = child.stdin.take().ok_or("no input")?;
+        let output = BufReader::new(child.stdout.take().ok_or("no output")?).lines();
+        Ok(Self { child, input, output: Some(output) })
+    }
+
+    /// Has them work for a time.
+    pub async fn work(&mut self, time: Duration) -> Fallible<Found> {
+        writeln!(self.input, "{}", time.as_millis())?;
+        let mut output = self.output.take().ok_or("they still work")?;
+        let reading = tokio::task::spawn_blocking(move || (output.next(), output));
+        let (line, output) = timeout(time + 2 * PATIENCE, reading).await??;
+        self.output = Some(output);
+        let found: Value = serde_json::from_str(&line.ok_or("the others have gone")??)?;
+        let times = found["times"].as_array().into_iter().flatten().filter_map(Value::as_f64);
+        let stale = found["stale"].as_u64().ok_or("no count")?;
+        Ok(Found { times: Figures::new(times.collect()), stale })
+    }
+}
+
+impl Drop for Others {
+    fn drop(&mut self) {
+        // It may have ended already.
+        _ = self.child.kill();
+        _ = self.child.wait();
+    }
+}
+
+/// The process itself: works for as many milliseconds as each line of its input says.
+pub async fn run(place: &str, token: &str, tls: Option<&Path>) -> Fallible<()> {
+    let stream = link::connect(place, link::connector(tls)?.as_ref()).await?;
+    let mut socket = link::socket(stream, place, token).await?;
+    let mut next = 0;
+    for line in std::io::stdin().lines() {
+        let time = Duration::from_millis(line?.parse()?);
+        let (began, mut times, mut stale) = (Instant::now(), Vec::new(), 0_u64);
+        while began.elapsed() < time {
+            next += 1;
+            let asked = Instant::now();
+            stale += ask(&mut socket, next).await?;
+            times.push(asked.elapsed().as_secs_f64() * 1000.0);
+            sleep(EVERY).await;
+        }
+        println!("{}", json!({ "times": times, "stale": stale }));
+    }
+    Ok(())
+}
+
+/// Stops, closes or locks out one of three monitors; how many messages until the answer had a value
+/// that was stale.
+async fn ask(socket: &mut Socket, id: u64) -> Fallible<u64> {
+    let kind = ["stop", "close", "lockout"][id as usize % 3];
+    let message = json!({ "type": kind, "monitor": format!("M{}", id / 3 % 3 + 1), "id": id });
+    socket.send(Message::text(message.to_string())).await?;
+    let mut stale = 0;
+    loop {
+        let message = timeout(PATIENCE, socket.next()).await?;
+        let Message::Text(text) = message.ok_or("closed")?? else { continue };
+        stale += u64::from(text.contains("\"stale\":true"));
+        if text.contains("\"type\":\"answer\"") {
+            let answer: Value = serde_json::from_str(&text)?;
+            if answer["id"] == id {
+                // A monitor that is locked out denies Stop; it has been asked all the same.
+                let heard = answer["result"]["ok"] == true || answer["error"]["answers"].is_array();
+                return if heard { Ok(stale) } else { Err(format!("{kind}: {answer}").into()) };
+            }
+        }
+    }
+}

@@ -171,6 +171,8 @@ where
         let wait = lock(&own).take(start.elapsed()).err();
         let answered = router.clone().oneshot(request.map(Timely::new));
         async move {
+            // A connection does one request in its turn, however many have come in one reading.
+            tokio::task::yield_now().await;
             let answer = answered.await;
             // What was asked is done at once; the next request is what waits.
             if let Some(wait) = wait {

@@ -186,3 +186,27 @@ async fn what_no_monitor_has_does_not_overtake() {
     let refused = site.post(&observer, "/api/monitors/M1/requests", stop).await;
     assert_eq!((refused.status, refused.code()), (403, "role"), "{refused:?}");
 }
+
+/// However many requests have come in one reading: between two of them others have their turn.
+#[tokio::test]
+async fn requests_that_come_together_take_turns() {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    const FLOOD: usize = 190;
+    let site = Site::open(1).await;
+    let connect = || tokio::net::TcpStream::connect(site.address);
+    let request = |path: &str| format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    let (mut flood, mut other) = (connect().await.unwrap(), connect().await.unwrap());
+    // Both connections are served before anything counts.
+    for stream in [&mut flood, &mut other] {
+        stream.write_all(request("/health").as_bytes()).await.unwrap();
+        assert_ne!(stream.read(&mut [0; 4096]).await.unwrap(), 0);
+    }
+    flood.write_all(request("/health").repeat(FLOOD).as_bytes()).await.unwrap();
+    other.write_all(request("/health").as_bytes()).await.unwrap();
+    let answer = timeout(PATIENCE, other.read(&mut [0; 4096])).await;
+    assert_ne!(answer.unwrap().unwrap(), 0);
+    let mut answers = vec![0; 1 << 20];
+    let len = flood.try_read(&mut answers).unwrap_or(0);
+    let answered = String::from_utf8_lossy(&answers[..len]).matches("HTTP/1.1 200").count();
+    assert!(answered < FLOOD / 2, "{answered} of {FLOOD} before another's one");
+}

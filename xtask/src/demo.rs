@@ -12,7 +12,16 @@ pub fn demo(arguments: &[String]) -> TaskResult {
 
 /// `lafet demo` as users get it: the release build.
 pub fn command(arguments: &[String]) -> Command {
-    let mut command = run::cargo(&["run", "--release", "--package", "lafet", "--", "demo"]);
+    let mut command = run::cargo(&[
+        "run",
+        "--profile",
+        "demo",
+        "--package",
+        "lafet",
+        "--no-default-features",
+        "--",
+        "demo",
+    ]);
     command.args(arguments);
     command
 }

@@ -176,6 +176,7 @@ impl From<StoreError> for ApiError {
                 "PostgreSQL, which has the history, does not answer. Check that server.",
                 "PostgreSQL, где хранится история, не отвечает. Проверьте этот сервер.",
             ),
+            #[cfg(feature = "postgres")]
             StoreError::Postgres(_) => both(
                 format!("PostgreSQL, which has the history: {error}. Check that server."),
                 format!("PostgreSQL, где хранится история: {error}. Проверьте этот сервер."),

@@ -9,6 +9,7 @@ mod jets;
 mod metrics;
 mod monitors;
 mod packed;
+#[cfg_attr(not(feature = "parquet"), path = "no_parquet.rs")]
 mod parquet;
 mod past;
 mod recordings;

@@ -10,7 +10,8 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 
 use super::records::Read;
-use crate::store::Rows;
+use crate::error::ApiError;
+use crate::store::{Rows, StoreError};
 
 /// Each change of a value; a value that is not known is null.
 const CHANGES: &str = "message history { REQUIRED BINARY series (UTF8); \
@@ -21,8 +22,9 @@ const MINUTES: &str = "message history { REQUIRED BINARY series (UTF8); \
     OPTIONAL DOUBLE most; }";
 
 /// A whole file.
-pub fn file(read: &Read) -> io::Result<Vec<u8>> {
-    write(read).map_err(io::Error::other)
+pub fn file(read: &Read) -> Result<Vec<u8>, ApiError> {
+    let file = write(read).map_err(|error| StoreError::Io(io::Error::other(error)));
+    Ok(file?)
 }
 
 fn write(read: &Read) -> Result<Vec<u8>, ParquetError> {

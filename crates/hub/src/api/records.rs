@@ -23,7 +23,7 @@ use crate::access::Role;
 use crate::authority::REASON_MAX;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::store::{Act, AlarmChange, DAY_MS, RAW_RANGE_MS, Rows, StoreError, resolution_ms};
+use crate::store::{Act, AlarmChange, DAY_MS, RAW_RANGE_MS, Rows, resolution_ms};
 use crate::sync::lock;
 use crate::text::{Both, both};
 
@@ -318,7 +318,7 @@ async fn history_parquet(
     part: Asked<Part>,
 ) -> Result<Response, ApiError> {
     let read = read(&hub, part).await?;
-    let file = super::parquet::file(&read).map_err(StoreError::Io)?;
+    let file = super::parquet::file(&read)?;
     let kind = (header::CONTENT_TYPE, "application/vnd.apache.parquet");
     let name = (header::CONTENT_DISPOSITION, "attachment; filename=\"lafet-history.parquet\"");
     Ok(([kind, name], file).into_response())

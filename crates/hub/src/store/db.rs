@@ -29,7 +29,8 @@ pub enum StoreError {
     #[error("{0}")]
     Sqlite(#[from] rusqlite::Error),
     /// What PostgreSQL says.
-    #[error("{}", said(.0))]
+    #[cfg(feature = "postgres")]
+    #[error("{}", super::postgres::said(.0))]
     Postgres(#[from] tokio_postgres::Error),
     /// PostgreSQL does not answer.
     #[error("PostgreSQL does not answer")]
@@ -137,17 +138,6 @@ pub fn private(path: &Path) -> std::io::Result<()> {
     }
     drop(file);
     Ok(())
-}
-
-/// What PostgreSQL says, with its reasons: an error of its own names the kind alone.
-pub fn said(error: &tokio_postgres::Error) -> String {
-    let mut text = error.to_string();
-    let mut reason = std::error::Error::source(error);
-    while let Some(why) = reason {
-        text = format!("{text}: {why}");
-        reason = why.source();
-    }
-    text
 }
 
 /// Opens `name` in a folder, or in memory.

@@ -12,9 +12,10 @@ use tokio::sync::oneshot;
 use utoipa::ToSchema;
 
 use super::db::{Db, StoreError, open_or_begin_anew};
-use super::postgres::{Address, Postgres, Work};
+use super::postgres::{Address, Postgres};
 use super::series::{self, HEARTBEAT_MS, Ids, SCHEMA, Sweep, bucket_ms};
 use super::thin::{self, MINUTE_MS, Rows};
+use super::work::Work;
 use crate::link_series::{self, PREFIX};
 use crate::sync::lock;
 

@@ -7,9 +7,11 @@ mod db;
 mod events;
 mod history;
 mod mark;
+#[cfg_attr(not(feature = "postgres"), path = "no_postgres.rs")]
 mod postgres;
 mod series;
 mod thin;
+mod work;
 
 pub use act::{Act, JogEnding};
 pub use audit::{Audit, Entry, Record};

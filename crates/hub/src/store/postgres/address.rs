@@ -10,7 +10,7 @@ use tokio_postgres::config::{Host, SslMode};
 use tokio_postgres::{Client, Config};
 use tokio_postgres_rustls::MakeRustlsConnect;
 
-use super::super::db::{self, StoreError};
+use super::super::db::StoreError;
 use super::PATIENCE;
 use super::verify::{self, Trust};
 use crate::text::{Both, both};
@@ -181,7 +181,7 @@ impl Address {
                     tokio::spawn(connection);
                     return Ok(client);
                 }
-                Ok(Err(error)) => db::said(&error),
+                Ok(Err(error)) => super::said(&error),
                 Err(_) => StoreError::Away.to_string(),
             };
         }

@@ -15,10 +15,11 @@ use tokio_postgres::{Client, Row as PgRow};
 
 pub use address::Address;
 
-use super::db::{StoreError, said};
+use super::db::StoreError;
 use super::history::{AlarmChange, Change, Key, Row, signed};
 use super::series::{Sweep, pieces};
 use super::thin::{Piece, Point};
+use super::work::Work;
 
 /// What waits for the server: pieces of a second each.
 const QUEUE_MAX: usize = 256;
@@ -92,26 +93,6 @@ struct Figures {
     lost: AtomicU64,
 }
 
-/// What is to be stored.
-#[derive(Debug)]
-pub enum Work {
-    /// Values.
-    Rows(Vec<Row>),
-    /// What an alarm did: when; id, monitor, before, after, by, reason.
-    Alarm(u64, Box<[Option<String>; 6]>),
-    /// What is too old is forgotten, piece by piece.
-    Forget(Sweep),
-}
-
-impl Work {
-    const fn rows(&self) -> usize {
-        match self {
-            Self::Rows(rows) => rows.len(),
-            _ => 1,
-        }
-    }
-}
-
 impl Postgres {
     /// Starts the thread; whether the server is there shows later.
     pub fn open(address: Address) -> Result<Self, StoreError> {
@@ -138,7 +119,7 @@ impl Postgres {
 
     /// Stores something when the server can; `false`: it was not taken.
     pub fn post(&self, work: Work) -> bool {
-        let rows = work.rows() as u64;
+        let rows = rows(&work) as u64;
         let taken = self.work.try_send(work).is_ok();
         if !taken {
             self.figures.lost.fetch_add(rows, Ordering::Relaxed);
@@ -276,12 +257,12 @@ async fn write(
 /// Keeps what cannot be stored yet; the oldest gives way.
 fn keep(waiting: &mut VecDeque<Work>, work: Work, figures: &Figures) {
     waiting.push_back(work);
-    let mut rows: usize = waiting.iter().map(Work::rows).sum();
-    while rows > ROWS_MAX
+    let mut kept: usize = waiting.iter().map(rows).sum();
+    while kept > ROWS_MAX
         && let Some(old) = waiting.pop_front()
     {
-        rows -= old.rows();
-        figures.lost.fetch_add(old.rows() as u64, Ordering::Relaxed);
+        kept -= rows(&old);
+        figures.lost.fetch_add(rows(&old) as u64, Ordering::Relaxed);
     }
 }
 
@@ -331,6 +312,24 @@ async fn store(
                 return Err(StoreError::Away);
             },
         }
+    }
+}
+
+/// What PostgreSQL says, with its reasons: an error of its own names the kind alone.
+pub fn said(error: &tokio_postgres::Error) -> String {
+    let mut text = error.to_string();
+    let mut reason = std::error::Error::source(error);
+    while let Some(why) = reason {
+        text = format!("{text}: {why}");
+        reason = why.source();
+    }
+    text
+}
+
+const fn rows(work: &Work) -> usize {
+    match work {
+        Work::Rows(rows) => rows.len(),
+        _ => 1,
     }
 }
 

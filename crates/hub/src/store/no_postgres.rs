@@ -1,0 +1,101 @@
+//! In the place of the history in PostgreSQL where that is not built in: an address cannot be had, so
+//! nothing else of it happens.
+
+use std::path::Path;
+
+use super::db::StoreError;
+use super::history::{AlarmChange, Change};
+use super::thin::{Piece, Point};
+use super::work::Work;
+use crate::text::{Both, both};
+
+/// No address of a server.
+#[derive(Clone, Debug)]
+pub enum Address {}
+
+/// What is wrong, and what to do.
+pub type Wrong = (Both, Both);
+
+impl Address {
+    /// Says that PostgreSQL is not built in.
+    pub fn parse(_: &str, _: &Path) -> Result<Self, Wrong> {
+        Err((
+            both("This lafet is built without PostgreSQL.", "Этот lafet собран без PostgreSQL."),
+            both(
+                "Leave url out for SQLite, or build with the feature postgres.",
+                "Уберите url — будет SQLite; либо соберите с возможностью postgres.",
+            ),
+        ))
+    }
+
+    /// What TLS needs.
+    pub fn connector(&self) -> Result<(), Both> {
+        match *self {}
+    }
+}
+
+/// No history in PostgreSQL.
+#[derive(Clone, Debug)]
+pub enum Postgres {}
+
+impl Postgres {
+    /// Starts it.
+    pub fn open(address: Address) -> Result<Self, StoreError> {
+        match address {}
+    }
+
+    /// Whether the server takes nothing.
+    pub fn is_failing(&self) -> bool {
+        match *self {}
+    }
+
+    /// Rows that were given up.
+    pub fn lost(&self) -> u64 {
+        match *self {}
+    }
+
+    /// Stores something.
+    pub fn post(&self, _: Work) -> bool {
+        match *self {}
+    }
+
+    /// As the SQLite history's.
+    pub async fn changes_of(
+        &self,
+        _: &str,
+        _: &str,
+        _: (u64, u64),
+    ) -> Result<Vec<Point>, StoreError> {
+        match *self {}
+    }
+
+    /// As the SQLite history's.
+    pub async fn minutes_of(
+        &self,
+        _: &str,
+        _: &str,
+        _: (u64, u64),
+    ) -> Result<Vec<Piece>, StoreError> {
+        match *self {}
+    }
+
+    /// As the SQLite history's.
+    pub async fn changes(
+        &self,
+        _: &str,
+        _: (u64, u64),
+        _: bool,
+    ) -> Result<Vec<Change>, StoreError> {
+        match *self {}
+    }
+
+    /// As the SQLite history's.
+    pub async fn alarms(
+        &self,
+        _: Option<&str>,
+        _: (u64, u64),
+        _: u32,
+    ) -> Result<Vec<AlarmChange>, StoreError> {
+        match *self {}
+    }
+}

@@ -1,0 +1,15 @@
+//! What goes to a history that writes by itself.
+
+use super::history::Row;
+use super::series::Sweep;
+
+/// What is to be stored.
+#[derive(Debug)]
+pub enum Work {
+    /// Values.
+    Rows(Vec<Row>),
+    /// What an alarm did: when; id, monitor, before, after, by, reason.
+    Alarm(u64, Box<[Option<String>; 6]>),
+    /// What is too old is forgotten, piece by piece.
+    Forget(Sweep),
+}

@@ -129,16 +129,7 @@ impl<'a> Answer<'a> {
     /// The hotbeds of an answer to GetHotbed or GetParam Hotbeds (§3.21).
     pub fn hotbeds(&self) -> Option<impl Iterator<Item = Hotbed> + use<'a>> {
         let Reply::Param { id: ParamId::HOTBEDS, values } = self.data else { return None };
-        let mut values = values.iter();
-        Some(core::iter::from_fn(move || {
-            Some(Hotbed::from_values([
-                values.next()?,
-                values.next()?,
-                values.next()?,
-                values.next()?,
-                values.next()?,
-            ]))
-        }))
+        Some(Hotbed::of_values(values))
     }
 }
 

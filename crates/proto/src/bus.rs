@@ -78,6 +78,20 @@ impl RequestId {
         (Self::GET_NETWORK_STATUS, "GetNetworkStatus"),
         (Self::GET_LOG, "GetLog"),
     ];
+
+    /// Whether it changes nothing and its success carries what was asked for.
+    pub const fn is_read(self) -> bool {
+        matches!(
+            self,
+            Self::GET_STATUS
+                | Self::GET_PARAM
+                | Self::RETRIEVE_LIMITS
+                | Self::GET_HOTBED
+                | Self::GET_CRASH_DATA
+                | Self::GET_NETWORK_STATUS
+                | Self::GET_LOG
+        )
+    }
 }
 
 const _: () = {

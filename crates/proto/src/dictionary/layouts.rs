@@ -4,7 +4,10 @@
 use super::Text;
 use crate::id::{ParamId, RequestId, SubsystemId};
 use crate::param::Unit;
-use crate::status::Hotbed;
+use crate::status::{
+    ButtonsStatus, ConnStatus, ControlStatus, DeployerStatus, DetectorStatus, DriveStatus,
+    GeneralStatus, Hotbed, Limits, ThermoStatus, ValveStatus, fault,
+};
 
 /// What a field is; everything is little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -80,8 +83,13 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// A structure in which nothing repeats.
+    pub const fn plain(name: &'static str, fields: &'static [Field]) -> Self {
+        Self { name, fields, repeated: &[], times: (0, 0), prefix: &[] }
+    }
+
     /// Bytes without what repeats.
-    pub fn size(&self) -> usize {
+    pub const fn size(&self) -> usize {
         size(self.fields)
     }
 
@@ -114,8 +122,23 @@ impl Layout {
     }
 }
 
-fn size(fields: &[Field]) -> usize {
-    fields.iter().map(|field| field.kind.size()).sum()
+const fn size(mut fields: &[Field]) -> usize {
+    let mut size = 0;
+    while let [first, rest @ ..] = fields {
+        (size, fields) = (size + first.kind.size(), rest);
+    }
+    size
+}
+
+/// The names of the first fields; empty behind the last.
+pub(crate) const fn names<const N: usize>(mut fields: &[Field]) -> [&'static str; N] {
+    let mut names = [""; N];
+    let mut places = names.as_mut_slice();
+    while let ([first, rest @ ..], [place, others @ ..]) = (fields, places) {
+        *place = first.name;
+        (fields, places) = (rest, others);
+    }
+    names
 }
 
 /// The structures that a request's data can have: the first that fits counts.
@@ -140,8 +163,8 @@ pub const fn of_answer(request: RequestId, from: SubsystemId) -> &'static [Layou
     match request {
         RequestId::GET_STATUS => of_status(from),
         RequestId::GET_PARAM | RequestId::SET_PARAM | RequestId::GET_HOTBED => &[HOTBEDS, PARAM],
-        RequestId::RETRIEVE_LIMITS => &[LIMITS],
-        RequestId::GET_CRASH_DATA => &[FAULT_CORTEX_M3, FAULT_ARM7TDMI],
+        RequestId::RETRIEVE_LIMITS => &[Limits::LAYOUT],
+        RequestId::GET_CRASH_DATA => &[fault::CORTEX_M3, fault::ARM7TDMI],
         RequestId::GET_NETWORK_STATUS => &[NETWORK],
         RequestId::GET_LOG => &[LOG],
         _ => &[],
@@ -150,49 +173,48 @@ pub const fn of_answer(request: RequestId, from: SubsystemId) -> &'static [Layou
 
 const fn of_status(from: SubsystemId) -> &'static [Layout] {
     match from {
-        SubsystemId::GENERAL => &[GENERAL_STATUS],
-        SubsystemId::CLIMATICS => &[THERMO_STATUS],
-        SubsystemId::VERTICAL | SubsystemId::HORIZONTAL => &[DRIVE_STATUS],
+        SubsystemId::GENERAL => &[GeneralStatus::LAYOUT],
+        SubsystemId::CLIMATICS => &[ThermoStatus::LAYOUT],
+        SubsystemId::VERTICAL | SubsystemId::HORIZONTAL => &[DriveStatus::LAYOUT],
         SubsystemId::NOZZLE => &[NOZZLE_STATUS],
-        SubsystemId::DEPLOYER => &[DEPLOYER_STATUS],
-        SubsystemId::VALVE1 | SubsystemId::VALVE2 => &[VALVE_STATUS],
-        SubsystemId::CONTROL => &[CONTROL_STATUS],
-        SubsystemId::DETECTOR => &[DETECTOR_STATUS],
-        SubsystemId::EXTERNAL_CONN | SubsystemId::RADIO => &[CONN_STATUS],
-        SubsystemId::BUTTONS | SubsystemId::EXT_BUTTONS => &[BUTTONS_STATUS],
+        SubsystemId::DEPLOYER => &[DeployerStatus::LAYOUT],
+        SubsystemId::VALVE1 | SubsystemId::VALVE2 => &[ValveStatus::LAYOUT],
+        SubsystemId::CONTROL => &[ControlStatus::LAYOUT],
+        SubsystemId::DETECTOR => &[DetectorStatus::LAYOUT],
+        SubsystemId::EXTERNAL_CONN | SubsystemId::RADIO => &[ConnStatus::LAYOUT],
+        SubsystemId::BUTTONS | SubsystemId::EXT_BUTTONS => &[ButtonsStatus::LAYOUT],
         _ => &[],
     }
 }
 
 macro_rules! fields {
     ($($field:ident $kind:ident $unit:ident $en:literal $ru:literal;)*) => {
-        &[$(Field {
+        &[$($crate::dictionary::layouts::Field {
             name: stringify!($field),
-            kind: Kind::$kind,
-            unit: Unit::$unit,
-            text: Text::new($en, $ru),
+            kind: $crate::dictionary::layouts::Kind::$kind,
+            unit: $crate::param::Unit::$unit,
+            text: $crate::dictionary::Text::new($en, $ru),
         }),*]
     };
 }
 
-const fn plain(name: &'static str, fields: &'static [Field]) -> Layout {
-    Layout { name, fields, repeated: &[], times: (0, 0), prefix: &[] }
-}
+pub(crate) use fields;
 
-const EMPTY: Layout = plain("Empty", &[]);
+const EMPTY: Layout = Layout::plain("Empty", &[]);
 
-const MOVE: Layout = plain(
+const MOVE: Layout = Layout::plain(
     "Move",
     fields! { destination I16 None "Destination, arc-minutes (nozzle: mm)" "Цель, угл. мин (насадок: мм)"; },
 );
-const PARAM_ID: Layout = plain("ParamId", fields! { id ParamId None "Parameter" "Параметр"; });
+const PARAM_ID: Layout =
+    Layout::plain("ParamId", fields! { id ParamId None "Parameter" "Параметр"; });
 const KEY: Layout =
-    plain("Key", fields! { key Key Bits "Key that confirms" "Ключ подтверждения"; });
-const SWITCH_LIMITS: Layout = plain(
+    Layout::plain("Key", fields! { key Key Bits "Key that confirms" "Ключ подтверждения"; });
+const SWITCH_LIMITS: Layout = Layout::plain(
     "SwitchLimits",
     fields! { new_state U16 Choice "0 off, 1 on, 2 reject" "0 выключить, 1 включить, 2 отменить"; },
 );
-const LOG_RANGE: Layout = plain(
+const LOG_RANGE: Layout = Layout::plain(
     "LogRange",
     fields! {
         first U16 None "First line" "Первая строка";
@@ -215,7 +237,7 @@ const CORRECTIONS: Layout = Layout {
     times: (1, usize::MAX),
     prefix: &[],
 };
-const QUENCH_PROGRAM: Layout = plain(
+const QUENCH_PROGRAM: Layout = Layout::plain(
     "QuenchProgram",
     fields! {
         program I16 None "Stored program, 0–7" "Хранимая программа, 0–7";
@@ -224,7 +246,7 @@ const QUENCH_PROGRAM: Layout = plain(
         nozzle I16 Millimetre "Nozzle position" "Положение насадка";
     },
 );
-const QUENCH_FULL: Layout = plain(
+const QUENCH_FULL: Layout = Layout::plain(
     "QuenchFull",
     fields! {
         centre_h I16 Arcmin "Centre, horizontal" "Центр по горизонтали";
@@ -267,132 +289,34 @@ const TRAJECTORY_STORED: Layout = Layout {
     times: (1, usize::MAX),
     prefix: &[1],
 };
-const SEEK: Layout = plain(
+const SEEK: Layout = Layout::plain(
     "Seek",
     fields! {
         start_h I16 Arcmin "One end, horizontal" "Один край по горизонтали";
         end_h I16 Arcmin "Other end, horizontal" "Другой край по горизонтали";
         start_v I16 Arcmin "One end, vertical" "Один край по вертикали";
         end_v I16 Arcmin "Other end, vertical" "Другой край по вертикали";
-        analyse I16 Choice "1 measure each hotbed in a second pass" "1 измерить каждый очаг вторым проходом";
+        analyse I16 Choice "1 measure each fire spot in a second pass" "1 измерить каждый очаг загорания вторым проходом";
     },
 );
 
-const FLAGS: &str = "Flags";
-const FLAGS_RU: &str = "Флаги";
-
-/// The flags in front of what else a state has.
-macro_rules! state {
-    ($name:literal) => {
-        plain($name, &[Field {
-            name: "flags",
-            kind: Kind::Flags,
-            unit: Unit::Bits,
-            text: Text::new(FLAGS, FLAGS_RU),
-        }])
-    };
-    ($name:literal $($field:ident $kind:ident $unit:ident $en:literal $ru:literal;)+) => {
-        plain($name, &[
-            Field {
-                name: "flags",
-                kind: Kind::Flags,
-                unit: Unit::Bits,
-                text: Text::new(FLAGS, FLAGS_RU),
-            },
-            $(Field {
-                name: stringify!($field),
-                kind: Kind::$kind,
-                unit: Unit::$unit,
-                text: Text::new($en, $ru),
-            }),+
-        ])
-    };
-}
-
-const GENERAL_STATUS: Layout = state! { "GeneralStatus"
-    main_voltage U16 Volt "Supply voltage" "Напряжение питания";
-    pressure U16 DeciAtmosphere "Pressure of water or foam" "Давление воды или пены";
-    flowrate U16 LitrePerSecond "Flow" "Расход";
+/// Those of a drive in the units of the nozzle.
+const NOZZLE: [Field; 4] = match DriveStatus::LAYOUT.fields {
+    [flags, position, current, speed] => [
+        *flags,
+        Field { unit: Unit::Millimetre, ..*position },
+        *current,
+        Field { unit: Unit::MillimetrePerSecond, ..*speed },
+    ],
+    _ => panic!("the state of a drive has four fields"),
 };
-const THERMO_STATUS: Layout = state! { "ThermoStatus"
-    horizontal I16 DeciCelsius "Temperature of the horizontal drive" "Температура горизонтального привода";
-    vertical I16 DeciCelsius "Temperature of the vertical drive" "Температура вертикального привода";
-    nozzle I16 DeciCelsius "Temperature of the nozzle drive" "Температура привода насадка";
-    deployer I16 DeciCelsius "Temperature of the deployment drive" "Температура привода развёртывания";
-    housing I16 DeciCelsius "Temperature of the housing" "Температура корпуса";
-    humidity U16 Percent "Humidity in the housing" "Влажность в корпусе";
-};
-const DRIVE_STATUS: Layout = state! { "DriveStatus"
-    position I16 Arcmin "Position" "Положение";
-    current U8 DeciAmpere "Motor current" "Ток двигателя";
-    speed U8 DegreePerSecond "Speed that is set" "Заданная скорость";
-};
-const NOZZLE_STATUS: Layout = state! { "NozzleStatus"
-    position I16 Millimetre "Position" "Положение";
-    current U8 DeciAmpere "Motor current" "Ток двигателя";
-    speed U8 MillimetrePerSecond "Speed that is set" "Заданная скорость";
-};
-const DEPLOYER_STATUS: Layout = Layout { name: "DeployerStatus", ..DRIVE_STATUS };
-const VALVE_STATUS: Layout = state! { "ValveStatus" };
-const CONTROL_STATUS: Layout = state! { "ControlStatus" };
-const DETECTOR_STATUS: Layout = state! { "DetectorStatus" };
-const CONN_STATUS: Layout = state! { "ConnStatus" };
-const BUTTONS_STATUS: Layout = state! { "ButtonsStatus" };
-
-const LIMITS: Layout = plain(
-    "Limits",
-    fields! {
-        min I32 None "Lower, right or wider limit" "Нижний, правый предел или предел «шире»";
-        max I32 None "Upper, left or narrower limit" "Верхний, левый предел или предел «уже»";
-    },
-);
+const NOZZLE_STATUS: Layout = Layout::plain("NozzleStatus", &NOZZLE);
 const HOTBEDS: Layout = Layout {
     name: "Hotbeds",
     fields: PARAM_ID.fields,
-    repeated: fields! {
-        x1 I32 Arcmin "Left edge" "Левый край";
-        x2 I32 Arcmin "Right edge" "Правый край";
-        y1 I32 Arcmin "Lower edge" "Нижний край";
-        y2 I32 Arcmin "Upper edge" "Верхний край";
-        brightness I32 None "Brightness" "Яркость";
-    },
+    repeated: Hotbed::LAYOUT.fields,
     times: (0, Hotbed::MAX),
     prefix: &ParamId::HOTBEDS.0.to_le_bytes(),
-};
-const FAULT_CORTEX_M3: Layout = plain(
-    "FaultInfo",
-    fields! {
-        signature U32 Bits "Filled when not 0" "Заполнено, если не 0";
-        archtype U32 Bits "Architecture" "Архитектура";
-        spcr U32 Bits "Stack pointer" "Указатель стека";
-        r0 U32 Bits "Register r0" "Регистр r0";
-        r1 U32 Bits "Register r1" "Регистр r1";
-        r2 U32 Bits "Register r2" "Регистр r2";
-        r3 U32 Bits "Register r3" "Регистр r3";
-        r12 U32 Bits "Register r12" "Регистр r12";
-        lr U32 Bits "Link register" "Регистр связи";
-        pc U32 Bits "Program counter" "Счётчик команд";
-        tim2_cnt U32 None "Counter of timer 2" "Счётчик таймера 2";
-        tim3_cnt U32 None "Counter of timer 3" "Счётчик таймера 3";
-        tim4_cnt U32 None "Counter of timer 4" "Счётчик таймера 4";
-        tim5_cnt U32 None "Counter of timer 5" "Счётчик таймера 5";
-        hfsr U32 Bits "Hard fault status" "Состояние HardFault";
-        bfar U32 Bits "Bus fault address" "Адрес отказа шины";
-        mmfar U32 Bits "Memory management fault address" "Адрес отказа доступа к памяти";
-        cfsr U32 Bits "Configurable fault status" "Состояние настраиваемых отказов";
-        tcb U32 Bits "Task control block" "Блок управления задачей";
-        psr U32 Bits "Program status" "Состояние программы";
-    },
-);
-const FAULT_ARM7TDMI: Layout = Layout {
-    name: "FaultInfoArm7tdmi",
-    fields: FAULT_CORTEX_M3.fields.split_at(10).0,
-    repeated: fields! {
-        cpsr U32 Bits "Current program status" "Текущее состояние программы";
-        spsr U32 Bits "Saved program status" "Сохранённое состояние программы";
-    },
-    times: (1, 1),
-    prefix: &[],
 };
 const NETWORK: Layout = Layout {
     name: "NetworkStatus",

@@ -79,7 +79,7 @@ requests! {
         "Проверяет значение и ставит его в очередь на запись в ЭНОЗУ.";
     SETUP_CORRECTION_TABLE "SetupCorrectionTable" "3.6" Ours [CONTROL],
         "Store the correction table",
-        "Записать таблицу коррекции",
+        "Записать таблицу поправок",
         "Corrections of the elevation by pressure, one for each 0.1 atm.",
         "Поправки угла подъёма от давления, по одной на каждые 0,1 атм.";
     RETRIEVE_LIMITS "RetrieveLimits" "3.7" Read
@@ -104,17 +104,17 @@ requests! {
         "Brings the monitor to the working position.",
         "Переводит ствол в рабочее положение.";
     WRAP "Wrap" "3.11" Read [DEPLOYER],
-        "Wrap",
+        "Stow",
         "Свернуть",
         "Brings the monitor to the standby position.",
         "Переводит ствол в дежурное положение.";
     RESTART "Restart" "3.12" Read [ALL],
         "Restart",
         "Перезапустить",
-        "Ends all operations, answers, and starts the program anew.",
+        "Ends all operations, answers, and starts the program again.",
         "Завершает все операции, отвечает и запускает программу заново.";
     START_JUSTIFY "StartJustify" "3.13" Read [DETECTOR],
-        "Justify barrel and detector",
+        "Align barrel and detector",
         "Юстировка ствола и датчика",
         "Measures the angle between the barrel and the detector.",
         "Измеряет угол между стволом и датчиком.";
@@ -131,7 +131,7 @@ requests! {
     START_SEEK "StartSeek" "3.16" Read [DETECTOR],
         "Search for fire",
         "Поиск очага",
-        "The detector searches a sector for hotbeds.",
+        "The detector searches a sector for fire spots.",
         "Датчик ищет очаги загорания в заданном секторе.";
     SWITCH_LIMITS "SwitchLimits" "3.17" Read
         [ALL MOTORS VERTICAL HORIZONTAL NOZZLE DEPLOYER],
@@ -155,10 +155,10 @@ requests! {
         "Registers saved at the last hardware fault.",
         "Регистры, сохранённые при последнем аппаратном отказе.";
     GET_HOTBED "GetHotbed" "3.21" Read [DETECTOR],
-        "Read the hotbeds",
-        "Запросить очаги",
-        "The hotbeds found by the last search, as GetParam Hotbeds gives them.",
-        "Очаги, найденные последним поиском, как в GetParam Hotbeds.";
+        "Read the fire spots",
+        "Запросить очаги загорания",
+        "The fire spots found by the last search, as GetParam Hotbeds gives them.",
+        "Очаги загорания, найденные последним поиском, как в GetParam Hotbeds.";
     ACCESS_GRANTED "AccessGranted" "bus" Observed [GENERAL],
         "Access to the bus",
         "Доступ к магистрали",

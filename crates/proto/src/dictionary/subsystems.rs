@@ -51,13 +51,13 @@ subsystems! {
         "Measures temperatures and humidity of the nodes and keeps them warm.",
         "Измеряет температуру и влажность узлов и поддерживает их на заданном уровне.";
     VERTICAL "Vertical",
-        "Vertical drive",
-        "Вертикальный привод",
+        "Elevation drive",
+        "Привод вертикального перемещения",
         "Raises and lowers the barrel; positive is up.",
         "Поднимает и опускает ствол; положительное направление — вверх.";
     HORIZONTAL "Horizontal",
-        "Horizontal drive",
-        "Горизонтальный привод",
+        "Traverse drive",
+        "Привод горизонтального перемещения",
         "Turns the barrel; positive is left.",
         "Поворачивает ствол; положительное направление — влево.";
     NOZZLE "Nozzle",
@@ -83,7 +83,7 @@ subsystems! {
     DETECTOR "Detector",
         "Fire detector",
         "Датчик очага загорания",
-        "Searches for hotbeds of fire with the detector on the barrel.",
+        "Searches for fire spots with the detector on the barrel.",
         "Управляет датчиком обнаружения и поиском очага загорания.";
     DEPLOYER "Deployer",
         "Deployment",

@@ -392,7 +392,7 @@ params! {
     DeployerMoveHold: DEPLOYER "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
     DeployerTravelTime: DEPLOYER "TravelTime",
         one(Millisecond, 1000, 120_000, 20_000).on_unit(), text(
-        "Longest time of a full deployment or wrapping; one that takes longer is reported as a \
+        "Longest time of a full deployment or stowing; one that takes longer is reported as a \
         fault.",
         "Наибольшее время полного развёртывания или свёртывания; превышение считается \
         неисправностью.");
@@ -433,9 +433,9 @@ params! {
 
     DetectorHotbeds: DETECTOR "Hotbeds",
         one(Unit::None, i32::MIN, i32::MAX, 0).len(0, 20, 5).measured(), text(
-        "Hotbeds found by the last search, brightest first: left, right, low, high (') and \
+        "Fire spots found by the last search, brightest first: left, right, low, high (') and \
         brightness of up to four.",
-        "Очаги, найденные последним поиском, ярчайший первым: лево, право, низ, верх (') и \
+        "Очаги загорания, найденные последним поиском, ярчайший первым: лево, право, низ, верх (') и \
         яркость, не более четырёх.");
     DetectorJustifyHorizontal: DETECTOR "JustifyHorizontal", JUSTIFY, text(
         "Angle between the axis of the detector and the barrel, horizontally; StartJustify \
@@ -454,7 +454,7 @@ params! {
         "Angle that the detector sees at once.",
         "Угол, который датчик видит одновременно.");
     DetectorThreshold: DETECTOR "Threshold", one(Unit::None, 1, 100_000, 50), text(
-        "Brightness from which a spot counts as a hotbed; raise it against sun and hot machinery.",
+        "Brightness from which a spot counts as a fire spot; raise it against sun and hot machinery.",
         "Яркость, начиная с которой пятно считается очагом; повысьте при засветке солнцем или \
         горячим оборудованием.");
 

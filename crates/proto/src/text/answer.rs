@@ -211,17 +211,7 @@ fn write_values(
 /// §3.21.
 fn write_hotbeds(f: &mut fmt::Formatter<'_>, values: Ints<'_>) -> fmt::Result {
     write!(f, "Hotbeds {}", values.len() / 5)?;
-    let mut values = values.iter();
-    let mut hotbed = || {
-        Some(Hotbed::from_values([
-            values.next()?,
-            values.next()?,
-            values.next()?,
-            values.next()?,
-            values.next()?,
-        ]))
-    };
-    while let Some(Hotbed { x1, x2, y1, y2, brightness }) = hotbed() {
+    for Hotbed { x1, x2, y1, y2, brightness } in Hotbed::of_values(values) {
         write!(f, " [h {x1}'…{x2}' v {y1}'…{y2}' brightness {brightness}]")?;
     }
     Ok(())

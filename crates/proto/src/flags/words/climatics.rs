@@ -50,11 +50,13 @@ const fn sensor(meaning: [&'static str; 2]) -> Words {
 }
 
 pub const HORIZONTAL_HEAT: Words = heat([
-    "The heating of the horizontal drive is on.",
-    "Включён подогрев горизонтального привода.",
+    "The heating of the traverse drive is on.",
+    "Включён подогрев привода горизонтального перемещения.",
 ]);
-pub const VERTICAL_HEAT: Words =
-    heat(["The heating of the vertical drive is on.", "Включён подогрев вертикального привода."]);
+pub const VERTICAL_HEAT: Words = heat([
+    "The heating of the elevation drive is on.",
+    "Включён подогрев привода вертикального перемещения.",
+]);
 pub const NOZZLE_HEAT: Words =
     heat(["The heating of the nozzle's drive is on.", "Включён подогрев привода насадка."]);
 pub const DEPLOYER_HEAT: Words = heat([
@@ -66,12 +68,12 @@ pub const BOX_HEAT: Words = heat([
     "Включён подогрев внутри корпуса или шкафа управления.",
 ]);
 pub const HORIZONTAL_FAULT: Words = fault([
-    "The heating of the horizontal drive is faulty.",
-    "Неисправен подогрев горизонтального привода.",
+    "The heating of the traverse drive is faulty.",
+    "Неисправен подогрев привода горизонтального перемещения.",
 ]);
 pub const VERTICAL_FAULT: Words = fault([
-    "The heating of the vertical drive is faulty.",
-    "Неисправен подогрев вертикального привода.",
+    "The heating of the elevation drive is faulty.",
+    "Неисправен подогрев привода вертикального перемещения.",
 ]);
 pub const NOZZLE_FAULT: Words =
     fault(["The heating of the nozzle's drive is faulty.", "Неисправен подогрев привода насадка."]);
@@ -84,12 +86,12 @@ pub const BOX_FAULT: Words = fault([
     "Неисправен подогрев в корпусе или шкафу управления.",
 ]);
 pub const HORIZONTAL_SENSOR_FAULT: Words = sensor([
-    "The temperature sensor of the horizontal drive is faulty.",
-    "Неисправен датчик температуры горизонтального привода.",
+    "The temperature sensor of the traverse drive is faulty.",
+    "Неисправен датчик температуры привода горизонтального перемещения.",
 ]);
 pub const VERTICAL_SENSOR_FAULT: Words = sensor([
-    "The temperature sensor of the vertical drive is faulty.",
-    "Неисправен датчик температуры вертикального привода.",
+    "The temperature sensor of the elevation drive is faulty.",
+    "Неисправен датчик температуры привода вертикального перемещения.",
 ]);
 pub const NOZZLE_SENSOR_FAULT: Words = sensor([
     "The temperature sensor of the nozzle is faulty.",

@@ -36,7 +36,7 @@ pub const DEPLOYING: Words = words(
 pub const WRAPPED: Words = words(
     ["The monitor is in the standby position.", "Ствол в дежурном положении."],
     [
-        "It has been wrapped, or was never deployed since power-up.",
+        "It has been stowed, or was never deployed since power-up.",
         "Свёрнут либо не разворачивался \
     с момента включения.",
     ],
@@ -47,7 +47,7 @@ pub const WRAPPED: Words = words(
 );
 pub const WRAPPING: Words = words(
     [
-        "The monitor is being wrapped to the standby position.",
+        "The monitor is being stowed to the standby position.",
         "Ствол сворачивается в дежурное \
     положение.",
     ],

@@ -3,7 +3,7 @@
 use super::{Words, words};
 
 pub const SEARCHING: Words = words(
-    ["A search for hotbeds of fire is going on.", "Осуществляется поиск очага."],
+    ["A search for fire spots is going on.", "Идёт поиск очага загорания."],
     ["StartSeek was accepted.", "Принят запрос StartSeek."],
     [
         "Nothing; Move and Open are denied until it ends; Stop Detector breaks it off.",
@@ -11,7 +11,7 @@ pub const SEARCHING: Words = words(
     ],
 );
 pub const FOUND: Words = words(
-    ["One or more hotbeds of fire are found.", "Обнаружен один или несколько очагов загорания."],
+    ["One or more fire spots are found.", "Обнаружен один или несколько очагов загорания."],
     [
         "A fire; or the sun, welding, an open furnace or hot machinery brighter than Threshold.",
         "Загорание; либо солнце, сварка, открытая печь или горячее оборудование ярче Threshold.",
@@ -26,12 +26,12 @@ pub const FOUND: Words = words(
 pub const DEVICE_FAULT: Words = words(
     ["The fire detector is faulty.", "Неисправен датчик обнаружения очага загорания."],
     [
-        "No answer from the detector, its self-test failed, or justification could not find its \
+        "No answer from the detector, its self-test failed, or alignment could not find its \
         mark.",
         "Датчик не отвечает, не прошёл самопроверку либо при юстировке не найдена метка.",
     ],
     [
-        "Check the detector's cable and supply, clean the window, justify again; the monitor \
+        "Check the detector's cable and supply, clean the window, align again; the monitor \
         cannot find fires by itself meanwhile.",
         "Проверьте кабель и питание датчика, протрите стекло, повторите юстировку; до ремонта \
         ствол не находит очаги сам.",
@@ -44,7 +44,7 @@ pub const CANCELED: Words = words(
         "Stop Detector, Stop All, Lockout либо отказ привода в процессе.",
     ],
     [
-        "If nobody stopped it, look at the flags of the drives; the hotbeds found so far may be \
+        "If nobody stopped it, look at the flags of the drives; the fire spots found so far may be \
         incomplete.",
         "Если никто не останавливал, посмотрите флаги приводов; список найденных очагов может быть \
         неполным.",
@@ -63,7 +63,7 @@ pub const BAD_SECTOR: Words = words(
 );
 pub const JUSTIFYING: Words = words(
     [
-        "Barrel and detector are being justified.",
+        "Barrel and detector are being aligned.",
         "Осуществляется юстировка системы ствол — \
     датчик.",
     ],
@@ -76,7 +76,7 @@ pub const JUSTIFYING: Words = words(
 );
 pub const JUSTIFIED: Words = words(
     [
-        "The justification of barrel and detector ended well.",
+        "The alignment of barrel and detector ended well.",
         "Юстировка системы ствол — датчик успешно завершена.",
     ],
     ["StartJustify came to its end.", "StartJustify выполнен до конца."],

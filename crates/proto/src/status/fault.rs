@@ -1,0 +1,140 @@
+//! §3.20: what a hardware fault left.
+
+use crate::dictionary::layouts::{Layout, fields, names};
+
+/// What a hardware fault left (§3.20): 20 words, 80 bytes on Cortex-M3.
+///
+/// The ten common words are followed by the architecture's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FaultInfo {
+    /// Marks the block as filled; 0 when there was no fault.
+    pub signature: u32,
+    /// Architecture.
+    pub archtype: u32,
+    /// Stack pointer in the fault exception.
+    pub spcr: u32,
+    /// Stacked r0.
+    pub r0: u32,
+    /// Stacked r1.
+    pub r1: u32,
+    /// Stacked r2.
+    pub r2: u32,
+    /// Stacked r3.
+    pub r3: u32,
+    /// Stacked r12.
+    pub r12: u32,
+    /// Stacked link register.
+    pub lr: u32,
+    /// Stacked program counter.
+    pub pc: u32,
+    /// Registers of the architecture.
+    pub arch: FaultArch,
+}
+
+/// The part of [`FaultInfo`] that differs with the processor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultArch {
+    /// Ten words: tim2 cnt, tim3 cnt, tim4 cnt, tim5 cnt, hfsr, bfar, mmfar, cfsr, tcb, psr.
+    CortexM3([u32; 10]),
+    /// Two words: cpsr, spsr.
+    Arm7Tdmi([u32; 2]),
+}
+
+impl FaultInfo {
+    /// Bytes on the wire from a Cortex-M3.
+    pub const SIZE: usize = 80;
+    /// Bytes on the wire from an ARM7TDMI that does not pad the union.
+    pub const SIZE_ARM7TDMI: usize = 48;
+    /// Names of the common words, then of the Cortex-M3 ones.
+    pub const NAMES: [&'static str; 20] = names(CORTEX_M3.fields);
+    /// Names of the ARM7TDMI's words.
+    pub const NAMES_ARM7TDMI: [&'static str; 2] = names(ARM7TDMI.repeated);
+
+    /// No fault recorded.
+    pub const NONE: Self = Self::from_words([0; 20]);
+
+    /// The block of a Cortex-M3.
+    #[inline(never)]
+    pub const fn from_words(words: [u32; 20]) -> Self {
+        let [signature, archtype, spcr, r0, r1, r2, r3, r12, lr, pc, a, b, c, d, e, f, g, h, i, j] =
+            words;
+        Self {
+            signature,
+            archtype,
+            spcr,
+            r0,
+            r1,
+            r2,
+            r3,
+            r12,
+            lr,
+            pc,
+            arch: FaultArch::CortexM3([a, b, c, d, e, f, g, h, i, j]),
+        }
+    }
+
+    /// Twenty words; those an ARM7TDMI does not have are 0.
+    #[inline(never)]
+    pub const fn to_words(self) -> [u32; 20] {
+        let [a, b, c, d, e, f, g, h, i, j] = match self.arch {
+            FaultArch::CortexM3(words) => words,
+            FaultArch::Arm7Tdmi([cpsr, spsr]) => [cpsr, spsr, 0, 0, 0, 0, 0, 0, 0, 0],
+        };
+        let Self { signature, archtype, spcr, r0, r1, r2, r3, r12, lr, pc, .. } = self;
+        [signature, archtype, spcr, r0, r1, r2, r3, r12, lr, pc, a, b, c, d, e, f, g, h, i, j]
+    }
+
+    /// Reads 80 bytes (Cortex-M3) or 48 (ARM7TDMI); `None` for any other size.
+    pub fn decode(bytes: &[u8]) -> Option<Self> {
+        if bytes.len() != Self::SIZE && bytes.len() != Self::SIZE_ARM7TDMI {
+            return None;
+        }
+        let mut words = [0; 20];
+        for (word, chunk) in words.iter_mut().zip(bytes.as_chunks().0) {
+            *word = u32::from_le_bytes(*chunk);
+        }
+        let mut info = Self::from_words(words);
+        if let (Self::SIZE_ARM7TDMI, FaultArch::CortexM3([cpsr, spsr, ..])) =
+            (bytes.len(), info.arch)
+        {
+            info.arch = FaultArch::Arm7Tdmi([cpsr, spsr]);
+        }
+        Some(info)
+    }
+}
+
+pub(crate) const CORTEX_M3: Layout = Layout::plain(
+    "FaultInfo",
+    fields! {
+        signature U32 Bits "Filled when not 0" "Заполнено, если не 0";
+        archtype U32 Bits "Architecture" "Архитектура";
+        spcr U32 Bits "Stack pointer" "Указатель стека";
+        r0 U32 Bits "Register r0" "Регистр r0";
+        r1 U32 Bits "Register r1" "Регистр r1";
+        r2 U32 Bits "Register r2" "Регистр r2";
+        r3 U32 Bits "Register r3" "Регистр r3";
+        r12 U32 Bits "Register r12" "Регистр r12";
+        lr U32 Bits "Link register" "Регистр связи";
+        pc U32 Bits "Program counter" "Счётчик команд";
+        tim2_cnt U32 None "Counter of timer 2" "Счётчик таймера 2";
+        tim3_cnt U32 None "Counter of timer 3" "Счётчик таймера 3";
+        tim4_cnt U32 None "Counter of timer 4" "Счётчик таймера 4";
+        tim5_cnt U32 None "Counter of timer 5" "Счётчик таймера 5";
+        hfsr U32 Bits "Hard fault status" "Состояние HardFault";
+        bfar U32 Bits "Bus fault address" "Адрес отказа шины";
+        mmfar U32 Bits "Memory management fault address" "Адрес отказа доступа к памяти";
+        cfsr U32 Bits "Configurable fault status" "Состояние настраиваемых отказов";
+        tcb U32 Bits "Task control block" "Блок управления задачей";
+        psr U32 Bits "Program status" "Состояние программы";
+    },
+);
+pub(crate) const ARM7TDMI: Layout = Layout {
+    name: "FaultInfoArm7tdmi",
+    fields: CORTEX_M3.fields.split_at(10).0,
+    repeated: fields! {
+        cpsr U32 Bits "Current program status" "Текущее состояние программы";
+        spsr U32 Bits "Saved program status" "Сохранённое состояние программы";
+    },
+    times: (1, 1),
+    prefix: &[],
+};

@@ -1,0 +1,104 @@
+//! One description of a structure: its type, its bytes, and its layout for tools.
+
+/// Declares a structure that is packed and little-endian.
+///
+/// The status word comes first, in brackets; a field has a name, a type, a unit, and its text in
+/// English and Russian.
+macro_rules! structure {
+    (
+        $(#[$meta:meta])*
+        $name:ident $([$word:ident: $flags:ident])? {
+            $($field:ident $type:ident $unit:ident $en:literal $ru:literal;)*
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub struct $name {
+            $(
+                /// Status word.
+                pub $word: $flags,
+            )?
+            $(
+                #[doc = concat!(
+                    $en, " ([`", stringify!($unit), "`](crate::param::Unit::", stringify!($unit), "))."
+                )]
+                pub $field: $type,
+            )*
+        }
+
+        impl $name {
+            /// Its fields, with units and texts.
+            pub const LAYOUT: Layout = Layout::plain(stringify!($name), &[
+                $(Field {
+                    name: stringify!($word),
+                    kind: Kind::Flags,
+                    unit: Unit::Bits,
+                    text: Text::new("Flags", "Флаги"),
+                },)?
+                $(Field {
+                    name: stringify!($field),
+                    kind: structure!(@kind $type),
+                    unit: Unit::$unit,
+                    text: Text::new($en, $ru),
+                },)*
+            ]);
+            /// Bytes on the wire.
+            pub const SIZE: usize = Self::LAYOUT.size();
+
+            /// The structure of these bytes.
+            #[inline]
+            pub const fn from_bytes(bytes: [u8; Self::SIZE]) -> Self {
+                let rest = bytes.as_slice();
+                $(let ($word, rest) = structure::take(rest);)?
+                $(let ($field, rest) = structure::take(rest);)*
+                structure::end(rest);
+                Self {
+                    $($word: $flags::from_bits_retain(u32::from_le_bytes($word)),)?
+                    $($field: $type::from_le_bytes($field),)*
+                }
+            }
+
+            /// Its bytes.
+            #[inline]
+            pub const fn to_bytes(self) -> [u8; Self::SIZE] {
+                let mut bytes = [0; Self::SIZE];
+                let rest = bytes.as_mut_slice();
+                $(let rest = structure::put(rest, self.$word.bits().to_le_bytes());)?
+                $(let rest = structure::put(rest, self.$field.to_le_bytes());)*
+                structure::end(rest);
+                bytes
+            }
+        }
+    };
+    (@kind u8) => { Kind::U8 };
+    (@kind u16) => { Kind::U16 };
+    (@kind i16) => { Kind::I16 };
+    (@kind i32) => { Kind::I32 };
+}
+
+/// The first bytes and those behind them. `SIZE` is the sum of what is taken, so there are enough.
+#[inline(always)]
+pub(super) const fn take<const N: usize>(bytes: &[u8]) -> ([u8; N], &[u8]) {
+    match bytes.split_first_chunk() {
+        Some((first, rest)) => (*first, rest),
+        None => ([0; N], &[]),
+    }
+}
+
+/// Writes the first bytes; returns those behind them.
+#[inline(always)]
+pub(super) const fn put<const N: usize>(bytes: &mut [u8], value: [u8; N]) -> &mut [u8] {
+    match bytes.split_first_chunk_mut() {
+        Some((first, rest)) => {
+            *first = value;
+            rest
+        }
+        None => &mut [],
+    }
+}
+
+/// What is behind the last field: nothing.
+#[inline(always)]
+pub(super) const fn end(rest: &[u8]) {
+    debug_assert!(rest.is_empty());
+}

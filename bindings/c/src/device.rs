@@ -2,8 +2,9 @@
 
 use core::ffi::c_void;
 
+use ::lafet_device::guard::Passed;
 use ::lafet_device::hal::{Hal, Key, Storage, StorageError};
-use ::lafet_device::image::{Inputs, Outputs};
+use ::lafet_device::image::Inputs;
 use ::lafet_device::port::Port;
 use ::lafet_device::{Composition, Device, Source};
 
@@ -109,7 +110,7 @@ impl Hal for Board {
         }
     }
 
-    fn write(&mut self, outputs: &Outputs) {
+    fn write(&mut self, outputs: &Passed) {
         if let Some(write) = self.hal.write {
             let driven = drive(outputs);
             // SAFETY: `driven` is readable; the function is one of `lafet_hal::write`.

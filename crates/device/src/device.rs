@@ -2,7 +2,7 @@
 
 use crate::cause::{Cause, Causes, Rule};
 use crate::composition::{ChainSet, Composition};
-use crate::guard::{self, Rules};
+use crate::guard::{self, Passed, Rules};
 use crate::hal::{FaultInfo, Hal, Storage, StorageError};
 use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
 use crate::params::Params;
@@ -36,7 +36,7 @@ pub struct Device {
     pub(crate) chain: ChainSet,
     pub(crate) address: u8,
     pub(crate) inputs: Inputs,
-    pub(crate) outputs: Outputs,
+    pub(crate) outputs: Passed,
     causes: Causes,
     pub(crate) params: Params,
     pub(crate) general: General,
@@ -80,7 +80,7 @@ impl Device {
             chain: composition.chain,
             address,
             inputs: Inputs::default(),
-            outputs: Outputs::default(),
+            outputs: Passed::default(),
             causes: Causes::all(Rule::Inert),
             general: General::default(),
             climatics: Climatics::default(),
@@ -158,7 +158,7 @@ impl Device {
 
     /// What was driven in the last step.
     pub const fn outputs(&self) -> &Outputs {
-        &self.outputs
+        self.outputs.outputs()
     }
 
     /// Why each output was driven as it was in the last step.
@@ -478,7 +478,7 @@ impl Device {
     /// §3.12/2, §3.19/1
     fn reset(&mut self, now: Millis, reset: Reset, hal: &mut impl Hal) {
         // Flash stops the program while it is written or erased: nothing may run on meanwhile.
-        self.outputs = Outputs::default();
+        self.outputs = Passed::default();
         hal.write(&self.outputs);
         self.causes = Causes::all(Rule::Inert);
         match reset {

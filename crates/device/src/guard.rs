@@ -29,10 +29,30 @@ pub struct Rules {
     pub current_da: [i32; AXES],
 }
 
+/// Outputs that the guard has passed. By default everything is inert; no others can be made without
+/// [`filter`], and [`Hal::write`](crate::hal::Hal::write) takes no others.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Passed(Outputs);
+
+impl Passed {
+    /// The outputs.
+    pub const fn outputs(&self) -> &Outputs {
+        &self.0
+    }
+}
+
+impl core::ops::Deref for Passed {
+    type Target = Outputs;
+
+    fn deref(&self) -> &Outputs {
+        &self.0
+    }
+}
+
 /// What may reach the hardware of what is wanted. Where that is something else, the rule takes the
 /// place of the cause.
 #[inline(never)]
-pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Causes) -> Outputs {
+pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Causes) -> Passed {
     let mut allowed = *wanted;
     let [_, _, _, deployer] = &inputs.drives;
     let [_, _, _, folding] = &wanted.drives;
@@ -73,7 +93,7 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Cau
             replace(output, false, cause, Rule::Inert);
         }
     }
-    allowed
+    Passed(allowed)
 }
 
 /// What passes as it is keeps its cause.

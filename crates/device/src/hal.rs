@@ -1,6 +1,7 @@
 //! What a board or a simulator has to provide: a process image, a store, a reset.
 
-use crate::image::{Inputs, Outputs};
+use crate::guard::Passed;
+use crate::image::Inputs;
 
 /// The hardware under the monitor. `step` alone uses it; `handle` never does.
 pub trait Hal: Storage {
@@ -9,7 +10,7 @@ pub trait Hal: Storage {
 
     /// Drives everything the monitor drives. Called in each step, after the guard; and once more,
     /// with everything inert, before a reset.
-    fn write(&mut self, outputs: &Outputs);
+    fn write(&mut self, outputs: &Passed);
 
     /// Resets the program (§3.12, §3.19): the caller of `step` builds a new `Device` before the
     /// next step. Outputs have been made inert before.

@@ -67,7 +67,7 @@ fn drive_wanted(axis: Axis, speed_tenths: i16) -> Outputs {
 fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs) -> Outputs {
     let before = Causes::all(Rule::Arrived);
     let mut causes = before;
-    let allowed = guard::filter(rules, inputs, wanted, &mut causes);
+    let allowed = *guard::filter(rules, inputs, wanted, &mut causes);
     for axis in 0..AXES {
         assert_eq!(
             allowed.drives[axis] == wanted.drives[axis],

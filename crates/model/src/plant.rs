@@ -1,6 +1,7 @@
 //! The world in few discrete places: what the monitor senses, drives and remembers.
 
 use lafet_device::composition::DriveKind;
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{
     AXES, Axis, DriveInput, Inputs, Outputs, PlaceInput, Spot, UNITS, Unit, UnitInput, VALVES,
@@ -120,6 +121,11 @@ impl Plant {
     pub fn sight(&self) -> ([i8; AXES], [i8; VALVES], [i16; AXES], [ValveOutput; VALVES]) {
         let ways = self.outputs.drives.map(|drive| drive.speed_tenths.signum());
         (self.places, self.valves, ways, self.outputs.valves)
+    }
+
+    /// Drives it like this.
+    pub fn drive(&mut self, outputs: Outputs) {
+        self.outputs = outputs;
     }
 
     /// The barrel is in working position.
@@ -307,8 +313,8 @@ impl Hal for Plant {
         inputs.detector.spots = spots;
     }
 
-    fn write(&mut self, outputs: &Outputs) {
-        self.outputs = *outputs;
+    fn write(&mut self, outputs: &Passed) {
+        self.drive(**outputs);
     }
 
     fn reset(&mut self) {

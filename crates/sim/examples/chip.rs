@@ -8,6 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Inputs, Outputs};
 use lafet_device::port::Port;
@@ -280,8 +281,8 @@ impl Hal for Board {
         inputs.clone_from(&self.inputs);
     }
 
-    fn write(&mut self, outputs: &Outputs) {
-        self.outputs = *outputs;
+    fn write(&mut self, outputs: &Passed) {
+        self.outputs = **outputs;
     }
 
     fn reset(&mut self) {

@@ -201,7 +201,7 @@ impl Chip {
         loop {
             match self.report()? {
                 Report::Driven(outputs) => {
-                    self.world.write(&outputs);
+                    self.world.drive(outputs);
                     driven = outputs;
                 }
                 Report::Done => return Ok(Stepped::Driven(driven)),
@@ -252,7 +252,7 @@ impl Chip {
 
     fn begin_anew(&mut self, after_fault: bool) -> io::Result<Stepped> {
         // With the reset every output has fallen to rest.
-        self.world.write(&Outputs::default());
+        self.world.drive(Outputs::default());
         self.booted_ms = self.world.now_ms();
         self.resets += 1;
         self.begin()?;

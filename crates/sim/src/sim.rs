@@ -2,31 +2,32 @@
 //!
 //! Everything is a function of configuration, seed and requests; nothing reads a clock.
 
-use std::collections::VecDeque;
+use std::sync::OnceLock;
 
 use lafet_device::composition::Composition;
-use lafet_device::image::{Axis, ValveOutput};
-use lafet_device::port::{self, Port, Probes, RecordPort};
+use lafet_device::port::{Port, RecordPort};
 use lafet_device::{Device, Source};
-use lafet_proto::link::{PAYLOAD_MAX, WIRE_MAX};
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::status::FaultInfo;
 use lafet_proto::{Answer, Request, SubsystemId};
 
 use crate::detector::{Glare, Wall};
-use crate::event::What;
-use crate::fault::axis_name;
 use crate::fire::FireSpec;
 use crate::flash::{Cut, Flash};
 use crate::obstacle::Obstacle;
 use crate::world::{STEP_MS, World, WorldConfig};
 
+mod monitor;
 mod rest;
+mod trace;
 
-/// Time without power in a power cycle, ms.
-const POWER_OFF_MS: u64 = 500;
-const TRACE_MS: u64 = 100;
+use monitor::Monitor;
+
+/// Steps made before it is looked whether the monitor rests, at first and at most.
+const PATIENCE: [u32; 2] = [64, 4096];
+/// How far ahead that is looked, in steps: ten seconds.
+const AHEAD: u64 = 1_000;
 
 /// What a simulation is built from.
 #[derive(Clone, Debug)]
@@ -119,194 +120,177 @@ impl Config {
 }
 
 /// A simulated monitor.
+///
+/// While it rests a step only counts itself: that leaves thousands of monitors in the processor's
+/// cache. What has been counted is made up for, to the very same state, before anything is looked
+/// at or changed.
 #[derive(Clone, Debug)]
 pub struct Sim {
-    device: Device,
-    world: World,
-    composition: Composition,
-    address: u8,
-    clock_ms: u32,
-    booted_ms: u64,
-    resets: u32,
-    cuts: VecDeque<Cut>,
-    powered: bool,
-    stood_still: bool,
-    passed_over_ms: u64,
-    /// Of datagrams.
-    probes: Probes,
-    trace: Option<String>,
+    /// Steps in which nothing will happen by itself.
+    resting: u32,
+    /// Steps counted and not yet made up for.
+    counted: u32,
+    /// Steps to be made before it is looked again whether it rests, and after the next time.
+    patience: [u32; 2],
+    /// As it was before what is counted.
+    monitor: Box<Monitor>,
+    /// As it is now, for who only looks, while steps are counted.
+    shown: OnceLock<Box<Monitor>>,
 }
 
 impl Sim {
     /// Builds the world and powers the monitor up.
     pub fn new(config: Config) -> Self {
-        let mut world = World::new(config.world());
-        if let Some(flash) = config.flash {
-            world.flash = flash;
-        } else {
-            // A new chip without injected faults takes everything.
-            let provisioned = Device::provision(&mut world, &config.composition, config.address);
-            debug_assert_eq!(provisioned, Ok(()));
-        }
-        world.start_flash();
-        let Config { composition, address, clock_ms, .. } = config;
-        let device = Device::power_up(clock_ms, &composition, address, None, &mut world);
-        world.stall();
-        world.note(What::PoweredUp);
         Self {
-            device,
-            world,
-            composition,
-            address,
-            clock_ms,
-            booted_ms: 0,
-            resets: 0,
-            cuts: VecDeque::new(),
-            powered: true,
-            stood_still: false,
-            passed_over_ms: 0,
-            probes: Probes::new(),
-            trace: config.trace.then(String::new),
+            resting: 0,
+            counted: 0,
+            patience: [PATIENCE[0]; 2],
+            monitor: Box::new(Monitor::new(config)),
+            shown: OnceLock::new(),
         }
     }
 
     /// Virtual time since the simulation began, ms.
-    pub const fn now_ms(&self) -> u64 {
-        self.world.now_ms()
+    pub fn now_ms(&self) -> u64 {
+        self.monitor.world.now_ms() + u64::from(self.counted) * STEP_MS
     }
 
     /// Address on the bus, as the monitor knows it.
-    pub const fn address(&self) -> u8 {
-        self.device.address()
+    pub fn address(&self) -> u8 {
+        self.monitor.device.address()
     }
 
     /// The monitor's program.
-    pub const fn device(&self) -> &Device {
-        &self.device
+    pub fn device(&self) -> &Device {
+        &self.look().device
     }
 
     /// The world around it.
-    pub const fn world(&self) -> &World {
-        &self.world
+    pub fn world(&self) -> &World {
+        &self.look().world
     }
 
     /// The world around it: fires to light, buttons to press, faults to inject.
-    pub const fn world_mut(&mut self) -> &mut World {
-        &mut self.world
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.wake().world
     }
 
     /// Whether the program stood still in the last step: without power, or as its flash was busy.
-    pub const fn stood_still(&self) -> bool {
-        self.stood_still
+    pub fn stood_still(&self) -> bool {
+        self.counted == 0 && self.monitor.stood_still
     }
 
     /// How often the program was reset by a request (§3.12, §3.19).
-    pub const fn resets(&self) -> u32 {
-        self.resets
+    pub fn resets(&self) -> u32 {
+        self.monitor.resets
     }
 
     /// One step of 10 ms. While the flash is being written or erased the program stands still.
+    #[inline]
     pub fn tick(&mut self) {
-        self.world.advance(STEP_MS);
-        self.stood_still = !self.powered || self.world.is_stalled();
-        if !self.stood_still {
-            self.run();
-        }
-        if self.now_ms().is_multiple_of(TRACE_MS) && self.trace.is_some() {
-            let line = self.trace_line();
-            if let Some(trace) = &mut self.trace {
-                trace.push_str(&line);
-                trace.push('\n');
-            }
-        }
-    }
-
-    fn run(&mut self) {
-        self.world.flash.begin();
-        self.device.step(self.device_ms(), &mut self.world);
-        self.world.stall();
-        if self.world.flash.chip().is_off() {
-            self.power_cycle();
-        } else if self.world.take_reset() {
-            self.resets += 1;
-            self.world.note(What::Reset);
-            self.start(None);
+        if self.resting > 0 && self.shown.get().is_none() {
+            self.resting -= 1;
+            self.counted += 1;
+        } else {
+            self.step();
         }
     }
 
     /// Moves time; a part of a step is left out.
+    #[inline]
     pub fn advance_ms(&mut self, ms: u64) {
         for _ in 0..ms / STEP_MS {
             self.tick();
         }
     }
 
-    /// A frame that comes while the flash is busy is looked at when the program runs again.
-    fn wait_for_flash(&mut self) {
-        while self.world.stays_stalled() {
-            self.tick();
+    #[inline(never)]
+    fn step(&mut self) {
+        let [left, next] = &mut self.patience;
+        if self.shown.get().is_some() {
+            // Who looks at each step makes it dearer to rest than to step.
+            *next = PATIENCE[1].min(*next * 2);
+            *left = *next;
+        } else if self.counted > 0 {
+            *left = 1;
         }
+        self.catch_up();
+        self.resting = 0;
+        self.monitor.tick();
+        let [left, next] = &mut self.patience;
+        *left = left.saturating_sub(1);
+        if *left == 0 {
+            *left = *next;
+            self.resting = self.monitor.rests_for(AHEAD) as u32;
+        }
+    }
+
+    /// Makes up for the steps that were counted.
+    fn catch_up(&mut self) -> &mut Monitor {
+        let counted = core::mem::take(&mut self.counted);
+        match self.shown.take() {
+            Some(shown) => self.monitor = shown,
+            None if counted > 0 => self.monitor.rest(counted.into()),
+            None => {}
+        }
+        &mut self.monitor
+    }
+
+    /// The monitor as it is now, to be changed: it no longer rests.
+    fn wake(&mut self) -> &mut Monitor {
+        self.resting = 0;
+        self.catch_up()
+    }
+
+    /// The monitor as it is now.
+    fn look(&self) -> &Monitor {
+        if self.counted == 0 {
+            return &self.monitor;
+        }
+        self.shown.get_or_init(|| {
+            let mut shown = self.monitor.clone();
+            shown.rest(self.counted.into());
+            shown
+        })
+    }
+
+    /// Gives the monitor's program something to answer. A poll leaves it as it is: it rests on.
+    fn answer<T>(&mut self, answer: impl FnOnce(&mut Monitor) -> T) -> T {
+        let rests = self.resting > 0;
+        let monitor = self.catch_up();
+        let before = rests.then(|| monitor.device.clone());
+        let answered = answer(monitor);
+        if before.is_some_and(|before| before != monitor.device) {
+            self.resting = 0;
+        }
+        answered
     }
 
     /// Gives the monitor the records of a frame; returns the records that it answers. Time passes
     /// when the program stands still.
     pub fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
-        if !self.powered {
-            return Vec::new();
-        }
-        self.wait_for_flash();
-        self.handle(source, payload)
+        self.answer(|monitor| monitor.request(source, payload))
     }
 
     /// The program's answer at this very moment, whatever the flash is at.
     pub(crate) fn handle(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
-        let mut out = [0; PAYLOAD_MAX];
-        let len = self.device.handle(self.device_ms(), source, payload, &mut out);
-        out[..len].to_vec()
+        self.answer(|monitor| monitor.handle(source, payload))
     }
 
     /// Gives the monitor bytes of a stream of link frames (serial line, TCP connection), however
     /// they are cut; returns the bytes of its answer frames. Each medium has a `Port` of its own.
     pub fn receive(&mut self, port: &mut Port, bytes: &[u8]) -> Vec<u8> {
-        self.answers_to(bytes, |now_ms, device, rest, out| port.receive(now_ms, device, rest, out))
+        self.answer(|monitor| monitor.receive(port, bytes))
     }
 
     /// The same for a connection that carries bare records.
     pub fn receive_records(&mut self, port: &mut RecordPort, bytes: &[u8]) -> Vec<u8> {
-        self.answers_to(bytes, |now_ms, device, rest, out| port.receive(now_ms, device, rest, out))
-    }
-
-    /// Gives all bytes to `receive`, which takes some of them and answers some.
-    fn answers_to(
-        &mut self,
-        mut bytes: &[u8],
-        mut receive: impl FnMut(u32, &mut Device, &[u8], &mut [u8]) -> (usize, usize),
-    ) -> Vec<u8> {
-        if !self.powered {
-            return Vec::new();
-        }
-        self.wait_for_flash();
-        let (mut answers, mut out) = (Vec::with_capacity(WIRE_MAX), [0; WIRE_MAX]);
-        while !bytes.is_empty() {
-            let now_ms = self.device_ms();
-            let (taken, len) = receive(now_ms, &mut self.device, bytes, &mut out);
-            answers.extend_from_slice(&out[..len]);
-            bytes = &bytes[taken..];
-        }
-        answers
+        self.answer(|monitor| monitor.receive_records(port, bytes))
     }
 
     /// Gives the monitor a datagram, which is one link frame; returns that of its answer.
     pub fn datagram(&mut self, source: Source, bytes: &[u8]) -> Option<Vec<u8>> {
-        if !self.powered {
-            return None;
-        }
-        self.wait_for_flash();
-        let mut out = [0; WIRE_MAX];
-        let now_ms = self.device_ms();
-        let len =
-            port::datagram(now_ms, source, &mut self.probes, &mut self.device, bytes, &mut out)?;
-        Some(out[..len].to_vec())
+        self.answer(|monitor| monitor.datagram(source, bytes))
     }
 
     /// Asks a subsystem over the wired interface and shows its first answer to `see`.
@@ -324,132 +308,79 @@ impl Sim {
         }
     }
 
+    /// Moves time as [`Self::advance_ms`] does, to the very same state, but passes over times in
+    /// which neither the world nor the monitor changes.
+    ///
+    /// The monitor rests when a step now and a step at the end of the time, with the inputs as
+    /// they are, leave it as it is and drive the same: what waits for a moment in between would
+    /// have come by the end. With a trace to keep, every step is made.
+    pub fn pass_ms(&mut self, ms: u64) {
+        self.wake().pass_ms(ms);
+    }
+
+    /// Time that has not been stepped through, ms.
+    pub fn passed_over_ms(&self) -> u64 {
+        self.monitor.passed_over_ms
+    }
+
     /// Takes the supply away for half a second. What is stored survives, what was being written is
     /// torn; time in the monitor begins anew.
     pub fn power_cycle(&mut self) {
-        self.world.cut_power();
-        self.world.advance(POWER_OFF_MS);
-        self.world.note(What::PoweredUp);
-        self.start(None);
+        self.wake().power_cycle();
     }
 
     /// Power will fail in words or erases of the flash to come, for half a second each: each cut
     /// counts from the one before, the next start included. None takes back those that have not
     /// come yet.
     pub fn cut_power_at(&mut self, cuts: &[Cut]) {
-        self.cuts = cuts.iter().copied().collect();
-        let next = self.cuts.pop_front();
-        self.world.flash.cut(next);
+        self.wake().cut_power_at(cuts);
     }
 
     /// Takes the supply away, until [`Sim::power_on`]: nothing is driven, nothing is answered.
     pub fn power_off(&mut self) {
-        self.world.cut_power();
-        self.powered = false;
+        self.wake().power_off();
     }
 
     /// Gives the supply back. What is stored has survived; time in the monitor begins anew.
     pub fn power_on(&mut self) {
-        if !self.powered {
-            self.powered = true;
-            self.world.note(What::PoweredUp);
-            self.start(None);
-        }
+        self.wake().power_on();
     }
 
     /// Whether the monitor has power.
-    pub const fn is_powered(&self) -> bool {
-        self.powered
+    pub fn is_powered(&self) -> bool {
+        self.monitor.powered
     }
 
     /// The program fails as on a hard fault: nothing is driven any more, and it starts again with
     /// what the fault handler has kept (§3.20).
     pub fn crash(&mut self, info: FaultInfo) {
-        self.world.cut_power();
-        self.world.note(What::Crashed);
-        self.start(Some(info));
-    }
-
-    fn start(&mut self, crash: Option<FaultInfo>) {
-        if self.world.flash.chip().is_off() {
-            let next = self.cuts.pop_front();
-            self.world.flash.cut(next);
-        }
-        self.world.start_flash();
-        if self.world.flash.chip().is_off() {
-            return self.power_cycle();
-        }
-        self.booted_ms = self.now_ms();
-        let Self { clock_ms, composition, address, world, .. } = self;
-        self.device = Device::power_up(*clock_ms, composition, *address, crash, world);
-        self.world.stall();
-    }
-
-    fn device_ms(&self) -> u32 {
-        // The monitor's clock has 32 bits and wraps.
-        self.clock_ms.wrapping_add((self.now_ms() - self.booted_ms) as u32)
+        self.wake().crash(info);
     }
 
     /// The state in one line: true positions (° or mm), commanded speeds (°/s or mm/s), valves,
     /// water, jet, the brightest spot in the detector's view (° from its axis), fires.
     pub fn trace_line(&self) -> String {
-        use core::fmt::Write;
-        let world = &self.world;
-        let outputs = world.outputs();
-        let mut line = format!("t={:.2}", self.now_ms() as f64 / 1000.0);
-        for axis in Axis::ALL {
-            let unit = if axis == Axis::Nozzle { 1.0 } else { 60.0 };
-            let position = world.drives[axis as usize].position / unit;
-            let speed = f64::from(outputs.drives[axis as usize].speed_tenths) / 10.0;
-            let _ = write!(line, " {}={position:.2}@{speed:.1}", axis_name(axis));
-        }
-        for (index, valve) in world.valves.iter().enumerate() {
-            let sign = match outputs.valves[index] {
-                ValveOutput::Off => '=',
-                ValveOutput::Opening => '+',
-                ValveOutput::Closing => '-',
-            };
-            let _ = write!(line, " valve{}={:.2}{sign}", index + 1, valve.opening);
-        }
-        let water = &world.water;
-        let _ = write!(line, " p={:.2}atm q={:.1}l/s", water.pressure_atm(), water.flow_lps);
-        match world.landing() {
-            Some(jet) => {
-                let _ = write!(line, " jet={:.2},{:.2}m", jet.at.0, jet.at.1);
-            }
-            None => line.push_str(" jet=-"),
-        }
-        match world.inputs().detector.spots[0] {
-            Some(spot) => {
-                let middle = |a: i16, b: i16| (f64::from(a) + f64::from(b)) / 120.0;
-                let (left, up) = (middle(spot.left, spot.right), middle(spot.top, spot.bottom));
-                let _ = write!(line, " spot={left:.2},{up:.2}#{}", spot.brightness);
-            }
-            None => line.push_str(" spot=-"),
-        }
-        for (index, fire) in world.fires.iter().enumerate() {
-            let _ = write!(line, " fire{index}={:.3}@{:.3}", fire.heat, fire.density);
-        }
-        let _ = write!(line, " u={:.1}V", world.climate.voltage_v);
-        line
+        trace::trace_line(self.world())
     }
 
     /// The trace so far, if the configuration asked for one.
     pub fn trace(&self) -> Option<&str> {
-        self.trace.as_deref()
+        self.monitor.trace.as_deref()
     }
 
     /// The trace since the last call, if the configuration asked for one.
     pub fn take_trace(&mut self) -> Option<String> {
-        self.trace.as_mut().map(core::mem::take)
+        self.monitor.trace.as_mut().map(core::mem::take)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::event::What;
+    use lafet_device::image::Axis;
     use lafet_proto::Status;
-    use lafet_proto::link::{self, Frame};
+    use lafet_proto::link::{self, Frame, WIRE_MAX};
 
     fn ask(sim: &mut Sim, request: Request<'_>) -> Vec<(SubsystemId, Status)> {
         let mut buffer = [0; 260];

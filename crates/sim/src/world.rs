@@ -5,6 +5,7 @@
 //! fires and the climate, each 20 ms a picture of the detector; last the inputs are sampled.
 
 use lafet_device::composition::{Composition, DriveKind};
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{
     AXES, Axis, Inputs, Outputs, UNITS as UNIT_COUNT, UnitInput, VALVES, ValveNo, ValveOutput,
@@ -135,7 +136,8 @@ pub struct World {
     /// Height of the nozzle above ground, m.
     pub height_m: f64,
     deployer: bool,
-    units: [Option<RemoteUnit>; UNIT_COUNT],
+    /// In boxes: few monitors have any, and the others need not walk past them in each step.
+    units: [Option<Box<RemoteUnit>>; UNIT_COUNT],
     buttons: [[bool; 8]; 2],
     rng: Rng,
     now_ms: u64,
@@ -175,7 +177,8 @@ impl World {
             gusts: Gusts::new(config.gusts, config.seed),
             height_m: config.height_m,
             deployer: config.deployer,
-            units: UNITS.map(|unit| config.remote[unit as usize].then(|| RemoteUnit::new(unit))),
+            units: UNITS
+                .map(|unit| config.remote[unit as usize].then(|| Box::new(RemoteUnit::new(unit)))),
             buttons: [[false; 8]; 2],
             rng: Rng::new(config.seed),
             now_ms: 0,
@@ -506,16 +509,22 @@ impl World {
     }
 }
 
+impl World {
+    /// Drives it like this. What is left of a step in which power failed drives nothing.
+    pub fn drive(&mut self, outputs: Outputs) {
+        if !self.flash.chip().is_off() {
+            self.commanded = outputs;
+        }
+    }
+}
+
 impl Hal for World {
     fn read(&mut self, inputs: &mut Inputs) {
         inputs.clone_from(&self.sensed);
     }
 
-    fn write(&mut self, outputs: &Outputs) {
-        // What is left of a step in which power failed drives nothing.
-        if !self.flash.chip().is_off() {
-            self.commanded = *outputs;
-        }
+    fn write(&mut self, outputs: &Passed) {
+        self.drive(**outputs);
     }
 
     fn reset(&mut self) {
@@ -555,13 +564,13 @@ mod tests {
     fn drive(world: &mut World, axis: Axis, speed_tenths: i16) {
         let mut outputs = *world.outputs();
         outputs.drives[axis as usize] = DriveOutput { speed_tenths };
-        world.write(&outputs);
+        world.drive(outputs);
     }
 
     fn open(world: &mut World) {
         let mut outputs = *world.outputs();
         outputs.valves[0] = ValveOutput::Opening;
-        world.write(&outputs);
+        world.drive(outputs);
     }
 
     /// Wrapped at the start, 24.0 V, 20 °C, no pressure; the detector is blind.

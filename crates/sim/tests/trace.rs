@@ -1,7 +1,6 @@
 //! The same seed and the same requests give the same trace, byte for byte.
 
 use lafet_device::Source;
-use lafet_device::hal::Hal;
 use lafet_device::image::{DriveOutput, Outputs, PLACES, ValveOutput};
 use lafet_proto::hash::fnv1a32;
 use lafet_proto::record::Writer;
@@ -80,7 +79,7 @@ fn the_world_is_the_same_everywhere() {
     outputs.valves[0] = ValveOutput::Opening;
     outputs.drives[1] = DriveOutput { speed_tenths: 7 };
     outputs.heaters = [true; PLACES];
-    world.write(&outputs);
+    world.drive(outputs);
     let mut hash = 0;
     for _ in 0..300 {
         world.advance(100);

@@ -10,6 +10,7 @@ use cortex_m_semihosting::syscall;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Inputs, Outputs};
 use lafet_device::store::Store;
@@ -283,9 +284,9 @@ impl Hal for Lm3s6965 {
         self.meter.start();
     }
 
-    fn write(&mut self, outputs: &Outputs) {
+    fn write(&mut self, outputs: &Passed) {
         self.meter.steps += self.meter.taken();
-        self.report(&Report::Driven(*outputs));
+        self.report(&Report::Driven(**outputs));
         self.meter.start();
     }
 

@@ -26,6 +26,7 @@ use cortex_m_rt::exception;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use lafet_device::guard::Passed;
 use lafet_device::Composition;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Inputs, Outputs, ValveOutput};
@@ -322,7 +323,7 @@ impl Hal for Stm32f103 {
         inputs.main_voltage_dv = (sample(15) * 363 / 4096) as u16;
     }
 
-    fn write(&mut self, outputs: &Outputs) {
+    fn write(&mut self, outputs: &Passed) {
         let mut directions = 0;
         for (index, (drive, full)) in outputs.drives.iter().zip(FULL_SPEED).enumerate() {
             let speed = u32::from(drive.speed_tenths.unsigned_abs()).min(full);

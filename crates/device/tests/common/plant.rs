@@ -2,6 +2,7 @@
 
 use lafet_device::Composition;
 use lafet_device::composition::DriveKind;
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{
     AXES, Axis, Inputs, Outputs, PlaceInput, UNITS, UnitError, UnitInput, UnitReply, VALVES,
@@ -281,8 +282,8 @@ impl Hal for Plant {
         inputs.clone_from(&self.inputs);
     }
 
-    fn write(&mut self, outputs: &Outputs) {
-        self.outputs = *outputs;
+    fn write(&mut self, outputs: &Passed) {
+        self.outputs = **outputs;
     }
 
     fn reset(&mut self) {

@@ -5,6 +5,7 @@ use crate::flood::{Random, frames, noise, set, wire};
 use crate::lives::{ACTIVITIES, Life, lives};
 use lafet_device::Source;
 use lafet_device::cause::{Cause, Rule};
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Axis, Inputs, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_device::port::Port;
@@ -159,8 +160,8 @@ impl Hal for Board<'_> {
         self.plant.read(inputs);
     }
 
-    fn write(&mut self, outputs: &Outputs) {
-        self.driven.push((self.now_us, *outputs));
+    fn write(&mut self, outputs: &Passed) {
+        self.driven.push((self.now_us, **outputs));
         self.plant.write(outputs);
     }
 

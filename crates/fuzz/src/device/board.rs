@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use crate::feed::Feed;
 use lafet_device::Composition;
 use lafet_device::composition::DriveKind;
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{
     AXES, Axis, Inputs, Outputs, PLACES, SPOTS, Spot, UNITS, UnitError, UnitReply, VALVES,
@@ -289,10 +290,10 @@ impl Hal for Board {
         inputs.clone_from(&self.inputs);
     }
 
-    fn write(&mut self, outputs: &Outputs) {
+    fn write(&mut self, outputs: &Passed) {
         self.calls += 1;
-        self.written.push(*outputs);
-        self.outputs = *outputs;
+        self.written.push(**outputs);
+        self.outputs = **outputs;
     }
 
     fn reset(&mut self) {

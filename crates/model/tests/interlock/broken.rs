@@ -1,6 +1,7 @@
 //! Monitors with something wrong with them: a device, and around it what is broken.
 #![allow(dead_code, reason = "a module of interlock.rs; by itself it has no tests")]
 
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Axis, Inputs, Outputs, ValveOutput};
 use lafet_device::{Composition, Device};
@@ -83,12 +84,12 @@ impl<D: Defect> Hal for Bent<'_, D> {
         self.defect.sensed(inputs);
     }
 
-    fn write(&mut self, outputs: &Outputs) {
+    fn write(&mut self, outputs: &Passed) {
         let mut inputs = Inputs::default();
         self.plant.read(&mut inputs);
-        let mut outputs = *outputs;
+        let mut outputs = **outputs;
         self.defect.driven(&inputs, &mut outputs);
-        self.plant.write(&outputs);
+        self.plant.drive(outputs);
     }
 
     fn reset(&mut self) {

@@ -3,7 +3,6 @@
 
 use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Causes, Program, Rule};
-use lafet_device::hal::Hal;
 use lafet_device::image::{Axis, Outputs, ValveOutput};
 use lafet_proto::flags::Button;
 use lafet_proto::record::Writer;
@@ -62,7 +61,7 @@ impl Bench {
             let mut outputs = *self.sim.world().outputs();
             let mut causes = *self.sim.device().causes();
             tamper(&mut outputs, &mut causes);
-            self.sim.world_mut().write(&outputs);
+            self.sim.world_mut().drive(outputs);
             let told = Told::ask(&mut self.sim);
             let view = View { causes: &causes, ..View::of(&self.sim, told) };
             found.extend(self.check.check(&view));

@@ -1,9 +1,10 @@
 //! Time passes over rest: the same as step by step, and much faster.
 
+use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Inputs, Outputs};
 
-use super::Sim;
+use super::Monitor;
 use crate::world::STEP_MS;
 
 /// Steps made one by one before it is looked again whether all rests: one, then ever more.
@@ -11,19 +12,14 @@ const BUSY_STEPS: u64 = 32;
 /// How far ahead a monitor is asked whether it rests, in steps: an hour, ten seconds, one.
 const SPANS: [u64; 3] = [360_000, 1_000, 100];
 
-impl Sim {
-    /// Moves time as [`Self::advance_ms`] does, to the very same state, but passes over times in
-    /// which neither the world nor the monitor changes.
-    ///
-    /// The monitor rests when a step now and a step at the end of the time, with the inputs as
-    /// they are, leave it as it is and drive the same: what waits for a moment in between would
-    /// have come by the end. With a trace to keep, every step is made.
-    pub fn pass_ms(&mut self, ms: u64) {
+impl Monitor {
+    /// See [`super::Sim::pass_ms`].
+    pub(super) fn pass_ms(&mut self, ms: u64) {
         let (mut left, mut busy) = (ms / STEP_MS, 1);
         while left > 0 {
-            let rested = self.rest(left);
+            let span = self.program_rests_for(left);
+            let rested = if span == 0 { 0 } else { self.pass_over(span) };
             left -= rested;
-            self.passed_over_ms += rested * STEP_MS;
             if rested > 0 {
                 busy = 1;
                 continue;
@@ -36,24 +32,37 @@ impl Sim {
         }
     }
 
-    /// Time that [`Self::pass_ms`] has not stepped through, ms.
-    pub const fn passed_over_ms(&self) -> u64 {
-        self.passed_over_ms
+    /// For how many steps it is known to rest, at most so many.
+    pub(super) fn rests_for(&self, most: u64) -> u64 {
+        let span = self.program_rests_for(most);
+        if span == 0 { 0 } else { self.world.rests_for(span) }
+    }
+
+    /// Passes over so many steps, through which it rests.
+    pub(super) fn rest(&mut self, steps: u64) {
+        let passed = self.pass_over(steps);
+        (passed..steps).for_each(|_| self.tick());
     }
 
     /// Passes over at most so many steps; over how many.
-    fn rest(&mut self, most: u64) -> u64 {
-        let waits = !self.powered || self.world.is_stalled();
+    fn pass_over(&mut self, steps: u64) -> u64 {
+        let passed = self.world.rest(steps);
+        if passed > 0 {
+            self.device.step(self.device_ms(), &mut self.world);
+        }
+        self.passed_over_ms += passed * STEP_MS;
+        passed
+    }
+
+    /// For how many steps the program will not stir, with the inputs as they are, in a world at
+    /// rest.
+    fn program_rests_for(&self, most: u64) -> u64 {
+        let waits = !self.powered || self.world.is_stalled() || !self.world.outputs().is_still();
         if waits || self.trace.is_some() || !self.monitor_rests(1) || !self.world.is_at_rest() {
             return 0;
         }
-        let spans = SPANS.into_iter().map(|span| span.min(most));
-        let Some(span) = spans.into_iter().find(|span| self.monitor_rests(*span)) else { return 0 };
-        let steps = self.world.rest(span);
-        if steps > 0 {
-            self.device.step(self.device_ms(), &mut self.world);
-        }
-        steps
+        let mut spans = SPANS.into_iter().map(|span| span.min(most));
+        spans.find(|span| self.monitor_rests(*span)).unwrap_or(0)
     }
 
     /// Whether a step of the monitor so many steps from now leaves all as it is.
@@ -80,8 +89,8 @@ impl Hal for Probe<'_> {
         inputs.clone_from(self.inputs);
     }
 
-    fn write(&mut self, outputs: &Outputs) {
-        self.outputs = Some(*outputs);
+    fn write(&mut self, outputs: &Passed) {
+        self.outputs = Some(**outputs);
     }
 
     fn reset(&mut self) {

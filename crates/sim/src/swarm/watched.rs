@@ -3,7 +3,6 @@
 
 use lafet_device::Source;
 use lafet_device::cause::{Cause, Causes};
-use lafet_device::hal::Hal;
 use lafet_device::image::Outputs;
 use lafet_device::port::Port;
 use lafet_proto::Status;
@@ -294,7 +293,7 @@ impl<'l> Watched<'l> {
         let view = View::of(&self.sim, self.told);
         wrong.drives(&view, self.sim.stood_still(), &mut outputs, &mut causes);
         if outputs != *self.sim.world().outputs() {
-            self.sim.world_mut().write(&outputs);
+            self.sim.world_mut().drive(outputs);
         }
         causes
     }

@@ -81,25 +81,17 @@ impl World {
         same && rng == skipped
     }
 
+    /// For how many steps, at most so many, the inputs stay as they are. Only for a world at rest.
+    pub(crate) fn rests_for(&self, steps: u64) -> u64 {
+        self.rest_ahead(steps).0
+    }
+
     /// Moves time over at most so many steps, as long as the inputs stay as they are; how many.
     /// Only for a world at rest.
     pub(crate) fn rest(&mut self, steps: u64) -> u64 {
-        let (mut done, mut stretch) = (0, STRETCH);
-        while done < steps {
-            let to_slow = SLOW_STEPS - (self.now_ms + done * STEP_MS) % SLOW_MS / STEP_MS;
-            if steps - done < to_slow {
-                done = steps;
-                break;
-            }
-            let slow = 1 + (steps - done - to_slow) / SLOW_STEPS;
-            let rested = self.rest_climate(slow, &mut stretch);
-            if rested == 0 {
-                done += to_slow - 1;
-                break;
-            }
-            done += to_slow + (rested - 1) * SLOW_STEPS;
-        }
+        let (done, climate) = self.rest_ahead(steps);
         if done > 0 {
+            self.climate = climate;
             self.now_ms += done * STEP_MS;
             let polled_ms = self.now_ms - self.now_ms % POLL_MS;
             self.units.iter_mut().flatten().for_each(|unit| unit.rest(polled_ms));
@@ -109,18 +101,39 @@ impl World {
         done
     }
 
+    /// The steps through which the inputs stay as they are, and the climate after them.
+    fn rest_ahead(&self, steps: u64) -> (u64, Climate) {
+        let mut climate = self.climate.clone();
+        let (mut done, mut stretch) = (0, STRETCH);
+        while done < steps {
+            let to_slow = SLOW_STEPS - (self.now_ms + done * STEP_MS) % SLOW_MS / STEP_MS;
+            if steps - done < to_slow {
+                done = steps;
+                break;
+            }
+            let slow = 1 + (steps - done - to_slow) / SLOW_STEPS;
+            let rested = self.rest_climate(&mut climate, slow, &mut stretch);
+            if rested == 0 {
+                done += to_slow - 1;
+                break;
+            }
+            done += to_slow + (rested - 1) * SLOW_STEPS;
+        }
+        (done, climate)
+    }
+
     /// Steps the climate at most so many times, as long as its sensors say the same; how many.
     /// The nearer to the change, the shorter the stretches.
-    fn rest_climate(&mut self, steps: u64, longest: &mut u64) -> u64 {
+    fn rest_climate(&self, climate: &mut Climate, steps: u64, longest: &mut u64) -> u64 {
         while *longest > 0 {
             let stretch = steps.min(*longest);
-            let mut next = self.climate.clone();
+            let mut next = climate.clone();
             let stays = self.climate_stays(&mut next, stretch);
-            if stays && next == self.climate {
+            if stays && next == *climate {
                 return steps;
             }
             if stays {
-                self.climate = next;
+                *climate = next;
                 return stretch;
             }
             *longest = stretch / 2;

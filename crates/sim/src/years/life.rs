@@ -244,13 +244,7 @@ impl Years {
         let request = text::parse("GetHotbed", &mut buffer).ok()?;
         self.sim.ask(SubsystemId::DETECTOR, request.body, |answer| {
             if let Reply::Param { values, .. } = answer.data {
-                let mut values = values.iter();
-                let mut next = || values.next();
-                if let (Some(x1), Some(x2), Some(y1), Some(y2), Some(brightness)) =
-                    (next(), next(), next(), next(), next())
-                {
-                    found = Some(Hotbed::from_values([x1, x2, y1, y2, brightness]));
-                }
+                found = Hotbed::of_values(values).next();
             }
         });
         found

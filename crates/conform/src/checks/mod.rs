@@ -2,6 +2,7 @@
 
 pub mod bits;
 mod fold;
+mod limits;
 mod link;
 mod literal;
 mod memory;
@@ -10,6 +11,7 @@ mod params;
 mod programs;
 mod reads;
 mod records;
+mod search;
 mod service;
 mod table;
 mod timed;

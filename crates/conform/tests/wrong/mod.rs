@@ -5,6 +5,7 @@ mod link;
 mod motion;
 mod params;
 mod programs;
+mod reads;
 mod records;
 mod seeks;
 mod service;
@@ -76,6 +77,7 @@ pub fn all() -> Vec<Wrong> {
     [
         link::WRONG,
         records::WRONG,
+        reads::WRONG,
         motion::WRONG,
         fold::WRONG,
         water::WRONG,

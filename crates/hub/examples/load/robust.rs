@@ -16,17 +16,20 @@ use crate::kills;
 use crate::site::Site;
 use crate::trouble::{self, Done, Plan};
 
-/// The goal: a Stop is through within this time.
-const STOP_MS: f64 = 100.0;
 /// Nothing that is waited for takes so long.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// How often the monitors are polled, ms.
 const POLL_MS: u64 = 100;
 const MONITORS: usize = 3;
 
-/// How much, and how long.
+/// The goal: half of all Stops, and 99 of 100, are through within this time.
+const STOP_MS: f64 = 100.0;
+
+/// How much, how long, and within which bound.
 pub struct Size {
     plan: Plan,
+    /// Within which 99 of 100 Stops are through, ms.
+    p99_ms: f64,
     /// Without any trouble, s.
     quiet_s: u64,
     /// With all of it: a disk that takes writes, one that does not, and again one that does, s each.
@@ -36,12 +39,16 @@ pub struct Size {
 
 pub const WHOLE: Size = Size {
     plan: Plan { idle: 1000, slow: 50, drips: 50, garbage: 4, storms: 4 },
+    p99_ms: STOP_MS,
     quiet_s: 20,
     part_s: 20,
     kills: 20,
 };
+/// On a machine that does other things, too: of some tens of Stops the slowest is the 99th of 100, and
+/// one pause of the machine is in it. The median has the same bound as in the whole.
 pub const QUICK: Size = Size {
     plan: Plan { idle: 200, slow: 10, drips: 10, garbage: 2, storms: 2 },
+    p99_ms: 5000.0,
     quiet_s: 3,
     part_s: 4,
     kills: 4,
@@ -97,12 +104,17 @@ pub async fn run(lafet: PathBuf, folder: PathBuf, size: &Size) -> Fallible<()> {
     hub.kill()?;
     println!("{}", kills::run(&lafet, &config, size.kills).await?);
     std::fs::remove_dir_all(&folder)?;
-    let slow: Vec<&str> =
-        parts.iter().filter(|it| it.stops.percentile(99) > STOP_MS).map(|it| it.name).collect();
-    if slow.is_empty() {
-        return Ok(());
+    slow(&parts, size)
+}
+
+/// An error that says in which parts Stops took too long.
+fn slow(parts: &[Part], size: &Size) -> Fallible<()> {
+    let mut said = Vec::new();
+    for (percent, bound) in [(50, STOP_MS), (99, size.p99_ms)] {
+        let over = parts.iter().filter(|it| it.stops.percentile(percent) > bound);
+        said.extend(over.map(|it| format!("{}: {percent} of 100 took over {bound} ms", it.name)));
     }
-    Err(format!("99 of 100 Stops took longer than {STOP_MS} ms: {}", slow.join(", ")).into())
+    if said.is_empty() { Ok(()) } else { Err(format!("slow Stops: {}", said.join("; ")).into()) }
 }
 
 impl Operator {

@@ -4,11 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::SystemTime;
 
+use serde_json::{Map, Value};
+
 use crate::run::{self, StepResult, cargo, output, root, show};
 use crate::{TaskResult, setup};
 
 /// The oldest Node.js that the console's tools run on.
 const NODE: u32 = 20;
+/// The description of the hub's API.
+const DESCRIPTION: &str = "docs/schema/hub-1.json";
 const CHROMIUM: &str = "chromium";
 
 pub fn console(arguments: &[String]) -> TaskResult {
@@ -16,13 +20,14 @@ pub fn console(arguments: &[String]) -> TaskResult {
     match arguments[..] {
         ["build"] => build()?,
         ["check"] => check()?,
+        ["api"] => api(&[])?,
         ["browser", ref names @ ..] => with_browser("test:browser", names)?,
         ["pictures"] => with_browser("pictures", &[])?,
         ["measure", ref what @ ..] => with_browser("measure", what)?,
         ["monkey", ref how @ ..] => with_browser("monkey", how)?,
         _ => {
             return Err(format!(
-                "console {}: build, check, browser [NAME...], pictures, measure [SLOWED [pages|scene|memory]] or monkey [SECONDS [SEED]]",
+                "console {}: build, check, api, browser [NAME...], pictures, measure [SLOWED [pages|scene|memory]] or monkey [SECONDS [SEED]]",
                 arguments.join(" ")
             ));
         }
@@ -43,6 +48,7 @@ pub fn build() -> StepResult {
 /// Types, style and unit tests; and it builds.
 pub fn check() -> StepResult {
     packages()?;
+    api(&["--check"])?;
     npm(&["run", "check"])?;
     npm(&["run", "build"])
 }
@@ -62,14 +68,32 @@ fn with_browser(script: &str, arguments: &[&str]) -> StepResult {
     show(npm_command(&words).env("LAFET_BIN", program))
 }
 
+/// The types of the hub's API, from its description: the structures alone, no page has use for the
+/// operations.
+fn api(options: &[&str]) -> StepResult {
+    packages_of(&folder().join("generator"))?;
+    let mut description: Value = serde_json::from_str(&run::read(DESCRIPTION)?)
+        .map_err(|e| format!("{DESCRIPTION}: {e}"))?;
+    description["paths"] = Value::Object(Map::new());
+    let file = root().join(run::target()).join("hub-structures.json");
+    std::fs::write(&file, description.to_string())
+        .map_err(|e| format!("{}: {e}", file.display()))?;
+    let command = ["--prefix", "generator", "run", "--silent", "api", "--"];
+    show(npm_command(&command).arg(&file).args(options))
+}
+
 fn packages() -> StepResult {
     node()?;
-    let lock = modified(&folder().join("package-lock.json"));
-    let installed = modified(&folder().join("node_modules/.package-lock.json"));
+    packages_of(&folder())
+}
+
+fn packages_of(folder: &Path) -> StepResult {
+    let lock = modified(&folder.join("package-lock.json"));
+    let installed = modified(&folder.join("node_modules/.package-lock.json"));
     if installed.is_some() && lock <= installed {
         return Ok(());
     }
-    npm(&["ci", "--no-audit", "--no-fund"])
+    show(npm_command(&["ci", "--no-audit", "--no-fund"]).current_dir(folder))
 }
 
 fn node() -> StepResult {

@@ -1,5 +1,6 @@
-//! `cargo xtask docs`: the tables of docs/protocol.md that come from the code, the dictionary that the
-//! console's tests read, and all links.
+//! `cargo xtask docs`: what is made from the dictionary of the protocol (the tables of docs/protocol.md,
+//! the names for C, the copy that the console's tests read), the description of the hub's API, and all
+//! links.
 
 use std::process::ExitCode;
 
@@ -7,11 +8,14 @@ use serde_json::Value;
 
 use crate::citation::citations;
 use crate::run::{self, StepResult};
-use crate::{TaskResult, flag, links, pictures};
+use crate::{TaskResult, c_header, flag, links, pictures};
 
 const PAGE: &str = "docs/protocol.md";
 /// The dictionary that the console's unit tests read.
 const DICTIONARY: &str = "console/test/unit/files/dictionary.json";
+const C_HEADER: &str = "bindings/c/include/lafet_protocol.h";
+/// The description of the hub's API, from which the console's types are made.
+const API: &str = "docs/schema/hub-1.json";
 /// The sections that list flags, and the classes of the dictionary that have them. The common flags
 /// stand in every class.
 const CLASSES: [(&str, &str); 9] = [
@@ -34,7 +38,8 @@ pub fn docs(arguments: &[String]) -> TaskResult {
         println!("   building lafet, for `lafet schema`");
         let schema = schema()?;
         let old = run::read(PAGE)?;
-        for (file, new) in [(PAGE, regenerate(&old, &schema)?), (DICTIONARY, lines(&schema))] {
+        let page = (PAGE, regenerate(&old, &schema)?);
+        for (file, new) in copies(&schema)?.into_iter().chain([page]) {
             let was = run::read(file).unwrap_or_default();
             std::fs::write(run::root().join(file), &new).map_err(|e| format!("{file}: {e}"))?;
             println!("   {file}: {}", if was == new { "was up to date" } else { "written" });
@@ -54,8 +59,10 @@ pub fn check() -> StepResult {
     pictures::check()?;
     let page = run::read(PAGE)?;
     let schema = schema()?;
-    if run::read(DICTIONARY)? != lines(&schema) {
-        return Err(format!("{DICTIONARY} is out of date: run `cargo xtask docs`"));
+    for (file, fresh) in copies(&schema)? {
+        if run::read(file)? != fresh {
+            return Err(format!("{file} is out of date: run `cargo xtask docs --tables`"));
+        }
     }
     let fresh = regenerate(&page, &schema)?;
     if page == fresh {
@@ -70,9 +77,37 @@ pub fn check() -> StepResult {
 
 /// The dictionary of the protocol as `lafet schema` prints it.
 fn schema() -> Result<Value, String> {
-    let arguments = ["run", "--quiet", "--package", "lafet", "--", "schema"];
-    let text = run::output(&mut run::cargo(&arguments))?;
+    printed(&[])
+}
+
+/// What `lafet schema` prints.
+fn printed(options: &[&str]) -> Result<Value, String> {
+    let command = ["run", "--quiet", "--package", "lafet", "--", "schema"];
+    let text = run::output(run::cargo(&command).args(options))?;
     serde_json::from_str(&text).map_err(|e| format!("`lafet schema` printed no JSON: {e}"))
+}
+
+/// The description of the API with a path or a structure in each line.
+fn api() -> Result<String, String> {
+    let api = printed(&["--hub"])?;
+    let lines = |value: &Value| {
+        let entries = value.as_object().into_iter().flatten();
+        let line =
+            |(name, entry): (&String, &Value)| format!("{}:{entry}", Value::from(name.as_str()));
+        entries.map(line).collect::<Vec<_>>().join(",\n")
+    };
+    Ok(format!(
+        "{{\"openapi\":{},\n\"info\":{},\n\"paths\":{{\n{}\n}},\n\"components\":{{\"schemas\":{{\n{}\n}}}}}}\n",
+        api["openapi"],
+        api["info"],
+        lines(&api["paths"]),
+        lines(&api["components"]["schemas"]),
+    ))
+}
+
+/// The files that are nothing but what `lafet schema` prints in another form.
+fn copies(schema: &Value) -> Result<[(&'static str, String); 3], String> {
+    Ok([(DICTIONARY, lines(schema)), (C_HEADER, c_header::header(schema)?), (API, api()?)])
 }
 
 /// JSON with an entry of each list in a line of its own.

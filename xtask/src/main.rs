@@ -4,6 +4,7 @@
 mod api;
 mod bench;
 mod bindings;
+mod c_header;
 mod ci;
 mod citation;
 mod console;
@@ -137,10 +138,11 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "console",
-        arguments: "build | check | browser | pictures | measure | monkey",
+        arguments: "build | check | api | browser | pictures | measure | monkey",
         about: "the operator's console: build it, check it, try it in a browser, take its pictures",
         details: "build makes console/dist, which the hub has built into it. check is types and unit \
-                  tests. browser drives Chromium against the release build of lafet with simulated \
+                  tests. api makes the types of the hub's API from docs/schema/hub-1.json. browser drives \
+                  Chromium against the release build of lafet with simulated \
                   monitors. pictures takes those of the README. measure: first paint, shifts of the \
                   layout, work on live data, memory; its figures stand in docs/console.md. monkey presses, \
                   pulls and types at random.",

@@ -96,11 +96,11 @@ pub enum Command {
     Close(cmd::motion::CloseArgs),
     /// Deploy the barrel into its working position
     Deploy(cmd::motion::DeployArgs),
-    /// Wrap the barrel into its standby position
+    /// Stow the barrel in its standby position
     Wrap(cmd::motion::WrapArgs),
     /// Search a sector for fire
     Seek(cmd::seek::SeekArgs),
-    /// Show the hotbeds of fire that the last search has found
+    /// Show the fire spots that the last search has found
     Hotbeds(cmd::seek::HotbedsArgs),
     /// Align the fire detector with the barrel
     Justify(cmd::seek::JustifyArgs),
@@ -140,7 +140,7 @@ pub enum Command {
     Completions(cmd::install::CompletionsArgs),
     /// Print or write the manual pages
     Man(cmd::install::ManArgs),
-    /// Print the dictionary of the protocol as JSON
+    /// Print the dictionary of the protocol, or the API of the hub, as JSON
     Schema(cmd::schema::SchemaArgs),
 }
 

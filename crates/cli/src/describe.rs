@@ -154,7 +154,7 @@ pub fn hotbed_rows(hotbeds: &[Hotbed]) -> Vec<Vec<String>> {
     let middle = |a: i32, b: i32| angle::degrees(i32::midpoint(a, b));
     let size = |a: i32, b: i32| angle::degrees((a - b).abs());
     let mut rows = vec![vec![
-        pick("hotbed", "очаг").to_owned(),
+        pick("fire spot", "очаг загорания").to_owned(),
         pick("azimuth", "азимут").to_owned(),
         pick("elevation", "возвышение").to_owned(),
         pick("width", "ширина").to_owned(),

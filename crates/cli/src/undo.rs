@@ -394,9 +394,14 @@ impl BrokenOff {
         matches!(self.end, End::AtRest(_))
     }
 
-    /// Whether the command has reached what it was for, in spite of the line.
-    pub const fn is_done(&self) -> bool {
-        self.undo.wanted && self.is_at_rest() && matches!(self.because, Because::Lost(_))
+    /// Whether a command that is undone by itself (Stop, Close) has reached what it was for, in spite of the line:
+    /// it was seen so, not only answered.
+    pub fn is_done(&self) -> bool {
+        let seen = match &self.end {
+            End::AtRest(state) => self.undo.flowing.is_empty() || !state.is_empty(),
+            _ => false,
+        };
+        seen && matches!(self.because, Because::Lost(_))
     }
 
     /// What a person reads.

@@ -146,6 +146,35 @@ fn monitors_and_consoles_on_one_line() {
     assert!(alone.code == 3 && alone.err.contains("role=direct"), "{alone:?}");
 }
 
+/// Where a controller gives access, a recorder without an address of its own asks nothing and keeps what others say.
+#[test]
+fn a_recorder_beside_a_controller_only_listens() {
+    let one = Sim::start(&["--addr", "1"]);
+    let hub = Hub::new();
+    hub.joined_by(&one);
+    let bus = controller(&[&hub.url(""), "--addresses", "1,130"]);
+    told(&bus, vec![r#""appeared":1}"#]);
+    let console = hub.url("role=active&src=130&addr=1");
+    std::thread::scope(|scope| {
+        // As long as it is recorded the console has its turns.
+        let asks = scope.spawn(|| {
+            let watch = ["--json", "watch", "General", "--count", "40", "--interval", "0.1"];
+            assert_eq!(done(&console, &watch).json().len(), 40);
+        });
+        let recording = format!("{}/beside.mcap", env!("CARGO_TARGET_TMPDIR"));
+        let url = hub.url("addr=1&src=129");
+        told(&bus, vec![r#""appeared":130}"#]);
+        let run = Run::of(&["-c", &url, "record", &recording, "--force", "--for", "2"]);
+        assert_eq!(run.code, 0, "{run:?}");
+        assert!(run.err.contains("A controller gives access"), "{run:?}");
+        let frames = Run::of(&["--json", "replay", &recording, "--speed", "0"]).json();
+        let from = |src: u8| frames.iter().filter(|frame| frame["src"] == src).count();
+        assert_eq!(from(129), 0, "it has asked: {frames:?}");
+        assert!(from(1) > 0 && from(130) > 0, "{frames:?}");
+        asks.join().unwrap();
+    });
+}
+
 #[test]
 fn consoles_on_a_serial_line_of_their_own() {
     let sim = Sim::listening(&["pty"], &["--addr", "5"]);

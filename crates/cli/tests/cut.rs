@@ -237,6 +237,30 @@ fn broken_off(words: &[&str], request: RequestId, risk: &str, phase: Phase, cut:
     at_rest(&sim);
 }
 
+/// A deployment, of a monitor that has it.
+#[test]
+fn a_deployment_is_stopped_over_the_next_connection() {
+    thread::scope(|scope| {
+        for (phase, cut) in phases() {
+            scope.spawn(move || {
+                let sim = Sim::start(&[]);
+                let relay = Relay::to(&sim, RequestId::DEPLOY, phase, cut, AWAY);
+                let words = ["-c", &relay.url, "--lang", "en", "--timeout", TIMEOUT, "deploy"];
+                let run = support::Run::of(&words);
+                let what = format!("{phase:?} {cut:?}: {run:?}");
+                assert!(relay.state.is_cut.load(Ordering::SeqCst), "{what}");
+                assert_eq!(run.code, 1, "{what}");
+                assert!(run.err.contains("Deployer may still move"), "{what}");
+                assert!(run.err.contains("at rest now"), "{what}");
+                let flags = sim.flags("deployer");
+                let moves =
+                    |flag: &String| ["Move", "Deploying", "Wrapping"].contains(&flag.as_str());
+                assert!(!flags.iter().any(moves), "{what}: {flags:?}");
+            });
+        }
+    });
+}
+
 /// A Stop is what was wanted: it goes on until it is answered, and is then done.
 #[test]
 fn a_stop_goes_on_until_it_has_arrived() {
@@ -251,6 +275,46 @@ fn a_stop_goes_on_until_it_has_arrived() {
         comes_to_rest(&sim);
         sim.done(&["move", "horizontal", "0"]);
     }
+}
+
+/// A Close too, and it is done once the valve has been seen closed. A valve that is not there was not seen.
+#[test]
+fn a_close_goes_on_until_the_valve_is_closed() {
+    thread::scope(|scope| {
+        for (phase, cut) in phases() {
+            scope.spawn(move || {
+                let sim = monitor();
+                sim.done(&["open"]);
+                let relay = Relay::to(&sim, RequestId::CLOSE, phase, cut, AWAY);
+                let words = ["-c", &relay.url, "--timeout", TIMEOUT, "--json", "close"];
+                let run = support::Run::of(&words);
+                let what = format!("{phase:?} {cut:?}: {run:?}");
+                assert!(relay.state.is_cut.load(Ordering::SeqCst), "{what}");
+                assert_eq!(run.code, 0, "{what}");
+                assert_eq!(run.json()[0]["done"], true, "{what}");
+                at_rest(&sim);
+            });
+        }
+    });
+    let sim = monitor();
+    let relay = Relay::to(&sim, RequestId::CLOSE, Phase::Answer, Cut::Reset, AWAY);
+    let run = support::Run::of(&["-c", &relay.url, "--timeout", TIMEOUT, "close", "valve2"]);
+    assert_ne!(run.code, 0, "{run:?}");
+}
+
+/// A valve that stays open is not closed, whatever the line does meanwhile.
+#[test]
+fn a_close_that_is_given_up_is_not_done() {
+    let sim = monitor();
+    sim.done(&["open"]);
+    let relay = Relay::to(&sim, RequestId::CLOSE, Phase::Request, Cut::Silence, Duration::MAX);
+    let mut command = lafet();
+    command.args(["-c", &relay.url, "--lang", "en", "close"]);
+    let mut running = Running::stderr(&mut command);
+    while !running.line().contains("Ctrl-C gives up") {}
+    running.signal("INT");
+    assert_eq!(running.code(), Some(4));
+    assert!(sim.flags("valve1").contains(&"Open".to_owned()));
 }
 
 /// Ctrl-C while nobody answers gives up, and names the emergency stop; what is not cut is stopped.

@@ -63,6 +63,29 @@ fn a_tap_passes_everything_on() {
     }
 }
 
+/// What is there is kept, unless it is to be replaced; then nothing of it is left.
+#[test]
+fn a_file_that_is_there_is_replaced_by_force_alone() {
+    let sim = Sim::start(&[]);
+    for name in ["kept.mcap", "kept.pcapng"] {
+        let recording = file(name);
+        let old = vec![b'x'; 1 << 20];
+        std::fs::write(&recording, &old).unwrap();
+        let record = ["record", &recording, "--for", "0.5"];
+        let refused = sim.run(&record);
+        assert!(refused.code == 2 && refused.err.contains("--force"), "{refused:?}");
+        assert!(std::fs::read(&recording).unwrap() == old, "it was touched");
+        let frames = sim.value(&[&record[..], &["--force"]].concat())["frames"].as_u64().unwrap();
+        let replay = Run::of(&["--json", "replay", &recording, "--speed", "0"]);
+        assert!(replay.code == 0 && frames >= 2, "{replay:?}");
+        assert_eq!(replay.json().len() as u64, frames);
+        let fresh = file(&format!("of-a-folder-{name}"));
+        std::fs::create_dir_all(&fresh).unwrap();
+        assert_eq!(sim.run(&["record", &fresh, "--force"]).code, 2, "a folder is no recording");
+        std::fs::remove_dir(&fresh).unwrap();
+    }
+}
+
 /// What is killed leaves a recording that can be read.
 #[test]
 fn a_killed_recorder_leaves_a_recording() {

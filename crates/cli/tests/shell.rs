@@ -190,7 +190,7 @@ mod terminal {
     fn control_c_stops_and_returns_to_the_prompt() {
         let sim = Sim::start(&[]);
         let mut typed = Typed::start(&sim, "en");
-        typed.sees("wrapped");
+        typed.sees("stowed");
         typed.types("depl\t--no-wait\r");
         typed.sees("Accepted");
         typed.sees("deploying");
@@ -207,7 +207,7 @@ mod terminal {
         let sim = Sim::start(&[]);
         for signal in ["TERM", "HUP"] {
             let mut typed = Typed::start(&sim, "en");
-            typed.sees("wrapped");
+            typed.sees("stowed");
             let id = typed.shell.id().to_string();
             let mut kill = std::process::Command::new("kill");
             let sent = kill.args([&format!("-{signal}"), &id]).status();

@@ -19,7 +19,7 @@ fn one_picture_of_several_monitors() {
     let (full, mini) = (Sim::start(&[]), Sim::start(&["--profile", "mini"]));
     let urls = [full.url(), mini.url()];
     for (lang, words) in [
-        ("en", ["wrapped", "ready", "STOP ALL", "what is not as it should be"]),
+        ("en", ["stowed", "ready", "STOP ALL", "what is not as it should be"]),
         ("ru", ["свёрнут", "готов", "СТОП ВСЕ", "что не так"]),
     ] {
         let run = top(lang, &urls, &[]);
@@ -43,7 +43,7 @@ fn a_monitor_that_does_not_answer_is_shown_and_told() {
     let closed = format!("tcp://{closed}");
     let run = top("en", &[sim.url(), &closed], &[]);
     assert_eq!(run.code, 3, "{run:?}");
-    assert!(run.out.contains("wrapped") && run.out.contains("no link"), "{}", run.out);
+    assert!(run.out.contains("stowed") && run.out.contains("no link"), "{}", run.out);
     let run = top("en", &[sim.url(), &closed], &["--json"]);
     let json = run.json();
     assert_eq!(json[0]["connected"], true, "{run:?}");

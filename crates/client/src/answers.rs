@@ -13,7 +13,7 @@ use crate::session::matching::is_group;
 const RECORD_MAX: usize = HEADER_SIZE + lafet_proto::record::DATA_MAX;
 
 /// A request as it goes into a frame, and what a session must know of it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RequestBuf {
     bytes: Vec<u8>,
     to: SubsystemId,
@@ -43,6 +43,14 @@ impl RequestBuf {
         &self.bytes
     }
 
+    /// The request, typed; data that do not fit it are kept as they are.
+    pub fn request(&self) -> Request<'_> {
+        let data = self.bytes.get(HEADER_SIZE..).unwrap_or_default();
+        let record = Record { request: self.id, device: self.to, status: Status::OK, data };
+        let unknown = Body::Unknown { request: self.id, data };
+        Request::decode(&record).unwrap_or(Request::new(self.to, unknown))
+    }
+
     /// The addressee.
     pub const fn to(&self) -> SubsystemId {
         self.to
@@ -65,16 +73,7 @@ impl RequestBuf {
 
     /// Changes nothing in the monitor.
     pub fn is_read(&self) -> bool {
-        matches!(
-            self.id,
-            RequestId::GET_STATUS
-                | RequestId::GET_PARAM
-                | RequestId::RETRIEVE_LIMITS
-                | RequestId::GET_HOTBED
-                | RequestId::GET_CRASH_DATA
-                | RequestId::GET_NETWORK_STATUS
-                | RequestId::GET_LOG
-        )
+        self.id.is_read()
     }
 
     /// Stop, Close, Lockout on: overtake what waits, and may be repeated without harm.

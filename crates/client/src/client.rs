@@ -170,6 +170,11 @@ impl Client {
         self.run_one(RequestBuf::new(request)?).await
     }
 
+    /// The same for a request that owns its bytes.
+    pub async fn send(&self, request: RequestBuf) -> Result<Answers, Error> {
+        self.run_one(request).await
+    }
+
     /// Asks whether somebody is there (observed: an empty frame is answered by an empty frame).
     pub async fn probe(&self) -> Result<(), Error> {
         probed(&self.endpoint, self.exchange(vec![], None, None).await)

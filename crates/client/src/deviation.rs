@@ -119,19 +119,12 @@ impl AnswerBuf {
         if self.status().name().is_none() {
             return Some(Deviation::UnknownStatus(self.status()));
         }
-        let asks_data = matches!(
-            self.request(),
-            RequestId::GET_STATUS
-                | RequestId::GET_PARAM
-                | RequestId::RETRIEVE_LIMITS
-                | RequestId::GET_HOTBED
-                | RequestId::GET_CRASH_DATA
-                | RequestId::GET_NETWORK_STATUS
-                | RequestId::GET_LOG
-        );
         // A subsystem that the document does not know may have a state without data.
         let known = self.from().name().is_some();
-        let empty = asks_data && known && self.status().is_success() && self.data().is_empty();
+        let empty = self.request().is_read()
+            && known
+            && self.status().is_success()
+            && self.data().is_empty();
         empty.then_some(Deviation::NoData)
     }
 }

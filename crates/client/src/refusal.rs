@@ -121,7 +121,7 @@ fn denied_by_deployer(request: RequestId) -> Option<Reason> {
     because(
         scenario,
         (
-            "The barrel is not deployed: it is wrapped, on its way, or stands in between.",
+            "The barrel is not deployed: it is stowed, moving, or in between.",
             "Ствол не развёрнут: он свёрнут, движется или стоит между положениями.",
         ),
         DEPLOY_FIRST,

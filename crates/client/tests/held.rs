@@ -12,7 +12,7 @@ use lafet_device::image::Axis;
 use lafet_proto::link::{Decoder, Frame, encode, wire_max};
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
-use lafet_proto::{Request, SubsystemId};
+use lafet_proto::{Ints, Request, SubsystemId};
 use lafet_sim::sim::{self, Sim};
 
 const MS: Duration = Duration::from_millis(1);
@@ -237,10 +237,13 @@ fn silence(request: &RequestBuf) -> Error {
 
 /// The holder vanishes at many moments: it is at rest within the bound, and stays so.
 fn vanish(wire: Wire, moments: u32) -> u64 {
-    let sim = deployed();
+    vanish_of(wire, moments, &deployed())
+}
+
+fn vanish_of(wire: Wire, moments: u32, sim: &Sim) -> u64 {
     let (mut worst, mut moved) = (0, 0);
     for moment in 0..moments {
-        let mut world = World::new(wire, &sim, u64::from(moment));
+        let mut world = World::new(wire, sim, u64::from(moment));
         let held_ms = world.chance() % (1500 + 6 * wire.latency_ms);
         let way = if moment.is_multiple_of(2) { Toward::Max } else { Toward::Min };
         world.start(way);
@@ -282,6 +285,23 @@ fn over_a_slow_radio_it_ends_within_the_stated_time() {
 fn a_monitor_without_move_hold_arrives_at_the_end_of_its_step() {
     let worst = vanish(WITHOUT, MOMENTS / 3);
     println!("{WITHOUT:?}: at rest after {worst} ms at most");
+}
+
+/// Without MoveHold the drive's own approach is what lasts, at low speeds as well: its last stretch is
+/// a quarter of a second to go, again and again, until it creeps.
+#[test]
+fn without_move_hold_no_useful_speed_ends_within_half_a_second() {
+    for (speed, least_ms, bound_ms) in
+        [(20, 1500, 2200), (10, 900, 2000), (5, 700, 1900), (2, 500, 1900)]
+    {
+        let mut sim = deployed();
+        let (id, values) = (Param::HorizontalSpeed.id(), [speed]);
+        let set = Body::SetParam { id, values: Ints::Values(&values) };
+        sim.ask(DRIVE, set, |answer| assert!(answer.status.is_success()));
+        let worst = vanish_of(Wire { bound_ms, ..WITHOUT }, MOMENTS / 5, &sim);
+        println!("{speed} °/s: at rest after {worst} ms at most");
+        assert!(worst > least_ms, "{speed} °/s: {worst} ms");
+    }
 }
 
 /// 10,000 moments on each line: takes minutes.

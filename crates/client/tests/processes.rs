@@ -3,6 +3,8 @@
 //! does only what the document says. Nothing of a former process is believed.
 
 mod fake;
+#[path = "fake/numbered.rs"]
+mod numbered;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,47 +13,15 @@ use fake::encode;
 use lafet_client::session::{Now, Outcome, Session, Slot};
 use lafet_client::{AnswerBuf, Config, Framing, RequestBuf};
 use lafet_proto::link::Decoder;
-use lafet_proto::record::{Record, Records, Writer};
 use lafet_proto::request::Body;
-use lafet_proto::{ParamId, Request, RequestId, Status, SubsystemId};
+use lafet_proto::{ParamId, Request, RequestId, SubsystemId};
+use numbered::{Random, Unknown, answer, number_of, outcome_of};
 
 const MS: Duration = Duration::from_millis(1);
 /// A frame is this late at most, a request as well as an answer.
 const LATE: Duration = Duration::from_secs(5);
 /// Operations on each way, where nothing else is said.
 const OPERATIONS: u32 = 10_000;
-
-/// splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, bound: u64) -> u64 {
-        self.next() % bound
-    }
-
-    fn one_in(&mut self, n: u64) -> bool {
-        self.below(n) == 0
-    }
-}
-
-/// What a monitor does with a subsystem that does not exist.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Unknown {
-    /// ModuleNotExist on behalf of the addressee (§1).
-    Answered,
-    /// It leaves it out.
-    LeftOut,
-    /// General refuses it in its own name.
-    Refused,
-}
 
 /// What the bytes travel in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -278,61 +248,13 @@ impl World {
     }
 
     fn was_made_for_us(&self, answer: &AnswerBuf) -> bool {
-        let number = match answer.request() {
-            RequestId::GET_STATUS => answer.data().first_chunk(),
-            RequestId::GET_PARAM => answer.data().last_chunk(),
-            _ => None,
-        };
-        match number {
-            Some(number) => self.executed.contains(&u32::from_le_bytes(*number)),
+        match number_of(answer.request(), answer.data()) {
+            Some(number) => self.executed.contains(&number),
             None => {
                 let made = |number: &u32| outcome_of(*number) == (answer.from(), answer.status());
                 answer.request() != RequestId::MOVE || self.executed.iter().any(made)
             }
         }
-    }
-}
-
-/// What the monitor answers: the number of the frame is in every value.
-fn answer(payload: &[u8], number: u32, unknown: Unknown) -> Vec<u8> {
-    let mut buffer = [0; 512];
-    let mut out = Writer::new(&mut buffer);
-    for Record { request, device, data, .. } in Records::new(payload).map_while(Result::ok) {
-        let mut push = |device, status, data: &[u8]| {
-            out.push(&Record { request, device, status, data }).expect("room");
-        };
-        let word = number.to_le_bytes();
-        match request {
-            RequestId::GET_STATUS if device == SubsystemId::ALL => {
-                push(SubsystemId::VALVE1, Status::OK, &word);
-                push(SubsystemId::VERTICAL, Status::OK, &[&word[..], &[0; 4]].concat());
-            }
-            RequestId::GET_STATUS => match unknown {
-                Unknown::Answered => push(device, Status::MODULE_NOT_EXIST, &[]),
-                Unknown::LeftOut => {}
-                Unknown::Refused => push(SubsystemId::GENERAL, Status::WRONG_REQUEST, &[]),
-            },
-            RequestId::GET_PARAM => push(device, Status::OK, &[data, &word].concat()),
-            RequestId::MOVE => {
-                let (device, status) = outcome_of(number);
-                push(device, status, &[]);
-            }
-            _ => {
-                push(SubsystemId::CONTROL, Status::OK, &[]);
-                push(SubsystemId::VERTICAL, Status::ACCEPTED, &[]);
-            }
-        }
-    }
-    out.written().to_vec()
-}
-
-/// A Move does not always end the same, so that the answer to another one is found out.
-fn outcome_of(number: u32) -> (SubsystemId, Status) {
-    match number % 4 {
-        0 => (SubsystemId::VERTICAL, Status::OK),
-        1 => (SubsystemId::VERTICAL, Status::ACCEPTED),
-        2 => (SubsystemId::DEPLOYER, Status::DENIED),
-        _ => (SubsystemId::VERTICAL, Status::MODULE_FAULT),
     }
 }
 

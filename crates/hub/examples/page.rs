@@ -16,6 +16,7 @@ use std::time::Duration;
 
 use lafet_hub::config::Overrides;
 use lafet_hub::{Clock, Config, Hub, Server};
+use lafet_proto::SubsystemId;
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout_at};
 
@@ -27,6 +28,8 @@ pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 /// As the configuration has it where it says nothing.
 const POLL_MS: u64 = 200;
 const FOR: Duration = Duration::from_secs(10);
+/// A monitor that moves is sent the other way so often.
+const TURN: Duration = Duration::from_secs(4);
 
 #[tokio::main]
 async fn main() -> Fallible<()> {
@@ -55,16 +58,12 @@ async fn measure(count: usize, moving: bool) -> Fallible<()> {
     }
     let mut page = Socket::open(&place).await?;
     if moving {
-        for number in 1..=count {
-            let monitor = format!("M{number}");
-            let take = json!({ "type": "authority", "monitor": monitor, "action": "take" });
-            page.request(take).await?;
-            let search = "StartSeek Detector -1000 1000 -300 600";
-            page.request(json!({ "type": "request", "monitor": monitor, "request": search }))
-                .await?;
+        tokio::spawn(keep_moving(Socket::open(&place).await?, count));
+        while !hub.stations().iter().all(|it| it.status().is_set(SubsystemId::HORIZONTAL, "Move")) {
+            ticks.tick().await;
         }
     }
-    let others = if moving { "searching" } else { "at rest" };
+    let others = if moving { "moving" } else { "at rest" };
     let pages =
         [("Overview", json!([])), ("Operate of M1", json!(["M1"])), ("all of all", Value::Null)];
     for (what, monitors) in pages {
@@ -77,6 +76,26 @@ async fn measure(count: usize, moving: bool) -> Fallible<()> {
         println!("{count} monitors {others}, {what}: {all:.1} kB/s ({})", parts.join(", "));
     }
     drop(end);
+    Ok(())
+}
+
+/// Sends every monitor to and fro, and to the other side before it has arrived.
+async fn keep_moving(mut hand: Socket, count: usize) -> Fallible<()> {
+    let monitors: Vec<String> = (1..=count).map(|number| format!("M{number}")).collect();
+    for monitor in &monitors {
+        let take = json!({ "type": "authority", "monitor": monitor, "action": "take" });
+        hand.request(take).await?;
+    }
+    let mut ticks = tokio::time::interval(TURN / u32::try_from(count)?);
+    for side in [6000, -6000].into_iter().cycle() {
+        for monitor in &monitors {
+            ticks.tick().await;
+            let request = format!("Move Horizontal {side}");
+            let moved = json!({ "type": "request", "monitor": monitor, "request": request });
+            let answer = hand.request(moved).await?;
+            assert_eq!(answer["result"]["ok"], true, "{answer}");
+        }
+    }
     Ok(())
 }
 

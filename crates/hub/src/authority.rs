@@ -14,6 +14,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::access::Role;
+use crate::words::{ControlWord, LossWord};
 
 /// A moment: time since the hub's start.
 pub type Now = Duration;
@@ -87,8 +88,8 @@ pub enum Notice {
     Lost {
         /// Who.
         seat: Seat,
-        /// `forced`, `granted`, `released` or `expired`.
-        how: &'static str,
+        /// How.
+        how: LossWord,
         /// Who has it now.
         by: Option<Seat>,
         /// The reason of a take-over.
@@ -117,11 +118,11 @@ impl Authority {
     }
 
     /// `free`, `held` or `lost`.
-    pub const fn state(&self) -> &'static str {
+    pub const fn state(&self) -> ControlWord {
         match &self.holder {
-            None => "free",
-            Some(Holder { lost: Some(_), .. }) => "lost",
-            Some(_) => "held",
+            None => ControlWord::Free,
+            Some(Holder { lost: Some(_), .. }) => ControlWord::Lost,
+            Some(_) => ControlWord::Held,
         }
     }
 
@@ -154,7 +155,7 @@ impl Authority {
     /// Gives it up.
     pub fn release(&mut self, seat: &str) -> Result<Vec<Notice>, Refusal> {
         self.own(seat)?;
-        Ok(self.free("released"))
+        Ok(self.free(LossWord::Released))
     }
 
     /// Asks the holder; what is free is taken.
@@ -194,7 +195,7 @@ impl Authority {
         let mut notices = Vec::new();
         if let Some(holder) = self.holder.take_if(|holder| holder.seat.seat != seat.seat) {
             let (by, reason) = (Some(seat.clone()), Some(reason.trim().to_owned()));
-            notices.push(Notice::Lost { seat: holder.seat, how: "forced", by, reason });
+            notices.push(Notice::Lost { seat: holder.seat, how: LossWord::Forced, by, reason });
         }
         if let Some((other, _)) = self.request.take_if(|(other, _)| other.seat != seat.seat) {
             notices.push(Notice::Denied(other));
@@ -227,7 +228,7 @@ impl Authority {
     pub fn handle_timeout(&mut self, now: Now) -> Vec<Notice> {
         let mut notices = Vec::new();
         if self.expires().is_some_and(|at| now >= at) {
-            notices.extend(self.free("expired"));
+            notices.extend(self.free(LossWord::Expired));
         }
         if let Some((_, until)) = self.request
             && now >= until
@@ -268,7 +269,7 @@ impl Authority {
             Some(Holder { seat, since: now, commanded: Now::ZERO, seen: now, lost: None });
     }
 
-    fn free(&mut self, how: &'static str) -> Vec<Notice> {
+    fn free(&mut self, how: LossWord) -> Vec<Notice> {
         let Some(holder) = self.holder.take() else { return Vec::new() };
         let next = self.request.take().map(|(seat, _)| seat);
         let lost = Notice::Lost { seat: holder.seat, how, by: next.clone(), reason: None };
@@ -284,7 +285,12 @@ impl Authority {
         let mut notices = Vec::new();
         if let Some(holder) = self.holder.take() {
             let by = Some(seat.clone());
-            notices.push(Notice::Lost { seat: holder.seat, how: "granted", by, reason: None });
+            notices.push(Notice::Lost {
+                seat: holder.seat,
+                how: LossWord::Granted,
+                by,
+                reason: None,
+            });
         }
         self.give(now, seat.clone());
         notices.push(Notice::Granted(seat));
@@ -317,7 +323,7 @@ mod tests {
         assert!(it.command(s(101), "boris").is_err() && it.command(s(101), "anna").is_ok());
         assert!(it.release("boris").is_err());
         assert_eq!(it.release("anna").unwrap().len(), 1);
-        assert_eq!(it.state(), "free");
+        assert_eq!(it.state(), ControlWord::Free);
         assert_eq!(it.command(s(102), "anna"), Err(Refusal::NotHolder(None)));
         assert!(it.take(s(102), seat("boris", true)).is_ok());
     }
@@ -361,7 +367,7 @@ mod tests {
         let boris = seat("boris", true);
         assert_eq!(it.force(s(1), boris.clone(), "  abc "), Err(Refusal::NoReason));
         let told = it.force(s(101), boris, " anna is away").unwrap();
-        let Notice::Lost { how: "forced", reason: Some(reason), .. } = &told[0] else {
+        let Notice::Lost { how: LossWord::Forced, reason: Some(reason), .. } = &told[0] else {
             panic!("{told:?}")
         };
         assert_eq!(reason, "anna is away");
@@ -372,14 +378,14 @@ mod tests {
     fn a_lost_holder_may_come_back_for_a_while() {
         let mut it = held();
         assert!(it.lost(s(110), "anna") && !it.lost(s(110), "boris"));
-        assert_eq!((it.state(), it.timeout()), ("lost", Some(s(113))));
+        assert_eq!((it.state(), it.timeout()), (ControlWord::Lost, Some(s(113))));
         it.back(s(112), "anna");
-        assert_eq!((it.state(), it.timeout()), ("held", None));
+        assert_eq!((it.state(), it.timeout()), (ControlWord::Held, None));
         it.lost(s(120), "anna");
         assert!(it.handle_timeout(s(122)).is_empty());
         let told = it.handle_timeout(s(123));
-        assert!(matches!(&told[..], [Notice::Lost { how: "expired", .. }]), "{told:?}");
-        assert_eq!(it.state(), "free");
+        assert!(matches!(&told[..], [Notice::Lost { how: LossWord::Expired, .. }]), "{told:?}");
+        assert_eq!(it.state(), ControlWord::Free);
     }
 
     #[test]

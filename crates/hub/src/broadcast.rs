@@ -1,16 +1,16 @@
 //! What has changed, written once for all clients that look at the same: clients are many, changes
 //! are the same.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::extract::ws::Utf8Bytes;
-use serde::Serialize;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 
 use crate::hub::Hub;
+use crate::messages::{Message, Published};
 use crate::sync::lock;
 use crate::topics::{Audience, Change, News};
 
@@ -21,6 +21,9 @@ const EVERY: Duration = Duration::from_millis(50);
 const AT_LEAST: Duration = Duration::from_secs(1);
 /// and are so many bytes at a time; the rest follows.
 const NEWS_BYTES: usize = 20 * 1024;
+/// The first message is so large at most, and each piece of what one client has missed.
+const STATE_BYTES: usize = 256 * 1024;
+const PIECE_BYTES: usize = 64 * 1024;
 
 /// How far a client has been told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,42 +72,70 @@ impl Audiences {
     }
 }
 
-/// `state` and `change`.
-#[derive(Serialize)]
-struct Published {
-    #[serde(rename = "type")]
-    kind: &'static str,
-    now_ms: u64,
-    #[serde(flatten)]
-    change: Change,
+fn text(hub: &Hub, kind: fn(Published) -> Message, change: Change) -> Utf8Bytes {
+    kind(Published { now_ms: hub.clock.now_ms(), change }).written()
 }
 
-fn text(hub: &Hub, kind: &'static str, change: Change) -> Utf8Bytes {
-    let published = Published { kind, now_ms: hub.clock.now_ms(), change };
-    serde_json::to_string(&published).unwrap_or_default().into()
+/// What is sent to one client alone, piece by piece as it takes them: everything at first, and later
+/// what it has missed, or begins to look at.
+#[derive(Debug, Default)]
+pub struct Own {
+    /// How far it has been told.
+    pub seen: Seen,
+    /// Whether pieces are left.
+    pub behind: bool,
+    /// The version with which it has everything that was there when it came.
+    whole: u64,
+    /// Monitors that it begins to look at, whose values it has not been sent yet.
+    monitors: VecDeque<String>,
 }
 
-/// The message with everything.
-pub fn state(hub: &Hub) -> (Seen, Utf8Bytes) {
-    let (version, changed) = hub.topics.since(0);
-    let mut change = changed.of(&Audience::default());
-    change.gone.clear();
-    (Seen { version, news: [version; 2] }, text(hub, "state", change))
-}
+impl Own {
+    /// The message with everything, or the first piece of it.
+    pub fn state(&mut self, hub: &Hub) -> Utf8Bytes {
+        self.whole = *hub.topics.version().borrow();
+        let mut change = self.missed(hub, &Audience::default(), STATE_BYTES);
+        change.gone.clear();
+        text(hub, Message::State, change)
+    }
 
-/// The message with what a client of an audience has missed.
-pub fn missed(hub: &Hub, seen: Seen, audience: &Audience) -> (Seen, Utf8Bytes) {
-    let (version, change) = hub.topics.missed(seen.version, seen.news, audience);
-    (Seen { version, news: [version; 2] }, text(hub, "change", change))
-}
+    /// Whether it has everything that was there when it came.
+    pub const fn is_whole(&self) -> bool {
+        self.seen.version >= self.whole
+    }
 
-/// The message for who begins to look at something else.
-pub fn turned(hub: &Hub, seen: Seen, audience: &Audience) -> (Seen, Utf8Bytes) {
-    let (version, mut change) = hub.topics.missed(seen.version, seen.news, audience);
-    let mut live = hub.topics.live_of(audience);
-    live.set.append(&mut change.set);
-    live.gone = change.gone;
-    (Seen { version, news: [version; 2] }, text(hub, "change", live))
+    /// It begins to look at something else.
+    pub fn turn(&mut self, hub: &Hub, audience: &Audience) {
+        let all = || hub.stations().iter().map(|it| it.id().to_owned()).collect();
+        self.monitors = audience.0.as_ref().map_or_else(all, |it| it.iter().cloned().collect());
+        self.behind = true;
+    }
+
+    /// The next piece.
+    pub fn piece(&mut self, hub: &Hub, audience: &Audience) -> Utf8Bytes {
+        let mut change = self.missed(hub, audience, PIECE_BYTES);
+        let size = |change: &Change| -> usize {
+            change.set.iter().map(|(name, value)| name.len() + value.get().len()).sum()
+        };
+        let mut bytes = size(&change);
+        while bytes < PIECE_BYTES
+            && let Some(monitor) = self.monitors.pop_front()
+        {
+            let live = hub.topics.live_of(&monitor);
+            bytes += size(&live);
+            change.set.extend(live.set);
+        }
+        self.behind |= !self.monitors.is_empty();
+        text(hub, Message::Change, change)
+    }
+
+    fn missed(&mut self, hub: &Hub, audience: &Audience, bytes_max: usize) -> Change {
+        let Seen { version, news } = self.seen;
+        let seen = (version, news);
+        let ((version, news), change, told) = hub.topics.missed(seen, audience, bytes_max);
+        (self.seen, self.behind) = (Seen { version, news }, !told);
+        change
+    }
 }
 
 /// Writes each change until the hub ends.
@@ -154,10 +185,57 @@ fn write(hub: &Hub, from: Seen, due: bool) -> Seen {
         change.set.extend(set.map(|(name, value)| (name.clone(), value.clone())));
         change.gone.extend(brief.gone.iter().filter(others).cloned());
         let said = match due || !change.is_empty() {
-            true => text(hub, "change", change),
+            true => text(hub, Message::Change, change),
             false => Utf8Bytes::default(),
         };
         changes.send_replace(Arc::new(Shared { from, to, text: Some(said) }));
     }
     to
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::{Clock, Config};
+
+    /// A client that comes to a large site: each message waits until the one before is taken.
+    #[tokio::test]
+    async fn a_large_site_is_sent_in_pieces() {
+        let hub = Hub::new(Config::default(), Clock::System, json!({})).unwrap();
+        for id in 1..=100 {
+            for part in ["status", "params", "link", "info"] {
+                hub.topics.set(&format!("monitors/M{id}/{part}"), &"x".repeat(5000));
+            }
+        }
+        let (mut own, everything) = (Own::default(), Audience::default());
+        let first = own.state(&hub);
+        assert!(first.starts_with("{\"type\":\"state\"") && own.behind, "{}", first.len());
+        assert!((200_000..270_000).contains(&first.len()), "{}", first.len());
+        let (mut all, mut pieces) = (BTreeSet::new(), vec![first]);
+        while own.behind {
+            pieces.push(own.piece(&hub, &everything));
+        }
+        assert!(own.is_whole());
+        for (number, piece) in pieces.iter().enumerate() {
+            assert!(number == 0 || piece.len() < 75_000, "{}", piece.len());
+            let message: Value = serde_json::from_str(piece).unwrap();
+            all.extend(message["set"].as_object().unwrap().keys().cloned());
+        }
+        assert_eq!(all.iter().filter(|it| it.starts_with("monitors/")).count(), 400);
+        // Of what it begins to look at, it is sent the values, in pieces as well.
+        let looks = Audience(Some((1..=30).map(|id| format!("M{id}")).collect()));
+        own.turn(&hub, &looks);
+        let mut values = BTreeSet::new();
+        while own.behind {
+            let piece = own.piece(&hub, &looks);
+            assert!(piece.len() < 85_000, "{}", piece.len());
+            let message: Value = serde_json::from_str(&piece).unwrap();
+            values.extend(message["set"].as_object().unwrap().keys().cloned());
+        }
+        assert_eq!(values.len(), 30 * 3, "info is no topic that changes all the time");
+    }
 }

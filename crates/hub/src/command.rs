@@ -5,20 +5,20 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use lafet_client::{Answers, Lang, Monitor, Saved, mistake};
-use lafet_proto::text::{BUFFER_SIZE, parse};
-use lafet_proto::{Record as WireRecord, Request, RequestId, SubsystemId};
-use serde_json::{Map, Value, json};
+use lafet_client::{Answers, Monitor, Saved};
+use lafet_proto::{RequestId, SubsystemId};
+use serde::Serialize;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, timeout};
 
-use crate::access::{Need, Role, need};
+use crate::access::Role;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::model;
+use crate::model::Subsystem;
+use crate::outcome::{Outcome, answer_text};
 use crate::program;
+use crate::request::MonitorRequest;
 use crate::station::Station;
-use crate::store::Act;
 use crate::sync::lock;
 use crate::text::both;
 
@@ -28,20 +28,18 @@ const NOTED: Duration = Duration::from_millis(50);
 pub const NUMBERED: Duration = Duration::from_millis(500);
 /// The effect of a command is looked at so long after its answer.
 const EFFECT: Duration = Duration::from_secs(2);
-/// Longest text of a request.
-const TEXT_MAX: usize = 4096;
 
 impl Hub {
-    /// Sends a request in the text form to a monitor. It is seen through even if nobody waits for
-    /// the answer any more.
+    /// Sends a request to a monitor. It is seen through even if nobody waits for the answer any
+    /// more.
     pub async fn command(
         &self,
         caller: &Caller,
         station: &Arc<Station>,
-        text: &str,
+        request: MonitorRequest,
         confirm: Option<&str>,
-    ) -> Result<Value, ApiError> {
-        self.send(caller, station, text, confirm, false).await
+    ) -> Result<Outcome, ApiError> {
+        self.send(caller, station, request, confirm, false).await
     }
 
     /// Sets a parameter, and waits until it is stored.
@@ -49,48 +47,43 @@ impl Hub {
         &self,
         caller: &Caller,
         station: &Arc<Station>,
-        text: &str,
-    ) -> Result<Value, ApiError> {
-        self.send(caller, station, text, None, true).await
+        request: MonitorRequest,
+    ) -> Result<Outcome, ApiError> {
+        if request.id() != RequestId::SET_PARAM {
+            let text = both("Only SetParam is waited for.", "Ожидается только SetParam.");
+            return Err(ApiError::bad_request(text));
+        }
+        self.send(caller, station, request, None, true).await
     }
 
     async fn send(
         &self,
         caller: &Caller,
         station: &Arc<Station>,
-        text: &str,
+        request: MonitorRequest,
         confirm: Option<&str>,
         save: bool,
-    ) -> Result<Value, ApiError> {
+    ) -> Result<Outcome, ApiError> {
         let began = Instant::now();
-        let mut buffer = [0; BUFFER_SIZE];
-        let request = understand(text, &mut buffer)?;
-        if save && request.body.id() != RequestId::SET_PARAM {
-            let text = both("Only SetParam is waited for.", "Ожидается только SetParam.");
-            return Err(ApiError::bad_request(text));
+        if request.need().urgent {
+            return self.urgent(caller, station, &request).result().await;
         }
-        let needs = needs(&request)?;
-        if needs.urgent {
-            return self.urgent(caller, station, &request.to_string()).result().await;
-        }
-        let allowed = self.allow(caller, station, needs, confirm);
-        if let Err(error) = allowed {
+        if let Err(error) = self.allow(caller, station, &request, confirm) {
             self.counts.refused.fetch_add(1, Ordering::Relaxed);
             // A program that has gone wild must not fill the disk with what was not done.
             if error.status != axum::http::StatusCode::TOO_MANY_REQUESTS {
-                let what = request.to_string();
-                let mut record = self.record(caller, station.id(), &what, "not allowed");
-                record.details = json!({ "code": error.code });
-                drop(self.audit.note(record.about(&act_of(&request.to_string()))));
+                let record = self.record(caller, station.id(), request.text(), "not allowed");
+                let record = record.with(&NotAllowed { code: error.code });
+                drop(self.audit.note(record.about(&request.act())));
             }
             return Err(error);
         }
         self.counts.commands.fetch_add(1, Ordering::Relaxed);
         let (hub, caller, station) = (self.clone(), caller.clone(), station.clone());
-        let text = text.to_owned();
-        let run = tokio::spawn(async move {
-            hub.carry_out(&caller, &station, &text, (needs, save), began).await
-        });
+        let run =
+            tokio::spawn(
+                async move { hub.carry_out(&caller, &station, request, save, began).await },
+            );
         run.await.unwrap_or_else(|_| Err(ApiError::from(&lafet_client::Error::Closed)))
     }
 
@@ -99,12 +92,13 @@ impl Hub {
         &self,
         caller: &Caller,
         station: &Station,
-        needs: Need,
+        request: &MonitorRequest,
         confirm: Option<&str>,
     ) -> Result<(), ApiError> {
         if caller.via == "hub" {
             return Ok(());
         }
+        let needs = request.need();
         let principal = &caller.principal;
         self.count_request(principal)?;
         if principal.role < needs.role || !principal.is_good() {
@@ -140,53 +134,53 @@ impl Hub {
         &self,
         caller: &Caller,
         station: &Arc<Station>,
-        text: &str,
-        (needs, save): (Need, bool),
+        request: MonitorRequest,
+        save: bool,
         began: Instant,
-    ) -> Result<Value, ApiError> {
-        let mut buffer = [0; BUFFER_SIZE];
-        let request = understand(text, &mut buffer)?;
-        let what = request.to_string();
-        let reads = needs.role == Role::Observer;
+    ) -> Result<Outcome, ApiError> {
+        let reads = request.need().role == Role::Observer;
         let mut asked = None;
         if !reads {
             station.urgent.other_sent(self, station);
-            let record = self.record(caller, station.id(), &what, "asked");
-            let mut note = self.audit.note(record.about(&act_of(&request.to_string())));
+            let record = self.record(caller, station.id(), request.text(), "asked");
+            let mut note = self.audit.note(record.about(&request.act()));
             asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
         }
-        let sent = self.send_now(station, &request, save, began).await;
+        let sent = self.send_now(station, request, save, began).await;
+        let request = &sent.noted.request;
         tracing::info!(user = %caller.principal.user, from = %caller.seat.from, monitor = station.id(),
-            request = %what, outcome = %sent.noted.outcome, "command");
+            request = %request.text(), outcome = %sent.noted.outcome, "command");
         let mut audit = None;
         if !reads {
             audit = self.note_answer(caller, station, asked, &sent.noted).await;
         }
         if matches!(
-            request.body.id(),
+            request.id(),
             RequestId::SET_PARAM | RequestId::SWITCH_LIMITS | RequestId::RESTART
         ) {
             station.reread.notify_one();
         }
-        let mut result = sent.result.map_err(|error| error.with("audit", audit))?;
-        result["audit"] = audit.into();
-        if result["ok"] == true {
-            self.was_accepted(caller, station, request.body.id(), &what);
+        let outcome = sent.result.map_err(|error| error.noted(audit))?;
+        if outcome.ok {
+            self.was_accepted(caller, station, request);
         }
-        Ok(result)
+        Ok(Outcome { audit, ..outcome })
     }
 
     /// Sends one frame for urgent requests that were joined.
-    pub async fn send_urgent(&self, station: &Arc<Station>, text: &str, since: Instant) -> Sent {
-        let mut buffer = [0; BUFFER_SIZE];
-        let sent = match understand(text, &mut buffer) {
-            Ok(request) => self.send_now(station, &request, false, since).await,
-            Err(error) => Sent::failed(text, error),
-        };
+    pub async fn send_urgent(
+        &self,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+        since: Instant,
+    ) -> Sent {
+        let sent = self.send_now(station, request, false, since).await;
         let micros = u64::try_from(since.elapsed().as_micros()).unwrap_or(u64::MAX);
         self.counts.stop_max_us.fetch_max(micros, Ordering::Relaxed);
-        if let (Some(simulation), true) = (self.simulation.get(), sent.is_accepted()) {
-            simulation.commanded(station.id(), text);
+        if let (Some(simulation), Ok(Outcome { ok: true, .. })) =
+            (self.simulation.get(), &sent.result)
+        {
+            simulation.commanded(station.id(), sent.noted.request.text());
         }
         sent
     }
@@ -215,50 +209,50 @@ impl Hub {
         asked: Option<u64>,
         noted: &Noted,
     ) -> Option<u64> {
-        let mut record = self.record(caller, station.id(), &noted.what, &noted.outcome);
-        record.details = noted.details(asked);
-        let answered = self.audit.note(record.about(&act_of(&noted.what)));
+        let record = self.record(caller, station.id(), noted.request.text(), &noted.outcome);
+        let record = record.with(&AnsweredDetails {
+            asked,
+            took_ms: noted.took_ms,
+            answers: &noted.answers,
+            saved: noted.saved.map(Saved::name),
+        });
+        let answered = self.audit.note(record.about(&noted.request.act()));
         let number = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
-        self.watch_effect(caller, station, &noted.what, noted.to, number);
+        self.watch_effect(caller, station, &noted.request, number);
         number
     }
 
     async fn send_now(
         &self,
         station: &Arc<Station>,
-        request: &Request<'_>,
+        request: MonitorRequest,
         save: bool,
         began: Instant,
     ) -> Sent {
-        let exchanged = exchange(station, request, save).await;
-        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved).map(Saved::name);
+        let exchanged = exchange(station, &request, save).await;
+        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved);
         let answers = exchanged.map(|(answers, _)| answers);
         let outcome = match &answers {
             Ok(answers) => answers.refusal().unwrap_or(answers.first()).status().to_string(),
             Err(error) => error.code.to_owned(),
         };
-        let texts = answers.iter().flat_map(|answers| answers.iter());
-        let noted = Noted {
-            what: request.to_string(),
-            to: request.to,
-            outcome,
-            took_ms: millis(began.elapsed()),
-            answers: texts.map(model::answer_text).collect(),
-            saved,
-        };
-        let result = answers.and_then(|answers| noted.result(&answers));
-        Sent { result, noted }
+        let took_ms = millis(began.elapsed());
+        let texts = answers.iter().flat_map(|answers| answers.iter()).map(answer_text).collect();
+        let result = answers
+            .and_then(|answers| Outcome::new(request.text(), took_ms, &answers))
+            .map(|outcome| outcome.saved(saved));
+        Sent { result, noted: Noted { request, outcome, took_ms, answers: texts, saved } }
     }
 
     /// Others have to know what a monitor has accepted.
-    fn was_accepted(&self, caller: &Caller, station: &Station, id: RequestId, what: &str) {
-        if program::begins(id) {
+    fn was_accepted(&self, caller: &Caller, station: &Station, request: &MonitorRequest) {
+        if program::begins(request.id()) {
             let (now_ms, by) = (self.clock.now_ms(), &caller.principal.user);
-            lock(&station.programs).accepted(now_ms, what, by);
+            lock(&station.programs).accepted(now_ms, request.text(), by);
             station.publish_program(self);
         }
         if let Some(simulation) = self.simulation.get() {
-            simulation.commanded(station.id(), what);
+            simulation.commanded(station.id(), request.text());
         }
     }
 
@@ -272,12 +266,11 @@ impl Hub {
         &self,
         caller: &Caller,
         station: &Arc<Station>,
-        what: &str,
-        to: SubsystemId,
+        request: &MonitorRequest,
         answered: Option<u64>,
     ) {
         let (hub, caller, station) = (self.clone(), caller.clone(), station.clone());
-        let what = what.to_owned();
+        let request = request.clone();
         tokio::spawn(async move {
             let mut ending = hub.ending.subscribe();
             tokio::select! {
@@ -285,42 +278,60 @@ impl Hub {
                 () = async { _ = ending.wait_for(|ending| *ending).await } => {}
             }
             let status = station.status();
-            let concerned = |name: &str| {
-                let id = SubsystemId::from_name(name);
-                match to {
-                    SubsystemId::ALL | SubsystemId::MOTORS => id.is_some_and(|id| {
-                        id.is_drive() || id.is_valve() || id == SubsystemId::GENERAL
-                    }),
-                    to => id == Some(to),
-                }
+            let states = status.subsystems.iter().filter(|(name, _)| concerns(request.to(), name));
+            let effect = Effect {
+                answered,
+                at_ms: status.at_ms,
+                stale: status.stale,
+                state: states.map(|(name, state)| (*name, &**state)).collect(),
             };
-            let state: Map<String, Value> = status
-                .subsystems
-                .iter()
-                .filter(|(name, _)| concerned(name))
-                .map(|(name, state)| ((*name).to_owned(), json!(state)))
-                .collect();
-            let mut record = hub.record(&caller, station.id(), &what, "effect");
-            record.details = json!({
-                "answered": answered, "at_ms": status.at_ms, "stale": status.stale, "state": state,
-            });
-            drop(hub.audit.note(record.about(&act_of(&what))));
+            let record = hub.record(&caller, station.id(), request.text(), "effect").with(&effect);
+            drop(hub.audit.note(record.about(&request.act())));
         });
     }
 }
 
-/// A request in the text form, as the audit log has it.
-pub fn act_of(text: &str) -> Act {
-    let mut words = text.split(' ').map(str::to_owned);
-    let (request, to) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
-    Act::Request { request, to }
+/// Whether a request to a subsystem may change the state of this one.
+fn concerns(to: SubsystemId, name: &str) -> bool {
+    let id = SubsystemId::from_name(name);
+    match to {
+        SubsystemId::ALL | SubsystemId::MOTORS => {
+            id.is_some_and(|id| id.is_drive() || id.is_valve() || id == SubsystemId::GENERAL)
+        }
+        to => id == Some(to),
+    }
+}
+
+/// Details of the entry of a request that its user may not send.
+#[derive(Debug, Serialize)]
+struct NotAllowed {
+    code: &'static str,
+}
+
+/// Details of the entry of an answer.
+#[derive(Debug, Serialize)]
+struct AnsweredDetails<'a> {
+    asked: Option<u64>,
+    took_ms: u64,
+    answers: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    saved: Option<&'static str>,
+}
+
+/// Details of the entry of what came of a request.
+#[derive(Debug, Serialize)]
+struct Effect<'a> {
+    answered: Option<u64>,
+    at_ms: Option<u64>,
+    stale: bool,
+    state: BTreeMap<&'static str, &'a Subsystem>,
 }
 
 /// A request that was sent: what its client gets, and what is noted.
 #[derive(Debug)]
 pub struct Sent {
     /// The answer.
-    pub result: Result<Value, ApiError>,
+    pub result: Result<Outcome, ApiError>,
     /// What the audit log has of it.
     pub noted: Noted,
 }
@@ -328,126 +339,25 @@ pub struct Sent {
 /// What the audit log has of an answer.
 #[derive(Clone, Debug)]
 pub struct Noted {
-    what: String,
-    to: SubsystemId,
+    request: MonitorRequest,
     outcome: String,
     took_ms: u64,
     answers: Vec<String>,
-    saved: Option<&'static str>,
-}
-
-impl Sent {
-    fn failed(text: &str, error: ApiError) -> Self {
-        let noted = Noted {
-            what: text.to_owned(),
-            to: SubsystemId::ALL,
-            outcome: error.code.to_owned(),
-            took_ms: 0,
-            answers: Vec::new(),
-            saved: None,
-        };
-        Self { result: Err(error), noted }
-    }
-
-    fn is_accepted(&self) -> bool {
-        self.result.as_ref().is_ok_and(|result| result["ok"] == true)
-    }
-}
-
-impl Noted {
-    fn details(&self, asked: Option<u64>) -> Value {
-        let mut details =
-            json!({ "asked": asked, "took_ms": self.took_ms, "answers": self.answers });
-        if let Some(saved) = self.saved {
-            details["saved"] = saved.into();
-        }
-        details
-    }
-
-    fn result(&self, answers: &Answers) -> Result<Value, ApiError> {
-        if answers.refusal().is_some() && answers.len() == 1 {
-            return Err(ApiError::refused(answers));
-        }
-        let ok = answers.iter().all(|answer| answer.status().is_success());
-        let mut result = json!({
-            "ok": ok, "request": self.what, "took_ms": self.took_ms, "audit": null,
-            "answers": model::answers(answers),
-        });
-        if let Some(saved) = self.saved {
-            result["saved"] = saved.into();
-        }
-        Ok(result)
-    }
+    saved: Option<Saved>,
 }
 
 /// Sends a request; a parameter's value is waited for until it is stored, if that is wanted.
 async fn exchange(
     station: &Station,
-    request: &Request<'_>,
+    request: &MonitorRequest,
     save: bool,
 ) -> Result<(Answers, Option<Saved>), ApiError> {
     let client = station.client()?;
     let exchanged = match save {
-        true => Monitor::new(client).save(request).await,
-        false => client.request(request).await.map(|answers| (answers, None)),
+        true => Monitor::new(client).save(&request.buf().request()).await,
+        false => client.send(request.buf().clone()).await.map(|answers| (answers, None)),
     };
     exchanged.map_err(|error| ApiError::from(&error))
-}
-
-/// Reads the text of a request.
-pub fn understand<'b>(text: &str, buffer: &'b mut [u8]) -> Result<Request<'b>, ApiError> {
-    if text.len() > TEXT_MAX {
-        let text = both("The request is too long.", "Запрос слишком длинный.");
-        return Err(ApiError::new(axum::http::StatusCode::PAYLOAD_TOO_LARGE, "too_large", text));
-    }
-    parse(text, buffer).map_err(|error| {
-        let told = both(mistake(text, &error, Lang::En), mistake(text, &error, Lang::Ru));
-        let told = ApiError::bad_request(told);
-        let told = told.with("column", error.column).with("length", error.len);
-        match error.suggestion {
-            Some(suggestion) => told.with("suggestion", suggestion),
-            None => told,
-        }
-    })
-}
-
-/// What a request needs. One that was written in numbers is understood first, lest it hides.
-pub fn needs(request: &Request<'_>) -> Result<Need, ApiError> {
-    use lafet_proto::request::Body;
-    let id = request.body.id();
-    let need = match request.body {
-        Body::Unknown { request: id, data } => {
-            let record = WireRecord {
-                request: id,
-                device: request.to,
-                status: lafet_proto::Status::OK,
-                data,
-            };
-            match Request::decode(&record) {
-                Ok(understood) => need(id, &understood.body),
-                // Stop and Close with data that are not theirs are no Stop and no Close.
-                Err(_) => match need(id, &request.body) {
-                    Some(Need { urgent: true, .. }) => need(RequestId(0), &request.body),
-                    other => other,
-                },
-            }
-        }
-        body => need(id, &body),
-    };
-    let need = match need {
-        // What no monitor has cannot be stopped; and there are too many such names to let each of
-        // them overtake.
-        Some(Need { urgent: true, .. }) if request.to.name().is_none() => {
-            crate::access::need(RequestId(0), &request.body)
-        }
-        need => need,
-    };
-    need.ok_or_else(|| {
-        ApiError::bad_request(both(
-            "This is the bus controller's own.",
-            "Этот запрос — только для контроллера магистрали.",
-        ))
-    })
 }
 
 fn millis(time: Duration) -> u64 {

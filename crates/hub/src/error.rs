@@ -3,11 +3,12 @@
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use lafet_client::{Answers, Error};
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use utoipa::ToSchema;
 
-use crate::access::{AccessError, Role};
+use crate::access::{AccessError, Role, Standing};
 use crate::authority::{Refusal, Seat};
-use crate::model;
+use crate::outcome::{Answered, answered};
 use crate::store::StoreError;
 use crate::text::{Both, both};
 
@@ -28,25 +29,102 @@ pub struct ApiError {
     pub code: &'static str,
     /// What happened, and what to do.
     pub text: Box<Both>,
-    details: Map<String, Value>,
+    details: Box<Details>,
+}
+
+/// What else is known of an error; each code has its own.
+#[derive(Clone, Debug, Default, Serialize, ToSchema)]
+pub struct Details {
+    /// `role`: at least this one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub needs: Option<&'static str>,
+    /// `slow_down`: not before this time has passed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub retry_after_ms: Option<u64>,
+    /// Where a request's text is wrong, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<usize>,
+    /// How long that part is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<usize>,
+    /// What was probably meant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub suggestion: Option<&'static str>,
+    /// `held`, `no_authority`: the holder; null: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Seat>)]
+    pub holder: Option<Option<Seat>>,
+    /// `refused`: what the monitor answered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub answers: Option<Vec<Answered>>,
+    /// Number of the entry in the audit log; null while the disk takes none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<u64>)]
+    pub audit: Option<Option<u64>>,
+    /// The field of the body that is wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub field: Option<&'static str>,
+    /// `login_needed`: there is no user yet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub setup_needed: Option<bool>,
+    /// `login_needed`: what has become of the session.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standing: Option<Standing>,
+    /// `login_needed`: Stop still passes for this time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_ms: Option<u64>,
+}
+
+/// An error as clients get it.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct ErrorBody {
+    /// Its reason, for programs.
+    pub code: &'static str,
+    /// What happened and what to do, in English.
+    pub en: String,
+    /// The same in Russian.
+    pub ru: String,
+    /// What else is known.
+    #[serde(flatten)]
+    pub details: Details,
+}
+
+/// The body of an answer that is an error.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Failed {
+    /// The error.
+    pub error: ErrorBody,
 }
 
 impl ApiError {
     /// An error.
     pub fn new(status: StatusCode, code: &'static str, text: Both) -> Self {
-        Self { status, code, text: Box::new(text), details: Map::new() }
+        Self { status, code, text: Box::new(text), details: Box::default() }
     }
 
-    /// The same with a detail.
+    /// The same with these details.
     #[must_use]
-    pub fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
-        self.details.insert(name.into(), value.into());
+    pub fn with(self, details: Details) -> Self {
+        Self { details: Box::new(details), ..self }
+    }
+
+    /// The same with the number of its entry in the audit log.
+    #[must_use]
+    pub fn noted(mut self, audit: Option<u64>) -> Self {
+        self.details.audit = Some(audit);
         self
     }
 
     /// What was asked makes no sense.
     pub fn bad_request(text: Both) -> Self {
         Self::new(StatusCode::BAD_REQUEST, "bad_request", text)
+    }
+
+    /// The same of a field of the body.
+    #[must_use]
+    fn of(mut self, field: &'static str) -> Self {
+        self.details.field = Some(field);
+        self
     }
 
     /// There is no monitor of this id.
@@ -71,7 +149,8 @@ impl ApiError {
             format!("This needs the role {}.", needs.text().en),
             format!("Нужна роль «{}».", needs.text().ru),
         );
-        Self::new(StatusCode::FORBIDDEN, "role", text).with("needs", needs.name())
+        Self::new(StatusCode::FORBIDDEN, "role", text)
+            .with(Details { needs: Some(needs.name()), ..Details::default() })
     }
 
     /// The session was ended, not by its own user.
@@ -92,7 +171,8 @@ impl ApiError {
             format!("Too fast. Try again in {wait_s} s."),
             format!("Слишком часто. Повторите через {wait_s} с."),
         );
-        Self::new(StatusCode::TOO_MANY_REQUESTS, "slow_down", text).with("retry_after_ms", wait_ms)
+        let details = Details { retry_after_ms: Some(wait_ms), ..Details::default() };
+        Self::new(StatusCode::TOO_MANY_REQUESTS, "slow_down", text).with(details)
     }
 
     /// Authority is refused.
@@ -103,7 +183,8 @@ impl ApiError {
                 format!("{monitor} is held by {user}. Request control, or wait."),
                 format!("{monitor} управляет {user}. Запросите управление или подождите."),
             );
-            Self::new(StatusCode::CONFLICT, code, text).with("holder", json!(seat))
+            let details = Details { holder: Some(Some(seat)), ..Details::default() };
+            Self::new(StatusCode::CONFLICT, code, text).with(details)
         };
         match refusal {
             Refusal::Held(seat) => held(seat, "held"),
@@ -113,7 +194,8 @@ impl ApiError {
                     format!("Nobody holds {monitor}. Take control first."),
                     format!("{monitor} никем не управляется. Сначала возьмите управление."),
                 );
-                Self::new(StatusCode::CONFLICT, "no_authority", text).with("holder", Value::Null)
+                let details = Details { holder: Some(None), ..Details::default() };
+                Self::new(StatusCode::CONFLICT, "no_authority", text).with(details)
             }
             Refusal::NoRequest => {
                 let text = both("Nobody asks for control.", "Никто не запрашивает управление.");
@@ -130,8 +212,8 @@ impl ApiError {
     pub fn refused(answers: &Answers) -> Self {
         let refusal = answers.clone().accepted().err();
         let text = refusal.as_ref().map(Both::of_error).unwrap_or_default();
-        let list = model::answers(answers);
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text).with("answers", list)
+        let details = Details { answers: Some(answered(answers)), ..Details::default() };
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text).with(details)
     }
 
     /// There is no connection to a monitor yet.
@@ -143,13 +225,10 @@ impl ApiError {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "not_connected", text)
     }
 
-    /// As JSON.
-    pub fn json(&self) -> Value {
-        let mut all = self.details.clone();
-        all.insert("code".into(), self.code.into());
-        all.insert("en".into(), self.text.en.clone().into());
-        all.insert("ru".into(), self.text.ru.clone().into());
-        Value::Object(all)
+    /// As clients get it.
+    pub fn body(&self) -> ErrorBody {
+        let Both { en, ru } = *self.text.clone();
+        ErrorBody { code: self.code, en, ru, details: *self.details.clone() }
     }
 }
 
@@ -210,8 +289,8 @@ impl From<AccessError> for ApiError {
                 ),
             ),
             AccessError::Missing => Self::not_found(),
-            AccessError::Name(what) => Self::bad_request(what).with("field", "user"),
-            AccessError::Weak(what) => Self::bad_request(what).with("field", "password"),
+            AccessError::Name(what) => Self::bad_request(what).of("user"),
+            AccessError::Weak(what) => Self::bad_request(what).of("password"),
             AccessError::Busy => Self::slow_down(std::time::Duration::from_secs(5)),
             AccessError::Store(error) => error.into(),
         }
@@ -220,9 +299,9 @@ impl From<AccessError> for ApiError {
 
 impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
-        let body = json!({ "error": self.json() });
+        let body = Failed { error: self.body() };
         let mut response = (self.status, axum::Json(body)).into_response();
-        if let Some(wait_ms) = self.details.get("retry_after_ms").and_then(Value::as_u64) {
+        if let Some(wait_ms) = self.details.retry_after_ms {
             let seconds = HeaderValue::from(wait_ms.div_ceil(1000));
             response.headers_mut().insert(header::RETRY_AFTER, seconds);
         }

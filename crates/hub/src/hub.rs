@@ -7,10 +7,13 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
 use axum::extract::ws::Utf8Bytes;
-use serde_json::{Value, json};
+use lafet_proto::SubsystemId;
+use serde::Serialize;
+use serde_json::{Map, Value};
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
+use utoipa::ToSchema;
 
 use crate::access::{Access, Bucket, Logins, Principal, Turns};
 use crate::alarms::Alarms;
@@ -21,15 +24,20 @@ use crate::clock::Clock;
 use crate::config::{Config, MonitorConfig};
 use crate::error::ApiError;
 use crate::integrity::Integrity;
+use crate::messages::Message;
 use crate::owner;
 use crate::rates::Rates;
 use crate::recording::Recordings;
+use crate::request::MonitorRequest;
 use crate::simulation::Simulation;
+use crate::site::Site;
 use crate::station::Station;
 use crate::store::{self, Act, Audit, Events, Head, History, Record, StoreError};
 use crate::sync::lock;
 use crate::text::{Both, both};
 use crate::topics::Topics;
+use crate::view::Control;
+use crate::words::LossWord;
 
 /// Messages that a slow connection may lag behind.
 pub const EVENTS_MAX: usize = 128;
@@ -102,7 +110,7 @@ pub struct Inner {
     pub simulation: OnceLock<Box<dyn Simulation>>,
     stations: Mutex<Arc<BTreeMap<String, Arc<Station>>>>,
     /// Where things stand.
-    site: Mutex<Option<Value>>,
+    site: Mutex<Option<Site>>,
     /// What goes on for each link; dropping it ends that.
     owners: Mutex<Option<JoinSet<()>>>,
     seats: Mutex<HashMap<String, Live>>,
@@ -272,12 +280,17 @@ impl Hub {
     }
 
     /// What the hub is.
-    pub fn about(&self) -> Value {
-        json!({
-            "name": "lafet", "version": env!("CARGO_PKG_VERSION"), "api": 1,
-            "demo": self.config.demo, "simulation": self.config.simulation,
-            "login": self.config.login, "started_ms": self.started_ms, "site": *lock(&self.site),
-        })
+    pub fn about(&self) -> About {
+        About {
+            name: "lafet",
+            version: env!("CARGO_PKG_VERSION"),
+            api: 1,
+            demo: self.config.demo,
+            simulation: self.config.simulation,
+            login: self.config.login,
+            started_ms: self.started_ms,
+            site: lock(&self.site).clone(),
+        }
     }
 
     /// The monitor with this id.
@@ -292,7 +305,7 @@ impl Hub {
 
     /// Height of a monitor's nozzle above the ground, cm, if the configuration has it.
     pub fn height_cm(&self, id: &str) -> Option<i32> {
-        let height_m = lock(&self.site).as_ref()?["monitors"][id]["height"].as_f64()?;
+        let height_m = lock(&self.site).as_ref()?.monitors.get(id)?.height;
         Some((height_m * 100.0).round() as i32)
     }
 
@@ -303,7 +316,7 @@ impl Hub {
 
     /// Other monitors instead of these, as a simulation has loaded another site: nobody holds
     /// them, and the alarms of the old ones are gone.
-    pub fn replace_monitors(&self, monitors: &[MonitorConfig], site: Option<Value>) {
+    pub fn replace_monitors(&self, monitors: &[MonitorConfig], site: Option<Site>) {
         let owned = lock(&self.owners).take().is_some();
         let new = Arc::new(stations_of(&self.config, monitors));
         let old = std::mem::replace(&mut *lock(&self.stations), new.clone());
@@ -412,8 +425,8 @@ impl Hub {
     }
 
     /// Tells a WebSocket something.
-    pub fn tell(&self, seat: &str, message: Value) {
-        self.tell_text(seat, message.to_string().into());
+    pub fn tell(&self, seat: &str, message: &Message) {
+        self.tell_text(seat, message.written());
     }
 
     /// The same as text: what waits for a slow connection takes little room.
@@ -431,11 +444,9 @@ impl Hub {
     pub fn event(&self, monitor: Option<&str>, what: &Both) {
         tracing::info!(monitor, "{}", what.en);
         self.events.note(self.clock.now_ms(), monitor, what);
-        let message = json!({
-            "type": "event", "at_ms": self.clock.now_ms(), "monitor": monitor, "what": what,
-        });
+        let (at_ms, monitor) = (self.clock.now_ms(), monitor.map(str::to_owned));
+        let message = Message::Event { at_ms, monitor, what: what.clone() }.written();
         let seats: Vec<String> = lock(&self.seats).keys().cloned().collect();
-        let message = Utf8Bytes::from(message.to_string());
         seats.iter().for_each(|seat| self.tell_text(seat, message.clone()));
     }
 
@@ -477,7 +488,7 @@ impl Hub {
             monitor: monitor.to_owned(),
             what: what.to_owned(),
             outcome: outcome.to_owned(),
-            details: json!({}),
+            details: Value::Object(Map::new()),
             kind: (caller.via != "hub").then_some(caller.principal.kind),
             act: None,
         }
@@ -495,7 +506,7 @@ impl Hub {
         station: &Arc<Station>,
         action: &str,
         reason: Option<&str>,
-    ) -> Result<Value, ApiError> {
+    ) -> Result<Control, ApiError> {
         use crate::access::Role;
         let needs = if action == "force" { Role::Engineer } else { Role::Operator };
         if caller.principal.role < needs || !caller.principal.is_good() {
@@ -535,47 +546,42 @@ impl Hub {
         };
         let act = Act::Authority { action: action.into(), reason: reason.map(str::to_owned) };
         let record = self.record(caller, id, &format!("authority {action}"), outcome);
-        let mut record = record.about(&act);
-        if let Some(reason) = reason {
-            record.details = json!({ "reason": reason });
-        }
-        drop(self.audit.note(record));
+        let record = match reason {
+            Some(reason) => record.with(&Forced { reason }),
+            None => record,
+        };
+        drop(self.audit.note(record.about(&act)));
         let notices = result.map_err(|refusal| ApiError::authority(id, refusal))?;
         self.notices(station, notices);
-        Ok(station.authority_json(self))
+        Ok(station.control(self))
     }
 
     /// Carries out what changes of authority mean.
     pub fn notices(&self, station: &Arc<Station>, notices: Vec<Notice>) {
-        let id = station.id();
         for notice in notices {
+            let monitor = station.id().to_owned();
             match notice {
                 Notice::Asked { holder, by } => {
                     let until_ms = self.clock.now_ms() + 10_000;
-                    let message =
-                        json!({ "type": "asked", "monitor": id, "by": by, "until_ms": until_ms });
-                    self.tell(&holder.seat, message);
+                    self.tell(&holder.seat, &Message::Asked { monitor, by, until_ms });
                 }
                 Notice::Lost { seat, how, by, reason } => {
                     station.let_go(&seat.seat);
-                    if how == "expired" {
+                    if how == LossWord::Expired {
                         lock(&self.seats)
                             .retain(|name, live| *name != seat.seat || !live.events.is_closed());
                         self.expired(station, &seat);
                     }
-                    if how != "released" {
-                        let message = json!({
-                            "type": "authority_lost", "monitor": id, "how": how, "by": by,
-                            "reason": reason,
-                        });
-                        self.tell(&seat.seat, message);
+                    if how != LossWord::Released {
+                        let message = Message::AuthorityLost { monitor, how, by, reason };
+                        self.tell(&seat.seat, &message);
                     }
                 }
                 Notice::Granted(seat) => {
-                    self.tell(&seat.seat, json!({ "type": "authority_granted", "monitor": id }));
+                    self.tell(&seat.seat, &Message::AuthorityGranted { monitor });
                 }
                 Notice::Denied(seat) => {
-                    self.tell(&seat.seat, json!({ "type": "authority_denied", "monitor": id }));
+                    self.tell(&seat.seat, &Message::AuthorityDenied { monitor });
                 }
             }
         }
@@ -593,8 +599,10 @@ impl Hub {
         let hub = Hub(self.0.clone());
         let (station, caller) = (station.clone(), Caller::hub());
         tokio::spawn(async move {
-            for drive in ["Horizontal", "Vertical", "Nozzle"] {
-                _ = hub.command(&caller, &station, &format!("Stop {drive}"), None).await;
+            for drive in [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE] {
+                if let Ok(request) = MonitorRequest::stop(drive) {
+                    _ = hub.urgent(&caller, &station, &request).result().await;
+                }
             }
         });
     }
@@ -609,6 +617,34 @@ impl Hub {
             }
         }
     }
+}
+
+/// Details of the entry of a change of authority.
+#[derive(Debug, Serialize)]
+struct Forced<'a> {
+    reason: &'a str,
+}
+
+/// What the hub is.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct About {
+    /// Always `lafet`.
+    pub name: &'static str,
+    /// Its version.
+    pub version: &'static str,
+    /// Version of the API.
+    pub api: u32,
+    /// It was started by `lafet demo`.
+    pub demo: bool,
+    /// Its monitors are simulated.
+    pub simulation: bool,
+    /// Users log in.
+    pub login: bool,
+    /// Since when it runs.
+    pub started_ms: u64,
+    /// Where things are, if it is known.
+    #[schema(required)]
+    pub site: Option<Site>,
 }
 
 fn stations_of(config: &Config, monitors: &[MonitorConfig]) -> BTreeMap<String, Arc<Station>> {
@@ -666,7 +702,7 @@ mod tests {
 
     #[tokio::test]
     async fn without_random_numbers_a_connection_is_closed_like_any_other() {
-        let hub = Hub::new(Config::default(), Clock::System, json!({})).unwrap();
+        let hub = Hub::new(Config::default(), Clock::System, Value::Null).unwrap();
         let principal = Caller::hub().principal;
         let first = hub.sit_down_with(&principal, "", None, None);
         let second = hub.sit_down_with(&principal, "", Some(""), None);

@@ -32,6 +32,7 @@ pub struct ChainState {
     /// Entries up to which it was found right.
     pub verified: u64,
     /// The first entry that is not right.
+    #[schema(required)]
     pub bad: Option<u64>,
 }
 

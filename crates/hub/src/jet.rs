@@ -39,6 +39,7 @@ pub struct Jets {
 
 /// A jet. What is not given is the monitor's present value.
 #[derive(Clone, Debug, Default, Deserialize, ToSchema)]
+#[schema(as = JetAsked)]
 pub struct Asked {
     /// The monitor; without one, pressure, nozzle and height are needed.
     pub monitor: Option<String>,
@@ -58,6 +59,7 @@ pub struct Asked {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Basis {
     /// Pressure at the nozzle, 0.1 atm; `null` when the monitor has no valid value.
+    #[schema(required)]
     pub pressure_datm: Option<u16>,
     /// Position of the nozzle, mm.
     pub nozzle_mm: i32,
@@ -90,12 +92,16 @@ pub struct Computed {
     #[serde(flatten)]
     pub basis: Basis,
     /// Elevation of the barrel, arc-minutes.
+    #[schema(required)]
     pub elevation_arcmin: Option<i32>,
     /// The farthest that this jet lands with any elevation, m.
+    #[schema(required)]
     pub reach_m: Option<f32>,
     /// Its flight.
+    #[schema(required)]
     pub flight: Option<Flight>,
     /// Why there is no flight.
+    #[schema(required)]
     pub fault: Option<NoJet>,
 }
 
@@ -132,8 +138,10 @@ pub struct Aimed {
     #[serde(flatten)]
     pub basis: Basis,
     /// The lower of the elevations that hit the place, arc-minutes.
+    #[schema(required)]
     pub elevation_arcmin: Option<i32>,
     /// Why there is none.
+    #[schema(required)]
     pub fault: Option<NoJet>,
 }
 

@@ -8,6 +8,7 @@ use lafet_proto::SubsystemId;
 use tokio::sync::mpsc;
 
 use crate::beats::{Act, Beats, Delay, Now};
+use crate::words::MotionWord;
 
 /// A session that has sent no beat for a drive for this long is forgotten. No connection keeps back
 /// for so long what it delivers in the end, so no late beat is taken for the first one.
@@ -26,8 +27,8 @@ pub type Key = (String, SubsystemId);
 /// What becomes of a beat.
 #[derive(Debug)]
 pub enum Turn {
-    /// What the sender is told: `armed`, `moving`, `ended`.
-    Said(&'static str),
+    /// What the sender is told.
+    Said(MotionWord),
     /// A motion begins: its number, and what renews it. It ends when nothing can renew it any more.
     Start(u64, mpsc::Receiver<()>),
 }
@@ -54,15 +55,21 @@ impl Jogs {
         slot.heard = now;
         if sent_ms.is_some_and(|sent_ms| !slot.delay.is_fresh(now, sent_ms)) {
             slot.beats.late(now);
-            return Turn::Said(if slot.hold.is_some() { "moving" } else { "ended" });
+            return Turn::Said(if slot.hold.is_some() {
+                MotionWord::Moving
+            } else {
+                MotionWord::Ended
+            });
         }
         match slot.beats.beat(now, toward) {
             Act::Arm | Act::Turn => {
                 slot.hold = None;
-                Turn::Said("armed")
+                Turn::Said(MotionWord::Armed)
             }
-            Act::Renew => Turn::Said(if slot.renew() { "moving" } else { "ended" }),
-            Act::Ended => Turn::Said("ended"),
+            Act::Renew => {
+                Turn::Said(if slot.renew() { MotionWord::Moving } else { MotionWord::Ended })
+            }
+            Act::Ended => Turn::Said(MotionWord::Ended),
             Act::Start => {
                 self.started += 1;
                 let (hold, beats) = mpsc::channel(1);
@@ -127,7 +134,7 @@ mod tests {
 
     fn start(jogs: &mut Jogs, at: Now, seat: &str) -> (u64, mpsc::Receiver<()>) {
         let first = jogs.beat(at, key(seat), Toward::Max, None);
-        assert!(matches!(first, Turn::Said("armed")), "{first:?}");
+        assert!(matches!(first, Turn::Said(MotionWord::Armed)), "{first:?}");
         match jogs.beat(at + ms(60), key(seat), Toward::Max, None) {
             Turn::Start(number, beats) => (number, beats),
             said => panic!("{said:?}"),
@@ -151,11 +158,14 @@ mod tests {
         let (_, mut beats) = start(&mut jogs, ms(0), "a");
         for number in 0..10_000 {
             let said = jogs.beat(ms(61 + number / 100), key("a"), Toward::Max, None);
-            assert!(matches!(said, Turn::Said("moving")), "{said:?}");
+            assert!(matches!(said, Turn::Said(MotionWord::Moving)), "{said:?}");
         }
         assert_eq!((beats.len(), beats.try_recv()), (1, Ok(())));
         drop(beats);
-        assert!(matches!(jogs.beat(ms(170), key("a"), Toward::Max, None), Turn::Said("ended")));
+        assert!(matches!(
+            jogs.beat(ms(170), key("a"), Toward::Max, None),
+            Turn::Said(MotionWord::Ended)
+        ));
     }
 
     #[test]
@@ -168,6 +178,9 @@ mod tests {
         assert!(first != second && jogs.slots[&key("a")].hold.is_some());
         jogs.ended(ms(300), &key("a"), second);
         assert!(jogs.slots[&key("a")].hold.is_none());
-        assert!(matches!(jogs.beat(ms(310), key("a"), Toward::Max, None), Turn::Said("ended")));
+        assert!(matches!(
+            jogs.beat(ms(310), key("a"), Toward::Max, None),
+            Turn::Said(MotionWord::Ended)
+        ));
     }
 }

@@ -15,6 +15,7 @@
 
 pub mod access;
 pub mod alarms;
+mod allowances;
 mod api;
 pub mod authority;
 pub mod beats;
@@ -28,14 +29,18 @@ mod integrity;
 mod jet;
 mod jogs;
 mod link_series;
+mod messages;
 pub mod model;
+mod outcome;
 mod owner;
 mod paced;
 mod program;
 mod rates;
 mod recording;
+mod request;
 mod server;
 pub mod simulation;
+pub mod site;
 mod station;
 pub mod store;
 mod summary;
@@ -44,6 +49,8 @@ pub mod text;
 mod tls;
 pub mod topics;
 mod urgent;
+mod view;
+mod words;
 
 pub use api::{description, messages};
 pub use clock::{Clock, ManualTime};

@@ -1,12 +1,25 @@
 //! The figures of a link, second by second, as series of the history.
 
 use lafet_client::Stats;
-use serde_json::{Value, json};
+
+use serde::Serialize;
+use utoipa::ToSchema;
 
 use crate::hub::Hub;
 use crate::model;
 use crate::sync::lock;
 use crate::text::{Both, both};
+
+/// A series of the history.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct SeriesInfo {
+    /// Its name, `Vertical.position`.
+    pub series: String,
+    /// Its unit; empty: none.
+    pub unit: Both,
+    /// What it is.
+    pub text: Both,
+}
 
 /// What their names begin with.
 pub const PREFIX: &str = "Link.";
@@ -79,9 +92,9 @@ pub fn note(hub: &Hub, monitor: &str, last: &Stats, up: bool) {
 }
 
 /// The series, as the API lists them.
-pub fn list() -> impl Iterator<Item = Value> {
+pub fn list() -> impl Iterator<Item = SeriesInfo> {
     SERIES.iter().map(|(name, [en, ru], _)| {
         let unit = if *name == "rtt_ms" { both("ms", "мс") } else { Both::default() };
-        json!({ "series": format!("{PREFIX}{name}"), "unit": unit, "text": both(*en, *ru) })
+        SeriesInfo { series: format!("{PREFIX}{name}"), unit, text: both(*en, *ru) }
     })
 }

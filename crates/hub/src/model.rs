@@ -4,23 +4,21 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use lafet_client::refusal::{Reason, reason};
-use lafet_client::{AnswerBuf, Answers, Stats};
+use lafet_client::{AnswerBuf, Stats};
 use lafet_proto::dictionary::{self, layouts};
-use lafet_proto::flags::{self, Severity};
-use lafet_proto::status::Hotbed;
-use lafet_proto::text::AnswerText;
+use lafet_proto::flags;
 use lafet_proto::{RequestId, SubsystemId};
 use serde::Serialize;
-use serde_json::{Map, Value, json};
 use utoipa::ToSchema;
 
 use crate::text::{Both, both};
+use crate::words::Severity;
 
 /// The state of a monitor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Status {
     /// When it was true; `None` before the first answer.
+    #[schema(required)]
     pub at_ms: Option<u64>,
     /// It was not to be had since.
     pub stale: bool,
@@ -28,8 +26,10 @@ pub struct Status {
     #[serde(skip)]
     pub queued: bool,
     /// Why not.
+    #[schema(required)]
     pub error: Option<Both>,
     /// When a paused program goes on.
+    #[schema(required)]
     pub resumes_ms: Option<u64>,
     /// The subsystems that the monitor consists of.
     #[schema(value_type = BTreeMap<String, Object>)]
@@ -50,7 +50,7 @@ pub struct Subsystem {
     /// Names of the flags that are set.
     pub flags: Vec<String>,
     /// That of the worst flag.
-    pub severity: &'static str,
+    pub severity: Severity,
     /// Fields whose values are not to be believed, and the flags that say so.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub bad: BTreeMap<&'static str, &'static str>,
@@ -75,8 +75,7 @@ pub fn subsystems<'a>(
 fn subsystem(answer: &AnswerBuf) -> Option<Subsystem> {
     let layouts = layouts::of_answer(RequestId::GET_STATUS, answer.from());
     let layout = layouts.iter().find(|layout| layout.fits(answer.data()))?;
-    let (data, severity) = (answer.data().to_vec(), severity(Severity::Info));
-    let mut state = Subsystem { data, severity, ..Subsystem::default() };
+    let mut state = Subsystem { data: answer.data().to_vec(), ..Subsystem::default() };
     for (_, field, value) in layout.values(answer.data()) {
         if field.kind == layouts::Kind::Flags {
             state.set_bits(answer.from(), u32::try_from(value).unwrap_or(0));
@@ -93,14 +92,9 @@ impl Subsystem {
         let class = flags::flags_of(id);
         self.bits = bits;
         self.flags = class.set(bits).map(|flag| flag.to_string()).collect();
-        self.severity = severity(class.severity(bits));
+        self.severity = class.severity(bits).into();
         self.bad = dictionary::invalid(id, bits).map(|(field, flag)| (field, flag.name)).collect();
     }
-}
-
-/// The name of a severity.
-pub fn severity(severity: Severity) -> &'static str {
-    severity.text().en
 }
 
 impl Status {
@@ -156,11 +150,13 @@ pub struct ReadinessReason {
     /// `link`, `stale`, `flag`, `wrapped` or `move_hold`.
     pub code: &'static str,
     /// The subsystem, if it is one's flag.
+    #[schema(required)]
     pub subsystem: Option<String>,
     /// The flag.
+    #[schema(required)]
     pub flag: Option<String>,
     /// How much it matters.
-    pub severity: &'static str,
+    pub severity: Severity,
     /// What it is.
     pub what: Both,
     /// What to do.
@@ -180,42 +176,42 @@ pub fn readiness(status: &Status, link_up: bool, unheld: bool) -> Readiness {
     );
     if !link_up {
         let what = both("There is no connection.", "Нет соединения.");
-        say("link", severity(Severity::Alarm), what, cable);
+        say("link", Severity::Alarm, what, cable);
     } else if status.stale || status.at_ms.is_none() {
         let what = both("The monitor does not answer.", "Ствол не отвечает.");
-        say("stale", severity(Severity::Alarm), what, cable);
+        say("stale", Severity::Alarm, what, cable);
     }
     if status.is_set(SubsystemId::DEPLOYER, "Wrapped") {
         say(
             "wrapped",
-            severity(Severity::Info),
-            both("The barrel is wrapped.", "Ствол свёрнут."),
+            Severity::Info,
+            both("The barrel is stowed.", "Ствол свёрнут."),
             both(
-                "Deploy it; seeking and extinguishing deploy it by themselves.",
+                "Deploy it; a search or extinguishing deploys it by itself.",
                 "Разверните; поиск и тушение разворачивают ствол сами.",
             ),
         );
     }
     if unheld {
         let Unheld { what, remedy } = Unheld::text();
-        say("move_hold", severity(Severity::Warning), what, remedy);
+        say("move_hold", Severity::Warning, what, remedy);
     }
     for (name, state) in &status.subsystems {
         let Some(id) = SubsystemId::from_name(name) else { continue };
         // A fire that was found is an alarm, and what the monitor is ready for.
         let bad = flags::set_flags(id, state.bits)
-            .filter(|it| it.severity() >= Severity::Warning && it.info.name != "Found");
+            .filter(|it| it.severity() >= flags::Severity::Warning && it.info.name != "Found");
         reasons.extend(bad.map(|flag| ReadinessReason {
             code: "flag",
             subsystem: Some((*name).to_owned()),
             flag: Some(flag.info.name.to_owned()),
-            severity: severity(flag.severity()),
+            severity: flag.severity().into(),
             what: flag.info.meaning.into(),
             remedy: flag.info.remedy.into(),
         }));
     }
     let locked = status.is_set(SubsystemId::GENERAL, "LockedOut");
-    let alarm = reasons.iter().any(|reason| reason.severity == severity(Severity::Alarm));
+    let alarm = reasons.iter().any(|reason| reason.severity == Severity::Alarm);
     let ready = !locked && !alarm;
     Readiness { ready, reasons }
 }
@@ -274,99 +270,6 @@ pub const fn received(own: &Stats) -> u64 {
 /// Of these, what was no answer to what was outstanding.
 pub const fn strays(own: &Stats) -> u64 {
     own.late + own.duplicates + own.unmatched
-}
-
-/// A link in figures.
-pub fn link_figures(all: &Exchanged, last: &Exchanged) -> Map<String, Value> {
-    let millis = |time: Option<std::time::Duration>| {
-        time.map(|time| (time.as_secs_f64() * 10_000.0).round() / 10.0)
-    };
-    let (own, of_last) = (&all.own, &last.own);
-    let line = |line: &Stats| {
-        json!({
-            "sent": line.frames_sent, "received": line.frames_received, "errors": line.errors(),
-            "foreign": line.foreign, "collisions": line.collisions,
-        })
-    };
-    let figures = json!({
-        "sent": own.frames_sent, "received": received(own), "errors": own.errors(),
-        "retries": own.retries, "timeouts": own.timeouts, "late": own.late,
-        "strays": strays(own), "collisions": own.collisions, "reconnects": own.reconnects,
-        "rtt_ms": millis(own.rtt_last), "srtt_ms": millis(own.rtt_average),
-        "loss_permille": own.loss_permille(),
-        "last": {
-            "sent": of_last.frames_sent, "received": received(of_last), "errors": of_last.errors(),
-            "retries": of_last.retries, "timeouts": of_last.timeouts,
-            "loss_permille": of_last.loss_permille(),
-        },
-        "line": line(&all.line), "line_last": line(&last.line),
-    });
-    match figures {
-        Value::Object(figures) => figures,
-        _ => Map::new(),
-    }
-}
-
-/// Hotbeds as JSON.
-pub fn hotbeds(at_ms: u64, hotbeds: &[Hotbed]) -> Value {
-    let list: Vec<Value> = hotbeds
-        .iter()
-        .map(|it| {
-            json!({ "x1": it.x1, "x2": it.x2, "y1": it.y1, "y2": it.y2, "brightness": it.brightness })
-        })
-        .collect();
-    json!({ "at_ms": at_ms, "list": list })
-}
-
-/// An answer of a monitor as JSON: who, how, and the data by the dictionary's names.
-fn answer(to: SubsystemId, answer: &AnswerBuf) -> Value {
-    let status = answer.status();
-    let texts = match dictionary::status(status) {
-        Some(texts) if status.is_success() => Some((texts.meaning, texts.remedy)),
-        _ if status.is_success() => None,
-        _ => {
-            let Reason { why, remedy, .. } = reason(answer.request(), to, status, answer.from());
-            Some((why, remedy))
-        }
-    };
-    json!({
-        "from": answer.from().to_string(), "status": status.to_string(), "code": status.0,
-        "success": status.is_success(), "text": answer_text(answer),
-        "meaning": texts.map(|(meaning, _)| Both::from(meaning)),
-        "remedy": texts.map(|(_, remedy)| Both::from(remedy)),
-        "values": values(answer),
-    })
-}
-
-/// `Vertical GetStatus → Ok …`
-pub fn answer_text(answer: &AnswerBuf) -> String {
-    AnswerText(answer.record()).to_string()
-}
-
-/// All answers to a request.
-pub fn answers(answers: &Answers) -> Vec<Value> {
-    answers.iter().map(|one| answer(answers.to(), one)).collect()
-}
-
-/// The data of an answer; what repeats becomes an array.
-fn values(answer: &AnswerBuf) -> Map<String, Value> {
-    let mut all: Map<String, Value> = Map::new();
-    if answer.data().is_empty() {
-        return all;
-    }
-    let layouts = layouts::of_answer(answer.request(), answer.from());
-    let Some(layout) = layouts.iter().find(|layout| layout.fits(answer.data())) else { return all };
-    for (_, field, value) in layout.values(answer.data()) {
-        let repeated = layout.repeated.iter().any(|it| it.name == field.name);
-        // As parameters have them everywhere else in the API.
-        let name = if repeated && field.name == "value" { "values" } else { field.name };
-        match all.get_mut(name) {
-            Some(Value::Array(values)) => values.push(value.into()),
-            _ if repeated => _ = all.insert(name.into(), json!([value])),
-            _ => _ = all.insert(name.into(), value.into()),
-        }
-    }
-    all
 }
 
 #[cfg(test)]

@@ -14,7 +14,6 @@ use lafet_proto::param::Param;
 use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, RequestId, SubsystemId};
-use serde_json::{Map, Value, json};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
@@ -25,6 +24,7 @@ use crate::model::{self, Exchanged, Status, Subsystems, Unheld};
 use crate::station::{ParamValue, Params, Progress, Station};
 use crate::sync::lock;
 use crate::text::{Both, both};
+use crate::view::Hotbeds;
 
 /// Pauses between attempts to connect.
 const PAUSE_FIRST: Duration = Duration::from_millis(200);
@@ -88,7 +88,7 @@ async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
                 let text = Both::of_error(&error);
                 for station in &stations {
                     station.set_link(&hub, false, Some(text.clone()));
-                    observe(&hub, station);
+                    hub.observe(station);
                 }
                 sleep(pause).await;
                 pause = (pause * 2).min(PAUSE_LAST);
@@ -255,19 +255,9 @@ fn observe_news(hub: &Hub, station: &Station, last: &mut Option<(Arc<Status>, bo
     let now = (station.status(), station.is_up());
     let same = last.as_ref().is_some_and(|it| it.1 == now.1 && it.0.has_flags_of(&now.0));
     if !same || lock(&hub.alarms).is_returning(station.id()) {
-        observe(hub, station);
+        hub.observe(station);
     }
     *last = Some(now);
-}
-
-fn observe(hub: &Hub, station: &Station) {
-    let changes = lock(&hub.alarms).observe(
-        hub.clock.now_ms(),
-        station.id(),
-        &station.status(),
-        station.is_up(),
-    );
-    hub.publish_alarms(changes);
 }
 
 async fn read_slow(hub: Hub, station: Arc<Station>, monitor: Monitor) {
@@ -287,7 +277,7 @@ async fn read_slow(hub: Hub, station: Arc<Station>, monitor: Monitor) {
             if (found || had)
                 && let Ok(hotbeds) = monitor.hotbeds().await
             {
-                station.set_hotbeds(&hub, model::hotbeds(hub.clock.now_ms(), &hotbeds));
+                station.set_hotbeds(&hub, Hotbeds::new(hub.clock.now_ms(), &hotbeds));
             }
             had = found;
             round += 1;
@@ -301,12 +291,20 @@ async fn read_slow(hub: Hub, station: Arc<Station>, monitor: Monitor) {
 
 async fn read_limits(hub: &Hub, station: &Station, monitor: &Monitor) {
     if let Ok(limits) = monitor.limits_all().await {
-        let one = |(id, limits): (SubsystemId, lafet_proto::status::Limits)| {
-            (id.to_string(), json!({ "min": limits.min, "max": limits.max }))
-        };
-        let all: Map<String, Value> = limits.into_iter().map(one).collect();
-        station.set_limits(hub, Value::Object(all));
+        let limits = limits.into_iter().map(|(id, limits)| (id.to_string(), limits.into()));
+        station.set_limits(hub, limits.collect());
     }
+}
+
+/// Of a monitor that is silent each parameter would be waited for: they stay as they were, and are
+/// read when it is heard again.
+fn read_later(hub: &Hub, station: &Station) {
+    {
+        let mut params = lock(&station.params);
+        (params.reading, params.progress) = (false, None);
+    }
+    station.publish_progress(hub, None);
+    station.reread.notify_one();
 }
 
 /// Reads all parameters of the subsystems that the monitor has; while somebody does, waits for that.
@@ -324,10 +322,16 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
         params.progress = Some(Progress { done: 0, total: which.len() });
         station.publish_progress(hub, params.progress);
     }
+    let mut has_hold = None;
     let mut read = Params { at_ms: Some(hub.clock.now_ms()), ..Params::default() };
     for (chunk, params) in which.chunks(PARAMS_AT_ONCE).enumerate() {
+        if station.status().stale {
+            return read_later(hub, station);
+        }
         for (param, values) in params.iter().zip(monitor.params(params).await) {
-            read.unheld |= param.name() == MOVE_HOLD && is_refused(&values);
+            if param.name() == MOVE_HOLD {
+                has_hold = knows(&values).or(has_hold);
+            }
             let value = match values {
                 Ok(values) => ParamValue::Values(values),
                 Err(error) => ParamValue::Error(Both::of_error(&error)),
@@ -340,18 +344,32 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
         lock(&station.params).progress = progress;
         station.publish_progress(hub, progress);
     }
-    let unheld = read.unheld;
-    let before = std::mem::replace(&mut *lock(&station.params), read);
-    if unheld && !before.unheld {
+    let unheld = {
+        let mut params = lock(&station.params);
+        read.unheld = has_hold.map_or(params.unheld, |has_hold| !has_hold);
+        let news = read.unheld && !params.unheld;
+        *params = read;
+        news
+    };
+    if unheld {
         hub.event(Some(station.id()), &Unheld::text().what);
+    }
+    if let Some(has_hold) = has_hold {
+        lock(&hub.alarms).holding(station.id()).set_hold(has_hold);
+        hub.observe(station);
     }
     station.publish_readiness(hub);
     station.publish_params(hub);
     station.publish_progress(hub, None);
 }
 
-fn is_refused<T>(result: &Result<T, lafet_client::Error>) -> bool {
-    matches!(result, Err(lafet_client::Error::Refused { .. }))
+/// Whether a monitor knows a parameter; one that did not answer has not said.
+const fn knows<T>(result: &Result<T, lafet_client::Error>) -> Option<bool> {
+    match result {
+        Ok(_) => Some(true),
+        Err(lafet_client::Error::Refused { .. }) => Some(false),
+        Err(_) => None,
+    }
 }
 
 /// What the hub does from time to time.
@@ -400,7 +418,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_faulty_sensors_value_is_left_out_of_the_history() {
-        let hub = Hub::new(Config::default(), Clock::System, json!({})).unwrap();
+        let hub = Hub::new(Config::default(), Clock::System, serde_json::json!({})).unwrap();
         let state = |bits, temperature| {
             let mut state = Subsystem::default();
             state.set_bits(SubsystemId::CLIMATICS, bits);
@@ -417,7 +435,8 @@ mod tests {
         let flushed = lock(&hub.history).flushed();
         let base = flushed.await;
         let rows = base.values("M1", "Climatics.housing", (0, 9000), None, 100).await.unwrap();
-        assert_eq!(json!(rows), json!([[1000, 20.0], [2000, null], [4000, 21.0]]));
+        let expected = serde_json::json!([[1000, 20.0], [2000, null], [4000, 21.0]]);
+        assert_eq!(serde_json::json!(rows), expected);
     }
 
     fn flag_bit(name: &str) -> u32 {

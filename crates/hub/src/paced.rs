@@ -1,58 +1,66 @@
 //! A connection that takes no more than its share: reading is paced, and who takes nothing of what
 //! is sent to it is let go.
 //!
-//! Every connection has a small allowance of its own, which no other connection can use up; what it
-//! reads beyond that comes out of the allowance that its address shares. So one that is quiet is
-//! served at once, whatever the others do.
+//! Every connection has a small allowance of its own, which no other connection can use up while it
+//! is open; what it reads beyond that comes out of the allowance that its address shares. So one
+//! that is quiet is served at once, whatever the others do.
 
 use std::io;
 use std::pin::Pin;
-use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep, sleep};
 
-use crate::access::Bucket;
+use crate::allowances::Allowance;
 use crate::sync::lock;
 
-/// Readings of a connection: so many at once, so many a second.
-const OWN: (f64, f64) = (50.0, 25.0);
-/// And of all connections of an address beyond that.
-pub const SHARED: (f64, f64) = (2000.0, 1000.0);
 /// A connection that takes nothing for this time is closed.
 const STALLED: Duration = Duration::from_secs(15);
-
-/// The allowance of an address.
-pub type Shared = Arc<Mutex<Bucket>>;
 
 /// A paced connection.
 #[derive(Debug)]
 pub struct Paced<S> {
     stream: S,
+    /// The moment from which the time of its allowance is counted.
     start: Instant,
-    own: Bucket,
-    /// `None`: a proxy of ours, behind which there are many.
-    shared: Option<(Shared, Instant)>,
+    allowance: Allowance,
+    /// Until it owes nothing.
     pause: Option<Pin<Box<Sleep>>>,
     stalled: Option<Pin<Box<Sleep>>>,
 }
 
 impl<S> Paced<S> {
-    /// Paces a connection; `shared` with the moment from which its time is counted.
-    pub fn new(stream: S, shared: Option<(Shared, Instant)>) -> Self {
-        let own = Bucket::new(Duration::ZERO, OWN.0, OWN.1);
-        Self { stream, start: Instant::now(), own, shared, pause: None, stalled: None }
+    /// Paces a connection. What an earlier one owes is waited for first.
+    pub fn new(stream: S, allowance: Allowance, start: Instant) -> Self {
+        let mut paced = Self { stream, start, allowance, pause: None, stalled: None };
+        paced.owe(0.0);
+        paced
     }
 
-    /// One reading more; or the time to wait for the next one.
-    fn turn(&mut self) -> Result<(), Duration> {
-        let Err(wait) = self.own.take(self.start.elapsed()) else { return Ok(()) };
-        match &self.shared {
-            Some((shared, start)) if lock(shared).take(start.elapsed()).is_err() => Err(wait),
-            _ => Ok(()),
+    /// The same, with so many readings taken before the first.
+    #[must_use]
+    pub fn charged(mut self, readings: f64) -> Self {
+        self.turn(readings);
+        self
+    }
+
+    /// So many readings more: its own, those of its address, or owed, and waited for before the next.
+    fn turn(&mut self, readings: f64) {
+        let now = self.start.elapsed();
+        if lock(&self.allowance.readings).take_so_many(now, readings).is_ok() {
+            return;
         }
+        let shared = self.allowance.shared.as_ref();
+        if shared.is_some_and(|it| lock(it).take_so_many(now, readings).is_err()) {
+            self.owe(readings);
+        }
+    }
+
+    fn owe(&mut self, readings: f64) {
+        let wait = lock(&self.allowance.readings).owe(self.start.elapsed(), readings);
+        self.pause = wait.map(|wait| Box::pin(sleep(wait)));
     }
 
     /// Watches that what is written is taken.
@@ -82,16 +90,12 @@ impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
         if let Some(pause) = &mut self.pause {
             ready!(pause.as_mut().poll(cx));
             self.pause = None;
-            let now = self.start.elapsed();
-            _ = self.own.take(now);
         }
         let before = buffer.filled().len();
         ready!(Pin::new(&mut self.stream).poll_read(cx, buffer))?;
         // What has come is passed on; the next reading waits for its turn.
-        if buffer.filled().len() > before
-            && let Err(wait) = self.turn()
-        {
-            self.pause = Some(Box::pin(sleep(wait)));
+        if buffer.filled().len() > before {
+            self.turn(1.0);
         }
         Poll::Ready(Ok(()))
     }
@@ -134,7 +138,12 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Paced<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::allowances::{READINGS, SHARED};
     use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
+
+    fn allowance() -> Allowance {
+        Allowance::new(Duration::ZERO, Some(Allowance::of_address(Duration::ZERO)))
+    }
 
     /// Readings of one byte each until the time is over.
     async fn readings(paced: &mut Paced<tokio::io::DuplexStream>, time: Duration) -> u32 {
@@ -148,16 +157,18 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_flood_uses_up_what_its_address_has_and_nobody_elses() {
         let start = Instant::now();
-        let shared = Arc::new(Mutex::new(Bucket::new(Duration::ZERO, SHARED.0, SHARED.1)));
+        let own = allowance();
+        let shared = own.shared.clone();
         let (mut flood, stream) = duplex(1 << 16);
         let (mut quiet, other) = duplex(64);
-        let mut stream = Paced::new(stream, Some((shared.clone(), start)));
+        let mut stream = Paced::new(stream, own, start);
         flood.write_all(&[0; 1 << 16]).await.unwrap();
         let count = readings(&mut stream, Duration::from_secs(10)).await;
-        let most = SHARED.0 + OWN.0 + 10.0 * (SHARED.1 + OWN.1);
+        let most = SHARED.0 + READINGS.0 + 10.0 * (SHARED.1 + READINGS.1);
         assert!(count > 2000 && f64::from(count) <= most + 1.0, "{count}");
         // Nothing is left of what the address shares; one that was quiet does not notice.
-        let mut other = Paced::new(other, Some((shared, start)));
+        let own = Allowance::new(start.elapsed(), shared);
+        let mut other = Paced::new(other, own, start);
         quiet.write_all(&[0; 40]).await.unwrap();
         let began = Instant::now();
         for _ in 0..40 {
@@ -169,10 +180,29 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn who_takes_nothing_is_let_go() {
         let (client, stream) = duplex(16);
-        let mut stream = Paced::new(stream, None);
+        let mut stream = Paced::new(stream, allowance(), Instant::now());
         let began = Instant::now();
         let error = stream.write_all(&[0; 64]).await.unwrap_err();
         assert_eq!((error.kind(), began.elapsed()), (io::ErrorKind::TimedOut, STALLED));
         drop(client);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_is_charged_before_is_waited_for_when_nothing_is_left() {
+        let (start, own) = (Instant::now(), allowance());
+        let first_byte_after = async |readings: f64| {
+            let (mut client, stream) = duplex(16);
+            client.write_all(&[0]).await.unwrap();
+            let began = Instant::now();
+            let mut stream = Paced::new(stream, own.clone(), start).charged(readings);
+            stream.read_u8().await.unwrap();
+            began.elapsed()
+        };
+        assert_eq!(first_byte_after(20.0).await, Duration::ZERO, "its own");
+        assert_eq!(first_byte_after(1000.0).await, Duration::ZERO, "those of its address");
+        assert!(lock(own.shared.as_ref().unwrap()).take_so_many(start.elapsed(), 999.0).is_ok());
+        assert_eq!(first_byte_after(20.0).await, Duration::ZERO, "its own");
+        let waited = first_byte_after(20.0).await;
+        assert!((500..900).contains(&waited.as_millis()), "{waited:?}");
     }
 }

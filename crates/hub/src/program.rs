@@ -3,6 +3,7 @@
 
 use lafet_proto::{RequestId, SubsystemId};
 use serde::Serialize;
+use utoipa::ToSchema;
 
 use crate::clock::shifted;
 use crate::model::Status;
@@ -19,11 +20,13 @@ const FLAGS: [(SubsystemId, &str); 3] = [
 ];
 
 /// A program, as the topic `program` tells it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Program {
     /// The request that began it; `None`: not one of this hub.
+    #[schema(required)]
     pub request: Option<String>,
     /// Who sent it.
+    #[schema(required)]
     pub by: Option<String>,
     /// Since when.
     pub since_ms: u64,

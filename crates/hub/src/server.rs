@@ -3,7 +3,7 @@
 use std::io;
 use std::net::SocketAddr;
 use std::pin::Pin;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -19,10 +19,9 @@ use tokio::time::{Instant, Sleep, sleep, timeout};
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
 
-use crate::access::Bucket;
 use crate::api::{self, Peer, Place};
 use crate::hub::Hub;
-use crate::paced::{Paced, Shared};
+use crate::paced::Paced;
 use crate::sync::lock;
 use crate::{owner, tls};
 
@@ -31,8 +30,8 @@ const PATIENCE: Duration = Duration::from_secs(15);
 /// The body of a request begins within this time, and then comes at this rate, bytes a second.
 const BODY_PATIENCE: Duration = Duration::from_secs(5);
 const BODY_RATE: f64 = 16384.0;
-/// Requests of a connection: so many at once, so many a second; what is over is answered later.
-const OWN: (f64, f64) = (200.0, 50.0);
+/// Readings that a handshake of TLS counts as: it costs the processor as much as many requests.
+const HANDSHAKE: f64 = 20.0;
 /// What is read and written at once.
 const BUFFER_MAX: usize = 64 * 1024;
 /// Rest after a connection that could not be taken, as when no file descriptor is left.
@@ -118,8 +117,7 @@ impl Server {
             let start = hub.start;
             tokio::spawn(async move {
                 let place = peer.place.clone();
-                let shared = place.allowance.clone().map(|shared| (shared, start));
-                let served = connection(stream, shared, peer, acceptor, router, ending);
+                let served = connection(stream, start, peer, acceptor, router, ending);
                 tokio::select! {
                     _ = served => {}
                     () = place.given_up() => {}
@@ -138,25 +136,28 @@ impl Server {
 
 async fn connection(
     stream: TcpStream,
-    shared: Option<(Shared, Instant)>,
+    start: Instant,
     peer: Peer,
     acceptor: Option<TlsAcceptor>,
     router: Router,
     ending: watch::Receiver<bool>,
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    let stream = Paced::new(stream, shared);
+    let stream = Paced::new(stream, peer.place.allowance.clone(), start);
     let Some(acceptor) = acceptor else {
-        return requests(stream, peer, router, ending).await;
+        return requests(stream, start, peer, router, ending).await;
     };
-    let stream = timeout(PATIENCE, acceptor.accept(stream)).await??;
+    let under_way = peer.place.handshake();
+    let stream = timeout(PATIENCE, acceptor.accept(stream.charged(HANDSHAKE))).await??;
+    drop(under_way);
     let certificates = stream.get_ref().1.peer_certificates();
     let name = certificates.and_then(|chain| common_name(chain.first()?));
-    requests(stream, Peer { name, ..peer }, router, ending).await
+    requests(stream, start, Peer { name, ..peer }, router, ending).await
 }
 
 async fn requests<S>(
     stream: S,
+    start: Instant,
     peer: Peer,
     router: Router,
     mut ending: watch::Receiver<bool>,
@@ -165,7 +166,7 @@ where
     S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
 {
     // Many requests may come in one reading.
-    let (own, start) = (Mutex::new(Bucket::new(Duration::ZERO, OWN.0, OWN.1)), Instant::now());
+    let own = peer.place.allowance.requests.clone();
     let service = hyper::service::service_fn(move |mut request: hyper::Request<Incoming>| {
         request.extensions_mut().insert(peer.clone());
         let wait = lock(&own).take(start.elapsed()).err();

@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 use crate::config::MonitorConfig;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::site::Site;
 use crate::store::Act as Noted;
 use crate::text::Both;
 
@@ -46,7 +47,7 @@ pub struct Loaded {
     /// Its monitors.
     pub monitors: Vec<MonitorConfig>,
     /// Where things stand, as the API publishes it.
-    pub site: Option<Value>,
+    pub site: Option<Site>,
 }
 
 /// A change of a simulated site.

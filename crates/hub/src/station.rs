@@ -8,8 +8,8 @@ use lafet_client::{Client, Drive, Hold, JogEnd, Monitor, Reason, Toward};
 use lafet_proto::SubsystemId;
 use lafet_proto::status::DriveStatus;
 use serde::Serialize;
-use serde_json::{Value, json};
 use tokio::sync::{Notify, mpsc, watch};
+use utoipa::ToSchema;
 
 use crate::authority::Authority;
 use crate::command::NUMBERED;
@@ -18,6 +18,7 @@ use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::jogs::{Jogs, Turn};
 use crate::link_series;
+use crate::messages::Message;
 use crate::model::{self, Exchanged, Status};
 use crate::program::Programs;
 use crate::store::{Act as Noted, JogEnding};
@@ -25,6 +26,8 @@ use crate::summary::{self, Summary};
 use crate::sync::lock;
 use crate::text::{Both, both};
 use crate::urgent::Lane;
+use crate::view::{Asking, Bounds, Control, Holder, Hotbeds, Info, Link, LinkState, MonitorView};
+use crate::words::{MotionEnd, MotionWord};
 
 /// What is published of a monitor.
 pub const PARTS: [&str; 11] = [
@@ -72,18 +75,20 @@ struct State {
     link_error: Option<Both>,
     /// The figures at the last second, and what had come in that.
     exchanged: (Exchanged, Exchanged),
-    limits: Option<Value>,
-    hotbeds: Option<Value>,
+    limits: Option<BTreeMap<String, Bounds>>,
+    hotbeds: Option<Hotbeds>,
 }
 
 /// Parameters as last read.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, ToSchema)]
 pub struct Params {
     /// When they were read.
+    #[schema(required)]
     pub at_ms: Option<u64>,
     /// They are being read.
     pub reading: bool,
     /// How far.
+    #[schema(required)]
     pub progress: Option<Progress>,
     /// The monitor refuses MoveHold: it does not have it.
     #[serde(skip)]
@@ -93,7 +98,8 @@ pub struct Params {
 }
 
 /// How far reading is.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[schema(as = ReadingProgress)]
 pub struct Progress {
     /// Parameters read.
     pub done: usize,
@@ -102,7 +108,7 @@ pub struct Progress {
 }
 
 /// Values of a parameter, or why they are not known.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ParamValue {
     /// Its values.
@@ -198,20 +204,25 @@ impl Station {
         }
     }
 
-    fn info(&self) -> Value {
-        let address = self.config.endpoint.addresses().monitor;
-        json!({ "id": self.id(), "name": self.config.name, "address": address })
+    fn info(&self) -> Info {
+        let address = Some(self.config.endpoint.addresses().monitor);
+        Info { id: self.id().to_owned(), name: self.config.name.clone(), address }
     }
 
     /// Everything about it.
-    pub fn json(&self, hub: &Hub) -> Value {
-        let mut all = self.info();
-        for part in ["status", "link", "authority", "readiness", "limits", "hotbeds", "program"] {
-            let value = hub.topics.get(&self.topic(part));
-            all[part] = json!(value.map(|value| serde_json::from_str::<Value>(value.get()).ok()));
+    pub fn view(&self, hub: &Hub) -> MonitorView {
+        let part = |name| hub.topics.get(&self.topic(name));
+        MonitorView {
+            info: self.info(),
+            status: part("status"),
+            link: part("link"),
+            authority: part("authority"),
+            readiness: part("readiness"),
+            limits: part("limits"),
+            hotbeds: part("hotbeds"),
+            program: part("program"),
+            params_at_ms: lock(&self.params).at_ms,
         }
-        all["params_at_ms"] = json!(lock(&self.params).at_ms);
-        all
     }
 
     /// A new state, or that the old one has become stale.
@@ -268,6 +279,12 @@ impl Station {
             last
         };
         self.publish_link(hub, false);
+        let round_trip = now.own.rtt_average;
+        let news =
+            round_trip.is_some_and(|it| lock(&hub.alarms).holding(self.id()).set_round_trip(it));
+        if news {
+            hub.observe(self);
+        }
         let up = self.is_up();
         link_series::note(hub, self.id(), &last.own, up);
     }
@@ -279,26 +296,29 @@ impl Station {
     }
 
     /// Its limits.
-    pub fn set_limits(&self, hub: &Hub, limits: Value) {
+    pub fn set_limits(&self, hub: &Hub, limits: BTreeMap<String, Bounds>) {
         hub.topics.set(&self.topic("limits"), &limits);
         lock(&self.state).limits = Some(limits);
     }
 
     /// What its detector has found.
-    pub fn set_hotbeds(&self, hub: &Hub, hotbeds: Value) {
+    pub fn set_hotbeds(&self, hub: &Hub, hotbeds: Hotbeds) {
         hub.topics.set(&self.topic("hotbeds"), &hotbeds);
         lock(&self.state).hotbeds = Some(hotbeds);
     }
 
     fn publish_link(&self, hub: &Hub, news: bool) {
         let state = lock(&self.state);
-        let mut link = model::link_figures(&self.exchanged(), &state.exchanged.1);
-        link.insert("endpoint".into(), self.config.endpoint.to_string().into());
-        link.insert("state".into(), if state.link_up { "up" } else { "down" }.into());
-        link.insert("since_ms".into(), state.link_since_ms.into());
-        link.insert("error".into(), json!(state.link_error));
-        link.insert("poll_ms".into(), self.config.poll_ms.into());
+        let last = state.exchanged.1;
+        let link = LinkState {
+            up: state.link_up,
+            since_ms: state.link_since_ms,
+            error: state.link_error.clone(),
+            endpoint: self.config.endpoint.to_string(),
+            poll_ms: self.config.poll_ms,
+        };
         drop(state);
+        let link = Link::new(link, &self.exchanged(), &last);
         hub.topics.set_live(&self.topic("link"), link, news);
     }
 
@@ -327,22 +347,21 @@ impl Station {
 
     /// Publishes who holds it.
     pub fn publish_authority(&self, hub: &Hub) {
-        hub.topics.set(&self.topic("authority"), &self.authority_json(hub));
+        hub.topics.set(&self.topic("authority"), &self.control(hub));
     }
 
     /// Who holds it.
-    pub fn authority_json(&self, hub: &Hub) -> Value {
+    pub fn control(&self, hub: &Hub) -> Control {
         let authority = lock(&self.authority);
         // Moments are kept without a date; the hub's start is the bridge.
         let date = |at: Duration| hub.started_ms + u64::try_from(at.as_millis()).unwrap_or(0);
-        let with = |seat: Value, name: &str, at: Duration| {
-            let mut seat = seat;
-            seat[name] = date(at).into();
-            seat
-        };
-        let holder = authority.holder().map(|(seat, since)| with(json!(seat), "since_ms", since));
-        let request = authority.request().map(|(seat, until)| with(json!(seat), "until_ms", until));
-        json!({ "state": authority.state(), "holder": holder, "request": request })
+        let holder = authority.holder();
+        let request = authority.request();
+        Control {
+            state: authority.state(),
+            holder: holder.map(|(seat, at)| Holder { seat: seat.clone(), since_ms: date(at) }),
+            request: request.map(|(seat, at)| Asking { seat: seat.clone(), until_ms: date(at) }),
+        }
     }
 
     /// What a seat holds in motion is let go.
@@ -361,7 +380,7 @@ impl Station {
         hub: &Hub,
         caller: &Caller,
         beat: Beat,
-    ) -> Result<&'static str, ApiError> {
+    ) -> Result<MotionWord, ApiError> {
         let monitor = Monitor::new(self.client()?);
         let drive = match beat.drive {
             SubsystemId::VERTICAL => monitor.vertical(),
@@ -389,7 +408,7 @@ impl Station {
         drive: &Drive,
         beat: Beat,
         (number, mut beats): (u64, mpsc::Receiver<()>),
-    ) -> Result<&'static str, ApiError> {
+    ) -> Result<MotionWord, ApiError> {
         let speed = hub.simulation.get().map_or(1.0, |simulation| simulation.speed());
         let hold = Hold { clock_permille: (speed * 1000.0) as u32, ..Hold::default() };
         let mut jog = drive.jog_with(beat.toward, hold).map_err(|error| ApiError::from(&error))?;
@@ -402,7 +421,7 @@ impl Station {
         hub.counts.jogs.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let (hub, caller, station) = (hub.clone(), caller.clone(), self.clone());
         tokio::spawn(async move {
-            station.tell_jog(&hub, &caller, beat.drive, "moving", None);
+            station.tell_jog(&hub, &caller, beat.drive, MotionWord::Moving, None);
             let end = loop {
                 let renewed = tokio::select! {
                     beat = beats.recv() => beat,
@@ -411,24 +430,24 @@ impl Station {
                 if renewed.is_some() {
                     jog.renew();
                 } else {
-                    station.tell_jog(&hub, &caller, beat.drive, "stopping", None);
+                    station.tell_jog(&hub, &caller, beat.drive, MotionWord::Stopping, None);
                     break jog.release().await;
                 }
             };
             station.jog_ended(&hub, &caller, beat.drive, number, &end);
-            let mut record = hub.record(&caller, station.id(), &what, end_name(&end));
+            let record = hub.record(&caller, station.id(), &what, end_word(&end).name());
             // Long since stored, unless the disk takes nothing: then nobody waits for it.
             let asked = tokio::time::timeout(NUMBERED, asked).await.ok().and_then(Result::ok);
-            record.details = json!({ "asked": asked });
+            let record = record.with(&JogDetails { asked });
             drop(hub.audit.note(record.about(&act(Some(ending(&end))))));
         });
-        Ok("moving")
+        Ok(MotionWord::Moving)
     }
 
     fn jog_ended(&self, hub: &Hub, caller: &Caller, drive: SubsystemId, number: u64, end: &JogEnd) {
         let key = (caller.seat.seat.clone(), drive);
         lock(&self.jogs).ended(hub.now(), &key, number);
-        self.tell_jog(hub, caller, drive, "ended", Some(end));
+        self.tell_jog(hub, caller, drive, MotionWord::Ended, Some(end));
     }
 
     fn tell_jog(
@@ -436,15 +455,24 @@ impl Station {
         hub: &Hub,
         caller: &Caller,
         drive: SubsystemId,
-        state: &str,
+        state: MotionWord,
         end: Option<&JogEnd>,
     ) {
-        let message = json!({
-            "type": "jog", "monitor": self.id(), "drive": drive.to_string(), "state": state,
-            "end": end.map(end_name), "text": end.and_then(end_text),
-        });
-        hub.tell(&caller.seat.seat, message);
+        let message = Message::Jog {
+            monitor: self.id().to_owned(),
+            drive: drive.to_string(),
+            state,
+            end: end.map(end_word),
+            text: end.and_then(end_text),
+        };
+        hub.tell(&caller.seat.seat, &message);
     }
+}
+
+/// Details of the entry of the end of a motion by hand: the number of that of its beginning.
+#[derive(Debug, Serialize)]
+struct JogDetails {
+    asked: Option<u64>,
 }
 
 /// How a motion ended, as the audit log has it.
@@ -475,16 +503,16 @@ const fn why(reason: &Reason) -> &'static str {
     }
 }
 
-fn end_name(end: &JogEnd) -> &'static str {
+const fn end_word(end: &JogEnd) -> MotionEnd {
     match end {
-        JogEnd::Stopped { .. } => "stopped",
-        JogEnd::Standing(_) => "standing",
-        JogEnd::Refused(_) => "refused",
-        JogEnd::Replaced => "replaced",
-        JogEnd::TakenOver { .. } => "taken_over",
-        JogEnd::StillMoving(_) => "still_moving",
-        JogEnd::Unbounded(_) => "unbounded",
-        _ => "unknown",
+        JogEnd::Stopped { .. } => MotionEnd::Stopped,
+        JogEnd::Standing(_) => MotionEnd::Standing,
+        JogEnd::Refused(_) => MotionEnd::Refused,
+        JogEnd::Replaced => MotionEnd::Replaced,
+        JogEnd::TakenOver { .. } => MotionEnd::TakenOver,
+        JogEnd::StillMoving(_) => MotionEnd::StillMoving,
+        JogEnd::Unbounded(_) => MotionEnd::Unbounded,
+        _ => MotionEnd::Unknown,
     }
 }
 

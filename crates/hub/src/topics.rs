@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use serde::Serialize;
 use serde_json::value::{RawValue, to_raw_value};
 use tokio::sync::watch;
+use utoipa::ToSchema;
 
 use crate::sync::lock;
 
@@ -130,9 +131,11 @@ impl Changed {
 }
 
 /// What is new: topics with their values, and those that are gone.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, ToSchema)]
+#[schema(as = TopicChange)]
 pub struct Change {
     /// New values.
+    #[schema(value_type = BTreeMap<String, Object>)]
     pub set: BTreeMap<String, Arc<RawValue>>,
     /// Topics that are gone.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -198,39 +201,49 @@ impl Topics {
 
     /// News of monitors, newer than versions: what people wait for, then the rest, of each the
     /// oldest first until they have so many bytes; and how far they go.
-    pub fn news(&self, mut seen: News, bytes_max: usize) -> (News, Change) {
+    pub fn news(&self, seen: News, bytes_max: usize) -> (News, Change) {
         let all = lock(&self.all);
-        let (mut change, mut bytes) = (Change::default(), 0);
-        for (news, seen) in all.news.iter().zip(&mut seen) {
-            for (version, name) in news.range(after(*seen)) {
-                bytes += name.len() + all.text(name).map_or(0, |value| value.get().len());
-                if bytes > bytes_max && !change.is_empty() {
-                    break;
-                }
-                *seen = *version;
-                all.tell(name, &mut change);
+        let mut piece = Piece::new(bytes_max);
+        let (seen, _) = all.news(seen, &mut piece, |_| true);
+        (seen, piece.change)
+    }
+
+    /// What an audience that has seen a version, and news up to others, is to be sent next: the
+    /// oldest first, until it has so many bytes; how far that goes, and whether it is all.
+    pub fn missed(
+        &self,
+        (mut version, news): (u64, News),
+        audience: &Audience,
+        bytes_max: usize,
+    ) -> ((u64, News), Change, bool) {
+        let all = lock(&self.all);
+        let mut piece = Piece::new(bytes_max);
+        for (at, name) in all.order.range(after(version)) {
+            let wanted = audience.wants(name) && !name.ends_with(SUMMARY);
+            if wanted && !piece.add(&all, name) {
+                return ((version, news), piece.change, false);
             }
+            version = *at;
         }
-        (seen, change)
+        let (news, told) = all.news(news, &mut piece, |name| !audience.wants(name));
+        let now = *self.version.borrow();
+        let news = if told { [now; 2] } else { news };
+        ((now, news), piece.change, told)
     }
 
-    /// What an audience that has seen a version, and news up to others, has to be sent.
-    pub fn missed(&self, version: u64, news: News, audience: &Audience) -> (u64, Change) {
-        let (to, changed) = self.since(version);
-        let mut change = changed.of(audience);
-        let (_, mut rest) = self.news(news, usize::MAX);
-        rest.set.append(&mut change.set);
-        rest.gone.append(&mut change.gone);
-        (to, rest)
-    }
-
-    /// The values of what changes all the time and an audience is sent every change of.
-    pub fn live_of(&self, audience: &Audience) -> Change {
+    /// The values of what changes all the time of a monitor.
+    pub fn live_of(&self, monitor: &str) -> Change {
         let all = lock(&self.all);
         let mut change = Change::default();
-        let wanted = |name: &str| live(name).is_some() && audience.wants(name);
-        for name in all.topics.keys().filter(|it| wanted(it) && !it.ends_with(SUMMARY)) {
-            all.tell(name, &mut change);
+        let wanted = |name: &&String| {
+            live(name).is_some_and(|(of, _)| of == monitor) && !name.ends_with(SUMMARY)
+        };
+        // A large site has thousands of others: their names are not looked at.
+        for begin in [format!("alarms/{monitor}/"), format!("monitors/{monitor}/")] {
+            let from = (Bound::Included(begin.as_str()), Bound::Unbounded);
+            let names = all.topics.range::<str, _>(from).map(|(name, _)| name);
+            let own = names.take_while(|name| name.starts_with(&begin));
+            own.filter(wanted).for_each(|name| all.tell(name, &mut change));
         }
         change
     }
@@ -272,12 +285,55 @@ impl All {
         self.topics.get(name)?.value.as_ref()?.text()
     }
 
+    /// Adds news to a piece; how far they go then, and whether that is all of them.
+    fn news(
+        &self,
+        mut seen: News,
+        piece: &mut Piece,
+        wanted: impl Fn(&str) -> bool,
+    ) -> (News, bool) {
+        let mut told = true;
+        for (news, seen) in self.news.iter().zip(&mut seen) {
+            for (version, name) in news.range(after(*seen)) {
+                if wanted(name) && !piece.add(self, name) {
+                    told = false;
+                    break;
+                }
+                *seen = *version;
+            }
+        }
+        (seen, told)
+    }
+
     /// What a topic is now.
     fn tell(&self, name: &str, change: &mut Change) {
         match self.text(name) {
             Some(value) => _ = change.set.insert(name.to_owned(), value),
             None => change.gone.push(name.to_owned()),
         }
+    }
+}
+
+/// A change of so many bytes at most; a larger topic comes alone.
+struct Piece {
+    change: Change,
+    left: usize,
+}
+
+impl Piece {
+    fn new(bytes_max: usize) -> Self {
+        Self { change: Change::default(), left: bytes_max }
+    }
+
+    /// Whether there was room for a topic.
+    fn add(&mut self, all: &All, name: &str) -> bool {
+        let bytes = name.len() + all.text(name).map_or(0, |value| value.get().len());
+        if bytes > self.left && !self.change.is_empty() {
+            return false;
+        }
+        self.left = self.left.saturating_sub(bytes);
+        all.tell(name, &mut self.change);
+        true
     }
 }
 
@@ -344,8 +400,44 @@ mod tests {
             (news, pieces) = (to, pieces + 1);
         }
         assert_eq!((all.len(), pieces), (100, 13));
-        let (_, missed) = topics.missed(version, [version; 2], &one);
+        let (_, missed, _) = topics.missed((version, [version; 2]), &one, usize::MAX);
         assert_eq!(missed.set.len(), 101, "who is behind is sent all of it");
+    }
+
+    #[test]
+    fn who_is_behind_is_sent_pieces_and_in_the_end_has_everything() {
+        let topics = Topics::default();
+        let one = Audience(Some(["M1".to_owned()].into()));
+        let set = |id: u32, part: &str, text: &str| {
+            topics.set(&format!("monitors/M{id}/{part}"), &text.repeat(1000));
+        };
+        for id in 1..=100 {
+            set(id, "link", "x");
+            set(id, "status", "x");
+            topics.set(&format!("alarms/hub/{id}"), &"x".repeat(1000));
+        }
+        topics.set("monitors/M1/params", &"x".repeat(20_000));
+        for (audience, count) in [(Audience::default(), 301), (one, 100 + 3 + 99)] {
+            let (mut seen, mut has, mut sizes) = ((0, [0; 2]), BTreeMap::new(), Vec::new());
+            let (mut round, mut all) = (0, false);
+            while !all {
+                let (to, change, told) = topics.missed(seen, &audience, 9000);
+                let bytes = change.set.iter().map(|(name, value)| name.len() + value.get().len());
+                sizes.push(bytes.sum::<usize>());
+                has.extend(change.set.into_iter().map(|(name, value)| (name, value.to_string())));
+                (seen, round, all) = (to, round + 1, told);
+                // Meanwhile values change: there is no end of that, but of this there is.
+                if round < 20 {
+                    set(1, "link", &round.to_string());
+                    set(2, "link", &round.to_string());
+                }
+            }
+            assert!(sizes.iter().all(|it| *it <= 9000 || *it > 20_000), "{sizes:?}");
+            assert_eq!(sizes.iter().filter(|it| **it > 20_000).count(), 1, "a large one is alone");
+            assert_eq!(has.len(), count, "{:?}", audience.0);
+            let now = |name: &String| topics.get(name).unwrap().to_string();
+            assert!(has.iter().all(|(name, value)| now(name) == *value), "the latest wins");
+        }
     }
 
     #[test]
@@ -354,7 +446,7 @@ mod tests {
         topics.set("monitors/M1/summary", &1);
         for audience in [Audience::default(), Audience(Some(["M1".to_owned()].into()))] {
             assert!(topics.since(0).1.of(&audience).is_empty());
-            assert!(topics.live_of(&audience).is_empty());
+            assert!(topics.live_of("M1").is_empty());
         }
         assert_eq!(topics.news([0; 2], 9000).1.set["monitors/M1/summary"].get(), "1");
     }

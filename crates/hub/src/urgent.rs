@@ -15,18 +15,21 @@
 //! its time for everything else.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use lafet_client::RequestBuf;
+use lafet_proto::RequestId;
 use serde::Serialize;
-use serde_json::{Value, json};
 use tokio::sync::{Notify, oneshot, watch};
 use tokio::time::{Instant, sleep, timeout};
 
 use crate::access::Standing;
-use crate::command::act_of;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::outcome::Outcome;
+use crate::request::MonitorRequest;
 use crate::station::Station;
 use crate::sync::lock;
 
@@ -42,13 +45,14 @@ const NUMBERED: Duration = Duration::from_millis(25);
 /// A client learns after this time that a request is sent and not answered yet.
 pub const UNANSWERED: Duration = Duration::from_millis(200);
 
-/// The urgent requests to a monitor that are under way, by their text.
+/// The urgent requests to a monitor that are under way.
 #[derive(Debug, Default)]
-pub struct Lane(Mutex<BTreeMap<String, Slot>>);
+pub struct Lane(Mutex<BTreeMap<RequestBuf, Slot>>);
 
 /// A request that is on the line or has been lately.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Slot {
+    request: MonitorRequest,
     waits: Option<Batch>,
     resting: bool,
     wake: Arc<Notify>,
@@ -61,7 +65,7 @@ struct Slot {
 /// Requests that share a frame.
 #[derive(Debug)]
 struct Batch {
-    outcome: watch::Sender<Option<Arc<Outcome>>>,
+    outcome: watch::Sender<Option<Arc<Shared>>>,
     since: Instant,
     /// Clients whose entries this frame gets.
     callers: Vec<Caller>,
@@ -77,8 +81,8 @@ struct Repeats {
 
 /// What a frame of urgent requests has come to.
 #[derive(Debug)]
-pub struct Outcome {
-    result: Result<Value, ApiError>,
+struct Shared {
+    result: Result<Outcome, ApiError>,
     /// The numbers of the audit entries, by session.
     numbers: BTreeMap<String, u64>,
 }
@@ -86,7 +90,7 @@ pub struct Outcome {
 /// The result of a request that is under way; it goes on if this is dropped.
 #[derive(Debug)]
 pub struct Joined {
-    outcome: watch::Receiver<Option<Arc<Outcome>>>,
+    outcome: watch::Receiver<Option<Arc<Shared>>>,
     session: String,
 }
 
@@ -101,23 +105,19 @@ impl Repeats {
 
 impl Joined {
     /// The result, once there is one.
-    pub async fn result(&mut self) -> Result<Value, ApiError> {
+    pub async fn result(&mut self) -> Result<Outcome, ApiError> {
         let closed = || Err(ApiError::from(&lafet_client::Error::Closed));
         let Ok(outcome) = self.outcome.wait_for(Option::is_some).await else { return closed() };
         let Some(outcome) = outcome.as_ref() else { return closed() };
         let number = outcome.numbers.get(&self.session).copied();
         match &outcome.result {
-            Ok(value) => {
-                let mut value = value.clone();
-                value["audit"] = number.into();
-                Ok(value)
-            }
-            Err(error) => Err(error.clone().with("audit", number)),
+            Ok(outcome) => Ok(Outcome { audit: number, ..outcome.clone() }),
+            Err(error) => Err(error.clone().noted(number)),
         }
     }
 
     /// The result, if it comes within [`UNANSWERED`].
-    pub async fn soon(&mut self) -> Option<Result<Value, ApiError>> {
+    pub async fn soon(&mut self) -> Option<Result<Outcome, ApiError>> {
         timeout(UNANSWERED, self.result()).await.ok()
     }
 }
@@ -125,16 +125,20 @@ impl Joined {
 impl Hub {
     /// Sends an urgent request, or joins the equal one that waits. It is carried out whether or not
     /// the result is waited for.
-    pub fn urgent(&self, caller: &Caller, station: &Arc<Station>, text: &str) -> Joined {
-        use std::sync::atomic::Ordering;
-        if caller.principal.standing == Standing::Ended && !text.starts_with("Stop ") {
-            return self.refused_as_ended(caller, station, text);
+    pub fn urgent(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: &MonitorRequest,
+    ) -> Joined {
+        if caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP {
+            return self.refused_as_ended(caller, station, request);
         }
         self.counts.commands.fetch_add(1, Ordering::Relaxed);
         let (now_ms, session) = (self.clock.now_ms(), caller.seat.seat.clone());
         let mut slots = lock(&station.urgent.0);
-        let busy = slots.contains_key(text);
-        let slot = slots.entry(text.to_owned()).or_default();
+        let busy = slots.contains_key(request.buf());
+        let slot = slots.entry(request.buf().clone()).or_insert_with(|| Slot::new(request.clone()));
         let batch = slot.waits.get_or_insert_with(Batch::new);
         let outcome = batch.outcome.subscribe();
         if let Some((_, repeats)) = slot.noted.get_mut(&session) {
@@ -149,7 +153,7 @@ impl Hub {
             slot.others.again(now_ms);
         }
         if !busy {
-            tokio::spawn(run(self.clone(), station.clone(), text.to_owned()));
+            tokio::spawn(run(self.clone(), station.clone(), request.clone()));
         }
         Joined { outcome, session }
     }
@@ -157,10 +161,15 @@ impl Hub {
 
 impl Hub {
     /// A session that others have ended may stop; what shuts the water of a fire is not its any more.
-    fn refused_as_ended(&self, caller: &Caller, station: &Station, text: &str) -> Joined {
-        let record = self.record(caller, station.id(), text, "not allowed");
-        drop(self.audit.note(record.about(&act_of(text))));
-        let outcome = Outcome { result: Err(ApiError::ended()), numbers: BTreeMap::new() };
+    fn refused_as_ended(
+        &self,
+        caller: &Caller,
+        station: &Station,
+        request: &MonitorRequest,
+    ) -> Joined {
+        let record = self.record(caller, station.id(), request.text(), "not allowed");
+        drop(self.audit.note(record.about(&request.act())));
+        let outcome = Shared { result: Err(ApiError::ended()), numbers: BTreeMap::new() };
         let (_, outcome) = watch::channel(Some(Arc::new(outcome)));
         Joined { outcome, session: caller.seat.seat.clone() }
     }
@@ -169,9 +178,7 @@ impl Hub {
 impl Lane {
     /// Another request goes to the monitor: the next Stop is no repetition of those before it.
     pub fn other_sent(&self, hub: &Hub, station: &Station) {
-        for (text, slot) in lock(&self.0).iter_mut() {
-            std::mem::take(slot).renew(hub, station, text, slot);
-        }
+        lock(&self.0).values_mut().for_each(|slot| slot.renew(hub, station));
     }
 }
 
@@ -182,18 +189,18 @@ impl Batch {
 }
 
 /// Sends batches until none waits after a rest.
-async fn run(hub: Hub, station: Arc<Station>, text: String) {
+async fn run(hub: Hub, station: Arc<Station>, request: MonitorRequest) {
     let mut since = Instant::now();
     loop {
         let batch = {
             let mut slots = lock(&station.urgent.0);
-            let Some(slot) = slots.get_mut(&text) else { return };
+            let Some(slot) = slots.get_mut(request.buf()) else { return };
             slot.resting = false;
             match slot.waits.take() {
                 Some(batch) => batch,
                 None => {
-                    if let Some(slot) = slots.remove(&text) {
-                        slot.note(&hub, &station, &text);
+                    if let Some(slot) = slots.remove(request.buf()) {
+                        slot.note(&hub, &station);
                     }
                     return;
                 }
@@ -201,14 +208,14 @@ async fn run(hub: Hub, station: Arc<Station>, text: String) {
         };
         let began = Instant::now();
         let Batch { outcome, since: asked, callers } = batch;
-        let result = send(&hub, &station, &text, callers, asked).await;
+        let result = send(&hub, &station, &request, callers, asked).await;
         outcome.send_replace(Some(Arc::new(result)));
         let wake = {
             let mut slots = lock(&station.urgent.0);
-            let Some(slot) = slots.get_mut(&text) else { return };
+            let Some(slot) = slots.get_mut(request.buf()) else { return };
             if since.elapsed() >= REPEATS_NOTED {
                 since = Instant::now();
-                std::mem::take(slot).renew(&hub, &station, &text, slot);
+                slot.renew(&hub, &station);
             }
             // A client that has not asked before does not wait behind one that repeats itself.
             if slot.waits.as_ref().is_some_and(|batch| !batch.callers.is_empty()) {
@@ -225,23 +232,34 @@ async fn run(hub: Hub, station: Arc<Station>, text: String) {
 }
 
 impl Slot {
+    fn new(request: MonitorRequest) -> Self {
+        Self {
+            request,
+            waits: None,
+            resting: false,
+            wake: Arc::default(),
+            noted: BTreeMap::new(),
+            others: Repeats::default(),
+        }
+    }
+
     /// Notes what was repeated.
-    fn note(&self, hub: &Hub, station: &Station, text: &str) {
+    fn note(&self, hub: &Hub, station: &Station) {
         let hub_itself = Caller::hub();
         let all = self.noted.values().map(|(caller, repeats)| (caller, repeats));
         for (caller, repeats) in all.chain([(&hub_itself, &self.others)]) {
             if repeats.count > 0 {
-                let mut record = hub.record(caller, station.id(), text, "repeated");
-                record.details = json!(repeats);
-                drop(hub.audit.note(record.about(&act_of(text))));
+                let record = hub.record(caller, station.id(), self.request.text(), "repeated");
+                drop(hub.audit.note(record.with(repeats).about(&self.request.act())));
             }
         }
     }
 
-    /// Notes what was repeated, and leaves in `slot` what still waits.
-    fn renew(self, hub: &Hub, station: &Station, text: &str, slot: &mut Self) {
-        self.note(hub, station, text);
-        (slot.waits, slot.resting, slot.wake) = (self.waits, self.resting, self.wake);
+    /// Notes what was repeated, and counts from here; what waits still waits.
+    fn renew(&mut self, hub: &Hub, station: &Station) {
+        self.note(hub, station);
+        self.noted.clear();
+        self.others = Repeats::default();
     }
 }
 
@@ -249,16 +267,16 @@ impl Slot {
 async fn send(
     hub: &Hub,
     station: &Arc<Station>,
-    text: &str,
+    request: &MonitorRequest,
     callers: Vec<Caller>,
     since: Instant,
-) -> Outcome {
+) -> Shared {
     let note = |caller: &Caller| {
-        let record = hub.record(caller, station.id(), text, "asked");
-        hub.audit.note(record.about(&act_of(text)))
+        let record = hub.record(caller, station.id(), request.text(), "asked");
+        hub.audit.note(record.about(&request.act()))
     };
     let asked: Vec<oneshot::Receiver<u64>> = callers.iter().map(note).collect();
-    let sent = hub.send_urgent(station, text, since).await;
+    let sent = hub.send_urgent(station, request.clone(), since).await;
     let numbers = if callers.is_empty() {
         BTreeMap::new()
     } else {
@@ -267,5 +285,5 @@ async fn send(
         let patience = if hub.audit.is_failing() { Duration::ZERO } else { NUMBERED };
         timeout(patience, noting).await.ok().and_then(Result::ok).unwrap_or_default()
     };
-    Outcome { result: sent.result, numbers }
+    Shared { result: sent.result, numbers }
 }

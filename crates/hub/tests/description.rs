@@ -50,11 +50,68 @@ fn the_document_has_what_the_description_has() {
     );
 }
 
+/// Names are unique, parameters are where requests have them, answers have a shape.
+#[test]
+fn programs_can_be_made_from_the_description() {
+    let mut names = BTreeSet::new();
+    let mut bare = BTreeSet::new();
+    for (method, path, operation) in operations() {
+        let name = operation["operationId"].as_str().unwrap().to_owned();
+        assert!(names.insert(name.clone()), "{name} twice");
+        for parameter in operation["parameters"].as_array().into_iter().flatten() {
+            let own = format!("{{{}}}", parameter["name"].as_str().unwrap());
+            assert_eq!(parameter["in"] == "path", path.contains(&own), "{path} {own}");
+        }
+        for (status, answer) in operation["responses"].as_object().unwrap() {
+            let schema = &answer["content"]["application/json"]["schema"];
+            if schema == &json!({ "type": "object" }) {
+                bare.insert(format!("{method} {path}"));
+            }
+            let failed = schema["$ref"] == "#/components/schemas/Failed";
+            assert!(status.as_str() < "400" || failed || path == "/health", "{path} {status}");
+        }
+    }
+    // The dictionary and this description; what the simulator tells is its own.
+    let own = ["GET /api/dictionary", "GET /api/openapi.json"];
+    let others = bare.iter().filter(|it| !it.contains("/api/sim") && !own.contains(&it.as_str()));
+    assert_eq!(others.collect::<Vec<_>>(), Vec::<&String>::new());
+}
+
+/// Two structures of one name would be one in the description: the second is lost.
+#[test]
+fn structures_have_names_of_their_own() {
+    let mut names = BTreeSet::new();
+    let mut folders = vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/src"))];
+    while let Some(folder) = folders.pop() {
+        for entry in folder.read_dir().unwrap().map(|entry| entry.unwrap().path()) {
+            if entry.is_dir() {
+                folders.push(entry);
+                continue;
+            }
+            let text = std::fs::read_to_string(&entry).unwrap_or_default();
+            for derived in text.split("#[derive(").skip(1) {
+                let head = derived.split('{').next().unwrap_or_default();
+                if !head.split(')').next().is_some_and(|it| it.contains("ToSchema")) {
+                    continue;
+                }
+                let given = head.split("schema(as = ").nth(1).and_then(|it| it.split(')').next());
+                let own = || head.split(['\n', ' ']).skip_while(|it| !KINDS.contains(it)).nth(1);
+                let name = given.or_else(own).unwrap_or_default().trim_end_matches('(');
+                assert!(names.insert(name.to_owned()), "{name} twice: {}", entry.display());
+            }
+        }
+    }
+    assert!(names.len() > 100, "{names:?}");
+}
+
+const KINDS: [&str; 2] = ["struct", "enum"];
+
 /// Every operation, with nobody logged in, with sound and with unsound values: the status is one of
 /// those described, an error has its code and both texts.
 #[tokio::test]
 async fn every_answer_is_as_described() {
-    let site = Site::with(1, |_| {}).await;
+    // A connection for each of some thousand requests: an address may not have so many a second.
+    let site = Site::with(1, |config| config.proxies = vec!["127.0.0.1".parse().unwrap()]).await;
     let token = site.token(lafet_hub::access::Role::Administrator);
     let bodies = [
         "",

@@ -42,7 +42,7 @@ impl Simulation for Fake {
         if scenario != "one" {
             return Err(both("no", "нет"));
         }
-        Ok(Loaded { monitors: self.monitors.clone(), site: Some(json!({ "tanks": [] })) })
+        Ok(Loaded { monitors: self.monitors.clone(), site: Some(lafet_hub::site::Site::default()) })
     }
 
     fn act(&self, act: &Act) -> Result<(), Both> {
@@ -151,7 +151,7 @@ async fn a_scenario_brings_its_own_monitors() {
     let gone = change["gone"].as_array().unwrap();
     assert!(gone.contains(&json!("monitors/M1/status")), "{change}");
     assert!(!gone.iter().any(|it| it.as_str().unwrap().contains("M2")), "{change}");
-    assert_eq!(change["set"]["hub"]["site"], json!({ "tanks": [] }));
+    assert_eq!(change["set"]["hub"]["site"], json!({ "monitors": {}, "tanks": [], "walls": [] }));
     assert_eq!(change["set"]["monitors/M2/authority"]["state"], "free", "{change}");
     assert_eq!(site.get(&token, "/api/monitors/M1").await.code(), "no_monitor");
     until("the new monitor answers", || site.hub.station("M2").unwrap().health() == "up").await;

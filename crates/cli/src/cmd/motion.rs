@@ -104,7 +104,13 @@ pub async fn run_move(args: MoveArgs, global: &Global, out: &mut Out) -> Outcome
 pub async fn run_stop(args: StopArgs, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(args.subsystem.unwrap_or(SubsystemId::ALL), Body::Stop);
     let connection = Connection::open(global).await?;
-    match follow::begin(request, &connection, out).await {
+    let ended = follow::begin(request, &connection, out).await;
+    done_after_all(request, ended, out)
+}
+
+/// Of a request that is sent again after a cut, until what it is for has been seen.
+fn done_after_all(request: Request<'_>, ended: Outcome, out: &mut Out) -> Outcome {
+    match ended {
         Err(Failure::BrokenOff(broken)) if broken.is_done() => {
             out.show(broken.message(), || json!({ "request": request.to_string(), "done": true }))
         }
@@ -123,7 +129,9 @@ pub async fn run_open(args: OpenArgs, global: &Global, out: &mut Out) -> Outcome
 pub async fn run_close(args: CloseArgs, global: &Global, out: &mut Out) -> Outcome {
     let valve = args.valve.unwrap_or(SubsystemId::VALVE1);
     let judge = |states: &States| judge_valve(valve, ValveFlags::CLOSED, states);
-    start(Request::close(valve), args.no_wait, global, out, judge).await
+    let request = Request::close(valve);
+    let ended = start(request, args.no_wait, global, out, judge).await;
+    done_after_all(request, ended, out)
 }
 
 /// Deploys the barrel.

@@ -1,4 +1,5 @@
-//! `lafet schema`: the dictionary of the protocol as JSON, from which other tools are made.
+//! `lafet schema`: the dictionary of the protocol, or the description of the hub's API, as JSON, from
+//! which other tools are made.
 
 use std::collections::BTreeMap;
 
@@ -17,16 +18,20 @@ use crate::out::Out;
 /// `lafet schema`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet schema > lafet.json\n  \
-                        lafet schema --pretty")]
+                        lafet schema --pretty\n  \
+                        lafet schema --hub > openapi.json")]
 pub struct SchemaArgs {
+    /// The API of the hub (OpenAPI 3.1) instead of the dictionary
+    #[arg(long)]
+    hub: bool,
     /// Several lines, indented
     #[arg(long)]
     pretty: bool,
 }
 
-/// Prints the dictionary.
+/// Prints the dictionary, or the description of the API.
 pub fn run(args: &SchemaArgs, out: &mut Out) -> Outcome {
-    let schema = schema();
+    let schema = if args.hub { lafet_hub::description() } else { schema() };
     let pretty = args.pretty && !out.json();
     let text = if pretty { format!("{schema:#}") } else { schema.to_string() };
     out.show(text, || schema)

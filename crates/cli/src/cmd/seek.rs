@@ -38,7 +38,7 @@ pub struct SeekArgs {
     /// Where the sector ends, vertically (default 10)
     #[arg(long, value_name = "DEGREES", default_value = "10", allow_hyphen_values = true)]
     to_el: Bearing,
-    /// Measure each hotbed precisely in a second pass
+    /// Measure each fire spot precisely in a second pass
     #[arg(long)]
     analyse: bool,
     /// Return as soon as the request is accepted
@@ -117,7 +117,7 @@ pub async fn run_justify(args: JustifyArgs, global: &Global, out: &mut Out) -> O
     let [horizontal, vertical] = [0, 1].map(|index| angles.get(index).copied().unwrap_or(0));
     out.show(
         pick(
-            format!("Justified: the detector looks {horizontal}' left and {vertical}' up."),
+            format!("Aligned: the detector looks {horizontal}' left and {vertical}' up."),
             format!("Отъюстировано: датчик смотрит на {horizontal}' левее и {vertical}' выше."),
         ),
         || {
@@ -132,7 +132,7 @@ pub async fn run_justify(args: JustifyArgs, global: &Global, out: &mut Out) -> O
 
 fn show(hotbeds: &[Hotbed], out: &mut Out) -> Outcome {
     let text = if hotbeds.is_empty() {
-        pick("No hotbeds.", "Очагов нет.").to_owned()
+        pick("No fire spots.", "Очагов загорания нет.").to_owned()
     } else {
         columns(&hotbed_rows(hotbeds))
     };

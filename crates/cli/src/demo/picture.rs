@@ -185,7 +185,7 @@ fn hotbed_line(index: usize, hotbed: &Hotbed) -> TextLine<'static> {
     let elevation = angle::degrees(i32::midpoint(hotbed.y1, hotbed.y2));
     let (number, brightness) = (index + 1, hotbed.brightness);
     let text = pick(
-        format!("hotbed {number}: {azimuth}, {elevation}, brightness {brightness}"),
+        format!("fire spot {number}: {azimuth}, {elevation}, brightness {brightness}"),
         format!("очаг {number}: {azimuth}, {elevation}, яркость {brightness}"),
     );
     TextLine::from(Span::styled(text, Style::new().fg(Color::Red)))
@@ -255,7 +255,7 @@ mod tests {
             "quench",
             "Horizontal    30.0°  2.1 A",
             "Move",
-            "hotbed 1: 30.0°",
+            "fire spot 1: 30.0°",
             "12.25 → Open Valve1",
         ] {
             assert!(shown.contains(text), "{text}: {shown}");

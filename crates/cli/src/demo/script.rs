@@ -37,7 +37,7 @@ pub async fn play(stage: &mut Stage, fires: &[FireSpec]) -> Result<(), Failure> 
     stage.phase(pick("standby", "дежурное положение"));
     stage.pass(500).await?;
     stage.say(pick(
-        "Standby: the barrel is wrapped, the valves are closed.",
+        "Standby: the barrel is stowed, the valves are closed.",
         "Дежурное положение: ствол свёрнут, затворы закрыты.",
     ))?;
     stage.pass(1500).await?;
@@ -174,7 +174,7 @@ async fn distance(stage: &mut Stage, hotbed: &Hotbed) -> Result<i8, Failure> {
 }
 
 async fn wrap(stage: &mut Stage) -> Result<(), Failure> {
-    stage.phase(pick("wrapping", "свёртывание"));
+    stage.phase(pick("stowing", "сворачивание"));
     stage.ask(SubsystemId::DEPLOYER, Body::Wrap).await?;
     let wrapped = |stage: &Stage| stage.scene().deployer_is(DeployerFlags::WRAPPED);
     if !stage.until(3 * MOVE_MS, wrapped).await? {

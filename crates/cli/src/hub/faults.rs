@@ -107,7 +107,7 @@ const fn drive(fault: DriveFault) -> Words {
             ("Speed sensor reports a fault", "Датчик скорости сообщает о неисправности")
         }
         DriveFault::MinSwitch => {
-            ("Lower, right or wrapped end switch stuck on", "Залип концевой выключатель min")
+            ("Lower, right or stowed end switch stuck on", "Залип концевой выключатель min")
         }
         DriveFault::MaxSwitch => {
             ("Upper, left or deployed end switch stuck on", "Залип концевой выключатель max")

@@ -1,31 +1,30 @@
 //! A simulated site as the hub publishes it: where things stand, what burns, where water lands.
 
+use lafet_hub::site::{Place, Site, Tank, Wall};
 use lafet_sim::exercise::{Director, Exercise};
 use lafet_sim::obstacle::Shape;
 use serde_json::{Map, Value, json};
 
-/// Where things stand: metres east and north, bearings clockwise from north.
-pub fn site(exercise: &Exercise) -> Value {
-    let monitors = exercise.monitors.iter().zip(&exercise.site.monitors).map(|(plan, monitor)| {
-        let place = json!({
-            "at": pair(monitor.pose.at), "heading": monitor.pose.heading_deg,
-            "height": monitor.sim.height_m,
-        });
-        (plan.name.clone(), place)
-    });
-    let monitors: Map<String, Value> = monitors.collect();
-    let (mut tanks, mut walls) = (Vec::new(), Vec::new());
+/// Where things are.
+pub fn site(exercise: &Exercise) -> Site {
+    let mut site = Site::default();
+    for (plan, monitor) in exercise.monitors.iter().zip(&exercise.site.monitors) {
+        let (at, heading) = (pair(monitor.pose.at), monitor.pose.heading_deg);
+        let place = Place { at, heading, height: monitor.sim.height_m };
+        site.monitors.insert(plan.name.clone(), place);
+    }
     for (name, obstacle) in exercise.obstacles.iter().zip(&exercise.site.obstacles) {
+        let (name, height) = (name.clone(), obstacle.height_m);
         match obstacle.shape {
-            Shape::Tank(at, diameter) => tanks.push(json!({
-                "name": name, "at": pair(at), "diameter": diameter, "height": obstacle.height_m,
-            })),
-            Shape::Wall(from, to) => walls.push(json!({
-                "name": name, "from": pair(from), "to": pair(to), "height": obstacle.height_m,
-            })),
+            Shape::Tank(at, diameter) => {
+                site.tanks.push(Tank { name, at: pair(at), diameter, height });
+            }
+            Shape::Wall(from, to) => {
+                site.walls.push(Wall { name, from: pair(from), to: pair(to), height });
+            }
         }
     }
-    json!({ "monitors": monitors, "tanks": tanks, "walls": walls })
+    site
 }
 
 /// What only the simulation knows.

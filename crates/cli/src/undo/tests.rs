@@ -72,30 +72,21 @@ const fn case(words: &'static [&'static str], risk: &'static str) -> Case {
     Case { words, before: DEPLOYED, risk, reads: 0, brief: false, endless: false }
 }
 
+const FOLLOWED: [&str; 10] = [
+    "quench",
+    "--centre",
+    "30deg,0",
+    "--sector",
+    "6deg,2deg",
+    "--step",
+    "1",
+    "--distance",
+    "25",
+    "--follow",
+];
+
 fn cases() -> Vec<Case> {
-    let quench: &[&str] = &[
-        "quench",
-        "--centre",
-        "30deg,0",
-        "--sector",
-        "6deg,2deg",
-        "--step",
-        "1",
-        "--distance",
-        "25",
-    ];
-    let follow: &[&str] = &[
-        "quench",
-        "--centre",
-        "30deg,0",
-        "--sector",
-        "6deg,2deg",
-        "--step",
-        "1",
-        "--distance",
-        "25",
-        "--follow",
-    ];
+    let (follow, [quench @ .., _]) = (&FOLLOWED, &FOLLOWED);
     let path: &[&str] =
         &["trajectory", "--point", "20deg,-2deg,25,50", "--point", "40deg,-2deg,25,50", "--follow"];
     vec![
@@ -394,11 +385,13 @@ async fn what_was_started_is_at_rest_when_the_line_returns() {
             let run = run(&case, &monitor, Some(plan)).await;
             let what = format!("{:?} {plan:?}: {} {:?}", case.words, run.message(), run.warned);
             assert!(run.was_cut, "{what}");
-            assert_eq!(run.code(), 1, "{what}");
+            // A Close that was sent again is what was wanted.
+            let done = case.words == ["close"];
+            assert_eq!(run.code(), if done { 0 } else { 1 }, "{what}");
             let warned = run.warned.join("\n");
             assert!(warned.contains(case.risk), "{what}");
             assert!(warned.contains("Ctrl-C gives up"), "{what}");
-            assert!(run.message().contains("at rest now"), "{what}");
+            assert!(done || run.message().contains("at rest now"), "{what}");
             assert!(run.is_undone(), "{what}");
             cells += 1;
         }

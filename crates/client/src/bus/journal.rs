@@ -92,15 +92,5 @@ fn put(line: &Entry, data: &mut Data<'_>) -> Result<(), NoRoom> {
 
 /// Whether a request changes something: everything but reading.
 const fn is_control(request: RequestId) -> bool {
-    !matches!(
-        request,
-        RequestId::GET_STATUS
-            | RequestId::GET_PARAM
-            | RequestId::RETRIEVE_LIMITS
-            | RequestId::GET_HOTBED
-            | RequestId::GET_CRASH_DATA
-            | RequestId::ACCESS_GRANTED
-            | RequestId::GET_NETWORK_STATUS
-            | RequestId::GET_LOG
-    )
+    !request.is_read() && !matches!(request, RequestId::ACCESS_GRANTED)
 }

@@ -3,11 +3,15 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use lafet_proto::link::{self, Decoder, Frame, wire_max};
-use lafet_proto::record::{Records, Writer};
+use lafet_proto::record::Writer;
 use lafet_proto::request::Body;
-use lafet_proto::{Ints, ParamId, Record, Request, Status, SubsystemId};
+use lafet_proto::{Ints, ParamId, Request, Status, SubsystemId};
 
 use super::*;
+use numbered::{Random, Unknown, answer, number_of, outcome_of};
+
+#[path = "../../tests/fake/numbered.rs"]
+mod numbered;
 
 const MS: Duration = Duration::from_millis(1);
 
@@ -35,69 +39,9 @@ fn stop() -> RequestBuf {
     to(SubsystemId::ALL, Body::Stop)
 }
 
-/// How the monitor answers a tag.
-#[derive(Clone, Copy, PartialEq)]
-enum Echoes {
-    /// ModuleNotExist on behalf of the addressee (§1).
-    Yes,
-    /// Not at all.
-    LeftOut,
-    /// WrongRequest from General in its own name.
-    FromGeneral,
-}
-
-/// What a monitor answers to the records of a frame; `serial` is in every value.
-fn answer(payload: &[u8], serial: u32, echoes: Echoes) -> Vec<u8> {
-    let mut buffer = [0; 512];
-    let mut out = Writer::new(&mut buffer);
-    for record in Records::new(payload) {
-        let Record { request, device, data, .. } = record.expect("a whole record");
-        let mut push = |device, status, data: &[u8]| {
-            out.push(&Record { request, device, status, data }).expect("room");
-        };
-        let word = serial.to_le_bytes();
-        match request {
-            RequestId::GET_STATUS if device == SubsystemId::ALL => {
-                push(SubsystemId::VALVE1, Status::OK, &word);
-                push(SubsystemId::VERTICAL, Status::OK, &[&word[..], &[0; 4]].concat());
-            }
-            RequestId::GET_STATUS => match echoes {
-                Echoes::Yes => push(device, Status::MODULE_NOT_EXIST, &[]),
-                Echoes::LeftOut => {}
-                Echoes::FromGeneral => push(SubsystemId::GENERAL, Status::WRONG_REQUEST, &[]),
-            },
-            RequestId::GET_PARAM => push(device, Status::OK, &[data, &word].concat()),
-            RequestId::MOVE => {
-                let (device, status) = move_answer(serial);
-                push(device, status, &[]);
-            }
-            _ => {
-                push(SubsystemId::CONTROL, Status::OK, &[]);
-                push(SubsystemId::VERTICAL, Status::ACCEPTED, &[]);
-            }
-        }
-    }
-    out.written().to_vec()
-}
-
-/// Not always the same, so that an answer to another Move is found out.
-fn move_answer(serial: u32) -> (SubsystemId, Status) {
-    match serial % 4 {
-        0 => (SubsystemId::VERTICAL, Status::OK),
-        1 => (SubsystemId::VERTICAL, Status::ACCEPTED),
-        2 => (SubsystemId::DEPLOYER, Status::DENIED),
-        _ => (SubsystemId::VERTICAL, Status::MODULE_FAULT),
-    }
-}
-
-/// The serial number that an answer carries.
-fn serial_of(answer: &crate::AnswerBuf) -> Option<u32> {
-    let data = match answer.request() {
-        RequestId::GET_STATUS => answer.data().first_chunk()?,
-        RequestId::GET_PARAM => answer.data().last_chunk()?,
-        _ => return None,
-    };
-    Some(u32::from_le_bytes(*data))
+/// The number that an answer carries.
+fn number_in(answer: &crate::AnswerBuf) -> Option<u32> {
+    number_of(answer.request(), answer.data())
 }
 
 fn frame(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
@@ -113,33 +57,12 @@ fn payload_of(bytes: &[u8]) -> Vec<u8> {
     frame.expect("a frame").payload.to_vec()
 }
 
-/// splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, bound: u64) -> u64 {
-        self.next() % bound
-    }
-
-    fn one_in(&mut self, n: u64) -> bool {
-        self.below(n) == 0
-    }
-}
-
 /// A session, a monitor, and a network that loses, delays and copies, but never beyond `bound`.
 struct World {
     now: Now,
     session: Session,
     random: Random,
-    echoes: Echoes,
+    unknown: Unknown,
     bound: Duration,
     copies: bool,
     /// Answers under way, by arrival.
@@ -161,7 +84,7 @@ struct Seen {
 }
 
 impl World {
-    fn new(config: Config, echoes: Echoes, bound: Duration, seed: u64) -> Self {
+    fn new(config: Config, unknown: Unknown, bound: Duration, seed: u64) -> Self {
         let copies = config.duplicates;
         let mut session = Session::new(config);
         session.handle_connected(Now::ZERO);
@@ -169,7 +92,7 @@ impl World {
             now: Now::ZERO,
             session,
             random: Random(seed),
-            echoes,
+            unknown,
             bound,
             copies,
             air: BTreeMap::new(),
@@ -237,7 +160,7 @@ impl World {
         let ticket = self.session.outstanding.as_ref().map(|o| o.operation.ticket);
         let serial = self.owner.len() as u32;
         self.owner.push(ticket.expect("something is outstanding"));
-        let reply = answer(&payload_of(bytes), serial, self.echoes);
+        let reply = answer(&payload_of(bytes), serial, self.unknown);
         let copies = if self.random.one_in(12) { 0 } else { 1 };
         let more = if self.copies && self.random.one_in(6) { 1 + self.random.below(2) } else { 0 };
         for _ in 0..copies + more {
@@ -267,11 +190,11 @@ impl World {
             for slot in slots {
                 let Slot::Answered(answers) = slot else { panic!("there is room") };
                 for answer in answers {
-                    right &= match serial_of(&answer) {
+                    right &= match number_in(&answer) {
                         Some(serial) => self.owner[serial as usize] == ticket,
                         None if answer.request() == RequestId::MOVE => frames
                             .iter()
-                            .any(|serial| move_answer(*serial) == (answer.from(), answer.status())),
+                            .any(|serial| outcome_of(*serial) == (answer.from(), answer.status())),
                         None => true,
                     };
                 }
@@ -316,7 +239,7 @@ fn no_late_answer_is_believed_in_a_long_run() {
 fn believes_none(duplicates: bool, seed: u64, exchanges: u32) -> (Seen, Stats) {
     let config = Config { duplicates, ..Config::default() };
     let bound = config.late_bound;
-    let mut world = World::new(config, Echoes::Yes, bound, seed);
+    let mut world = World::new(config, Unknown::Answered, bound, seed);
     world.run(exchanges);
     let (seen, stats) = (world.seen, world.session.stats());
     assert_eq!(seen.wrong, 0, "seed {seed}: {seen:?} {stats:?}");
@@ -334,10 +257,10 @@ fn without_tags_what_is_in_doubt_waits() {
     let config = Config { duplicates: true, ..Config::default() };
     let off = Config { tags: false, ..config.clone() };
     let runs =
-        [(config.clone(), Echoes::LeftOut), (config, Echoes::FromGeneral), (off, Echoes::Yes)];
-    for (seed, (config, echoes)) in runs.into_iter().enumerate() {
+        [(config.clone(), Unknown::LeftOut), (config, Unknown::Refused), (off, Unknown::Answered)];
+    for (seed, (config, unknown)) in runs.into_iter().enumerate() {
         let bound = config.drain_bound;
-        let mut world = World::new(config, echoes, bound, 10 + seed as u64);
+        let mut world = World::new(config, unknown, bound, 10 + seed as u64);
         world.run(20_000);
         let (seen, stats) = (&world.seen, world.session.stats());
         assert_eq!(seen.wrong, 0, "{seen:?} {stats:?}");
@@ -350,7 +273,7 @@ fn without_tags_what_is_in_doubt_waits() {
 #[test]
 fn the_check_finds_wrong_values() {
     let config = Config { tags: false, drain_bound: Duration::ZERO, ..Config::default() };
-    let mut world = World::new(config, Echoes::Yes, Duration::from_secs(3), 3);
+    let mut world = World::new(config, Unknown::Answered, Duration::from_secs(3), 3);
     world.run(5_000);
     assert!(world.seen.wrong > 10, "{:?}", world.seen);
 }
@@ -372,7 +295,7 @@ fn sent(session: &mut Session, now: Now) -> Vec<u8> {
 
 /// The monitor answers the frame.
 fn reply(session: &mut Session, now: Now, payload: &[u8], serial: u32) {
-    session.handle_bytes(now, &frame(129, 1, &answer(payload, serial, Echoes::Yes)));
+    session.handle_bytes(now, &frame(129, 1, &answer(payload, serial, Unknown::Answered)));
 }
 
 #[test]
@@ -469,7 +392,7 @@ fn after_a_timeout_frames_are_numbered_until_the_bound() {
     reply(&mut session, second, &tagged, 8);
     let Some((_, Outcome::Answered(slots))) = session.poll_outcome() else { panic!("answered") };
     let Slot::Answered(answers) = &slots[0] else { panic!("answered") };
-    assert_eq!(serial_of(answers.first()), Some(8));
+    assert_eq!(number_in(answers.first()), Some(8));
     reply(&mut session, second, &tagged, 8);
     assert_eq!(session.stats().duplicates, 1);
 
@@ -574,10 +497,10 @@ fn foreign_garbled_and_unasked_frames_are_counted() {
     let mut session = connected(Config::default());
     session.submit(Now::ZERO, vec![param(1)]).unwrap();
     let payload = sent(&mut session, Now::ZERO);
-    let good = answer(&payload, 5, Echoes::Yes);
+    let good = answer(&payload, 5, Unknown::Answered);
     session.handle_bytes(MS, &frame(129, 2, &good));
     session.handle_bytes(MS, &frame(130, 1, &good));
-    session.handle_bytes(MS, &frame(129, 1, &answer(param(2).bytes(), 5, Echoes::Yes)));
+    session.handle_bytes(MS, &frame(129, 1, &answer(param(2).bytes(), 5, Unknown::Answered)));
     let mut broken = frame(129, 1, &good);
     broken[6] ^= 1;
     session.handle_bytes(MS, &broken);
@@ -658,7 +581,7 @@ fn bare_records_end_with_their_tag() {
     session.handle_timeout(Duration::from_secs(1));
     // The same operation: the first answer, in pieces, answers it.
     session.poll_transmit(Duration::from_secs(1)).expect("again");
-    for byte in answer(&late, 3, Echoes::Yes) {
+    for byte in answer(&late, 3, Unknown::Answered) {
         assert_eq!(session.poll_outcome(), None);
         session.handle_bytes(Duration::from_secs(1), &[byte]);
     }
@@ -666,12 +589,12 @@ fn bare_records_end_with_their_tag() {
     // The answer to the second try comes before that to the next request.
     session.submit(Duration::from_secs(2), vec![status_all()]).unwrap();
     let next = session.poll_transmit(Duration::from_secs(2)).expect("due");
-    session.handle_bytes(Duration::from_secs(2), &answer(&late, 4, Echoes::Yes));
+    session.handle_bytes(Duration::from_secs(2), &answer(&late, 4, Unknown::Answered));
     assert_eq!(session.poll_outcome(), None);
-    session.handle_bytes(Duration::from_secs(2), &answer(&next, 5, Echoes::Yes));
+    session.handle_bytes(Duration::from_secs(2), &answer(&next, 5, Unknown::Answered));
     let Some((_, Outcome::Answered(slots))) = session.poll_outcome() else { panic!("answered") };
     let Slot::Answered(answers) = &slots[0] else { panic!("answered") };
-    assert!(answers.iter().all(|answer| serial_of(answer) == Some(5)));
+    assert!(answers.iter().all(|answer| number_in(answer) == Some(5)));
     let traced: Vec<_> = std::iter::from_fn(|| session.poll_traced()).collect();
     assert_eq!(traced.len(), 5);
     assert!(traced[0].tagged && traced[0].payload[..] == [0xD4, 0x5D, 0, 0]);
@@ -682,7 +605,7 @@ fn datagrams_are_frames() {
     let mut session = connected(Config { duplicates: true, ..Config::default() });
     session.submit(Now::ZERO, vec![param(1)]).unwrap();
     let payload = sent(&mut session, Now::ZERO);
-    let mut good = frame(129, 1, &answer(&payload, 1, Echoes::Yes));
+    let mut good = frame(129, 1, &answer(&payload, 1, Unknown::Answered));
     session.handle_datagram(MS, &good[..good.len() - 1]);
     good[5] ^= 4;
     session.handle_datagram(MS, &good);

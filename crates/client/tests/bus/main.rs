@@ -5,6 +5,7 @@ mod medium;
 mod modbus;
 mod probes;
 mod respect;
+mod scan;
 mod world;
 
 use std::time::Duration;

@@ -28,13 +28,7 @@ const ERASE: Need = Need { role: Role::Administrator, confirm: true, ..OPERATE }
 /// What a request needs; `None`: it is not the hub's to send.
 pub fn need(request: RequestId, body: &Body<'_>) -> Option<Need> {
     Some(match request {
-        RequestId::GET_STATUS
-        | RequestId::GET_PARAM
-        | RequestId::RETRIEVE_LIMITS
-        | RequestId::GET_HOTBED
-        | RequestId::GET_CRASH_DATA
-        | RequestId::GET_NETWORK_STATUS
-        | RequestId::GET_LOG => READ,
+        request if request.is_read() => READ,
         RequestId::STOP | RequestId::CLOSE => STOP,
         RequestId::LOCKOUT if *body == (Body::Lockout { key: key::ENABLE }) => STOP,
         RequestId::LOCKOUT => Need { confirm: true, ..OPERATE },

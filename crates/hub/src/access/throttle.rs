@@ -205,14 +205,31 @@ impl Bucket {
 
     /// Takes one, or tells how long to wait.
     pub fn take(&mut self, now: Now) -> Result<(), Duration> {
-        let passed = now.saturating_sub(self.filled);
-        self.tokens = (self.tokens + passed.as_secs_f64() * self.per_s).min(self.most);
-        self.filled = now;
-        if self.tokens >= 1.0 {
-            self.tokens -= 1.0;
+        self.take_so_many(now, 1.0)
+    }
+
+    /// Takes so many, or tells how long to wait for them.
+    pub fn take_so_many(&mut self, now: Now, count: f64) -> Result<(), Duration> {
+        self.fill(now);
+        if self.tokens >= count {
+            self.tokens -= count;
             return Ok(());
         }
-        Err(Duration::from_secs_f64((1.0 - self.tokens) / self.per_s))
+        Err(Duration::from_secs_f64((count - self.tokens) / self.per_s))
+    }
+
+    /// Takes so many that may not be there, and tells how long to wait until nothing is owed; no
+    /// more is owed than a full one has.
+    pub fn owe(&mut self, now: Now, count: f64) -> Option<Duration> {
+        self.fill(now);
+        self.tokens = (self.tokens - count).max(-self.most);
+        (self.tokens < 0.0).then(|| Duration::from_secs_f64(-self.tokens / self.per_s))
+    }
+
+    fn fill(&mut self, now: Now) {
+        let passed = now.saturating_sub(self.filled);
+        self.tokens = (self.tokens + passed.as_secs_f64() * self.per_s).min(self.most);
+        self.filled = self.filled.max(now);
     }
 }
 
@@ -336,5 +353,9 @@ mod tests {
         assert_eq!(bucket.take(s(0)), Err(Duration::from_millis(500)));
         assert!(bucket.take(Duration::from_millis(500)).is_ok());
         assert!((0..3).all(|_| bucket.take(s(60)).is_ok()) && bucket.take(s(60)).is_err());
+        assert_eq!(bucket.owe(s(60), 2.0), Some(s(1)));
+        assert_eq!(bucket.owe(s(60), 100.0), Some(Duration::from_millis(1500)), "bounded");
+        assert_eq!(bucket.owe(s(62), 0.0), None);
+        assert!(bucket.take(s(62)).is_ok() && bucket.take(s(62)).is_err());
     }
 }

@@ -68,6 +68,7 @@ pub struct User {
     /// Since when.
     pub created_ms: u64,
     /// The last login.
+    #[schema(required)]
     pub last_login_ms: Option<u64>,
 }
 
@@ -83,6 +84,7 @@ pub struct Token {
     /// Since when.
     pub created_ms: u64,
     /// When it was used last.
+    #[schema(required)]
     pub last_used_ms: Option<u64>,
 }
 

@@ -75,6 +75,33 @@ pub fn stale() -> Texts {
     }
 }
 
+/// Nothing ends a motion by hand in time when the hub or the connection fails.
+pub fn unheld() -> Texts {
+    Texts {
+        priority: "medium",
+        what: both(
+            "A motion by hand may go on for more than 0.5 s if the hub or the connection fails.",
+            "При отказе сервера объекта или связи ручное перемещение может продолжаться дольше 0,5 с.",
+        ),
+        cause: both(
+            "The monitor has no parameter MoveHold: its drive stops after about 2 s. Or the line is slow \
+             (round trip of 180 ms and more): the drive stops after three round trips or so.",
+            "У ствола нет параметра MoveHold: привод остановится примерно через 2 с. Либо линия медленная \
+             (ответ через 180 мс и более): привод остановится примерно через три таких времени.",
+        ),
+        consequence: both(
+            "Whoever stands near the barrel while it is moved by hand is in danger for longer.",
+            "Тот, кто стоит у ствола при ручном перемещении, дольше находится в опасности.",
+        ),
+        remedy: both(
+            "While it is moved by hand, keep the hardware emergency stop within reach. Install firmware with \
+             MoveHold, or make the line faster; shelve the alarm where neither is possible.",
+            "При ручном перемещении держите аппаратный аварийный останов под рукой. Установите прошивку с \
+             MoveHold или ускорьте линию; где нельзя ни того ни другого, отложите тревогу.",
+        ),
+    }
+}
+
 /// The audit log cannot be stored.
 pub fn audit() -> Texts {
     Texts {

@@ -22,6 +22,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
 use super::catalogue::{self, Texts};
+use super::holding::Holding;
 use crate::clock::shifted;
 use crate::model::Status;
 use crate::text::Both;
@@ -56,12 +57,15 @@ pub struct Alarm {
     /// Since when, ms since 1970.
     pub since_ms: u64,
     /// When it returned.
+    #[schema(required)]
     pub returned_ms: Option<u64>,
     /// How often it came since it was normal.
     pub count: u32,
     /// Who acknowledged it.
+    #[schema(required)]
     pub ack: Option<Ack>,
     /// Who put it on the shelf.
+    #[schema(required)]
     pub shelved: Option<Shelf>,
     /// What it is.
     pub what: Both,
@@ -104,6 +108,7 @@ pub struct Fire {
     /// Monitors whose detectors see one, or whose alarm waits.
     pub monitors: Vec<String>,
     /// Since when the first of them, ms since 1970.
+    #[schema(required)]
     pub since_ms: Option<u64>,
 }
 
@@ -165,7 +170,12 @@ pub struct Change {
 #[derive(Debug, Default)]
 pub struct Alarms {
     all: BTreeMap<String, Alarm>,
+    /// By monitor.
+    holdings: BTreeMap<String, Holding>,
 }
+
+/// The flag of a monitor whose motion by hand is not sure to end in time.
+const UNHELD: &str = "Unheld";
 
 /// A condition that holds.
 struct Condition {
@@ -182,7 +192,7 @@ impl Alarms {
         let read = |text: &String| serde_json::from_str::<Alarm>(text).ok();
         let known = |it: &Alarm| it.monitor.is_empty() || monitors.contains(&it.monitor);
         let all = written.iter().filter_map(read).filter(known);
-        Self { all: all.map(|alarm| (alarm.id.clone(), alarm)).collect() }
+        Self { all: all.map(|alarm| (alarm.id.clone(), alarm)).collect(), ..Self::default() }
     }
 
     /// The alarm with this id.
@@ -242,6 +252,10 @@ impl Alarms {
         if status.stale && !status.queued {
             holding.push(own("Stale", catalogue::stale()));
         }
+        let bounded = self.holdings.get(monitor).and_then(|it| it.is_bounded());
+        if bounded == Some(false) {
+            holding.push(own(UNHELD, catalogue::unheld()));
+        }
         let known = up && !status.stale;
         if known {
             for (name, state) in &status.subsystems {
@@ -265,10 +279,16 @@ impl Alarms {
             .of(monitor)
             .filter(|alarm| !ids.contains(&alarm.id))
             .filter(|alarm| known || alarm.subsystem == "Link")
+            .filter(|alarm| alarm.flag != UNHELD || bounded.is_some())
             .map(|alarm| alarm.id.clone())
             .collect();
         gone.iter().for_each(|id| self.gone(now_ms, id, &mut changes));
         changes
+    }
+
+    /// How a motion by hand of a monitor ends.
+    pub fn holding(&mut self, monitor: &str) -> &mut Holding {
+        self.holdings.entry(monitor.to_owned()).or_default()
     }
 
     /// The alarms of a monitor.
@@ -286,6 +306,7 @@ impl Alarms {
 
     /// A monitor is not there any more.
     pub fn forget(&mut self, monitor: &str) -> Vec<Change> {
+        self.holdings.remove(monitor);
         let own = self.all.extract_if(.., |_, alarm| alarm.monitor == monitor);
         let change = |(id, alarm): (String, Alarm)| Change {
             id,
@@ -597,6 +618,27 @@ mod tests {
         assert!(alarms.observe(10, "M1", &queued, true).is_empty());
         let silent = Status { queued: false, ..queued };
         assert_eq!(alarms.observe(20, "M1", &silent, true).len(), 1);
+    }
+
+    #[test]
+    fn a_motion_by_hand_that_does_not_end_in_time_is_an_alarm() {
+        let (id, mut alarms) = ("M1/Link/Unheld", Alarms::default());
+        assert_eq!(see(&mut alarms, 0, 0), [], "not known yet");
+        alarms.holding("M1").set_hold(false);
+        assert_eq!(see(&mut alarms, 1000, 0), [("normal", "unack")]);
+        let alarm = alarms.get(id).unwrap();
+        assert_eq!(alarm.priority, "medium");
+        assert!(alarm.remedy.en.contains("MoveHold") && alarm.remedy.ru.contains("MoveHold"));
+        // After a restart it stays until it is known whether it holds.
+        let written = [serde_json::to_string(alarms.get(id).unwrap()).unwrap()];
+        let mut again = Alarms::restored(&written, &["M1".to_owned()].into());
+        let seen = [5000, 9000].map(|at| see(&mut again, at, 0).len());
+        assert_eq!((seen, again.get(id).unwrap().active), ([0, 0], true));
+        again.holding("M1").set_hold(true);
+        see(&mut again, 10_000, 0);
+        assert_eq!(see(&mut again, 13_000, 0), [("unack", "rtn_unack")]);
+        alarms.forget("M1");
+        assert!(alarms.get(id).is_none() && alarms.holdings.is_empty());
     }
 
     #[test]

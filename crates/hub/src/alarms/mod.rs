@@ -1,12 +1,14 @@
 //! Alarms after ISA-18.2 and IEC 62682: from the flags of the dictionary that warn, and the hub's own.
 
 mod catalogue;
+mod holding;
 mod machine;
 
 pub use machine::{Alarm, Alarms, Change, Conditions};
 
 use crate::hub::Hub;
 use crate::integrity::ChainWord;
+use crate::station::Station;
 use crate::sync::lock;
 
 impl Hub {
@@ -25,6 +27,13 @@ impl Hub {
             revocations: self.access.revocations_wait(),
         };
         let changes = lock(&self.alarms).handle_time(self.clock.now_ms(), conditions);
+        self.publish_alarms(changes);
+    }
+
+    /// Raises and clears the alarms of a monitor.
+    pub fn observe(&self, station: &Station) {
+        let (now_ms, status) = (self.clock.now_ms(), station.status());
+        let changes = lock(&self.alarms).observe(now_ms, station.id(), &status, station.is_up());
         self.publish_alarms(changes);
     }
 

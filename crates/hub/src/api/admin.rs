@@ -3,15 +3,14 @@
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::Body;
 use super::session::{aside, slowly};
-use crate::access::{AccessError, Role};
+use crate::access::{AccessError, Role, Token, User};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::Act;
@@ -46,12 +45,21 @@ struct NewToken {
     role: Role,
 }
 
+/// A token that was made.
+#[derive(Debug, Serialize, ToSchema)]
+struct MadeToken {
+    /// Its number.
+    id: u64,
+    /// The token itself; it is not kept.
+    token: String,
+}
+
 /// All users.
 #[utoipa::path(get, path = "/api/users",
-    responses((status = 200, body = Vec<crate::access::User>), (status = 401), (status = 403)))]
-async fn users(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
+    responses((status = 200, body = Vec<User>), (status = 401), (status = 403)))]
+async fn users(State(hub): State<Hub>, caller: Caller) -> Result<Json<Vec<User>>, ApiError> {
     only_administrators(&caller)?;
-    Ok(Json(json!(aside(&hub, |hub| hub.access.users()).await?)))
+    Ok(Json(aside(&hub, |hub| hub.access.users()).await?))
 }
 
 /// Adds a user.
@@ -112,20 +120,20 @@ async fn remove_user(
 
 /// All tokens.
 #[utoipa::path(get, path = "/api/tokens",
-    responses((status = 200, body = Vec<crate::access::Token>), (status = 401), (status = 403)))]
-async fn tokens(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
+    responses((status = 200, body = Vec<Token>), (status = 401), (status = 403)))]
+async fn tokens(State(hub): State<Hub>, caller: Caller) -> Result<Json<Vec<Token>>, ApiError> {
     only_administrators(&caller)?;
-    Ok(Json(json!(aside(&hub, |hub| hub.access.tokens()).await?)))
+    Ok(Json(aside(&hub, |hub| hub.access.tokens()).await?))
 }
 
 /// Makes a token, which is shown this once.
 #[utoipa::path(post, path = "/api/tokens", request_body = NewToken,
-    responses((status = 201, body = Object), (status = 400), (status = 401), (status = 403)))]
+    responses((status = 201, body = MadeToken), (status = 400), (status = 401), (status = 403)))]
 async fn add_token(
     State(hub): State<Hub>,
     caller: Caller,
     Body(new): Body<NewToken>,
-) -> Result<(StatusCode, Json<Value>), ApiError> {
+) -> Result<(StatusCode, Json<MadeToken>), ApiError> {
     let what = format!("add token {} as {}", new.name, new.role.name());
     let now_ms = hub.clock.now_ms();
     let act = Act::AddToken { name: new.name.clone(), role: new.role };
@@ -133,7 +141,7 @@ async fn add_token(
         hub.access.add_token(now_ms, &new.name, new.role)
     })
     .await?;
-    Ok((StatusCode::CREATED, Json(json!({ "id": id, "token": token }))))
+    Ok((StatusCode::CREATED, Json(MadeToken { id, token })))
 }
 
 /// Takes a token back.

@@ -2,41 +2,111 @@
 
 use lafet_proto::crash::FaultBit;
 use lafet_proto::status::{FaultArch, FaultInfo};
-use serde_json::{Value, json};
+use serde::Serialize;
+use utoipa::ToSchema;
 
 use crate::text::Both;
 
-/// Crash data as JSON: the words, the bits that are set, what the processor was at.
-pub fn json(info: &FaultInfo) -> Value {
-    let filled = *info != FaultInfo::NONE;
-    let words: Vec<_> = info.registers().collect();
-    let bits: Vec<Value> = info.bits().map(bit).collect();
-    let unknown = info.unknown_bits().into_iter().filter(|(_, bits)| *bits != 0);
-    let unknown: Vec<Value> =
-        unknown.map(|(register, bits)| json!({ "register": register, "bits": bits })).collect();
-    let cortex = matches!(info.arch, FaultArch::CortexM3(_));
-    let notes: Vec<Value> = words
-        .iter()
-        .filter_map(|(name, _)| {
-            Some(json!({ "register": name, "text": Both::from(info.note(name)?) }))
-        })
-        .collect();
-    let context = info.context();
-    let summary = info.summary().map(Both::from);
-    let running =
-        filled.then(|| json!({ "what": Both::from(context.text()), "number": context.number() }));
-    json!({
-        "filled": filled, "processor": if cortex { "Cortex-M3" } else { "ARM7TDMI" },
-        "words": words, "bits": bits, "unknown": unknown, "notes": notes,
-        "running": running, "summary": summary,
-    })
+/// What the last hardware fault has left.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Crash {
+    /// There was a fault.
+    pub filled: bool,
+    /// `Cortex-M3` or `ARM7TDMI`.
+    pub processor: &'static str,
+    /// Registers: name and value.
+    pub words: Vec<(&'static str, u32)>,
+    /// Bits of the fault registers that are set.
+    pub bits: Vec<CrashBit>,
+    /// Bits without a name, by register.
+    pub unknown: Vec<UnknownBits>,
+    /// What is to be said of a register.
+    pub notes: Vec<Note>,
+    /// What the processor was at; null: there was no fault.
+    #[schema(required)]
+    pub running: Option<Running>,
+    /// The fault in a sentence.
+    #[schema(required)]
+    pub summary: Option<Both>,
 }
 
-fn bit(bit: &FaultBit) -> Value {
-    json!({
-        "register": bit.register, "bit": bit.bit, "name": bit.name,
-        "meaning": Both::from(bit.meaning), "remedy": Both::from(bit.remedy),
-    })
+/// A bit of a fault register.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct CrashBit {
+    /// The register.
+    pub register: &'static str,
+    /// Number of the bit.
+    pub bit: u8,
+    /// Its name.
+    pub name: &'static str,
+    /// What it means.
+    pub meaning: Both,
+    /// What to do.
+    pub remedy: Both,
+}
+
+/// Bits without a name.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct UnknownBits {
+    /// The register.
+    pub register: &'static str,
+    /// The bits.
+    pub bits: u32,
+}
+
+/// What is to be said of a register.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Note {
+    /// The register.
+    pub register: &'static str,
+    /// The text.
+    pub text: Both,
+}
+
+/// What the processor was at.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Running {
+    /// In words.
+    pub what: Both,
+    /// Number of the interrupt, if it was one.
+    #[schema(required)]
+    pub number: Option<u16>,
+}
+
+impl From<&FaultInfo> for Crash {
+    fn from(info: &FaultInfo) -> Self {
+        let filled = *info != FaultInfo::NONE;
+        let words: Vec<_> = info.registers().collect();
+        let note = |(register, _): &(&'static str, u32)| {
+            Some(Note { register, text: info.note(register)?.into() })
+        };
+        let unknown = info.unknown_bits().into_iter().filter(|(_, bits)| *bits != 0);
+        let context = info.context();
+        let cortex = matches!(info.arch, FaultArch::CortexM3(_));
+        Self {
+            filled,
+            processor: if cortex { "Cortex-M3" } else { "ARM7TDMI" },
+            bits: info.bits().map(CrashBit::from).collect(),
+            unknown: unknown.map(|(register, bits)| UnknownBits { register, bits }).collect(),
+            notes: words.iter().filter_map(note).collect(),
+            words,
+            running: filled
+                .then(|| Running { what: context.text().into(), number: context.number() }),
+            summary: info.summary().map(Both::from),
+        }
+    }
+}
+
+impl From<&FaultBit> for CrashBit {
+    fn from(it: &FaultBit) -> Self {
+        Self {
+            register: it.register,
+            bit: it.bit,
+            name: it.name,
+            meaning: it.meaning.into(),
+            remedy: it.remedy.into(),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -44,23 +114,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn registers_are_told_bit_by_bit_in_both_languages() {
+    fn registers_are_named_bit_by_bit_in_both_languages() {
         let mut words = [0x0800_1234; 20];
         (words[14], words[17], words[19]) = (1 << 30, 1 << 9 | 1 << 15, 0x0100_001B);
-        let json = super::json(&FaultInfo::from_words(words));
-        let names: Vec<&str> = json["bits"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|it| it["name"].as_str().unwrap())
-            .collect();
+        let crash = Crash::from(&FaultInfo::from_words(words));
+        let names: Vec<&str> = crash.bits.iter().map(|it| it.name).collect();
         assert_eq!(names, ["FORCED", "PRECISERR", "BFARVALID"]);
-        assert!(json["bits"][1]["meaning"]["ru"].as_str().unwrap().len() > 10, "{json}");
-        assert_eq!((&json["filled"], &json["running"]["number"]), (&json!(true), &json!(11)));
-        let notes = json["notes"].to_string();
-        assert!(notes.contains("mmfar") && !notes.contains("bfar"), "{notes}");
-        assert_eq!(json["summary"], Value::Null);
-        let none = super::json(&FaultInfo::NONE);
-        assert_eq!((&none["filled"], &none["running"]), (&json!(false), &Value::Null));
+        assert!(crash.bits[1].meaning.ru.len() > 10, "{crash:?}");
+        assert_eq!(crash.running.unwrap().number, Some(11));
+        let notes: Vec<&str> = crash.notes.iter().map(|it| it.register).collect();
+        assert!(notes.contains(&"mmfar") && !notes.contains(&"bfar"), "{notes:?}");
+        assert!(crash.filled && crash.summary.is_none());
+        let none = Crash::from(&FaultInfo::NONE);
+        assert!(!none.filled && none.running.is_none());
     }
 }

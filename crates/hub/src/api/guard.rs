@@ -1,9 +1,7 @@
 //! Who asks: cookie, token, certificate; and that a browser asks on behalf of our own page.
 
-use std::collections::{BTreeMap, HashMap};
-use std::net::{IpAddr, Ipv6Addr, SocketAddr};
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex};
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::body::Bytes;
@@ -13,17 +11,14 @@ use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
-use serde_json::json;
-use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout;
 
 use super::BODY_MAX;
 use super::packed::refuse_packed;
-use crate::access::{Bucket, Kind, Principal, Role, Standing};
-use crate::error::ApiError;
+use super::places::Place;
+use crate::access::{Kind, Principal, Role, Standing};
+use crate::error::{ApiError, Details};
 use crate::hub::{Caller, Hub};
-use crate::paced::{SHARED, Shared};
-use crate::sync::lock;
 use crate::text::both;
 
 /// What browsers keep.
@@ -70,130 +65,6 @@ pub struct Peer {
     pub tls: bool,
     /// Counts the connection, also when it has become a WebSocket.
     pub place: Arc<Place>,
-}
-
-/// One of the connections that the hub has room for.
-#[derive(Debug)]
-pub struct Place {
-    hub: Hub,
-    address: IpAddr,
-    number: u64,
-    end: Arc<Notify>,
-    /// The allowance that it shares with others of its address.
-    pub allowance: Option<Shared>,
-    #[expect(dead_code, reason = "held for its end")]
-    permit: OwnedSemaphorePermit,
-}
-
-/// The connections that are open.
-#[derive(Debug, Default)]
-pub struct Places {
-    addresses: HashMap<IpAddr, Here>,
-    /// Those whose client is not known yet, the oldest first.
-    strangers: BTreeMap<u64, (IpAddr, Arc<Notify>)>,
-    next: u64,
-}
-
-/// The connections of an address.
-#[derive(Debug)]
-struct Here {
-    count: usize,
-    strangers: usize,
-    allowance: Shared,
-}
-
-impl Places {
-    /// The oldest stranger of the address that has most of them gives way.
-    fn give_way(&mut self) {
-        let most = self.addresses.values().map(|it| it.strangers).max().unwrap_or(0);
-        let one_of_most =
-            |address| self.addresses.get(address).is_some_and(|it| it.strangers == most);
-        let first = self.strangers.iter().find(|(_, (address, _))| one_of_most(address));
-        if let Some(number) = first.map(|(number, _)| *number) {
-            self.known(number, true);
-        }
-    }
-
-    /// A connection is no stranger any more.
-    fn known(&mut self, number: u64, end: bool) {
-        if let Some((address, notify)) = self.strangers.remove(&number) {
-            if let Some(here) = self.addresses.get_mut(&address) {
-                here.strangers -= 1;
-            }
-            if end {
-                notify.notify_one();
-            }
-        }
-    }
-}
-
-/// Whom an address stands for: with IPv6, everybody has a network of 64 bits.
-fn network(address: IpAddr) -> IpAddr {
-    match address.to_canonical() {
-        IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),
-        address => address,
-    }
-}
-
-impl Place {
-    /// A place for a connection, if there is one. A quarter of them is for other addresses than
-    /// the one that has the most, so that nobody takes them all; and half of them for clients that
-    /// are known: of the others, the oldest gives way to the next.
-    pub fn take(hub: &Hub, room: &Arc<Semaphore>, address: IpAddr) -> Option<Self> {
-        let proxy = hub.config.proxies.contains(&address.to_canonical());
-        let address = network(address);
-        let all = hub.config.connections_max;
-        let mut places = lock(&hub.places);
-        let Ok(permit) = room.clone().try_acquire_owned() else {
-            places.give_way();
-            return None;
-        };
-        let strangers_max = all / 2;
-        if places.strangers.len() >= strangers_max {
-            places.give_way();
-        }
-        let now = hub.now();
-        let allowance = || Arc::new(Mutex::new(Bucket::new(now, SHARED.0, SHARED.1)));
-        let here = places.addresses.entry(address).or_insert_with(|| Here {
-            count: 0,
-            strangers: 0,
-            allowance: allowance(),
-        });
-        if here.count >= all - all / 4 && !proxy {
-            return None;
-        }
-        (here.count, here.strangers) = (here.count + 1, here.strangers + 1);
-        let allowance = (!proxy).then(|| here.allowance.clone());
-        let (number, end) = (places.next, Arc::new(Notify::new()));
-        places.next += 1;
-        places.strangers.insert(number, (address, end.clone()));
-        hub.counts.connections.fetch_add(1, Ordering::Relaxed);
-        Some(Self { hub: hub.clone(), address, number, end, allowance, permit })
-    }
-
-    /// Its client is known.
-    pub fn known(&self) {
-        lock(&self.hub.places).known(self.number, false);
-    }
-
-    /// It has to give way to another one.
-    pub async fn given_up(&self) {
-        self.end.notified().await;
-    }
-}
-
-impl Drop for Place {
-    fn drop(&mut self) {
-        self.hub.counts.connections.fetch_sub(1, Ordering::Relaxed);
-        let mut places = lock(&self.hub.places);
-        places.known(self.number, false);
-        if let Some(here) = places.addresses.get_mut(&self.address) {
-            here.count -= 1;
-            if here.count == 0 {
-                places.addresses.remove(&self.address);
-            }
-        }
-    }
 }
 
 /// Somebody who may at least stop: a session that ran out lately, and no CSRF token, will do.
@@ -372,14 +243,13 @@ pub fn cookie(headers: &HeaderMap, which: Cookie, encrypted: bool) -> Option<&st
 pub fn login_needed(hub: &Hub, left: Option<&Principal>) -> ApiError {
     let text = both("Log in first.", "Сначала войдите.");
     let setup = hub.config.login && hub.access.is_empty();
-    let error = ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text);
-    let error = error.with("setup_needed", setup);
-    match left {
-        None => error,
-        Some(left) => error
-            .with("standing", json!(left.standing))
-            .with("left_ms", left.expires_ms.saturating_sub(hub.clock.steady_ms())),
-    }
+    let details = Details {
+        setup_needed: Some(setup),
+        standing: left.map(|left| left.standing),
+        left_ms: left.map(|left| left.expires_ms.saturating_sub(hub.clock.steady_ms())),
+        ..Details::default()
+    };
+    ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text).with(details)
 }
 
 /// Turns away what another page asks in the name of its visitor, and names that are not ours (a
@@ -429,27 +299,4 @@ fn is_ours(hub: &Hub, host: &str) -> bool {
     let bare = name.trim_start_matches('[').trim_end_matches(']');
     let given = hub.config.names.iter().any(|known| known.eq_ignore_ascii_case(name));
     given || name.eq_ignore_ascii_case("localhost") || bare.parse::<IpAddr>().is_ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Clock, Config};
-
-    /// With IPv6 a customer has 2⁶⁴ addresses: they count as one, and share its allowance.
-    #[test]
-    fn a_network_of_64_bits_is_one_client() {
-        let config = Config { connections_max: 8, ..Config::default() };
-        let hub = Hub::new(config, Clock::System, json!({})).unwrap();
-        let room = Arc::new(Semaphore::new(8));
-        let take = |address: String| Place::take(&hub, &room, address.parse().unwrap());
-        let of_one: Vec<_> = (0..8).map(|host| take(format!("2001:db8:0:7::{host:x}"))).collect();
-        let places: Vec<Place> = of_one.into_iter().flatten().collect();
-        assert_eq!(places.len(), 6, "three quarters of all");
-        let shared: Vec<_> = places.iter().filter_map(|it| it.allowance.as_ref()).collect();
-        assert!(shared.windows(2).all(|it| Arc::ptr_eq(it[0], it[1])));
-        assert!(take("2001:db8:0:8::1".into()).is_some(), "the network beside it");
-        // The same IPv4 address, as either family has it.
-        assert_eq!(network("::ffff:192.0.2.1".parse().unwrap()), IpAddr::from([192, 0, 2, 1]));
-    }
 }

@@ -1,5 +1,6 @@
 //! Figures for Prometheus, and whether the hub is well.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,13 +11,15 @@ use axum::http::request::Parts;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use lafet_client::Stats;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use utoipa::ToSchema;
 
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::integrity::ChainWord;
+use crate::integrity::{ChainState, ChainWord};
 use crate::model::{self, Status};
 use crate::station::Station;
+use crate::store::Loss;
 use crate::sync::lock;
 
 /// Who may see metrics: everybody if so configured.
@@ -34,23 +37,43 @@ impl FromRequestParts<Hub> for Reader {
 }
 
 /// Whether the hub is well.
-#[utoipa::path(get, path = "/health", responses((status = 200, body = Object), (status = 503)))]
-pub async fn health(State(hub): State<Hub>) -> (StatusCode, Json<Value>) {
+#[utoipa::path(get, path = "/health", responses((status = 200, body = Health), (status = 503, body = Health)))]
+pub async fn health(State(hub): State<Hub>) -> (StatusCode, Json<Health>) {
     let failing = hub.audit.is_failing();
-    let monitors: Map<String, Value> =
-        hub.stations().iter().map(|it| (it.id().to_owned(), it.health().into())).collect();
+    let monitors: BTreeMap<String, &str> =
+        hub.stations().iter().map(|it| (it.id().to_owned(), it.health())).collect();
     let history = lock(&hub.history).is_failing();
     let (chain, losses) = (hub.integrity.chain(), hub.integrity.losses());
     let doubt = chain.state == ChainWord::Broken || !losses.is_empty();
-    let degraded = failing || history || doubt || monitors.values().any(|state| state != "up");
+    let degraded = failing || history || doubt || monitors.values().any(|state| *state != "up");
     let status = if failing { StatusCode::SERVICE_UNAVAILABLE } else { StatusCode::OK };
-    let body = json!({
-        "status": if degraded { "degraded" } else { "ok" }, "monitors": monitors,
-        "storage": if failing { "failing" } else { "ok" },
-        "history": if history { "failing" } else { "ok" },
-        "audit_chain": chain, "state_lost": losses,
-    });
+    let word = |failing| if failing { "failing" } else { "ok" };
+    let body = Health {
+        status: if degraded { "degraded" } else { "ok" },
+        monitors,
+        storage: word(failing),
+        history: word(history),
+        audit_chain: chain,
+        state_lost: losses,
+    };
     (status, Json(body))
+}
+
+/// Whether the hub is well.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct Health {
+    /// `ok` or `degraded`.
+    status: &'static str,
+    /// `up`, `stale` or `down`, by monitor.
+    monitors: BTreeMap<String, &'static str>,
+    /// `ok` or `failing`: the audit log.
+    storage: &'static str,
+    /// `ok` or `failing`.
+    history: &'static str,
+    /// The chain of the audit log.
+    audit_chain: ChainState,
+    /// Files of the state that were lost or changed before this start.
+    state_lost: Vec<Loss>,
 }
 
 /// Figures for Prometheus.

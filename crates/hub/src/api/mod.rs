@@ -12,6 +12,7 @@ mod packed;
 #[cfg_attr(not(feature = "parquet"), path = "no_parquet.rs")]
 mod parquet;
 mod past;
+mod places;
 mod recordings;
 mod records;
 mod session;
@@ -26,17 +27,20 @@ use axum::http::{HeaderName, HeaderValue, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::{Json, Router};
+use serde::Serialize;
 use serde_json::{Value, json};
-use utoipa::OpenApi;
+use utoipa::{OpenApi, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use crate::error::ApiError;
-use crate::hub::{Caller, Hub};
+use crate::error::{ApiError, Failed};
+use crate::hub::{About, Caller, Hub};
+use crate::messages::Message;
 pub use answers::Answering;
-pub use guard::{Peer, Place, Places};
+pub use guard::Peer;
 pub use packed::{Lasting, Packing};
-pub use ws::{kinds as messages, show_frame};
+pub use places::{Place, Places, network};
+pub use ws::{Id, kinds as messages, show_frame};
 
 /// Largest body of a request; Stop, Close and Lockout are read only so far.
 pub const BODY_MAX: usize = 64 * 1024;
@@ -49,7 +53,7 @@ const JSON: (HeaderName, &str) = (axum::http::header::CONTENT_TYPE, "application
         title = "lafet hub",
         description = "Fire monitors over HTTP. Times are ms since 1970, angles arc-minutes. See docs/hub-api.md."
     ),
-    components(schemas(crate::store::Act))
+    components(schemas(crate::store::Act, Failed, Message, ws::Said))
 )]
 struct Description;
 
@@ -101,16 +105,29 @@ pub fn description() -> Value {
         if has_body {
             answers.entry("415").or_insert_with(|| json!({ "description": "packed" }));
         }
+        let failures = answers.iter_mut().filter(|(status, _)| status.as_str() >= "400");
+        for answer in failures.filter_map(|(_, answer)| answer.as_object_mut()) {
+            let schema = json!({ "$ref": "#/components/schemas/Failed" });
+            let content = json!({ "application/json": { "schema": schema } });
+            answer.entry("content").or_insert(content);
+        }
     }
     description
 }
 
 /// What the hub is.
-#[utoipa::path(get, path = "/api/hub", responses((status = 200, body = Object), (status = 401)))]
-async fn about(State(hub): State<Hub>, _: Caller) -> Json<Value> {
-    let mut about = hub.about();
-    about["now_ms"] = hub.clock.now_ms().into();
-    Json(about)
+#[utoipa::path(get, path = "/api/hub", responses((status = 200, body = Now), (status = 401)))]
+async fn about(State(hub): State<Hub>, _: Caller) -> Json<Now> {
+    Json(Now { about: hub.about(), now_ms: hub.clock.now_ms() })
+}
+
+/// What the hub is, with its date.
+#[derive(Debug, Serialize, ToSchema)]
+struct Now {
+    #[serde(flatten)]
+    about: About,
+    /// The hub's date.
+    now_ms: u64,
 }
 
 /// The dictionary of the protocol.

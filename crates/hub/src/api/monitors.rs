@@ -1,33 +1,41 @@
 //! Monitors: their state, requests to them, authority, jog, parameters.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::Json;
 use axum::extract::{Path, State};
 use lafet_client::{Monitor, Toward};
 use lafet_proto::SubsystemId;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use serde_json::Value;
+use tokio::time::timeout;
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
+use super::crash::Crash;
 use super::guard::{Body, Lenient, Urgent};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::outcome::{OfAll, OfOne, Outcome};
 use crate::owner;
-use crate::station::{Beat, Station};
+use crate::request::MonitorRequest;
+use crate::station::{Beat, Params, Station};
 use crate::sync::lock;
 use crate::text::{Both, both};
 use crate::urgent::Joined;
+use crate::view::{Control, MonitorView};
+use crate::words::MotionWord;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
-        .routes(routes!(list))
+        .routes(routes!(monitors))
         .routes(routes!(one))
         .routes(routes!(request))
-        .routes(routes!(stop))
-        .routes(routes!(close))
+        .routes(routes!(stop_one))
+        .routes(routes!(close_one))
         .routes(routes!(lockout))
         .routes(routes!(stop_all))
         .routes(routes!(lockout_all))
@@ -41,6 +49,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
 
 /// A request in the text form.
 #[derive(Debug, Deserialize, ToSchema)]
+#[schema(as = RequestText)]
 pub struct Asked {
     /// `Move Vertical 1200`.
     pub request: String,
@@ -50,6 +59,7 @@ pub struct Asked {
 
 /// A change of control authority.
 #[derive(Debug, Deserialize, ToSchema)]
+#[schema(as = AuthorityChange)]
 pub struct Change {
     /// `take`, `release`, `request`, `grant`, `deny`, `force`.
     pub action: String,
@@ -71,6 +81,16 @@ pub struct JogBeat {
     pub end: bool,
 }
 
+/// The state of a motion that is held.
+#[derive(Debug, Serialize, ToSchema)]
+struct JogState {
+    /// How it is.
+    state: MotionWord,
+}
+
+/// An answer waits this long for all parameters.
+const READ_WAIT: Duration = Duration::from_secs(8);
+
 /// Values of a parameter.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Values {
@@ -78,27 +98,25 @@ struct Values {
 }
 
 /// All monitors.
-#[utoipa::path(get, path = "/api/monitors", responses((status = 200, body = Object), (status = 401)))]
-async fn list(State(hub): State<Hub>, _: Caller) -> Json<Value> {
-    let all: Map<String, Value> =
-        hub.stations().iter().map(|it| (it.id().to_owned(), it.json(&hub))).collect();
-    Json(Value::Object(all))
+#[utoipa::path(get, path = "/api/monitors", responses((status = 200, body = BTreeMap<String, MonitorView>), (status = 401)))]
+async fn monitors(State(hub): State<Hub>, _: Caller) -> Json<BTreeMap<String, MonitorView>> {
+    Json(hub.stations().iter().map(|it| (it.id().to_owned(), it.view(&hub))).collect())
 }
 
 /// A monitor.
 #[utoipa::path(get, path = "/api/monitors/{id}", params(("id" = String, Path)),
-    responses((status = 200, body = Object), (status = 401), (status = 404)))]
+    responses((status = 200, body = MonitorView), (status = 401), (status = 404)))]
 async fn one(
     State(hub): State<Hub>,
     _: Caller,
     Path(id): Path<String>,
-) -> Result<Json<Value>, ApiError> {
-    Ok(Json(hub.station(&id)?.json(&hub)))
+) -> Result<Json<MonitorView>, ApiError> {
+    Ok(Json(hub.station(&id)?.view(&hub)))
 }
 
 /// Sends a request to a monitor.
 #[utoipa::path(post, path = "/api/monitors/{id}/requests", params(("id" = String, Path)),
-    request_body = Asked, responses((status = 200, body = Object), (status = 400), (status = 401),
+    request_body = Asked, responses((status = 200, body = Outcome), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409), (status = 422), (status = 429), (status = 502), (status = 503)))]
 async fn request(
     State(hub): State<Hub>,
@@ -106,21 +124,14 @@ async fn request(
     Path(id): Path<String>,
     headers: axum::http::HeaderMap,
     Body(asked): Body<Asked>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Outcome>, ApiError> {
     let station = hub.station(&id)?;
-    if urgent_text(&asked.request).is_none() {
+    let request = MonitorRequest::parse(&asked.request);
+    // Stop written as a request is as urgent as its own address.
+    if !request.as_ref().is_ok_and(|request| request.need().urgent) {
         csrf(&caller, &headers)?;
     }
-    let result = hub.command(&caller, &station, &asked.request, asked.confirm.as_deref()).await?;
-    Ok(Json(result))
-}
-
-/// Stop written as a request is as urgent as its own address: its text, if it is one.
-pub fn urgent_text(text: &str) -> Option<String> {
-    let mut buffer = [0; lafet_proto::text::BUFFER_SIZE];
-    let request = crate::command::understand(text, &mut buffer).ok()?;
-    let urgent = crate::command::needs(&request).is_ok_and(|needs| needs.urgent);
-    urgent.then(|| request.to_string())
+    Ok(Json(hub.command(&caller, &station, request?, asked.confirm.as_deref()).await?))
 }
 
 /// What the extractor of `Caller` looks at, where it comes after the body.
@@ -139,69 +150,75 @@ fn csrf(caller: &Caller, headers: &axum::http::HeaderMap) -> Result<(), ApiError
 
 /// Stops everything, or one subsystem.
 #[utoipa::path(post, path = "/api/monitors/{id}/stop", params(("id" = String, Path)),
-    request_body = Option<Object>, responses((status = 200, body = Object), (status = 401), (status = 404),
+    request_body = Option<Object>, responses((status = 200, body = Outcome), (status = 401), (status = 404),
     (status = 422), (status = 502), (status = 503)))]
-async fn stop(
+async fn stop_one(
     State(hub): State<Hub>,
     Urgent(caller): Urgent,
     Path(id): Path<String>,
     Lenient(body): Lenient,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Outcome>, ApiError> {
     let body: Value = serde_json::from_slice(&body).unwrap_or_default();
     let station = hub.station(&id)?;
-    Ok(Json(hub.stop(&caller, &station, body["of"].as_str()).await?))
+    let request = stop(body["of"].as_str())?;
+    Ok(Json(hub.urgent(&caller, &station, &request).result().await?))
 }
 
 /// Closes one valve, or all that the monitor has.
 #[utoipa::path(post, path = "/api/monitors/{id}/close", params(("id" = String, Path)),
-    request_body = Option<Object>, responses((status = 200, body = Object), (status = 401), (status = 404),
+    request_body = Option<Object>, responses((status = 200, body = Outcome), (status = 401), (status = 404),
     (status = 422), (status = 502), (status = 503)))]
-async fn close(
+async fn close_one(
     State(hub): State<Hub>,
     Urgent(caller): Urgent,
     Path(id): Path<String>,
     Lenient(body): Lenient,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Outcome>, ApiError> {
     let body: Value = serde_json::from_slice(&body).unwrap_or_default();
     let station = hub.station(&id)?;
-    Ok(Json(hub.close(&caller, &station, body["valve"].as_str()).await?))
+    let requests = close(&station, body["valve"].as_str())?;
+    let all = requests.iter().map(|it| hub.urgent(&caller, &station, it)).collect();
+    Ok(Json(together(all).await?))
 }
 
 /// Locks a monitor out.
 #[utoipa::path(post, path = "/api/monitors/{id}/lockout", params(("id" = String, Path)),
-    responses((status = 200, body = Object), (status = 401), (status = 404), (status = 422),
+    responses((status = 200, body = Outcome), (status = 401), (status = 404), (status = 422),
     (status = 502), (status = 503)))]
 async fn lockout(
     State(hub): State<Hub>,
     Urgent(caller): Urgent,
     Path(id): Path<String>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Outcome>, ApiError> {
     let station = hub.station(&id)?;
-    Ok(Json(hub.command(&caller, &station, LOCKOUT, None).await?))
+    Ok(Json(hub.command(&caller, &station, MonitorRequest::lockout()?, None).await?))
 }
 
 /// Stops every monitor.
-#[utoipa::path(post, path = "/api/stop", responses((status = 200, body = Object), (status = 401)))]
-async fn stop_all(State(hub): State<Hub>, Urgent(caller): Urgent) -> Json<Value> {
-    Json(hub.everywhere(&caller, STOP).await)
+#[utoipa::path(post, path = "/api/stop", responses((status = 200, body = BTreeMap<String, OfOne>), (status = 401)))]
+async fn stop_all(State(hub): State<Hub>, Urgent(caller): Urgent) -> Result<Json<OfAll>, ApiError> {
+    Ok(Json(hub.everywhere(&caller, &MonitorRequest::stop(SubsystemId::ALL)?).await))
 }
 
 /// Locks every monitor out.
-#[utoipa::path(post, path = "/api/lockout", responses((status = 200, body = Object), (status = 401)))]
-async fn lockout_all(State(hub): State<Hub>, Urgent(caller): Urgent) -> Json<Value> {
-    Json(hub.everywhere(&caller, LOCKOUT).await)
+#[utoipa::path(post, path = "/api/lockout", responses((status = 200, body = BTreeMap<String, OfOne>), (status = 401)))]
+async fn lockout_all(
+    State(hub): State<Hub>,
+    Urgent(caller): Urgent,
+) -> Result<Json<OfAll>, ApiError> {
+    Ok(Json(hub.everywhere(&caller, &MonitorRequest::lockout()?).await))
 }
 
 /// Takes, releases, requests, grants, denies or forces control authority.
 #[utoipa::path(post, path = "/api/monitors/{id}/authority", params(("id" = String, Path)),
-    request_body = Change, responses((status = 200, body = Object), (status = 400), (status = 401),
+    request_body = Change, responses((status = 200, body = Control), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409)))]
 async fn authority(
     State(hub): State<Hub>,
     caller: Caller,
     Path(id): Path<String>,
     Body(change): Body<Change>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Control>, ApiError> {
     let station = hub.station(&id)?;
     let state =
         hub.change_authority(&caller, &station, &change.action, change.reason.as_deref())?;
@@ -210,57 +227,58 @@ async fn authority(
 
 /// A beat of a motion that is held.
 #[utoipa::path(post, path = "/api/monitors/{id}/jog", params(("id" = String, Path)),
-    request_body = JogBeat, responses((status = 200, body = Object), (status = 400), (status = 401),
+    request_body = JogBeat, responses((status = 200, body = JogState), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409), (status = 503)))]
 async fn jog(
     State(hub): State<Hub>,
     caller: Caller,
     Path(id): Path<String>,
     Body(beat): Body<JogBeat>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<JogState>, ApiError> {
     let station = hub.station(&id)?;
-    Ok(Json(json!({ "state": hub.beat(&caller, &station, &beat)? })))
+    Ok(Json(JogState { state: hub.beat(&caller, &station, &beat)? }))
 }
 
 /// Parameters as last read.
 #[utoipa::path(get, path = "/api/monitors/{id}/params", params(("id" = String, Path)),
-    responses((status = 200, body = Object), (status = 401), (status = 404)))]
+    responses((status = 200, body = Params), (status = 401), (status = 404)))]
 async fn params(
     State(hub): State<Hub>,
     _: Caller,
     Path(id): Path<String>,
-) -> Result<Json<Value>, ApiError> {
-    Ok(Json(json!(*lock(&hub.station(&id)?.params))))
+) -> Result<Json<Params>, ApiError> {
+    Ok(Json(lock(&hub.station(&id)?.params).clone()))
 }
 
-/// Reads all parameters from the monitor.
+/// Reads all parameters from the monitor; what takes longer goes on (`reading`).
 #[utoipa::path(post, path = "/api/monitors/{id}/params/read", params(("id" = String, Path)),
-    responses((status = 200, body = Object), (status = 401), (status = 403), (status = 404), (status = 503)))]
+    responses((status = 200, body = Params), (status = 401), (status = 403), (status = 404), (status = 503)))]
 async fn read_params(
     State(hub): State<Hub>,
     caller: Caller,
     Path(id): Path<String>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Params>, ApiError> {
     hub.count_request(&caller.principal)?;
     let station = hub.station(&id)?;
     let (monitor, own) = (Monitor::new(station.client()?), station.clone());
     // It is read to its end, even if nobody waits for that any more.
     let reading = tokio::spawn(async move { owner::read_params(&hub, &own, &monitor).await });
-    _ = reading.await;
-    Ok(Json(json!(*lock(&station.params))))
+    _ = timeout(READ_WAIT, reading).await;
+    let params = lock(&station.params).clone();
+    Ok(Json(params))
 }
 
 /// Sets a parameter, and waits until it is stored.
 #[utoipa::path(put, path = "/api/monitors/{id}/params/{subsystem}/{name}",
     params(("id" = String, Path), ("subsystem" = String, Path), ("name" = String, Path)),
-    request_body = Values, responses((status = 200, body = Object), (status = 400), (status = 401),
+    request_body = Values, responses((status = 200, body = Outcome), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409), (status = 422), (status = 502), (status = 503)))]
 async fn set_param(
     State(hub): State<Hub>,
     caller: Caller,
     Path((id, subsystem, name)): Path<(String, String, String)>,
     Body(Values { values }): Body<Values>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Outcome>, ApiError> {
     let station = hub.station(&id)?;
     let word = |text: &str| text.chars().all(|c| c.is_ascii_alphanumeric() || c == '@');
     if !word(&subsystem) || !word(&name) {
@@ -268,41 +286,29 @@ async fn set_param(
     }
     let values: Vec<String> = values.iter().map(ToString::to_string).collect();
     let text = format!("SetParam {subsystem} {name} {}", values.join(" "));
-    Ok(Json(hub.save(&caller, &station, &text).await?))
+    Ok(Json(hub.save(&caller, &station, MonitorRequest::parse(&text)?).await?))
 }
 
 /// What the last hardware fault has left.
 #[utoipa::path(get, path = "/api/monitors/{id}/crash", params(("id" = String, Path)),
-    responses((status = 200, body = Object), (status = 401), (status = 404), (status = 502), (status = 503)))]
+    responses((status = 200, body = Crash), (status = 401), (status = 404), (status = 502), (status = 503)))]
 async fn crash(
     State(hub): State<Hub>,
     _: Caller,
     Path(id): Path<String>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Crash>, ApiError> {
     let monitor = Monitor::new(hub.station(&id)?.client()?);
     let info = monitor.crash_data().await.map_err(|error| ApiError::from(&error))?;
-    Ok(Json(super::crash::json(&info)))
-}
-
-/// Stops everything.
-pub const STOP: &str = "Stop All";
-/// Locks out.
-pub const LOCKOUT: &str = "Lockout All on";
-
-/// A monitor to which a request is sent and that has not answered yet.
-#[derive(Debug, Serialize)]
-struct Pending {
-    pending: bool,
+    Ok(Json(Crash::from(&info)))
 }
 
 /// The request that stops a subsystem; of one that nobody knows, everything.
-pub fn stop_text(of: Option<&str>) -> String {
-    let known = of.and_then(SubsystemId::from_name);
-    known.map_or_else(|| STOP.to_owned(), |id| format!("Stop {id}"))
+pub fn stop(of: Option<&str>) -> Result<MonitorRequest, ApiError> {
+    MonitorRequest::stop(of.and_then(SubsystemId::from_name).unwrap_or(SubsystemId::ALL))
 }
 
 /// The requests that close a valve, or all.
-pub fn close_texts(station: &Station, valve: Option<&str>) -> Vec<String> {
+pub fn close(station: &Station, valve: Option<&str>) -> Result<Vec<MonitorRequest>, ApiError> {
     let named = valve.and_then(SubsystemId::from_name).filter(|id| id.is_valve());
     let valves = match named {
         Some(valve) => vec![valve],
@@ -311,68 +317,32 @@ pub fn close_texts(station: &Station, valve: Option<&str>) -> Vec<String> {
             valves => valves.to_vec(),
         },
     };
-    valves.iter().map(|valve| format!("Close {valve}")).collect()
+    valves.into_iter().map(MonitorRequest::close).collect()
 }
 
 /// The results of several urgent requests to one monitor as one.
-pub async fn together(mut all: Vec<Joined>) -> Result<Value, ApiError> {
+pub async fn together(mut all: Vec<Joined>) -> Result<Outcome, ApiError> {
     let results = futures_util::future::join_all(all.iter_mut().map(Joined::result)).await;
-    let mut all: Option<Value> = None;
+    let mut results = results.into_iter();
+    let mut all = results.next().unwrap_or_else(|| Ok(Outcome::default()))?;
     for result in results {
-        let result = result?;
-        match &mut all {
-            None => all = Some(result),
-            Some(all) => {
-                let more = result["answers"].as_array().cloned().unwrap_or_default();
-                if let Some(answers) = all["answers"].as_array_mut() {
-                    answers.extend(more);
-                }
-                all["ok"] = (all["ok"] == json!(true) && result["ok"] == json!(true)).into();
-            }
-        }
+        all.join(result?);
     }
-    Ok(all.unwrap_or_default())
+    Ok(all)
 }
 
 impl Hub {
-    /// Stops a subsystem; of one that nobody knows, everything.
-    pub async fn stop(
-        &self,
-        caller: &Caller,
-        station: &Arc<Station>,
-        of: Option<&str>,
-    ) -> Result<Value, ApiError> {
-        self.urgent(caller, station, &stop_text(of)).result().await
-    }
-
-    /// Closes a valve, or all; those that are not known to exist are closed as well.
-    pub async fn close(
-        &self,
-        caller: &Caller,
-        station: &Arc<Station>,
-        valve: Option<&str>,
-    ) -> Result<Value, ApiError> {
-        let texts = close_texts(station, valve);
-        together(texts.iter().map(|text| self.urgent(caller, station, text)).collect()).await
-    }
-
     /// The same urgent request to every monitor at the same time, with what is known of each soon
     /// after: the worst one does not keep back what the others have answered.
-    pub async fn everywhere(&self, caller: &Caller, text: &str) -> Value {
-        let join =
-            |station: &Arc<Station>| (station.id().to_owned(), self.urgent(caller, station, text));
+    pub async fn everywhere(&self, caller: &Caller, request: &MonitorRequest) -> OfAll {
+        let join = |station: &Arc<Station>| {
+            (station.id().to_owned(), self.urgent(caller, station, request))
+        };
         let all: Vec<(String, Joined)> = self.stations().iter().map(join).collect();
-        let each = all.into_iter().map(async |(monitor, mut joined)| {
-            let value = match joined.soon().await {
-                Some(Ok(result)) => result,
-                Some(Err(error)) => json!({ "error": error.json() }),
-                None => json!(Pending { pending: true }),
-            };
-            (monitor, value)
-        });
-        let all: Map<String, Value> =
-            futures_util::future::join_all(each).await.into_iter().collect();
-        Value::Object(all)
+        let each = all
+            .into_iter()
+            .map(async |(monitor, mut joined)| (monitor, OfOne::new(joined.soon().await)));
+        futures_util::future::join_all(each).await.into_iter().collect()
     }
 
     /// A beat, or the end, of a motion that is held.
@@ -381,11 +351,11 @@ impl Hub {
         caller: &Caller,
         station: &Arc<Station>,
         beat: &JogBeat,
-    ) -> Result<&'static str, ApiError> {
+    ) -> Result<MotionWord, ApiError> {
         let drive = SubsystemId::from_name(&beat.drive).unwrap_or(SubsystemId::ALL);
         if beat.end {
             station.end_jog(&caller.seat.seat, drive);
-            return Ok("ended");
+            return Ok(MotionWord::Ended);
         }
         let toward = match beat.toward.as_deref() {
             Some("max") => Toward::Max,

@@ -8,7 +8,6 @@ use axum::response::Response;
 use lafet_proto::RequestId;
 use lafet_proto::SubsystemId;
 use lafet_proto::dictionary::layouts::{Kind, of_answer};
-use lafet_proto::flags;
 use serde::Deserialize;
 use tokio::sync::mpsc;
 use utoipa::IntoParams;
@@ -21,7 +20,7 @@ use super::records::{Asked, between};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::link_series::PREFIX;
-use crate::model::{self, Status, Subsystem};
+use crate::model::Status;
 use crate::recording::player::Player;
 use crate::store::{Base, Change, StoreError};
 use crate::sync::lock;
@@ -34,11 +33,12 @@ const PART_MS: u64 = 600_000;
 const USUAL_MS: u64 = 600_000;
 
 pub fn routes() -> OpenApiRouter<Hub> {
-    OpenApiRouter::new().routes(routes!(changes))
+    OpenApiRouter::new().routes(routes!(history_changes))
 }
 
 /// Part of the history.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 struct Part {
     monitor: Option<String>,
     from_ms: Option<u64>,
@@ -48,7 +48,7 @@ struct Part {
 /// The history as topics.
 #[utoipa::path(get, path = "/api/history/changes", params(Part),
     responses((status = 200, content_type = "application/x-ndjson"), (status = 400), (status = 401), (status = 404), (status = 503)))]
-async fn changes(
+async fn history_changes(
     State(hub): State<Hub>,
     _: Caller,
     part: Asked<Part>,
@@ -171,10 +171,7 @@ fn apply(status: &mut Status, (series, _, value): &Change) {
     let Some((name, field)) = series.split_once('.') else { return };
     let Some(id) = SubsystemId::from_name(name) else { return };
     let Some(name) = id.name() else { return };
-    let state = status.subsystems.entry(name).or_insert_with(|| {
-        let severity = model::severity(flags::Severity::Info);
-        Arc::new(Subsystem { severity, ..Subsystem::default() })
-    });
+    let state = status.subsystems.entry(name).or_default();
     let state = Arc::make_mut(state);
     let value = match (field, value) {
         ("bits", Some(bits)) => return state.set_bits(id, *bits as u32),

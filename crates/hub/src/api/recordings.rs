@@ -44,11 +44,11 @@ const CHUNK: usize = 64 * 1024;
 pub fn routes() -> OpenApiRouter<Hub> {
     let upload = OpenApiRouter::new().routes(routes!(upload));
     OpenApiRouter::new()
-        .routes(routes!(list))
+        .routes(routes!(recordings))
         .routes(routes!(record))
         .routes(routes!(download))
         .routes(routes!(remove))
-        .routes(routes!(changes))
+        .routes(routes!(recording_changes))
         .merge(upload.layer(DefaultBodyLimit::disable()))
 }
 
@@ -62,12 +62,14 @@ struct Wanted {
 
 /// What a file is to be called.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 struct Named {
     name: Option<String>,
 }
 
 /// Part of a recording.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 struct Part {
     from_ms: Option<u64>,
     to_ms: Option<u64>,
@@ -78,7 +80,7 @@ struct Part {
 /// All recordings, the latest first.
 #[utoipa::path(get, path = "/api/recordings",
     responses((status = 200, body = Vec<Recording>), (status = 401)))]
-async fn list(State(hub): State<Hub>, _: Caller) -> Json<Vec<Recording>> {
+async fn recordings(State(hub): State<Hub>, _: Caller) -> Json<Vec<Recording>> {
     let list = tokio::task::spawn_blocking(move || hub.recordings.list()).await;
     Json(list.unwrap_or_default())
 }
@@ -281,7 +283,7 @@ async fn store(body: HttpBody, mut file: std::fs::File) -> Result<(), ApiError> 
 /// What the topics of the WebSocket were.
 #[utoipa::path(get, path = "/api/recordings/{name}/changes", params(("name" = String, Path), Part),
     responses((status = 200, content_type = "application/x-ndjson"), (status = 400), (status = 401), (status = 404), (status = 503)))]
-async fn changes(
+async fn recording_changes(
     State(hub): State<Hub>,
     _: Caller,
     Path(name): Path<String>,

@@ -12,7 +12,6 @@ use axum::response::{IntoResponse, Response};
 use lafet_proto::dictionary::layouts::{Kind, of_answer};
 use lafet_proto::{RequestId, SubsystemId};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -20,12 +19,14 @@ use utoipa_axum::routes;
 use super::guard::{Body, not_understood};
 use super::state::Wanted;
 use crate::access::Role;
+use crate::alarms::Alarm;
 use crate::authority::REASON_MAX;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::store::{Act, AlarmChange, DAY_MS, RAW_RANGE_MS, Rows, resolution_ms};
+use crate::link_series::{self, SeriesInfo};
+use crate::store::{Act, AlarmChange, DAY_MS, Entry, RAW_RANGE_MS, Rows, Verified, resolution_ms};
 use crate::sync::lock;
-use crate::text::{Both, both};
+use crate::text::both;
 
 /// Longest time on the shelf, minutes.
 const SHELVE_MAX_MIN: u64 = 480;
@@ -69,6 +70,25 @@ struct Shelve {
     reason: String,
 }
 
+/// Details of the entry in the audit log.
+#[derive(Debug, Serialize)]
+struct Shelved<'a> {
+    minutes: u64,
+    reason: &'a str,
+}
+
+/// Part of the audit log.
+#[derive(Debug, Serialize, ToSchema)]
+struct AuditPage {
+    /// The entries, the latest first.
+    entries: Vec<Entry>,
+    /// There may be more before this number.
+    #[schema(required)]
+    next: Option<u64>,
+    /// Entries that are not on the disk yet.
+    waiting: u64,
+}
+
 /// An alarm.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Id {
@@ -77,6 +97,7 @@ struct Id {
 
 /// Part of a log.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 struct Range {
     monitor: Option<String>,
     from_ms: Option<u64>,
@@ -86,6 +107,7 @@ struct Range {
 
 /// Part of the history.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 struct Part {
     monitor: String,
     /// Names with commas between them.
@@ -103,19 +125,19 @@ pub fn needs(caller: &Caller, role: Role) -> Result<(), ApiError> {
 
 /// The alarms that are not normal, the most urgent first.
 #[utoipa::path(get, path = "/api/alarms",
-    responses((status = 200, body = Vec<crate::alarms::Alarm>), (status = 401)))]
-async fn alarms(State(hub): State<Hub>, _: Caller) -> Json<Value> {
-    Json(json!(lock(&hub.alarms).list()))
+    responses((status = 200, body = Vec<Alarm>), (status = 401)))]
+async fn alarms(State(hub): State<Hub>, _: Caller) -> Json<Vec<Alarm>> {
+    Json(lock(&hub.alarms).list().into_iter().cloned().collect())
 }
 
 /// Acknowledges alarms; without a list, all.
 #[utoipa::path(post, path = "/api/alarms/ack", request_body = Ids,
-    responses((status = 200, body = Vec<crate::alarms::Alarm>), (status = 400), (status = 401), (status = 403)))]
+    responses((status = 200, body = Vec<Alarm>), (status = 400), (status = 401), (status = 403)))]
 async fn acknowledge(
     State(hub): State<Hub>,
     caller: Caller,
     Body(Ids { ids }): Body<Ids>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Vec<Alarm>>, ApiError> {
     needs(&caller, Role::Operator)?;
     let (now_ms, user) = (hub.clock.now_ms(), &caller.principal.user);
     let changes: Vec<_> = {
@@ -130,17 +152,17 @@ async fn acknowledge(
         drop(hub.audit.note(record.about(&act)));
     }
     hub.publish_alarms(changes);
-    Ok(Json(json!(lock(&hub.alarms).list())))
+    Ok(Json(lock(&hub.alarms).list().into_iter().cloned().collect()))
 }
 
 /// Puts an alarm on the shelf.
 #[utoipa::path(post, path = "/api/alarms/shelve", request_body = Shelve,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = Option<Alarm>), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn shelve(
     State(hub): State<Hub>,
     caller: Caller,
     Body(Shelve { id, minutes, reason }): Body<Shelve>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Option<Alarm>>, ApiError> {
     needs(&caller, Role::Operator)?;
     if !(1..=SHELVE_MAX_MIN).contains(&minutes)
         || !(1..=REASON_MAX).contains(&reason.trim().chars().count())
@@ -155,29 +177,29 @@ async fn shelve(
     let until_ms = hub.clock.now_ms() + minutes * 60_000;
     let change = lock(&hub.alarms).shelve(&id, &caller.principal.user, until_ms, reason.trim());
     let change = change.ok_or_else(ApiError::not_found)?;
-    let mut record = hub.record(&caller, &change.monitor, &format!("shelve {id}"), "Ok");
-    record.details = json!({ "minutes": minutes, "reason": reason.trim() });
+    let record = hub.record(&caller, &change.monitor, &format!("shelve {id}"), "Ok");
+    let record = record.with(&Shelved { minutes, reason: reason.trim() });
     let act = Act::Shelve { alarm: id.clone(), minutes, reason: reason.trim().into() };
     drop(hub.audit.note(record.about(&act)));
     hub.publish_alarms(vec![change]);
-    Ok(Json(json!(lock(&hub.alarms).get(&id))))
+    Ok(Json(lock(&hub.alarms).get(&id).cloned()))
 }
 
 /// Takes it down.
 #[utoipa::path(post, path = "/api/alarms/unshelve", request_body = Id,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = Option<Alarm>), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn unshelve(
     State(hub): State<Hub>,
     caller: Caller,
     Body(Id { id }): Body<Id>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Option<Alarm>>, ApiError> {
     needs(&caller, Role::Operator)?;
     let change = lock(&hub.alarms).unshelve(&id, Some(&caller.principal.user));
     let change = change.ok_or_else(ApiError::not_found)?;
     let record = hub.record(&caller, &change.monitor, &format!("unshelve {id}"), "Ok");
     drop(hub.audit.note(record.about(&Act::Unshelve { alarm: id.clone() })));
     hub.publish_alarms(vec![change]);
-    Ok(Json(json!(lock(&hub.alarms).get(&id))))
+    Ok(Json(lock(&hub.alarms).get(&id).cloned()))
 }
 
 /// What alarms did.
@@ -197,26 +219,25 @@ async fn alarm_log(
 
 /// The latest entries of the audit log.
 #[utoipa::path(get, path = "/api/audit", params(Wanted),
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403)))]
+    responses((status = 200, body = AuditPage), (status = 400), (status = 401), (status = 403)))]
 async fn audit(
     State(hub): State<Hub>,
     caller: Caller,
     wanted: Asked<Wanted>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<AuditPage>, ApiError> {
     needs(&caller, Role::Operator)?;
     let Query(wanted) = wanted.map_err(|error| not_understood(&error))?;
     let page = hub.audit.find(wanted.try_into()?).await?;
-    Ok(Json(json!({
-        "entries": page.found, "next": page.next, "waiting": hub.audit.waiting(),
-    })))
+    let waiting = hub.audit.waiting();
+    Ok(Json(AuditPage { entries: page.found, next: page.next, waiting }))
 }
 
 /// Checks the chain of the audit log.
 #[utoipa::path(get, path = "/api/audit/verify",
-    responses((status = 200, body = crate::store::Verified), (status = 401), (status = 403)))]
-async fn verify(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
+    responses((status = 200, body = Verified), (status = 401), (status = 403)))]
+async fn verify(State(hub): State<Hub>, caller: Caller) -> Result<Json<Verified>, ApiError> {
     needs(&caller, Role::Operator)?;
-    Ok(Json(json!(hub.audit.verify().await?)))
+    Ok(Json(hub.audit.verify().await?))
 }
 
 /// The whole audit log: an entry in each line.
@@ -242,12 +263,12 @@ async fn export(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiE
 
 /// The series of a monitor.
 #[utoipa::path(get, path = "/api/history/series", params(Part),
-    responses((status = 200, body = Vec<Object>), (status = 400), (status = 401), (status = 404)))]
+    responses((status = 200, body = Vec<SeriesInfo>), (status = 400), (status = 401), (status = 404)))]
 async fn series(
     State(hub): State<Hub>,
     _: Caller,
     part: Asked<Part>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<Vec<SeriesInfo>>, ApiError> {
     let Query(part) = part.map_err(|error| not_understood(&error))?;
     let status = hub.station(&part.monitor)?.status();
     let mut list = Vec::new();
@@ -255,14 +276,15 @@ async fn series(
         let Some(id) = SubsystemId::from_name(name) else { continue };
         for field in of_answer(RequestId::GET_STATUS, id).iter().flat_map(|layout| layout.fields) {
             let field_name = if field.kind == Kind::Flags { "bits" } else { field.name };
-            list.push(json!({
-                "series": format!("{name}.{field_name}"), "unit": Both::from(field.unit.name()),
-                "text": Both::from(field.text),
-            }));
+            list.push(SeriesInfo {
+                series: format!("{name}.{field_name}"),
+                unit: field.unit.name().into(),
+                text: field.text.into(),
+            });
         }
     }
-    list.extend(crate::link_series::list());
-    Ok(Json(Value::Array(list)))
+    list.extend(link_series::list());
+    Ok(Json(list))
 }
 
 /// Values over time.

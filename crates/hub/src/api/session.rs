@@ -7,14 +7,13 @@ use axum::extract::{FromRequestParts, State};
 use axum::http::request::Parts;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::{Body, Cookie, cookie};
-use crate::access::{AccessError, Kind, Place, Principal, SessionInfo};
+use crate::access::{AccessError, Kind, Place, Principal, Role, SessionInfo};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::Act;
@@ -86,25 +85,46 @@ impl FromRequestParts<Hub> for From {
 }
 
 /// Who is logged in.
-#[utoipa::path(get, path = "/api/session", responses((status = 200, body = Object), (status = 401)))]
-async fn session(State(hub): State<Hub>, caller: Caller) -> Json<Value> {
+#[utoipa::path(get, path = "/api/session", responses((status = 200, body = Session), (status = 401)))]
+async fn session(State(hub): State<Hub>, caller: Caller) -> Json<Session> {
     Json(about(&hub, &caller.principal))
 }
 
-fn about(hub: &Hub, principal: &Principal) -> Value {
+fn about(hub: &Hub, principal: &Principal) -> Session {
     let expires_ms = match principal.expires_ms {
         0 => 0,
         steady_ms => hub.access.date_ms(steady_ms),
     };
-    json!({
-        "user": principal.user, "role": principal.role, "kind": principal.kind,
-        "csrf": principal.csrf, "expires_ms": expires_ms, "seat": principal.key,
-    })
+    Session {
+        user: principal.user.clone(),
+        role: principal.role,
+        kind: principal.kind,
+        csrf: principal.csrf.clone(),
+        expires_ms,
+        seat: principal.key.clone(),
+    }
+}
+
+/// A session.
+#[derive(Debug, Serialize, ToSchema)]
+struct Session {
+    /// The user.
+    user: String,
+    /// The user's role.
+    role: Role,
+    /// How the user has authenticated.
+    kind: Kind,
+    /// What goes into the header X-CSRF-Token of requests that change something.
+    csrf: String,
+    /// When it ends; 0: never.
+    expires_ms: u64,
+    /// Its id.
+    seat: String,
 }
 
 /// Logs in.
 #[utoipa::path(post, path = "/api/login", request_body = Login,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 429)))]
+    responses((status = 200, body = Session), (status = 400), (status = 401), (status = 429)))]
 async fn log_in(
     State(hub): State<Hub>,
     from: From,
@@ -116,7 +136,7 @@ async fn log_in(
 
 /// Makes the first administrator with the link that the first start has printed.
 #[utoipa::path(post, path = "/api/setup", request_body = Setup,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 429)))]
+    responses((status = 200, body = Session), (status = 400), (status = 401), (status = 429)))]
 async fn set_up(
     State(hub): State<Hub>,
     from: From,

@@ -4,8 +4,8 @@ use axum::Json;
 use axum::extract::{Query, State};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -73,6 +73,7 @@ struct Fault {
 
 /// A fire at a place, or one of the scenario's.
 #[derive(Debug, Deserialize, ToSchema)]
+#[schema(as = SimFire)]
 struct Fire {
     at: Option<[f64; 2]>,
     size: Option<f64>,
@@ -82,6 +83,7 @@ struct Fire {
 
 /// The link to a monitor.
 #[derive(Debug, Deserialize, ToSchema)]
+#[schema(as = SimLink)]
 struct Link {
     monitor: String,
     up: bool,
@@ -89,20 +91,35 @@ struct Link {
 
 /// In which language.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 struct Language {
     /// `en` or `ru`.
     lang: Option<String>,
+}
+
+/// What can be simulated, and what is.
+#[derive(Debug, Serialize, ToSchema)]
+struct Catalogue {
+    /// The scenarios.
+    #[schema(value_type = Vec<Object>)]
+    scenarios: Value,
+    /// The faults.
+    #[schema(value_type = Vec<Object>)]
+    faults: Value,
+    /// What runs: the topic `sim`.
+    #[schema(value_type = Object)]
+    state: Value,
 }
 
 type Answer = Result<Json<Value>, ApiError>;
 
 /// Scenarios, faults, and what runs.
 #[utoipa::path(get, path = "/api/sim",
-    responses((status = 200, body = Object), (status = 401), (status = 404)))]
-async fn sim(State(hub): State<Hub>, _: Caller) -> Answer {
+    responses((status = 200, body = Catalogue), (status = 401), (status = 404)))]
+async fn sim(State(hub): State<Hub>, _: Caller) -> Result<Json<Catalogue>, ApiError> {
     let simulation = hub.simulation()?;
     let (scenarios, faults) = simulation.catalogue();
-    Ok(Json(json!({ "scenarios": scenarios, "faults": faults, "state": simulation.state() })))
+    Ok(Json(Catalogue { scenarios, faults, state: simulation.state() }))
 }
 
 /// Loads a scenario and starts it.

@@ -6,20 +6,20 @@ use std::sync::atomic::Ordering;
 use axum::Json;
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use tokio::time::Instant;
-use utoipa::IntoParams;
+use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::admin::{change, only_administrators};
 use super::guard::not_understood;
 use super::records::{Asked, LIMIT_MAX, between};
-use crate::access::Kind;
+use crate::access::{Kind, Role};
 use crate::error::ApiError;
-use crate::hub::{Caller, Hub};
-use crate::store::{Act, Search};
+use crate::hub::{Caller, Hub, Seated};
+use crate::rates::PerSecond;
+use crate::store::{Act, Event, Search};
 use crate::sync::lock;
 
 pub fn routes() -> OpenApiRouter<Hub> {
@@ -32,6 +32,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
 
 /// Part of a log.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub struct Wanted {
     monitor: Option<String>,
     user: Option<String>,
@@ -61,51 +62,181 @@ impl TryFrom<Wanted> for Search {
 }
 
 /// How the hub is.
+#[derive(Debug, Serialize, ToSchema)]
+struct HubState {
+    version: &'static str,
+    started_ms: u64,
+    now_ms: u64,
+    /// Since the start, by a clock that does not jump.
+    uptime_ms: u64,
+    /// How many there are.
+    monitors: usize,
+    /// Memory of this program; null: not known.
+    #[schema(required)]
+    memory_bytes: Option<u64>,
+    clients: Clients,
+    totals: Totals,
+    rates: PerSecond,
+    /// Longest time from an urgent request to its answer, ms.
+    stop_max_ms: f64,
+    audit: AuditState,
+    history: HistoryState,
+    disk: Disk,
+}
+
+/// Connections.
+#[derive(Debug, Serialize, ToSchema)]
+struct Clients {
+    connections: u64,
+    connections_max: usize,
+    websockets: u64,
+    /// Messages left out because a client reads too slowly.
+    missed: u64,
+}
+
+/// Counts since the start.
+#[derive(Debug, Serialize, ToSchema)]
+struct Totals {
+    commands: u64,
+    refused: u64,
+    jogs: u64,
+    logins_failed: u64,
+}
+
+/// The audit log.
+#[derive(Debug, Serialize, ToSchema)]
+struct AuditState {
+    entries: u64,
+    /// Entries that are not on the disk yet.
+    waiting: u64,
+    /// Entries that were given up.
+    lost: u64,
+    /// The disk takes none.
+    failing: bool,
+}
+
+/// The history.
+#[derive(Debug, Serialize, ToSchema)]
+struct HistoryState {
+    /// `sqlite` or `postgresql`.
+    base: &'static str,
+    failing: bool,
+    /// Values that were given up.
+    lost: u64,
+    raw_days: u32,
+    minute_days: u32,
+}
+
+/// What is kept, and how much room there is; null: not known.
+#[derive(Debug, Default, Serialize, ToSchema)]
+struct Disk {
+    #[schema(required)]
+    audit_bytes: Option<u64>,
+    #[schema(required)]
+    history_bytes: Option<u64>,
+    #[schema(required)]
+    events_bytes: Option<u64>,
+    #[schema(required)]
+    users_bytes: Option<u64>,
+    recordings_bytes: u64,
+    #[schema(required)]
+    free_bytes: Option<u64>,
+    #[schema(required)]
+    total_bytes: Option<u64>,
+}
+
+/// A session, or a token that is in use.
+#[derive(Debug, Serialize, ToSchema)]
+struct SessionView {
+    id: String,
+    user: String,
+    role: Role,
+    kind: Kind,
+    #[schema(required)]
+    created_ms: Option<u64>,
+    #[schema(required)]
+    used_ms: Option<u64>,
+    #[schema(required)]
+    expires_ms: Option<u64>,
+    /// It is the caller's.
+    own: bool,
+    /// Its WebSockets.
+    seats: Vec<SeatView>,
+}
+
+/// A WebSocket.
+#[derive(Debug, Serialize, ToSchema)]
+struct SeatView {
+    seat: String,
+    /// Address of the other side.
+    from: String,
+    since_ms: u64,
+}
+
+/// Part of the event log.
+#[derive(Debug, Serialize, ToSchema)]
+struct EventPage {
+    /// The events, the latest first.
+    events: Vec<Event>,
+    /// There may be more before this number.
+    #[schema(required)]
+    next: Option<u64>,
+}
+
+/// How the hub is.
 #[utoipa::path(get, path = "/api/hub/state",
-    responses((status = 200, body = Object), (status = 401), (status = 503)))]
-async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<Value>, ApiError> {
+    responses((status = 200, body = HubState), (status = 401), (status = 503)))]
+async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiError> {
     let entries = hub.audit.last().await?;
     let of = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
     let counts = &hub.counts;
-    let now_ms = hub.clock.now_ms();
     let (failing, lost) = {
         let history = lock(&hub.history);
         (history.is_failing(), history.given_up())
     };
     let place = hub.clone();
     let disk = tokio::task::spawn_blocking(move || disk(&place)).await.unwrap_or_default();
-    Ok(Json(json!({
-        "version": env!("CARGO_PKG_VERSION"), "started_ms": hub.started_ms, "now_ms": now_ms,
-        "uptime_ms": u64::try_from(hub.now().as_millis()).unwrap_or(u64::MAX),
-        "monitors": hub.stations().len(), "memory_bytes": memory_bytes(),
-        "clients": {
-            "connections": of(&counts.connections), "connections_max": hub.config.connections_max,
-            "websockets": of(&counts.sockets), "missed": of(&counts.missed),
+    Ok(Json(HubState {
+        version: env!("CARGO_PKG_VERSION"),
+        started_ms: hub.started_ms,
+        now_ms: hub.clock.now_ms(),
+        uptime_ms: u64::try_from(hub.now().as_millis()).unwrap_or(u64::MAX),
+        monitors: hub.stations().len(),
+        memory_bytes: memory_bytes(),
+        clients: Clients {
+            connections: of(&counts.connections),
+            connections_max: hub.config.connections_max,
+            websockets: of(&counts.sockets),
+            missed: of(&counts.missed),
         },
-        "totals": {
-            "commands": of(&counts.commands), "refused": of(&counts.refused),
-            "jogs": of(&counts.jogs), "logins_failed": of(&counts.logins_failed),
+        totals: Totals {
+            commands: of(&counts.commands),
+            refused: of(&counts.refused),
+            jogs: of(&counts.jogs),
+            logins_failed: of(&counts.logins_failed),
         },
-        "rates": hub.rates.json(Instant::now(), counts),
-        "stop_max_ms": of(&counts.stop_max_us) as f64 / 1000.0,
-        "audit": {
-            "entries": entries, "waiting": hub.audit.waiting(), "lost": hub.audit.lost(),
-            "failing": hub.audit.is_failing(),
+        rates: hub.rates.per_second(Instant::now(), counts),
+        stop_max_ms: of(&counts.stop_max_us) as f64 / 1000.0,
+        audit: AuditState {
+            entries,
+            waiting: hub.audit.waiting(),
+            lost: hub.audit.lost(),
+            failing: hub.audit.is_failing(),
         },
-        "history": {
-            "base": if hub.config.postgres.is_some() { "postgresql" } else { "sqlite" },
-            "failing": failing, "lost": lost,
-            "raw_days": hub.config.raw_days, "minute_days": hub.config.minute_days,
+        history: HistoryState {
+            base: if hub.config.postgres.is_some() { "postgresql" } else { "sqlite" },
+            failing,
+            lost,
+            raw_days: hub.config.raw_days,
+            minute_days: hub.config.minute_days,
         },
-        "disk": disk,
-    })))
+        disk,
+    }))
 }
 
-/// What is kept, and how much room there is.
-fn disk(hub: &Hub) -> Value {
-    let recordings: u64 = hub.recordings.list().iter().map(|it| it.size).sum();
+fn disk(hub: &Hub) -> Disk {
     let data = hub.config.data.as_deref();
-    let (free, total) = data.and_then(room).unzip();
+    let (free_bytes, total_bytes) = data.and_then(room).unzip();
     let size = |name: &str| {
         data.map(|folder| {
             // SQLite keeps what is new beside the file for a while.
@@ -113,11 +244,15 @@ fn disk(hub: &Hub) -> Value {
             ["", "-wal"].iter().filter_map(|end| Some(one(end).ok()?.len())).sum::<u64>()
         })
     };
-    json!({
-        "audit_bytes": size("audit"), "history_bytes": size("history"),
-        "events_bytes": size("events"), "users_bytes": size("hub"),
-        "recordings_bytes": recordings, "free_bytes": free, "total_bytes": total,
-    })
+    Disk {
+        audit_bytes: size("audit"),
+        history_bytes: size("history"),
+        events_bytes: size("events"),
+        users_bytes: size("hub"),
+        recordings_bytes: hub.recordings.list().iter().map(|it| it.size).sum(),
+        free_bytes,
+        total_bytes,
+    }
 }
 
 /// Free and total bytes of the disk that has a folder.
@@ -142,39 +277,53 @@ fn memory_bytes() -> Option<u64> {
 
 /// Who is signed in.
 #[utoipa::path(get, path = "/api/sessions",
-    responses((status = 200, body = Vec<Object>), (status = 401), (status = 403)))]
-async fn sessions(State(hub): State<Hub>, caller: Caller) -> Result<Json<Value>, ApiError> {
+    responses((status = 200, body = Vec<SessionView>), (status = 401), (status = 403)))]
+async fn sessions(
+    State(hub): State<Hub>,
+    caller: Caller,
+) -> Result<Json<Vec<SessionView>>, ApiError> {
     only_administrators(&caller)?;
     let known = hub.access.sessions(hub.clock.steady_ms());
-    let date = |ms| hub.access.date_ms(ms);
+    let date = |ms| Some(hub.access.date_ms(ms));
     let seated = hub.seated();
-    let seats = |key: &str| -> Vec<Value> {
+    let seats = |key: &str| -> Vec<SeatView> {
         let own = seated.iter().filter(|it| it.principal.key == key && it.open);
-        own.map(|it| json!({ "seat": it.seat, "from": it.from, "since_ms": it.since_ms })).collect()
+        let view = |it: &Seated| {
+            let (seat, from) = (it.seat.clone(), it.from.clone());
+            SeatView { seat, from, since_ms: it.since_ms }
+        };
+        own.map(view).collect()
     };
-    let own = |id: &str| caller.principal.key == id;
-    let mut all: Vec<Value> = known
+    let mut all: Vec<SessionView> = known
         .iter()
-        .map(|it| {
-            json!({
-                "id": it.key, "user": it.user, "role": it.role, "kind": Kind::Session,
-                "created_ms": date(it.created_ms), "used_ms": date(it.used_ms),
-                "expires_ms": date(it.expires_ms()),
-                "own": own(&it.key), "seats": seats(&it.key),
-            })
+        .map(|it| SessionView {
+            id: it.key.clone(),
+            user: it.user.clone(),
+            role: it.role,
+            kind: Kind::Session,
+            created_ms: date(it.created_ms),
+            used_ms: date(it.used_ms),
+            expires_ms: date(it.expires_ms()),
+            own: caller.principal.key == it.key,
+            seats: seats(&it.key),
         })
         .collect();
     let mut others: Vec<_> =
         seated.iter().filter(|it| it.principal.kind != Kind::Session && it.open).collect();
     others.sort_by(|a, b| a.principal.key.cmp(&b.principal.key));
     others.dedup_by(|a, b| a.principal.key == b.principal.key);
-    for it in others.into_iter().map(|it| &it.principal) {
-        all.push(json!({
-            "id": it.key, "user": it.user, "role": it.role, "kind": it.kind, "created_ms": null,
-            "used_ms": null, "expires_ms": null, "own": own(&it.key), "seats": seats(&it.key),
-        }));
-    }
-    Ok(Json(Value::Array(all)))
+    all.extend(others.into_iter().map(|it| &it.principal).map(|it| SessionView {
+        id: it.key.clone(),
+        user: it.user.clone(),
+        role: it.role,
+        kind: it.kind,
+        created_ms: None,
+        used_ms: None,
+        expires_ms: None,
+        own: caller.principal.key == it.key,
+        seats: seats(&it.key),
+    }));
+    Ok(Json(all))
 }
 
 /// Ends somebody's session; its WebSockets are closed.
@@ -193,13 +342,13 @@ async fn end_session(
 
 /// What has happened, the latest first.
 #[utoipa::path(get, path = "/api/events", params(Wanted),
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 503)))]
+    responses((status = 200, body = EventPage), (status = 400), (status = 401), (status = 503)))]
 async fn events(
     State(hub): State<Hub>,
     _: Caller,
     wanted: Asked<Wanted>,
-) -> Result<Json<Value>, ApiError> {
+) -> Result<Json<EventPage>, ApiError> {
     let Query(wanted) = wanted.map_err(|error| not_understood(&error))?;
     let page = hub.events.find(wanted.try_into()?).await?;
-    Ok(Json(json!({ "events": page.found, "next": page.next })))
+    Ok(Json(EventPage { events: page.found, next: page.next }))
 }

@@ -140,7 +140,7 @@ pub fn check(
         postgres,
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
-        site: site(&read.monitor, &read.tank, &read.wall),
+        site: site(&read.monitor, read.tank, read.wall),
         monitors,
         warnings: check.warnings.clone(),
         simulation: read.server.simulation,
@@ -403,7 +403,6 @@ fn is_open(_: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::{Value, json};
 
     use super::*;
 
@@ -430,9 +429,9 @@ mod tests {
         assert_eq!((first.poll_ms, second.poll_ms), (POLL_SERIAL_MS, 50));
         assert_eq!((first.name.ru.as_str(), second.name.ru.as_str()), ("Запад", "M2"));
         let site = config.site.unwrap();
-        assert_eq!(site["monitors"]["M1"]["at"], json!([1.0, 2.0]));
-        assert_eq!(site["monitors"]["M2"], Value::Null);
-        assert_eq!(site["tanks"][0]["diameter"], 10.0);
+        assert_eq!(site.monitors["M1"].at, [1.0, 2.0]);
+        assert!(!site.monitors.contains_key("M2"));
+        assert_eq!(site.tanks[0].diameter, 10.0);
     }
 
     #[test]

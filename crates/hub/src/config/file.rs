@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::{Problem, words};
 use crate::access::Role;
+use crate::site::{Tank, Wall};
 use crate::text::{Both, both};
 
 #[derive(Debug, Default, Deserialize)]
@@ -141,24 +142,6 @@ pub struct Monitor {
 pub enum Name {
     One(String),
     Two(Both),
-}
-
-#[derive(Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Tank {
-    pub name: String,
-    pub at: [f64; 2],
-    pub diameter: f64,
-    pub height: f64,
-}
-
-#[derive(Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Wall {
-    pub name: String,
-    pub from: [f64; 2],
-    pub to: [f64; 2],
-    pub height: f64,
 }
 
 /// More mistakes than this are not looked for: the file is not one of ours.

@@ -10,9 +10,9 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
 use lafet_client::Endpoint;
-use serde_json::Value;
 
 use crate::access::Role;
+use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
 pub use check::Problem;
@@ -58,7 +58,7 @@ pub struct Config {
     /// The monitors, in the order of the file.
     pub monitors: Vec<MonitorConfig>,
     /// Where things stand, as the API publishes it.
-    pub site: Option<Value>,
+    pub site: Option<Site>,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.

@@ -1,10 +1,12 @@
 //! Names of the hub, pages that may use it, and where things stand.
 
-use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
 use toml::Spanned;
 
 use super::check::Check;
-use super::file::{Monitor, Tank, Wall};
+use super::file::Monitor;
+use crate::site::{Place, Site, Tank, Wall};
 use crate::text::both;
 
 /// What is on a site is not farther from its middle, nor higher.
@@ -97,23 +99,18 @@ impl Check<'_> {
     }
 }
 
-/// Where things stand, if the file says it of a monitor.
+/// Where things are, if the file says it of a monitor.
 pub fn site(
     monitors: &[Spanned<Monitor>],
-    tanks: &[Spanned<Tank>],
-    walls: &[Spanned<Wall>],
-) -> Option<Value> {
-    let placed = monitors.iter().map(Spanned::get_ref).filter_map(|monitor| {
-        let place = json!({
-            "at": monitor.at.as_ref()?.get_ref(), "heading": monitor.heading, "height": monitor.height,
-        });
-        Some((monitor.id.get_ref().clone(), place))
+    tanks: Vec<Spanned<Tank>>,
+    walls: Vec<Spanned<Wall>>,
+) -> Option<Site> {
+    let placed = monitors.iter().map(Spanned::get_ref).filter_map(|it| {
+        let (at, heading, height) = (*it.at.as_ref()?.get_ref(), it.heading, it.height);
+        Some((it.id.get_ref().clone(), Place { at, heading, height }))
     });
-    let placed: serde_json::Map<String, Value> = placed.collect();
-    (!placed.is_empty())
-        .then(|| json!({ "monitors": placed, "tanks": inner(tanks), "walls": inner(walls) }))
-}
-
-fn inner<T: serde::Serialize>(read: &[Spanned<T>]) -> Value {
-    read.iter().map(|it| json!(it.get_ref())).collect()
+    let monitors: BTreeMap<String, Place> = placed.collect();
+    let tanks = tanks.into_iter().map(Spanned::into_inner).collect();
+    let walls = walls.into_iter().map(Spanned::into_inner).collect();
+    (!monitors.is_empty()).then_some(Site { monitors, tanks, walls })
 }

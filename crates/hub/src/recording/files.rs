@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
+use std::time::SystemTime;
 
 use lafet_capture::{Format, Piece, ReadError, Recorder};
 use time::OffsetDateTime;
@@ -17,6 +18,8 @@ use super::{Recording, Whose, player};
 const KEEP_MS: u64 = 60_000;
 const DAY_MS: u64 = 86_400_000;
 const MEGABYTE: u64 = 1_000_000;
+/// 2000-01-01: what is said to be older was dated by no clock, or by one that was never set.
+const DATED_MS: u64 = 946_684_800_000;
 /// Ends the name of what is told of a recording.
 const ABOUT: &str = "json";
 const ENDINGS: [&str; 2] = [".mcap", ".pcapng"];
@@ -124,12 +127,23 @@ impl Folder {
         names.filter(|name| is_name(name)).map(|name| self.about(&name)).collect()
     }
 
-    /// What is told of a recording; one that somebody has put there has told nothing.
+    /// What is told of a recording. Of one that somebody has put there, or whose word is lost, its
+    /// file tells the time: it was written last after its last frame.
     pub fn about(&self, name: &str) -> Recording {
         let text = fs::read(about(self.path(), name)).unwrap_or_default();
-        let told = serde_json::from_slice(&text)
-            .unwrap_or_else(|_| Recording { cause: "uploaded".into(), ..Recording::default() });
+        let told = serde_json::from_slice(&text).unwrap_or_else(|_| {
+            let written_ms = self.written_ms(name);
+            let (from_ms, to_ms) = (written_ms, written_ms);
+            Recording { cause: "uploaded".into(), from_ms, to_ms, ..Recording::default() }
+        });
         Recording { name: name.to_owned(), size: self.size(name), ..told }
+    }
+
+    /// When a file was written last; 0: that is not known.
+    fn written_ms(&self, name: &str) -> u64 {
+        let at = fs::metadata(self.path().join(name)).and_then(|it| it.modified());
+        let since = at.ok().and_then(|at| at.duration_since(SystemTime::UNIX_EPOCH).ok());
+        since.and_then(|it| u64::try_from(it.as_millis()).ok()).unwrap_or(0)
     }
 
     /// Removes a recording.
@@ -307,16 +321,18 @@ fn put(recorder: &mut Recorder<BufWriter<File>>, piece: &Piece) -> io::Result<()
     }
 }
 
-/// Removes what is too old, and the oldest while all are too much. What is written stays.
+/// Removes what is too old, and the oldest while all are too much. What is written stays. What nobody
+/// knows the age of is never too old, and goes last when there is too much.
 fn forget(folder: &Path, now_ms: u64, (days, megabytes): (u32, u64), open: &Open) {
     let before_ms = now_ms.saturating_sub(u64::from(days) * DAY_MS);
     let place = Folder(Arc::new(Place { path: folder.to_owned(), temporary: false }));
     let mut all = place.list();
     all.retain(|it| !open.contains_key(&it.name));
-    all.sort_by_key(|it| it.to_ms);
+    all.sort_by_key(|it| (it.to_ms < DATED_MS, it.to_ms));
     let mut total: u64 = all.iter().map(|it| it.size).sum();
     for meta in all {
-        if meta.to_ms >= before_ms && total <= megabytes.saturating_mul(MEGABYTE) {
+        let old = (DATED_MS..before_ms).contains(&meta.to_ms);
+        if !old && total <= megabytes.saturating_mul(MEGABYTE) {
             return;
         }
         total = total.saturating_sub(meta.size);
@@ -327,6 +343,8 @@ fn forget(folder: &Path, now_ms: u64, (days, megabytes): (u32, u64), open: &Open
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]
@@ -343,27 +361,66 @@ mod tests {
         assert_eq!(date(1_763_712_000_000), "20251121-080000");
     }
 
+    /// A recording of 0.6 MB that ends so many days after 2000, if its word is there.
+    fn put_one(folder: &Folder, name: &str, day: Option<u64>) {
+        fs::write(folder.path().join(name), vec![0; 600_000]).unwrap();
+        let Some(day) = day else { return };
+        let to_ms = DATED_MS + day * DAY_MS;
+        let meta = Recording { name: name.into(), to_ms, ..Recording::default() };
+        tell(folder.path(), &meta).unwrap();
+    }
+
+    fn left(folder: &Folder) -> Vec<String> {
+        let mut names: Vec<String> = folder.list().into_iter().map(|it| it.name).collect();
+        names.sort();
+        names
+    }
+
     #[test]
     fn the_oldest_goes_when_there_is_too_much() {
         let folder = Folder::open(None).unwrap();
-        for (name, to_ms) in [("old.mcap", 1), ("older.mcap", 0), ("new.mcap", 10 * DAY_MS)] {
-            fs::write(folder.path().join(name), vec![0; 600_000]).unwrap();
-            let meta = Recording { name: name.into(), to_ms, ..Recording::default() };
-            tell(folder.path(), &meta).unwrap();
+        for (name, day) in [("old.mcap", 1), ("older.mcap", 0), ("new.mcap", 10)] {
+            put_one(&folder, name, Some(day));
         }
-        let left = || {
-            let mut names: Vec<String> = folder.list().into_iter().map(|it| it.name).collect();
-            names.sort();
-            names
-        };
-        forget(folder.path(), 10 * DAY_MS, (100, 2), &Open::new());
-        assert_eq!(left().len(), 3);
-        forget(folder.path(), 10 * DAY_MS, (100, 1), &Open::new());
-        assert_eq!(left(), ["new.mcap"], "1.2 MB are more than 1 MB, too");
-        forget(folder.path(), 20 * DAY_MS, (5, 1), &Open::new());
-        assert!(left().is_empty());
+        let after = |days: u64| DATED_MS + days * DAY_MS;
+        forget(folder.path(), after(10), (100, 2), &Open::new());
+        assert_eq!(left(&folder).len(), 3);
+        forget(folder.path(), after(10), (100, 1), &Open::new());
+        assert_eq!(left(&folder), ["new.mcap"], "1.2 MB are more than 1 MB, too");
+        forget(folder.path(), after(20), (5, 1), &Open::new());
+        assert!(left(&folder).is_empty());
         let path = folder.path().to_owned();
         drop(folder);
         assert!(!path.exists());
+    }
+
+    /// Assumed: a word may be missing, cut off by a full disk, or from a clock that was never set.
+    #[test]
+    fn a_recording_without_its_word_is_as_old_as_its_file() {
+        let folder = Folder::open(None).unwrap();
+        let set = |name: &str, at: SystemTime| {
+            let file = File::options().write(true).open(folder.path().join(name)).unwrap();
+            file.set_modified(at).unwrap();
+        };
+        let day = |days: u64| SystemTime::UNIX_EPOCH + Duration::from_millis(days * DAY_MS);
+        let days = 11_000;
+        for (name, age) in [("lost.mcap", 10), ("cut.mcap", 10), ("recent.mcap", 2)] {
+            put_one(&folder, name, None);
+            set(name, day(days - age));
+        }
+        fs::write(about(folder.path(), "cut.mcap"), "{\"name\":\"cut").unwrap();
+        for name in ["undated.mcap", "unset.mcap"] {
+            put_one(&folder, name, None);
+            set(name, day(0));
+        }
+        let unset = Recording { name: "unset.mcap".into(), to_ms: 5000, ..Recording::default() };
+        tell(folder.path(), &unset).unwrap();
+        assert_eq!(folder.about("recent.mcap").to_ms, (days - 2) * DAY_MS);
+        forget(folder.path(), days * DAY_MS, (20, 100), &Open::new());
+        assert_eq!(left(&folder).len(), 5, "none is older than 20 days");
+        forget(folder.path(), days * DAY_MS, (5, 100), &Open::new());
+        assert_eq!(left(&folder), ["recent.mcap", "undated.mcap", "unset.mcap"]);
+        forget(folder.path(), days * DAY_MS, (5, 1), &Open::new());
+        assert_eq!(left(&folder), ["unset.mcap"], "too much: what has an age goes first");
     }
 }

@@ -49,8 +49,10 @@ pub struct Recording {
     /// `alarm`, `asked` or `uploaded`.
     pub cause: String,
     /// Who asked for it.
+    #[schema(required)]
     pub by: Option<String>,
     /// Which alarm it was.
+    #[schema(required)]
     pub alarm: Option<String>,
     /// Whose frames there are.
     pub monitors: Vec<String>,

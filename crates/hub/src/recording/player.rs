@@ -9,13 +9,17 @@ use lafet_proto::answer::Reply;
 use lafet_proto::bus::MONITORS;
 use lafet_proto::link::{Decoder, Frame};
 use lafet_proto::record::Records;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 use super::{SCENE, Whose};
 use crate::alarms::{Alarms, Conditions};
 use crate::api::show_frame;
+use crate::messages::ShownFrame;
 use crate::model::{self, Status, Subsystems};
 use crate::text::{Both, both};
+use crate::view::{Bounds, Hotbeds, Info};
+use crate::words::LinkWord;
 
 /// A state that is as it was is told this often.
 const RENEW_MS: u64 = 1000;
@@ -43,7 +47,7 @@ pub struct Player {
 struct Heard {
     status: Status,
     told_ms: u64,
-    limits: Map<String, Value>,
+    limits: BTreeMap<String, Bounds>,
 }
 
 /// A line that is being made.
@@ -52,7 +56,31 @@ struct Line {
     at_ms: u64,
     set: BTreeMap<String, Value>,
     gone: Vec<String>,
-    frames: Vec<Value>,
+    frames: Vec<ShownFrame>,
+}
+
+/// What a recording has of a link.
+#[derive(Serialize)]
+struct HeardLink {
+    state: LinkWord,
+}
+
+/// A line as it is written.
+#[derive(Serialize)]
+struct Written<'a> {
+    at_ms: u64,
+    set: &'a BTreeMap<String, Value>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    gone: &'a [String],
+    /// Of a recording that is shown frame by frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<&'a [ShownFrame]>,
+}
+
+impl Written<'_> {
+    fn text(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default() + "\n"
+    }
 }
 
 impl Player {
@@ -72,9 +100,9 @@ impl Player {
     fn note(&mut self, note: &Note) -> Option<String> {
         let line = self.time(note.at_ns / 1_000_000);
         if note.topic == SCENE
-            && let Ok(scene) = serde_json::from_str(&note.json)
+            && let Ok(scene) = serde_json::from_str::<Value>(&note.json)
         {
-            self.set(SCENE, scene);
+            self.set(SCENE, &scene);
         }
         line
     }
@@ -89,7 +117,7 @@ impl Player {
             if self.frames {
                 let verdict = if out { "sent" } else { "heard" };
                 let sent = MONITORS.contains(&frame.dst);
-                self.line.frames.push(show_frame(&monitor, at_ms, sent, verdict, frame));
+                self.line.frames.push(show_frame(&monitor, at_ms, sent, verdict.to_owned(), frame));
             }
             if MONITORS.contains(&frame.src) {
                 self.answers(at_ms, &monitor, address, frame.payload);
@@ -105,23 +133,21 @@ impl Player {
             |id| answers.iter().filter(move |it| it.request() == id && it.status().is_success());
         let limits =
             told(RequestId::RETRIEVE_LIMITS).filter_map(|it| match it.decode().ok()?.data {
-                Reply::Limits(limits) => {
-                    Some((it.from().to_string(), json!({ "min": limits.min, "max": limits.max })))
-                }
+                Reply::Limits(limits) => Some((it.from().to_string(), Bounds::from(limits))),
                 _ => None,
             });
-        let limits: Vec<(String, Value)> = limits.collect();
+        let limits: Vec<(String, Bounds)> = limits.collect();
         if !limits.is_empty() {
             let heard = self.monitors.entry(monitor.to_owned()).or_default();
             heard.limits.extend(limits);
-            let limits = Value::Object(heard.limits.clone());
-            self.set(&format!("monitors/{monitor}/limits"), limits);
+            let limits = heard.limits.clone();
+            self.set(&format!("monitors/{monitor}/limits"), &limits);
         }
         for answer in answers.iter().filter(|it| it.status().is_success()) {
             let hotbeds = answer.decode().ok().and_then(|it| Some(it.hotbeds()?.collect()));
             if let Some::<Vec<_>>(hotbeds) = hotbeds {
-                let value = model::hotbeds(at_ms, &hotbeds);
-                self.set(&format!("monitors/{monitor}/hotbeds"), value);
+                let value = Hotbeds::new(at_ms, &hotbeds);
+                self.set(&format!("monitors/{monitor}/hotbeds"), &value);
             }
         }
         let states = model::subsystems(told(RequestId::GET_STATUS), &Subsystems::new());
@@ -149,13 +175,16 @@ impl Player {
         let topic = |part: &str| format!("monitors/{monitor}/{part}");
         if first {
             let name = self.names.get(monitor).cloned().unwrap_or_else(|| both(monitor, monitor));
-            let info = json!({ "id": monitor, "name": name, "address": address });
-            self.set(&topic("info"), info);
+            let info = Info { id: monitor.to_owned(), name, address };
+            self.set(&topic("info"), &info);
         }
-        self.set(&topic("status"), json!(status));
+        self.set(&topic("status"), &status);
         let up = !status.stale;
-        self.set(&topic("link"), json!({ "state": if up { "up" } else { "down" } }));
-        self.set(&topic("readiness"), json!(model::readiness(&status, up, false)));
+        self.set(
+            &topic("link"),
+            &HeardLink { state: if up { LinkWord::Up } else { LinkWord::Down } },
+        );
+        self.set(&topic("readiness"), &model::readiness(&status, up, false));
         let changes = self.alarms.observe(at_ms, monitor, &status, true);
         self.alarms_changed(changes);
     }
@@ -165,8 +194,8 @@ impl Player {
             let topic = format!("alarms/{}", change.id);
             match self.alarms.get(&change.id) {
                 Some(alarm) => {
-                    let alarm = json!(alarm);
-                    self.set(&topic, alarm);
+                    let alarm = alarm.clone();
+                    self.set(&topic, &alarm);
                 }
                 None => {
                     self.all.remove(&topic);
@@ -177,7 +206,8 @@ impl Player {
         }
     }
 
-    fn set(&mut self, topic: &str, value: Value) {
+    fn set(&mut self, topic: &str, value: &impl Serialize) {
+        let value = serde_json::to_value(value).unwrap_or_default();
         if self.all.get(topic) != Some(&value) {
             self.all.insert(topic.to_owned(), value.clone());
             self.line.gone.retain(|gone| gone != topic);
@@ -217,25 +247,17 @@ impl Player {
         if line.set.is_empty() && line.gone.is_empty() && line.frames.is_empty() {
             return None;
         }
-        let mut value = json!({ "at_ms": line.at_ms, "set": line.set });
-        if !line.gone.is_empty() {
-            value["gone"] = json!(line.gone);
-        }
-        if self.frames {
-            value["frames"] = json!(line.frames);
-        }
-        Some(value.to_string() + "\n")
+        let frames = self.frames.then_some(&*line.frames);
+        let (set, gone) = (&line.set, &*line.gone);
+        Some(Written { at_ms: line.at_ms, set, gone, frames }.text())
     }
 
     /// Everything as it is now, as the first line; what was being made is part of it.
     pub fn everything(&mut self, at_ms: u64) -> String {
         let frames = std::mem::take(&mut self.line).frames;
         self.line.at_ms = at_ms;
-        let mut value = json!({ "at_ms": at_ms, "set": self.all });
-        if self.frames {
-            value["frames"] = json!(frames);
-        }
-        value.to_string() + "\n"
+        let frames = self.frames.then_some(&*frames);
+        Written { at_ms, set: &self.all, gone: &[], frames }.text()
     }
 }
 

@@ -49,6 +49,7 @@ PRAGMA synchronous = FULL;";
 
 /// What is to be noted.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = AuditRecord)]
 pub struct Record {
     /// When, ms since 1970.
     pub at_ms: u64,
@@ -86,6 +87,12 @@ impl Record {
     #[must_use]
     pub fn about(self, act: &Act) -> Self {
         Self { act: Some(act.to_value()), ..self }
+    }
+
+    /// The same with what else is known.
+    #[must_use]
+    pub fn with(self, details: &impl Serialize) -> Self {
+        Self { details: serde_json::to_value(details).unwrap_or_default(), ..self }
     }
 }
 

@@ -20,6 +20,7 @@ pub struct Verified {
     /// Hash of the last one.
     pub head: String,
     /// The first entry that is not right.
+    #[schema(required)]
     pub bad: Option<u64>,
 }
 

@@ -45,6 +45,7 @@ pub struct Event {
     /// When, ms since 1970.
     pub at_ms: u64,
     /// To which monitor; `None`: to the site.
+    #[schema(required)]
     pub monitor: Option<String>,
     /// What.
     pub what: Both,

@@ -105,8 +105,10 @@ pub struct AlarmChange {
     /// Its state since.
     pub to: String,
     /// Whose action it was, if it was one.
+    #[schema(required)]
     pub user: Option<String>,
     /// The reason given.
+    #[schema(required)]
     pub reason: Option<String>,
 }
 

@@ -7,11 +7,12 @@ use lafet_proto::Request;
 use lafet_proto::link::Frame;
 use lafet_proto::record::Records;
 use lafet_proto::text::AnswerText;
-use serde_json::{Value, json};
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::hub::{Caller, Hub};
+use crate::messages::{Message, ShownFrame};
 use crate::station::Station;
+use crate::words::DirectionWord;
 
 /// Shows the frames of a monitor to a connection.
 pub async fn show_frames(hub: Hub, caller: Caller, station: Arc<Station>) {
@@ -25,24 +26,22 @@ pub async fn show_frames(hub: Hub, caller: Caller, station: Arc<Station>) {
         match frames.recv().await {
             Ok(frame) if frame.dst == client.address() || frame.src == client.address() => {
                 let message = show(station.id(), hub.clock.now_ms(), &frame);
-                hub.tell(&caller.seat.seat, message);
+                hub.tell(&caller.seat.seat, &Message::Frame(message));
             }
             Ok(_) => {}
             Err(RecvError::Lagged(count)) => {
-                hub.tell(&caller.seat.seat, json!({ "type": "missed", "count": count }));
+                hub.tell(&caller.seat.seat, &Message::Missed { count });
             }
             Err(RecvError::Closed) => return,
         }
     }
 }
 
-fn show(monitor: &str, at_ms: u64, frame: &Traced) -> Value {
+fn show(monitor: &str, at_ms: u64, frame: &Traced) -> ShownFrame {
     let sent = frame.direction() == Direction::Sent;
     let verdict = format!("{:?}", frame.verdict).to_lowercase();
     let frame = Frame { dst: frame.dst, src: frame.src, payload: &frame.payload };
-    let mut message = show_frame(monitor, at_ms, sent, &verdict, &frame);
-    message["type"] = "frame".into();
-    message
+    show_frame(monitor, at_ms, sent, verdict, &frame)
 }
 
 /// A frame as text and bytes.
@@ -50,9 +49,9 @@ pub fn show_frame(
     monitor: &str,
     at_ms: u64,
     sent: bool,
-    verdict: &str,
+    verdict: String,
     frame: &Frame<'_>,
-) -> Value {
+) -> ShownFrame {
     let texts = Records::new(frame.payload).map(|record| match record {
         Ok(record) if sent => match Request::decode(&record) {
             Ok(request) => request.to_string(),
@@ -62,9 +61,14 @@ pub fn show_frame(
         Err(error) => error.to_string(),
     });
     let bytes: Vec<String> = frame.payload.iter().map(|byte| format!("{byte:02x}")).collect();
-    json!({
-        "monitor": monitor, "at_ms": at_ms, "direction": if sent { "out" } else { "in" },
-        "verdict": verdict, "dst": frame.dst, "src": frame.src, "bytes": bytes.join(" "),
-        "text": texts.collect::<Vec<_>>().join(" ; "),
-    })
+    ShownFrame {
+        monitor: monitor.to_owned(),
+        at_ms,
+        direction: if sent { DirectionWord::Out } else { DirectionWord::In },
+        verdict,
+        dst: frame.dst,
+        src: frame.src,
+        bytes: bytes.join(" "),
+        text: texts.collect::<Vec<_>>().join(" ; "),
+    }
 }

@@ -21,12 +21,15 @@ use utoipa::IntoParams;
 
 use super::guard::Peer;
 use crate::access::Principal;
-use crate::broadcast::Seen;
+use crate::allowances::Talk;
+use crate::api::network;
+use crate::broadcast::Own;
 use crate::hub::{Caller, Hub};
+use crate::sync::lock;
 use crate::topics::Audience;
 pub use frames::show_frame;
 use reader::{REQUESTS_MAX, Reader, URGENT_MAX};
-pub use said::kinds;
+pub use said::{Id, Said, kinds};
 use writer::{SLOW, Writer};
 
 /// Longest message of a client.
@@ -38,6 +41,7 @@ const ANSWERS_MAX: usize = 64;
 
 /// How to come back.
 #[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub struct Resume {
     /// The secret of `hello`.
     resume: Option<String>,
@@ -74,6 +78,10 @@ async fn serve(
     hub.counts.sockets.fetch_add(1, Ordering::Relaxed);
     let mut key = hub.sit_down(&principal, &from.to_string(), resume.as_deref());
     let caller = Caller::socket(principal, from, key.seat.clone());
+    // Another session does not notice, wherever it is; nor does another place of this one.
+    let talker = (caller.principal.key.clone(), network(from));
+    let talk = lock(&hub.places).talks.take(hub.now(), &talker);
+    let talk = talk.unwrap_or_else(|| Talk::new(hub.now()));
     let (sink, stream) = socket.split();
     let (answers, waiting) = mpsc::channel(ANSWERS_MAX);
     let heard = Arc::new(AtomicBool::new(true));
@@ -88,12 +96,13 @@ async fn serve(
         watching: HashMap::new(),
         told: HashMap::new(),
         audience,
+        talk: talk.clone(),
     };
     let mut writer = Writer {
         hub: hub.clone(),
         caller,
         sink,
-        seen: Seen::default(),
+        own: Own::default(),
         audience: Audience::default(),
         turning,
     };
@@ -103,6 +112,7 @@ async fn serve(
     };
     // What it moves is let go first; then good manners.
     hub.stand_up(&key);
+    lock(&hub.places).talks.put(hub.now(), talker, talk);
     hub.counts.sockets.fetch_sub(1, Ordering::Relaxed);
     if let Some((code, reason)) = close {
         let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };

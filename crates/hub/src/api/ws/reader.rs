@@ -6,13 +6,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use axum::extract::ws::{Message, WebSocket};
+use axum::extract::ws::{self, Utf8Bytes, WebSocket};
 use futures_util::StreamExt;
 use futures_util::future::join_all;
 use futures_util::stream::SplitStream;
 use lafet_proto::SubsystemId;
-use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::Value;
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::AbortHandle;
 use tokio::time::{sleep, timeout};
@@ -20,21 +19,21 @@ use tokio::time::{sleep, timeout};
 use super::Close;
 use super::frames::show_frames;
 use super::said::{Id, Said, understand};
-use crate::access::Bucket;
+use crate::allowances::Talk;
 use crate::api::guard;
-use crate::api::monitors::{self, JogBeat, LOCKOUT, STOP};
+use crate::api::monitors::{self, JogBeat};
 use crate::error::{ApiError, shown};
 use crate::hub::{Caller, Hub};
+use crate::messages::{Answer, Message, Progress, Subscribed};
+use crate::outcome::{OfAll, OfOne, Outcome, parted};
+use crate::request::MonitorRequest;
 use crate::station::Station;
+use crate::sync::lock;
 use crate::text::both;
 use crate::topics::Audience;
 use crate::urgent::{Joined, UNANSWERED};
+use crate::words::{MotionEnd, MotionWord};
 
-/// Messages of a connection: so many at once, so many a second.
-const MESSAGES: (f64, f64) = (400.0, 200.0);
-/// Stop, Close and Lockout of a connection. Each is carried out at once; more of them only make the
-/// connection's next message wait.
-const URGENT: (f64, f64) = (50.0, 50.0);
 /// Requests of a connection that wait for their answers.
 pub const REQUESTS_MAX: usize = 32;
 /// Stop, Close and Lockout that wait for theirs; while there are so many, nothing more is read.
@@ -48,22 +47,21 @@ const TOO_LARGE: (u16, &str) = (1009, "message too large");
 pub struct Reader {
     pub hub: Hub,
     pub caller: Caller,
-    pub answers: mpsc::Sender<Value>,
+    pub answers: mpsc::Sender<Utf8Bytes>,
     pub heard: Arc<AtomicBool>,
     pub room: Arc<Semaphore>,
     pub urgent_room: Arc<Semaphore>,
     pub watching: HashMap<String, AbortHandle>,
     /// What was said last of a drive: beats are many, news are few.
-    pub told: HashMap<(String, SubsystemId), &'static str>,
+    pub told: HashMap<(String, SubsystemId), MotionWord>,
     /// Tells the writer what the client looks at.
     pub audience: watch::Sender<Audience>,
+    /// How much it may say.
+    pub talk: Talk,
 }
 
 impl Reader {
     pub async fn run(mut self, mut stream: SplitStream<WebSocket>) -> Close {
-        let (most, per_s) = MESSAGES;
-        let mut bucket = Bucket::new(self.hub.now(), most, per_s);
-        let mut urgent_bucket = Bucket::new(self.hub.now(), URGENT.0, URGENT.1);
         while let Some(message) = stream.next().await {
             let message = match message {
                 Ok(message) => message,
@@ -72,14 +70,14 @@ impl Reader {
             };
             self.heard.store(true, Ordering::Relaxed);
             let text = match message {
-                Message::Text(text) => text,
-                Message::Close(_) => return None,
+                ws::Message::Text(text) => text,
+                ws::Message::Close(_) => return None,
                 _ => continue,
             };
             let said = understand(&text);
             let urgent =
                 matches!(&said, Ok(Said::Stop { .. } | Said::Close { .. } | Said::Lockout { .. }));
-            if !urgent && bucket.take(self.hub.now()).is_err() {
+            if !urgent && lock(&self.talk.messages).take(self.hub.now()).is_err() {
                 return Some((4429, "too many messages"));
             }
             match said {
@@ -90,7 +88,11 @@ impl Reader {
                     self.answer(id, Err(guard::not_understood(&error))).await;
                 }
             }
-            if urgent && let Err(wait) = urgent_bucket.take(self.hub.now()) {
+            let wait = match urgent {
+                true => lock(&self.talk.urgent).take(self.hub.now()).err(),
+                false => None,
+            };
+            if let Some(wait) = wait {
                 sleep(wait).await;
             }
         }
@@ -99,21 +101,25 @@ impl Reader {
 
     async fn heed(&mut self, said: Said) {
         match said {
-            Said::Stop { id, monitor: None, .. } => self.everywhere(id, STOP).await,
-            Said::Lockout { id, monitor: None } => self.everywhere(id, LOCKOUT).await,
+            Said::Stop { id, monitor: None, .. } => {
+                self.everywhere(id, MonitorRequest::stop(SubsystemId::ALL)).await;
+            }
+            Said::Lockout { id, monitor: None } => {
+                self.everywhere(id, MonitorRequest::lockout()).await;
+            }
             Said::Stop { id, monitor: Some(monitor), of } => {
-                self.urgent(id, &monitor, |_, _| vec![monitors::stop_text(of.as_deref())]).await;
+                let stop = |_: &Station| Ok(vec![monitors::stop(of.as_deref())?]);
+                self.urgent(id, &monitor, stop).await;
             }
             Said::Close { id, monitor, valve } => {
-                let texts =
-                    |_: &Hub, station: &Station| monitors::close_texts(station, valve.as_deref());
-                self.urgent(id, &monitor, texts).await;
+                let close = |station: &Station| monitors::close(station, valve.as_deref());
+                self.urgent(id, &monitor, close).await;
             }
             Said::Lockout { id, monitor: Some(monitor) } => {
-                self.urgent(id, &monitor, |_, _| vec![LOCKOUT.to_owned()]).await;
+                self.urgent(id, &monitor, |_| Ok(vec![MonitorRequest::lockout()?])).await;
             }
             Said::Request { id, monitor, request, confirm, save } => {
-                self.request(id, &monitor, request, confirm, save).await;
+                self.request(id, &monitor, &request, confirm, save).await;
             }
             Said::Authority { id, monitor, action, reason } => {
                 let result = self.hub.station(&monitor).and_then(|station| {
@@ -121,7 +127,7 @@ impl Reader {
                 });
                 let answer = match result {
                     Ok(authority) => Answer { authority: Some(authority), ..Answer::to(id) },
-                    Err(error) => Answer { error: Some(error.json()), ..Answer::to(id) },
+                    Err(error) => Answer::refused(id, &error),
                 };
                 self.send(answer).await;
             }
@@ -139,7 +145,7 @@ impl Reader {
             Said::Subscribe { id, monitors } => {
                 let answer = match self.subscribe(monitors) {
                     Ok(subscribed) => Answer { subscribed: Some(subscribed), ..Answer::to(id) },
-                    Err(error) => Answer { error: Some(error.json()), ..Answer::to(id) },
+                    Err(error) => Answer::refused(id, &error),
                 };
                 self.send(answer).await;
             }
@@ -172,25 +178,32 @@ impl Reader {
         let result = station.and_then(|station| self.hub.beat(&self.caller, &station, beat));
         let (state, text) = match &result {
             Ok(state) => (*state, None),
-            Err(error) => ("ended", Some(&error.text)),
+            Err(error) => (MotionWord::Ended, Some(&error.text)),
         };
         // What does not exist is not remembered: a client could invent names without end.
         let news =
             drive.is_none_or(|it| self.told.insert((monitor.clone(), it), state) != Some(state));
-        if state == "armed" && news || state == "ended" {
-            let message = json!({
-                "type": "jog", "monitor": shown(&monitor), "drive": shown(&beat.drive),
-                "state": state, "end": text.map(|_| "refused"), "text": text,
-            });
-            self.hub.tell(&self.caller.seat.seat, message);
+        if state == MotionWord::Armed && news || state == MotionWord::Ended {
+            let message = Message::Jog {
+                monitor: shown(&monitor).to_owned(),
+                drive: shown(&beat.drive).to_owned(),
+                state,
+                end: text.map(|_| MotionEnd::Refused),
+                text: text.map(|text| (**text).clone()),
+            };
+            self.hub.tell(&self.caller.seat.seat, &message);
         }
     }
 
     /// The same urgent request to every monitor. Each result is sent as it comes, then all of them.
-    async fn everywhere(&self, id: Id, text: &'static str) {
+    async fn everywhere(&self, id: Id, request: Result<MonitorRequest, ApiError>) {
+        let request = match request {
+            Ok(request) => request,
+            Err(error) => return self.answer(id, Err(error)).await,
+        };
         let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
         let join = |station: &Arc<Station>| {
-            let joined = self.hub.urgent(&self.caller, station, text);
+            let joined = self.hub.urgent(&self.caller, station, &request);
             (station.id().to_owned(), joined)
         };
         let all: Vec<(String, Joined)> = self.hub.stations().iter().map(join).collect();
@@ -198,28 +211,23 @@ impl Reader {
         tokio::spawn(async move {
             let _turn = turn;
             let each = all.into_iter().map(async |(monitor, mut joined)| {
-                let progress = Progress::to(&id, &monitor);
+                let progress = Progress::sent(id.clone(), &monitor);
                 let result = match joined.soon().await {
                     Some(result) => result,
                     None => {
-                        _ = answers.send(json!(progress)).await;
+                        _ = answers.send(written(progress.clone())).await;
                         joined.result().await
                     }
                 };
+                let of_one = OfOne::new(Some(result.clone()));
                 let (result, error) = parted(result);
-                let progress = Progress {
-                    answered: true,
-                    result: result.as_ref(),
-                    error: error.as_ref(),
-                    ..progress
-                };
-                _ = answers.send(json!(progress)).await;
-                let value = result.or(error.map(|error| json!({ "error": error })));
-                (monitor, value.unwrap_or_default())
+                let progress = Progress { answered: true, result, error, ..progress };
+                _ = answers.send(written(progress)).await;
+                (monitor, of_one)
             });
-            let results: Map<String, Value> = join_all(each).await.into_iter().collect();
+            let results: OfAll = join_all(each).await.into_iter().collect();
             let answer = Answer { results: Some(results), ..Answer::to(id.clone()) };
-            _ = answers.send(json!(answer)).await;
+            _ = answers.send(Message::Answer(answer.into()).written()).await;
         });
     }
 
@@ -228,16 +236,17 @@ impl Reader {
         &self,
         id: Id,
         monitor: &str,
-        texts: impl FnOnce(&Hub, &Station) -> Vec<String>,
+        requests: impl FnOnce(&Station) -> Result<Vec<MonitorRequest>, ApiError>,
     ) {
-        let station = match self.hub.station(monitor) {
-            Ok(station) => station,
-            Err(error) => return self.answer(id, Err(error)).await,
-        };
+        let known = self.hub.station(monitor);
+        let (station, requests) =
+            match known.and_then(|station| Ok((station.clone(), requests(&station)?))) {
+                Ok(known) => known,
+                Err(error) => return self.answer(id, Err(error)).await,
+            };
         let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
-        let texts = texts(&self.hub, &station);
         let all: Vec<Joined> =
-            texts.iter().map(|text| self.hub.urgent(&self.caller, &station, text)).collect();
+            requests.iter().map(|it| self.hub.urgent(&self.caller, &station, it)).collect();
         let (answers, monitor) = (self.answers.clone(), station.id().to_owned());
         tokio::spawn(async move {
             let _turn = turn;
@@ -245,11 +254,11 @@ impl Reader {
             let result = match timeout(UNANSWERED, &mut results).await {
                 Ok(result) => result,
                 Err(_) => {
-                    _ = answers.send(json!(Progress::to(&id, &monitor))).await;
+                    _ = answers.send(written(Progress::sent(id.clone(), &monitor))).await;
                     results.await
                 }
             };
-            _ = answers.send(json!(Answer::of(id, result))).await;
+            _ = answers.send(answered(id, result)).await;
         });
     }
 
@@ -257,17 +266,19 @@ impl Reader {
         &self,
         id: Id,
         monitor: &str,
-        request: String,
+        request: &str,
         confirm: Option<String>,
         save: bool,
     ) {
-        if let Some(text) = monitors::urgent_text(&request) {
-            return self.urgent(id, monitor, |_, _| vec![text]).await;
+        let known = self.hub.station(monitor);
+        let (station, request) =
+            match known.and_then(|station| Ok((station, MonitorRequest::parse(request)?))) {
+                Ok(known) => known,
+                Err(error) => return self.answer(id, Err(error)).await,
+            };
+        if request.need().urgent {
+            return self.urgent(id, monitor, |_| Ok(vec![request])).await;
         }
-        let station = match self.hub.station(monitor) {
-            Ok(station) => station,
-            Err(error) => return self.answer(id, Err(error)).await,
-        };
         let Ok(turn) = self.room.clone().try_acquire_owned() else {
             let error = ApiError::slow_down(Duration::from_millis(100));
             return self.answer(id, Err(error)).await;
@@ -276,20 +287,20 @@ impl Reader {
         tokio::spawn(async move {
             let _turn = turn;
             let result = match save {
-                true => hub.save(&caller, &station, &request).await,
-                false => hub.command(&caller, &station, &request, confirm.as_deref()).await,
+                true => hub.save(&caller, &station, request).await,
+                false => hub.command(&caller, &station, request, confirm.as_deref()).await,
             };
-            _ = answers.send(json!(Answer::of(id, result))).await;
+            _ = answers.send(answered(id, result)).await;
         });
     }
 
-    async fn answer(&self, id: Id, result: Result<Value, ApiError>) {
+    async fn answer(&self, id: Id, result: Result<Outcome, ApiError>) {
         self.send(Answer::of(id, result)).await;
     }
 
     /// Waits while the client does not take its answers: then nothing more is read from it either.
     async fn send(&self, answer: Answer) {
-        _ = self.answers.send(json!(answer)).await;
+        _ = self.answers.send(Message::Answer(answer.into()).written()).await;
     }
 
     fn watch(&mut self, monitors: &[String]) {
@@ -317,69 +328,12 @@ impl Drop for Reader {
     }
 }
 
-/// The answer to a message.
-#[derive(Debug, Serialize)]
-struct Answer {
-    #[serde(rename = "type")]
-    kind: &'static str,
-    id: Id,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    result: Option<Value>,
-    /// Of every monitor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    results: Option<Map<String, Value>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    authority: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    subscribed: Option<Subscribed>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<Value>,
+fn answered(id: Id, result: Result<Outcome, ApiError>) -> Utf8Bytes {
+    Message::Answer(Answer::of(id, result).into()).written()
 }
 
-/// The monitors of which a client is sent every change; `None`: all.
-#[derive(Debug, Serialize)]
-struct Subscribed {
-    monitors: Option<BTreeSet<String>>,
-}
-
-/// What is known of an urgent request before its answer.
-#[derive(Debug, Serialize)]
-struct Progress<'a> {
-    #[serde(rename = "type")]
-    kind: &'static str,
-    id: &'a Id,
-    monitor: &'a str,
-    /// `false`: it is sent, and there is no answer yet.
-    answered: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    result: Option<&'a Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<&'a Value>,
-}
-
-impl Answer {
-    const fn to(id: Id) -> Self {
-        let (result, results, authority, error) = (None, None, None, None);
-        Self { kind: "answer", id, result, results, authority, subscribed: None, error }
-    }
-
-    fn of(id: Id, result: Result<Value, ApiError>) -> Self {
-        let (result, error) = parted(result);
-        Self { result, error, ..Self::to(id) }
-    }
-}
-
-impl<'a> Progress<'a> {
-    const fn to(id: &'a Id, monitor: &'a str) -> Self {
-        Self { kind: "progress", id, monitor, answered: false, result: None, error: None }
-    }
-}
-
-fn parted(result: Result<Value, ApiError>) -> (Option<Value>, Option<Value>) {
-    match result {
-        Ok(value) => (Some(value), None),
-        Err(error) => (None, Some(error.json())),
-    }
+fn written(progress: Progress) -> Utf8Bytes {
+    Message::Progress(progress.into()).written()
 }
 
 #[cfg(test)]
@@ -390,14 +344,15 @@ mod tests {
     #[test]
     fn a_refusal_is_an_answer() {
         let error = both("a", "б");
-        let answer = json!(Answer::of(Id::default(), Err(ApiError::bad_request(error))));
+        let answer = answered(Id::default(), Err(ApiError::bad_request(error)));
+        let answer: Value = serde_json::from_str(&answer).unwrap();
         assert_eq!(answer["error"]["en"], "a");
         assert!(answer["id"].is_null() && answer.get("result").is_none(), "{answer}");
     }
     #[tokio::test]
     async fn what_is_invented_is_not_remembered() {
         let config = crate::Config::default();
-        let hub = Hub::new(config, crate::Clock::System, json!({})).unwrap();
+        let hub = Hub::new(config, crate::Clock::System, Value::Null).unwrap();
         let (answers, _waiting) = mpsc::channel(1);
         let room = || Arc::new(Semaphore::new(1));
         let mut reader = Reader {
@@ -410,6 +365,7 @@ mod tests {
             watching: HashMap::new(),
             told: HashMap::new(),
             audience: watch::channel(Audience::default()).0,
+            talk: Talk::new(std::time::Duration::ZERO),
         };
         for number in 0..1000 {
             let drive = format!("Drive{number}");

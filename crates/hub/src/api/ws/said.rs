@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
+use utoipa::ToSchema;
 
 use crate::api::monitors::JogBeat;
 
@@ -31,11 +32,12 @@ impl<'de> Deserialize<'de> for Id {
 }
 
 /// What clients say.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Said {
     Request {
         #[serde(default)]
+        #[schema(value_type = Option<String>)]
         id: Id,
         monitor: String,
         request: String,
@@ -46,23 +48,27 @@ pub enum Said {
     },
     Stop {
         #[serde(default)]
+        #[schema(value_type = Option<String>)]
         id: Id,
         monitor: Option<String>,
         of: Option<String>,
     },
     Close {
         #[serde(default)]
+        #[schema(value_type = Option<String>)]
         id: Id,
         monitor: String,
         valve: Option<String>,
     },
     Lockout {
         #[serde(default)]
+        #[schema(value_type = Option<String>)]
         id: Id,
         monitor: Option<String>,
     },
     Authority {
         #[serde(default)]
+        #[schema(value_type = Option<String>)]
         id: Id,
         monitor: String,
         action: String,
@@ -83,6 +89,7 @@ pub enum Said {
     /// What the client looks at; without `monitors`, at all of them.
     Subscribe {
         #[serde(default)]
+        #[schema(value_type = Option<String>)]
         id: Id,
         monitors: Option<Vec<String>>,
     },

@@ -1,19 +1,20 @@
 //! What the hub sends over a WebSocket: answers, events, and what changes.
 
+use std::future::ready;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use futures_util::SinkExt;
 use futures_util::stream::SplitSink;
-use serde_json::{Value, json};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, interval, timeout};
 
 use super::Close;
 use crate::beats::{BEAT_MS, WATCHDOG};
-use crate::broadcast::{self, Seen, Shared};
+use crate::broadcast::{Own, Shared};
 use crate::hub::{Caller, Hub, SeatKey};
+use crate::messages::{self, Hello, JogTimes};
 use crate::topics::Audience;
 
 /// How often the other side is pinged.
@@ -29,7 +30,7 @@ pub struct Writer {
     pub hub: Hub,
     pub caller: Caller,
     pub sink: SplitSink<WebSocket, Message>,
-    pub seen: Seen,
+    pub own: Own,
     pub audience: Audience,
     /// What the client begins to look at.
     pub turning: watch::Receiver<Audience>,
@@ -39,7 +40,7 @@ impl Writer {
     pub async fn run(
         &mut self,
         key: &mut SeatKey,
-        mut answers: mpsc::Receiver<Value>,
+        mut answers: mpsc::Receiver<Utf8Bytes>,
         heard: &AtomicBool,
     ) -> Close {
         let mut changes = self.hub.changes.join(&self.audience);
@@ -53,7 +54,7 @@ impl Writer {
         let mut silent_since = Instant::now();
         loop {
             let sent = tokio::select! {
-                Some(answer) = answers.recv() => self.send(&answer).await,
+                Some(answer) = answers.recv() => self.put(Message::Text(answer)).await,
                 Some(event) = key.events.recv() => self.event(key, event).await,
                 () = async { _ = ending.wait_for(|ending| *ending).await } => {
                     return Some((1001, "the hub ends"));
@@ -73,13 +74,13 @@ impl Writer {
                     true => Ok(()),
                     false => return Some(ENDED),
                 },
-                Ok(()) = self.turning.changed() => {
+                Ok(()) = self.turning.changed(), if self.own.is_whole() => {
                     self.audience = self.turning.borrow_and_update().clone();
                     changes = self.hub.changes.join(&self.audience);
-                    let (seen, text) = broadcast::turned(&self.hub, self.seen, &self.audience);
-                    self.seen = seen;
-                    self.put(Message::Text(text)).await
+                    self.own.turn(&self.hub, &self.audience);
+                    self.piece().await
                 }
+                () = ready(()), if self.own.behind => self.piece().await,
                 Ok(()) = changes.changed() => {
                     let shared = changes.borrow_and_update().clone();
                     self.publish(&shared).await
@@ -98,53 +99,57 @@ impl Writer {
     async fn begin(&mut self, key: &SeatKey) -> Result<(), Close> {
         let principal = &self.caller.principal;
         let watchdog_ms = u64::try_from(WATCHDOG.as_millis()).unwrap_or(300);
-        let hello = json!({
-            "type": "hello", "now_ms": self.hub.clock.now_ms(), "seat": key.seat,
-            "resume": key.resume, "user": principal.user, "role": principal.role,
-            "kind": principal.kind, "hub": self.hub.about(),
-            "jog": { "beat_ms": BEAT_MS, "watchdog_ms": watchdog_ms },
-        });
-        self.send(&hello).await?;
-        let (seen, text) = broadcast::state(&self.hub);
-        self.seen = seen;
+        let hello = Hello {
+            now_ms: self.hub.clock.now_ms(),
+            seat: key.seat.clone(),
+            resume: key.resume.clone(),
+            user: principal.user.clone(),
+            role: principal.role,
+            kind: principal.kind,
+            hub: self.hub.about(),
+            jog: JogTimes { beat_ms: BEAT_MS, watchdog_ms },
+        };
+        self.send(&messages::Message::Hello(hello.into())).await?;
+        let text = self.own.state(&self.hub);
         self.put(Message::Text(text)).await
     }
 
     async fn event(&mut self, key: &SeatKey, event: Utf8Bytes) -> Result<(), Close> {
         let missed = key.missed.swap(0, Ordering::Relaxed);
         if missed > 0 {
-            self.send(&json!({ "type": "missed", "count": missed })).await?;
+            self.send(&messages::Message::Missed { count: missed }).await?;
         }
         self.put(Message::Text(event)).await
     }
 
     /// Who has kept up is sent what all are sent; who has not, what is new to them alone.
     async fn publish(&mut self, shared: &Shared) -> Result<(), Close> {
-        if self.seen.version > shared.to.version {
+        let seen = &mut self.own.seen;
+        if seen.version > shared.to.version {
             return Ok(());
         }
-        let kept_up =
-            self.seen.version == shared.from.version && self.seen.has_news_of(&shared.from);
-        let text = match &shared.text {
+        let kept_up = seen.version == shared.from.version && seen.has_news_of(&shared.from);
+        match &shared.text {
             Some(text) if kept_up => {
-                self.seen = self.seen.with(&shared.to);
-                text.clone()
+                *seen = seen.with(&shared.to);
+                match text.is_empty() {
+                    true => Ok(()),
+                    false => self.put(Message::Text(text.clone())).await,
+                }
             }
-            _ if self.seen.version == shared.to.version => return Ok(()),
-            _ => {
-                let (seen, text) = broadcast::missed(&self.hub, self.seen, &self.audience);
-                self.seen = seen;
-                text
-            }
-        };
-        if text.is_empty() {
-            return Ok(());
+            _ if seen.version == shared.to.version => Ok(()),
+            _ => self.piece().await,
         }
+    }
+
+    /// Sends what is new to this client alone.
+    async fn piece(&mut self) -> Result<(), Close> {
+        let text = self.own.piece(&self.hub, &self.audience);
         self.put(Message::Text(text)).await
     }
 
-    async fn send(&mut self, message: &Value) -> Result<(), Close> {
-        self.put(Message::Text(message.to_string().into())).await
+    async fn send(&mut self, message: &messages::Message) -> Result<(), Close> {
+        self.put(Message::Text(message.written())).await
     }
 
     async fn put(&mut self, message: Message) -> Result<(), Close> {

@@ -1,12 +1,10 @@
 /* A controller: turns the barrel to 5 degrees of elevation and waits until it is there. */
 #include "lafet.h"
+#include "lafet_protocol.h"
 #include "platform.h"
 
 #define MONITOR 1
 #define OWN 129
-#define MOVE 0x4D
-#define GET_STATUS 0xD4
-#define VERTICAL 0x0D
 #define GOAL_ARCMIN 300
 #define NEAR_ARCMIN 6
 #define GIVE_UP_MS 20000u
@@ -39,13 +37,13 @@ static bool ask(const lafet_record *request, lafet_record *answer) {
 
 int main(void) {
     static const uint8_t goal[2] = {GOAL_ARCMIN & 0xFF, GOAL_ARCMIN >> 8};
-    const lafet_record move = {.request = MOVE, .device = VERTICAL, .size = 2, .data = goal};
-    const lafet_record look = {.request = GET_STATUS, .device = VERTICAL};
+    const lafet_record move = {LAFET_REQUEST_MOVE, LAFET_SUBSYSTEM_VERTICAL, 0, 2, goal};
+    const lafet_record look = {LAFET_REQUEST_GET_STATUS, LAFET_SUBSYSTEM_VERTICAL, 0, 0, NULL};
     lafet_record answer;
     uint32_t start = platform_now_ms();
 
     lafet_session_init(&session, MONITOR, OWN, 1000, 3);
-    if (!ask(&move, &answer) || answer.status > 1) {
+    if (!ask(&move, &answer) || answer.status > LAFET_STATUS_ACCEPTED) {
         platform_say("Move was refused:", answer.status);
         return 1;
     }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "lafet.h"
+#include "lafet_protocol.h"
 
 static size_t unhex(const char *text, uint8_t *bytes, size_t room) {
     size_t count = 0;
@@ -47,14 +48,15 @@ static bool record_holds(const char *text) {
 }
 
 static bool state_holds(void) {
-    static const uint8_t bytes[] = {0xD4, 0x0D, 0, 8, 0, 0, 0x41, 0, 0xB0, 4, 21, 9};
+    static const uint8_t bytes[] = {LAFET_REQUEST_GET_STATUS, LAFET_SUBSYSTEM_VERTICAL, LAFET_STATUS_OK, 8,
+                                    0, 0, 0x41, 0, 0xB0, 4, 21, 9};
     const uint8_t *rest = bytes;
     size_t left = sizeof bytes;
     lafet_record record;
     lafet_state state;
     if (!lafet_record_next(&rest, &left, &record) || !lafet_state_read(&record, &state)) return false;
-    if (state.flags != 0x410000 || state.position != 1200 || state.current != 21 || state.speed != 9)
-        return false;
+    if (state.flags != (LAFET_DRIVE_MOVE | LAFET_DRIVE_SPEED_WAY_FAULT)) return false;
+    if (state.position != 1200 || state.current != 21 || state.speed != 9) return false;
     record.size = 7;
     return !lafet_state_read(&record, &state) && !lafet_answer_is_valid(&record) &&
            !lafet_state_read(NULL, &state);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use lafet_device::guard::Passed;
 use lafet_device::{Composition, Device};
 
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
@@ -417,6 +418,6 @@ impl Storage for Board {
 
 impl Hal for Board {
     fn read(&mut self, _: &mut Inputs) {}
-    fn write(&mut self, _: &Outputs) {}
+    fn write(&mut self, _: &Passed) {}
     fn reset(&mut self) {}
 }

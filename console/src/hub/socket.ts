@@ -171,7 +171,8 @@ class Socket {
     switch (message.type) {
       case 'hello': {
         const hello = message as unknown as Hello;
-        sessionStorage.setItem(RESUME_KEY, hello.resume);
+        if (hello.resume === null) sessionStorage.removeItem(RESUME_KEY);
+        else sessionStorage.setItem(RESUME_KEY, hello.resume);
         this.retry_ms = RETRY_FIRST_MS;
         store.setHello(hello);
         break;

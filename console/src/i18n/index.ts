@@ -80,6 +80,12 @@ export function dateTime(at_ms: number): string {
   return made('date', () => new Intl.DateTimeFormat(locale(), { ...day, ...CLOCK })).format(at_ms);
 }
 
+/** 21 Nov, 14:03 */
+export function dayTime(at_ms: number): string {
+  const form = { day: 'numeric', month: 'short', hour: '2-digit', minute: '2-digit', hourCycle: 'h23' } as const;
+  return made('day', () => new Intl.DateTimeFormat(locale(), form)).format(at_ms);
+}
+
 /** How long something has lasted: 4 s, 3 min, 2 h, 5 d. */
 export function age(ms: number): string {
   const s = Math.max(0, Math.round(ms / 1000));

@@ -51,7 +51,7 @@ export class PageOperate extends LitElement {
         padding: var(--s2);
         grid-template-columns: minmax(0, 1fr) 352px;
         /* The picture is the page: all of it that is seen at once; the trends are below. */
-        grid-template-rows: minmax(340px, calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - 2 * var(--s2))) auto;
+        grid-template-rows: minmax(340px, calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - var(--guide-height, 0px) - 2 * var(--s2))) auto;
         grid-template-areas: 'view side' 'below below';
       }
       .strip {

@@ -279,34 +279,28 @@ export class LfPlan extends LitElement {
       width: this.size[0],
       height: this.size[1],
       mini,
+      above: this.above,
     };
+    const names = layers.namesOf(camera, this.monitors);
     const chosen = this.chosen;
     return svg`
       ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
       ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
-      ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d }), this.taken(chosen)) : nothing}
+      ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d }), layers.taken(camera, this.site, this.monitors, names)) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
       ${this.scene ? layers.fires(camera, this.scene) : layers.found(camera, foundFires(this.monitors))}
       ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}
       ${layers.jets(camera, this.monitors)}
       ${mini ? nothing : this.monitors.filter((m) => m.id === chosen?.id).map((m) => layers.aims(camera, m))}
       ${mini ? nothing : this.monitors.map((m) => layers.hotbeds(camera, m))}
-      ${layers.monitorMarks(camera, this.monitors, this.selected)}
+      ${layers.monitorMarks(camera, this.monitors, this.selected, names)}
       ${mini ? nothing : layers.route(camera, this.points, this.pointSelected, (n) => t('parts.plan.point', { n }))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
       ${mini ? nothing : layers.scaleBar(camera, lengthText)}
       ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }), t('parts.plan.no_wind'))}
     `;
-  }
-
-  /** What no label is to lie upon. */
-  private taken(chosen: PlanMonitor): (readonly [Place, number])[] {
-    return [
-      ...(this.site?.tanks ?? []).map(({ at, diameter }) => [at, diameter / 2] as const),
-      ...this.monitors.filter(({ id }) => id !== chosen.id).map(({ at }) => [at, 0] as const),
-    ];
   }
 
   private runningOf(camera: layers.Camera, monitor: PlanMonitor): unknown {

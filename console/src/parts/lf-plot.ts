@@ -1,11 +1,11 @@
 import { css, html, LitElement, nothing, unsafeCSS, type PropertyValues, type TemplateResult } from 'lit';
 import uPlot from 'uplot';
 import uplotStyle from 'uplot/dist/uPlot.min.css?inline';
-import { num, t, time } from '../i18n';
+import { dayTime, num, t, time } from '../i18n';
 import { magnified } from '../theme/display';
 import { emit, partStyle } from './part-style';
 import { Words } from './words';
-import { Columns, type Value } from './plot/data';
+import { Columns, type Curve, type Value } from './plot/data';
 
 export interface PlotSeries {
   id: string;
@@ -24,6 +24,7 @@ const COLOURS = ['accent', 'medium', 'foam', 'dim'];
 const DASHES: (number[] | undefined)[] = [undefined, [8, 3], [2, 3], [8, 3, 2, 3]];
 const KEEP_MS = 16 * 60_000;
 const FRAME_MS = 100;
+const DAY_MS = 86_400_000;
 export const WINDOWS = [1, 5, 15] as const;
 
 /**
@@ -37,6 +38,7 @@ export class LfPlot extends LitElement {
     windows: { attribute: false },
     now: { attribute: false },
     span: { attribute: false },
+    banded: { type: Boolean },
     stale: { type: Boolean, reflect: true },
     label: {},
     hidden_: { state: true },
@@ -51,6 +53,8 @@ export class LfPlot extends LitElement {
   declare now: () => number;
   /** A fixed span instead of the last minutes: from, to. */
   declare span: readonly [number, number] | null;
+  /** Each series has an area around its line, and all of a long time is kept: `fillBands`. */
+  declare banded: boolean;
   declare stale: boolean;
   declare label: string;
   declare hidden_: ReadonlySet<string>;
@@ -73,6 +77,7 @@ export class LfPlot extends LitElement {
     this.windows = WINDOWS;
     this.now = () => Date.now();
     this.span = null;
+    this.banded = false;
     this.stale = false;
     this.label = '';
     this.hidden_ = new Set();
@@ -226,6 +231,15 @@ export class LfPlot extends LitElement {
     this.draw();
   }
 
+  /** The same with areas, for a plot that is `banded`. */
+  fillBands(curves: Readonly<Record<string, Curve>>): void {
+    const of = (part: keyof Curve) => this.series.map(({ id }) => curves[id]?.[part] ?? []);
+    this.fitted().fill([...of('value'), ...of('low'), ...of('high')]);
+    this.empty = this.columns.length === 0;
+    this.drawn_ms = 0;
+    this.draw();
+  }
+
   clear(): void {
     this.columns.clear();
     this.empty = true;
@@ -263,17 +277,18 @@ export class LfPlot extends LitElement {
 
   /** The columns belong to these series; others begin anew. */
   private fitted(): Columns {
-    const ids = this.series.map(({ id }) => id).join();
+    const ids = [this.banded, ...this.series.map(({ id }) => id)].join();
     if (ids !== this.ids) {
       this.ids = ids;
-      this.columns = new Columns(this.series.length, KEEP_MS);
+      const count = this.series.length;
+      this.columns = this.banded ? new Columns(3 * count, Infinity) : new Columns(count, KEEP_MS);
       this.empty = true;
     }
     return this.columns;
   }
 
   protected override updated(changed: PropertyValues): void {
-    const shape = ['series', 'hidden_'].some((name) => changed.has(name));
+    const shape = ['series', 'hidden_', 'banded'].some((name) => changed.has(name));
     if (shape || !this.plot) this.build();
     else if (changed.has('minutes') || changed.has('span')) {
       this.drawn_ms = 0;
@@ -303,9 +318,17 @@ export class LfPlot extends LitElement {
         <svg viewBox="0 0 22 8" aria-hidden="true">
           <line x1="0" x2="22" y1="4" y2="4" stroke=${`var(--p-${this.colour(series, index)})`} stroke-dasharray=${dash}></line>
         </svg>
-        ${series.label} <b>${this.text(series, value)}</b> ${series.unit}
+        ${series.label} <b>${this.text(series, value)}</b> ${series.unit}${this.band(series, index)}
       </button>
     </li>`;
+  }
+
+  /** The least and the greatest of the time under the pointer. */
+  private band(series: PlotSeries, index: number): string {
+    const count = this.series.length;
+    const [low, high] = [this.read.values[count + index], this.read.values[2 * count + index]];
+    if (!this.banded || low == null || high == null || low === high) return '';
+    return ` (${this.text(series, low)} … ${this.text(series, high)})`;
   }
 
   private choice(): TemplateResult {
@@ -407,7 +430,7 @@ export class LfPlot extends LitElement {
     });
     return {
       ...sizeOf(area),
-      padding: [10 * zoom, names.length > 1 ? 0 : 14 * zoom, 0, 0],
+      padding: [10 * zoom, names.length > 1 ? 0 : (this.isLong() ? 40 : 14) * zoom, 0, 0],
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { size: 7 * zoom }, y: false },
       hooks: { setCursor: [(plot) => this.pointed(plot)] },
@@ -422,8 +445,8 @@ export class LfPlot extends LitElement {
           size: 28 * zoom,
           ticks: { show: false },
           grid: { stroke: colour('line'), width: 1 },
-          space: 84 * zoom,
-          values: (_, times) => times.map((at) => time(at * 1000)),
+          space: (this.isLong() ? 112 : 84) * zoom,
+          values: (_, times) => times.map((at) => (this.isLong() ? dayTime : time)(at * 1000)),
         },
         ...names.slice(0, 2).map(axis),
       ],
@@ -438,8 +461,31 @@ export class LfPlot extends LitElement {
           spanGaps: false,
           points: { show: false },
         })),
+        ...(this.banded ? [...this.edges(), ...this.edges()] : []),
       ],
+      bands: this.banded
+        ? this.series.map((series, index) => ({
+            series: [1 + 2 * this.series.length + index, 1 + this.series.length + index] as [number, number],
+            fill: `color-mix(in srgb, ${colour(this.colour(series, index))} 28%, transparent)`,
+          }))
+        : [],
     };
+  }
+
+  /** The edge of the area of each series: of no line of its own. */
+  private edges(): uPlot.Series[] {
+    return this.series.map((series) => ({
+      scale: series.scale ?? series.unit,
+      width: 0,
+      show: !this.hidden_.has(series.id),
+      spanGaps: false,
+      points: { show: false },
+    }));
+  }
+
+  /** Whether the hour of the day does not say when. */
+  private isLong(): boolean {
+    return this.span !== null && this.span[1] - this.span[0] > DAY_MS;
   }
 
   private ranger(name: string): uPlot.Scale.Range {

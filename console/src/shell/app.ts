@@ -55,8 +55,8 @@ export class LfApp extends LitElement {
       :host {
         display: grid;
         height: calc(100dvh / var(--zoom, 1));
-        grid: var(--topbar) auto 1fr auto / var(--nav) 1fr;
-        grid-template-areas: 'top top' 'banners banners' 'nav main' 'nav replay';
+        grid: var(--topbar) auto 1fr auto auto / var(--nav) 1fr;
+        grid-template-areas: 'top top' 'banners banners' 'nav main' 'nav replay' 'nav guide';
         --nav-now: var(--nav);
       }
       lf-topbar {
@@ -86,6 +86,10 @@ export class LfApp extends LitElement {
       }
       lf-replay-bar {
         grid-area: replay;
+        min-width: 0;
+      }
+      lf-guide {
+        grid-area: guide;
         min-width: 0;
       }
       .alone {
@@ -135,8 +139,8 @@ export class LfApp extends LitElement {
           --nav: 240px;
           --nav-now: 0px;
           grid-template-columns: 1fr;
-          grid-template-rows: var(--topbar) auto 1fr auto 72px;
-          grid-template-areas: 'top' 'banners' 'main' 'replay' '.';
+          grid-template-rows: var(--topbar) auto 1fr auto auto 72px;
+          grid-template-areas: 'top' 'banners' 'main' 'replay' 'guide' '.';
         }
         .alone.ended {
           grid-row-end: -2;

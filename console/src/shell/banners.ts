@@ -106,7 +106,7 @@ export class LfBanners extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'hub', 'monitors/'], () => this.seen());
+    new TopicController(this, () => [SECOND, 'hub', 'monitors/', 'scene', 'alarms/'], () => this.seen());
   }
 
   override connectedCallback(): void {
@@ -128,7 +128,7 @@ export class LfBanners extends LitElement {
         ? banner('high', 'unlinked', t('banner.lost', { age: age(Date.now() - store.lostAt_ms) }))
         : nothing}
       ${store.source === 'replay' ? banner('accent', 'replay', html`<b>${t('banner.replay')}</b>`) : nothing}
-      ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>`) : nothing}
+      ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>${unreported() ? html` · ${t('banner.unreported')}` : nothing}`) : nothing}
       ${[...asked.values()].map((one) => this.asked(one.monitor, one.by.user, one.until_ms))}
       ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
   }
@@ -145,7 +145,7 @@ export class LfBanners extends LitElement {
     const stale = monitor !== null && store.stale(monitor);
     const second = store.linked && !stale ? 0 : Math.floor(Date.now() / 1000);
     const held = monitor ? [] : holders();
-    return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), of, held]);
+    return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), unreported(), of, held]);
   }
 
   /** On the pages of the whole site: who controls what. */
@@ -241,6 +241,12 @@ function holders(): [monitor: string, user: string][] {
     const user = store.get(`monitors/${id}/authority`)?.holder?.user;
     return user ? [[id, user]] : [];
   });
+}
+
+/** The plan shows what burns in the simulation; the alarm is that of the detectors, which see what they look at. */
+function unreported(): boolean {
+  const reported = store.alarms().some(({ priority, active }) => priority === 'fire' && active);
+  return !reported && (store.get('scene')?.fires ?? []).some(({ burns }) => burns);
 }
 
 function limitless(): string[] {

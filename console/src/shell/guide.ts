@@ -27,59 +27,46 @@ const MOVED_ARCMIN = 180;
 const HEAT_LEFT = 0.6;
 const BREAK_MS = 6000;
 const MARGIN_PX = 6;
-/** Bottom left, unless something is there that must be seen. */
-const CORNERS = ['', 'right', 'top', 'top right'] as const;
-type Corner = (typeof CORNERS)[number];
 
 @customElement('lf-guide')
 export class LfGuide extends LitElement {
   static override styles = [
     base,
     css`
-      .card {
-        position: fixed;
-        left: calc(var(--nav-now, 0px) + var(--s3));
-        bottom: var(--s3);
-        width: min(420px, calc(100vw / var(--zoom, 1) - 32px));
-        z-index: 44;
-        display: grid;
-        gap: 12px;
-        padding: 18px 20px;
-        border-radius: 12px;
-        border: 1px solid var(--accent);
+      :host {
+        display: block;
         background: var(--surface);
-        box-shadow: var(--shadow-large);
+        border-top: 2px solid var(--accent);
       }
-      .card.right {
-        left: auto;
-        right: var(--s3);
+      .card {
+        display: grid;
+        grid-template-columns: minmax(0, 1fr) auto;
+        align-items: center;
+        gap: 4px var(--s4);
+        padding: 8px var(--s3) 10px;
+        max-height: 40dvh;
+        overflow-y: auto;
       }
-      .card.top {
-        bottom: auto;
-        top: calc(var(--topbar) + 56px + var(--s3));
-      }
-      header {
+      .name {
+        grid-column: 1 / -1;
         display: flex;
         align-items: center;
-        gap: var(--s2);
-        min-height: 32px;
-        --lf-button-size: 13px;
-      }
-      header span {
-        flex: 1;
+        gap: var(--s3);
         font-size: 12px;
         font-weight: 600;
         color: var(--dim);
       }
       h2 {
-        font-size: 19px;
+        font-size: 17px;
         letter-spacing: -0.01em;
       }
       p {
         font-size: 15px;
-        line-height: 1.5;
+        line-height: 1.4;
       }
       .dots {
+        flex: 1;
+        max-width: 320px;
         display: flex;
         gap: 5px;
       }
@@ -94,6 +81,8 @@ export class LfGuide extends LitElement {
       }
       footer {
         display: flex;
+        flex-wrap: wrap;
+        justify-content: end;
         align-items: center;
         gap: var(--s2);
       }
@@ -124,14 +113,9 @@ export class LfGuide extends LitElement {
         }
       }
       @media (max-width: 720px) {
-        .card,
-        .card.right {
-          left: 16px;
-          right: auto;
-          padding: 12px 14px;
-        }
-        .card:not(.top) {
-          bottom: 84px;
+        .card {
+          grid-template-columns: minmax(0, 1fr);
+          padding: 8px 14px;
         }
       }
     `,
@@ -139,8 +123,8 @@ export class LfGuide extends LitElement {
 
   @state() private at = 0;
   @state() private ring: DOMRect | null = null;
-  /** The corner where it covers nothing that the step speaks of. */
-  @state() private corner: Corner = '';
+  /** The step whose ring has been brought into sight. */
+  private shown = -1;
   private from: { h: number; v: number } | null = null;
   private heat = 0;
   private broken = false;
@@ -177,10 +161,9 @@ export class LfGuide extends LitElement {
     document.documentElement.style.removeProperty('--guide-height');
   }
 
-  /** Notes stand above the guide. */
+  /** It has a row of its own: pages are as much lower, notes as much higher. */
   override updated(): void {
-    const height = this.renderRoot.querySelector<HTMLElement>('.card')?.offsetHeight ?? 0;
-    document.documentElement.style.setProperty('--guide-height', `${this.corner === '' ? height + 12 : 0}px`);
+    document.documentElement.style.setProperty('--guide-height', `${this.offsetHeight}px`);
   }
 
   override render() {
@@ -199,13 +182,12 @@ export class LfGuide extends LitElement {
             })}
           ></div>`
         : nothing}
-      <section class="card ${this.corner}" role="complementary" aria-label=${t('guide.title')}>
-        <header>
+      <section class="card" role="complementary" aria-label=${t('guide.title')}>
+        <div class="name">
           <span>${t('guide.title')}${first || last ? '' : ` · ${this.at} / ${this.steps.length - 2}`}</span>
-          <lf-button kind="quiet" icon="close" .label=${t('guide.leave')} @click=${this.leave}></lf-button>
-        </header>
-        <div class="dots" aria-hidden="true">
-          ${this.steps.slice(1).map((_, n) => html`<i class=${n < this.at ? 'past' : ''}></i>`)}
+          <div class="dots" aria-hidden="true">
+            ${this.steps.slice(1).map((_, n) => html`<i class=${n < this.at ? 'past' : ''}></i>`)}
+          </div>
         </div>
         <div role="status">
           <h2>${this.text(step, '_title')}</h2>
@@ -216,9 +198,7 @@ export class LfGuide extends LitElement {
           ${first || last
             ? nothing
             : html`<lf-button kind="quiet" id="guide-skip" @click=${this.next}>${t('guide.skip')}</lf-button>`}
-          ${done && !last && !first
-            ? html`<span class="done grow">${icon('check')}${t('guide.well')}</span>`
-            : html`<span class="grow"></span>`}
+          ${done && !last && !first ? html`<span class="done">${icon('check')}${t('guide.well')}</span>` : nothing}
           ${step.name === 'link' && !this.broken
             ? html`<lf-button kind="primary" id="guide-break" @click=${this.breakLink}>${t('guide.break')}</lf-button>`
             : last
@@ -230,6 +210,7 @@ export class LfGuide extends LitElement {
                   @click=${this.next}
                   >${first ? t('guide.start') : t('guide.next')}</lf-button
                 >`}
+          <lf-button kind="quiet" icon="close" .label=${t('guide.leave')} @click=${this.leave}></lf-button>
         </footer>
       </section>`;
   }
@@ -244,33 +225,16 @@ export class LfGuide extends LitElement {
     return (store.get('scene')?.fires ?? []).some((fire) => fire.burns) || this.heat > 0;
   }
 
-  /** Away from what the step speaks of, and from the monitor on the plan. */
-  private settle(): void {
-    const card = laidOut(this.renderRoot.querySelector('.card')?.getBoundingClientRect() ?? null);
-    if (!card) return;
-    const mark = laidOut(deepQuery(document, `[data-id="${MONITOR}"]`)?.getBoundingClientRect() ?? null);
-    const kept = [this.ring, mark].filter((box) => box !== null && box.width > 0) as DOMRect[];
-    const [width, height] = [innerWidth / magnified(), innerHeight / magnified()];
-    const nav = card.x > width / 2 ? 16 : card.x;
-    const at = (corner: Corner) =>
-      new DOMRect(
-        corner.includes('right') ? width - card.width - 16 : nav,
-        corner.includes('top') ? 136 : height - card.height - 16,
-        card.width,
-        card.height,
-      );
-    const covered = (corner: Corner) => kept.reduce((sum, box) => sum + overlap(at(corner), box), 0);
-    if (covered(this.corner) === 0) return;
-    this.corner = [...CORNERS].sort((a, b) => covered(a) - covered(b))[0]!;
-  }
-
   /** Where the ring is; and on to the next step, a moment after this one is done. */
   private look(): void {
     const step = this.steps[this.at]!;
-    const boxes = (step.at ?? []).map((s) => deepQuery(document, s)?.getBoundingClientRect());
-    const box = laidOut(boxes.find((one) => one && one.width > 0) ?? null);
+    const marked = (step.at ?? []).map((s) => deepQuery(document, s)).find((one) => one && one.getBoundingClientRect().width > 0);
+    if (marked && this.shown !== this.at) {
+      this.shown = this.at;
+      marked.scrollIntoView({ block: 'nearest' });
+    }
+    const box = laidOut(marked?.getBoundingClientRect() ?? null);
     if (box?.x !== this.ring?.x || box?.y !== this.ring?.y || box?.width !== this.ring?.width) this.ring = box;
-    this.settle();
     if (!step.done?.() || this.advancing) return;
     this.advancing = window.setTimeout(this.next, 1400);
   }
@@ -326,13 +290,6 @@ export class LfGuide extends LitElement {
 function laidOut(box: DOMRect | null): DOMRect | null {
   const zoom = magnified();
   return box && new DOMRect(box.x / zoom, box.y / zoom, box.width / zoom, box.height / zoom);
-}
-
-/** Area that two boxes share. */
-function overlap(a: DOMRect, b: DOMRect): number {
-  const wide = Math.min(a.right, b.right) - Math.max(a.x, b.x);
-  const high = Math.min(a.bottom, b.bottom) - Math.max(a.y, b.y);
-  return Math.max(wide, 0) * Math.max(high, 0);
 }
 
 function deepQuery(root: Document | ShadowRoot, selector: string): Element | null {

@@ -87,15 +87,17 @@ export class LfNav extends LitElement {
         background: var(--surface);
         color: var(--text);
       }
+      /* Beside a scroll bar the longest name has room too. */
       :host([rail]) {
-        padding: var(--s2) 6px;
+        padding: var(--s2) 3px;
+        scrollbar-width: thin;
       }
       :host([rail]) a {
         flex-direction: column;
         justify-content: center;
         gap: 4px;
         min-height: 58px;
-        padding: 6px 2px;
+        padding: 6px 1px;
         font-size: 11.5px;
         letter-spacing: -0.01em;
         line-height: 1.15;
@@ -105,7 +107,7 @@ export class LfNav extends LitElement {
         :host([rail]) a {
           gap: 2px;
           min-height: 50px;
-          padding: 3px 2px;
+          padding: 3px 1px;
         }
       }
       :host([rail]) a span {
@@ -130,13 +132,13 @@ export class LfNav extends LitElement {
       }
       /* All pages of a tablet that lies on its side, without scrolling. */
       :host([rail][dense]) {
-        padding: 4px 6px;
+        padding: 4px 3px;
         gap: 0;
       }
       :host([rail][dense]) a {
         min-height: var(--touch);
         gap: 2px;
-        padding: 3px 2px;
+        padding: 3px 1px;
       }
       :host([rail][dense]) h3 {
         position: absolute;

@@ -7,7 +7,7 @@ import { LAFET } from './site';
 const CHROMIUM = process.env.CHROMIUM_BIN ?? '/usr/bin/chromium';
 /** For tests of the view in three dimensions; the others are drawn far quicker without. */
 export const WEBGL = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
-const PLAIN = ['--disable-gpu'];
+export const PLAIN = ['--disable-gpu'];
 
 export class Demo {
   private child!: ChildProcess;
@@ -16,7 +16,7 @@ export class Demo {
   hub = '';
   url = '';
 
-  static async start(drawing = PLAIN): Promise<Demo> {
+  static async start(drawing = PLAIN, without: string[] = []): Promise<Demo> {
     const demo = new Demo();
     demo.child = spawn(LAFET, ['demo', '--no-browser', '--port', '0'], { stdio: ['ignore', 'pipe', 'ignore'] });
     demo.hub = await new Promise<string>((resolve, reject) => {
@@ -30,7 +30,7 @@ export class Demo {
     });
     demo.served = await consoleOf(demo.hub);
     demo.url = demo.served.url;
-    demo.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...drawing] });
+    demo.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...drawing], ignoreDefaultArgs: without });
     return demo;
   }
 
@@ -40,10 +40,10 @@ export class Demo {
     this.child?.kill('SIGKILL');
   }
 
-  async open(route: string, lang = 'en', size = { width: 1440, height: 1000 }, display = 'normal'): Promise<Page> {
+  async open(route: string, lang = 'en', size = { width: 1440, height: 1000 }, display = 'normal', guide = 'done'): Promise<Page> {
     const context = await this.browser.newContext({ viewport: size });
     context.setDefaultTimeout(20_000);
-    const wanted = { lang, display, theme: 'day', guide: 'done' };
+    const wanted = { lang, display, theme: 'day', guide };
     await context.addInitScript((all) => {
       for (const [name, value] of Object.entries(all)) localStorage.setItem(`lafet.${name}`, value);
     }, wanted);

@@ -369,6 +369,18 @@ describe('what is old', () => {
     await page.locator('#stale').waitFor({ state: 'detached' });
   });
 
+  test('STOP to a silent monitor says within a second that there is no answer, and later that it was not done', async () => {
+    site.links[0]!.freeze();
+    const from = await page.evaluate(() => performance.now());
+    await page.locator('#stop').click();
+    await page.getByText('M1: sent, no answer yet').waitFor();
+    // By the page's own clock; a busy machine is slow to press and to look.
+    expect(await page.evaluate((begun) => performance.now() - begun, from)).toBeLessThan(1500);
+    await page.locator('lf-toasts .toast.error', { hasText: 'M1' }).first().waitFor();
+    site.links[0]!.mend();
+    expect(await site.stands('M1')).toBe(true);
+  });
+
   test('of a lost hub is shown as old, and comes back by itself', async () => {
     site.way.cut();
     await page.getByText('No connection to the hub').first().waitFor();

@@ -40,6 +40,17 @@ describe('training', () => {
     await until(async () => (await sim()).monitors.M2!.link === 'up');
   });
 
+  test('what burns is no alarm until a detector has seen it, and the strip says so', async () => {
+    const unreported = page.getByText('fire not yet reported by a detector');
+    await unreported.waitFor({ timeout: 60_000 });
+    expect(await page.locator('lf-topbar .fire').count()).toBe(0);
+    await demo.request('M1', 'StartSeek Detector -3000 3000 -900 600');
+    await demo.post('/api/sim/speed', { speed: 20 });
+    await page.locator('lf-topbar .fire').waitFor({ timeout: 120_000 });
+    expect(await unreported.count()).toBe(0);
+    await demo.post('/api/sim/speed', { speed: 1 });
+  });
+
   test('time stands while it is paused', async () => {
     await page.locator('#pause').click();
     await until(async () => (await sim()).paused);

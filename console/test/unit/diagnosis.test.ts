@@ -17,6 +17,7 @@ function status(flags: Record<string, string[]>): Status {
 }
 
 const COUNTS = { sent: 100, received: 100, errors: 0, retries: 0, timeouts: 0, loss_permille: 0 };
+const LINE = { sent: 100, received: 100, errors: 0, foreign: 0, collisions: 0 };
 const LINK: LinkFigures = {
   endpoint: 'tcp://h?addr=1',
   state: 'up',
@@ -31,6 +32,8 @@ const LINK: LinkFigures = {
   srtt_ms: 4,
   ...COUNTS,
   last: COUNTS,
+  line: LINE,
+  line_last: LINE,
 };
 const READY: Readiness = { ready: true, reasons: [] };
 

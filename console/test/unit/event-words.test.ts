@@ -1,6 +1,6 @@
 import { readFileSync } from 'node:fs';
 import { beforeAll, describe, expect, it } from 'vitest';
-import type { Act, SimAct } from '../../src/hub/acts';
+import type { Act, SimAct } from '../../src/hub/api';
 import { dictionary, type Dictionary } from '../../src/hub/dictionary';
 import type { AuditEntry } from '../../src/hub/types';
 import { loadLang, setLang } from '../../src/i18n';

@@ -4,7 +4,7 @@ import { distanceTo, type Place, type Sector } from '../../src/parts/geometry';
 import { changes, ofKeys, ofStick } from '../../src/parts/hold';
 import { hotbedOf, jetAsked, planMonitor } from '../../src/parts/plan/model';
 import { dragged, gripAt, GRIPS, keyed, tidy, usualSector } from '../../src/parts/plan/sector-tool';
-import { Columns } from '../../src/parts/plot/data';
+import { Columns, curveOf } from '../../src/parts/plot/data';
 
 describe('hold', () => {
   it('has a dead zone, and lets go later than it takes hold', () => {
@@ -98,6 +98,29 @@ describe('plot', () => {
       [[1000, 8]],
     ]);
     expect(columns.at(2000)).toEqual([null, 8]);
+  });
+
+  it('has a gap where a span of the history is missing, and none where spans follow each other', () => {
+    const minute = 60_000;
+    const { value, low, high } = curveOf([[0, 5, 1, 9], [minute, 6, 6, 6], [5 * minute, 7, 2, 8]], minute);
+    const columns = new Columns(3, Infinity);
+    columns.fill([value, low, high]);
+    expect(columns.at(30_000)).toEqual([5, 1, 9]);
+    expect(columns.at(minute + 1)).toEqual([6, 6, 6]);
+    expect(columns.at(2 * minute)).toEqual([null, null, null]);
+    expect(columns.at(5 * minute + 1)).toEqual([7, 2, 8]);
+    expect(columns.at(6 * minute)).toEqual([null, null, null]);
+    expect(value.slice(0, 3)).toEqual([[0, 5], [minute - 1, 5], [minute, 6]]);
+    expect(curveOf([], minute)).toEqual({ value: [], low: [], high: [] });
+  });
+
+  it('keeps a month of spans', () => {
+    const step = 75 * 60_000;
+    const spans = Array.from({ length: 600 }, (_, n): [number, number, number, number] => [n * step, n, n - 1, n + 1]);
+    const columns = new Columns(1, Infinity);
+    columns.fill([curveOf(spans, step).value]);
+    expect(columns.first_ms).toBe(0);
+    expect(columns.at(299 * step)).toEqual([299]);
   });
 
   it('forgets what is old and refuses what comes late', () => {

@@ -81,6 +81,7 @@ export default {
   'banner.lost': 'No connection to the hub for {age}. Values are out of date; commands are not sent.',
   'banner.replay': 'REPLAY of a recording: nothing here is live',
   'banner.simulation': 'SIMULATION',
+  'banner.unreported': 'fire not yet reported by a detector',
   'banner.limitless': 'Limits are off: {monitors}',
   'banner.old': '{monitor} does not answer: values are {age} old',
   'banner.locked': '{monitor} is locked out',

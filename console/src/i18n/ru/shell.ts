@@ -81,6 +81,7 @@ export default {
   'banner.lost': 'Нет связи с сервером объекта {age}. Значения устарели, команды не отправляются.',
   'banner.replay': 'ПРОСМОТР ЗАПИСИ: это не текущее состояние',
   'banner.simulation': 'ИМИТАЦИЯ',
+  'banner.unreported': 'пожар, о котором извещатели ещё не сообщили',
   'banner.limitless': 'Пределы отключены: {monitors}',
   'banner.old': '{monitor} не отвечает: значениям {age}',
   'banner.locked': '{monitor} заблокирован',

@@ -1,5 +1,5 @@
 // The audit log for people: the entries of one command belong together.
-import type { Act } from '../../hub/acts';
+import type { Act } from '../../hub/api';
 import type { AuditEntry } from '../../hub/types';
 
 export type Kind = 'command' | 'jog' | 'authority' | 'alarm' | 'access';

@@ -1,6 +1,6 @@
 // What entries of the audit log say, in words. They are made from the typed act; an entry without one, of an earlier
 // version of the hub or of a later one, is shown as its text.
-import type { Act, JogEnding, Role, SimAct } from '../../hub/acts';
+import type { Act, JogEnding, Role, SimAct } from '../../hub/api';
 import { dictionaryNow, flag } from '../../hub/dictionary';
 import { badText, readingOf } from '../../hub/readings';
 import type { AuditEntry, SubsystemStatus } from '../../hub/types';

@@ -54,6 +54,15 @@ export class LfAutomatic extends LitElement {
         font-size: 12.5px;
         letter-spacing: -0.01em;
       }
+      /* A tablet on its side shows all of them without scrolling. */
+      @media (max-height: 820px) {
+        .card {
+          padding: 8px 12px;
+        }
+        .tiles {
+          --lf-button-height: 56px;
+        }
+      }
       .running {
         display: flex;
         align-items: center;

@@ -1,5 +1,5 @@
-// Pressure and flow, and the currents of the drives, as they come.
-import { LitElement, css, html } from 'lit';
+// Pressure and flow, and the currents of the drives: as they come, or over hours and days from the history.
+import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
 import { validOf } from '../../hub/readings';
@@ -8,31 +8,19 @@ import { t } from '../../i18n';
 import type { LfPlot, PlotSeries } from '../../parts/lf-plot';
 import '../../parts/lf-plot';
 import { base, card } from '../../theme/shared';
-import { digitsOf, fromWire, unitText, type Quantity } from '../../units';
+import { digitsOf, fromWire, unitText } from '../../units';
+import { steps, type Past } from './past';
+import { SOURCES, type What } from './sources';
 
-type What = 'water' | 'currents';
-
-interface Source {
-  id: string;
-  subsystem: string;
-  field: string;
-  quantity: Quantity;
-}
-
-const SOURCES: Record<What, Source[]> = {
-  water: [
-    { id: 'pressure', subsystem: 'General', field: 'pressure', quantity: 'pressure' },
-    { id: 'flow', subsystem: 'General', field: 'flowrate', quantity: 'flow' },
-  ],
-  currents: [
-    { id: 'Horizontal', subsystem: 'Horizontal', field: 'current', quantity: 'current' },
-    { id: 'Vertical', subsystem: 'Vertical', field: 'current', quantity: 'current' },
-    { id: 'Nozzle', subsystem: 'Nozzle', field: 'current', quantity: 'current' },
-  ],
-};
 const RANGES: Partial<Record<string, [number, number]>> = { pressure: [0, 100], flow: [0, 25] };
 const NO_WINDOWS: number[] = [];
-const PAST_MS = 15 * 60_000;
+const MINUTE_MS = 60_000;
+const HOUR_MS = 60 * MINUTE_MS;
+const DAY_MS = 24 * HOUR_MS;
+const PAST_MS = 15 * MINUTE_MS;
+/** As they come, up to so much; the longer ones are read from the history. */
+const SPANS_MS = [1, 5, 15].map((n) => n * MINUTE_MS);
+const LONG_MS = [HOUR_MS, 8 * HOUR_MS, DAY_MS, 7 * DAY_MS, 31 * DAY_MS];
 
 @customElement('lf-trends')
 export class LfTrends extends LitElement {
@@ -67,6 +55,22 @@ export class LfTrends extends LitElement {
         --lf-button-size: 13px;
         --lf-button-wrap: nowrap;
       }
+      .span {
+        font: inherit;
+        font-size: 14px;
+        min-height: 48px;
+        padding: 0 8px;
+        border: 1px solid var(--line-strong);
+        border-radius: var(--radius);
+        background: var(--surface);
+        color: var(--text);
+      }
+      [hidden] {
+        display: none;
+      }
+      lf-past {
+        min-height: 0;
+      }
       lf-plot {
         min-height: 0;
         height: 100%;
@@ -94,7 +98,7 @@ export class LfTrends extends LitElement {
 
   @property() monitor = '';
   @state() private stale = false;
-  @state() private minutes = 1;
+  @state() private span_ms = MINUTE_MS;
   @state() private shown: What = 'water';
   @query('#water') private water!: LfPlot;
   @query('#currents') private currents!: LfPlot;
@@ -124,23 +128,41 @@ export class LfTrends extends LitElement {
             >`,
           )}
           <span class="grow"></span>
-          ${[1, 5, 15].map(
-            (n) => html`<lf-button kind="quiet" toggle .on=${n === this.minutes} @click=${() => (this.minutes = n)}
-              >${t('operate.minutes', { n })}</lf-button
-            >`,
-          )}
+          ${this.choice()}
         </div>
         <lf-plot
           id=${what}
+          ?hidden=${this.span_ms > PAST_MS}
           .series=${this.series(what)}
-          .minutes=${this.minutes}
+          .minutes=${Math.min(this.span_ms, PAST_MS) / MINUTE_MS}
           .windows=${NO_WINDOWS}
           .now=${() => store.now()}
           .stale=${this.stale}
           .label=${t(`operate.plot_${what}`)}
         ></lf-plot>
+        ${this.span_ms > PAST_MS
+          ? html`<lf-past
+              .monitor=${this.monitor}
+              .sources=${SOURCES[what]}
+              .series=${this.series(what)}
+              .span_ms=${this.span_ms}
+              .label=${t(`operate.plot_${what}`)}
+            ></lf-past>`
+          : nothing}
       </section>`,
     )}</div>`;
+  }
+
+  /** A recording has no more than it shows. */
+  private choice() {
+    const all = store.source === 'replay' ? SPANS_MS : [...SPANS_MS, ...LONG_MS];
+    return html`<select
+      class="span"
+      aria-label=${t('operate.time_shown')}
+      @change=${(e: Event) => (this.span_ms = Number((e.target as HTMLSelectElement).value))}
+    >
+      ${all.map((ms) => html`<option value=${ms} ?selected=${ms === this.span_ms}>${spanText(ms)}</option>`)}
+    </select>`;
   }
 
   private readonly made = new Map<What, PlotSeries[]>();
@@ -186,15 +208,9 @@ export class LfTrends extends LitElement {
   }
 }
 
-/** A value since when; null: from then on it is not known. */
-type Past = [number, number | null];
-
-/** A value holds until the next change. */
-function steps(points: Past[], to: number): Past[] {
-  return points.flatMap(([at, value], n): Past[] => [
-    [at, value],
-    [Math.max(at, (points[n + 1]?.[0] ?? to) - 1), value],
-  ]);
+function spanText(ms: number): string {
+  if (ms < HOUR_MS) return t('operate.minutes', { n: ms / MINUTE_MS });
+  return ms <= DAY_MS ? t('operate.hours', { n: ms / HOUR_MS }) : t('operate.days', { n: ms / DAY_MS });
 }
 
 function seriesOf(what: What): PlotSeries[] {

@@ -16,13 +16,16 @@ import {
 } from '../geometry';
 import type { Spot } from '../found';
 import type { PlanMonitor, PlanScene, PlanSite } from './model';
-import { NAME_PX, namePlaces, nameWidth } from './names';
+import { box, NAME_PX, nameBox, namePlaces, nameWidth, type Box } from './names';
+import { rangePlaces } from './range-names';
 
 export interface Camera {
   view: View;
   width: number;
   height: number;
   mini: boolean;
+  /** So many pixels at the upper edge lie under the page's buttons. */
+  above: number;
 }
 
 export interface Drop {
@@ -37,6 +40,8 @@ const RING_PX = 30;
 const NARROW_PX = 430;
 /** The page's own buttons leave no room for words beside the compass. */
 const TIGHT_PX = 620;
+/** What the wind takes beside the compass. */
+const WIND_PX = 140;
 const RING_MINI_PX = 19;
 const CLEAR_PX = RING_PX + 5;
 const CLEAR_MINI_PX = 8;
@@ -160,22 +165,45 @@ export function ranges(
   </g>`;
 }
 
-/** The distances of the rings: above what stands on the site, to be readable. */
+/** The distances of the rings, where each can be read; one that cannot is not written. */
 export function rangeNames(
   camera: Camera,
   monitor: PlanMonitor,
   length: (metres: number) => string,
   reachText: (distance: string) => string,
-  taken: readonly (readonly [Place, number])[],
+  taken: readonly Box[],
 ): SVGTemplateResult {
   const { reach, rings } = ringsOf(monitor);
-  const clear = taken.map(([at, radius]) => [px(camera, at), radius * camera.view.scale] as const);
-  const label = (range: number, text: string, kind: string): SVGTemplateResult => {
-    const place = labelPlace(camera, monitor, range, clear);
-    return svg`<text class=${kind} x=${f(place[0])} y=${f(place[1])} dy="0.35em">${text}</text>`;
-  };
-  return svg`${rings.map((range) => label(range, length(range), 'ring-name'))}
-    ${reach ? label(reach, reachText(length(reach)), 'ring-name strong') : nothing}`;
+  const wanted = [
+    ...(reach ? [{ range: reach, text: reachText(length(reach)), strong: true }] : []),
+    ...rings.map((range) => ({ range, text: length(range), strong: false })),
+  ];
+  const on = (range: number, turn: number) => px(camera, placeAt(monitor.at, barrelOf(monitor) + turn, range));
+  return svg`${rangePlaces(wanted, on, [camera.width, camera.height], taken).map(
+    ({ at, text, strong }) =>
+      svg`<text class="ring-name ${strong ? 'strong' : ''}" x=${f(at[0])} y=${f(at[1])} dy="0.35em">${text}</text>`,
+  )}`;
+}
+
+/** What no words are to lie upon: tanks, monitors and their names, and what is at the edges. */
+export function taken(camera: Camera, site: PlanSite | null, monitors: readonly PlanMonitor[], names: ReadonlyMap<string, Place>): Box[] {
+  const tanks = (site?.tanks ?? []).map(({ at, diameter }) => box(px(camera, at), diameter * camera.view.scale, diameter * camera.view.scale));
+  const marks = monitors.flatMap((monitor) => {
+    const at = px(camera, monitor.at);
+    return [box(at, 2 * CLEAR_PX, 2 * CLEAR_PX), nameBox({ ...monitor, at, barrel: 0 }, names.get(monitor.id)!)];
+  });
+  return [...edges(camera), ...tanks, ...marks];
+}
+
+/** The page's buttons, compass with the wind, buttons of the plan, scale. */
+function edges({ width, height, above, view }: Camera): Box[] {
+  const [, compassY] = compassAt(width);
+  return [
+    { x: 0, y: 0, wide: width, high: above },
+    { x: width - 34 - WIND_PX, y: compassY - 22, wide: 34 + WIND_PX, high: 44 },
+    { x: width - 66, y: height - 166, wide: 66, high: 166 },
+    { x: 8, y: height - 46, wide: roundStep(140 / view.scale) * view.scale + 24, high: 46 },
+  ];
 }
 
 function ringsOf(monitor: PlanMonitor): { reach: number; far: number; rings: number[] } {
@@ -185,26 +213,6 @@ function ringsOf(monitor: PlanMonitor): { reach: number; far: number; rings: num
   const rings = [];
   for (let range = step; range < far - step * 0.2; range += step) rings.push(range);
   return { reach, far, rings };
-}
-
-/** On the ring, to the side of the barrel where there is most room in the picture. */
-function labelPlace(
-  camera: Camera,
-  monitor: PlanMonitor,
-  range: number,
-  taken: readonly (readonly [Place, number])[],
-): Place {
-  const ahead = barrelOf(monitor);
-  const inset = 34;
-  let best: { at: Place; room: number } | null = null;
-  for (const turn of [24, -24, 40, -40, 60, -60, 90, -90, 130, -130, 180]) {
-    const at = px(camera, placeAt(monitor.at, ahead + turn, range));
-    const free = taken.map(([[x, y], radius]) => Math.hypot(at[0] - x, at[1] - y) - radius);
-    const room = Math.min(at[0], camera.width - at[0], at[1], camera.height - at[1], ...free);
-    if (room > inset) return at;
-    if (!best || room > best.room) best = { at, room };
-  }
-  return best!.at;
 }
 
 function forbidden(monitor: PlanMonitor, radius: number): SVGTemplateResult | typeof nothing {
@@ -249,13 +257,23 @@ export function hotbeds(camera: Camera, monitor: PlanMonitor): SVGTemplateResult
   })}`;
 }
 
-/** All monitors, the chosen one above the others. */
-export function monitorMarks(camera: Camera, monitors: readonly PlanMonitor[], selected: string): SVGTemplateResult {
-  const names = namePlaces(
+/** Where the name of each monitor is, from its middle. */
+export function namesOf(camera: Camera, monitors: readonly PlanMonitor[]): Map<string, Place> {
+  return namePlaces(
     monitors.map((monitor) => ({ id: monitor.id, at: px(camera, monitor.at), barrel: barrelOf(monitor) })),
     [camera.width, camera.height],
     camera.mini ? CLEAR_MINI_PX : CLEAR_PX,
+    camera.mini ? [] : edges(camera),
   );
+}
+
+/** All monitors, the chosen one above the others. */
+export function monitorMarks(
+  camera: Camera,
+  monitors: readonly PlanMonitor[],
+  selected: string,
+  names: ReadonlyMap<string, Place>,
+): SVGTemplateResult {
   const ordered = [...monitors].sort((a, b) => Number(a.id === selected) - Number(b.id === selected));
   return svg`${ordered.map((monitor) => monitorMark(camera, monitor, monitor.id === selected, names.get(monitor.id)!))}`;
 }
@@ -375,6 +393,10 @@ export function scaleBar(camera: Camera, length: (metres: number) => string): SV
   </g>`;
 }
 
+function compassAt(width: number): Place {
+  return [width - 34, width < NARROW_PX ? 92 : 34];
+}
+
 export function compassMark(
   camera: Camera,
   north: string,
@@ -385,7 +407,7 @@ export function compassMark(
   const speed = scene ? Math.hypot(...scene.wind) : 0;
   // The arrow points to where the wind blows.
   const toward = scene ? compass((Math.atan2(scene.wind[0], scene.wind[1]) * 180) / Math.PI) : 0;
-  return svg`<g class="compass" transform="translate(${f(camera.width - 34)} ${camera.width < NARROW_PX ? 92 : 34})">
+  return svg`<g class="compass" transform="translate(${compassAt(camera.width).join(' ')})">
     <circle r="19"></circle>
     <path class="needle" d="M0-16 5-3H-5Z"></path><text y="9">${north}</text>
     ${

@@ -20,7 +20,7 @@ const CROWD_PX = 130;
 /** Clockwise from above, the sides before the corners. */
 const SIDES = [0, 90, 180, 270, 45, 135, 225, 315];
 
-interface Box {
+export interface Box {
   x: number;
   y: number;
   wide: number;
@@ -31,13 +31,21 @@ export function nameWidth(id: string): number {
   return Math.max(id.length * 8 + 12, 26);
 }
 
-/** The middle of each name, from the middle of its monitor, around which a circle stays clear. */
-export function namePlaces(monitors: readonly Named[], screen: Place, clear: number): Map<string, Place> {
+/**
+ * The middle of each name, from the middle of its monitor, around which a circle stays clear. `fixed` is what the picture has
+ * at its edges: buttons, scale, compass.
+ */
+export function namePlaces(
+  monitors: readonly Named[],
+  screen: Place,
+  clear: number,
+  fixed: readonly Box[] = [],
+): Map<string, Place> {
   const places = new Map<string, Place>();
   const names: Box[] = [];
   for (const monitor of [...monitors].sort((a, b) => (a.id < b.id ? -1 : 1))) {
     const others = monitors.filter((other) => other !== monitor && near(other.at, monitor.at));
-    const taken = [...names, ...others.map((other) => box(other.at, BODY_PX, BODY_PX))];
+    const taken = [...fixed, ...names, ...others.map((other) => box(other.at, BODY_PX, BODY_PX))];
     // In a crowd whatever the barrel does: names that jump from side to side would be worse than a covered one.
     const sides = others.length ? SIDES : [monitor.barrel + 180, ...SIDES];
     const tried = [clear, Math.min(clear, CLOSE_PX)].flatMap((radius) => sides.map((side) => toward(monitor, side, radius)));
@@ -49,7 +57,7 @@ export function namePlaces(monitors: readonly Named[], screen: Place, clear: num
 }
 
 /** How much of it lies over others or outside the picture. */
-function hidden(own: Box, taken: readonly Box[], [wide, high]: Place): number {
+export function hidden(own: Box, taken: readonly Box[], [wide, high]: Place): number {
   const outside = own.wide * own.high - shared(own, { x: 0, y: 0, wide, high });
   return outside + taken.reduce((sum, other) => sum + shared(own, other), 0);
 }
@@ -76,12 +84,12 @@ function toward({ id }: Named, bearing: number, clear: number): Place {
   return [x * off, y * off];
 }
 
-function nameBox(monitor: Named, place: Place): Box {
+export function nameBox(monitor: Named, place: Place): Box {
   const at: Place = [monitor.at[0] + place[0], monitor.at[1] + place[1]];
   return box(at, nameWidth(monitor.id), NAME_PX);
 }
 
-function box(middle: Place, wide: number, high: number): Box {
+export function box(middle: Place, wide: number, high: number): Box {
   return { x: middle[0] - wide / 2, y: middle[1] - high / 2, wide, high };
 }
 

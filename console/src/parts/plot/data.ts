@@ -6,6 +6,35 @@ export type Value = number | null;
 export const GAP_MS = 3000;
 const ROWS_MAX = 20_000;
 
+/** What is drawn of a series over a long time: a line, and the area of least to greatest around it. */
+export interface Curve {
+  value: readonly (readonly [number, Value])[];
+  low: readonly (readonly [number, Value])[];
+  high: readonly (readonly [number, Value])[];
+}
+
+/**
+ * Spans of the history, [begin, mean, least, greatest], as a curve: each over its own length; where one is
+ * missing the curve has a gap.
+ */
+export function curveOf(spans: readonly (readonly [number, number, number, number])[], step_ms: number): Curve {
+  const curve = { value: [] as [number, Value][], low: [] as [number, Value][], high: [] as [number, Value][] };
+  const add = (at: number, mean: Value, least: Value, greatest: Value) => {
+    curve.value.push([at, mean]);
+    curve.low.push([at, least]);
+    curve.high.push([at, greatest]);
+  };
+  let next: number | null = null;
+  for (const [begin, mean, least, greatest] of spans) {
+    if (next !== null && begin > next) add(next, null, null, null);
+    add(begin, mean, least, greatest);
+    next = begin + step_ms;
+    add(next - 1, mean, least, greatest);
+  }
+  if (next !== null) add(next, null, null, null);
+  return curve;
+}
+
 /**
  * Columns for uPlot: seconds, then a column for each series. A null is a gap; undefined is no
  * statement about that series at that time.

@@ -1,0 +1,42 @@
+// Where the distances of the rings stand: on the ring, near the barrel's direction, over nothing else.
+import type { Place } from '../geometry';
+import { box, hidden, type Box } from './names';
+
+export interface RangeName {
+  range: number;
+  text: string;
+  /** Written even where it covers something. */
+  strong: boolean;
+}
+
+const HIGH_PX = 16;
+/** Of 11 px letters, and a little room beside. */
+const LETTER_PX = 6.8;
+/** From the barrel outwards, in turn to the right and to the left; not upon the line in which it points. */
+const TURNS = [24, 32, 40, 50, 60, 75, 90, 110, 130, 150, 170].flatMap((turn) => [turn, -turn]);
+
+/** Those that find room. `on` is the place of a ring at so many degrees from the barrel. */
+export function rangePlaces(
+  wanted: readonly RangeName[],
+  on: (range: number, turn: number) => Place,
+  screen: Place,
+  taken: readonly Box[],
+): (RangeName & { at: Place })[] {
+  const placed: (RangeName & { at: Place })[] = [];
+  const boxes = [...taken];
+  for (const name of wanted) {
+    const tried = TURNS.map((turn) => {
+      const at = on(name.range, turn);
+      return { at, cost: hidden(rangeBox(name, at), boxes, screen) };
+    });
+    const best = tried.find(({ cost }) => cost === 0) ?? tried.reduce((a, b) => (b.cost < a.cost ? b : a));
+    if (best.cost > 0 && !name.strong) continue;
+    placed.push({ ...name, at: best.at });
+    boxes.push(rangeBox(name, best.at));
+  }
+  return placed;
+}
+
+export function rangeBox({ text, strong }: RangeName, at: Place): Box {
+  return box(at, text.length * LETTER_PX * (strong ? 1.08 : 1) + 8, HIGH_PX);
+}

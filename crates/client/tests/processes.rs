@@ -15,7 +15,8 @@ use lafet_client::{AnswerBuf, Config, Framing, RequestBuf};
 use lafet_proto::link::Decoder;
 use lafet_proto::request::Body;
 use lafet_proto::{ParamId, Request, RequestId, SubsystemId};
-use numbered::{Random, Unknown, answer, number_of, outcome_of};
+use lafet_sim::rng::Rng;
+use numbered::{Unknown, answer, number_of, outcome_of};
 
 const MS: Duration = Duration::from_millis(1);
 /// A frame is this late at most, a request as well as an answer.
@@ -46,7 +47,7 @@ impl Way {
 /// The way and the monitor, which outlive the processes.
 struct World {
     now: Now,
-    random: Random,
+    random: Rng,
     way: Way,
     unknown: Unknown,
     /// Requests and answers on the way, by their arrival, each with the number of its request.
@@ -75,7 +76,7 @@ impl World {
     fn new(way: Way, unknown: Unknown, seed: u64) -> Self {
         Self {
             now: Now::ZERO,
-            random: Random(seed),
+            random: Rng::new(seed),
             way,
             unknown,
             requests: BTreeMap::new(),
@@ -102,7 +103,7 @@ impl World {
         let pause = self.random.below(50) as u32;
         self.now += pause * MS;
         self.pass(None);
-        let number = self.random.next() as u32;
+        let number = self.random.bits() as u32;
         let config = Config {
             framing: self.way.framing(),
             duplicates: self.way == Way::Datagrams,
@@ -184,7 +185,7 @@ impl World {
         let number = self.owner.len();
         self.owner.push(self.process);
         for (at, bytes) in self.fates(bytes) {
-            let key = (at, self.random.next());
+            let key = (at, self.random.bits());
             self.requests.insert(key, (number, bytes));
         }
     }
@@ -207,7 +208,7 @@ impl World {
             _ => encode(129, 1, &answer),
         };
         for (at, bytes) in self.fates(bytes) {
-            let key = (at, self.random.next());
+            let key = (at, self.random.bits());
             self.answers.insert(key, bytes);
         }
     }
@@ -226,11 +227,11 @@ impl World {
             let longest = if late { LATE } else { 30 * MS };
             let delay = Duration::from_micros(self.random.below(longest.as_micros() as u64));
             let mut bytes = bytes.clone();
-            if !tcp && self.random.one_in(30) {
+            if !tcp && self.random.below(30) == 0 {
                 bytes.truncate(self.random.below(bytes.len() as u64) as usize);
             }
-            if !tcp && self.random.one_in(20) {
-                let noise: Vec<u8> = (0..12).map(|_| self.random.next() as u8).collect();
+            if !tcp && self.random.below(20) == 0 {
+                let noise: Vec<u8> = (0..12).map(|_| self.random.bits() as u8).collect();
                 bytes = if self.way == Way::Stream { [noise, bytes].concat() } else { noise };
             }
             arrivals.push((self.now + delay, bytes));

@@ -25,6 +25,11 @@ impl Rng {
         z ^ (z >> 31)
     }
 
+    /// A whole number in 0 ≤ n < `end`; `end` is not 0.
+    pub const fn below(&mut self, end: u64) -> u64 {
+        self.bits() % end
+    }
+
     /// Leaves out so many numbers.
     pub const fn skip(&mut self, numbers: u64) {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(numbers));

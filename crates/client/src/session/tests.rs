@@ -8,7 +8,8 @@ use lafet_proto::request::Body;
 use lafet_proto::{Ints, ParamId, Request, Status, SubsystemId};
 
 use super::*;
-use numbered::{Random, Unknown, answer, number_of, outcome_of};
+use lafet_sim::rng::Rng;
+use numbered::{Unknown, answer, number_of, outcome_of};
 
 #[path = "../../tests/fake/numbered.rs"]
 mod numbered;
@@ -61,7 +62,7 @@ fn payload_of(bytes: &[u8]) -> Vec<u8> {
 struct World {
     now: Now,
     session: Session,
-    random: Random,
+    random: Rng,
     unknown: Unknown,
     bound: Duration,
     copies: bool,
@@ -91,7 +92,7 @@ impl World {
         Self {
             now: Now::ZERO,
             session,
-            random: Random(seed),
+            random: Rng::new(seed),
             unknown,
             bound,
             copies,
@@ -105,7 +106,7 @@ impl World {
 
     fn run(&mut self, operations: u32) {
         while self.seen.ended < operations {
-            if self.session.is_idle() || self.random.one_in(8) {
+            if self.session.is_idle() || self.random.below(8) == 0 {
                 self.submit();
             }
             self.step();
@@ -125,7 +126,7 @@ impl World {
         };
         let Ok(ticket) = self.session.submit(self.now, requests) else { return };
         self.seen.submitted += 1;
-        if self.random.one_in(50) {
+        if self.random.below(50) == 0 {
             self.session.cancel(ticket);
             self.cancelled.insert(ticket);
             self.seen.ended += 1;
@@ -147,7 +148,7 @@ impl World {
         {
             self.session.handle_bytes(self.now, &bytes);
         }
-        if self.random.one_in(5000) {
+        if self.random.below(5000) == 0 {
             self.session.handle_disconnected(self.now);
             self.now += MS;
             self.session.handle_connected(self.now);
@@ -161,8 +162,9 @@ impl World {
         let serial = self.owner.len() as u32;
         self.owner.push(ticket.expect("something is outstanding"));
         let reply = answer(&payload_of(bytes), serial, self.unknown);
-        let copies = if self.random.one_in(12) { 0 } else { 1 };
-        let more = if self.copies && self.random.one_in(6) { 1 + self.random.below(2) } else { 0 };
+        let copies = if self.random.below(12) == 0 { 0 } else { 1 };
+        let more =
+            if self.copies && self.random.below(6) == 0 { 1 + self.random.below(2) } else { 0 };
         for _ in 0..copies + more {
             let longest = match self.random.below(40) {
                 0 => self.bound,
@@ -170,7 +172,7 @@ impl World {
                 _ => 30 * MS,
             };
             let delay = Duration::from_micros(self.random.below(longest.as_micros() as u64));
-            let key = (self.now + delay, self.random.next());
+            let key = (self.now + delay, self.random.bits());
             self.air.insert(key, frame(129, 1, &reply));
             self.answered_by.entry(self.owner[serial as usize]).or_default().push(serial);
         }

@@ -12,10 +12,11 @@ use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
 use lafet_proto::RequestId;
 use lafet_proto::bus::CONTROLLER;
+use lafet_sim::rng::Rng;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep};
 
-use super::medium::{Dice, Medium, Program, Station, frames};
+use super::medium::{Medium, Program, Station, frames};
 
 /// How long a console waits for its answer: see docs/bus.md.
 const CONSOLE_WAITS: Duration = Duration::from_millis(1200);
@@ -130,7 +131,7 @@ async fn console(
 /// A monitor that notes what it is asked, and accepts it.
 async fn monitor(own: u8, station: Station, setup: Setup, seen: Arc<Mutex<Seen>>) {
     let mut line = Program::thorough(station);
-    let mut dice = Dice::new(setup.seed ^ u64::from(own));
+    let mut dice = Rng::new(setup.seed ^ u64::from(own));
     loop {
         let Some((dst, src, payload)) = line.frame(None).await else { return };
         if dst != own {

@@ -9,29 +9,12 @@ use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
 use lafet_proto::link::{Decoder, Frame, WIRE_MAX, encode};
+use lafet_sim::rng::Rng;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::time::{Instant, Sleep, sleep_until, timeout};
 
 /// Bytes that arrive together take this part of a second.
 const GROUPS_PER_SECOND: u32 = 500;
-
-/// Small and reproducible: SplitMix64.
-#[derive(Clone, Debug)]
-pub struct Dice(u64);
-
-impl Dice {
-    pub const fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (z ^ (z >> 31)) % limit
-    }
-}
 
 /// A write of a station.
 #[derive(Clone, Debug)]
@@ -51,7 +34,7 @@ struct Ear {
 struct Wires {
     baud: u32,
     loss_permille: u64,
-    dice: Dice,
+    dice: Rng,
     ears: Vec<Ear>,
     /// Who has sent last, and until when.
     busy: (usize, Instant),
@@ -64,7 +47,7 @@ pub struct Medium(Arc<Mutex<Wires>>);
 
 impl Medium {
     pub fn new(baud: u32, loss_permille: u64, seed: u64) -> Self {
-        let (dice, busy) = (Dice::new(seed), (usize::MAX, Instant::now()));
+        let (dice, busy) = (Rng::new(seed), (usize::MAX, Instant::now()));
         let (ears, log) = (Vec::new(), Vec::new());
         Self(Arc::new(Mutex::new(Wires { baud, loss_permille, dice, ears, busy, log })))
     }

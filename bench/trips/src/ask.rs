@@ -21,8 +21,7 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
     let mut clock = Clock::new(seconds)?;
     match who {
         "lafet" => {
-            let endpoint: Endpoint =
-                format!("tcp://127.0.0.1:{port}").parse().map_err(|e| format!("{e}"))?;
+            let endpoint = endpoint(port, SETTLED)?;
             let client = Client::connect(&endpoint).await.map_err(|e| e.to_string())?;
             let request = Request::new(SubsystemId::VERTICAL, Body::GetStatus);
             while clock.goes_on() {
@@ -30,7 +29,8 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
                 clock.exchanged(1);
             }
         }
-        "lafet-blocking" => return ask_blocking(port, clock).await,
+        "lafet-blocking" => return ask_blocking(endpoint(port, SETTLED)?, clock).await,
+        "lafet-blocking-new" => return ask_blocking(endpoint(port, NEW)?, clock).await,
         "tokio-modbus" => {
             let address = format!("127.0.0.1:{port}").parse().map_err(|e| format!("{e}"))?;
             let connecting = tokio_modbus::client::tcp::connect(address).await;
@@ -52,10 +52,18 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
     Ok(())
 }
 
+/// A connection as it is ten seconds after it was made: no answer to another program can come any more,
+/// so no frame has a number.
+const SETTLED: &str = "?late=0";
+/// A connection as it is before.
+const NEW: &str = "?late=60";
+
+fn endpoint(port: &str, options: &str) -> Result<Endpoint, String> {
+    format!("tcp://127.0.0.1:{port}{options}").parse().map_err(|e| format!("{e}"))
+}
+
 /// The client that waits in its caller's thread, which is one of its own here.
-async fn ask_blocking(port: &str, mut clock: Clock) -> Outcome {
-    let endpoint: Endpoint =
-        format!("tcp://127.0.0.1:{port}").parse().map_err(|e| format!("{e}"))?;
+async fn ask_blocking(endpoint: Endpoint, mut clock: Clock) -> Outcome {
     let asking = move || {
         let mut client = Direct::connect(&endpoint).map_err(|e| e.to_string())?;
         let request = Request::new(SubsystemId::VERTICAL, Body::GetStatus);

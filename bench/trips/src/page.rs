@@ -90,6 +90,7 @@ fn contenders(lafet: &Path, folder: &Path) -> Result<Vec<Contender>, String> {
         pair("bare echo", &[&own, "serve", "echo", "PORT"], &[&own, "ask", "echo"], lafet_bytes),
         pair("lafet", &sim, &[&own, "ask", "lafet"], lafet_bytes),
         pair("lafet, blocking", &sim, &[&own, "ask", "lafet-blocking"], None),
+        pair("the same, just connected", &sim, &[&own, "ask", "lafet-blocking-new"], None),
         pair(
             "tokio-modbus",
             &[&own, "serve", "tokio-modbus", "PORT"],
@@ -115,8 +116,8 @@ fn print(names: &[&str], all: &[[Option<Summary>; COLUMNS]]) {
     columns.extend(titles.map(String::from));
     let mut table = Table::new(&columns);
     let mut late = Table::new(&columns);
-    let missing =
-        |name: &str| if name.contains("blocking") { "as above" } else { "not all answered" };
+    let as_above = |name: &str| name.contains("blocking") || name.contains("the same");
+    let missing = |name: &str| if as_above(name) { "as above" } else { "not all answered" };
     for (name, figures) in names.iter().zip(all) {
         let cell = |i: usize, text: &dyn Fn(Summary) -> String| {
             figures[i].map_or_else(|| missing(name).to_owned(), text)

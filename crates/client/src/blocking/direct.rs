@@ -50,7 +50,7 @@ pub struct Direct {
     link: Option<Link>,
     lost: Option<Arc<io::Error>>,
     start: Instant,
-    used: Instant,
+    used: Now,
     buffer: Vec<u8>,
 }
 
@@ -69,7 +69,7 @@ impl Direct {
         line.handle_connected(Now::ZERO);
         let start = Instant::now();
         let (endpoint, link, buffer) = (endpoint.clone(), Some(link), vec![0; 2 * WIRE_MAX]);
-        Ok(Self { endpoint, name, line, link, lost: None, start, used: start, buffer })
+        Ok(Self { endpoint, name, line, link, lost: None, start, used: Now::ZERO, buffer })
     }
 
     /// What has been exchanged so far.
@@ -102,29 +102,41 @@ impl Direct {
     }
 
     fn exchange(&mut self, requests: Vec<RequestBuf>, first: Option<Ticket>) -> Reply {
-        if self.used.elapsed() > IDLE {
+        let mut now = self.now();
+        if now.saturating_sub(self.used) > IDLE {
             self.look();
+            now = self.now();
         }
         let address = self.line.config().addresses.monitor;
         let terms = Terms { first, ..Terms::default() };
-        let mut now = self.now();
         let ticket = self.line.submit(now, address, terms, requests)?;
         loop {
             if self.link.is_none() {
                 self.dial(now);
             }
             self.transmit(now);
-            while let Some((ended, outcome)) = self.line.poll_outcome() {
-                if ended == ticket {
-                    self.used = self.start + now;
-                    return Ok(Ended::new(outcome, Some(ticket), self.lost.clone()));
-                }
+            if let Some(ended) = self.ended(now, ticket) {
+                return Ok(ended);
             }
             let due = self.line.poll_timeout(now);
-            self.wait(due.map_or(REDIAL, |due| due.saturating_sub(now)));
-            now = self.now();
+            now = self.wait(due.map_or(REDIAL, |due| due.saturating_sub(now)));
+            // Mostly the answer has come, and nothing else is to be looked at.
+            if let Some(ended) = self.ended(now, ticket) {
+                return Ok(ended);
+            }
             self.line.handle_timeout(now);
         }
+    }
+
+    /// How the operation ended, if it did.
+    fn ended(&mut self, now: Now, ticket: Ticket) -> Option<Ended> {
+        while let Some((ended, outcome)) = self.line.poll_outcome() {
+            if ended == ticket {
+                self.used = now;
+                return Some(Ended::new(outcome, Some(ticket), self.lost.clone()));
+            }
+        }
+        None
     }
 
     fn now(&self) -> Now {
@@ -132,22 +144,27 @@ impl Direct {
     }
 
     fn transmit(&mut self, now: Now) {
-        while let Some(bytes) = self.line.poll_transmit(now) {
-            let Some(link) = &mut self.link else { return };
-            if let Err(error) = link.send(&bytes, self.line.config().timeout) {
-                return self.lose(error);
-            }
+        // One frame at a time: what else there is to send waits for its answer.
+        let Some(bytes) = self.line.poll_transmit(now) else { return };
+        let Some(link) = &mut self.link else { return };
+        if let Err(error) = link.send(&bytes, self.line.config().timeout) {
+            self.lose(error);
         }
     }
 
-    /// Waits for bytes, or until it is time.
-    fn wait(&mut self, time: Duration) {
-        let Some(link) = &mut self.link else { return park_timeout(time.min(REDIAL)) };
+    /// Waits for bytes, or until it is time; the time afterwards.
+    fn wait(&mut self, time: Duration) -> Now {
+        let Some(link) = &mut self.link else {
+            park_timeout(time.min(REDIAL));
+            return self.now();
+        };
         if time.is_zero() {
-            return;
+            return self.now();
         }
-        match link.recv(&mut self.buffer, time) {
-            Ok(Some(count)) => self.received(count),
+        let received = link.recv(&mut self.buffer, time);
+        let now = self.now();
+        match received {
+            Ok(Some(count)) => self.received(now, count),
             Ok(None) => {
                 let half_open = matches!(self.link, Some(Link::Tcp { .. }));
                 if half_open && self.line.silent_tries() >= SILENT_TRIES_MAX {
@@ -156,10 +173,11 @@ impl Direct {
             }
             Err(error) => self.lose(error),
         }
+        now
     }
 
-    fn received(&mut self, count: usize) {
-        let (now, bytes) = (self.start.elapsed(), &self.buffer[..count]);
+    fn received(&mut self, now: Now, count: usize) {
+        let bytes = &self.buffer[..count];
         match self.link {
             Some(Link::Udp { .. }) => self.line.handle_datagram(now, bytes),
             _ => self.line.handle_bytes(now, bytes),
@@ -170,7 +188,7 @@ impl Direct {
     fn look(&mut self) {
         while let Some(link) = &mut self.link {
             match link.recv_now(&mut self.buffer) {
-                Ok(Some(count)) => self.received(count),
+                Ok(Some(count)) => self.received(self.now(), count),
                 Ok(None) => return,
                 Err(error) => self.lose(error),
             }

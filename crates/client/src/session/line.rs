@@ -181,18 +181,20 @@ impl Line {
         if self.send_from(now)? > now {
             return None;
         }
-        let haste = self.haste(now);
-        let count = self.sessions.len();
-        let turns = (0..count).map(|step| (self.turn + step) % count);
-        let mut turns: Vec<usize> =
-            turns.filter(|index| self.wants(&self.sessions[*index], now) == haste).collect();
+        let (haste, count) = (self.haste(now), self.sessions.len());
         // Of the monitors that answer, one has its turn after each that may not, or did not: the one
         // heard last, for when many fall silent at once, the others only seem to answer.
         let doubtful = self.last.is_some_and(|(index, was)| was || !self.is_present(index));
-        if doubtful {
-            turns.sort_by_key(|index| Reverse(self.sessions[*index].present_at()));
+        let mut by_presence = Vec::new();
+        if doubtful && count > 1 {
+            by_presence.extend(self.round());
+            by_presence.sort_by_key(|index| Reverse(self.sessions[*index].present_at()));
         }
-        for index in turns {
+        for step in 0..count {
+            let index = by_presence.get(step).copied().unwrap_or((self.turn + step) % count);
+            if self.wants(&self.sessions[index], now) != haste {
+                continue;
+            }
             let session = &mut self.sessions[index];
             let (absent, present) = (session.can_wait(), session.is_present());
             let Some(bytes) = session.poll_transmit(now) else { continue };
@@ -209,6 +211,12 @@ impl Line {
             return Some(bytes);
         }
         None
+    }
+
+    /// All sessions, from the one whose turn is looked at first.
+    fn round(&self) -> impl Iterator<Item = usize> {
+        let (turn, count) = (self.turn, self.sessions.len());
+        (0..count).map(move |step| (turn + step) % count)
     }
 
     /// An operation that has ended.

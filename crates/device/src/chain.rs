@@ -152,6 +152,8 @@ impl Device {
         if state && self.has(to) {
             return self.tell_status(to, answers);
         }
+        // GetParam changes something too: of a lost unit, the parameter is fetched (§3.4).
+        self.disturbed |= request != RequestId::GET_STATUS;
         let by = Asked { request, to, source };
         if is_control(request) {
             self.note_control(now, source);

@@ -52,6 +52,8 @@ pub struct Device {
     pub(crate) ext_buttons: ButtonPost,
     settling: Timer,
     last_step: Millis,
+    /// A request since the last step was not GetStatus.
+    pub(crate) disturbed: bool,
 }
 
 impl Device {
@@ -91,6 +93,7 @@ impl Device {
             ext_buttons: ButtonPost::default(),
             settling: Timer::default(),
             last_step: Millis::default(),
+            disturbed: false,
             params: Params::BLANK,
             drives: Drive::all(),
             valves: Valve::both(),
@@ -185,12 +188,18 @@ impl Device {
         *self == other
     }
 
+    /// Whether a request since the last step may have changed something: any but GetStatus.
+    pub const fn is_disturbed(&self) -> bool {
+        self.disturbed
+    }
+
     /// One cycle: inputs, subsystems, guard, outputs; then what has to be stored or reset.
     #[inline(never)]
     pub fn step(&mut self, now_ms: u32, hal: &mut impl Hal) {
         let now = Millis(now_ms);
         let dt_ms = now.since(self.last_step);
         self.last_step = now;
+        self.disturbed = false;
         hal.read(&mut self.inputs);
         self.settling.poll(now);
         self.run(now, dt_ms);

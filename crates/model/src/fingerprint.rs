@@ -14,7 +14,8 @@ use std::hash::{DefaultHasher, Hasher};
 ///
 /// The composition and the clock of the last step are the same in all states of a run; the interfaces
 /// keep only when somebody last asked (§3.3.9); climate is not modelled; the plant knows no speeds,
-/// only directions; how long a motion has been watched decides when a fault is told, not whether.
+/// only directions; how long a motion has been watched decides when a fault is told, not whether; that
+/// there was a request since the last step decides nothing.
 const IGNORED: &[&str] = &[
     "chain",
     "address",
@@ -25,6 +26,7 @@ const IGNORED: &[&str] = &[
     "external_conn",
     "radio",
     "last_step",
+    "disturbed",
     "crash",
     "watch",
     "nearest",

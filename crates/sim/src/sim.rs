@@ -256,11 +256,9 @@ impl Sim {
 
     /// Gives the monitor's program something to answer. A poll leaves it as it is: it rests on.
     fn answer<T>(&mut self, answer: impl FnOnce(&mut Monitor) -> T) -> T {
-        let rests = self.resting > 0;
         let monitor = self.catch_up();
-        let before = rests.then(|| monitor.device.clone());
         let answered = answer(monitor);
-        if before.is_some_and(|before| before != monitor.device) {
+        if monitor.device.is_disturbed() {
             self.resting = 0;
         }
         answered

@@ -14,7 +14,7 @@ use lafet_sim::sim::{Config, Sim};
 const SEEDS: u64 = 24;
 const ACTIONS: u32 = 25;
 
-const REQUESTS: [&str; 24] = [
+const REQUESTS: [&str; 26] = [
     "Deploy",
     "Deploy",
     "Wrap",
@@ -34,6 +34,8 @@ const REQUESTS: [&str; 24] = [
     "SwitchLimits Motors off",
     "SwitchLimits Motors on",
     "SetParam Vertical Speed 5",
+    "GetParam Vertical Speed",
+    "GetParam Valve1 TravelTime",
     "SetParam Climatics HeatOn 150",
     "SetParam General MoveTimeout 500",
     "Lockout on",

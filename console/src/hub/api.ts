@@ -35,10 +35,10 @@ export interface components {
         Ack: {
             /**
              * Format: int64
-             * @description When.
+             * @description When, ms since 1970.
              */
             at_ms: number;
-            /** @description By whom. */
+            /** @description The user's name. */
             user: string;
         };
         /** @description What was done. */
@@ -215,10 +215,10 @@ export interface components {
             elevation_arcmin: number | null;
             fault: components["schemas"]["NoJet"] | null;
         };
-        /** @description An alarm. */
+        /** @description An alarm that is not normal. */
         Alarm: {
             ack: components["schemas"]["Ack"] | null;
-            /** @description Its condition holds. */
+            /** @description Whether its condition holds. */
             active: boolean;
             /** @description What usually leads to it. */
             cause: components["schemas"]["Both"];
@@ -226,35 +226,35 @@ export interface components {
             consequence: components["schemas"]["Both"];
             /**
              * Format: int32
-             * @description How often it came since it was normal.
+             * @description How often it became active since it was normal.
              */
             count: number;
-            /** @description The flag. */
+            /** @description The name of the flag or of the hub's own condition. */
             flag: string;
-            /** @description `M1/Vertical/AmperageOverload`. */
+            /** @description Monitor, subsystem and flag: `M1/Vertical/AmperageOverload`. */
             id: string;
-            /** @description The monitor; empty: the hub itself. */
+            /** @description The id of the monitor; empty: the hub itself. */
             monitor: string;
-            /** @description `fire`, `high`, `medium` or `low`. */
-            priority: string;
+            /** @description How urgent it is. */
+            priority: components["schemas"]["Priority"];
             /** @description What to do. */
             remedy: components["schemas"]["Both"];
             /**
              * Format: int64
-             * @description When it returned.
+             * @description When its condition ended, ms since 1970; null while it is active.
              */
             returned_ms: number | null;
             shelved: components["schemas"]["Shelf"] | null;
             /**
              * Format: int64
-             * @description Since when, ms since 1970.
+             * @description When it became active last, ms since 1970.
              */
             since_ms: number;
-            /** @description `unack`, `ack`, `rtn_unack` or `shelved`. */
-            state: string;
-            /** @description The subsystem, or `Link`. */
+            /** @description Whether it is acknowledged or shelved. */
+            state: components["schemas"]["AlarmState"];
+            /** @description The name of the subsystem, `Link` or `Hub`. */
             subsystem: string;
-            /** @description What it is. */
+            /** @description What the condition is. */
             what: components["schemas"]["Both"];
         };
         /** @description What an alarm did. */
@@ -275,6 +275,11 @@ export interface components {
             /** @description Whose action it was, if it was one. */
             user: string | null;
         };
+        /**
+         * @description The state of an alarm that is not normal; what waits for an operator first.
+         * @enum {string}
+         */
+        AlarmState: "unack" | "rtn_unack" | "ack" | "shelved";
         /**
          * @description The answer to a message of the client: one of `result`, `results`, `authority`, `subscribed` and
          *     `error`.
@@ -1302,6 +1307,11 @@ export interface components {
              */
             height: number;
         };
+        /**
+         * @description How urgent an alarm is; the most urgent first.
+         * @enum {string}
+         */
+        Priority: "fire" | "high" | "medium" | "low";
         /** @description A program, as the topic `program` tells it. */
         Program: {
             /** @description Who sent it. */
@@ -1610,16 +1620,16 @@ export interface components {
          * @enum {string}
          */
         Severity: "info" | "notice" | "warning" | "alarm";
-        /** @description A place on the shelf. */
+        /** @description Why and for how long an alarm is shelved. */
         Shelf: {
-            /** @description Why. */
+            /** @description The reason that the user gave. */
             reason: string;
             /**
              * Format: int64
-             * @description Until when.
+             * @description Until when, ms since 1970.
              */
             until_ms: number;
-            /** @description By whom. */
+            /** @description The user's name. */
             user: string;
         };
         /** @description An alarm, for how long, why. */
@@ -1981,6 +1991,7 @@ export type Aim = components['schemas']['Aim'];
 export type Aimed = components['schemas']['Aimed'];
 export type Alarm = components['schemas']['Alarm'];
 export type AlarmChange = components['schemas']['AlarmChange'];
+export type AlarmState = components['schemas']['AlarmState'];
 export type Answer = components['schemas']['Answer'];
 export type Answered = components['schemas']['Answered'];
 export type Asking = components['schemas']['Asking'];
@@ -2050,6 +2061,7 @@ export type Params = components['schemas']['Params'];
 export type Password = components['schemas']['Password'];
 export type PerSecond = components['schemas']['PerSecond'];
 export type Place = components['schemas']['Place'];
+export type Priority = components['schemas']['Priority'];
 export type Program = components['schemas']['Program'];
 export type Progress = components['schemas']['Progress'];
 export type Published = components['schemas']['Published'];

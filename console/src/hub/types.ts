@@ -9,7 +9,7 @@ export type Drive = 'Vertical' | 'Horizontal' | 'Nozzle' | 'Deployer';
 export type Valve = 'Valve1' | 'Valve2';
 export type Toward = 'min' | 'max';
 export type Severity = api.Severity;
-export type Priority = 'fire' | 'high' | 'medium' | 'low';
+export type Priority = api.Priority;
 export type Text = api.Both;
 export type SitePlace = api.Place;
 export type Hub = api.About;
@@ -75,10 +75,7 @@ export interface Monitor extends Info {
   params_at_ms: number | null;
 }
 
-export interface Alarm extends Omit<api.Alarm, 'priority' | 'state'> {
-  priority: Priority;
-  state: 'unack' | 'ack' | 'rtn_unack' | 'shelved';
-}
+export type Alarm = api.Alarm;
 
 export interface Fire {
   name: string;

@@ -4,16 +4,14 @@
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{FlagInfo, Severity};
 
+use super::alarm::Priority;
 use crate::text::{Both, both};
-
-/// The priority of a fire that a detector has found.
-pub const FIRE: &str = "fire";
 
 /// What an alarm says.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texts {
-    /// How urgent it is: `fire`, `high`, `medium`, `low`.
-    pub priority: &'static str,
+    /// How urgent it is.
+    pub priority: Priority,
     /// What it is.
     pub what: Both,
     /// What usually leads to it.
@@ -30,9 +28,9 @@ pub fn of_flag(id: SubsystemId, flag: &FlagInfo) -> Texts {
     Texts {
         priority: match flag.severity {
             // Not a fault of the monitor, but what it is there for.
-            _ if id == SubsystemId::DETECTOR && flag.name == "Found" => FIRE,
-            Severity::Alarm => "high",
-            _ => "medium",
+            _ if id == SubsystemId::DETECTOR && flag.name == "Found" => Priority::Fire,
+            Severity::Alarm => Priority::High,
+            _ => Priority::Medium,
         },
         what: flag.meaning.into(),
         cause: flag.cause.into(),
@@ -44,7 +42,7 @@ pub fn of_flag(id: SubsystemId, flag: &FlagInfo) -> Texts {
 /// There is no connection to a monitor.
 pub fn link_down() -> Texts {
     Texts {
-        priority: "high",
+        priority: Priority::High,
         what: both("There is no connection to the monitor.", "Нет соединения со стволом."),
         cause: both(
             "The cable, the network or a serial server has failed, or the monitor has no power.",
@@ -78,7 +76,7 @@ pub fn stale() -> Texts {
 /// Nothing ends a motion by hand in time when the hub or the connection fails.
 pub fn unheld() -> Texts {
     Texts {
-        priority: "medium",
+        priority: Priority::Medium,
         what: both(
             "A motion by hand may go on for more than 0.5 s if the hub or the connection fails.",
             "При отказе сервера объекта или связи ручное перемещение может продолжаться дольше 0,5 с.",
@@ -105,7 +103,7 @@ pub fn unheld() -> Texts {
 /// The audit log cannot be stored.
 pub fn audit() -> Texts {
     Texts {
-        priority: "medium",
+        priority: Priority::Medium,
         what: both("The audit log is not being stored.", "Журнал аудита не сохраняется."),
         cause: both(
             "The disk is full, read-only or has failed.",
@@ -125,7 +123,7 @@ pub fn audit() -> Texts {
 /// An entry of the audit log is not the one that was written.
 pub fn chain() -> Texts {
     Texts {
-        priority: "medium",
+        priority: Priority::Medium,
         what: both("The audit log was changed.", "Журнал аудита изменён."),
         cause: both(
             "Somebody has edited audit.db, or the disk has corrupted it.",
@@ -147,7 +145,7 @@ pub fn chain() -> Texts {
 /// Files of the state were lost before this start.
 pub fn state() -> Texts {
     Texts {
-        priority: "medium",
+        priority: Priority::Medium,
         what: both("Files of the state were lost.", "Потеряны файлы состояния."),
         cause: both(
             "Files in the hub's folder were removed, replaced or cut; the event log names them.",
@@ -167,7 +165,7 @@ pub fn state() -> Texts {
 /// Many logins fail.
 pub fn logins() -> Texts {
     Texts {
-        priority: "medium",
+        priority: Priority::Medium,
         what: both("Passwords are being guessed.", "Идёт подбор паролей."),
         cause: both(
             "Many logins have failed in the last minutes; the audit log has their users and addresses.",
@@ -187,7 +185,7 @@ pub fn logins() -> Texts {
 /// What was revoked is not on the disk.
 pub fn revocations() -> Texts {
     Texts {
-        priority: "medium",
+        priority: Priority::Medium,
         what: both(
             "Ended sessions and removed users are not stored.",
             "Завершённые сеансы и удаления пользователей не сохранены.",
@@ -210,7 +208,7 @@ pub fn revocations() -> Texts {
 /// The disk, or PostgreSQL, does not take the history.
 pub fn history() -> Texts {
     Texts {
-        priority: "low",
+        priority: Priority::Low,
         what: both("The history is not being stored.", "История не сохраняется."),
         cause: both(
             "The disk is full or faulty; or PostgreSQL, if it is used, does not answer or refuses the hub.",

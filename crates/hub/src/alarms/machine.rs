@@ -12,127 +12,23 @@
 //!  any ── shelve ──▶ shelved ── time over, unshelve ──▶ unack, or normal when it has returned
 //! ```
 
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Severity, set_flags};
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
-use utoipa::ToSchema;
 
+use super::alarm::{Ack, Alarm, Fire, Priority, Shelf, State};
 use super::catalogue::{self, Texts};
 use super::holding::Holding;
 use crate::clock::shifted;
 use crate::model::Status;
-use crate::text::Both;
 
 /// A condition has to be gone for so long before its alarm returns: no chattering.
 const OFF_DELAY_MS: u64 = 2_000;
 
-/// One of a few words. That it has a name keeps serde from reading it as a text that is borrowed.
-type Word = &'static str;
-
-/// An alarm.
-#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
-pub struct Alarm {
-    /// `M1/Vertical/AmperageOverload`.
-    pub id: String,
-    /// The monitor; empty: the hub itself.
-    pub monitor: String,
-    /// The subsystem, or `Link`.
-    pub subsystem: String,
-    /// The flag.
-    pub flag: String,
-    /// `fire`, `high`, `medium` or `low`.
-    #[serde(deserialize_with = "priority")]
-    #[schema(value_type = String)]
-    pub priority: Word,
-    /// `unack`, `ack`, `rtn_unack` or `shelved`.
-    #[serde(deserialize_with = "state")]
-    #[schema(value_type = String)]
-    pub state: Word,
-    /// Its condition holds.
-    pub active: bool,
-    /// Since when, ms since 1970.
-    pub since_ms: u64,
-    /// When it returned.
-    #[schema(required)]
-    pub returned_ms: Option<u64>,
-    /// How often it came since it was normal.
-    pub count: u32,
-    /// Who acknowledged it.
-    #[schema(required)]
-    pub ack: Option<Ack>,
-    /// Who put it on the shelf.
-    #[schema(required)]
-    pub shelved: Option<Shelf>,
-    /// What it is.
-    pub what: Both,
-    /// What usually leads to it.
-    pub cause: Both,
-    /// What it leads to.
-    pub consequence: Both,
-    /// What to do.
-    pub remedy: Both,
-    /// Since when its condition is gone.
-    #[serde(skip)]
-    gone_ms: Option<u64>,
-}
-
-/// The most urgent first.
-const PRIORITIES: [Word; 4] = [catalogue::FIRE, "high", "medium", "low"];
-const STATES: [Word; 4] = ["unack", "rtn_unack", "ack", "shelved"];
-
-fn priority<'de, D: Deserializer<'de>>(from: D) -> Result<Word, D::Error> {
-    word(&PRIORITIES, from)
-}
-
-fn state<'de, D: Deserializer<'de>>(from: D) -> Result<Word, D::Error> {
-    word(&STATES, from)
-}
-
-fn word<'de, D: Deserializer<'de>>(all: &[Word], from: D) -> Result<Word, D::Error> {
-    let written = String::deserialize(from)?;
-    let known = all.iter().find(|it| **it == written).copied();
-    known.ok_or_else(|| D::Error::custom(format!("no word of alarms: {written}")))
-}
-
-/// The fire alarm of the site.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
-pub struct Fire {
-    /// A detector sees a fire now.
-    pub active: bool,
-    /// Somebody has yet to acknowledge one, also one that is gone.
-    pub waiting: bool,
-    /// Monitors whose detectors see one, or whose alarm waits.
-    pub monitors: Vec<String>,
-    /// Since when the first of them, ms since 1970.
-    #[schema(required)]
-    pub since_ms: Option<u64>,
-}
-
-/// An acknowledgement.
-#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
-pub struct Ack {
-    /// By whom.
-    pub user: String,
-    /// When.
-    pub at_ms: u64,
-}
-
-/// A place on the shelf.
-#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
-pub struct Shelf {
-    /// By whom.
-    pub user: String,
-    /// Until when.
-    pub until_ms: u64,
-    /// Why.
-    pub reason: String,
-}
-
-/// How the hub itself is: each one that holds is an alarm.
+/// Conditions of the hub itself: each one that is `true` is an alarm.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Conditions {
     /// The audit log cannot be stored.
@@ -145,24 +41,24 @@ pub struct Conditions {
     pub state: bool,
     /// Many logins fail.
     pub logins: bool,
-    /// What was revoked is not on the disk.
+    /// A revocation is not on the disk yet.
     pub revocations: bool,
 }
 
 /// An alarm that has changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// Its id.
+    /// The id of the alarm.
     pub id: String,
-    /// Its monitor.
+    /// The id of the monitor; empty: the hub itself.
     pub monitor: String,
-    /// Its state before.
-    pub before: &'static str,
-    /// Its state now.
-    pub after: &'static str,
-    /// By whom, if not by itself.
+    /// The state before; `None`: normal.
+    pub before: Option<State>,
+    /// The state now; `None`: normal.
+    pub after: Option<State>,
+    /// The user who changed it; `None`: the condition did.
     pub user: Option<String>,
-    /// Why, if said.
+    /// The reason that the user gave.
     pub reason: Option<String>,
 }
 
@@ -203,26 +99,18 @@ impl Alarms {
     /// All of them, the most urgent first.
     pub fn list(&self) -> Vec<&Alarm> {
         let mut list: Vec<&Alarm> = self.all.values().collect();
-        let rank = |alarm: &Alarm| {
-            let place = |all: &[&str], one| all.iter().position(|it| *it == one);
-            (
-                place(&STATES, alarm.state),
-                place(&PRIORITIES, alarm.priority),
-                u64::MAX - alarm.since_ms,
-            )
-        };
-        list.sort_by_key(|alarm| rank(alarm));
+        list.sort_by_key(|alarm| (alarm.state, alarm.priority, Reverse(alarm.since_ms)));
         list
     }
 
     /// The fire alarm of the site: it ends when every fire is gone and acknowledged. What is on the
     /// shelf is left out.
     pub fn fire(&self) -> Fire {
-        let fires = self.all.values().filter(|it| it.priority == catalogue::FIRE);
-        let fires: Vec<&Alarm> = fires.filter(|it| it.state != "shelved").collect();
+        let fires = self.all.values().filter(|it| it.priority == Priority::Fire);
+        let fires: Vec<&Alarm> = fires.filter(|it| it.state != State::Shelved).collect();
         Fire {
             active: fires.iter().any(|it| it.active),
-            waiting: fires.iter().any(|it| it.state != "ack"),
+            waiting: fires.iter().any(|it| it.state != State::Ack),
             monitors: fires.iter().map(|it| it.monitor.clone()).collect(),
             since_ms: fires.iter().map(|it| it.since_ms).min(),
         }
@@ -311,8 +199,8 @@ impl Alarms {
         let change = |(id, alarm): (String, Alarm)| Change {
             id,
             monitor: alarm.monitor,
-            before: alarm.state,
-            after: "normal",
+            before: Some(alarm.state),
+            after: None,
             user: None,
             reason: None,
         };
@@ -361,7 +249,7 @@ impl Alarms {
             if let Some(shelf) = &mut alarm.shelved {
                 shelf.until_ms = shifted(shelf.until_ms, by_ms);
                 let (id, monitor) = (alarm.id.clone(), alarm.monitor.clone());
-                let (before, after) = (alarm.state, alarm.state);
+                let (before, after) = (Some(alarm.state), Some(alarm.state));
                 changes.push(Change { id, monitor, before, after, user: None, reason: None });
             }
         }
@@ -372,9 +260,9 @@ impl Alarms {
     pub fn acknowledge(&mut self, now_ms: u64, id: &str, user: &str) -> Option<Change> {
         let alarm = self.all.get_mut(id)?;
         let after = match alarm.state {
-            "unack" => "ack",
-            "rtn_unack" => "normal",
-            _ => return None,
+            State::Unack => Some(State::Ack),
+            State::RtnUnack => None,
+            State::Ack | State::Shelved => return None,
         };
         alarm.ack = Some(Ack { user: user.to_owned(), at_ms: now_ms });
         Some(self.turn(id, after, Some(user), None))
@@ -382,7 +270,7 @@ impl Alarms {
 
     /// Every alarm that waits for it.
     pub fn unacknowledged(&self) -> Vec<String> {
-        let waits = |alarm: &&Alarm| matches!(alarm.state, "unack" | "rtn_unack");
+        let waits = |alarm: &&Alarm| matches!(alarm.state, State::Unack | State::RtnUnack);
         self.all.values().filter(waits).map(|alarm| alarm.id.clone()).collect()
     }
 
@@ -391,14 +279,14 @@ impl Alarms {
         let alarm = self.all.get_mut(id)?;
         let shelf = Shelf { user: user.to_owned(), until_ms, reason: reason.to_owned() };
         alarm.shelved = Some(shelf);
-        Some(self.turn(id, "shelved", Some(user), Some(reason)))
+        Some(self.turn(id, Some(State::Shelved), Some(user), Some(reason)))
     }
 
     /// Takes it down.
     pub fn unshelve(&mut self, id: &str, user: Option<&str>) -> Option<Change> {
         let alarm = self.all.get_mut(id)?;
         alarm.shelved.take()?;
-        let after = if alarm.active { "unack" } else { "normal" };
+        let after = alarm.active.then_some(State::Unack);
         Some(self.turn(id, after, user, None))
     }
 
@@ -410,8 +298,9 @@ impl Alarms {
             }
             (alarm.active, alarm.since_ms, alarm.returned_ms) = (true, now_ms, None);
             alarm.count += 1;
-            let after = if alarm.state == "shelved" { "shelved" } else { "unack" };
-            return changes.push(self.turn(&id, after, None, None));
+            let shelved = alarm.state == State::Shelved;
+            let after = if shelved { State::Shelved } else { State::Unack };
+            return changes.push(self.turn(&id, Some(after), None, None));
         }
         let Texts { priority, what, cause, consequence, remedy } = it.texts;
         let alarm = Alarm {
@@ -420,7 +309,7 @@ impl Alarms {
             subsystem: it.subsystem,
             flag: it.flag,
             priority,
-            state: "normal",
+            state: State::Unack,
             active: true,
             since_ms: now_ms,
             returned_ms: None,
@@ -433,8 +322,15 @@ impl Alarms {
             remedy,
             gone_ms: None,
         };
-        self.all.insert(id.clone(), alarm);
-        changes.push(self.turn(&id, "unack", None, None));
+        changes.push(Change {
+            id: id.clone(),
+            monitor: alarm.monitor.clone(),
+            before: None,
+            after: Some(State::Unack),
+            user: None,
+            reason: None,
+        });
+        self.all.insert(id, alarm);
     }
 
     fn gone(&mut self, now_ms: u64, id: &str, changes: &mut Vec<Change>) {
@@ -444,38 +340,31 @@ impl Alarms {
         }
         (alarm.active, alarm.returned_ms) = (false, Some(now_ms));
         let after = match alarm.state {
-            "unack" => "rtn_unack",
-            "shelved" => "shelved",
-            _ => "normal",
+            State::Unack => Some(State::RtnUnack),
+            State::Shelved => Some(State::Shelved),
+            State::RtnUnack | State::Ack => None,
         };
         changes.push(self.turn(id, after, None, None));
     }
 
-    /// The one place where a state changes.
+    /// The one place where the state of a known alarm changes.
     fn turn(
         &mut self,
         id: &str,
-        after: &'static str,
+        after: Option<State>,
         user: Option<&str>,
         reason: Option<&str>,
     ) -> Change {
-        let (mut before, mut monitor) = ("normal", String::new());
+        let (mut before, mut monitor) = (None, String::new());
         if let Some(alarm) = self.all.get_mut(id) {
-            (before, monitor) = (alarm.state, alarm.monitor.clone());
-            alarm.state = after;
+            (before, monitor) = (Some(alarm.state), alarm.monitor.clone());
+            alarm.state = after.unwrap_or(alarm.state);
         }
-        if after == "normal" {
+        if after.is_none() {
             self.all.remove(id);
         }
-        let own = str::to_owned;
-        Change {
-            id: id.to_owned(),
-            monitor,
-            before,
-            after,
-            user: user.map(own),
-            reason: reason.map(own),
-        }
+        let (user, reason) = (user.map(str::to_owned), reason.map(str::to_owned));
+        Change { id: id.to_owned(), monitor, before, after, user, reason }
     }
 }
 
@@ -494,7 +383,7 @@ mod tests {
         Status { at_ms: Some(1), subsystems, ..Status::default() }
     }
 
-    fn see(alarms: &mut Alarms, now_ms: u64, bits: u32) -> Vec<(&'static str, &'static str)> {
+    fn see(alarms: &mut Alarms, now_ms: u64, bits: u32) -> Vec<(Option<State>, Option<State>)> {
         let changes = alarms.observe(now_ms, "M1", &status(bits), true);
         changes.iter().map(|change| (change.before, change.after)).collect()
     }
@@ -504,14 +393,14 @@ mod tests {
     #[test]
     fn comes_is_acknowledged_and_goes() {
         let mut alarms = Alarms::default();
-        assert_eq!(see(&mut alarms, 0, OVERLOAD), [("normal", "unack")]);
+        assert_eq!(see(&mut alarms, 0, OVERLOAD), [(None, Some(State::Unack))]);
         assert!(see(&mut alarms, 10, OVERLOAD).is_empty());
         let alarm = alarms.get(ID).unwrap();
         assert!(!alarm.consequence.ru.is_empty() && alarm.active);
-        assert_eq!(alarms.acknowledge(20, ID, "anna").unwrap().after, "ack");
+        assert_eq!(alarms.acknowledge(20, ID, "anna").unwrap().after, Some(State::Ack));
         assert!(alarms.acknowledge(20, ID, "anna").is_none());
         assert!(see(&mut alarms, 100, 0).is_empty(), "it has to be gone for a while");
-        assert_eq!(see(&mut alarms, 100 + OFF_DELAY_MS, 0), [("ack", "normal")]);
+        assert_eq!(see(&mut alarms, 100 + OFF_DELAY_MS, 0), [(Some(State::Ack), None)]);
         assert!(alarms.list().is_empty());
     }
 
@@ -532,7 +421,7 @@ mod tests {
         let burning = Fire { active: true, waiting: true, monitors, since_ms: Some(10) };
         assert_eq!(alarms.fire(), burning);
         let id = "M2/Detector/Found";
-        assert_eq!(alarms.get(id).unwrap().priority, "fire");
+        assert_eq!(alarms.get(id).unwrap().priority, Priority::Fire);
         alarms.acknowledge(30, id, "anna");
         alarms.acknowledge(30, "M1/Detector/Found", "anna");
         assert!(alarms.fire().active && !alarms.fire().waiting);
@@ -548,12 +437,12 @@ mod tests {
         let mut alarms = Alarms::default();
         see(&mut alarms, 0, OVERLOAD);
         see(&mut alarms, 10, 0);
-        assert_eq!(see(&mut alarms, 3000, 0), [("unack", "rtn_unack")]);
-        assert_eq!(see(&mut alarms, 4000, OVERLOAD), [("rtn_unack", "unack")]);
+        assert_eq!(see(&mut alarms, 3000, 0), [(Some(State::Unack), Some(State::RtnUnack))]);
+        assert_eq!(see(&mut alarms, 4000, OVERLOAD), [(Some(State::RtnUnack), Some(State::Unack))]);
         assert_eq!(alarms.get(ID).unwrap().count, 2);
         see(&mut alarms, 5000, 0);
         see(&mut alarms, 8000, 0);
-        assert_eq!(alarms.acknowledge(9000, ID, "anna").unwrap().after, "normal");
+        assert_eq!(alarms.acknowledge(9000, ID, "anna").unwrap().after, None);
     }
 
     #[test]
@@ -569,14 +458,14 @@ mod tests {
     fn the_shelf_is_left_in_time() {
         let mut alarms = Alarms::default();
         see(&mut alarms, 0, OVERLOAD);
-        assert_eq!(alarms.shelve(ID, "anna", 10_000, "known").unwrap().after, "shelved");
+        assert_eq!(alarms.shelve(ID, "anna", 10_000, "known").unwrap().after, Some(State::Shelved));
         assert!(alarms.unacknowledged().is_empty());
         assert!(alarms.handle_time(9_999, Conditions::default()).is_empty());
-        assert_eq!(alarms.handle_time(10_000, Conditions::default())[0].after, "unack");
+        assert_eq!(alarms.handle_time(10_000, Conditions::default())[0].after, Some(State::Unack));
         alarms.shelve(ID, "anna", 90_000, "known");
         see(&mut alarms, 11_000, 0);
-        assert_eq!(see(&mut alarms, 14_000, 0), [("shelved", "shelved")]);
-        assert_eq!(alarms.unshelve(ID, Some("anna")).unwrap().after, "normal");
+        assert_eq!(see(&mut alarms, 14_000, 0), [(Some(State::Shelved), Some(State::Shelved))]);
+        assert_eq!(alarms.unshelve(ID, Some("anna")).unwrap().after, None);
     }
 
     #[test]
@@ -604,11 +493,11 @@ mod tests {
         alarms.observe(20_000, "M1", &silent, false);
         assert!(alarms.get("M1/Link/Down").unwrap().active);
         alarms.observe(23_000, "M1", &silent, false);
-        assert_eq!(alarms.get("M1/Link/Stale").unwrap().state, "unack");
+        assert_eq!(alarms.get("M1/Link/Stale").unwrap().state, State::Unack);
         for at in [30_000, 33_000] {
             alarms.observe(at, "M1", &status(OVERLOAD), true);
         }
-        assert_eq!(alarms.get("M1/Link/Down").unwrap().state, "rtn_unack");
+        assert_eq!(alarms.get("M1/Link/Down").unwrap().state, State::RtnUnack);
     }
 
     #[test]
@@ -625,9 +514,9 @@ mod tests {
         let (id, mut alarms) = ("M1/Link/Unheld", Alarms::default());
         assert_eq!(see(&mut alarms, 0, 0), [], "not known yet");
         alarms.holding("M1").set_hold(false);
-        assert_eq!(see(&mut alarms, 1000, 0), [("normal", "unack")]);
+        assert_eq!(see(&mut alarms, 1000, 0), [(None, Some(State::Unack))]);
         let alarm = alarms.get(id).unwrap();
-        assert_eq!(alarm.priority, "medium");
+        assert_eq!(alarm.priority, Priority::Medium);
         assert!(alarm.remedy.en.contains("MoveHold") && alarm.remedy.ru.contains("MoveHold"));
         // After a restart it stays until it is known whether it holds.
         let written = [serde_json::to_string(alarms.get(id).unwrap()).unwrap()];
@@ -636,7 +525,7 @@ mod tests {
         assert_eq!((seen, again.get(id).unwrap().active), ([0, 0], true));
         again.holding("M1").set_hold(true);
         see(&mut again, 10_000, 0);
-        assert_eq!(see(&mut again, 13_000, 0), [("unack", "rtn_unack")]);
+        assert_eq!(see(&mut again, 13_000, 0), [(Some(State::Unack), Some(State::RtnUnack))]);
         alarms.forget("M1");
         assert!(alarms.get(id).is_none() && alarms.holdings.is_empty());
     }
@@ -646,10 +535,13 @@ mod tests {
         let mut alarms = Alarms::default();
         assert_eq!(
             alarms.handle_time(0, Conditions { audit: true, ..Conditions::default() })[0].after,
-            "unack"
+            Some(State::Unack)
         );
         alarms.handle_time(1, Conditions::default());
-        assert_eq!(alarms.handle_time(3_000, Conditions::default())[0].after, "rtn_unack");
+        assert_eq!(
+            alarms.handle_time(3_000, Conditions::default())[0].after,
+            Some(State::RtnUnack)
+        );
     }
 
     #[test]
@@ -666,9 +558,9 @@ mod tests {
         let mut again = Alarms::restored(&before, &BTreeSet::new());
         assert_eq!(written(&again), before);
         assert!(again.handle_time(7, both).is_empty(), "nothing is new");
-        assert_eq!(again.get("hub/History").unwrap().state, "shelved");
+        assert_eq!(again.get("hub/History").unwrap().state, State::Shelved);
         again.handle_time(500, both);
-        assert_eq!(again.get("hub/History").unwrap().state, "unack");
+        assert_eq!(again.get("hub/History").unwrap().state, State::Unack);
 
         let gone = before[0].replace(r#""monitor":"""#, r#""monitor":"M9""#);
         let junk = ["{}".into(), gone];

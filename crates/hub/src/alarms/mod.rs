@@ -1,10 +1,12 @@
 //! Alarms after ISA-18.2 and IEC 62682: from the flags of the dictionary that warn, and the hub's own.
 
+mod alarm;
 mod catalogue;
 mod holding;
 mod machine;
 
-pub use machine::{Alarm, Alarms, Change, Conditions};
+pub use alarm::{Alarm, Fire, State};
+pub use machine::{Alarms, Change, Conditions};
 
 use crate::hub::Hub;
 use crate::integrity::ChainWord;
@@ -15,7 +17,7 @@ impl Hub {
     /// Raises and clears the alarms of the hub itself.
     pub fn look_at_itself(&self) {
         let state = lock(&self.alarms).get("hub/State").map(|it| it.state);
-        if state == Some("ack") {
+        if state == Some(State::Ack) {
             self.integrity.known();
         }
         let conditions = Conditions {
@@ -61,11 +63,12 @@ impl Hub {
             if before == after {
                 continue;
             }
-            tracing::info!(alarm = %id, before, after, user, "alarm");
-            if before == "normal" && after == "unack" {
+            let (from, to) = (State::word(before), State::word(after));
+            tracing::info!(alarm = %id, before = from, after = to, user, "alarm");
+            if before.is_none() && after == Some(State::Unack) {
                 self.recordings.alarm(now_ms, &monitor, &id);
             }
-            let alarm = [id, monitor, before.to_owned(), after.to_owned()];
+            let alarm = [id, monitor, from.to_owned(), to.to_owned()];
             history.alarm(now_ms, alarm, user, reason);
         }
     }

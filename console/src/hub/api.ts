@@ -436,14 +436,14 @@ export interface components {
              */
             min: number;
         };
-        /** @description What can be simulated, and what is. */
+        /** @description What can be simulated, and what runs. */
         Catalogue: {
-            /** @description The faults. */
-            faults: Record<string, unknown>[];
-            /** @description The scenarios. */
-            scenarios: Record<string, unknown>[];
+            /** @description The faults that can be injected. */
+            faults: components["schemas"]["SimFault"][];
+            /** @description The scenarios that can be loaded. */
+            scenarios: components["schemas"]["SimScenario"][];
             /** @description What runs: the topic `sim`. */
-            state: Record<string, unknown>;
+            state: components["schemas"]["SimState"];
         };
         /** @description What is known of the chain of the audit log. */
         ChainState: {
@@ -1513,6 +1513,107 @@ export interface components {
             /** Format: int64 */
             seed?: number | null;
         };
+        /** @description What only the simulation knows: the topic `scene`. Places are metres east and north. */
+        Scene: {
+            /**
+             * Format: double
+             * @description Temperature of the air at the first monitor, °C.
+             */
+            ambient_c: number | null;
+            /** @description The fires. */
+            fires: components["schemas"]["SceneFire"][];
+            /** @description The jets, by the id of the monitor. */
+            jets: {
+                [key: string]: components["schemas"]["SceneJet"];
+            };
+            /**
+             * Format: double
+             * @description Simulated time against the clock; 0 while it is stopped.
+             */
+            speed: number;
+            /** @description Water that has landed in the last 100 ms. */
+            splashes: components["schemas"]["SceneSplash"][];
+            /**
+             * Format: double
+             * @description Simulated time since the start of the scenario, s.
+             */
+            t_s: number;
+            /** @description Where the wind blows to, m/s east and north. */
+            wind: [
+                number,
+                number
+            ];
+        };
+        /** @description A fire of the scenario or one that was lit later. */
+        SceneFire: {
+            /** @description Its middle. */
+            at: [
+                number,
+                number
+            ];
+            /**
+             * Format: double
+             * @description The height of what burns above the ground, m.
+             */
+            base: number;
+            /** @description Whether it burns. */
+            burns: boolean;
+            /**
+             * Format: double
+             * @description The density of the water that falls on it, l/(s·m²).
+             */
+            density: number;
+            /**
+             * Format: double
+             * @description The heat it gives off, kW.
+             */
+            heat_kw: number;
+            /** @description Its name in the scenario. */
+            name: string;
+            /**
+             * Format: double
+             * @description The diameter that burns, m.
+             */
+            size: number;
+        };
+        /** @description The jet of a monitor. */
+        SceneJet: {
+            /** @description Where it lands; null: it has not landed yet. */
+            lands: [
+                number,
+                number
+            ] | null;
+            /**
+             * Format: double
+             * @description Water given since the start, l.
+             */
+            litres: number;
+            /**
+             * Format: double
+             * @description The flow, l/s.
+             */
+            lps: number;
+        };
+        /** @description A portion of water that has landed. */
+        SceneSplash: {
+            /** @description Where. */
+            at: [
+                number,
+                number
+            ];
+            /**
+             * Format: double
+             * @description The part of it that has come through the foam valve, 0…1.
+             */
+            foam: number;
+            /**
+             * Format: double
+             * @description How much, l.
+             */
+            litres: number;
+            /** @description The id of the monitor. */
+            monitor: string;
+        };
         /** @description Somebody at a place from which a monitor is commanded. */
         Seat: {
             /** @description Address of the other side. */
@@ -1672,7 +1773,7 @@ export interface components {
             /** @description Whether the scenario's own operator and controllers act. */
             automatic: boolean;
         } | {
-            /** @description Time stands still, or goes on. */
+            /** @description Simulated time is stopped, or goes on. */
             pause: boolean;
         } | {
             /**
@@ -1715,6 +1816,35 @@ export interface components {
                 up: boolean;
             };
         };
+        /** @description A check of the scenario. */
+        SimCheck: {
+            /**
+             * Format: double
+             * @description When it was decided, s of simulated time.
+             */
+            at_s: number | null;
+            came: components["schemas"]["Both"] | null;
+            /** @description Whether it is decided. */
+            state: components["schemas"]["SimCheckState"];
+            /** @description What is asked. */
+            text: components["schemas"]["Both"];
+        };
+        /**
+         * @description Whether a check is decided.
+         * @enum {string}
+         */
+        SimCheckState: "open" | "passed" | "failed";
+        /** @description A fault that can be simulated. */
+        SimFault: {
+            /** @description The part of the monitor that it belongs to: `vertical`. */
+            group: string;
+            /** @description That part, in words. */
+            group_text: components["schemas"]["Both"];
+            /** @description Its name, as `POST /api/sim/faults` takes it: `vertical-jam`. */
+            name: string;
+            /** @description The fault, in words. */
+            text: components["schemas"]["Both"];
+        };
         /** @description A fire at a place, or one of the scenario's. */
         SimFire: {
             at?: number[] | null;
@@ -1727,6 +1857,87 @@ export interface components {
         SimLink: {
             monitor: string;
             up: boolean;
+        };
+        /**
+         * @description A simulated link.
+         * @enum {string}
+         */
+        SimLinkState: "up" | "lost" | "answers_lost";
+        /** @description What is broken on purpose at a simulated monitor. */
+        SimMonitor: {
+            /** @description Names of its faults. */
+            faults: string[];
+            /** @description The wired link to it. */
+            link: components["schemas"]["SimLinkState"];
+        };
+        /** @description A scenario that can be loaded. */
+        SimScenario: {
+            /** @description What happens in it and what is asked of the operator. */
+            about: components["schemas"]["Both"];
+            /**
+             * Format: double
+             * @description How long it takes, s.
+             */
+            duration_s: number;
+            /** @description Its id: the name of its file without `.toml`. */
+            id: string;
+            /** @description The ids of its monitors. */
+            monitors: string[];
+            /** @description Its title. */
+            title: components["schemas"]["Both"];
+        };
+        /** @description How many checks of the scenario are decided. */
+        SimScore: {
+            /** @description The checks in their order. */
+            checks: components["schemas"]["SimCheck"][];
+            /** @description Checks that have failed. */
+            failed: number;
+            /** @description Checks that are not decided. */
+            open: number;
+            /** @description Checks that have passed. */
+            passed: number;
+        };
+        /** @description What runs: the topic `sim`. */
+        SimState: {
+            /** @description Whether the scenario's own operator and controllers act. */
+            automatic: boolean;
+            /**
+             * Format: double
+             * @description When it is over, s.
+             */
+            duration_s: number;
+            /** @description What is broken, by the id of the monitor. */
+            monitors: {
+                [key: string]: components["schemas"]["SimMonitor"];
+            };
+            /** @description Whether it is over: the score is final. */
+            over: boolean;
+            /** @description Whether simulated time is stopped. */
+            paused: boolean;
+            /**
+             * Format: int64
+             * @description How many scenarios have been started, this one included.
+             */
+            run: number;
+            /** @description The id of the scenario. */
+            scenario: string;
+            /** @description The checks of the scenario. */
+            score: components["schemas"]["SimScore"];
+            /**
+             * Format: int64
+             * @description The number from which everything random follows.
+             */
+            seed: number;
+            /**
+             * Format: double
+             * @description Simulated time against the clock.
+             */
+            speed: number;
+            /**
+             * Format: double
+             * @description Simulated time since the start of the scenario, s.
+             */
+            t_s: number;
         };
         /** @description A site. */
         Site: {
@@ -2076,6 +2287,10 @@ export type Running = components['schemas']['Running'];
 export type Said = components['schemas']['Said'];
 export type SavedWord = components['schemas']['SavedWord'];
 export type Scenario = components['schemas']['Scenario'];
+export type Scene = components['schemas']['Scene'];
+export type SceneFire = components['schemas']['SceneFire'];
+export type SceneJet = components['schemas']['SceneJet'];
+export type SceneSplash = components['schemas']['SceneSplash'];
 export type Seat = components['schemas']['Seat'];
 export type SeatView = components['schemas']['SeatView'];
 export type Second = components['schemas']['Second'];
@@ -2088,8 +2303,16 @@ export type Shelf = components['schemas']['Shelf'];
 export type Shelve = components['schemas']['Shelve'];
 export type ShownFrame = components['schemas']['ShownFrame'];
 export type SimAct = components['schemas']['SimAct'];
+export type SimCheck = components['schemas']['SimCheck'];
+export type SimCheckState = components['schemas']['SimCheckState'];
+export type SimFault = components['schemas']['SimFault'];
 export type SimFire = components['schemas']['SimFire'];
 export type SimLink = components['schemas']['SimLink'];
+export type SimLinkState = components['schemas']['SimLinkState'];
+export type SimMonitor = components['schemas']['SimMonitor'];
+export type SimScenario = components['schemas']['SimScenario'];
+export type SimScore = components['schemas']['SimScore'];
+export type SimState = components['schemas']['SimState'];
 export type Site = components['schemas']['Site'];
 export type Speed = components['schemas']['Speed'];
 export type Spot = components['schemas']['Spot'];

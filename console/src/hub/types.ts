@@ -77,25 +77,8 @@ export interface Monitor extends Info {
 
 export type Alarm = api.Alarm;
 
-export interface Fire {
-  name: string;
-  at: [number, number];
-  size: number;
-  base: number;
-  burns: boolean;
-  heat_kw: number;
-  density: number;
-}
-
-export interface Scene {
-  t_s: number;
-  speed: number;
-  wind: [number, number];
-  ambient_c: number;
-  fires: Fire[];
-  jets: Record<string, { lps: number; lands: [number, number]; litres: number }>;
-  splashes: { monitor: string; at: [number, number]; litres: number; foam: number }[];
-}
+export type Fire = api.SceneFire;
+export type Scene = api.Scene;
 
 export type Answer = api.Answered;
 export type Result = api.Outcome;

@@ -29,7 +29,7 @@ use crate::owner;
 use crate::rates::Rates;
 use crate::recording::Recordings;
 use crate::request::MonitorRequest;
-use crate::simulation::Simulation;
+use crate::simulation::{Scene, Simulation};
 use crate::site::Site;
 use crate::station::Station;
 use crate::store::{self, Act, Audit, Events, Head, History, Record, StoreError};
@@ -346,7 +346,7 @@ impl Hub {
     }
 
     /// Publishes what only a simulation knows.
-    pub fn publish_scene(&self, scene: &Value) {
+    pub fn publish_scene(&self, scene: &Scene) {
         self.recordings.scene(self.clock.now_ms(), scene);
         self.topics.set("scene", scene);
     }

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use lafet_capture::Direction;
 use lafet_hub::access::Role;
+use lafet_hub::simulation::Scene;
 use serde_json::{Value, json};
 use support::{PATIENCE, Site, until};
 
@@ -227,18 +228,18 @@ async fn what_makes_no_sense_is_refused() {
 async fn the_scene_of_a_simulation_is_played_back() {
     let site = Site::with(1, |_| {}).await;
     let token = site.token(Role::Operator);
-    site.hub.publish_scene(&json!({ "t_s": 1, "fires": [] }));
+    site.hub.publish_scene(&Scene { t_s: 1.0, ..Scene::default() });
     let begun = site.post(&token, "/api/recordings", json!({ "seconds": 1 })).await;
     let name = begun.body[0]["name"].as_str().unwrap().to_owned();
     // What changes twice in a millisecond is played back once.
     let first_ms = site.hub.clock.now_ms();
     until("the next millisecond", || site.hub.clock.now_ms() > first_ms).await;
-    site.hub.publish_scene(&json!({ "t_s": 2, "fires": [] }));
+    site.hub.publish_scene(&Scene { t_s: 2.0, ..Scene::default() });
     complete(&site, &token, "asked").await;
     let reply = site.get(&token, &format!("/api/recordings/{name}/changes")).await;
     let lines = lines(&unchunked(&reply.text));
     let scenes: Vec<&Value> = lines.iter().filter_map(|it| it["set"].get("scene")).collect();
-    assert_eq!(scenes[0]["t_s"], 1, "what was before is there: {scenes:?}");
-    assert_eq!(scenes[scenes.len() - 1]["t_s"], 2);
+    assert_eq!(scenes[0]["t_s"], 1.0, "what was before is there: {scenes:?}");
+    assert_eq!(scenes[scenes.len() - 1]["t_s"], 2.0);
     assert!(played(&lines).contains_key("monitors/M1/status"));
 }

@@ -2,11 +2,12 @@
 
 mod support;
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use lafet_hub::MonitorConfig;
 use lafet_hub::access::Role;
-use lafet_hub::simulation::{Act, Loaded, Simulation};
+use lafet_hub::simulation::{Act, Fault, Loaded, Scenario, Simulation, State};
 use lafet_hub::text::{Both, both};
 use serde_json::{Value, json};
 use support::{Site, until};
@@ -29,12 +30,24 @@ impl Fake {
 }
 
 impl Simulation for Fake {
-    fn catalogue(&self) -> (Value, Value) {
-        (json!([{ "id": "one" }]), json!([]))
+    fn catalogue(&self) -> (Vec<Scenario>, Vec<Fault>) {
+        (Vec::new(), Vec::new())
     }
 
-    fn state(&self) -> Value {
-        json!({ "changes": self.told.lock().unwrap().len() })
+    fn state(&self) -> State {
+        State {
+            scenario: "one".into(),
+            run: 1,
+            seed: 0,
+            automatic: false,
+            t_s: 0.0,
+            duration_s: 60.0,
+            over: false,
+            paused: false,
+            speed: 1.0,
+            monitors: BTreeMap::new(),
+            score: Vec::new().into(),
+        }
     }
 
     fn load(&self, scenario: &str, seed: Option<u64>, automatic: bool) -> Result<Loaded, Both> {

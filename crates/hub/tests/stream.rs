@@ -7,6 +7,7 @@ use std::time::Duration;
 use futures_util::StreamExt;
 use futures_util::future::join_all;
 use lafet_hub::access::Role;
+use lafet_hub::simulation::{Burning, Scene};
 use serde_json::{Value, json};
 use support::{Site, hold_until, until};
 use tokio::time::Instant;
@@ -131,10 +132,11 @@ async fn who_reads_slowly_gets_the_latest_and_holds_up_nobody() {
     let mut slow = site.ws("").await;
     let mut quick = site.ws("").await;
     quick.authority("M1", "take").await;
-    let filler = "x".repeat(20_000);
+    let filler = vec![Burning { name: "x".repeat(20_000), ..Burning::default() }];
     let published = 3_000;
     for number in 0..published {
-        site.hub.publish_scene(&json!({ "number": number, "filler": filler }));
+        let (t_s, fires) = (f64::from(number), filler.clone());
+        site.hub.publish_scene(&Scene { t_s, fires, ..Scene::default() });
         if number % 500 == 0 {
             // Meanwhile somebody else works undisturbed.
             hold_until(&mut quick, "Vertical", "max", || site.bus.commanded(0, 0) > 0).await;
@@ -148,7 +150,7 @@ async fn who_reads_slowly_gets_the_latest_and_holds_up_nobody() {
     loop {
         let message = slow.next().await.expect("it stays connected");
         received += u32::from(!message["set"]["scene"].is_null());
-        if message["set"]["scene"]["number"] == published - 1 {
+        if message["set"]["scene"]["t_s"] == f64::from(published - 1) {
             break;
         }
     }

@@ -1,47 +1,11 @@
-// The shapes of /api/sim (docs/hub-api.md), and what is reckoned from them. Pure.
-import type { Text } from '../../hub/types';
+// What is computed from the shapes of /api/sim (docs/hub-api.md). Pure.
+import type * as api from '../../hub/api';
 
-export interface Scenario {
-  id: string;
-  title: Text;
-  about: Text;
-  duration_s: number;
-  monitors: string[];
-}
-
-export interface Fault {
-  name: string;
-  group: string;
-  group_text: Text;
-  text: Text;
-}
-
-export interface Check {
-  text: Text;
-  state: 'open' | 'passed' | 'failed';
-  at_s: number | null;
-  came: Text | null;
-}
-
-export interface SimState {
-  scenario: string;
-  run: number;
-  seed: number;
-  automatic: boolean;
-  t_s: number;
-  duration_s: number;
-  over: boolean;
-  paused: boolean;
-  speed: number;
-  monitors: Record<string, { faults: string[]; link: 'up' | 'lost' | 'answers_lost' }>;
-  score: { passed: number; failed: number; open: number; checks: Check[] };
-}
-
-export interface Simulation {
-  scenarios: Scenario[];
-  faults: Fault[];
-  state: SimState;
-}
+export type Scenario = api.SimScenario;
+export type Fault = api.SimFault;
+export type Check = api.SimCheck;
+export type SimState = api.SimState;
+export type Simulation = api.Catalogue;
 
 /** Faults by group, in their order; only those that have the words in them. */
 export function grouped(faults: readonly Fault[], words: string, lang: 'en' | 'ru'): [string, Fault[]][] {

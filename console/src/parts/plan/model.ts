@@ -30,7 +30,7 @@ export interface PlanScene {
     heat_kw: number;
     density?: number;
   }[];
-  jets: Record<string, { lps: number; lands: Place; litres: number }>;
+  jets: Record<string, { lps: number; lands: Place | null; litres: number }>;
   splashes: readonly { monitor: string; at: Place; litres: number; foam: number }[];
 }
 

@@ -1,23 +1,21 @@
 //! What can be broken on purpose, in words.
 
+use lafet_hub::simulation;
 use lafet_hub::text::{Both, both};
 use lafet_sim::fault::{
     ButtonFault, DriveFault, Fault, SingleFault, UnitFault, ValveFault, axis_name, place_name,
     unit_name, valve_name,
 };
-use serde_json::{Value, json};
 
 type Words = (&'static str, &'static str);
 
 /// All faults: name, group, and what they are.
-pub fn catalogue() -> Value {
+pub fn catalogue() -> Vec<simulation::Fault> {
     let one = |fault: Fault| {
-        let (group, text) = (group(fault), words(fault));
-        let group_text = group_words(group);
-        json!({
-            "name": fault.name(), "group": group,
-            "group_text": both(group_text.0, group_text.1), "text": text,
-        })
+        let group = group(fault);
+        let (en, ru) = group_words(group);
+        let group_text = both(en, ru);
+        simulation::Fault { name: fault.name(), group, group_text, text: words(fault) }
     };
     Fault::all().map(one).collect()
 }
@@ -184,12 +182,10 @@ mod tests {
     #[test]
     fn every_fault_has_its_words_once() {
         let all = catalogue();
-        let all = all.as_array().unwrap();
         assert_eq!(all.len(), Fault::all().count());
-        let mut told: Vec<String> =
-            all.iter().map(|it| format!("{}{}", it["group"], it["text"]["ru"])).collect();
-        told.sort();
-        told.dedup();
-        assert_eq!(told.len(), all.len(), "two faults of a part have the same words");
+        let mut words: Vec<(&str, &str)> = all.iter().map(|it| (it.group, &*it.text.ru)).collect();
+        words.sort_unstable();
+        words.dedup();
+        assert_eq!(words.len(), all.len(), "two faults of a part have the same words");
     }
 }

@@ -1,9 +1,10 @@
 //! A simulated site as the hub publishes it: where things stand, what burns, where water lands.
 
+use lafet_hub::simulation::{Burning, JetShown, Scene, Splash};
 use lafet_hub::site::{Place, Site, Tank, Wall};
-use lafet_sim::exercise::{Director, Exercise};
+use lafet_sim::exercise::{Director, Exercise, FirePlan};
+use lafet_sim::fire::Fire;
 use lafet_sim::obstacle::Shape;
-use serde_json::{Map, Value, json};
 
 /// Where things are.
 pub fn site(exercise: &Exercise) -> Site {
@@ -28,46 +29,43 @@ pub fn site(exercise: &Exercise) -> Site {
 }
 
 /// What only the simulation knows.
-pub fn scene(director: &Director, speed: f64) -> Value {
+pub fn scene(director: &Director, speed: f64) -> Scene {
     let (exercise, site) = (director.exercise(), &director.site);
     let ambient_c = site.members.first().map(|member| member.sim.world().climate.ambient_c);
-    let fires: Vec<Value> = exercise
-        .fires
-        .iter()
-        .zip(site.fires.iter())
-        .map(|(plan, fire)| {
-            json!({
-                "name": plan.name, "at": pair(fire.at), "size": round(fire.size_m),
-                "base": fire.spec.base_m, "burns": fire.burns(),
-                "heat_kw": round(fire.power_kw()), "density": round(fire.density),
-            })
-        })
-        .collect();
-    let mut jets = Map::new();
-    for (index, (plan, member)) in exercise.monitors.iter().zip(&site.members).enumerate() {
+    let burning = |(plan, fire): (&FirePlan, &Fire)| Burning {
+        name: plan.name.clone(),
+        at: pair(fire.at),
+        size: round(fire.size_m),
+        base: fire.spec.base_m,
+        burns: fire.burns(),
+        heat_kw: round(fire.power_kw()),
+        density: round(fire.density),
+    };
+    let members = exercise.monitors.iter().zip(&site.members).enumerate();
+    let jets = members.filter_map(|(index, (plan, member))| {
         let lps = member.sim.world().water.jet_lps();
-        if lps > 0.0 {
-            let lands = site.landing(index).map(|landing| pair(landing.at));
-            let jet = json!({ "lps": round(lps), "lands": lands, "litres": round(member.litres) });
-            jets.insert(plan.name.clone(), jet);
-        }
-    }
-    let splashes: Vec<Value> = site
-        .splashes()
-        .iter()
-        .filter_map(|splash| {
-            let name = &exercise.monitors.get(splash.monitor)?.name;
-            let (at, portion) = (pair(splash.portion.landing.at), &splash.portion);
-            Some(json!({
-                "monitor": name, "at": at, "litres": round(portion.litres),
-                "foam": round(portion.foam),
-            }))
+        let lands = site.landing(index).map(|landing| pair(landing.at));
+        let jet = JetShown { lps: round(lps), lands, litres: round(member.litres) };
+        (lps > 0.0).then(|| (plan.name.clone(), jet))
+    });
+    let splashes = site.splashes().iter().filter_map(|splash| {
+        let portion = &splash.portion;
+        Some(Splash {
+            monitor: exercise.monitors.get(splash.monitor)?.name.clone(),
+            at: pair(portion.landing.at),
+            litres: round(portion.litres),
+            foam: round(portion.foam),
         })
-        .collect();
-    json!({
-        "t_s": site.now_ms() as f64 / 1000.0, "speed": speed, "wind": pair(site.wind.now_mps()),
-        "ambient_c": ambient_c, "fires": fires, "jets": jets, "splashes": splashes,
-    })
+    });
+    Scene {
+        t_s: site.now_ms() as f64 / 1000.0,
+        speed,
+        wind: pair(site.wind.now_mps()),
+        ambient_c,
+        fires: exercise.fires.iter().zip(site.fires.iter()).map(burning).collect(),
+        jets: jets.collect(),
+        splashes: splashes.collect(),
+    }
 }
 
 fn pair((x, y): (f64, f64)) -> [f64; 2] {

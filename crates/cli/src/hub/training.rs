@@ -5,11 +5,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lafet_device::Source;
 use lafet_hub::MonitorConfig;
-use lafet_hub::simulation::{Act, Loaded, Simulation};
+use lafet_hub::simulation::{
+    self, Act, Check, CheckState, LinkState, Loaded, Scenario, Scene, Simulated, Simulation,
+};
 use lafet_hub::text::{Both, both};
 use lafet_sim::exercise::{self, Action, Exercise, Lang, Link, Outcome, Run, SHIPPED, Shipped};
 use lafet_sim::fault::Fault;
-use serde_json::{Map, Value, json};
+use serde_json::Value;
 
 use super::{faults, scene};
 use crate::serve::{Bus, Wire};
@@ -77,7 +79,7 @@ impl Training {
     }
 
     /// What only the simulation knows.
-    pub fn scene(&self) -> Value {
+    pub fn scene(&self) -> Scene {
         let state = self.lock();
         let speed = if state.paused { 0.0 } else { state.speed };
         scene::scene(state.run.director(), speed)
@@ -173,69 +175,66 @@ impl State {
         Ok(())
     }
 
-    fn json(&self) -> Value {
+    fn shown(&self) -> simulation::State {
         let director = self.run.director();
         let exercise = director.exercise();
-        let monitors = exercise.monitors.iter().zip(&director.site.members).enumerate();
-        let monitors: Map<String, Value> = monitors
-            .map(|(index, (plan, member))| {
-                let faults = member.sim.world().faults.active();
-                let link = match director.link(index, Source::ExternalConn) {
-                    Link::Up => "up",
-                    Link::Lost => "lost",
-                    Link::AnswersLost => "answers_lost",
-                };
-                let faults: Vec<String> = faults.iter().map(|fault| fault.name()).collect();
-                (plan.name.clone(), json!({ "faults": faults, "link": link }))
-            })
-            .collect();
-        json!({
-            "scenario": self.scenario, "run": self.number, "seed": self.seed,
-            "automatic": self.automatic, "t_s": seconds(director.now_ms()),
-            "duration_s": seconds(exercise.duration_ms), "over": self.outcome.is_some(),
-            "paused": self.paused, "speed": self.speed, "monitors": monitors,
-            "score": self.score(),
-        })
+        let members = exercise.monitors.iter().zip(&director.site.members).enumerate();
+        let monitors = members.map(|(index, (plan, member))| {
+            let faults = member.sim.world().faults.active();
+            let link = match director.link(index, Source::ExternalConn) {
+                Link::Up => LinkState::Up,
+                Link::Lost => LinkState::Lost,
+                Link::AnswersLost => LinkState::AnswersLost,
+            };
+            let faults = faults.iter().map(|fault| fault.name()).collect();
+            (plan.name.clone(), Simulated { faults, link })
+        });
+        simulation::State {
+            scenario: self.scenario.to_owned(),
+            run: self.number,
+            seed: self.seed,
+            automatic: self.automatic,
+            t_s: seconds(director.now_ms()),
+            duration_s: seconds(exercise.duration_ms),
+            over: self.outcome.is_some(),
+            paused: self.paused,
+            speed: self.speed,
+            monitors: monitors.collect(),
+            score: self.checks().into(),
+        }
     }
 
-    fn score(&self) -> Value {
-        let checks: Vec<Value> = match &self.outcome {
-            Some(outcome) => outcome.checks.iter().map(decided).collect(),
-            None => {
-                let open = |(text_of, check): &(exercise::Both, Option<exercise::Check>)| {
-                    let open = || {
-                        json!({
-                            "text": text(text_of), "state": "open", "at_s": null, "came": null,
-                        })
-                    };
-                    check.as_ref().map_or_else(open, decided)
-                };
-                self.run.checks().iter().map(open).collect()
-            }
+    fn checks(&self) -> Vec<Check> {
+        let Some(outcome) = &self.outcome else {
+            let checks = self.run.checks();
+            let open = checks.iter().map(|(text_of, check)| {
+                let (text, state) = (text(text_of), CheckState::Open);
+                let open = || Check { text, state, at_s: None, came: None };
+                check.as_ref().map_or_else(open, decided)
+            });
+            return open.collect();
         };
-        let count = |state: &str| checks.iter().filter(|check| check["state"] == state).count();
-        json!({
-            "passed": count("passed"), "failed": count("failed"), "open": count("open"),
-            "checks": checks,
-        })
+        outcome.checks.iter().map(decided).collect()
     }
 }
 
 impl Simulation for Training {
-    fn catalogue(&self) -> (Value, Value) {
+    fn catalogue(&self) -> (Vec<Scenario>, Vec<simulation::Fault>) {
         let scenario = |shipped: &Shipped| {
             let exercise = shipped.exercise().ok()?;
-            let monitors: Vec<&str> = exercise.monitors.iter().map(|it| &*it.name).collect();
-            Some(json!({
-                "id": shipped.name, "title": text(&exercise.title), "about": text(&exercise.about),
-                "duration_s": seconds(exercise.duration_ms), "monitors": monitors,
-            }))
+            Some(Scenario {
+                id: shipped.name.to_owned(),
+                title: text(&exercise.title),
+                about: text(&exercise.about),
+                duration_s: seconds(exercise.duration_ms),
+                monitors: exercise.monitors.iter().map(|it| it.name.clone()).collect(),
+            })
         };
         (SHIPPED.iter().filter_map(scenario).collect(), faults::catalogue())
     }
 
-    fn state(&self) -> Value {
-        self.lock().json()
+    fn state(&self) -> simulation::State {
+        self.lock().shown()
     }
 
     fn speed(&self) -> f64 {
@@ -370,11 +369,13 @@ fn side((east, north): (f64, f64)) -> Both {
     both(en, ru)
 }
 
-fn decided(check: &exercise::Check) -> Value {
-    json!({
-        "text": text(&check.text), "state": if check.passed { "passed" } else { "failed" },
-        "at_s": seconds(check.at_ms), "came": text(&check.came),
-    })
+fn decided(check: &exercise::Check) -> Check {
+    Check {
+        text: text(&check.text),
+        state: if check.passed { CheckState::Passed } else { CheckState::Failed },
+        at_s: Some(seconds(check.at_ms)),
+        came: Some(text(&check.came)),
+    }
 }
 
 fn text(text: &exercise::Both) -> Both {
@@ -405,12 +406,12 @@ mod tests {
         let whole_ms = 8 * 60 * 1000;
         training.advance_ms(whole_ms / 20 + 10);
         let state = training.state();
-        assert_eq!((&state["over"], &state["run"]), (&json!(true), &json!(2)));
+        assert_eq!((state.over, state.run), (true, 2));
         let (_, exercise) = find("two-fires").unwrap();
         let run = exercise::run(&exercise, exercise.site.seed, false);
-        assert_eq!(training.report()["passed"], json!(run.passed()));
+        assert_eq!(training.report()["passed"], Value::from(run.passed()));
         assert_eq!(training.report()["fires"], exercise::json(&run)["fires"]);
-        assert_eq!(state["score"]["open"], 0);
+        assert_eq!(state.score.open, 0);
     }
 
     #[test]
@@ -418,23 +419,25 @@ mod tests {
         let training = training("tank-farm");
         training.advance_ms(40_000);
         let found = |training: &Training| {
-            let checks = training.state()["score"]["checks"].clone();
-            let mut checks = checks.as_array().unwrap().iter();
-            let found = checks.find(|it| it["text"]["en"].as_str().unwrap().contains("a minute"));
-            found.unwrap()["state"].clone()
+            let checks = training.state().score.checks;
+            checks.iter().find(|it| it.text.en.contains("a minute")).unwrap().state
         };
-        assert_eq!(found(&training), "open");
+        assert_eq!(found(&training), CheckState::Open);
         training.commanded("M2", "StartSeek Detector -100 100 0 10");
         training.commanded("M1", "StartSeek Control");
         training.advance_ms(61_000);
-        assert_eq!(found(&training), "open", "nobody has given the alarm");
+        assert_eq!(found(&training), CheckState::Open, "nobody has given the alarm");
         training.commanded("M1", "StartSeek Detector -100 100 0 10");
         training.advance_ms(61_000);
-        assert_eq!(found(&training), "failed", "a minute after the alarm nothing was found");
+        assert_eq!(
+            found(&training),
+            CheckState::Failed,
+            "a minute after the alarm nothing was found"
+        );
         training.act(&Act::Pause(true)).unwrap();
-        let at = training.state()["t_s"].clone();
+        let at = training.state().t_s;
         training.advance_ms(5000);
-        assert_eq!(training.state()["t_s"], at);
+        assert_eq!(training.state().t_s, at);
     }
 
     #[test]
@@ -446,20 +449,21 @@ mod tests {
         };
         fault("vertical-jam", true).unwrap();
         training.act(&Act::Link { monitor: "M2".into(), up: false }).unwrap();
-        let monitors = training.state()["monitors"].clone();
-        assert_eq!(monitors["M1"], json!({ "faults": ["vertical-jam"], "link": "up" }));
-        assert_eq!(monitors["M2"], json!({ "faults": [], "link": "lost" }));
+        let monitors = training.state().monitors;
+        let jammed = Simulated { faults: vec!["vertical-jam".into()], link: LinkState::Up };
+        let lost = Simulated { faults: vec![], link: LinkState::Lost };
+        assert_eq!((&monitors["M1"], &monitors["M2"]), (&jammed, &lost));
         fault("all", false).unwrap();
-        assert_eq!(training.state()["monitors"]["M1"]["faults"], json!([]));
+        assert!(training.state().monitors["M1"].faults.is_empty());
         assert!(fault("all", true).is_err() && fault("teapot", true).is_err());
-        let fires = training.scene()["fires"].as_array().unwrap().len();
+        let fires = training.scene().fires.len();
         let fire = |kind: &str| Act::Fire { at: [3.0, 4.0], size: 2.0, kind: kind.into() };
         training.act(&fire("spray")).unwrap();
         assert!(training.act(&fire("candle")).is_err());
         training.advance_ms(1000);
         let scene = training.scene();
-        assert_eq!(scene["fires"].as_array().unwrap().len(), fires + 1);
-        assert_eq!(scene["fires"][fires]["burns"], true);
+        assert_eq!(scene.fires.len(), fires + 1);
+        assert!(scene.fires[fires].burns);
         assert!(training.act(&Act::Ignite("nothing".into())).is_err());
         training.report();
         assert!(training.picture(true).starts_with("<svg"));

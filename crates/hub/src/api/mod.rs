@@ -53,7 +53,7 @@ const JSON: (HeaderName, &str) = (axum::http::header::CONTENT_TYPE, "application
         title = "lafet hub",
         description = "Fire monitors over HTTP. Times are ms since 1970, angles arc-minutes. See docs/hub-api.md."
     ),
-    components(schemas(crate::store::Act, Failed, Message, ws::Said))
+    components(schemas(crate::store::Act, crate::simulation::Scene, Failed, Message, ws::Said))
 )]
 struct Description;
 

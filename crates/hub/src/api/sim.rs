@@ -15,7 +15,7 @@ use super::records::{Asked, needs};
 use crate::access::Role;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::simulation::Act;
+use crate::simulation::{self, Act};
 use crate::text::both;
 
 /// Slower shows nothing, faster leaves the hub nothing to poll.
@@ -97,21 +97,18 @@ struct Language {
     lang: Option<String>,
 }
 
-/// What can be simulated, and what is.
+/// What can be simulated, and what runs.
 #[derive(Debug, Serialize, ToSchema)]
 struct Catalogue {
-    /// The scenarios.
-    #[schema(value_type = Vec<Object>)]
-    scenarios: Value,
-    /// The faults.
-    #[schema(value_type = Vec<Object>)]
-    faults: Value,
+    /// The scenarios that can be loaded.
+    scenarios: Vec<simulation::Scenario>,
+    /// The faults that can be injected.
+    faults: Vec<simulation::Fault>,
     /// What runs: the topic `sim`.
-    #[schema(value_type = Object)]
-    state: Value,
+    state: simulation::State,
 }
 
-type Answer = Result<Json<Value>, ApiError>;
+type Answer = Result<Json<simulation::State>, ApiError>;
 
 /// Scenarios, faults, and what runs.
 #[utoipa::path(get, path = "/api/sim",
@@ -124,7 +121,7 @@ async fn sim(State(hub): State<Hub>, _: Caller) -> Result<Json<Catalogue>, ApiEr
 
 /// Loads a scenario and starts it.
 #[utoipa::path(post, path = "/api/sim/scenario", request_body = Scenario,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = simulation::State), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn scenario(
     State(hub): State<Hub>,
     caller: Caller,
@@ -136,7 +133,7 @@ async fn scenario(
 
 /// Whether the scenario's own operator acts.
 #[utoipa::path(post, path = "/api/sim/automatic", request_body = Switch,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = simulation::State), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn automatic(
     State(hub): State<Hub>,
     caller: Caller,
@@ -145,23 +142,23 @@ async fn automatic(
     act(&hub, &caller, &Act::Automatic(on))
 }
 
-/// Simulated time stands still.
+/// Stops simulated time.
 #[utoipa::path(post, path = "/api/sim/pause",
-    responses((status = 200, body = Object), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = simulation::State), (status = 401), (status = 403), (status = 404)))]
 async fn pause(State(hub): State<Hub>, caller: Caller) -> Answer {
     act(&hub, &caller, &Act::Pause(true))
 }
 
-/// It goes on.
+/// Lets simulated time go on.
 #[utoipa::path(post, path = "/api/sim/resume",
-    responses((status = 200, body = Object), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = simulation::State), (status = 401), (status = 403), (status = 404)))]
 async fn resume(State(hub): State<Hub>, caller: Caller) -> Answer {
     act(&hub, &caller, &Act::Pause(false))
 }
 
-/// How fast it goes.
+/// Sets the speed of simulated time.
 #[utoipa::path(post, path = "/api/sim/speed", request_body = Speed,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = simulation::State), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn speed(
     State(hub): State<Hub>,
     caller: Caller,
@@ -171,9 +168,9 @@ async fn speed(
     act(&hub, &caller, &Act::Speed(speed))
 }
 
-/// Breaks something, or mends it.
+/// Injects a fault, or clears it.
 #[utoipa::path(post, path = "/api/sim/faults", request_body = Fault,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = simulation::State), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn fault(
     State(hub): State<Hub>,
     caller: Caller,
@@ -184,7 +181,7 @@ async fn fault(
 
 /// Lights a fire.
 #[utoipa::path(post, path = "/api/sim/fire", request_body = Fire,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = simulation::State), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn fire(State(hub): State<Hub>, caller: Caller, Body(fire): Body<Fire>) -> Answer {
     let lit = match fire {
         Fire { name: Some(name), .. } => Act::Ignite(name),
@@ -202,9 +199,9 @@ async fn fire(State(hub): State<Hub>, caller: Caller, Body(fire): Body<Fire>) ->
     act(&hub, &caller, &lit)
 }
 
-/// Cuts the link to a monitor, or mends it.
+/// Cuts the link to a monitor, or restores it.
 #[utoipa::path(post, path = "/api/sim/link", request_body = Link,
-    responses((status = 200, body = Object), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 200, body = simulation::State), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn link(
     State(hub): State<Hub>,
     caller: Caller,
@@ -216,7 +213,7 @@ async fn link(
 /// The report so far.
 #[utoipa::path(get, path = "/api/sim/report",
     responses((status = 200, body = Object), (status = 401), (status = 404)))]
-async fn report(State(hub): State<Hub>, _: Caller) -> Answer {
+async fn report(State(hub): State<Hub>, _: Caller) -> Result<Json<Value>, ApiError> {
     Ok(Json(hub.simulation()?.report()))
 }
 

@@ -18,11 +18,11 @@ use lafet_capture::{Captured, Direction, Note, Piece};
 use lafet_client::{Direction as Way, Traced};
 use lafet_proto::link::{Frame, WIRE_MAX, encode};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use utoipa::ToSchema;
 
 use crate::clock::shifted;
 use crate::config::RecordingConfig;
+use crate::simulation::Scene;
 use crate::store::StoreError;
 use crate::sync::lock;
 use files::Work;
@@ -147,9 +147,10 @@ impl Recordings {
     }
 
     /// What only a simulation knows: the replay shows it as well.
-    pub fn scene(&self, now_ms: u64, scene: &Value) {
+    pub fn scene(&self, now_ms: u64, scene: &Scene) {
         let at_ns = now_ms.saturating_mul(1_000_000);
-        let note = Note { at_ns, topic: SCENE.into(), json: scene.to_string() };
+        let json = serde_json::to_string(scene).unwrap_or_default();
+        let note = Note { at_ns, topic: SCENE.into(), json };
         let mut inner = lock(&self.inner);
         for running in &inner.running {
             let name = running.meta.name.clone();

@@ -1,9 +1,16 @@
-//! A simulated site behind the hub: what the hub asks of it. The hub knows no simulator; who
-//! starts both (`lafet demo`) brings them together.
+//! A simulated site behind the hub: what the hub asks of it. The hub knows no simulator; the program
+//! that starts both (`lafet demo`) connects them.
+
+mod shown;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
+
+pub use shown::{
+    Burning, Check, CheckState, Fault, JetShown, LinkState, Scenario, Scene, Score, Simulated,
+    Splash, State,
+};
 
 use crate::config::MonitorConfig;
 use crate::error::ApiError;
@@ -12,29 +19,35 @@ use crate::site::Site;
 use crate::store::Act as Noted;
 use crate::text::Both;
 
-/// A simulated site that can be told what happens to it.
+/// A simulated site that can be changed while it runs.
 pub trait Simulation: std::fmt::Debug + Send + Sync {
-    /// The scenarios and faults that there are.
-    fn catalogue(&self) -> (Value, Value);
+    /// The scenarios that can be loaded and the faults that can be injected.
+    fn catalogue(&self) -> (Vec<Scenario>, Vec<Fault>);
 
-    /// What runs, and how it stands: the topic `sim`.
-    fn state(&self) -> Value;
+    /// What runs: the topic `sim`.
+    fn state(&self) -> State;
 
-    /// How fast its time runs, 1 = as ours.
+    /// Simulated time against the clock, 1 = the same.
     fn speed(&self) -> f64 {
         1.0
     }
 
-    /// Loads a scenario and starts it.
+    /// Loads a scenario and starts it. `seed`: the scenario's own if `None`.
+    ///
+    /// # Errors
+    /// There is no such scenario.
     fn load(&self, scenario: &str, seed: Option<u64>, automatic: bool) -> Result<Loaded, Both>;
 
-    /// Changes something. What cannot be done is told.
+    /// Changes something.
+    ///
+    /// # Errors
+    /// There is no such monitor, fault, fire or kind of fire, or too many fires burn.
     fn act(&self, act: &Act) -> Result<(), Both>;
 
-    /// A monitor has accepted a request of somebody.
+    /// A monitor has accepted a client's request, given as text.
     fn commanded(&self, monitor: &str, request: &str);
 
-    /// The report so far.
+    /// The report so far, in the format of `lafet sim run --json`.
     fn report(&self) -> Value;
 
     /// The report as a picture (SVG).
@@ -46,7 +59,7 @@ pub trait Simulation: std::fmt::Debug + Send + Sync {
 pub struct Loaded {
     /// Its monitors.
     pub monitors: Vec<MonitorConfig>,
-    /// Where things stand, as the API publishes it.
+    /// Places and heights, as the API publishes them.
     pub site: Option<Site>,
 }
 
@@ -57,7 +70,7 @@ pub struct Loaded {
 pub enum Act {
     /// Whether the scenario's own operator and controllers act.
     Automatic(bool),
-    /// Time stands still, or goes on.
+    /// Simulated time is stopped, or goes on.
     Pause(bool),
     /// So many times as fast as the clock.
     Speed(f64),
@@ -106,7 +119,7 @@ impl Act {
 }
 
 impl Hub {
-    /// Brings a simulation and the hub together; the first one stays.
+    /// Connects a simulation to the hub. The first one stays.
     pub fn simulate(&self, simulation: Box<dyn Simulation>) {
         _ = self.simulation.set(simulation);
         self.publish_simulation();
@@ -117,7 +130,7 @@ impl Hub {
         self.simulation.get().map(|it| &**it).ok_or_else(ApiError::not_found)
     }
 
-    /// Publishes how the simulation stands.
+    /// Publishes the state of the simulation.
     pub fn publish_simulation(&self) {
         if let Some(simulation) = self.simulation.get() {
             self.topics.set("sim", &simulation.state());
@@ -131,7 +144,7 @@ impl Hub {
         scenario: &str,
         seed: Option<u64>,
         automatic: bool,
-    ) -> Result<Value, ApiError> {
+    ) -> Result<State, ApiError> {
         let simulation = self.simulation()?;
         let loaded = simulation.load(scenario, seed, automatic);
         let act = Noted::SimScenario { scenario: scenario.into(), seed };
@@ -143,7 +156,7 @@ impl Hub {
     }
 
     /// Changes something in the simulation.
-    pub fn act(&self, caller: &Caller, act: &Act) -> Result<Value, ApiError> {
+    pub fn act(&self, caller: &Caller, act: &Act) -> Result<State, ApiError> {
         let simulation = self.simulation()?;
         if let Act::Fault { monitor, .. } | Act::Link { monitor, .. } = act {
             self.station(monitor)?;

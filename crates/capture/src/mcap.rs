@@ -48,6 +48,8 @@ impl<W: Write + Seek> Writer<W> {
         let options = WriteOptions::new()
             .compression(Some(Compression::Zstd))
             .chunk_size(Some(CHUNK))
+            // Threads of its own would cost each recorder megabytes; chunks are small.
+            .compression_threads(0)
             // Chunks are made in memory: the file gets them whole.
             .disable_seeking(true)
             .profile("")

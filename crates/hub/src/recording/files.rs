@@ -33,9 +33,9 @@ const NAME_MAX: usize = 100;
 #[derive(Debug)]
 pub enum Work {
     /// A recording begins with these frames.
-    Begin(Recording, Vec<Piece>),
+    Begin(Recording, Vec<Arc<Piece>>),
     /// A frame, or the scene, of a recording.
-    Piece(String, Piece),
+    Piece(String, Arc<Piece>),
     /// A recording ends.
     End(Recording),
     /// What waits is brought to the disk.
@@ -306,7 +306,11 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
     }
 }
 
-fn begin(folder: &Path, meta: &Recording, past: &[Piece]) -> io::Result<Recorder<BufWriter<File>>> {
+fn begin(
+    folder: &Path,
+    meta: &Recording,
+    past: &[Arc<Piece>],
+) -> io::Result<Recorder<BufWriter<File>>> {
     let file = BufWriter::new(File::create(folder.join(&meta.name))?);
     tell(folder, meta)?;
     let mut recorder = Recorder::new(Format::Mcap, file)?;

@@ -84,10 +84,13 @@ pub struct Recordings {
     pub sending: Arc<tokio::sync::Semaphore>,
 }
 
+/// What was last, with its time, ms since 1970. Recordings share it.
+type Ring = VecDeque<(u64, Arc<Piece>)>;
+
 #[derive(Debug, Default)]
 struct Inner {
-    rings: BTreeMap<String, VecDeque<(u64, Captured)>>,
-    scenes: VecDeque<(u64, Note)>,
+    rings: BTreeMap<String, Ring>,
+    scenes: Ring,
     running: Vec<Running>,
 }
 
@@ -125,13 +128,14 @@ impl Recordings {
         };
         let bytes = wire.get(..len).unwrap_or_default().to_vec();
         let captured = Captured { at_ns: now_ms.saturating_mul(1_000_000), direction, bytes };
+        let piece = Arc::new(Piece::Captured(captured));
         let mut inner = lock(&self.inner);
         for running in &mut inner.running {
             if running.meta.monitors.iter().any(|it| it == monitor) {
                 running.meta.to_ms = now_ms;
                 let name = running.meta.name.clone();
                 // A disk that is too slow for it loses frames, not the hub its time.
-                _ = self.work.try_send(Work::Piece(name, Piece::Captured(captured.clone())));
+                _ = self.work.try_send(Work::Piece(name, piece.clone()));
             }
         }
         let before_ms = self.config.before_s * 1000;
@@ -139,8 +143,8 @@ impl Recordings {
             inner.rings.insert(monitor.to_owned(), VecDeque::new());
         }
         let Some(ring) = inner.rings.get_mut(monitor) else { return };
-        ring.push_back((now_ms, captured));
-        let old = |(at_ms, _): &(u64, Captured)| now_ms.saturating_sub(*at_ms) > before_ms;
+        ring.push_back((now_ms, piece));
+        let old = |(at_ms, _): &(u64, Arc<Piece>)| now_ms.saturating_sub(*at_ms) > before_ms;
         while ring.len() > RING_MAX || ring.front().is_some_and(old) {
             ring.pop_front();
         }
@@ -150,15 +154,15 @@ impl Recordings {
     pub fn scene(&self, now_ms: u64, scene: &Scene) {
         let at_ns = now_ms.saturating_mul(1_000_000);
         let json = serde_json::to_string(scene).unwrap_or_default();
-        let note = Note { at_ns, topic: SCENE.into(), json };
+        let piece = Arc::new(Piece::Note(Note { at_ns, topic: SCENE.into(), json }));
         let mut inner = lock(&self.inner);
         for running in &inner.running {
             let name = running.meta.name.clone();
-            _ = self.work.try_send(Work::Piece(name, Piece::Note(note.clone())));
+            _ = self.work.try_send(Work::Piece(name, piece.clone()));
         }
         let before_ms = self.config.before_s * 1000;
-        inner.scenes.push_back((now_ms, note));
-        let old = |(at_ms, _): &(u64, Note)| now_ms.saturating_sub(*at_ms) > before_ms;
+        inner.scenes.push_back((now_ms, piece));
+        let old = |(at_ms, _): &(u64, Arc<Piece>)| now_ms.saturating_sub(*at_ms) > before_ms;
         while inner.scenes.len() > SCENES_MAX || inner.scenes.front().is_some_and(old) {
             inner.scenes.pop_front();
         }
@@ -180,7 +184,7 @@ impl Recordings {
         }
         // Of a monitor that was never heard there is nothing to record.
         let heard = inner.rings.get(monitor).and_then(|ring| ring.back());
-        let Some(address) = heard.and_then(|(_, captured)| address_of(captured)) else { return };
+        let Some(address) = heard.and_then(|(_, piece)| address_of(piece)) else { return };
         let whose = Whose::from([(address, monitor.to_owned())]);
         let meta = Recording {
             name: format!("{}-{monitor}-alarm.mcap", files::date(now_ms)),
@@ -229,10 +233,9 @@ impl Recordings {
         }
         let monitors: Vec<String> = whose.values().cloned().collect();
         let rings = monitors.iter().filter_map(|monitor| inner.rings.get(monitor));
-        let frames = rings.flatten().map(|(at_ms, it)| (*at_ms, Piece::Captured(it.clone())));
-        let scenes = inner.scenes.iter().map(|(at_ms, it)| (*at_ms, Piece::Note(it.clone())));
-        let mut past: Vec<(u64, Piece)> =
-            frames.chain(scenes).filter(|(at_ms, _)| *at_ms >= from_ms).collect();
+        let kept = rings.flatten().chain(&inner.scenes);
+        let mut past: Vec<(u64, Arc<Piece>)> =
+            kept.filter(|(at_ms, _)| *at_ms >= from_ms).cloned().collect();
         past.sort_by_key(|(at_ms, _)| *at_ms);
         let taken = |name: &str| {
             inner.running.iter().any(|it| it.meta.name == name) || self.folder.has(name)
@@ -355,7 +358,8 @@ impl Drop for Recordings {
     }
 }
 
-fn address_of(captured: &Captured) -> Option<u8> {
+fn address_of(piece: &Piece) -> Option<u8> {
+    let Piece::Captured(captured) = piece else { return None };
     let mut address = None;
     player::frames(captured, |frame| address = player::monitor_of(frame));
     address

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::citation::citations;
 use crate::run::{self, StepResult};
-use crate::{TaskResult, c_header, flag, links, pictures};
+use crate::{TaskResult, c_header, flag, links, pictures, sections, spec};
 
 const PAGE: &str = "docs/protocol.md";
 /// The dictionary that the console's unit tests read.
@@ -105,9 +105,14 @@ fn api() -> Result<String, String> {
     ))
 }
 
-/// The files that are nothing but what `lafet schema` prints in another form.
-fn copies(schema: &Value) -> Result<[(&'static str, String); 3], String> {
-    Ok([(DICTIONARY, lines(schema)), (C_HEADER, c_header::header(schema)?), (API, api()?)])
+/// The files that are generated as a whole.
+fn copies(schema: &Value) -> Result<[(&'static str, String); 4], String> {
+    Ok([
+        (DICTIONARY, lines(schema)),
+        (C_HEADER, c_header::header(schema)?),
+        (API, api()?),
+        (sections::PAGE, spec::page()?),
+    ])
 }
 
 /// JSON with an entry of each list in a line of its own.

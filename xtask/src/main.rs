@@ -30,6 +30,7 @@ mod no_std;
 mod physics;
 mod pictures;
 mod run;
+mod sections;
 mod setup;
 mod size;
 mod source;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use crate::citation::{citations, lies_within};
+use crate::sections::{self, Row};
 use crate::source::{self, File};
 use crate::{TaskResult, flag, run};
 
@@ -23,6 +24,33 @@ pub fn spec(arguments: &[String]) -> TaskResult {
         return Ok(ExitCode::SUCCESS);
     }
     report(&matrix).map(|()| ExitCode::SUCCESS)
+}
+
+/// The page of all sections, docs/sections.md.
+pub fn page() -> Result<String, String> {
+    let matrix = matrix()?;
+    let files = |section: &Section, usage| {
+        matrix.places(&section.id, usage).into_iter().map(file_of).collect()
+    };
+    let rows: Vec<Row<'_>> = matrix
+        .sections
+        .iter()
+        .map(|section| Row {
+            id: &section.id,
+            title: &section.title,
+            label: &section.label,
+            code: files(section, Use::Code),
+            tests: files(section, Use::Test),
+        })
+        .collect();
+    Ok(sections::page(&rows))
+}
+
+/// The file of a place, relative to the root.
+fn file_of(place: &str) -> String {
+    let file = place.rsplit_once(':').map_or(place, |(file, _)| file);
+    let folder = if file.starts_with("scenarios/") { "conformance" } else { "crates" };
+    format!("{folder}/{file}")
 }
 
 /// Fails with the holes of the matrix.
@@ -67,7 +95,7 @@ struct Matrix {
 }
 
 fn matrix() -> Result<Matrix, String> {
-    let sections = sections(&run::read(SPEC)?)?;
+    let sections = sections_of(&run::read(SPEC)?)?;
     let mut mentions: Vec<Mention> = source::workspace()?.iter().flat_map(in_rust).collect();
     let folder = run::root().join(SCENARIOS);
     for path in source::files_under(&folder, "txt")? {
@@ -77,7 +105,7 @@ fn matrix() -> Result<Matrix, String> {
     Ok(Matrix { sections, mentions })
 }
 
-fn sections(text: &str) -> Result<Vec<Section>, String> {
+fn sections_of(text: &str) -> Result<Vec<Section>, String> {
     let mut sections: Vec<Section> = Vec::new();
     for (index, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.starts_with('#') {
@@ -232,7 +260,7 @@ mod tests {
             mentions.extend(in_rust(&file));
         }
         mentions.extend(in_scenario("conformance/scenarios/3.01-move.txt", scenario));
-        Matrix { sections: sections(SECTIONS).unwrap(), mentions }
+        Matrix { sections: sections_of(SECTIONS).unwrap(), mentions }
     }
 
     #[test]
@@ -298,12 +326,12 @@ mod tests {
 
     #[test]
     fn spec_txt_is_read_strictly() {
-        assert!(sections("§3.1/1 no tabs\n").is_err());
-        assert!(sections("3.1\ttitle\tread\n").is_err());
-        assert!(sections("§3.1/1-2\ttitle\tread\n").is_err());
-        assert!(sections("§1\ttitle\tread\n§1\ttitle\tread\n").is_err());
-        assert!(sections("# nothing\n").is_err());
-        assert_eq!(sections(SECTIONS).unwrap()[2].label, "ours");
+        assert!(sections_of("§3.1/1 no tabs\n").is_err());
+        assert!(sections_of("3.1\ttitle\tread\n").is_err());
+        assert!(sections_of("§3.1/1-2\ttitle\tread\n").is_err());
+        assert!(sections_of("§1\ttitle\tread\n§1\ttitle\tread\n").is_err());
+        assert!(sections_of("# nothing\n").is_err());
+        assert_eq!(sections_of(SECTIONS).unwrap()[2].label, "ours");
     }
 
     #[test]

@@ -112,7 +112,7 @@ async fn simulate(monitors: usize, poll_ms: u64, clients: usize) -> Fallible<()>
 static COUNT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
 
 fn polls(hub: &Hub) -> u64 {
-    hub.counts.polls.load(std::sync::atomic::Ordering::Relaxed)
+    hub.counts().polls.load(std::sync::atomic::Ordering::Relaxed)
 }
 
 /// What this process has used of processors, by itself and in the system, ticks.

@@ -1,8 +1,8 @@
 //! The one clock of the hub: the date, for logs, and a steady time, for ages.
 //!
-//! The date may jump: somebody sets it, or the time server comes back. The age of a session, of a
+//! The date may jump: a user sets it, or the time server comes back. The age of a session, of a
 //! shelving or of what is kept must not jump with it, so these are measured by a steady time. It is
-//! the date at the start and what has passed since, by a clock that nobody sets.
+//! the date at the start and what has passed since, by a clock that cannot be set.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -22,7 +22,7 @@ const STEP_MS: u64 = 2000;
 /// Where the time comes from.
 #[derive(Clone, Debug, Default)]
 pub enum Clock {
-    /// The system.
+    /// Clock of the system.
     #[default]
     System,
     /// One that is set by hand, for tests.
@@ -37,12 +37,12 @@ pub struct ManualTime {
 }
 
 impl ManualTime {
-    /// Begins at a date.
+    /// A clock that shows this date.
     pub fn at(date_ms: u64) -> Arc<Self> {
         Arc::new(Self { date_ms: date_ms.into(), steady_ms: date_ms.into() })
     }
 
-    /// Time passes.
+    /// Lets time pass.
     pub fn pass(&self, ms: u64) {
         self.date_ms.fetch_add(ms, Ordering::Relaxed);
         self.steady_ms.fetch_add(ms, Ordering::Relaxed);
@@ -95,7 +95,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// From now on.
+    /// Watches the clock from now on.
     pub fn from_now(clock: &Clock) -> Self {
         Self { ahead_ms: clock.ahead_ms() }
     }
@@ -111,24 +111,24 @@ impl Steps {
 impl Hub {
     /// Looks whether the date has stepped: it is recorded, and ages stay what they were.
     pub fn look_at_clock(&self, steps: &mut Steps) {
-        let Some(by_ms) = steps.look(&self.clock) else { return };
+        let Some(by_ms) = steps.look(self.clock()) else { return };
         let by_s = format!("{:.1}", by_ms as f64 / 1000.0);
         let text = both(
             format!("The clock was changed by {by_s} s, or the machine was asleep."),
             format!("Часы переведены на {} с, либо машина спала.", by_s.replace('.', ",")),
         );
         let record = self.record(&Caller::hub(), "", "clock step", "Ok");
-        drop(self.audit.note(record.about(&Act::ClockStep { by_ms })));
+        drop(self.audit().note(record.about(&Act::ClockStep { by_ms })));
         self.event(None, &text);
-        self.recordings.stepped(by_ms);
+        self.recordings().stepped(by_ms);
         for station in self.stations() {
             lock(&station.programs).stepped(by_ms);
         }
-        let changes = lock(&self.alarms).stepped(by_ms);
+        let changes = self.alarms().stepped(by_ms);
         self.publish_alarms(changes);
         let own = self.clone();
         // The disk is waited for elsewhere.
-        tokio::task::spawn_blocking(move || own.access.stepped(by_ms));
+        tokio::task::spawn_blocking(move || own.access().stepped(by_ms));
     }
 }
 

@@ -7,8 +7,8 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::access::{AccessError, Role, Standing};
-use crate::authority::{Refusal, Seat};
-use crate::outcome::{Answered, answered};
+use crate::command::outcome::{Answered, answered};
+use crate::control::authority::{Refusal, Seat};
 use crate::store::StoreError;
 use crate::text::{Both, both};
 
@@ -23,9 +23,9 @@ pub fn shown(text: &str) -> &str {
 /// An error of the API.
 #[derive(Clone, Debug)]
 pub struct ApiError {
-    /// Its class.
+    /// HTTP status.
     pub status: StatusCode,
-    /// Its reason, for programs.
+    /// Code for programs.
     pub code: &'static str,
     /// What happened, and what to do.
     pub text: Box<Both>,
@@ -47,7 +47,7 @@ pub struct Details {
     /// How long that part is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<usize>,
-    /// What was probably meant.
+    /// The value that was probably meant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub suggestion: Option<&'static str>,
     /// `held`, `no_authority`: the holder; null: none.
@@ -78,13 +78,13 @@ pub struct Details {
 /// An error as clients get it.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct ErrorBody {
-    /// Its reason, for programs.
+    /// Code for programs.
     pub code: &'static str,
     /// What happened and what to do, in English.
     pub en: String,
-    /// The same in Russian.
+    /// Text in Russian.
     pub ru: String,
-    /// What else is known.
+    /// Further data, by code.
     #[serde(flatten)]
     pub details: Details,
 }
@@ -97,7 +97,7 @@ pub struct Failed {
 }
 
 impl ApiError {
-    /// An error.
+    /// An error with this HTTP status and code.
     pub fn new(status: StatusCode, code: &'static str, text: Both) -> Self {
         Self { status, code, text: Box::new(text), details: Box::default() }
     }
@@ -134,7 +134,7 @@ impl ApiError {
         Self::new(StatusCode::NOT_FOUND, "no_monitor", text)
     }
 
-    /// There is nothing here.
+    /// 404: no such resource.
     pub fn not_found() -> Self {
         let text = both(
             "There is nothing here. See /api/openapi.json.",
@@ -162,7 +162,7 @@ impl ApiError {
         Self::new(StatusCode::UNAUTHORIZED, "login_needed", text)
     }
 
-    /// Too many requests.
+    /// 429: too many requests; `wait` until the next one.
     pub fn slow_down(wait: std::time::Duration) -> Self {
         let wait_ms = u64::try_from(wait.as_millis()).unwrap_or(u64::MAX).max(1);
         // People count seconds.
@@ -191,7 +191,7 @@ impl ApiError {
             Refusal::NotHolder(Some(seat)) => held(seat, "no_authority"),
             Refusal::NotHolder(None) => {
                 let text = both(
-                    format!("Nobody holds {monitor}. Take control first."),
+                    format!("No client holds {monitor}. Take control first."),
                     format!("{monitor} никем не управляется. Сначала возьмите управление."),
                 );
                 let details = Details { holder: Some(None), ..Details::default() };
@@ -208,7 +208,7 @@ impl ApiError {
         }
     }
 
-    /// The monitor refuses.
+    /// 422: the monitor refuses.
     pub fn refused(answers: &Answers) -> Self {
         let refusal = answers.clone().accepted().err();
         let text = refusal.as_ref().map(Both::of_error).unwrap_or_default();
@@ -225,7 +225,7 @@ impl ApiError {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "not_connected", text)
     }
 
-    /// As clients get it.
+    /// The body of the HTTP response.
     pub fn body(&self) -> ErrorBody {
         let Both { en, ru } = *self.text.clone();
         ErrorBody { code: self.code, en, ru, details: *self.details.clone() }

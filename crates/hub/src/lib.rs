@@ -3,53 +3,36 @@
 //! ```text
 //!            browser, programs                       config (TOML, environment, flags)
 //!                   │ HTTP, WebSocket, TLS                     │
-//!  server ─▶ api ─▶ hub ─▶ command ─▶ station ─▶ lafet-client ─▶ the wire
-//!             │      │ authority, beats  ▲ owner (polls)
-//!             │      ├─ alarms           │
-//!             │      └─ store: audit, history; access: users, sessions, tokens
-//!             └─ topics: what is published, the latest value wins
+//!  server ─▶ api ─▶ hub ─▶ command ─▶ monitor ─▶ lafet-client ─▶ the wire
+//!             │      │                  │ owner (polls), station (state)
+//!             │      ├─ control: authority, beats, jogs
+//!             │      ├─ alarms
+//!             │      ├─ store: audit, history, events; access: users, sessions, tokens
+//!             │      └─ recording, simulation, site
+//!             └─ publish: topics, of which the latest value wins; messages
 //! ```
 //!
 //! Everything that decides (who may command, when a motion ends, what an alarm is) is without I/O
-//! and clock, in [`authority`], [`beats`], [`alarms`], [`access`].
+//! and clock, in [`control`], [`alarms`], [`access`].
 
 pub mod access;
 pub mod alarms;
-mod allowances;
 mod api;
-pub mod authority;
-pub mod beats;
-mod broadcast;
 mod clock;
 mod command;
 pub mod config;
+pub mod control;
 mod error;
 mod hub;
-mod integrity;
-mod jet;
-mod jogs;
-mod link_series;
-mod messages;
-pub mod model;
-mod outcome;
-mod owner;
-mod paced;
-mod program;
-mod rates;
+mod monitor;
+mod publish;
 mod recording;
-mod request;
 mod server;
 pub mod simulation;
 pub mod site;
-mod station;
 pub mod store;
-mod summary;
 mod sync;
 pub mod text;
-mod tls;
-pub mod topics;
-mod urgent;
-mod view;
 mod words;
 
 pub use api::{description, messages};
@@ -57,4 +40,5 @@ pub use clock::{Clock, ManualTime};
 pub use config::{Config, MonitorConfig, Overrides, Problem, RecordingConfig, TlsConfig};
 pub use error::ApiError;
 pub use hub::Hub;
+pub use publish::topics;
 pub use server::Server;

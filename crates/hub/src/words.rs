@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Ordinary work.
+    /// Normal operation.
     #[default]
     Info,
     /// Nothing is broken, but the operator should know it.
@@ -23,9 +23,9 @@ pub enum Severity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LinkWord {
-    /// There is one.
+    /// The link is up.
     Up,
-    /// There is none.
+    /// The link is down.
     Down,
 }
 
@@ -65,7 +65,7 @@ pub enum MotionWord {
     Moving,
     /// It was released and brakes.
     Stopping,
-    /// It is over.
+    /// The motion has ended.
     Ended,
 }
 
@@ -87,11 +87,11 @@ pub enum MotionEnd {
     StillMoving,
     /// The monitor would not end the motion by itself.
     Unbounded,
-    /// It is not known.
+    /// The end is unknown.
     Unknown,
 }
 
-/// Which way a frame went.
+/// Direction of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DirectionWord {
@@ -105,7 +105,7 @@ pub enum DirectionWord {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SavedWord {
-    /// It is stored.
+    /// The value is stored.
     Stored,
     /// It is in force, and nothing has said that it is stored.
     Unconfirmed,

@@ -43,7 +43,7 @@ async fn a_program_is_known_to_every_page_and_when_it_goes_on() {
     };
     let status = other.next_where(quenches).await;
     assert_eq!(status["set"]["monitors/M1/status"]["resumes_ms"], Value::Null);
-    let before_ms = site.hub.clock.now_ms();
+    let before_ms = site.hub.clock().now_ms();
     operator.ask(request("Move Vertical 60")).await;
     let resumes = |it: &Value| it["set"]["monitors/M1/status"]["resumes_ms"].as_u64();
     let paused = other.next_where(|it| resumes(it).is_some()).await;
@@ -91,7 +91,7 @@ async fn the_end_of_a_jog_names_its_beginning() {
     operator.next_where(|it| it["type"] == "jog" && it["state"] == "ended").await;
     let began = Instant::now();
     let ended = loop {
-        let log = site.hub.audit.latest(None, 100, None, None).await.unwrap();
+        let log = site.hub.audit().latest(None, 100, None, None).await.unwrap();
         let jogs: Vec<_> =
             log.into_iter().filter(|it| it.record.what == "jog Vertical max").collect();
         if let [ended, asked] = &jogs[..] {
@@ -118,10 +118,10 @@ async fn parameters_are_read_once_and_waited_for_until_stored() {
     }
     assert_eq!(one.body["at_ms"], two.body["at_ms"], "the second waits for the first");
     let progress = || {
-        let topic = site.hub.topics.get("monitors/M1/params_progress").unwrap();
+        let topic = site.hub.topics().get("monitors/M1/params_progress").unwrap();
         serde_json::from_str::<Value>(topic.get()).unwrap()
     };
-    let mut version = site.hub.topics.version();
+    let mut version = site.hub.topics().version();
     let mut seen = Vec::new();
     let reading = site.post(&token, read, json!({}));
     tokio::pin!(reading);
@@ -166,7 +166,7 @@ async fn a_parameter_is_stored_from_a_seat() {
     engineer.authority("M1", "take").await;
     let set = engineer.ask(set).await;
     assert_eq!(set["result"]["saved"], "stored", "{set}");
-    until("it is in the log", || site.hub.audit.waiting() == 0).await;
+    until("it is in the log", || site.hub.audit().waiting() == 0).await;
     let log = site.get(&token, "/api/audit?text=setparam%20vertical%20speed").await.body;
     let entries = log["entries"].as_array().unwrap();
     let answered = |it: &&Value| it["details"]["saved"] == "stored";
@@ -200,7 +200,7 @@ async fn logs_are_searched_and_the_hub_tells_how_it_is() {
     assert_eq!(site.get("", "/api/events?limit=x").await.code(), "bad_request");
 
     socket.ask(json!({ "type": "stop" })).await;
-    until("it is stored", || site.hub.audit.waiting() == 0).await;
+    until("it is stored", || site.hub.audit().waiting() == 0).await;
     let found = site.get("", "/api/audit?text=STOP%20all&limit=1").await.body;
     assert_eq!(found["entries"][0]["what"], "Stop All", "{found}");
     assert!(found["next"].is_u64(), "{found}");
@@ -223,7 +223,7 @@ async fn logs_are_searched_and_the_hub_tells_how_it_is() {
 #[tokio::test]
 async fn who_is_signed_in_is_listed_and_can_be_signed_out() {
     let site = Site::with(1, |_| {}).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let login = json!({ "user": "anna", "password": PASSWORD });
     let reply = site.post("", "/api/login", login).await;
     let cookie = reply.header("set-cookie").unwrap().split(';').next().unwrap().to_owned();

@@ -26,7 +26,7 @@ async fn the_first_start() {
     let nobody = site.get("", "/api/session").await;
     assert_eq!((nobody.status, nobody.code()), (401, "login_needed"));
     assert_eq!(nobody.body["error"]["setup_needed"], true);
-    let link = site.hub.access.setup_link().unwrap().unwrap();
+    let link = site.hub.access().setup_link().unwrap().unwrap();
     let body =
         |token: &str| json!({ "token": token, "user": "root", "password": PASSWORD }).to_string();
     let made = site.http("POST", "/api/setup", &[], &body(&link)).await;
@@ -37,7 +37,7 @@ async fn the_first_start() {
     assert_eq!(again.status, 401);
     let session = site.http("GET", "/api/session", &[("Cookie", &cookie(&made))], "").await;
     assert_eq!(session.body["user"], "root");
-    let log = site.hub.audit.latest(None, 10, None, None).await.unwrap();
+    let log = site.hub.audit().latest(None, 10, None, None).await.unwrap();
     assert!(log.iter().any(|it| it.record.what == "login" && it.record.user == "root"));
 }
 
@@ -45,7 +45,7 @@ async fn the_first_start() {
 async fn csrf_and_stale_sessions() {
     let time = ManualTime::at(1_000_000_000_000);
     let site = Site::at(1, Clock::Manual(time.clone()), |_| {}).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let login = log_in(&site, "anna", PASSWORD).await;
     let (cookie, csrf) = (cookie(&login), login.body["csrf"].as_str().unwrap().to_owned());
     let take = json!({ "action": "take" }).to_string();
@@ -75,7 +75,7 @@ async fn csrf_and_stale_sessions() {
 async fn a_clock_that_jumps_ends_no_session_and_is_recorded() {
     let time = ManualTime::at(1_700_000_000_000);
     let site = Site::at(1, Clock::Manual(time.clone()), |_| {}).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let cookie = cookie(&log_in(&site, "anna", PASSWORD).await);
     let headers = [("Cookie", cookie.as_str())];
     let mut socket = site.ws_as(&[("Cookie", &cookie)]).await;
@@ -83,8 +83,8 @@ async fn a_clock_that_jumps_ends_no_session_and_is_recorded() {
     let recorded = |by_ms: i64| {
         let hub = site.hub.clone();
         async move {
-            until("it is stored", || hub.audit.waiting() == 0).await;
-            let log = hub.audit.latest(None, 50, None, None).await.unwrap();
+            until("it is stored", || hub.audit().waiting() == 0).await;
+            let log = hub.audit().latest(None, 50, None, None).await.unwrap();
             let step = json!({ "v": 1, "type": "clock_step", "by_ms": by_ms });
             let acts: Vec<_> = log.iter().filter_map(|it| it.record.act.clone()).collect();
             assert!(acts.contains(&step), "{acts:?}");
@@ -113,7 +113,7 @@ async fn a_clock_that_jumps_ends_no_session_and_is_recorded() {
 async fn who_was_signed_out_by_others_can_stop_for_ten_minutes() {
     let time = ManualTime::at(1_000_000_000_000);
     let site = Site::at(1, Clock::Manual(time.clone()), |_| {}).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let login = log_in(&site, "anna", PASSWORD).await;
     let cookie = cookie(&login);
     let headers = [("Cookie", cookie.as_str())];
@@ -162,8 +162,8 @@ async fn a_password_that_is_guessed_first_is_refused_with_words() {
     assert_eq!(site.post("", "/api/users", added).await.status, 201);
     let token = json!({ "name": "root", "role": "operator" });
     assert_eq!(site.post("", "/api/tokens", token).await.status, 409, "it would pass for the user");
-    until("it is noted", || site.hub.audit.waiting() == 0).await;
-    let log = site.hub.audit.latest(None, 9, None, None).await.unwrap();
+    until("it is noted", || site.hub.audit().waiting() == 0).await;
+    let log = site.hub.audit().latest(None, 9, None, None).await.unwrap();
     let act = json!({ "v": 1, "type": "add_user", "user": "root", "role": "administrator" });
     let entry = log.iter().find(|it| it.record.act.as_ref() == Some(&act)).unwrap();
     assert_eq!(entry.record.kind, Some(lafet_hub::access::Kind::Demo));
@@ -173,7 +173,7 @@ async fn a_password_that_is_guessed_first_is_refused_with_words() {
 #[tokio::test]
 async fn guesses_shut_nobody_out_who_was_here_before() {
     let site = Site::with(1, |config| config.proxies = vec!["127.0.0.1".parse().unwrap()]).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let log_in = |password: &str, address: String, device: String| {
         let body = json!({ "user": "anna", "password": password }).to_string();
         let site = &site;
@@ -192,14 +192,14 @@ async fn guesses_shut_nobody_out_who_was_here_before() {
     assert_eq!(elsewhere.code(), "slow_down");
     assert_eq!(log_in(PASSWORD, "8.8.8.8".into(), device).await.status, 200);
     assert_eq!(log_in(PASSWORD, "10.0.0.1".into(), String::new()).await.status, 200);
-    let alarm = || site.hub.alarms.lock().unwrap().get("hub/Logins").is_some_and(|it| it.active);
+    let alarm = || site.hub.alarms().get("hub/Logins").is_some_and(|it| it.active);
     until("it is an alarm", alarm).await;
 }
 
 #[tokio::test]
 async fn failures_make_the_next_try_wait() {
     let site = Site::with(1, |_| {}).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     assert_eq!(log_in(&site, "anna", "wrong").await.code(), "login_failed");
     let second = log_in(&site, "anna", PASSWORD).await;
     assert_eq!((second.status, second.code()), (429, "slow_down"));
@@ -353,7 +353,7 @@ async fn certificates_of_our_own_and_of_clients() {
         let reply = http_over(stream, "localhost", "GET", "/api/session", &headers, "").await;
         assert_eq!(reply.status, status, "{origin}");
     }
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let body = json!({ "user": "anna", "password": PASSWORD }).to_string();
     let stream = connect(Some("stranger")).await.unwrap();
     let login = http_over(stream, "localhost", "POST", "/api/login", &[], &body).await;
@@ -380,8 +380,8 @@ async fn certificates_of_our_own_and_of_clients() {
 async fn origin_of(site: &Site, headers: &[(&str, &str)]) -> String {
     let body = json!({ "user": "anna", "password": PASSWORD }).to_string();
     assert_eq!(site.http("POST", "/api/login", headers, &body).await.status, 200);
-    until("it is noted", || site.hub.audit.waiting() == 0).await;
-    let log = site.hub.audit.latest(None, 1, None, None).await.unwrap();
+    until("it is noted", || site.hub.audit().waiting() == 0).await;
+    let log = site.hub.audit().latest(None, 1, None, None).await.unwrap();
     log[0].record.from.clone()
 }
 
@@ -389,10 +389,10 @@ async fn origin_of(site: &Site, headers: &[(&str, &str)]) -> String {
 async fn a_proxy_of_ours_tells_for_whom_it_asks_and_nobody_else_does() {
     let told = [("X-Forwarded-For", "6.6.6.6, 10.0.0.5, 127.0.0.1")];
     let site = Site::with(1, |_| {}).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     assert_eq!(origin_of(&site, &told).await, "127.0.0.1");
     let site = Site::with(1, |config| config.proxies = vec!["127.0.0.1".parse().unwrap()]).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     assert_eq!(origin_of(&site, &told).await, "10.0.0.5", "6.6.6.6 may be a lie");
     assert_eq!(origin_of(&site, &[("X-Forwarded-For", "rubbish")]).await, "127.0.0.1");
     assert_eq!(origin_of(&site, &[]).await, "127.0.0.1");
@@ -413,7 +413,7 @@ async fn a_proxy_of_ours_tells_for_whom_it_asks_and_nobody_else_does() {
 async fn reading_has_its_own_limit_and_stops_have_none() {
     let site = Site::with(1, |_| {}).await;
     let token = site.token(Role::Operator);
-    let reader = site.hub.access.by_token(1, &token).unwrap();
+    let reader = site.hub.access().by_token(1, &token).unwrap();
     let mut refused = false;
     for _ in 0..200 {
         // The bucket is filled again while this machine does something else.
@@ -437,7 +437,7 @@ async fn reading_has_its_own_limit_and_stops_have_none() {
 async fn strangers_do_not_take_every_connection() {
     let site = Site::with(1, |config| config.connections_max = 16).await;
     let token = site.token(Role::Observer);
-    let open = || site.hub.counts.connections.load(Ordering::Relaxed);
+    let open = || site.hub.counts().connections.load(Ordering::Relaxed);
     assert_eq!(open(), 0);
     // Half a login each, and no more.
     let mut held = Vec::new();
@@ -472,7 +472,7 @@ async fn strangers_do_not_take_every_connection() {
 async fn authority_has_a_rate_and_its_reason_a_length() {
     let site = Site::with(1, |_| {}).await;
     let token = site.token(Role::Operator);
-    let entries = site.hub.audit.last().await.unwrap();
+    let entries = site.hub.audit().last().await.unwrap();
     let mut socket = site.ws(&token).await;
     let mut codes = Vec::new();
     for _ in 0..150 {
@@ -485,8 +485,8 @@ async fn authority_has_a_rate_and_its_reason_a_length() {
     }
     let slowed = codes.iter().filter(|code| *code == "slow_down").count() as u64;
     assert!(slowed > 0, "{codes:?}");
-    until("they are stored", || site.hub.audit.waiting() == 0).await;
-    let noted = site.hub.audit.last().await.unwrap() - entries;
+    until("they are stored", || site.hub.audit().waiting() == 0).await;
+    let noted = site.hub.audit().last().await.unwrap() - entries;
     assert!(noted <= 150 - slowed, "{noted} entries, {slowed} refused");
     let engineer = site.token(Role::Engineer);
     let long = json!({ "action": "force", "reason": "ж".repeat(501) });

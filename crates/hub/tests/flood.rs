@@ -54,7 +54,7 @@ async fn equal_stops_share_their_frames_and_each_is_answered() {
     let sent = frames.load(std::sync::atomic::Ordering::Relaxed);
     assert!((2..STOPS).contains(&sent), "{sent} frames for {STOPS} Stops");
     // Each is in the log: by itself, or counted with those that it repeats.
-    let log = || site.hub.audit.latest(None, 1000, Some("M1".into()), Some("observer".into()));
+    let log = || site.hub.audit().latest(None, 1000, Some("M1".into()), Some("observer".into()));
     let stops = |log: Vec<lafet_hub::store::Entry>| {
         let of = |entry: &lafet_hub::store::Entry| match entry.record.outcome.as_str() {
             "asked" => 1,
@@ -84,8 +84,8 @@ async fn a_stop_after_a_motion_is_sent_and_noted_by_itself() {
         let stopped = operator.ask(json!({ "type": "stop", "monitor": "M1" })).await;
         assert_eq!(stopped["result"]["ok"], true);
         until("it stops", || site.bus.commanded(0, 1) == 0).await;
-        until("stored", || site.hub.audit.waiting() == 0).await;
-        let log = site.hub.audit.latest(None, 1000, None, None).await.unwrap();
+        until("stored", || site.hub.audit().waiting() == 0).await;
+        let log = site.hub.audit().latest(None, 1000, None, None).await.unwrap();
         let asked = log.iter().filter(|it| it.record.what == "Stop All");
         assert_eq!(asked.filter(|it| it.record.outcome == "asked").count(), round);
     }

@@ -56,7 +56,7 @@ async fn texts_are_packed_for_who_takes_them() {
 #[tokio::test]
 async fn the_rest_is_not() {
     let site = Site::with(1, |_| {}).await;
-    site.hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let login = json!({ "user": "anna", "password": PASSWORD }).to_string();
     let reply = site.http("POST", "/api/login", &[("Accept-Encoding", "gzip")], &login).await;
     assert_eq!((reply.status, reply.header("content-encoding")), (200, None));

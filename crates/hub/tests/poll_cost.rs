@@ -22,7 +22,7 @@ const ALLOCATIONS_MAX: f64 = 90.0;
 #[tokio::test]
 async fn a_poll_allocates_no_more_than_it_did() {
     let site = Site::with(MONITORS, |_| {}).await;
-    let polls = || site.hub.counts.polls.load(Ordering::Relaxed);
+    let polls = || site.hub.counts().polls.load(Ordering::Relaxed);
     until("every monitor has been polled", || polls() > 20 * u64::from(MONITORS)).await;
     let (before, region) = (polls(), Region::new(ALLOCATOR));
     sleep(Duration::from_secs(2)).await;

@@ -155,7 +155,7 @@ impl Drop for Server {
 }
 
 fn alarm(site: &Site) -> Option<String> {
-    let value = site.hub.topics.get("alarms/hub/History")?;
+    let value = site.hub.topics().get("alarms/hub/History")?;
     let value: Value = serde_json::from_str(value.get()).ok()?;
     Some(value["state"].as_str()?.to_owned())
 }
@@ -208,14 +208,14 @@ async fn what_happened_while_the_server_was_away_is_stored_later() {
     let parquet = site.get("", "/api/history.parquet?monitor=M1&series=General.bits").await;
     assert_eq!(parquet.status, 200);
 
-    let now_ms = site.hub.clock.now_ms();
+    let now_ms = site.hub.clock().now_ms();
     let minutes = format!(
         "/api/history?monitor=M1&series=General.bits&points=600&from_ms={}&to_ms={now_ms}",
         now_ms - 86_400_000
     );
     let minutes = site.get("", &minutes).await;
     assert_eq!((minutes.status, &minutes.body["resolution_ms"]), (200, &json!(180_000)));
-    site.hub.history.lock().unwrap().forget(now_ms + 2 * 86_400_000, 1, 1);
+    site.hub.history().forget(now_ms + 2 * 86_400_000, 1, 1);
     let client = Address::parse(&url, Path::new("/")).unwrap().client().await.unwrap();
     loop {
         ticks.tick().await;

@@ -232,8 +232,8 @@ async fn the_scene_of_a_simulation_is_played_back() {
     let begun = site.post(&token, "/api/recordings", json!({ "seconds": 1 })).await;
     let name = begun.body[0]["name"].as_str().unwrap().to_owned();
     // What changes twice in a millisecond is played back once.
-    let first_ms = site.hub.clock.now_ms();
-    until("the next millisecond", || site.hub.clock.now_ms() > first_ms).await;
+    let first_ms = site.hub.clock().now_ms();
+    until("the next millisecond", || site.hub.clock().now_ms() > first_ms).await;
     site.hub.publish_scene(&Scene { t_s: 2.0, ..Scene::default() });
     complete(&site, &token, "asked").await;
     let reply = site.get(&token, &format!("/api/recordings/{name}/changes")).await;

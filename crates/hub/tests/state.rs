@@ -26,10 +26,10 @@ fn open(folder: &Path, accept_lost: &[StateFile]) -> Result<Hub, StoreError> {
 /// A hub that has run: an administrator, some entries.
 async fn fill(folder: &Path) {
     let hub = open(folder, &[]).unwrap();
-    let link = hub.access.setup_link().unwrap().expect("the folder is new");
-    hub.access.set_up(1, &link, "root", PASSWORD).unwrap();
+    let link = hub.access().setup_link().unwrap().expect("the folder is new");
+    hub.access().set_up(1, &link, "root", PASSWORD).unwrap();
     for _ in 0..5 {
-        hub.audit.note(hub.record_of_end()).await.unwrap();
+        hub.audit().note(hub.record_of_end()).await.unwrap();
     }
     hub.note_state().await.unwrap();
     end(hub, folder).await;
@@ -73,9 +73,9 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
     fill(&good).await;
     copy(&good, &older);
     let hub = open(&good, &[]).unwrap();
-    hub.access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     for _ in 0..3 {
-        hub.audit.note(hub.record_of_end()).await.unwrap();
+        hub.audit().note(hub.record_of_end()).await.unwrap();
     }
     hub.note_state().await.unwrap();
     end(hub, &good).await;
@@ -149,10 +149,10 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
             }
             Err(error) => panic!("{what}: {error}"),
         };
-        let losses = hub.integrity.losses();
+        let losses = hub.integrity().losses();
         assert!(losses.iter().any(|it| it.file == file && fault(&it.fault)), "{what}: {losses:?}");
-        until("it is recorded", || hub.audit.waiting() == 0).await;
-        let log = hub.audit.latest(None, 5, None, None).await.unwrap();
+        until("it is recorded", || hub.audit().waiting() == 0).await;
+        let log = hub.audit().latest(None, 5, None, None).await.unwrap();
         let recorded =
             |act: &serde_json::Value| act["type"] == "state_lost" && act["file"] == file.word();
         assert!(
@@ -161,7 +161,7 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
         );
         let users_lost = file == Hub
             && losses.iter().all(|it| !matches!(it.fault, Fault::Older { .. } | Fault::Foreign));
-        assert_eq!(hub.access.is_empty(), users_lost, "{what}");
+        assert_eq!(hub.access().is_empty(), users_lost, "{what}");
         end(hub, &damaged).await;
         let hub = open(&damaged, &[]).unwrap_or_else(|error| panic!("{what}, accepted: {error}"));
         end(hub, &damaged).await;
@@ -186,8 +186,8 @@ async fn a_folder_of_an_earlier_version_is_taken_over() {
         sql(&folder, name, "DROP TABLE site");
     }
     let hub = open(&folder, &[]).unwrap();
-    assert_eq!(hub.integrity.losses(), []);
-    assert!(!hub.access.is_empty() && hub.access.changes().unwrap().set_up);
+    assert_eq!(hub.integrity().losses(), []);
+    assert!(!hub.access().is_empty() && hub.access().changes().unwrap().set_up);
     end(hub, &folder).await;
     remove(&folder, "audit.db");
     assert!(matches!(open(&folder, &[]), Err(StoreError::Lost(_))), "it has an id now");
@@ -201,9 +201,9 @@ async fn an_edited_entry_is_found_by_the_hub_itself() {
     sql(&folder, "audit.db", &format!("{UNLOCK} UPDATE audit SET user = 'boris' WHERE n = 2"));
     let own = folder.clone();
     let site = Site::with(1, |config| (config.login, config.data) = (false, Some(own))).await;
-    until("it is found", || site.hub.integrity.chain().bad == Some(2)).await;
+    until("it is found", || site.hub.integrity().chain().bad == Some(2)).await;
     let active = || {
-        let alarms = site.hub.alarms.lock().unwrap();
+        let alarms = site.hub.alarms();
         alarms.get("hub/AuditChain").is_some_and(|it| it.active)
     };
     until("it is an alarm", active).await;

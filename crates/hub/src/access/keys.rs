@@ -2,7 +2,7 @@
 
 use sha2::{Digest, Sha256};
 
-/// Random bytes in a secret: nobody guesses 256 bits.
+/// Random bytes of a secret: 256 bits cannot be guessed.
 const BYTES: usize = 32;
 
 /// A new secret, in hexadecimal.

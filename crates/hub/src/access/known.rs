@@ -1,4 +1,4 @@
-//! Who is logged in, in memory, by the steady time: whoever wants to stop something must not wait for a disk, and must
+//! Who is logged in, in memory, by the steady time: a Stop must not wait for a disk, and must
 //! not be turned away because one is full.
 
 use std::collections::HashMap;
@@ -8,9 +8,9 @@ use super::keys::digest;
 use super::{Kind, Principal, Role, Standing};
 use crate::sync::lock;
 
-/// A session ends when it was not used for so long.
+/// A session ends when it has not been used for this time.
 pub const IDLE_MS: u64 = 12 * 3_600_000;
-/// And so long after it began.
+/// A session ends this long after it began.
 pub const SESSION_MS: u64 = 7 * 24 * 3_600_000;
 /// After its end it still serves for Stop, Close and Lockout.
 pub const STALE_MS: u64 = 24 * 3_600_000;
@@ -26,13 +26,13 @@ const TOUCH_MS: u64 = 60_000;
 pub struct Entry {
     /// Its id, which is no secret.
     pub key: String,
-    /// Whose it is.
+    /// Name of the user or token.
     pub user: String,
-    /// What they may.
+    /// Role of the user or token.
     pub role: Role,
     /// What a browser has to send along; a token has none.
     pub csrf: String,
-    /// Since when.
+    /// When it was made, steady time, ms.
     pub created_ms: u64,
     /// When it was used last, to the minute.
     pub used_ms: u64,
@@ -43,9 +43,9 @@ pub struct Entry {
 pub struct Touch {
     /// A session or a token.
     pub kind: Kind,
-    /// Its id.
+    /// Key of the session or token.
     pub key: String,
-    /// When.
+    /// Time of use, steady time, ms.
     pub used_ms: u64,
 }
 
@@ -152,7 +152,7 @@ impl Known {
         (used_ms != 0).then_some(used_ms)
     }
 
-    /// Whose cookie this is.
+    /// The user of a session cookie, and what to store of this use.
     pub fn by_session(&self, now_ms: u64, secret: &str) -> Option<(Principal, Option<Touch>)> {
         let digest = digest(secret);
         if let Some((entry, at_ms)) = lock(&self.ended).get(&digest) {
@@ -174,7 +174,7 @@ impl Known {
         Some((entry.principal(Kind::Session, entry.expires_ms(), Standing::Good), touch))
     }
 
-    /// Whose token this is.
+    /// The owner of a token, and what to store of this use.
     pub fn by_token(&self, now_ms: u64, secret: &str) -> Option<(Principal, Option<Touch>)> {
         let mut tokens = lock(&self.tokens);
         let entry = tokens.get_mut(&digest(secret))?;

@@ -23,15 +23,15 @@ pub use throttle::{Bucket, Logins, Place};
 pub use turns::{Turn, Turns};
 pub use users::{Access, AccessError, SessionInfo, Token, User};
 
-/// What somebody may do; each role may what the ones before it may.
+/// What a client may do; each role includes the permissions of the ones before it.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ToSchema,
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
-    /// Looks on. Stop, Close and Lockout are everybody's.
+    /// Looks on. Stop, Close and Lockout are open to every role.
     Observer,
-    /// Fights fires.
+    /// May command monitors.
     Operator,
     /// Sets monitors up, and may take authority over by force.
     Engineer,
@@ -44,7 +44,7 @@ impl Role {
     pub const ALL: [Self; 4] =
         [Self::Observer, Self::Operator, Self::Engineer, Self::Administrator];
 
-    /// As it is written.
+    /// The name in the API and in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Observer => "observer",
@@ -59,7 +59,7 @@ impl Role {
         Self::ALL.into_iter().find(|role| role.name() == name)
     }
 
-    /// What people call it.
+    /// The name for people.
     pub fn text(self) -> Both {
         match self {
             Self::Observer => both("observer", "наблюдатель"),
@@ -70,22 +70,22 @@ impl Role {
     }
 }
 
-/// How somebody came in.
+/// How a client has identified itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// A browser's cookie.
+    /// Cookie of a browser.
     Session,
-    /// A program's token.
+    /// Token of a program.
     Token,
-    /// A client's certificate.
+    /// TLS client certificate.
     Certificate,
-    /// Loopback without login.
+    /// Loopback connection to a hub without login.
     Demo,
 }
 
 impl Kind {
-    /// As it is written.
+    /// The name in the API and in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Session => "session",
@@ -102,14 +102,14 @@ impl Kind {
     }
 }
 
-/// Somebody who asks for something.
+/// A client whose identity is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Principal {
-    /// The name.
+    /// Name of the user or token.
     pub user: String,
-    /// What they may.
+    /// What the client is allowed to do.
     pub role: Role,
-    /// How they came in.
+    /// How the client has identified itself.
     pub kind: Kind,
     /// The session, or the token: what commands without a WebSocket belong to.
     pub key: String,
@@ -117,7 +117,7 @@ pub struct Principal {
     pub csrf: String,
     /// When the session ends, or what is left of it, by the steady time, ms; 0: never.
     pub expires_ms: u64,
-    /// Whether it still holds.
+    /// Whether the session is valid.
     pub standing: Standing,
 }
 
@@ -125,7 +125,7 @@ pub struct Principal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Standing {
-    /// It does.
+    /// Valid.
     Good,
     /// It has run out, but not long ago: Stop, Close and Lockout still pass.
     Expired,
@@ -134,7 +134,7 @@ pub enum Standing {
 }
 
 impl Principal {
-    /// The session holds.
+    /// Whether the session is valid.
     pub fn is_good(&self) -> bool {
         self.standing == Standing::Good
     }

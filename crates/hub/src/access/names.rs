@@ -1,4 +1,4 @@
-//! Names of users and tokens that nobody takes for another one.
+//! Names of users and tokens that cannot be mistaken for one another.
 
 use unicode_security::{GeneralSecurityProfile, MixedScript, skeleton};
 

@@ -1,5 +1,5 @@
 //! What was revoked, and is not in the database yet, as the disk is full: it is in effect at once, is
-//! tried again, and stands in a file whose room was taken in good time, for a restart.
+//! tried again, and is kept in a preallocated file for a restart.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -20,7 +20,7 @@ const JOURNAL_BYTES: usize = 32 * 1024;
 /// What waits for the disk; more is refused.
 const WAITING_MAX: usize = 1000;
 
-/// Something that was revoked.
+/// A revocation, kept in memory until the disk has it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "revoked", rename_all = "snake_case")]
 pub enum Revocation {
@@ -76,12 +76,12 @@ impl Revoked {
         Ok(revoked)
     }
 
-    /// Something waits.
+    /// Whether a revocation is not stored yet.
     pub fn is_waiting(&self) -> bool {
         !self.waiting.is_empty()
     }
 
-    /// This user is removed.
+    /// Whether this user is removed.
     pub fn has_user(&self, name: &str) -> bool {
         self.waiting.iter().any(|it| matches!(it, Revocation::User { user } if user == name))
     }
@@ -91,7 +91,7 @@ impl Revoked {
         self.waiting.iter().any(|it| matches!(it, Revocation::Token { id } if *id == number))
     }
 
-    /// This session is ended.
+    /// Whether this session is ended.
     pub fn has_session(&self, entry: &Entry) -> bool {
         self.waiting.iter().any(|it| match it {
             Revocation::Session { id } => *id == entry.key,
@@ -118,7 +118,7 @@ impl Revoked {
         true
     }
 
-    /// Tries again.
+    /// Stores what waits.
     pub fn flush(&mut self, db: &Connection) -> Result<(), rusqlite::Error> {
         if self.waiting.is_empty() {
             return Ok(());

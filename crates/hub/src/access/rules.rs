@@ -1,4 +1,4 @@
-//! Which request needs what. Stop, Close and Lockout on are everybody's, always.
+//! What each request needs. Stop, Close and Lockout on are open to every role, always.
 
 use lafet_proto::RequestId;
 use lafet_proto::id::key;
@@ -9,13 +9,13 @@ use super::Role;
 /// What a request needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Need {
-    /// At least this role.
+    /// Least role that may send the request.
     pub role: Role,
     /// The monitor has to be held by who asks.
     pub authority: bool,
     /// Never refused, delayed or limited: Stop, Close, Lockout on.
     pub urgent: bool,
-    /// The monitor's id has to be repeated, so that nobody does it by mistake.
+    /// The client repeats the monitor's id, so that it is not done by mistake.
     pub confirm: bool,
 }
 
@@ -43,7 +43,7 @@ pub fn need(request: RequestId, body: &Body<'_>) -> Option<Need> {
         RequestId::CLEAN_FLASH => ERASE,
         // The bus controller's own (observed): who sends it speaks for the bus.
         RequestId::ACCESS_GRANTED => return None,
-        // SetParam, SwitchLimits, StartJustify, SetupCorrectionTable, and what nobody knows.
+        // SetParam, SwitchLimits, StartJustify, SetupCorrectionTable, and unknown requests.
         _ => SET_UP,
     })
 }

@@ -16,9 +16,9 @@ const REMEMBERED_MAX: usize = 10_000;
 /// a guess before the first one's answer is known, and costs the processor as much as any.
 const TRIES_MAX: u32 = 4;
 const TRIES_FROM_MAX: u32 = 8;
-/// What is told to whoever tries more.
+/// Time after which more may be tried, as the answer says.
 const TRIES_WAIT: Duration = Duration::from_secs(1);
-/// Failures that are noted in the audit log at once, and in a second: nobody fills a disk so.
+/// Failures that are noted in the audit log at once, and in a second: a flood does not fill the disk.
 const NOTED: (f64, f64) = (100.0, 1.0);
 /// Tries at one account from places that are not known, wherever they are: so many at once, and then
 /// one in 15 s. Guesses from many addresses are as slow as from one.
@@ -27,10 +27,10 @@ const ACCOUNT: (f64, f64) = (10.0, 1.0 / 15.0);
 const ATTACK_ON_ONE: u32 = 10;
 const ATTACK_ON_ALL: u32 = 100;
 
-/// From where somebody tries to log in.
+/// The origin of a login.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// The address.
+    /// IP address; of IPv6 the /64 network.
     pub address: String,
     /// It is a device on which this user has logged in before: what strangers do does not hold it up.
     pub device: bool,
@@ -86,7 +86,7 @@ impl Default for Logins {
 
 impl Logins {
     /// A try begins, and has a rank for [`super::Turns`]; or has to wait for so long. One that has
-    /// begun ends with `failed` or `succeeded`.
+    /// started ends with `failed` or `succeeded`.
     pub fn begin(&mut self, now: Now, user: &str, place: &Place) -> Result<u32, Duration> {
         let key = (user.to_owned(), place.key());
         let mut known = place.device;
@@ -135,7 +135,7 @@ impl Logins {
         }
         if self.tries.len() >= REMEMBERED_MAX {
             let idle = self.tries.iter().filter(|(_, it)| it.under_way == 0);
-            // Where somebody has logged in is forgotten last.
+            // Places of successful logins are forgotten last.
             let first = idle.min_by_key(|(_, it)| (it.familiar, it.last));
             if let Some(first) = first.map(|(key, _)| key.clone()) {
                 self.tries.remove(&first);
@@ -198,17 +198,17 @@ pub struct Bucket {
 }
 
 impl Bucket {
-    /// A full one.
+    /// A bucket that is full: `most` at once, `per_s` a second.
     pub const fn new(now: Now, most: f64, per_s: f64) -> Self {
         Self { tokens: most, filled: now, most, per_s }
     }
 
-    /// Takes one, or tells how long to wait.
+    /// Takes one, or returns the time to wait.
     pub fn take(&mut self, now: Now) -> Result<(), Duration> {
         self.take_so_many(now, 1.0)
     }
 
-    /// Takes so many, or tells how long to wait for them.
+    /// Takes so many, or returns the time to wait for them.
     pub fn take_so_many(&mut self, now: Now, count: f64) -> Result<(), Duration> {
         self.fill(now);
         if self.tokens >= count {
@@ -218,7 +218,7 @@ impl Bucket {
         Err(Duration::from_secs_f64((count - self.tokens) / self.per_s))
     }
 
-    /// Takes so many that may not be there, and tells how long to wait until nothing is owed; no
+    /// Takes so many that may not be there, and returns the time until nothing is owed; no
     /// more is owed than a full one has.
     pub fn owe(&mut self, now: Now, count: f64) -> Option<Duration> {
         self.fill(now);

@@ -1,4 +1,4 @@
-//! Turns for what is slow on purpose: whoever has tried least goes first.
+//! Turns for what is slow on purpose: the client with the fewest tries goes first.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -27,7 +27,7 @@ struct Inner {
 pub struct Turn(Option<Turns>);
 
 impl Turns {
-    /// So many at once.
+    /// Turns for `free` users at a time.
     pub fn new(free: usize) -> Self {
         Self(Arc::new(Mutex::new(Inner { free, next: 0, waiting: BTreeMap::new() })))
     }

@@ -58,16 +58,16 @@ CREATE TRIGGER IF NOT EXISTS token_added AFTER INSERT ON token
 CREATE TRIGGER IF NOT EXISTS token_removed AFTER DELETE ON token
   BEGIN UPDATE site SET users = users + 1; END;";
 
-/// A user.
+/// A user, as the API lists it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct User {
-    /// The name.
+    /// Name, unique without regard to case.
     pub user: String,
-    /// What they may.
+    /// Role of the user.
     pub role: Role,
-    /// Since when.
+    /// When the user was added, ms since 1970.
     pub created_ms: u64,
-    /// The last login.
+    /// Last login, ms since 1970.
     #[schema(required)]
     pub last_login_ms: Option<u64>,
 }
@@ -75,13 +75,13 @@ pub struct User {
 /// A token, without its secret.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Token {
-    /// Its number.
+    /// Number with which it is revoked.
     pub id: u64,
-    /// What it is for.
+    /// Name given by the administrator, shown in logs.
     pub name: String,
-    /// What it may.
+    /// Role of the program that uses it.
     pub role: Role,
-    /// Since when.
+    /// When it was made, ms since 1970.
     pub created_ms: u64,
     /// When it was used last.
     #[schema(required)]
@@ -91,9 +91,9 @@ pub struct Token {
 /// A new session.
 #[derive(Clone, Debug)]
 pub struct SessionInfo {
-    /// The cookie's value.
+    /// Value of the cookie.
     pub secret: String,
-    /// Whose.
+    /// The user who has logged in.
     pub principal: Principal,
 }
 
@@ -106,7 +106,7 @@ pub enum AccessError {
     /// There is a user of this name, or the last administrator would go.
     #[error("there is one already, or it is the last one")]
     Conflict,
-    /// There is none.
+    /// No such user, session or token.
     #[error("there is none")]
     Missing,
     /// A name that is none, or can be taken for another one.
@@ -118,7 +118,7 @@ pub enum AccessError {
     /// Too much is being done at once.
     #[error("too much is being done at once")]
     Busy,
-    /// The database.
+    /// The database failed.
     #[error(transparent)]
     Store(#[from] StoreError),
 }
@@ -225,7 +225,7 @@ impl Access {
         user: &str,
         password: &str,
     ) -> Result<(), AccessError> {
-        // Whoever has no link does not have a password hashed.
+        // Without the link no password is hashed.
         let digest = digest(link);
         let find = "SELECT COUNT(*) FROM setup WHERE digest = ?1";
         let links: i64 = lock(&self.db).query_row(find, [&digest], |row| row.get(0))?;
@@ -394,7 +394,7 @@ impl Access {
             used_ms: now_ms,
         };
         let digest = digest(&secret);
-        // A full disk keeps nobody out: such a session lives as long as the hub does.
+        // A full disk does not prevent a login: such a session lasts as long as the hub runs.
         if let Err(error) = store_session(&db, &digest, &entry, self.date_ms(now_ms)) {
             tracing::warn!(%error, user, "the session is not stored");
         }
@@ -434,14 +434,14 @@ impl Access {
         if right { Ok(()) } else { Err(AccessError::Wrong) }
     }
 
-    /// Who has this cookie.
+    /// The user of a session cookie.
     pub fn by_session(&self, now_ms: u64, secret: &str) -> Option<Principal> {
         let (principal, touch) = self.known.by_session(now_ms, secret)?;
         self.touch(touch);
         Some(principal)
     }
 
-    /// Who has this token.
+    /// The owner of a token.
     pub fn by_token(&self, now_ms: u64, secret: &str) -> Option<Principal> {
         let (principal, touch) = self.known.by_token(now_ms, secret)?;
         self.touch(touch);
@@ -470,7 +470,7 @@ impl Access {
         self.settle(stored, Revocation::Session { id: id.to_owned() })
     }
 
-    /// Ends somebody's session: at once, whatever the disk does.
+    /// Ends a session: at once, whether or not the disk takes it.
     pub fn end_session(&self, now_ms: u64, id: &str) -> Result<(), AccessError> {
         if !self.known.has_session(id) {
             return Err(AccessError::Missing);
@@ -512,7 +512,7 @@ impl Access {
         self.known.sessions(now_ms)
     }
 
-    /// Makes a token; its secret is told this once.
+    /// Makes a token; its secret is returned this once.
     pub fn add_token(
         &self,
         now_ms: u64,
@@ -581,17 +581,17 @@ fn random() -> Result<String, AccessError> {
     secret().map_err(|error| StoreError::Io(std::io::Error::other(error.to_string())).into())
 }
 
-/// What nobody knows may least.
+/// An unknown role has the least rights.
 pub fn role(name: &str) -> Role {
     Role::by_name(name).unwrap_or(Role::Observer)
 }
 
-/// As SQLite has numbers.
+/// A number as SQLite stores it.
 pub fn signed(number: u64) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)
 }
 
-/// As SQLite had it.
+/// A number that SQLite has stored.
 pub fn unsigned(number: i64) -> u64 {
     u64::try_from(number).unwrap_or(0)
 }

@@ -58,7 +58,7 @@ pub struct Alarm {
     pub subsystem: String,
     /// The name of the flag or of the hub's own condition.
     pub flag: String,
-    /// How urgent it is.
+    /// How urgent the response is.
     pub priority: Priority,
     /// Whether it is acknowledged or shelved.
     pub state: State,
@@ -77,13 +77,13 @@ pub struct Alarm {
     /// Null unless `state` is `shelved`.
     #[schema(required)]
     pub shelved: Option<Shelf>,
-    /// What the condition is.
+    /// The condition, in words.
     pub what: Both,
     /// What usually leads to it.
     pub cause: Both,
-    /// What it leads to.
+    /// What follows if there is no response.
     pub consequence: Both,
-    /// What to do.
+    /// What the operator does.
     pub remedy: Both,
     /// Since when the condition has been absent without the alarm having returned, ms since 1970.
     #[serde(skip)]
@@ -95,7 +95,7 @@ pub struct Alarm {
 pub struct Ack {
     /// The user's name.
     pub user: String,
-    /// When, ms since 1970.
+    /// Time of the acknowledgement, ms since 1970.
     pub at_ms: u64,
 }
 

@@ -1,5 +1,5 @@
 //! What each alarm says. What it is, why, and what to do come from the dictionary of flags; what it
-//! leads to is told here.
+//! leads to is added here.
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{FlagInfo, Severity};
@@ -7,18 +7,18 @@ use lafet_proto::flags::{FlagInfo, Severity};
 use super::alarm::Priority;
 use crate::text::{Both, both};
 
-/// What an alarm says.
+/// The texts of an alarm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texts {
-    /// How urgent it is.
+    /// How urgent the response is.
     pub priority: Priority,
-    /// What it is.
+    /// The condition, in words.
     pub what: Both,
     /// What usually leads to it.
     pub cause: Both,
-    /// What it leads to.
+    /// What follows if there is no response.
     pub consequence: Both,
-    /// What to do.
+    /// What the operator does.
     pub remedy: Both,
 }
 
@@ -88,7 +88,7 @@ pub fn unheld() -> Texts {
              (ответ через 180 мс и более): привод остановится примерно через три таких времени.",
         ),
         consequence: both(
-            "Whoever stands near the barrel while it is moved by hand is in danger for longer.",
+            "People near the barrel while it is moved by hand are in danger for longer.",
             "Тот, кто стоит у ствола при ручном перемещении, дольше находится в опасности.",
         ),
         remedy: both(
@@ -126,7 +126,7 @@ pub fn chain() -> Texts {
         priority: Priority::Medium,
         what: both("The audit log was changed.", "Журнал аудита изменён."),
         cause: both(
-            "Somebody has edited audit.db, or the disk has corrupted it.",
+            "audit.db was edited, or the disk has corrupted it.",
             "Файл audit.db правили, либо его повредил диск.",
         ),
         consequence: both(
@@ -162,7 +162,7 @@ pub fn state() -> Texts {
     }
 }
 
-/// Many logins fail.
+/// Many logins have failed.
 pub fn logins() -> Texts {
     Texts {
         priority: Priority::Medium,
@@ -290,7 +290,7 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
             "Давление неизвестно; программы наводят без баллистики, возможен недолёт струи.",
         ),
         "LockedOut" => (
-            "Everything stands and the valves are closed; every command is refused.",
+            "All motion is stopped and the valves are closed; every command is refused.",
             "Всё остановлено, затворы закрыты; команды отклоняются.",
         ),
         "HorizontalFault" | "VerticalFault" | "NozzleFault" | "DeployerFault" | "BoxFault" => {
@@ -306,7 +306,7 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
             "Обогрев этого узла не регулируется: на морозе он может замёрзнуть.",
         ),
         "AmperageOverload" if id.is_valve() => (
-            "The valve has stopped on its way: it is neither surely open nor surely closed.",
+            "The valve has stopped midway: it may be partly open.",
             "Затвор остановился в пути: он может быть открыт не полностью или не закрыт.",
         ),
         "AmperageOverload" if !deployer => (
@@ -343,7 +343,7 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
         ),
         "Found" => ("Something burns in the searched sector.", "В секторе поиска есть горение."),
         "DeviceFault" => (
-            "Fires are not found by the monitor: somebody has to look and aim by hand.",
+            "The monitor does not find fires: an operator has to look and aim by hand.",
             "Ствол не находит очаги: наблюдать и наводить нужно вручную.",
         ),
         "BadSector" => ("The search does not run.", "Поиск не выполняется."),

@@ -20,7 +20,7 @@ impl Holding {
         self.has_hold = Some(has_hold);
     }
 
-    /// An answer takes so long. Whether that is news.
+    /// Sets the round trip; returns whether that changes the result.
     pub fn set_round_trip(&mut self, round_trip: Duration) -> bool {
         let slow = round_trip >= if self.slow { QUICK } else { SLOW };
         std::mem::replace(&mut self.slow, slow) != slow

@@ -23,9 +23,9 @@ use super::alarm::{Ack, Alarm, Fire, Priority, Shelf, State};
 use super::catalogue::{self, Texts};
 use super::holding::Holding;
 use crate::clock::shifted;
-use crate::model::Status;
+use crate::monitor::status::Status;
 
-/// A condition has to be gone for so long before its alarm returns: no chattering.
+/// A condition has to be gone for this time before its alarm returns: no chattering.
 const OFF_DELAY_MS: u64 = 2_000;
 
 /// Conditions of the hub itself: each one that is `true` is an alarm.
@@ -39,7 +39,7 @@ pub struct Conditions {
     pub chain: bool,
     /// Files of the state were lost before the start.
     pub state: bool,
-    /// Many logins fail.
+    /// Many logins have failed.
     pub logins: bool,
     /// A revocation is not on the disk yet.
     pub revocations: bool,
@@ -66,14 +66,14 @@ pub struct Change {
 #[derive(Debug, Default)]
 pub struct Alarms {
     all: BTreeMap<String, Alarm>,
-    /// By monitor.
+    /// Ends of motions by hand, by monitor.
     holdings: BTreeMap<String, Holding>,
 }
 
 /// The flag of a monitor whose motion by hand is not sure to end in time.
 const UNHELD: &str = "Unheld";
 
-/// A condition that holds.
+/// An active condition of an alarm.
 struct Condition {
     monitor: String,
     subsystem: String,
@@ -125,7 +125,7 @@ impl Alarms {
         up: bool,
     ) -> Vec<Change> {
         let mut changes = Vec::new();
-        // A connection that is made anew, as a monitor was silent, is no alarm of its own.
+        // A reconnection because a monitor was silent is no alarm of its own.
         let down = !up && (status.stale || status.at_ms.is_none());
         let own = |flag: &str, texts| Condition {
             monitor: monitor.to_owned(),
@@ -282,7 +282,7 @@ impl Alarms {
         Some(self.turn(id, Some(State::Shelved), Some(user), Some(reason)))
     }
 
-    /// Takes it down.
+    /// Ends the shelving of an alarm.
     pub fn unshelve(&mut self, id: &str, user: Option<&str>) -> Option<Change> {
         let alarm = self.all.get_mut(id)?;
         alarm.shelved.take()?;
@@ -373,7 +373,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::model::Subsystem;
+    use crate::monitor::status::Subsystem;
 
     const ID: &str = "M1/Vertical/AmperageOverload";
 
@@ -408,7 +408,7 @@ mod tests {
     #[test]
     fn a_found_fire_is_an_alarm_of_the_site() {
         let found = |found: bool| {
-            let mut detector = crate::model::Subsystem::default();
+            let mut detector = crate::monitor::status::Subsystem::default();
             detector.set_bits(SubsystemId::DETECTOR, u32::from(found) << 17);
             let subsystems = [("Detector", Arc::new(detector))].into();
             Status { at_ms: Some(1), subsystems, ..Status::default() }

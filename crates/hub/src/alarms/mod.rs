@@ -9,33 +9,32 @@ pub use alarm::{Alarm, Fire, State};
 pub use machine::{Alarms, Change, Conditions};
 
 use crate::hub::Hub;
-use crate::integrity::ChainWord;
-use crate::station::Station;
-use crate::sync::lock;
+use crate::monitor::station::Station;
+use crate::store::integrity::ChainWord;
 
 impl Hub {
     /// Raises and clears the alarms of the hub itself.
     pub fn look_at_itself(&self) {
-        let state = lock(&self.alarms).get("hub/State").map(|it| it.state);
+        let state = self.alarms().get("hub/State").map(|it| it.state);
         if state == Some(State::Ack) {
-            self.integrity.known();
+            self.integrity().known();
         }
         let conditions = Conditions {
-            audit: self.audit.is_failing(),
-            history: lock(&self.history).is_failing(),
-            chain: self.integrity.chain().state == ChainWord::Broken,
-            state: !self.integrity.losses().is_empty(),
-            logins: lock(&self.logins).attack(self.now()),
-            revocations: self.access.revocations_wait(),
+            audit: self.audit().is_failing(),
+            history: self.history().is_failing(),
+            chain: self.integrity().chain().state == ChainWord::Broken,
+            state: !self.integrity().losses().is_empty(),
+            logins: self.logins().attack(self.now()),
+            revocations: self.access().revocations_wait(),
         };
-        let changes = lock(&self.alarms).handle_time(self.clock.now_ms(), conditions);
+        let changes = self.alarms().handle_time(self.clock().now_ms(), conditions);
         self.publish_alarms(changes);
     }
 
     /// Raises and clears the alarms of a monitor.
     pub fn observe(&self, station: &Station) {
-        let (now_ms, status) = (self.clock.now_ms(), station.status());
-        let changes = lock(&self.alarms).observe(now_ms, station.id(), &status, station.is_up());
+        let (now_ms, status) = (self.clock().now_ms(), station.status());
+        let changes = self.alarms().observe(now_ms, station.id(), &status, station.is_up());
         self.publish_alarms(changes);
     }
 
@@ -44,21 +43,21 @@ impl Hub {
         if changes.is_empty() {
             return;
         }
-        let now_ms = self.clock.now_ms();
-        let alarms = lock(&self.alarms);
+        let now_ms = self.clock().now_ms();
+        let alarms = self.alarms();
         for change in &changes {
             let topic = format!("alarms/{}", change.id);
             match alarms.get(&change.id) {
-                Some(alarm) => self.topics.set(&topic, alarm),
-                None => self.topics.remove(&topic),
+                Some(alarm) => self.topics().set(&topic, alarm),
+                None => self.topics().remove(&topic),
             }
             let written = alarms.get(&change.id).and_then(|it| serde_json::to_string(it).ok());
-            self.events.note_alarm(&change.id, written);
+            self.events().note_alarm(&change.id, written);
         }
-        self.topics.set("fire", &alarms.fire());
+        self.topics().set("fire", &alarms.fire());
         drop(alarms);
-        self.events.flush();
-        let history = lock(&self.history);
+        self.events().flush();
+        let history = self.history();
         for Change { id, monitor, before, after, user, reason } in changes {
             if before == after {
                 continue;
@@ -66,7 +65,7 @@ impl Hub {
             let (from, to) = (State::word(before), State::word(after));
             tracing::info!(alarm = %id, before = from, after = to, user, "alarm");
             if before.is_none() && after == Some(State::Unack) {
-                self.recordings.alarm(now_ms, &monitor, &id);
+                self.recordings().alarm(now_ms, &monitor, &id);
             }
             let alarm = [id, monitor, from.to_owned(), to.to_owned()];
             history.alarm(now_ms, alarm, user, reason);

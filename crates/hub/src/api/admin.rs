@@ -48,7 +48,7 @@ struct NewToken {
 /// A token that was made.
 #[derive(Debug, Serialize, ToSchema)]
 struct MadeToken {
-    /// Its number.
+    /// Number of the token.
     id: u64,
     /// The token itself; it is not kept.
     token: String,
@@ -59,7 +59,7 @@ struct MadeToken {
     responses((status = 200, body = Vec<User>), (status = 401), (status = 403)))]
 async fn users(State(hub): State<Hub>, caller: Caller) -> Result<Json<Vec<User>>, ApiError> {
     only_administrators(&caller)?;
-    Ok(Json(aside(&hub, |hub| hub.access.users()).await?))
+    Ok(Json(aside(&hub, |hub| hub.access().users()).await?))
 }
 
 /// Adds a user.
@@ -72,9 +72,9 @@ async fn add_user(
 ) -> Result<StatusCode, ApiError> {
     let what = format!("add user {} as {}", new.user, new.role.name());
     let act = Act::AddUser { user: new.user.clone(), role: new.role };
-    let now_ms = hub.clock.now_ms();
+    let now_ms = hub.clock().now_ms();
     change(&hub, &caller, (what, act), move |hub| {
-        hub.access.add(now_ms, &new.user, new.role, &new.password)
+        hub.access().add(now_ms, &new.user, new.role, &new.password)
     })
     .await?;
     Ok(StatusCode::CREATED)
@@ -95,9 +95,9 @@ async fn change_user(
     let what = format!("change user {user} {role}{password}");
     let act =
         Act::ChangeUser { user: user.clone(), role: new.role, password: new.password.is_some() };
-    let now_ms = hub.clock.steady_ms();
+    let now_ms = hub.clock().steady_ms();
     change(&hub, &caller, (what, act), move |hub| {
-        hub.access.change(now_ms, &user, new.role, new.password.as_deref(), None)
+        hub.access().change(now_ms, &user, new.role, new.password.as_deref(), None)
     })
     .await?;
     Ok(StatusCode::NO_CONTENT)
@@ -113,8 +113,8 @@ async fn remove_user(
 ) -> Result<StatusCode, ApiError> {
     let what = format!("remove user {user}");
     let act = Act::RemoveUser { user: user.clone() };
-    let now_ms = hub.clock.steady_ms();
-    change(&hub, &caller, (what, act), move |hub| hub.access.remove(now_ms, &user)).await?;
+    let now_ms = hub.clock().steady_ms();
+    change(&hub, &caller, (what, act), move |hub| hub.access().remove(now_ms, &user)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -123,7 +123,7 @@ async fn remove_user(
     responses((status = 200, body = Vec<Token>), (status = 401), (status = 403)))]
 async fn tokens(State(hub): State<Hub>, caller: Caller) -> Result<Json<Vec<Token>>, ApiError> {
     only_administrators(&caller)?;
-    Ok(Json(aside(&hub, |hub| hub.access.tokens()).await?))
+    Ok(Json(aside(&hub, |hub| hub.access().tokens()).await?))
 }
 
 /// Makes a token, which is shown this once.
@@ -135,16 +135,16 @@ async fn add_token(
     Body(new): Body<NewToken>,
 ) -> Result<(StatusCode, Json<MadeToken>), ApiError> {
     let what = format!("add token {} as {}", new.name, new.role.name());
-    let now_ms = hub.clock.now_ms();
+    let now_ms = hub.clock().now_ms();
     let act = Act::AddToken { name: new.name.clone(), role: new.role };
     let (id, token) = change(&hub, &caller, (what, act), move |hub| {
-        hub.access.add_token(now_ms, &new.name, new.role)
+        hub.access().add_token(now_ms, &new.name, new.role)
     })
     .await?;
     Ok((StatusCode::CREATED, Json(MadeToken { id, token })))
 }
 
-/// Takes a token back.
+/// Revokes a token.
 #[utoipa::path(delete, path = "/api/tokens/{id}", params(("id" = u64, Path)),
     responses((status = 204), (status = 401), (status = 403), (status = 404)))]
 async fn remove_token(
@@ -152,14 +152,14 @@ async fn remove_token(
     caller: Caller,
     Path(id): Path<String>,
 ) -> Result<StatusCode, ApiError> {
-    // Who may not remove any is told so first.
+    // The role is checked first.
     let id: u64 = match id.parse() {
         Ok(id) => id,
         Err(_) if caller.principal.role < Role::Administrator => 0,
         Err(_) => return Err(ApiError::not_found()),
     };
     let what = (format!("remove token {id}"), Act::RemoveToken { id });
-    change(&hub, &caller, what, move |hub| hub.access.remove_token(id)).await?;
+    change(&hub, &caller, what, move |hub| hub.access().remove_token(id)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -182,8 +182,8 @@ pub async fn change<T: Send + 'static>(
     // It does not wait behind those who guess passwords.
     let result = slowly(hub, 0, work).await;
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
-    drop(hub.audit.note(hub.record(caller, "", &what, outcome).about(&act)));
-    // Whoever is not known any more is not served any longer.
-    hub.sessions.send_modify(|changes| *changes += 1);
+    drop(hub.audit().note(hub.record(caller, "", &what, outcome).about(&act)));
+    // WebSockets of revoked users and tokens are closed.
+    hub.access_changed();
     Ok(result?)
 }

@@ -1,4 +1,4 @@
-//! Answers that are large: few at once, so that whoever does not take them holds little memory.
+//! Large answers: few at once, so that clients that do not read them hold little memory.
 
 use std::collections::HashMap;
 use std::pin::Pin;
@@ -79,7 +79,7 @@ pub async fn bounded(State(hub): State<Hub>, request: Request, next: Next) -> Re
     let Some(who) = guard::key(&parts, &hub) else {
         return next.run(Request::from_parts(parts, body)).await;
     };
-    let Some(turn) = hub.answering.turn(&who).await else {
+    let Some(turn) = hub.answering().turn(&who).await else {
         let text = both(
             "Too many answers are still being taken. Try again.",
             "Слишком много ответов ещё не принято. Повторите.",

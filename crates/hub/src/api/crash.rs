@@ -10,7 +10,7 @@ use crate::text::Both;
 /// What the last hardware fault has left.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Crash {
-    /// There was a fault.
+    /// A fault is stored.
     pub filled: bool,
     /// `Cortex-M3` or `ARM7TDMI`.
     pub processor: &'static str,
@@ -33,13 +33,13 @@ pub struct Crash {
 /// A bit of a fault register.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct CrashBit {
-    /// The register.
+    /// Name of the register.
     pub register: &'static str,
-    /// Number of the bit.
+    /// Number of the bit, from 0.
     pub bit: u8,
-    /// Its name.
+    /// Name of the bit.
     pub name: &'static str,
-    /// What it means.
+    /// What a set bit means.
     pub meaning: Both,
     /// What to do.
     pub remedy: Both,
@@ -48,25 +48,25 @@ pub struct CrashBit {
 /// Bits without a name.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct UnknownBits {
-    /// The register.
+    /// Name of the register.
     pub register: &'static str,
-    /// The bits.
+    /// Mask of the bits.
     pub bits: u32,
 }
 
 /// What is to be said of a register.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Note {
-    /// The register.
+    /// Name of the register.
     pub register: &'static str,
-    /// The text.
+    /// What the value points to.
     pub text: Both,
 }
 
 /// What the processor was at.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Running {
-    /// In words.
+    /// Summary in words.
     pub what: Both,
     /// Number of the interrupt, if it was one.
     #[schema(required)]

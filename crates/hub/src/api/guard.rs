@@ -21,18 +21,18 @@ use crate::error::{ApiError, Details};
 use crate::hub::{Caller, Hub};
 use crate::text::both;
 
-/// What browsers keep.
+/// The cookies of the hub.
 #[derive(Clone, Copy, Debug)]
 pub enum Cookie {
-    /// Who is logged in.
+    /// The session.
     Session,
-    /// That somebody has logged in here before.
+    /// The device: a user has logged in on it before.
     Device,
 }
 
 impl Cookie {
     /// Its name. Over TLS a browser takes one of this prefix from this host over TLS alone, so that
-    /// nobody on the network can slip one in.
+    /// nobody on the network can inject one.
     const fn name(self, encrypted: bool) -> &'static str {
         match (self, encrypted) {
             (Self::Session, true) => "__Host-lafet_session",
@@ -57,17 +57,17 @@ const REASON_MAX: usize = 256;
 /// The other side of a connection.
 #[derive(Clone, Debug)]
 pub struct Peer {
-    /// Its address.
+    /// Address of the client.
     pub address: SocketAddr,
     /// Common name of its certificate.
     pub name: Option<String>,
-    /// The connection is encrypted.
+    /// Whether the connection is encrypted.
     pub tls: bool,
     /// Counts the connection, also when it has become a WebSocket.
     pub place: Arc<Place>,
 }
 
-/// Somebody who may at least stop: a session that ran out lately, and no CSRF token, will do.
+/// A client that may at least stop: an expired session without a CSRF token is enough.
 #[derive(Debug)]
 pub struct Urgent(pub Caller);
 
@@ -88,7 +88,7 @@ impl FromRequestParts<Hub> for Caller {
             return Err(login_needed(hub, Some(&principal)));
         }
         let safe = matches!(parts.method, Method::GET | Method::HEAD);
-        // A WebSocket is how one stops: whoever comes back with many is not kept out.
+        // A WebSocket carries Stop: a client that reconnects many is not refused.
         if !safe {
             hub.count_change(&principal)?;
         } else if parts.uri.path() != "/api/ws" {
@@ -165,14 +165,14 @@ pub fn encrypted(parts: &Parts, hub: &Hub) -> bool {
 pub fn is_encrypted(hub: &Hub, peer: Option<&Peer>, headers: &HeaderMap) -> bool {
     let Some(peer) = peer else { return false };
     let told = || headers.get("x-forwarded-proto").is_some_and(|it| it == "https");
-    peer.tls || (hub.config.proxies.contains(&peer.address.ip().to_canonical()) && told())
+    peer.tls || (hub.config().proxies.contains(&peer.address.ip().to_canonical()) && told())
 }
 
 /// Where a request comes from; one of our proxies is believed for whom it asks.
 pub fn address(parts: &Parts, hub: &Hub) -> IpAddr {
     let peer = parts.extensions.get::<Peer>();
     let peer = peer.map_or(IpAddr::from([0, 0, 0, 0]), |peer| peer.address.ip().to_canonical());
-    if !hub.config.proxies.contains(&peer) {
+    if !hub.config().proxies.contains(&peer) {
         return peer;
     }
     // Each proxy appends whom it has heard; what stands before the first stranger anybody may
@@ -180,7 +180,7 @@ pub fn address(parts: &Parts, hub: &Hub) -> IpAddr {
     let told = parts.headers.get_all("x-forwarded-for").iter().filter_map(|it| it.to_str().ok());
     let told: Vec<&str> = told.flat_map(|it| it.split(',')).map(str::trim).collect();
     let mut known = told.iter().rev().map_while(|it| it.parse::<IpAddr>().ok());
-    known.find(|it| !hub.config.proxies.contains(it)).map_or(peer, |it| it.to_canonical())
+    known.find(|it| !hub.config().proxies.contains(it)).map_or(peer, |it| it.to_canonical())
 }
 
 fn principal(parts: &Parts, hub: &Hub) -> Option<Principal> {
@@ -197,22 +197,22 @@ pub fn key(parts: &Parts, hub: &Hub) -> Option<String> {
 }
 
 fn identify(parts: &Parts, hub: &Hub) -> Option<Principal> {
-    let now_ms = hub.clock.steady_ms();
+    let now_ms = hub.clock().steady_ms();
     if let Some(value) = parts.headers.get(header::AUTHORIZATION) {
         let secret = value.to_str().ok().and_then(|value| value.strip_prefix("Bearer "));
-        return hub.access.by_token(now_ms, secret?.trim());
+        return hub.access().by_token(now_ms, secret?.trim());
     }
     if let Some(secret) = cookie(&parts.headers, Cookie::Session, encrypted(parts, hub))
-        && let Some(principal) = hub.access.by_session(now_ms, secret)
+        && let Some(principal) = hub.access().by_session(now_ms, secret)
     {
         return Some(principal);
     }
-    let roles = hub.config.tls.as_ref().map(|tls| &tls.client_roles);
+    let roles = hub.config().tls.as_ref().map(|tls| &tls.client_roles);
     let name = parts.extensions.get::<Peer>().and_then(|peer| peer.name.as_ref());
     if let Some((name, role)) = name.and_then(|name| Some((name, roles?.get(name)?))) {
         return Some(known(name, *role, Kind::Certificate));
     }
-    if !hub.config.login && address(parts, hub).is_loopback() {
+    if !hub.config().login && address(parts, hub).is_loopback() {
         return Some(known("demo", Role::Administrator, Kind::Demo));
     }
     None
@@ -242,11 +242,11 @@ pub fn cookie(headers: &HeaderMap, which: Cookie, encrypted: bool) -> Option<&st
 /// The client is not logged in, or not any more; then, what still works and until when.
 pub fn login_needed(hub: &Hub, left: Option<&Principal>) -> ApiError {
     let text = both("Log in first.", "Сначала войдите.");
-    let setup = hub.config.login && hub.access.is_empty();
+    let setup = hub.config().login && hub.access().is_empty();
     let details = Details {
         setup_needed: Some(setup),
         standing: left.map(|left| left.standing),
-        left_ms: left.map(|left| left.expires_ms.saturating_sub(hub.clock.steady_ms())),
+        left_ms: left.map(|left| left.expires_ms.saturating_sub(hub.clock().steady_ms())),
         ..Details::default()
     };
     ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text).with(details)
@@ -269,17 +269,17 @@ fn ours(hub: &Hub, uri: &Uri, headers: &HeaderMap, encrypted: bool) -> Result<()
     let Some(host) = host.filter(|host| is_ours(hub, host)) else {
         let text = both(
             "The hub has no such name. Add it to names in [server], or use its address.",
-            "У центра управления нет такого имени. Добавьте его в names раздела [server] или \
+            "У сервера объекта нет такого имени. Добавьте его в names раздела [server] или \
              используйте адрес.",
         );
         return Err(ApiError::new(StatusCode::FORBIDDEN, "bad_host", text));
     };
     let fine = text(header::ORIGIN).is_none_or(|origin| {
-        // A page that came in the clear may be somebody else's. The other way round it is ours,
+        // A page that came in the clear may be forged. The other way round it is ours,
         // behind a proxy with TLS that does not say so.
         let scheme = |it: &str| it == "https" || it == "http" && !encrypted;
         let same = origin.split_once("://").is_some_and(|(it, place)| scheme(it) && place == host);
-        same || hub.config.origins.iter().any(|allowed| allowed == origin)
+        same || hub.config().origins.iter().any(|allowed| allowed == origin)
     });
     if !fine {
         let text = both(
@@ -297,6 +297,6 @@ fn is_ours(hub: &Hub, host: &str) -> bool {
         _ => host,
     };
     let bare = name.trim_start_matches('[').trim_end_matches(']');
-    let given = hub.config.names.iter().any(|known| known.eq_ignore_ascii_case(name));
+    let given = hub.config().names.iter().any(|known| known.eq_ignore_ascii_case(name));
     given || name.eq_ignore_ascii_case("localhost") || bare.parse::<IpAddr>().is_ok()
 }

@@ -8,7 +8,7 @@ use utoipa_axum::routes;
 use super::guard::Body;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::jet::{self, Aim, Aimed, Computed, JETS_MAX, Jets};
+use crate::site::jet::{self, Aim, Aimed, Computed, JETS_MAX, Jets};
 use crate::text::both;
 
 pub fn routes() -> OpenApiRouter<Hub> {

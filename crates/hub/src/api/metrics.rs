@@ -16,20 +16,19 @@ use utoipa::ToSchema;
 
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::integrity::{ChainState, ChainWord};
-use crate::model::{self, Status};
-use crate::station::Station;
+use crate::monitor::station::Station;
+use crate::monitor::status::{self, Status};
 use crate::store::Loss;
-use crate::sync::lock;
+use crate::store::integrity::{ChainState, ChainWord};
 
-/// Who may see metrics: everybody if so configured.
+/// Clients that may read metrics: all, if so configured.
 pub struct Reader;
 
 impl FromRequestParts<Hub> for Reader {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
-        if !hub.config.metrics_open {
+        if !hub.config().metrics_open {
             Caller::from_request_parts(parts, hub).await?;
         }
         Ok(Self)
@@ -39,11 +38,11 @@ impl FromRequestParts<Hub> for Reader {
 /// Whether the hub is well.
 #[utoipa::path(get, path = "/health", responses((status = 200, body = Health), (status = 503, body = Health)))]
 pub async fn health(State(hub): State<Hub>) -> (StatusCode, Json<Health>) {
-    let failing = hub.audit.is_failing();
+    let failing = hub.audit().is_failing();
     let monitors: BTreeMap<String, &str> =
         hub.stations().iter().map(|it| (it.id().to_owned(), it.health())).collect();
-    let history = lock(&hub.history).is_failing();
-    let (chain, losses) = (hub.integrity.chain(), hub.integrity.losses());
+    let history = hub.history().is_failing();
+    let (chain, losses) = (hub.integrity().chain(), hub.integrity().losses());
     let doubt = chain.state == ChainWord::Broken || !losses.is_empty();
     let degraded = failing || history || doubt || monitors.values().any(|state| *state != "up");
     let status = if failing { StatusCode::SERVICE_UNAVAILABLE } else { StatusCode::OK };
@@ -87,9 +86,9 @@ pub async fn metrics(State(hub): State<Hub>, _: Reader) -> Response {
 fn text(hub: &Hub) -> String {
     let mut text = String::new();
     let of = |count: &AtomicU64| count.load(Ordering::Relaxed) as f64;
-    let counts = &hub.counts;
-    let alarms = lock(&hub.alarms).list().iter().filter(|alarm| alarm.active).count();
-    let chain = hub.integrity.chain();
+    let counts = hub.counts();
+    let alarms = hub.alarms().list().iter().filter(|alarm| alarm.active).count();
+    let chain = hub.integrity().chain();
     let plain = [
         ("connections", "gauge", "Connections that are open.", of(&counts.connections)),
         ("websockets", "gauge", "WebSockets that are open.", of(&counts.sockets)),
@@ -100,7 +99,7 @@ fn text(hub: &Hub) -> String {
             "Requests that were not allowed.",
             of(&counts.refused),
         ),
-        ("jogs_total", "counter", "Motions held by somebody.", of(&counts.jogs)),
+        ("jogs_total", "counter", "Motions by hand.", of(&counts.jogs)),
         (
             "messages_missed_total",
             "counter",
@@ -118,13 +117,13 @@ fn text(hub: &Hub) -> String {
             "audit_waiting",
             "gauge",
             "Entries of the audit log that are not on the disk.",
-            hub.audit.waiting() as f64,
+            hub.audit().waiting() as f64,
         ),
         (
             "audit_lost_total",
             "counter",
             "Entries of the audit log that were given up.",
-            hub.audit.lost() as f64,
+            hub.audit().lost() as f64,
         ),
         (
             "audit_chain_ok",
@@ -142,7 +141,7 @@ fn text(hub: &Hub) -> String {
             "history_lost_total",
             "counter",
             "Values that were given up.",
-            lock(&hub.history).given_up() as f64,
+            hub.history().given_up() as f64,
         ),
         ("alarms_active", "gauge", "Alarms whose condition holds.", alarms as f64),
         ("uptime_seconds", "gauge", "Time since the start.", hub.now().as_secs_f64()),
@@ -181,7 +180,7 @@ type Figure = fn(&Stats) -> f64;
 /// Name, kind, what it is, and the figure.
 const LINK: [(&str, &str, &str, Figure); 6] = [
     ("frames_sent_total", "counter", "Frames sent.", |it| it.frames_sent as f64),
-    ("frames_received_total", "counter", "Frames received.", |it| model::received(it) as f64),
+    ("frames_received_total", "counter", "Frames received.", |it| status::received(it) as f64),
     ("frame_errors_total", "counter", "Frames with errors on its line.", |it| it.errors() as f64),
     ("retries_total", "counter", "Frames sent again.", |it| it.retries as f64),
     ("timeouts_total", "counter", "Answers that did not come.", |it| it.timeouts as f64),
@@ -229,7 +228,7 @@ mod tests {
     use lafet_proto::SubsystemId;
 
     use super::*;
-    use crate::model::Subsystem;
+    use crate::monitor::status::Subsystem;
 
     /// Processor time that this thread has used.
     fn processor() -> Duration {

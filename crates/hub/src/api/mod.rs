@@ -35,7 +35,7 @@ use utoipa_axum::routes;
 
 use crate::error::{ApiError, Failed};
 use crate::hub::{About, Caller, Hub};
-use crate::messages::Message;
+use crate::publish::messages::Message;
 pub use answers::Answering;
 pub use guard::Peer;
 pub use packed::{Lasting, Packing};
@@ -98,7 +98,7 @@ pub fn description() -> Value {
     for operation in operations {
         let has_body = operation.get("requestBody").is_some();
         let Some(answers) = operation["responses"].as_object_mut() else { continue };
-        // Whoever is known is counted.
+        // Clients that are logged in are counted.
         if answers.contains_key("401") {
             answers.entry("429").or_insert_with(|| json!({ "description": "slow_down" }));
         }
@@ -115,10 +115,10 @@ pub fn description() -> Value {
     description
 }
 
-/// What the hub is.
+/// The hub, its version and its site.
 #[utoipa::path(get, path = "/api/hub", responses((status = 200, body = Now), (status = 401)))]
 async fn about(State(hub): State<Hub>, _: Caller) -> Json<Now> {
-    Json(Now { about: hub.about(), now_ms: hub.clock.now_ms() })
+    Json(Now { about: hub.about(), now_ms: hub.clock().now_ms() })
 }
 
 /// What the hub is, with its date.
@@ -126,17 +126,17 @@ async fn about(State(hub): State<Hub>, _: Caller) -> Json<Now> {
 struct Now {
     #[serde(flatten)]
     about: About,
-    /// The hub's date.
+    /// Date of the hub, ms since 1970.
     now_ms: u64,
 }
 
 /// The dictionary of the protocol.
 #[utoipa::path(get, path = "/api/dictionary", responses((status = 200, body = Object), (status = 401)))]
 async fn dictionary(State(hub): State<Hub>, _: Caller) -> Response {
-    hub.dictionary.json()
+    hub.dictionary().json()
 }
 
-/// This description.
+/// This description, as OpenAPI 3.1.
 #[utoipa::path(get, path = "/api/openapi.json", responses((status = 200, body = Object)))]
 async fn openapi() -> Response {
     // The same for all, and asked for without login.
@@ -146,7 +146,7 @@ async fn openapi() -> Response {
 
 /// What browsers have to keep to, and what is new is asked for.
 async fn headers(State(hub): State<Hub>, request: axum::extract::Request, next: Next) -> Response {
-    hub.counts.requests.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    hub.counts().requests.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     let api = request.uri().path().starts_with("/api");
     let encrypted =
         guard::is_encrypted(&hub, request.extensions().get::<Peer>(), request.headers());
@@ -174,7 +174,7 @@ async fn headers(State(hub): State<Hub>, request: axum::extract::Request, next: 
     response
 }
 
-/// What is not there.
+/// 404 for an unknown path.
 fn nothing() -> Response {
     ApiError::not_found().into_response()
 }

@@ -7,7 +7,8 @@ use std::time::Duration;
 use axum::Json;
 use axum::extract::{Path, State};
 use lafet_client::{Monitor, Toward};
-use lafet_proto::SubsystemId;
+use lafet_proto::request::Body as RequestBody;
+use lafet_proto::{Ints, ParamId, Request, SubsystemId};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tokio::time::timeout;
@@ -17,16 +18,17 @@ use utoipa_axum::routes;
 
 use super::crash::Crash;
 use super::guard::{Body, Lenient, Urgent};
+use crate::command::outcome::{OfAll, OfOne, Outcome};
+use crate::command::request::MonitorRequest;
+use crate::command::urgent::Joined;
+use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::outcome::{OfAll, OfOne, Outcome};
-use crate::owner;
-use crate::request::MonitorRequest;
-use crate::station::{Beat, Params, Station};
+use crate::monitor::owner;
+use crate::monitor::station::{Params, Station};
+use crate::monitor::view::{Control, MonitorView};
 use crate::sync::lock;
 use crate::text::{Both, both};
-use crate::urgent::Joined;
-use crate::view::{Control, MonitorView};
 use crate::words::MotionWord;
 
 pub fn routes() -> OpenApiRouter<Hub> {
@@ -51,7 +53,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
 #[derive(Debug, Deserialize, ToSchema)]
 #[schema(as = RequestText)]
 pub struct Asked {
-    /// `Move Vertical 1200`.
+    /// Text form of the request, `Move Vertical 1200`.
     pub request: String,
     /// The monitor's id, where it is needed.
     pub confirm: Option<String>,
@@ -63,7 +65,7 @@ pub struct Asked {
 pub struct Change {
     /// `take`, `release`, `request`, `grant`, `deny`, `force`.
     pub action: String,
-    /// Why, of `force`.
+    /// Reason, required with `force`.
     pub reason: Option<String>,
 }
 
@@ -74,9 +76,9 @@ pub struct JogBeat {
     pub drive: String,
     /// `max` (up, left, narrow) or `min`.
     pub toward: Option<String>,
-    /// The sender's clock, ms.
+    /// Clock of the sender, ms; beats that arrive late are recognized by it.
     pub t: Option<f64>,
-    /// It is let go.
+    /// The hand lets go: the motion ends.
     #[serde(default)]
     pub end: bool,
 }
@@ -84,26 +86,26 @@ pub struct JogBeat {
 /// The state of a motion that is held.
 #[derive(Debug, Serialize, ToSchema)]
 struct JogState {
-    /// How it is.
+    /// State of the motion.
     state: MotionWord,
 }
 
 /// An answer waits this long for all parameters.
 const READ_WAIT: Duration = Duration::from_secs(8);
 
-/// Values of a parameter.
+/// New values of a parameter.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Values {
     values: Vec<i32>,
 }
 
-/// All monitors.
+/// All monitors by id.
 #[utoipa::path(get, path = "/api/monitors", responses((status = 200, body = BTreeMap<String, MonitorView>), (status = 401)))]
 async fn monitors(State(hub): State<Hub>, _: Caller) -> Json<BTreeMap<String, MonitorView>> {
     Json(hub.stations().iter().map(|it| (it.id().to_owned(), it.view(&hub))).collect())
 }
 
-/// A monitor.
+/// One monitor.
 #[utoipa::path(get, path = "/api/monitors/{id}", params(("id" = String, Path)),
     responses((status = 200, body = MonitorView), (status = 401), (status = 404)))]
 async fn one(
@@ -261,7 +263,7 @@ async fn read_params(
     hub.count_request(&caller.principal)?;
     let station = hub.station(&id)?;
     let (monitor, own) = (Monitor::new(station.client()?), station.clone());
-    // It is read to its end, even if nobody waits for that any more.
+    // It is read to its end, even if the client has gone.
     let reading = tokio::spawn(async move { owner::read_params(&hub, &own, &monitor).await });
     _ = timeout(READ_WAIT, reading).await;
     let params = lock(&station.params).clone();
@@ -280,13 +282,23 @@ async fn set_param(
     Body(Values { values }): Body<Values>,
 ) -> Result<Json<Outcome>, ApiError> {
     let station = hub.station(&id)?;
-    let word = |text: &str| text.chars().all(|c| c.is_ascii_alphanumeric() || c == '@');
-    if !word(&subsystem) || !word(&name) {
+    let (to, id) = parameter(&subsystem, &name)?;
+    let request = Request::new(to, RequestBody::SetParam { id, values: Ints::Values(&values) });
+    Ok(Json(hub.save(&caller, &station, MonitorRequest::new(&request)?).await?))
+}
+
+/// A parameter by the names of a path, as people type them. `@Name` is one that the dictionary does
+/// not have.
+fn parameter(subsystem: &str, name: &str) -> Result<(SubsystemId, ParamId), ApiError> {
+    let is_word = |text: &str| text.chars().all(|c| c.is_ascii_alphanumeric() || c == '@');
+    if !is_word(subsystem) || !is_word(name) {
         return Err(ApiError::not_found());
     }
-    let values: Vec<String> = values.iter().map(ToString::to_string).collect();
-    let text = format!("SetParam {subsystem} {name} {}", values.join(" "));
-    Ok(Json(hub.save(&caller, &station, MonitorRequest::parse(&text)?).await?))
+    let named = MonitorRequest::parse(&format!("GetParam {subsystem} {name}"))?;
+    match named.buf().request() {
+        Request { to, body: RequestBody::GetParam { id } } => Ok((to, id)),
+        _ => Err(ApiError::not_found()),
+    }
 }
 
 /// What the last hardware fault has left.
@@ -302,7 +314,7 @@ async fn crash(
     Ok(Json(Crash::from(&info)))
 }
 
-/// The request that stops a subsystem; of one that nobody knows, everything.
+/// The request that stops a subsystem; for an unknown name, everything.
 pub fn stop(of: Option<&str>) -> Result<MonitorRequest, ApiError> {
     MonitorRequest::stop(of.and_then(SubsystemId::from_name).unwrap_or(SubsystemId::ALL))
 }

@@ -1,9 +1,9 @@
 //! Answers packed with gzip, for clients that take them so.
 //!
 //! What never changes is packed once and kept. Of the rest, whole answers to readings are packed, one
-//! at a time: whoever comes meanwhile gets the plain text, so that packing takes one processor at
+//! at a time: a client that comes meanwhile gets the plain text, so that packing takes one processor at
 //! most. Nothing that changes something is answered packed, nor is what holds a secret: the size of
-//! a packed text tells how much of it repeats (BREACH).
+//! the size of a packed text shows how much of it repeats (BREACH).
 
 use std::io::Write;
 use std::sync::{Arc, OnceLock};
@@ -26,7 +26,7 @@ use crate::text::both;
 
 /// A smaller answer is a packet in any case; a larger one is made in parts.
 const SIZES: std::ops::RangeInclusive<u64> = 1024..=16 * 1024 * 1024;
-/// The reading that tells a secret: what proves that a browser asks on behalf of our page.
+/// The answer that contains a secret: the CSRF token of a session.
 const SECRET: &str = "/api/session";
 
 /// Who packs an answer now.
@@ -89,7 +89,7 @@ pub async fn packed(State(hub): State<Hub>, request: Request, next: Next) -> Res
         return with(response.into_parts().0, spawn_blocking(pack).await.ok());
     }
     let whole = response.body().size_hint().exact().is_some_and(|size| SIZES.contains(&size));
-    let Ok(_turn) = hub.packing.0.try_acquire() else { return response };
+    let Ok(_turn) = hub.packing().0.try_acquire() else { return response };
     if !whole {
         return response;
     }

@@ -16,12 +16,12 @@ use crate::store::{Rows, StoreError};
 /// Each change of a value; a value that is not known is null.
 const CHANGES: &str = "message history { REQUIRED BINARY series (UTF8); \
     REQUIRED INT64 t_ms (TIMESTAMP_MILLIS); OPTIONAL DOUBLE value; }";
-/// Minutes.
+/// Schema of the values per minute.
 const MINUTES: &str = "message history { REQUIRED BINARY series (UTF8); \
     REQUIRED INT64 t_ms (TIMESTAMP_MILLIS); OPTIONAL DOUBLE mean; OPTIONAL DOUBLE least; \
     OPTIONAL DOUBLE most; }";
 
-/// A whole file.
+/// The values as a whole Parquet file.
 pub fn file(read: &Read) -> Result<Vec<u8>, ApiError> {
     let file = write(read).map_err(|error| StoreError::Io(io::Error::other(error)));
     Ok(file?)

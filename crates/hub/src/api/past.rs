@@ -19,24 +19,23 @@ use super::recordings::{LINES_MAX, lines_of, names, whose};
 use super::records::{Asked, between};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::link_series::PREFIX;
-use crate::model::Status;
+use crate::monitor::link_series::PREFIX;
+use crate::monitor::status::Status;
 use crate::recording::player::Player;
 use crate::store::{Base, Change, StoreError};
-use crate::sync::lock;
 use crate::text::both;
 
 /// Longest range, and how much of it is read at a time.
 const RANGE_MS: u64 = 24 * 3_600_000;
 const PART_MS: u64 = 600_000;
-/// The range without from_ms.
+/// Range without `from_ms`, ms.
 const USUAL_MS: u64 = 600_000;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new().routes(routes!(history_changes))
 }
 
-/// Part of the history.
+/// Part of the history to return.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Part {
@@ -54,7 +53,7 @@ async fn history_changes(
     part: Asked<Part>,
 ) -> Result<Response, ApiError> {
     let Query(part) = part.map_err(|error| not_understood(&error))?;
-    let to_ms = part.to_ms.unwrap_or_else(|| hub.clock.now_ms());
+    let to_ms = part.to_ms.unwrap_or_else(|| hub.clock().now_ms());
     let from_ms = part.from_ms.unwrap_or_else(|| to_ms.saturating_sub(USUAL_MS));
     let (from_ms, to_ms) = between(Some(from_ms), Some(to_ms))?;
     if to_ms - from_ms > RANGE_MS {
@@ -68,7 +67,7 @@ async fn history_changes(
         Some(id) => vec![hub.station(&id)?.id().to_owned()],
         None => hub.stations().iter().map(|it| it.id().to_owned()).collect(),
     };
-    let stored = lock(&hub.history).flushed();
+    let stored = hub.history().flushed();
     let base = stored.await;
     let mut player = Player::new(addresses.clone(), names(&hub));
     player.values_hold = true;
@@ -79,7 +78,7 @@ async fn history_changes(
         base,
         monitors,
     };
-    // What the storage cannot do is told with its status, not in the middle of the lines.
+    // An error of the storage is reported by the HTTP status, not in the middle of the lines.
     past.begin(from_ms).await?;
     let (to, lines) = mpsc::channel(4);
     tokio::spawn(async move { past.play(from_ms, to_ms, to).await });

@@ -7,9 +7,8 @@ use std::sync::atomic::Ordering;
 
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
-use crate::allowances::{Allowance, Kept, Shared, Talk};
 use crate::hub::Hub;
-use crate::sync::lock;
+use crate::server::allowances::{Allowance, Kept, Shared, Talk};
 
 /// Handshakes of TLS at a time, and of one address. One more, and the oldest gives way.
 const HANDSHAKES_MAX: usize = 256;
@@ -23,7 +22,7 @@ pub struct Place {
     proxy: bool,
     number: u64,
     end: Arc<Notify>,
-    /// What it may take.
+    /// What the connection may still read and request.
     pub allowance: Allowance,
     #[expect(dead_code, reason = "held for its end")]
     permit: OwnedSemaphorePermit,
@@ -94,7 +93,7 @@ impl Queue {
     }
 }
 
-/// Whom an address stands for: with IPv6, everybody has a network of 64 bits.
+/// The network of an address: with IPv6, a client has 64 bits of addresses.
 pub fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => Ipv6Addr::from_bits(address.to_bits() >> 64 << 64).into(),
@@ -104,14 +103,14 @@ pub fn network(address: IpAddr) -> IpAddr {
 
 impl Place {
     /// A place for a connection, if there is one. A quarter of them is for other addresses than
-    /// the one that has the most, so that nobody takes them all; and half of them for clients that
+    /// the one that has the most, so that no client takes them all; and half of them for clients that
     /// are known: of the others, the oldest gives way to the next. Its allowance is what an earlier
     /// connection of its address has left.
     pub fn take(hub: &Hub, room: &Arc<Semaphore>, address: IpAddr) -> Option<Self> {
-        let proxy = hub.config.proxies.contains(&address.to_canonical());
+        let proxy = hub.config().proxies.contains(&address.to_canonical());
         let address = network(address);
-        let all = hub.config.connections_max;
-        let mut places = lock(&hub.places);
+        let all = hub.config().connections_max;
+        let mut places = hub.places();
         let Ok(permit) = room.clone().try_acquire_owned() else {
             places.strangers.give_way();
             return None;
@@ -128,18 +127,18 @@ impl Place {
         let (number, end) = (places.next, Arc::new(Notify::new()));
         places.next += 1;
         places.strangers.enter(number, address, end.clone());
-        hub.counts.connections.fetch_add(1, Ordering::Relaxed);
+        hub.counts().connections.fetch_add(1, Ordering::Relaxed);
         Some(Self { hub: hub.clone(), address, proxy, number, end, allowance, permit })
     }
 
-    /// Its client is known.
+    /// The client has logged in: the connection leaves the small pool.
     pub fn known(&self) {
-        lock(&self.hub.places).strangers.leave(self.number);
+        self.hub.places().strangers.leave(self.number);
     }
 
     /// Its handshake begins, and lasts as long as what is returned.
     pub fn handshake(&self) -> Handshake<'_> {
-        let mut places = lock(&self.hub.places);
+        let mut places = self.hub.places();
         let handshakes = &mut places.handshakes;
         if handshakes.count_of(self.address) >= HANDSHAKES_OF_MAX && !self.proxy {
             handshakes.oldest_gives_way(|_, address| address == self.address);
@@ -162,7 +161,7 @@ pub struct Handshake<'a>(&'a Place);
 
 impl Drop for Handshake<'_> {
     fn drop(&mut self) {
-        lock(&self.0.hub.places).handshakes.leave(self.0.number);
+        self.0.hub.places().handshakes.leave(self.0.number);
     }
 }
 
@@ -187,8 +186,8 @@ impl Places {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        self.hub.counts.connections.fetch_sub(1, Ordering::Relaxed);
-        let mut places = lock(&self.hub.places);
+        self.hub.counts().connections.fetch_sub(1, Ordering::Relaxed);
+        let mut places = self.hub.places();
         places.strangers.leave(self.number);
         if !self.proxy {
             places.left.put(self.hub.now(), self.address, self.allowance.clone());
@@ -211,7 +210,8 @@ mod tests {
     use tokio::time::{Instant, timeout_at};
 
     use super::*;
-    use crate::paced::Paced;
+    use crate::server::paced::Paced;
+    use crate::sync::lock;
     use crate::{Clock, Config};
 
     fn hub(connections_max: usize) -> (Hub, Arc<Semaphore>) {
@@ -240,14 +240,14 @@ mod tests {
         assert_eq!(network("::ffff:192.0.2.1".parse().unwrap()), IpAddr::from([192, 0, 2, 1]));
     }
 
-    /// Readings of somebody who closes the connection after so many, within 10 s.
+    /// Readings of a client that closes the connection after so many, within 10 s.
     async fn readings(hub: &Hub, room: &Arc<Semaphore>, address: &str, each: usize) -> usize {
         let (end, mut count) = (Instant::now() + Duration::from_secs(10), 0);
         loop {
             let place = take(hub, room, address).unwrap();
             let (mut client, stream) = duplex(1 << 16);
             client.write_all(&[0; 1 << 16]).await.unwrap();
-            let mut stream = Paced::new(stream, place.allowance.clone(), hub.start);
+            let mut stream = Paced::new(stream, place.allowance.clone(), hub.start());
             for _ in 0..each {
                 if timeout_at(end, stream.read_u8()).await.is_err() {
                     return count;
@@ -281,7 +281,7 @@ mod tests {
     async fn the_oldest_handshake_of_whoever_has_most_gives_way() {
         let (hub, room) = hub(2048);
         let from = |address: &str| take(&hub, &room, address).unwrap();
-        let under_way = |hub: &Hub| lock(&hub.places).handshakes.all.len();
+        let under_way = |hub: &Hub| hub.places().handshakes.all.len();
         let places: Vec<Place> = (0..100).map(|_| from("10.0.0.1")).collect();
         let all: Vec<_> = places.iter().map(Place::handshake).collect();
         assert_eq!(under_way(&hub), HANDSHAKES_OF_MAX);
@@ -303,6 +303,6 @@ mod tests {
         assert_eq!(under_way(&hub), HANDSHAKES_MAX);
         assert!(!ended(&operator), "an operator's");
         drop((all, more, own));
-        assert_eq!((under_way(&hub), lock(&hub.places).handshakes.of.len()), (0, 0));
+        assert_eq!((under_way(&hub), hub.places().handshakes.of.len()), (0, 0));
     }
 }

@@ -1,4 +1,4 @@
-//! Recordings: what there is, what somebody asks for, and what it shows.
+//! Recordings: the list, starting one, playing one back.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -36,7 +36,7 @@ const SENDING: Duration = Duration::from_secs(5);
 const SECONDS: std::ops::RangeInclusive<u64> = 1..=3600;
 /// So much of what was before is recorded, s.
 const BEFORE_S: u64 = 10;
-/// Lines of an answer.
+/// Most lines of one answer.
 pub const LINES_MAX: usize = 200_000;
 /// Lines that are sent together.
 const CHUNK: usize = 64 * 1024;
@@ -67,13 +67,13 @@ struct Named {
     name: Option<String>,
 }
 
-/// Part of a recording.
+/// Part of a recording to return.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Part {
     from_ms: Option<u64>,
     to_ms: Option<u64>,
-    /// The frames as well.
+    /// Also return the frames.
     frames: Option<bool>,
 }
 
@@ -81,7 +81,7 @@ struct Part {
 #[utoipa::path(get, path = "/api/recordings",
     responses((status = 200, body = Vec<Recording>), (status = 401)))]
 async fn recordings(State(hub): State<Hub>, _: Caller) -> Json<Vec<Recording>> {
-    let list = tokio::task::spawn_blocking(move || hub.recordings.list()).await;
+    let list = tokio::task::spawn_blocking(move || hub.recordings().list()).await;
     Json(list.unwrap_or_default())
 }
 
@@ -114,7 +114,7 @@ async fn record(
             None => groups.push(Whose::from([(address, id)])),
         }
     }
-    let now_ms = hub.clock.now_ms();
+    let now_ms = hub.clock().now_ms();
     let times = (
         now_ms.saturating_sub(before_s.unwrap_or(BEFORE_S).saturating_mul(1000)),
         now_ms,
@@ -122,19 +122,19 @@ async fn record(
     );
     let by = &caller.principal.user;
     let begun: Vec<Recording> =
-        groups.into_iter().filter_map(|whose| hub.recordings.ask(times, whose, by)).collect();
+        groups.into_iter().filter_map(|whose| hub.recordings().ask(times, whose, by)).collect();
     if begun.is_empty() {
         return Err(ApiError::slow_down(Duration::from_secs(seconds)));
     }
     for recording in &begun {
         let what = format!("record {}", recording.name);
         let act = Act::StartRecording { recording: recording.name.clone() };
-        drop(hub.audit.note(hub.record(&caller, "", &what, "Ok").about(&act)));
+        drop(hub.audit().note(hub.record(&caller, "", &what, "Ok").about(&act)));
     }
     Ok((StatusCode::CREATED, Json(begun)).into_response())
 }
 
-/// The file.
+/// Downloads a recording.
 #[utoipa::path(get, path = "/api/recordings/{name}", params(("name" = String, Path)),
     responses((status = 200, content_type = "application/octet-stream"), (status = 401), (status = 404)))]
 async fn download(
@@ -145,7 +145,7 @@ async fn download(
     let path = path(&hub, &name)?;
     let own = hub.clone();
     let file = blocking(move || {
-        own.recordings.flush();
+        own.recordings().flush();
         std::fs::File::open(path)
     })
     .await?;
@@ -190,11 +190,11 @@ async fn remove(
     needs(&caller, Role::Engineer)?;
     path(&hub, &name)?;
     let act = Act::RemoveRecording { recording: name.clone() };
-    drop(hub.audit.note(hub.record(&caller, "", &format!("remove {name}"), "Ok").about(&act)));
+    drop(hub.audit().note(hub.record(&caller, "", &format!("remove {name}"), "Ok").about(&act)));
     blocking(move || {
-        hub.recordings.end_one(&name);
-        hub.recordings.flush();
-        hub.recordings.folder.remove(&name)
+        hub.recordings().end_one(&name);
+        hub.recordings().flush();
+        hub.recordings().folder.remove(&name)
     })
     .await?;
     Ok(StatusCode::NO_CONTENT)
@@ -214,18 +214,18 @@ async fn upload(
     needs(&caller, Role::Operator)?;
     refuse_packed(&headers)?;
     let Query(Named { name }) = named.map_err(|error| not_understood(&error))?;
-    let Ok(turn) = hub.recordings.sending.clone().try_acquire_owned() else {
+    let Ok(turn) = hub.recordings().sending.clone().try_acquire_owned() else {
         return Err(ApiError::slow_down(SENDING));
     };
     let own = hub.clone();
-    let (path, file) = blocking(move || own.recordings.folder.sent()).await?;
+    let (path, file) = blocking(move || own.recordings().folder.sent()).await?;
     let sent = Sent(path.clone());
     store(body, file).await?;
     let known = whose(&hub);
-    let (by, now_ms) = (caller.principal.user.clone(), hub.clock.now_ms());
+    let (by, now_ms) = (caller.principal.user.clone(), hub.clock().now_ms());
     let own = hub.clone();
     let added = tokio::task::spawn_blocking(move || {
-        let added = own.recordings.add(now_ms, &name.unwrap_or_default(), &path, &by, &known);
+        let added = own.recordings().add(now_ms, &name.unwrap_or_default(), &path, &by, &known);
         drop((sent, turn));
         added
     });
@@ -243,7 +243,7 @@ async fn upload(
     };
     let what = format!("upload {}", recording.name);
     let act = Act::UploadRecording { recording: recording.name.clone() };
-    drop(hub.audit.note(hub.record(&caller, "", &what, "Ok").about(&act)));
+    drop(hub.audit().note(hub.record(&caller, "", &what, "Ok").about(&act)));
     Ok((StatusCode::CREATED, Json(recording)).into_response())
 }
 
@@ -296,13 +296,13 @@ async fn recording_changes(
     // Its beginning is read first: what is no recording is refused with its status.
     let begins = path.clone();
     blocking(move || {
-        own.recordings.flush();
+        own.recordings().flush();
         lafet_capture::read_each(&begins, UNPACKED_MAX, |_| false).map_err(std::io::Error::other)
     })
     .await?;
     let mut addresses = whose(&hub);
-    // What was told when it was made counts more than what is configured now.
-    addresses.extend(hub.recordings.folder.about(&name).addresses);
+    // Addresses noted when it was made take precedence over the configuration.
+    addresses.extend(hub.recordings().folder.about(&name).addresses);
     let mut player = Player::new(addresses, names(&hub));
     player.frames = part.frames.unwrap_or(false);
     let (to, lines) = mpsc::channel(4);
@@ -346,12 +346,12 @@ fn play(mut player: Player, path: &FilePath, part: &Part, to: &Sender) {
 pub struct Sender(mpsc::Sender<Result<String, std::io::Error>>);
 
 impl Sender {
-    /// To this answer.
+    /// Lines that are sent to this channel.
     pub const fn new(to: mpsc::Sender<Result<String, std::io::Error>>) -> Self {
         Self(to)
     }
 
-    /// Sends what has come together; `false`: nobody reads any more.
+    /// Sends what was collected; `false`: the client has gone.
     fn send(&self, chunk: &mut String) -> bool {
         self.0.blocking_send(Ok(std::mem::take(chunk))).is_ok()
     }
@@ -361,7 +361,7 @@ impl Sender {
     }
 }
 
-/// An answer of lines.
+/// An answer of JSON lines.
 pub fn lines_of(lines: mpsc::Receiver<Result<String, std::io::Error>>) -> Response {
     let stream = futures_util::stream::unfold(lines, |mut lines| async move {
         lines.recv().await.map(|chunk| (chunk, lines))
@@ -390,10 +390,10 @@ fn path(hub: &Hub, name: &str) -> Result<std::path::PathBuf, ApiError> {
     if !is_name(name) {
         return Err(ApiError::not_found());
     }
-    hub.recordings.path(name).ok_or_else(ApiError::not_found)
+    hub.recordings().path(name).ok_or_else(ApiError::not_found)
 }
 
-/// Work with the disk.
+/// Runs work that waits for the disk on a thread for it.
 async fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> std::io::Result<T> + Send + 'static,
 ) -> Result<T, ApiError> {

@@ -20,19 +20,18 @@ use super::guard::{Body, not_understood};
 use super::state::Wanted;
 use crate::access::Role;
 use crate::alarms::Alarm;
-use crate::authority::REASON_MAX;
+use crate::control::authority::REASON_MAX;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::link_series::{self, SeriesInfo};
+use crate::monitor::link_series::{self, SeriesInfo};
 use crate::store::{Act, AlarmChange, DAY_MS, Entry, RAW_RANGE_MS, Rows, Verified, resolution_ms};
-use crate::sync::lock;
 use crate::text::both;
 
 /// Longest time on the shelf, minutes.
 const SHELVE_MAX_MIN: u64 = 480;
-/// Entries in one answer.
+/// Most entries of one answer.
 pub const LIMIT_MAX: u32 = 1000;
-/// Series in one answer.
+/// Most series of one answer.
 const SERIES_MAX: usize = 32;
 /// Points of a series in one answer.
 const POINTS_MIN: usize = 4;
@@ -56,7 +55,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(history_parquet))
 }
 
-/// Which alarms.
+/// Ids of alarms.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Ids {
     ids: Option<Vec<String>>,
@@ -89,13 +88,13 @@ struct AuditPage {
     waiting: u64,
 }
 
-/// An alarm.
+/// Id of an alarm.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Id {
     id: String,
 }
 
-/// Part of a log.
+/// Part of a log to return.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Range {
@@ -105,7 +104,7 @@ struct Range {
     limit: Option<u32>,
 }
 
-/// Part of the history.
+/// Part of the history to return.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Part {
@@ -127,7 +126,7 @@ pub fn needs(caller: &Caller, role: Role) -> Result<(), ApiError> {
 #[utoipa::path(get, path = "/api/alarms",
     responses((status = 200, body = Vec<Alarm>), (status = 401)))]
 async fn alarms(State(hub): State<Hub>, _: Caller) -> Json<Vec<Alarm>> {
-    Json(lock(&hub.alarms).list().into_iter().cloned().collect())
+    Json(hub.alarms().list().into_iter().cloned().collect())
 }
 
 /// Acknowledges alarms; without a list, all.
@@ -139,9 +138,9 @@ async fn acknowledge(
     Body(Ids { ids }): Body<Ids>,
 ) -> Result<Json<Vec<Alarm>>, ApiError> {
     needs(&caller, Role::Operator)?;
-    let (now_ms, user) = (hub.clock.now_ms(), &caller.principal.user);
+    let (now_ms, user) = (hub.clock().now_ms(), &caller.principal.user);
     let changes: Vec<_> = {
-        let mut alarms = lock(&hub.alarms);
+        let mut alarms = hub.alarms();
         let ids = ids.unwrap_or_else(|| alarms.unacknowledged());
         ids.iter().filter_map(|id| alarms.acknowledge(now_ms, id, user)).collect()
     };
@@ -149,10 +148,10 @@ async fn acknowledge(
         let what = format!("acknowledge {}", change.id);
         let act = Act::Acknowledge { alarm: change.id.clone() };
         let record = hub.record(&caller, &change.monitor, &what, "Ok");
-        drop(hub.audit.note(record.about(&act)));
+        drop(hub.audit().note(record.about(&act)));
     }
     hub.publish_alarms(changes);
-    Ok(Json(lock(&hub.alarms).list().into_iter().cloned().collect()))
+    Ok(Json(hub.alarms().list().into_iter().cloned().collect()))
 }
 
 /// Puts an alarm on the shelf.
@@ -174,18 +173,18 @@ async fn shelve(
             format!("Нужны причина (1…{REASON_MAX} символов) и 1…{SHELVE_MAX_MIN} минут."),
         )));
     }
-    let until_ms = hub.clock.now_ms() + minutes * 60_000;
-    let change = lock(&hub.alarms).shelve(&id, &caller.principal.user, until_ms, reason.trim());
+    let until_ms = hub.clock().now_ms() + minutes * 60_000;
+    let change = hub.alarms().shelve(&id, &caller.principal.user, until_ms, reason.trim());
     let change = change.ok_or_else(ApiError::not_found)?;
     let record = hub.record(&caller, &change.monitor, &format!("shelve {id}"), "Ok");
     let record = record.with(&Shelved { minutes, reason: reason.trim() });
     let act = Act::Shelve { alarm: id.clone(), minutes, reason: reason.trim().into() };
-    drop(hub.audit.note(record.about(&act)));
+    drop(hub.audit().note(record.about(&act)));
     hub.publish_alarms(vec![change]);
-    Ok(Json(lock(&hub.alarms).get(&id).cloned()))
+    Ok(Json(hub.alarms().get(&id).cloned()))
 }
 
-/// Takes it down.
+/// Ends the shelving of an alarm.
 #[utoipa::path(post, path = "/api/alarms/unshelve", request_body = Id,
     responses((status = 200, body = Option<Alarm>), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn unshelve(
@@ -194,15 +193,15 @@ async fn unshelve(
     Body(Id { id }): Body<Id>,
 ) -> Result<Json<Option<Alarm>>, ApiError> {
     needs(&caller, Role::Operator)?;
-    let change = lock(&hub.alarms).unshelve(&id, Some(&caller.principal.user));
+    let change = hub.alarms().unshelve(&id, Some(&caller.principal.user));
     let change = change.ok_or_else(ApiError::not_found)?;
     let record = hub.record(&caller, &change.monitor, &format!("unshelve {id}"), "Ok");
-    drop(hub.audit.note(record.about(&Act::Unshelve { alarm: id.clone() })));
+    drop(hub.audit().note(record.about(&Act::Unshelve { alarm: id.clone() })));
     hub.publish_alarms(vec![change]);
-    Ok(Json(lock(&hub.alarms).get(&id).cloned()))
+    Ok(Json(hub.alarms().get(&id).cloned()))
 }
 
-/// What alarms did.
+/// Changes of alarms in a range of time.
 #[utoipa::path(get, path = "/api/alarms/history", params(Range),
     responses((status = 200, body = Vec<AlarmChange>), (status = 400), (status = 401), (status = 503)))]
 async fn alarm_log(
@@ -211,7 +210,7 @@ async fn alarm_log(
     range: Asked<Range>,
 ) -> Result<Json<Vec<AlarmChange>>, ApiError> {
     let Query(range) = range.map_err(|error| not_understood(&error))?;
-    let base = lock(&hub.history).base();
+    let base = hub.history().base();
     let times = between(range.from_ms, range.to_ms)?;
     let limit = range.limit.unwrap_or(100).min(LIMIT_MAX);
     Ok(Json(base.alarms(range.monitor, times, limit).await?))
@@ -227,8 +226,8 @@ async fn audit(
 ) -> Result<Json<AuditPage>, ApiError> {
     needs(&caller, Role::Operator)?;
     let Query(wanted) = wanted.map_err(|error| not_understood(&error))?;
-    let page = hub.audit.find(wanted.try_into()?).await?;
-    let waiting = hub.audit.waiting();
+    let page = hub.audit().find(wanted.try_into()?).await?;
+    let waiting = hub.audit().waiting();
     Ok(Json(AuditPage { entries: page.found, next: page.next, waiting }))
 }
 
@@ -237,7 +236,7 @@ async fn audit(
     responses((status = 200, body = Verified), (status = 401), (status = 403)))]
 async fn verify(State(hub): State<Hub>, caller: Caller) -> Result<Json<Verified>, ApiError> {
     needs(&caller, Role::Operator)?;
-    Ok(Json(hub.audit.verify().await?))
+    Ok(Json(hub.audit().verify().await?))
 }
 
 /// The whole audit log: an entry in each line.
@@ -246,10 +245,10 @@ async fn verify(State(hub): State<Hub>, caller: Caller) -> Result<Json<Verified>
 async fn export(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiError> {
     needs(&caller, Role::Engineer)?;
     let record = hub.record(&caller, "", "export audit log", "Ok");
-    drop(hub.audit.note(record.about(&Act::ExportAudit)));
+    drop(hub.audit().note(record.about(&Act::ExportAudit)));
     // Read in pieces as they are taken: a long log does not have to fit into memory.
     let pieces = futures_util::stream::try_unfold((hub, 1_u64), |(hub, next)| async move {
-        let entries = hub.audit.from(next, LIMIT_MAX).await.map_err(std::io::Error::other)?;
+        let entries = hub.audit().from(next, LIMIT_MAX).await.map_err(std::io::Error::other)?;
         let Some(last) = entries.last() else { return Ok(None) };
         let after = last.n + 1;
         let lines = entries.iter().filter_map(|entry| serde_json::to_string(entry).ok());
@@ -374,13 +373,13 @@ pub fn between(from_ms: Option<u64>, to_ms: Option<u64>) -> Result<(u64, u64), A
 async fn read(hub: &Hub, part: Asked<Part>) -> Result<Read, ApiError> {
     let Query(part) = part.map_err(|error| not_understood(&error))?;
     hub.station(&part.monitor)?;
-    let now_ms = hub.clock.now_ms();
+    let now_ms = hub.clock().now_ms();
     let to_ms = part.to_ms.unwrap_or(now_ms);
     let from_ms = part.from_ms.unwrap_or_else(|| to_ms.saturating_sub(RAW_RANGE_MS));
     let (from_ms, to_ms) = between(Some(from_ms), Some(to_ms))?;
     let minutes = to_ms - from_ms > RAW_RANGE_MS;
     // Of what is not kept and of the future there is nothing: spans are for the rest.
-    let kept_ms = u64::from(hub.config.minute_days) * DAY_MS;
+    let kept_ms = u64::from(hub.config().minute_days) * DAY_MS;
     let range = match minutes {
         true => (from_ms.max(now_ms.saturating_sub(kept_ms)), to_ms.min(now_ms)),
         false => (from_ms, to_ms),
@@ -389,7 +388,7 @@ async fn read(hub: &Hub, part: Asked<Part>) -> Result<Read, ApiError> {
         part.series.unwrap_or_default().split(',').take(SERIES_MAX).map(str::to_owned).collect();
     let points = part.points.unwrap_or(POINTS_MAX).clamp(POINTS_MIN, POINTS_MAX);
     let resolution_ms = minutes.then(|| resolution_ms(range, points));
-    let stored = lock(&hub.history).flushed();
+    let stored = hub.history().flushed();
     let base = stored.await;
     let mut series = BTreeMap::new();
     for name in names.into_iter().filter(|name| !name.is_empty()) {

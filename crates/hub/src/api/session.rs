@@ -17,7 +17,6 @@ use crate::access::{AccessError, Kind, Place, Principal, Role, SessionInfo};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::Act;
-use crate::sync::lock;
 use crate::text::both;
 
 pub fn routes() -> OpenApiRouter<Hub> {
@@ -29,7 +28,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(password))
 }
 
-/// Longest name that somebody may have, bytes: 64 characters.
+/// Longest name, bytes: 64 characters.
 const NAME_MAX: usize = 256;
 
 /// User and password.
@@ -68,7 +67,7 @@ struct From {
 impl From {
     /// The same place, as far as it concerns a user.
     fn place(&self, hub: &Hub, user: &str) -> Place {
-        let device = self.device.as_ref().is_some_and(|it| hub.access.is_device(user, it));
+        let device = self.device.as_ref().is_some_and(|it| hub.access().is_device(user, it));
         Place { address: self.address.clone(), device }
     }
 }
@@ -84,7 +83,7 @@ impl FromRequestParts<Hub> for From {
     }
 }
 
-/// Who is logged in.
+/// The session of the caller.
 #[utoipa::path(get, path = "/api/session", responses((status = 200, body = Session), (status = 401)))]
 async fn session(State(hub): State<Hub>, caller: Caller) -> Json<Session> {
     Json(about(&hub, &caller.principal))
@@ -93,7 +92,7 @@ async fn session(State(hub): State<Hub>, caller: Caller) -> Json<Session> {
 fn about(hub: &Hub, principal: &Principal) -> Session {
     let expires_ms = match principal.expires_ms {
         0 => 0,
-        steady_ms => hub.access.date_ms(steady_ms),
+        steady_ms => hub.access().date_ms(steady_ms),
     };
     Session {
         user: principal.user.clone(),
@@ -108,9 +107,9 @@ fn about(hub: &Hub, principal: &Principal) -> Session {
 /// A session.
 #[derive(Debug, Serialize, ToSchema)]
 struct Session {
-    /// The user.
+    /// Name of the user.
     user: String,
-    /// The user's role.
+    /// Role of the user.
     role: Role,
     /// How the user has authenticated.
     kind: Kind,
@@ -118,7 +117,7 @@ struct Session {
     csrf: String,
     /// When it ends; 0: never.
     expires_ms: u64,
-    /// Its id.
+    /// Id of the seat.
     seat: String,
 }
 
@@ -143,10 +142,10 @@ async fn set_up(
     Body(setup): Body<Setup>,
 ) -> Result<Response, ApiError> {
     let attempt = Try::begin(&hub, &from, "")?;
-    let now_ms = hub.clock.now_ms();
+    let now_ms = hub.clock().now_ms();
     let login = Login { user: setup.user.clone(), password: setup.password.clone() };
     let result = slowly(&hub, attempt.rank, move |hub| {
-        hub.access.set_up(now_ms, &setup.token, &setup.user, &setup.password)
+        hub.access().set_up(now_ms, &setup.token, &setup.user, &setup.password)
     })
     .await;
     attempt.end(!matches!(result, Err(AccessError::Wrong)));
@@ -159,8 +158,8 @@ async fn set_up(
 #[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401), (status = 403)))]
 async fn log_out(State(hub): State<Hub>, caller: Caller, from: From) -> Result<Response, ApiError> {
     let key = caller.principal.key;
-    aside(&hub, move |hub| hub.access.log_out(&key)).await?;
-    hub.sessions.send_modify(|changes| *changes += 1);
+    aside(&hub, move |hub| hub.access().log_out(&key)).await?;
+    hub.access_changed();
     let gone = Cookie::Session.set("", 0, from.encrypted);
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())
 }
@@ -182,17 +181,17 @@ async fn password(
     }
     let (user, key) = (caller.principal.user.clone(), caller.principal.key.clone());
     let attempt = Try::begin(&hub, &from, &user)?;
-    let now_ms = hub.clock.steady_ms();
+    let now_ms = hub.clock().steady_ms();
     let result = slowly(&hub, attempt.rank, move |hub| {
-        hub.access.check_password(&user, &password.old)?;
-        hub.access.change(now_ms, &user, None, Some(&password.new), Some(&key))
+        hub.access().check_password(&user, &password.old)?;
+        hub.access().change(now_ms, &user, None, Some(&password.new), Some(&key))
     })
     .await;
     attempt.end(!matches!(result, Err(AccessError::Wrong)));
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     let record = hub.record(&caller, "", "change own password", outcome);
-    drop(hub.audit.note(record.about(&Act::ChangeOwnPassword)));
-    hub.sessions.send_modify(|changes| *changes += 1);
+    drop(hub.audit().note(record.about(&Act::ChangeOwnPassword)));
+    hub.access_changed();
     result?;
     Ok(StatusCode::NO_CONTENT)
 }
@@ -209,12 +208,12 @@ struct Try {
 
 impl Try {
     fn begin(hub: &Hub, from: &From, user: &str) -> Result<Self, ApiError> {
-        // Nobody has such a name, and it would have to be remembered.
+        // No user has such a name, and its failures would take memory.
         if user.len() > NAME_MAX {
             return Err(AccessError::Wrong.into());
         }
         let place = from.place(hub, user);
-        let begun = lock(&hub.logins).begin(hub.now(), user, &place);
+        let begun = hub.logins().begin(hub.now(), user, &place);
         let rank = begun.map_err(ApiError::slow_down)?;
         Ok(Self { hub: hub.clone(), user: user.into(), place, rank, ended: false })
     }
@@ -223,15 +222,15 @@ impl Try {
     fn end(mut self, right: bool) -> bool {
         self.ended = true;
         if right {
-            lock(&self.hub.logins).succeeded(&self.user, &self.place);
+            self.hub.logins().succeeded(&self.user, &self.place);
             return true;
         }
         self.failed()
     }
 
     fn failed(&self) -> bool {
-        self.hub.counts.logins_failed.fetch_add(1, Ordering::Relaxed);
-        lock(&self.hub.logins).failed(self.hub.now(), &self.user, &self.place)
+        self.hub.counts().logins_failed.fetch_add(1, Ordering::Relaxed);
+        self.hub.logins().failed(self.hub.now(), &self.user, &self.place)
     }
 }
 
@@ -244,11 +243,11 @@ impl Drop for Try {
 }
 
 async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Response, ApiError> {
-    let (now_ms, user) = (hub.clock.steady_ms(), login.user.clone());
+    let (now_ms, user) = (hub.clock().steady_ms(), login.user.clone());
     let (rank, known) = (attempt.rank, attempt.place.device);
     let result = slowly(&hub, rank, move |hub| {
-        let session = hub.access.log_in(now_ms, &login.user, &login.password)?;
-        let device = if known { None } else { hub.access.add_device(now_ms, &login.user).ok() };
+        let session = hub.access().log_in(now_ms, &login.user, &login.password)?;
+        let device = if known { None } else { hub.access().add_device(now_ms, &login.user).ok() };
         Ok((session, device))
     })
     .await;
@@ -260,7 +259,7 @@ async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Respo
     match result {
         Ok((SessionInfo { secret, principal }, device)) => {
             record.role = principal.role.name().into();
-            drop(hub.audit.note(record));
+            drop(hub.audit().note(record));
             let session = Cookie::Session.set(&secret, 604_800, from.encrypted);
             let device = device.map(|it| Cookie::Device.set(&it, DEVICE_S, from.encrypted));
             let mut response = Json(about(&hub, &principal)).into_response();
@@ -274,7 +273,7 @@ async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Respo
         Err(error) => {
             record.outcome = "login_failed".into();
             if noted {
-                drop(hub.audit.note(record));
+                drop(hub.audit().note(record));
             }
             Err(error.into())
         }
@@ -288,7 +287,7 @@ pub async fn slowly<T: Send + 'static>(
     rank: u32,
     work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
 ) -> Result<T, AccessError> {
-    let turn = hub.hashing.take(rank).await.ok_or(AccessError::Busy)?;
+    let turn = hub.hashing().take(rank).await.ok_or(AccessError::Busy)?;
     aside(hub, move |hub| {
         let _turn = turn;
         work(hub)

@@ -42,7 +42,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(picture))
 }
 
-/// A scenario.
+/// The scenario to load.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Scenario {
     id: String,
@@ -51,13 +51,13 @@ struct Scenario {
     automatic: bool,
 }
 
-/// On or off.
+/// Whether to switch on or off.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Switch {
     on: bool,
 }
 
-/// How fast time goes.
+/// Speed of simulated time.
 #[derive(Debug, Deserialize, ToSchema)]
 struct Speed {
     speed: f64,
@@ -89,7 +89,7 @@ struct Link {
     up: bool,
 }
 
-/// In which language.
+/// Language of the picture.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct Language {

@@ -17,10 +17,9 @@ use super::guard::not_understood;
 use super::records::{Asked, LIMIT_MAX, between};
 use crate::access::{Kind, Role};
 use crate::error::ApiError;
+use crate::hub::PerSecond;
 use crate::hub::{Caller, Hub, Seated};
-use crate::rates::PerSecond;
 use crate::store::{Act, Event, Search};
-use crate::sync::lock;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
@@ -30,7 +29,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(events))
 }
 
-/// Part of a log.
+/// Part of a log to return.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Wanted {
@@ -61,7 +60,7 @@ impl TryFrom<Wanted> for Search {
     }
 }
 
-/// How the hub is.
+/// State of the hub.
 #[derive(Debug, Serialize, ToSchema)]
 struct HubState {
     version: &'static str,
@@ -69,7 +68,7 @@ struct HubState {
     now_ms: u64,
     /// Since the start, by a clock that does not jump.
     uptime_ms: u64,
-    /// How many there are.
+    /// Number of monitors.
     monitors: usize,
     /// Memory of this program; null: not known.
     #[schema(required)]
@@ -84,7 +83,7 @@ struct HubState {
     disk: Disk,
 }
 
-/// Connections.
+/// Open connections.
 #[derive(Debug, Serialize, ToSchema)]
 struct Clients {
     connections: u64,
@@ -103,7 +102,7 @@ struct Totals {
     logins_failed: u64,
 }
 
-/// The audit log.
+/// State of the audit log.
 #[derive(Debug, Serialize, ToSchema)]
 struct AuditState {
     entries: u64,
@@ -111,11 +110,11 @@ struct AuditState {
     waiting: u64,
     /// Entries that were given up.
     lost: u64,
-    /// The disk takes none.
+    /// The disk takes no entries.
     failing: bool,
 }
 
-/// The history.
+/// State of the history.
 #[derive(Debug, Serialize, ToSchema)]
 struct HistoryState {
     /// `sqlite` or `postgresql`.
@@ -158,13 +157,13 @@ struct SessionView {
     used_ms: Option<u64>,
     #[schema(required)]
     expires_ms: Option<u64>,
-    /// It is the caller's.
+    /// The session of the caller.
     own: bool,
     /// Its WebSockets.
     seats: Vec<SeatView>,
 }
 
-/// A WebSocket.
+/// A WebSocket of a session.
 #[derive(Debug, Serialize, ToSchema)]
 struct SeatView {
     seat: String,
@@ -183,29 +182,29 @@ struct EventPage {
     next: Option<u64>,
 }
 
-/// How the hub is.
+/// State of the hub.
 #[utoipa::path(get, path = "/api/hub/state",
     responses((status = 200, body = HubState), (status = 401), (status = 503)))]
 async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiError> {
-    let entries = hub.audit.last().await?;
+    let entries = hub.audit().last().await?;
     let of = |count: &std::sync::atomic::AtomicU64| count.load(Ordering::Relaxed);
-    let counts = &hub.counts;
+    let counts = hub.counts();
     let (failing, lost) = {
-        let history = lock(&hub.history);
+        let history = hub.history();
         (history.is_failing(), history.given_up())
     };
     let place = hub.clone();
     let disk = tokio::task::spawn_blocking(move || disk(&place)).await.unwrap_or_default();
     Ok(Json(HubState {
         version: env!("CARGO_PKG_VERSION"),
-        started_ms: hub.started_ms,
-        now_ms: hub.clock.now_ms(),
+        started_ms: hub.started_ms(),
+        now_ms: hub.clock().now_ms(),
         uptime_ms: u64::try_from(hub.now().as_millis()).unwrap_or(u64::MAX),
         monitors: hub.stations().len(),
         memory_bytes: memory_bytes(),
         clients: Clients {
             connections: of(&counts.connections),
-            connections_max: hub.config.connections_max,
+            connections_max: hub.config().connections_max,
             websockets: of(&counts.sockets),
             missed: of(&counts.missed),
         },
@@ -215,27 +214,27 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiE
             jogs: of(&counts.jogs),
             logins_failed: of(&counts.logins_failed),
         },
-        rates: hub.rates.per_second(Instant::now(), counts),
+        rates: hub.rates().per_second(Instant::now(), counts),
         stop_max_ms: of(&counts.stop_max_us) as f64 / 1000.0,
         audit: AuditState {
             entries,
-            waiting: hub.audit.waiting(),
-            lost: hub.audit.lost(),
-            failing: hub.audit.is_failing(),
+            waiting: hub.audit().waiting(),
+            lost: hub.audit().lost(),
+            failing: hub.audit().is_failing(),
         },
         history: HistoryState {
-            base: if hub.config.postgres.is_some() { "postgresql" } else { "sqlite" },
+            base: if hub.config().postgres.is_some() { "postgresql" } else { "sqlite" },
             failing,
             lost,
-            raw_days: hub.config.raw_days,
-            minute_days: hub.config.minute_days,
+            raw_days: hub.config().raw_days,
+            minute_days: hub.config().minute_days,
         },
         disk,
     }))
 }
 
 fn disk(hub: &Hub) -> Disk {
-    let data = hub.config.data.as_deref();
+    let data = hub.config().data.as_deref();
     let (free_bytes, total_bytes) = data.and_then(room).unzip();
     let size = |name: &str| {
         data.map(|folder| {
@@ -249,7 +248,7 @@ fn disk(hub: &Hub) -> Disk {
         history_bytes: size("history"),
         events_bytes: size("events"),
         users_bytes: size("hub"),
-        recordings_bytes: hub.recordings.list().iter().map(|it| it.size).sum(),
+        recordings_bytes: hub.recordings().list().iter().map(|it| it.size).sum(),
         free_bytes,
         total_bytes,
     }
@@ -268,14 +267,14 @@ fn room(_: &FsPath) -> Option<(u64, u64)> {
     None
 }
 
-/// Memory that this program has, where Linux tells it.
+/// Memory of this program, where Linux reports it.
 fn memory_bytes() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
 }
 
-/// Who is signed in.
+/// Sessions and tokens in use.
 #[utoipa::path(get, path = "/api/sessions",
     responses((status = 200, body = Vec<SessionView>), (status = 401), (status = 403)))]
 async fn sessions(
@@ -283,9 +282,9 @@ async fn sessions(
     caller: Caller,
 ) -> Result<Json<Vec<SessionView>>, ApiError> {
     only_administrators(&caller)?;
-    let known = hub.access.sessions(hub.clock.steady_ms());
-    let date = |ms| Some(hub.access.date_ms(ms));
-    let seated = hub.seated();
+    let known = hub.access().sessions(hub.clock().steady_ms());
+    let date = |ms| Some(hub.access().date_ms(ms));
+    let seated = hub.connected();
     let seats = |key: &str| -> Vec<SeatView> {
         let own = seated.iter().filter(|it| it.principal.key == key && it.open);
         let view = |it: &Seated| {
@@ -326,7 +325,7 @@ async fn sessions(
     Ok(Json(all))
 }
 
-/// Ends somebody's session; its WebSockets are closed.
+/// Ends a session; its WebSockets are closed.
 #[utoipa::path(delete, path = "/api/sessions/{id}", params(("id" = String, Path)),
     responses((status = 204), (status = 401), (status = 403), (status = 404)))]
 async fn end_session(
@@ -335,8 +334,8 @@ async fn end_session(
     Path(id): Path<String>,
 ) -> Result<StatusCode, ApiError> {
     let what = (format!("end session {id}"), Act::EndSession { session: id.clone() });
-    let now_ms = hub.clock.steady_ms();
-    change(&hub, &caller, what, move |hub| hub.access.end_session(now_ms, &id)).await?;
+    let now_ms = hub.clock().steady_ms();
+    change(&hub, &caller, what, move |hub| hub.access().end_session(now_ms, &id)).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -349,6 +348,6 @@ async fn events(
     wanted: Asked<Wanted>,
 ) -> Result<Json<EventPage>, ApiError> {
     let Query(wanted) = wanted.map_err(|error| not_understood(&error))?;
-    let page = hub.events.find(wanted.try_into()?).await?;
+    let page = hub.events().find(wanted.try_into()?).await?;
     Ok(Json(EventPage { events: page.found, next: page.next }))
 }

@@ -1,23 +1,16 @@
 //! What a file may say, and what to do where it says something else.
 
-use std::collections::BTreeSet;
 use std::fmt;
 use std::net::SocketAddr;
 use std::path::Path;
 
-use lafet_client::{Endpoint, Lang};
+use lafet_client::Lang;
 
-use super::file::{File, Monitor, Name, Tls};
+use super::file::{File, Tls};
 use super::places::site;
-use super::{Config, LISTEN, MonitorConfig, Overrides, RecordingConfig, TlsConfig};
+use super::{Config, LISTEN, Overrides, RecordingConfig, TlsConfig};
 use crate::store::Address;
 use crate::text::{Both, both};
-
-/// Polls are not closer together, and a monitor that is asked more seldom is not being watched.
-const POLL_MS: std::ops::RangeInclusive<u64> = 20..=10_000;
-/// On a serial line a state of 14 subsystems takes 0.1 s at 19200 baud.
-const POLL_SERIAL_MS: u64 = 500;
-const POLL_NET_MS: u64 = 200;
 
 /// What is wrong with the configuration: where, what, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,7 +46,7 @@ impl fmt::Display for Problem {
 /// Collects problems while it reads.
 pub struct Check<'a> {
     file: &'a str,
-    text: &'a str,
+    pub(super) text: &'a str,
     folder: &'a Path,
     problems: Vec<Problem>,
     warnings: Vec<Problem>,
@@ -242,7 +235,7 @@ impl Check<'_> {
         }
     }
 
-    fn range<T: PartialOrd + Copy + fmt::Display>(
+    pub fn range<T: PartialOrd + Copy + fmt::Display>(
         &mut self,
         value: &toml::Spanned<T>,
         range: std::ops::RangeInclusive<T>,
@@ -280,7 +273,7 @@ impl Check<'_> {
             client_roles: tls.client_roles,
         };
         self.secret(byte, &config.key);
-        for what in crate::tls::problems(&config) {
+        for what in crate::server::tls::problems(&config) {
             self.say(
                 byte,
                 what,
@@ -292,99 +285,6 @@ impl Check<'_> {
             );
         }
         config
-    }
-
-    fn monitors(&mut self, read: &[toml::Spanned<Monitor>]) -> Vec<MonitorConfig> {
-        if read.is_empty() {
-            let what = both("There is no monitor.", "Не указан ни один ствол.");
-            let remedy = both(
-                "Add one: [[monitor]] with id = \"M1\" and url = \"tcp://192.168.1.50?addr=1\".",
-                "Добавьте: [[monitor]], id = \"M1\", url = \"tcp://192.168.1.50?addr=1\".",
-            );
-            self.say(self.text.len(), what, remedy);
-        }
-        let (mut ids, mut places) = (BTreeSet::new(), BTreeSet::new());
-        let mut monitors = Vec::new();
-        for monitor in read {
-            let monitor = monitor.get_ref();
-            let (id, at) = (monitor.id.get_ref(), monitor.id.span().start);
-            let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-            if id.is_empty() || id.len() > 32 || !id.chars().all(fine) {
-                let what = both(format!("`{id}` is no id."), format!("`{id}` — не id."));
-                let remedy = both(
-                    "Write 1…32 letters a–z, digits, - or _; what people read is name.",
-                    "Допустимо 1…32 латинских букв, цифр, - и _; для людей служит name.",
-                );
-                self.say(at, what, remedy);
-            } else if !ids.insert(id.clone()) {
-                let what = both(format!("{id} stands twice."), format!("{id} указан дважды."));
-                let remedy = both("Give each monitor an id of its own.", "id стволов различны.");
-                self.say(at, what, remedy);
-            }
-            if let Some(endpoint) = self.endpoint(monitor, &mut places) {
-                monitors.push(self.monitor(monitor, endpoint));
-            }
-        }
-        monitors
-    }
-
-    fn endpoint(&mut self, monitor: &Monitor, places: &mut BTreeSet<String>) -> Option<Endpoint> {
-        let (url, at) = (monitor.url.get_ref(), monitor.url.span().start);
-        match url.parse::<Endpoint>() {
-            Ok(Endpoint::Sim { .. }) => {
-                let what = both(
-                    "The hub has no simulator inside.",
-                    "Внутри центра управления нет имитатора.",
-                );
-                let remedy = both(
-                    "Run `lafet sim` and write the address that it prints.",
-                    "Запустите `lafet sim` и укажите напечатанный адрес.",
-                );
-                self.say(at, what, remedy);
-                None
-            }
-            Ok(endpoint) if !places.insert(endpoint.to_string()) => {
-                let what = both(
-                    format!("{url}: two monitors at one place."),
-                    format!("{url}: два ствола в одном месте."),
-                );
-                let remedy = both(
-                    "Give each its own address: ?addr=2.",
-                    "Дайте каждому свой адрес: ?addr=2.",
-                );
-                self.say(at, what, remedy);
-                None
-            }
-            Ok(endpoint) => Some(endpoint),
-            Err(error) => {
-                let what = both(error.localized(Lang::En), error.localized(Lang::Ru));
-                let remedy = both(
-                    "Write tcp://HOST:PORT?addr=1, udp://… or serial:///dev/ttyUSB0?baud=19200.",
-                    "Напишите tcp://УЗЕЛ:ПОРТ?addr=1, udp://… или \
-                     serial:///dev/ttyUSB0?baud=19200.",
-                );
-                self.say(at, what, remedy);
-                None
-            }
-        }
-    }
-
-    fn monitor(&mut self, monitor: &Monitor, endpoint: Endpoint) -> MonitorConfig {
-        if let Some(poll_ms) = &monitor.poll_ms {
-            self.range(poll_ms, POLL_MS, "poll_ms");
-        }
-        let usual = match endpoint {
-            Endpoint::Serial { .. } => POLL_SERIAL_MS,
-            _ => POLL_NET_MS,
-        };
-        let id = monitor.id.get_ref();
-        let name = match &monitor.name {
-            None => both(id, id),
-            Some(Name::One(name)) => both(name, name),
-            Some(Name::Two(name)) => name.clone(),
-        };
-        let poll_ms = monitor.poll_ms.as_ref().map_or(usual, |poll_ms| *poll_ms.get_ref());
-        MonitorConfig { id: id.clone(), name, endpoint, poll_ms }
     }
 }
 
@@ -405,6 +305,7 @@ fn is_open(_: &Path) -> bool {
 mod tests {
 
     use super::*;
+    use crate::config::monitors::POLL_SERIAL_MS;
 
     fn parse(text: &str) -> Result<Config, Vec<String>> {
         let overrides = Overrides::default();
@@ -471,10 +372,10 @@ mod tests {
             ("hub.toml:5: ", "500…60000"),
             ("hub.toml:19: ", "PEM file"),
             ("hub.toml:19: ", "/etc/lafet/no: cannot be read"),
-            ("hub.toml:7: ", "`M 1` is no id"),
+            ("hub.toml:7: ", "`M 1` is not an id"),
             ("hub.toml:8: ", "tcp://HOST"),
             ("hub.toml:12: ", "20…10000"),
-            ("hub.toml:14: ", "stands twice"),
+            ("hub.toml:14: ", "is given twice"),
             ("hub.toml:15: ", "?addr=2"),
             ("hub.toml:18: ", "lafet sim"),
         ];
@@ -511,18 +412,14 @@ mod tests {
             read.unwrap_err().remove(0).what
         };
         for (text, en, ru) in [
-            (
-                "[server]\nlisten = 8480",
-                "the number `8480` stands where a text",
-                "Указано: число `8480`",
-            ),
+            ("[server]\nlisten = 8480", "the number `8480` where a text", "Указано: число `8480`"),
             (
                 "[history]\nraw_days = -1",
                 "a whole number from 0 is needed",
                 "нужно: целое число от 0",
             ),
             ("[[monitor]]\nid = \"A\"", "`url` is missing", "Не хватает `url`"),
-            ("[server]\nlogin = true\nlogin = true", "stands twice", "указано дважды"),
+            ("[server]\nlogin = true\nlogin = true", "is given twice", "указано дважды"),
             (
                 "[tls]\ncert = \"c\"\nkey = \"k\"\nclient_roles = { a = \"boss\" }",
                 "`boss` is not one of `observer`, `operator`",

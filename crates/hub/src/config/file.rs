@@ -1,4 +1,4 @@
-//! The file as it stands, before anything is checked.
+//! The file as read, before it is checked.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -152,7 +152,7 @@ impl File {
     /// left out and the rest read again, until it fits. `false`: it is not TOML at all.
     pub fn read(file: &str, text: &str) -> (Self, bool, Vec<Problem>) {
         let remedy = both(
-            "What may stand here: lafet serve --example.",
+            "For what is allowed here: lafet serve --example.",
             "Что здесь может стоять: lafet serve --example.",
         );
         let problem = |error: &toml::de::Error| {

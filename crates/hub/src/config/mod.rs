@@ -1,7 +1,8 @@
-//! What the hub is told at its start: one TOML file, then the environment, then flags.
+//! The configuration of the hub: one TOML file, then the environment, then flags.
 
 mod check;
 mod file;
+mod monitors;
 mod places;
 mod words;
 
@@ -17,33 +18,33 @@ use crate::store::{Address, StateFile};
 use crate::text::Both;
 pub use check::Problem;
 
-/// Where the hub listens when nobody says otherwise.
+/// Default address of the listener.
 pub const LISTEN: &str = "127.0.0.1:8480";
 /// Environment: the file, the place to listen, the folder of the state.
 pub const ENV: [&str; 3] = ["LAFET_HUB_CONFIG", "LAFET_HUB_LISTEN", "LAFET_HUB_DATA"];
 
-/// Everything the hub is told.
+/// The configuration of the hub.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Where it listens.
+    /// Address of the listener.
     pub listen: SocketAddr,
     /// Names under which browsers reach it, besides IP addresses and localhost.
     pub names: Vec<String>,
     /// Other origins whose pages may use the API.
     pub origins: Vec<String>,
-    /// Proxies that tell in X-Forwarded-For for whom they ask.
+    /// Proxies whose X-Forwarded-For is trusted.
     pub proxies: Vec<IpAddr>,
-    /// Whether people log in. Without it everybody is an administrator: on loopback alone.
+    /// Whether users log in. Without login every client is an administrator: on loopback alone.
     pub login: bool,
     /// Folder of the state; `None` keeps it in memory.
     pub data: Option<PathBuf>,
     /// Files of the state whose loss is accepted at this start.
     pub accept_lost: Vec<StateFile>,
-    /// Connections at most.
+    /// Most open connections.
     pub connections_max: usize,
     /// TLS; without it plain HTTP.
     pub tls: Option<TlsConfig>,
-    /// Metrics are shown to everybody.
+    /// Metrics need no login.
     pub metrics_open: bool,
     /// Milliseconds that a holder whose connection is lost may take to come back.
     pub lost_ms: u64,
@@ -57,17 +58,17 @@ pub struct Config {
     pub recording: RecordingConfig,
     /// The monitors, in the order of the file.
     pub monitors: Vec<MonitorConfig>,
-    /// Where things stand, as the API publishes it.
+    /// The map of the site, as the API publishes it.
     pub site: Option<Site>,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.
     pub simulation: bool,
-    /// This is the demo.
+    /// Started by `lafet demo`.
     pub demo: bool,
 }
 
-/// Certificates.
+/// Certificates of the hub and its clients.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TlsConfig {
     /// Certificate chain, PEM.
@@ -103,14 +104,14 @@ impl Default for RecordingConfig {
     }
 }
 
-/// A monitor.
+/// A configured monitor.
 #[derive(Clone, Debug)]
 pub struct MonitorConfig {
     /// Its id in the API.
     pub id: String,
-    /// What people call it.
+    /// Name for people.
     pub name: Both,
-    /// Where it is.
+    /// Line and address.
     pub endpoint: Endpoint,
     /// Milliseconds between two polls of its state.
     pub poll_ms: u64,
@@ -143,14 +144,14 @@ impl Default for Config {
     }
 }
 
-/// What stands in the environment or on the command line, and wins over the file.
+/// Settings from the environment and the command line, which override the file.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// `LAFET_HUB_LISTEN`.
+    /// Environment variable `LAFET_HUB_LISTEN`.
     pub listen: Option<String>,
-    /// `LAFET_HUB_DATA`.
+    /// Environment variable `LAFET_HUB_DATA`.
     pub data: Option<PathBuf>,
-    /// `--port`.
+    /// Option `--port`.
     pub port: Option<u16>,
 }
 

@@ -1,4 +1,4 @@
-//! Names of the hub, pages that may use it, and where things stand.
+//! Names of the hub, origins that may use it, and the map of the site.
 
 use std::collections::BTreeMap;
 
@@ -87,7 +87,7 @@ impl Check<'_> {
         for byte in wrong {
             self.say(
                 byte,
-                both("This cannot stand on the plan.", "Этого на плане быть не может."),
+                both("This cannot be on the plan.", "Этого на плане быть не может."),
                 both(
                     "Places are metres within 100 km, headings −360…360°, heights 0…1000 m, \
                      diameters more than 0.",

@@ -43,14 +43,14 @@ pub fn of(said: &str) -> Both {
         return both(format!("{name} is missing."), format!("Не хватает {name}."));
     }
     if said.starts_with("duplicate key") || said.starts_with("duplicate field") {
-        return both("This stands twice.", "Это указано дважды.");
+        return both("This is given twice.", "Это указано дважды.");
     }
     let wrong =
         said.strip_prefix("invalid type: ").or_else(|| said.strip_prefix("invalid value: "));
     if let Some((given, wanted)) = wrong.and_then(expected) {
         let ([given_en, given_ru], [wanted_en, wanted_ru]) = (kind(given), kind(wanted));
         return both(
-            format!("{given_en} stands where {wanted_en} is needed."),
+            format!("{given_en} where {wanted_en} is needed."),
             format!("Указано: {given_ru}, а нужно: {wanted_ru}."),
         );
     }
@@ -79,7 +79,7 @@ fn expected(rest: &str) -> Option<(&str, &str)> {
     rest.split_once(", expected ").or_else(|| Some((rest, rest.split_once(", there are no ")?.1)))
 }
 
-/// A kind of value, and the value that stands behind it.
+/// A kind of value, and the value.
 fn kind(said: &str) -> [String; 2] {
     for [kind, en, ru] in KINDS {
         if let Some(value) = said.strip_prefix(kind)

@@ -20,7 +20,7 @@ const DAY_MS: u64 = 86_400_000;
 const MEGABYTE: u64 = 1_000_000;
 /// 2000-01-01: what is said to be older was dated by no clock, or by one that was never set.
 const DATED_MS: u64 = 946_684_800_000;
-/// Ends the name of what is told of a recording.
+/// Suffix of the file that describes a recording.
 const ABOUT: &str = "json";
 const ENDINGS: [&str; 2] = [".mcap", ".pcapng"];
 /// What is packed into a recording, bytes; of more, nothing is read.
@@ -29,7 +29,7 @@ pub const UNPACKED_MAX: u64 = 256 << 20;
 const SENT: &str = ".sent-";
 const NAME_MAX: usize = 100;
 
-/// What the thread does.
+/// Work for the thread that writes.
 #[derive(Debug)]
 pub enum Work {
     /// A recording begins with these frames.
@@ -42,16 +42,16 @@ pub enum Work {
     Flush(SyncSender<()>),
     /// A second has passed: what is too old goes.
     Keep(u64),
-    /// Nothing more comes.
+    /// The thread ends.
     Stop,
 }
 
 /// Why an uploaded file is refused.
 #[derive(Debug)]
 pub enum Unfit {
-    /// It is no recording.
+    /// Not a recording.
     Read(ReadError),
-    /// It cannot be stored.
+    /// Writing failed.
     Io(io::Error),
 }
 
@@ -105,7 +105,7 @@ impl Folder {
         }
     }
 
-    /// Its path.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.0.path
     }
@@ -115,7 +115,7 @@ impl Folder {
         self.path().join(name).is_file()
     }
 
-    /// Bytes of a recording.
+    /// Size of a recording, bytes.
     pub fn size(&self, name: &str) -> u64 {
         fs::metadata(self.path().join(name)).map_or(0, |it| it.len())
     }
@@ -127,8 +127,8 @@ impl Folder {
         names.filter(|name| is_name(name)).map(|name| self.about(&name)).collect()
     }
 
-    /// What is told of a recording. Of one that somebody has put there, or whose word is lost, its
-    /// file tells the time: it was written last after its last frame.
+    /// The description of a recording. Of one that was copied here, or whose description is lost, its
+    /// file gives the time: it was written last after its last frame.
     pub fn about(&self, name: &str) -> Recording {
         let text = fs::read(about(self.path(), name)).unwrap_or_default();
         let told = serde_json::from_slice(&text).unwrap_or_else(|_| {
@@ -152,7 +152,7 @@ impl Folder {
         fs::remove_file(self.path().join(name))
     }
 
-    /// A file for what somebody sends; [`Folder::list`] does not show it.
+    /// A file for an upload; [`Folder::list`] does not show it.
     pub fn sent(&self) -> io::Result<(PathBuf, File)> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);

@@ -41,32 +41,32 @@ const LONGEST_MS: u64 = 3_600_000;
 /// Recordings that are written at the same time.
 const AT_ONCE_MAX: usize = 16;
 
-/// A recording.
+/// A recording, as the API lists it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Recording {
-    /// The file.
+    /// Name of the file.
     pub name: String,
     /// `alarm`, `asked` or `uploaded`.
     pub cause: String,
-    /// Who asked for it.
+    /// User who started it.
     #[schema(required)]
     pub by: Option<String>,
-    /// Which alarm it was.
+    /// Id of the alarm that started it.
     #[schema(required)]
     pub alarm: Option<String>,
-    /// Whose frames there are.
+    /// Ids of the monitors whose frames it has.
     pub monitors: Vec<String>,
     /// Which address is which of them.
     #[serde(default)]
     #[schema(value_type = BTreeMap<String, String>)]
     pub addresses: BTreeMap<u8, String>,
-    /// Its first frame.
+    /// Time of the first frame, ms since 1970.
     pub from_ms: u64,
-    /// Its last frame.
+    /// Time of the last frame, ms since 1970.
     pub to_ms: u64,
-    /// Bytes.
+    /// Size, bytes.
     pub size: u64,
-    /// It is being written.
+    /// Whether it is being written.
     #[serde(default)]
     pub recording: bool,
 }
@@ -74,7 +74,7 @@ pub struct Recording {
 /// The recordings of the hub.
 #[derive(Debug)]
 pub struct Recordings {
-    /// Where they are.
+    /// Folder of the files.
     pub folder: Folder,
     config: RecordingConfig,
     inner: Mutex<Inner>,
@@ -104,7 +104,7 @@ struct Running {
 pub type Whose = BTreeMap<u8, String>;
 
 impl Recordings {
-    /// Opens the folder.
+    /// Opens the folder of recordings.
     pub fn open(config: &RecordingConfig) -> Result<Self, StoreError> {
         let folder = Folder::open(config.folder.clone())?;
         let (work, queue) = sync_channel(QUEUE_MAX);
@@ -200,7 +200,7 @@ impl Recordings {
         );
     }
 
-    /// Somebody asks for a recording; `None`: too many are being written.
+    /// Starts a recording on request; `None`: too many are being written.
     pub fn ask(
         &self,
         (from_ms, now_ms, until_ms): (u64, u64, u64),
@@ -334,7 +334,7 @@ impl Recordings {
         }
     }
 
-    /// A file that somebody has sent.
+    /// An uploaded file.
     pub fn add(
         &self,
         now_ms: u64,

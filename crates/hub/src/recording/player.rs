@@ -15,21 +15,21 @@ use serde_json::Value;
 use super::{SCENE, Whose};
 use crate::alarms::{Alarms, Conditions};
 use crate::api::show_frame;
-use crate::messages::ShownFrame;
-use crate::model::{self, Status, Subsystems};
+use crate::monitor::status::{self, Status, Subsystems};
+use crate::monitor::view::{Bounds, Hotbeds, Info};
+use crate::publish::messages::ShownFrame;
 use crate::text::{Both, both};
-use crate::view::{Bounds, Hotbeds, Info};
 use crate::words::LinkWord;
 
-/// A state that is as it was is told this often.
+/// An unchanged state is repeated this often.
 const RENEW_MS: u64 = 1000;
-/// A monitor that has not told its state for so long is not heard any more.
+/// A monitor whose state is older than this is shown as not heard.
 const STALE_MS: u64 = 2500;
 
-/// Plays a recording.
+/// Plays a recording back as topics.
 #[derive(Debug, Default)]
 pub struct Player {
-    /// Frames are told as well.
+    /// Also play the frames.
     pub frames: bool,
     /// A value holds until another one comes, however long that takes.
     pub values_hold: bool,
@@ -37,7 +37,7 @@ pub struct Player {
     names: BTreeMap<String, Both>,
     monitors: BTreeMap<String, Heard>,
     alarms: Alarms,
-    /// Everything as it is.
+    /// Every topic and its value.
     all: BTreeMap<String, Value>,
     line: Line,
 }
@@ -150,7 +150,7 @@ impl Player {
                 self.set(&format!("monitors/{monitor}/hotbeds"), &value);
             }
         }
-        let states = model::subsystems(told(RequestId::GET_STATUS), &Subsystems::new());
+        let states = status::subsystems(told(RequestId::GET_STATUS), &Subsystems::new());
         if !states.is_empty() {
             let heard = self.monitors.entry(monitor.to_owned()).or_default();
             let mut subsystems = heard.status.subsystems.clone();
@@ -184,7 +184,7 @@ impl Player {
             &topic("link"),
             &HeardLink { state: if up { LinkWord::Up } else { LinkWord::Down } },
         );
-        self.set(&topic("readiness"), &model::readiness(&status, up, false));
+        self.set(&topic("readiness"), &status::readiness(&status, up, false));
         let changes = self.alarms.observe(at_ms, monitor, &status, true);
         self.alarms_changed(changes);
     }

@@ -57,7 +57,7 @@ pub trait Simulation: std::fmt::Debug + Send + Sync {
 /// The site of a scenario.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// Its monitors.
+    /// Monitors of the scenario.
     pub monitors: Vec<MonitorConfig>,
     /// Places and heights, as the API publishes them.
     pub site: Option<Site>,
@@ -76,18 +76,18 @@ pub enum Act {
     Speed(f64),
     /// A fault of a monitor begins or ends; `all` can only end.
     Fault {
-        /// The monitor.
+        /// Id of the monitor.
         monitor: String,
-        /// The fault's name.
+        /// Name of the fault.
         fault: String,
-        /// It begins.
+        /// Whether the fault begins or ends.
         on: bool,
     },
     /// A fire is lit at a place, metres east and north.
     Fire {
-        /// Where.
+        /// Place of the fire, m east and north.
         at: [f64; 2],
-        /// Its diameter, m.
+        /// Diameter of the fire, m.
         size: f64,
         /// `pool`, `pile` or `spray`.
         kind: String,
@@ -96,9 +96,9 @@ pub enum Act {
     Ignite(String),
     /// The link to a monitor is lost, or back.
     Link {
-        /// The monitor.
+        /// Id of the monitor.
         monitor: String,
-        /// It is back.
+        /// Whether the link is restored or cut.
         up: bool,
     },
 }
@@ -119,21 +119,15 @@ impl Act {
 }
 
 impl Hub {
-    /// Connects a simulation to the hub. The first one stays.
-    pub fn simulate(&self, simulation: Box<dyn Simulation>) {
-        _ = self.simulation.set(simulation);
-        self.publish_simulation();
-    }
-
     /// The simulation, where there is one.
     pub fn simulation(&self) -> Result<&dyn Simulation, ApiError> {
-        self.simulation.get().map(|it| &**it).ok_or_else(ApiError::not_found)
+        self.simulated().ok_or_else(ApiError::not_found)
     }
 
     /// Publishes the state of the simulation.
     pub fn publish_simulation(&self) {
-        if let Some(simulation) = self.simulation.get() {
-            self.topics.set("sim", &simulation.state());
+        if let Some(simulation) = self.simulated() {
+            self.topics().set("sim", &simulation.state());
         }
     }
 
@@ -170,6 +164,6 @@ impl Hub {
 
     fn note_act(&self, caller: &Caller, what: &str, act: &Noted, done: bool) {
         let outcome = if done { "Ok" } else { "refused" };
-        drop(self.audit.note(self.record(caller, "", what, outcome).about(act)));
+        drop(self.audit().note(self.record(caller, "", what, outcome).about(act)));
     }
 }

@@ -13,7 +13,7 @@ use crate::text::Both;
 pub struct Scenario {
     /// Its id: the name of its file without `.toml`.
     pub id: String,
-    /// Its title.
+    /// Title of the scenario.
     pub title: Both,
     /// What happens in it and what is asked of the operator.
     pub about: Both,
@@ -31,7 +31,7 @@ pub struct Fault {
     pub name: String,
     /// The part of the monitor that it belongs to: `vertical`.
     pub group: &'static str,
-    /// That part, in words.
+    /// Part of the monitor, in words.
     pub group_text: Both,
     /// The fault, in words.
     pub text: Both,
@@ -80,9 +80,9 @@ pub struct Simulated {
 #[serde(rename_all = "snake_case")]
 #[schema(as = SimLinkState)]
 pub enum LinkState {
-    /// It carries everything.
+    /// It carries every frame.
     Up,
-    /// It carries nothing.
+    /// It carries no frames.
     Lost,
     /// Requests arrive, answers do not.
     AnswersLost,
@@ -92,9 +92,9 @@ pub enum LinkState {
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = SimScore)]
 pub struct Score {
-    /// Checks that have passed.
+    /// Number of checks passed.
     pub passed: usize,
-    /// Checks that have failed.
+    /// Number of checks failed.
     pub failed: usize,
     /// Checks that are not decided.
     pub open: usize,
@@ -118,9 +118,9 @@ impl From<Vec<Check>> for Score {
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = SimCheck)]
 pub struct Check {
-    /// What is asked.
+    /// The check, in words.
     pub text: Both,
-    /// Whether it is decided.
+    /// Result of the check.
     pub state: CheckState,
     /// When it was decided, s of simulated time.
     #[schema(required)]
@@ -135,7 +135,7 @@ pub struct Check {
 #[serde(rename_all = "lowercase")]
 #[schema(as = SimCheckState)]
 pub enum CheckState {
-    /// Not yet.
+    /// Not decided yet.
     Open,
     /// What is asked has happened.
     Passed,
@@ -170,7 +170,7 @@ pub struct Scene {
 pub struct Burning {
     /// Its name in the scenario.
     pub name: String,
-    /// Its middle.
+    /// Centre, m east and north.
     #[schema(min_items = 2, max_items = 2)]
     pub at: [f64; 2],
     /// The diameter that burns, m.
@@ -204,10 +204,10 @@ pub struct JetShown {
 pub struct Splash {
     /// The id of the monitor.
     pub monitor: String,
-    /// Where.
+    /// Centre, m east and north.
     #[schema(min_items = 2, max_items = 2)]
     pub at: [f64; 2],
-    /// How much, l.
+    /// Amount of water, l.
     pub litres: f64,
     /// The part of it that has come through the foam valve, 0…1.
     pub foam: f64,

@@ -10,20 +10,20 @@ use crate::access::Role;
 /// Version of [`Act`] in the log: an entry of a later one is shown by its `what`.
 const VERSION: u32 = 1;
 
-/// What was done.
+/// An action in the audit log. Its JSON is part of the log's format.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Act {
     /// A request to a monitor; `what` of the entry is its whole text.
     Request {
-        /// Its name, `Move`.
+        /// Name of the request, `Move`.
         request: String,
-        /// Its addressee, `Vertical`.
+        /// Name of the addressee, `Vertical`.
         to: String,
     },
     /// A motion by hand; the outcome of the entry is how it ended.
     Jog {
-        /// The drive.
+        /// Name of the drive.
         drive: String,
         /// `max` or `min`.
         toward: String,
@@ -35,7 +35,7 @@ pub enum Act {
     Authority {
         /// `take`, `release`, `request`, `grant`, `deny`, `force`.
         action: String,
-        /// Why.
+        /// Reason given with `force`.
         #[serde(skip_serializing_if = "Option::is_none")]
         reason: Option<String>,
     },
@@ -43,104 +43,104 @@ pub enum Act {
     Login,
     /// A user has changed the own password.
     ChangeOwnPassword,
-    /// A new user.
+    /// A user was added.
     AddUser {
-        /// The name.
+        /// Name of the user.
         user: String,
-        /// The role.
+        /// Role of the user.
         role: Role,
     },
     /// A change of a user.
     ChangeUser {
-        /// The name.
+        /// Name of the user.
         user: String,
-        /// The new role.
+        /// New role; none if only the password has changed.
         #[serde(skip_serializing_if = "Option::is_none")]
         role: Option<Role>,
         /// There is a new password.
         password: bool,
     },
-    /// A user is removed.
+    /// A user was removed.
     RemoveUser {
-        /// The name.
+        /// Name of the user.
         user: String,
     },
-    /// A new token.
+    /// A token was made.
     AddToken {
-        /// Its name.
+        /// Name of the token.
         name: String,
-        /// Its role.
+        /// Role of the token.
         role: Role,
     },
     /// A token is taken back.
     RemoveToken {
-        /// Its number.
+        /// Number of the token.
         id: u64,
     },
     /// A session is ended by an administrator.
     EndSession {
-        /// Its id.
+        /// Id of the session.
         session: String,
     },
-    /// An alarm is acknowledged.
+    /// An alarm was acknowledged.
     Acknowledge {
-        /// Its id.
+        /// Id of the alarm.
         alarm: String,
     },
-    /// An alarm is shelved.
+    /// An alarm was shelved.
     Shelve {
-        /// Its id.
+        /// Id of the alarm.
         alarm: String,
-        /// For this time.
+        /// Duration, minutes.
         minutes: u64,
-        /// Why.
+        /// Reason given.
         reason: String,
     },
     /// An alarm is taken off the shelf.
     Unshelve {
-        /// Its id.
+        /// Id of the alarm.
         alarm: String,
     },
     /// The audit log is exported.
     ExportAudit,
-    /// A recording is started.
+    /// A recording was started.
     StartRecording {
-        /// Its name.
+        /// Name of the recording.
         recording: String,
     },
-    /// A recording is removed.
+    /// A recording was removed.
     RemoveRecording {
-        /// Its name.
+        /// Name of the recording.
         recording: String,
     },
-    /// A recording is uploaded.
+    /// A recording was uploaded.
     UploadRecording {
-        /// Its name.
+        /// Name of the recording.
         recording: String,
     },
     /// A scenario of the simulation is loaded.
     SimScenario {
-        /// Its id.
+        /// Id of the scenario.
         scenario: String,
-        /// Its seed.
+        /// Seed of the random numbers.
         #[serde(skip_serializing_if = "Option::is_none")]
         seed: Option<u64>,
     },
     /// Something is changed in the simulation.
     Sim {
-        /// What.
+        /// The action.
         act: crate::simulation::Act,
     },
-    /// The hub ends.
+    /// The hub has ended.
     End,
-    /// The date has jumped.
+    /// The date has stepped.
     ClockStep {
         /// By how much, ms; negative: back.
         by_ms: i64,
     },
     /// A file of the state was lost or changed before this start.
     StateLost {
-        /// Which, and how.
+        /// The file, and what is wrong with it.
         #[serde(flatten)]
         loss: Loss,
     },
@@ -155,7 +155,7 @@ pub enum Act {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "how", rename_all = "snake_case")]
 pub enum JogEnding {
-    /// It was stopped.
+    /// The motion was stopped.
     Stopped {
         /// `released`, `lapsed`, `link_lost`, `refused`, `stop_asked`.
         reason: String,
@@ -169,14 +169,14 @@ pub enum JogEnding {
     },
     /// The monitor, or the line, refused it.
     Refused {
-        /// In words, English.
+        /// The error, in English.
         error: String,
     },
     /// Another motion of the same hand took its place.
     Replaced,
     /// Another client moves the drive.
     TakenOver {
-        /// Who.
+        /// The client that took over.
         by: String,
     },
     /// The drive goes on in spite of Stop.
@@ -184,9 +184,9 @@ pub enum JogEnding {
         /// Where it was seen last, arc-minutes; the nozzle mm.
         position: i16,
     },
-    /// It is not known.
+    /// The end is unknown.
     Unknown {
-        /// In words, English.
+        /// The error, in English.
         error: String,
     },
 }

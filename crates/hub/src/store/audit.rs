@@ -51,25 +51,25 @@ PRAGMA synchronous = FULL;";
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditRecord)]
 pub struct Record {
-    /// When, ms since 1970.
+    /// Time, ms since 1970.
     pub at_ms: u64,
-    /// Who.
+    /// Name of the user.
     pub user: String,
-    /// In which role.
+    /// Role of the user.
     pub role: String,
-    /// From which address.
+    /// IP address of the client.
     pub from: String,
     /// `ws`, `http`, or `hub` by itself.
     pub via: String,
-    /// From which seat.
+    /// Id of the seat.
     pub seat: String,
     /// To which monitor; empty: to the hub.
     pub monitor: String,
-    /// What.
+    /// The action, in words.
     pub what: String,
-    /// How it went.
+    /// Result of the action.
     pub outcome: String,
-    /// What else is known.
+    /// Further data.
     #[schema(value_type = Object)]
     pub details: Value,
     /// How the caller has authenticated: a token may have the name of a user. Entries of earlier
@@ -101,12 +101,12 @@ impl Record {
 pub struct Entry {
     /// Its number, from 1.
     pub n: u64,
-    /// What was noted.
+    /// The record.
     #[serde(flatten)]
     pub record: Record,
     /// Hash of the entry before.
     pub prev: String,
-    /// Hash of this one.
+    /// Hash of this entry.
     pub hash: String,
 }
 
@@ -137,7 +137,7 @@ impl Audit {
         let (write, read) = match folder {
             Some(_) => (open(folder, "audit.db", SCHEMA)?, open(folder, "audit.db", SCHEMA)?),
             None => {
-                // Two connections to the same database in memory, which bears a name for that.
+                // Two connections to the same database in memory, which has a name for that.
                 static NEXT: AtomicU64 = AtomicU64::new(0);
                 let number = NEXT.fetch_add(1, Ordering::Relaxed);
                 let uri = format!("file:/audit{number}?vfs=memdb");

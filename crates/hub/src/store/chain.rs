@@ -58,7 +58,7 @@ impl Chain {
         right
     }
 
-    /// What came out.
+    /// The result of the walk.
     pub fn result(self) -> Verified {
         let head = self.head.unwrap_or_else(|| GENESIS.into());
         Verified { ok: self.bad.is_none(), entries: self.entries, head, bad: self.bad }
@@ -79,7 +79,7 @@ pub fn verify_lines(lines: impl Iterator<Item = std::io::Result<String>>) -> Ver
     chain.result()
 }
 
-/// An entry as it was exported: what stands there besides would be in nobody's hash.
+/// An entry as it was exported. Further fields are refused: no hash would cover them.
 fn entry_of(line: &str) -> Option<Entry> {
     let entry: Entry = serde_json::from_str(line).ok()?;
     let all: Value = serde_json::from_str(line).ok()?;

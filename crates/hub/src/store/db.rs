@@ -25,10 +25,10 @@ pub struct Db {
 /// Why something could not be stored or read.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// What SQLite says.
+    /// Error of SQLite.
     #[error("{0}")]
     Sqlite(#[from] rusqlite::Error),
-    /// What PostgreSQL says.
+    /// Error of PostgreSQL.
     #[cfg(feature = "postgres")]
     #[error("{}", super::postgres::said(.0))]
     Postgres(#[from] tokio_postgres::Error),
@@ -69,7 +69,7 @@ pub fn occupy(folder: &Path) -> Result<std::fs::File, StoreError> {
     }
 }
 
-/// Makes the folder of the state: who is nobody's user here has no business in it.
+/// Makes the folder of the state, readable by its owner alone.
 fn make(folder: &Path) -> std::io::Result<()> {
     if folder.is_dir() {
         return Ok(());
@@ -153,7 +153,7 @@ pub fn open(folder: Option<&Path>, name: &str, schema: &str) -> Result<Connectio
     opened.map_err(|error| StoreError::File(path, error))
 }
 
-/// As [`open`]; a file that a disk has spoilt is put aside, for without what is in it the hub can
+/// As [`open`]; a corrupt file is moved aside, for without what is in it the hub can
 /// work, and without the hub nobody can.
 pub fn open_or_begin_anew(
     folder: Option<&Path>,

@@ -1,4 +1,4 @@
-//! What has happened, as it was told to everybody: kept, to be looked up later.
+//! The event log: what was sent to every client, kept to be looked up later.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
@@ -37,49 +37,49 @@ const FORGET: &str = "DELETE FROM event WHERE n IN
 /// Events that are forgotten at once.
 const FORGET_ROWS: u32 = 1000;
 
-/// Something that has happened.
+/// An entry of the event log.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Event {
-    /// Its number.
+    /// Number of the entry.
     pub n: u64,
-    /// When, ms since 1970.
+    /// Time, ms since 1970.
     pub at_ms: u64,
     /// To which monitor; `None`: to the site.
     #[schema(required)]
     pub monitor: Option<String>,
-    /// What.
+    /// The event, in words.
     pub what: Both,
 }
 
 /// Which events, and which entries of the audit log.
 #[derive(Clone, Debug, Default)]
 pub struct Search {
-    /// Of this monitor.
+    /// Only events of this monitor.
     pub monitor: Option<String>,
-    /// Of this user.
+    /// Only events of this user.
     pub user: Option<String>,
     /// With this text in it, in small letters.
     pub text: Option<String>,
-    /// Not before this time.
+    /// Not before this time, ms since 1970.
     pub from_ms: Option<u64>,
-    /// Not after this time.
+    /// Not after this time, ms since 1970.
     pub to_ms: Option<u64>,
-    /// Before this number.
+    /// Only entries before this number.
     pub before: Option<u64>,
-    /// So many.
+    /// Most entries.
     pub limit: usize,
 }
 
 /// Part of what was found, the latest first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page<T> {
-    /// These.
+    /// The entries found.
     pub found: Vec<T>,
     /// There may be more before this number.
     pub next: Option<u64>,
 }
 
-/// What has happened.
+/// The event log.
 #[derive(Clone, Debug)]
 pub struct Events {
     db: Db,
@@ -95,7 +95,7 @@ impl Events {
         Ok(Self::open_with_alarms(folder)?.0)
     }
 
-    /// Opens it, and tells the alarms that were not normal.
+    /// Opens it, and returns the alarms that were not normal.
     pub fn open_with_alarms(folder: Option<&Path>) -> Result<(Self, Vec<String>), StoreError> {
         let db = open_or_begin_anew(folder, "events.db", SCHEMA)?;
         let mut query = db.prepare("SELECT value FROM alarm_now")?;

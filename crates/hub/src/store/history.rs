@@ -11,16 +11,15 @@ use serde::Serialize;
 use tokio::sync::oneshot;
 use utoipa::ToSchema;
 
+use super::current::Current;
 use super::db::{Db, StoreError, open_or_begin_anew};
 use super::postgres::{Address, Postgres};
-use super::series::{self, HEARTBEAT_MS, Ids, SCHEMA, Sweep, bucket_ms};
-use super::thin::{self, MINUTE_MS, Rows};
+use super::series::{self, Ids, SCHEMA, Sweep};
+use super::thin::{self, Rows};
 use super::work::Work;
-use crate::link_series::{self, PREFIX};
+use crate::monitor::link_series::PREFIX;
 use crate::sync::lock;
 
-/// A value is not noted more often.
-const RAW_MS: u64 = 200;
 /// The time until which values are known is stored so often.
 const KNOWN_EVERY_MS: u64 = 10_000;
 /// A day.
@@ -44,7 +43,7 @@ pub struct Key {
 #[derive(Debug)]
 pub struct History {
     base: Base,
-    /// By monitor, by series.
+    /// Current values by monitor and series.
     now: HashMap<String, HashMap<Series, Current>>,
     pending: Vec<Row>,
     known_ms: u64,
@@ -60,49 +59,28 @@ struct File {
     ids: Mutex<Ids>,
 }
 
-/// What a series is at.
-#[derive(Clone, Debug)]
-struct Current {
-    key: Arc<Key>,
-    value: f64,
-    noted_ms: u64,
-    bucket: Bucket,
-    /// The last bucket stored, if the value did not change in it: value and start.
-    constant: Option<(f64, u64)>,
-}
-
-/// A minute, or a longer time, that is not over.
-#[derive(Clone, Copy, Debug)]
-struct Bucket {
-    start_ms: u64,
-    until_ms: u64,
-    area: f64,
-    least: f64,
-    most: f64,
-}
-
-/// Where the history is.
+/// The database of the history.
 #[derive(Clone, Debug)]
 pub enum Base {
-    /// A file, or memory.
+    /// SQLite, in a file or in memory.
     Sqlite(Db),
-    /// A server.
+    /// A PostgreSQL server.
     Postgres(Postgres),
 }
 
 /// A series, since when, its value; `None`: it is not known.
 pub type Change = (Series, u64, Option<f64>);
 
-/// What an alarm did.
+/// A change of an alarm.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
 pub struct AlarmChange {
-    /// When, ms since 1970.
+    /// Time, ms since 1970.
     pub at_ms: u64,
     /// Id of the alarm.
     pub id: String,
-    /// Its state before.
+    /// State before the change.
     pub from: String,
-    /// Its state since.
+    /// State after the change.
     pub to: String,
     /// Whose action it was, if it was one.
     #[schema(required)]
@@ -112,7 +90,7 @@ pub struct AlarmChange {
     pub reason: Option<String>,
 }
 
-/// Something to store.
+/// A row to store.
 #[derive(Clone, Debug)]
 pub enum Row {
     /// A value, or that it is not known.
@@ -123,62 +101,6 @@ pub enum Row {
     Gap(Arc<Key>, u64),
     /// Values are known until this time.
     Known(u64),
-}
-
-impl Bucket {
-    fn begin(at_ms: u64, value: f64) -> Self {
-        Self { start_ms: at_ms, until_ms: at_ms, area: 0.0, least: value, most: value }
-    }
-
-    /// The value holds until a time.
-    fn hold(&mut self, value: f64, until_ms: u64) {
-        let for_ms = until_ms.saturating_sub(self.until_ms);
-        self.area += value * for_ms as f64;
-        self.until_ms += for_ms;
-        self.include(value);
-    }
-
-    fn include(&mut self, value: f64) {
-        self.least = self.least.min(value);
-        self.most = self.most.max(value);
-    }
-
-    fn figures(&self) -> [f64; 3] {
-        let over_ms = self.until_ms - self.start_ms;
-        let mean = if over_ms == 0 { self.least } else { self.area / over_ms as f64 };
-        [mean.clamp(self.least, self.most), self.least, self.most]
-    }
-}
-
-impl Current {
-    fn begin(key: Arc<Key>, at_ms: u64, value: f64) -> Self {
-        Self { key, value, noted_ms: at_ms, bucket: Bucket::begin(at_ms, value), constant: None }
-    }
-
-    /// Ends the bucket at a time. A constant is stored when it becomes one, and each hour.
-    fn end_bucket(&mut self, end_ms: u64, pending: &mut Vec<Row>) {
-        self.bucket.hold(self.value, end_ms);
-        let start_ms = self.bucket.start_ms;
-        let figures @ [_, least, most] = self.bucket.figures();
-        self.bucket = Bucket::begin(end_ms, self.value);
-        let constant = least.total_cmp(&most).is_eq();
-        let holds = self.constant.is_some_and(|(value, since_ms)| {
-            constant && value.total_cmp(&least).is_eq() && start_ms < since_ms + HEARTBEAT_MS
-        });
-        if !holds {
-            self.constant = constant.then_some((least, start_ms));
-            pending.push(Row::Minute(self.key.clone(), start_ms, figures));
-        }
-    }
-
-    /// From a time on it is not known.
-    fn lose(mut self, at_ms: u64, pending: &mut Vec<Row>) {
-        // After the start of what it ends.
-        let at_ms = at_ms.max(self.bucket.until_ms).max(self.bucket.start_ms + 1);
-        self.end_bucket(at_ms, pending);
-        pending.push(Row::Gap(self.key.clone(), at_ms));
-        pending.push(Row::Raw(self.key, at_ms, None));
-    }
 }
 
 impl History {
@@ -193,7 +115,7 @@ impl History {
         Ok(Self::of(Base::Sqlite(db)))
     }
 
-    /// Opens it in PostgreSQL.
+    /// Opens the history in PostgreSQL.
     pub fn open_postgres(address: Address) -> Result<Self, StoreError> {
         Ok(Self::of(Base::Postgres(Postgres::open(address)?)))
     }
@@ -230,18 +152,10 @@ impl History {
         self.known_ms = at_ms;
         let pending = &mut self.pending;
         if let Some(current) = self.now.get_mut(monitor).and_then(|it| it.get_mut(series)) {
-            let bucket_ms = bucket_ms(series);
-            let end_ms = current.bucket.start_ms - current.bucket.start_ms % bucket_ms + bucket_ms;
-            // Long without a word of it, or the clock was put back: it was not known meanwhile.
-            let known = at_ms < current.bucket.until_ms + 2 * MINUTE_MS
-                && at_ms + MINUTE_MS >= current.bucket.until_ms;
-            if known {
-                if at_ms >= end_ms {
-                    current.end_bucket(end_ms, pending);
-                }
-                return note(current, at_ms, value, pending);
+            if let Some(noted) = current.note(at_ms, value, pending) {
+                return noted;
             }
-            let end_ms = current.bucket.until_ms;
+            let end_ms = current.until_ms();
             current.clone().lose(end_ms, pending);
         }
         let key = Arc::new(Key { monitor: monitor.to_owned(), series: series.to_owned() });
@@ -331,7 +245,7 @@ impl History {
         };
     }
 
-    /// What an alarm did.
+    /// Stores a change of an alarm.
     pub fn alarm(
         &self,
         at_ms: u64,
@@ -357,29 +271,9 @@ impl History {
     }
 }
 
-fn note(current: &mut Current, at_ms: u64, value: f64, pending: &mut Vec<Row>) -> bool {
-    let (raw_ms, band) = link_series::grain(&current.key.series, current.value)
-        .map_or((RAW_MS, f64::EPSILON), |it| (it.every_ms, it.band));
-    let old = current.value;
-    current.bucket.hold(old, at_ms);
-    let changed = (value - old).abs() > band;
-    if changed {
-        current.bucket.include(value);
-    }
-    // Of what changes too fast the extremes are in the minute.
-    let changed = changed && at_ms >= current.noted_ms.saturating_add(raw_ms);
-    let due = at_ms >= current.noted_ms + HEARTBEAT_MS;
-    if changed || due || at_ms < current.noted_ms {
-        current.value = if changed { value } else { old };
-        current.noted_ms = at_ms;
-        pending.push(Row::Raw(current.key.clone(), at_ms, Some(current.value)));
-    }
-    (value - current.value).abs() <= band
-}
-
 impl Base {
     /// The values of a series between two times: each change, or spans of `resolution_ms`; of more
-    /// than `points` changes the telling ones.
+    /// than `points` changes the extreme ones.
     pub async fn values(
         &self,
         monitor: &str,
@@ -439,7 +333,7 @@ impl Base {
     }
 }
 
-/// As databases have it.
+/// A number as databases store it.
 pub fn signed(number: u64) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)
 }
@@ -449,6 +343,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::store::thin::MINUTE_MS;
 
     async fn raw(history: &mut History) -> serde_json::Value {
         let base = history.flushed().await;

@@ -57,12 +57,12 @@ pub enum Fault {
     Older {
         /// Entries, or changes of users and tokens, that were noted.
         noted: u64,
-        /// Those that are there.
+        /// Entries that were found.
         found: u64,
     },
     /// This entry is not the one that was noted.
     Changed {
-        /// Its number.
+        /// Number of the entry.
         n: u64,
     },
     /// There were users, and there is none.
@@ -72,7 +72,7 @@ pub enum Fault {
 /// A file of the state that is not as the others say.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 pub struct Loss {
-    /// Which.
+    /// The file.
     pub file: StateFile,
     /// What is wrong with it.
     #[serde(flatten)]
@@ -84,7 +84,7 @@ pub struct Loss {
 pub struct Users {
     /// Changes of users and tokens.
     pub changes: u64,
-    /// A user was made.
+    /// Whether a user was ever added.
     pub set_up: bool,
 }
 
@@ -93,7 +93,7 @@ pub struct Users {
 pub struct Head {
     /// Its number; 0: there is none.
     pub n: u64,
-    /// Its hash.
+    /// Hash of the last entry.
     pub hash: String,
 }
 
@@ -102,13 +102,13 @@ pub struct Head {
 pub struct Mark {
     /// The id of the site.
     pub site: String,
-    /// Users and tokens.
+    /// Changes of users and tokens.
     pub users: Users,
     /// The end of the audit log.
     pub audit: Head,
 }
 
-/// `site.json`.
+/// Contents of `site.json`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct Manifest {
     version: u32,
@@ -121,7 +121,7 @@ struct Manifest {
 }
 
 impl StateFile {
-    /// Every file.
+    /// Every state file.
     pub const ALL: [Self; 5] = [Self::Hub, Self::Audit, Self::Events, Self::History, Self::Site];
 
     /// As it is written on the command line.
@@ -158,7 +158,7 @@ impl Loss {
         self.file.is_needed()
     }
 
-    /// In words.
+    /// The fault, in words.
     pub fn both(&self) -> Both {
         let name = self.file.name();
         match &self.fault {

@@ -3,9 +3,11 @@
 mod act;
 mod audit;
 mod chain;
+mod current;
 mod db;
 mod events;
 mod history;
+pub(crate) mod integrity;
 mod mark;
 #[cfg_attr(not(feature = "postgres"), path = "no_postgres.rs")]
 mod postgres;

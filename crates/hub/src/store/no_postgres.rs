@@ -28,18 +28,18 @@ impl Address {
         ))
     }
 
-    /// What TLS needs.
+    /// The TLS configuration of the connection.
     pub fn connector(&self) -> Result<(), Both> {
         match *self {}
     }
 }
 
-/// No history in PostgreSQL.
+/// Stands for the history in PostgreSQL, which this build does not have.
 #[derive(Clone, Debug)]
 pub enum Postgres {}
 
 impl Postgres {
-    /// Starts it.
+    /// Opens the history.
     pub fn open(address: Address) -> Result<Self, StoreError> {
         match address {}
     }
@@ -54,12 +54,12 @@ impl Postgres {
         match *self {}
     }
 
-    /// Stores something.
+    /// Hands work to the thread; `false` if it takes none.
     pub fn post(&self, _: Work) -> bool {
         match *self {}
     }
 
-    /// As the SQLite history's.
+    /// Like the same method of the SQLite history.
     pub async fn changes_of(
         &self,
         _: &str,
@@ -69,7 +69,7 @@ impl Postgres {
         match *self {}
     }
 
-    /// As the SQLite history's.
+    /// Like the same method of the SQLite history.
     pub async fn minutes_of(
         &self,
         _: &str,
@@ -79,7 +79,7 @@ impl Postgres {
         match *self {}
     }
 
-    /// As the SQLite history's.
+    /// Like the same method of the SQLite history.
     pub async fn changes(
         &self,
         _: &str,
@@ -89,7 +89,7 @@ impl Postgres {
         match *self {}
     }
 
-    /// As the SQLite history's.
+    /// Like the same method of the SQLite history.
     pub async fn alarms(
         &self,
         _: Option<&str>,

@@ -9,7 +9,7 @@ use super::db::Db;
 use super::history::{AlarmChange, Change, Key, Row, signed};
 use super::thin::{MINUTE_MS, Piece, Point};
 
-/// A series whose value stays is written so often: a gap is told from a constant, and what is
+/// A series whose value stays is written so often: a gap differs from a constant, and what is
 /// forgotten takes no value with it that still holds.
 pub const HEARTBEAT_MS: u64 = 3_600_000;
 /// How long a constant holds without a word of it: the next heartbeat may be that late.
@@ -18,7 +18,7 @@ const HOLD_MS: u64 = HEARTBEAT_MS + 2 * MINUTE_MS;
 const FORGET_SERIES: u32 = 64;
 const FORGET_ROWS: u32 = 1000;
 
-/// `minute` has a row when something changes, and each hour; `gap` tells from when on a series is
+/// `minute` has a row when something changes, and each hour; `gap` has the time from which a series is
 /// not known. Files without `gap` and `mark` have a row each minute.
 pub const SCHEMA: &str = "
 CREATE TABLE IF NOT EXISTS series (
@@ -202,7 +202,7 @@ pub fn pieces(
 
 /// How long a stored minute of a series is: figures of a link change all the time and matter less.
 pub fn bucket_ms(series: &str) -> u64 {
-    if series.starts_with(crate::link_series::PREFIX) { 10 * MINUTE_MS } else { MINUTE_MS }
+    if series.starts_with(crate::monitor::link_series::PREFIX) { 10 * MINUTE_MS } else { MINUTE_MS }
 }
 
 /// All series of a monitor: what held at the beginning of a range, or each change after that.

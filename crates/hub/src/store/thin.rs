@@ -15,11 +15,11 @@ pub type Span = (u64, f64, f64, f64);
 /// Mean, least and greatest value from a time on until another; `None`: not known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// From here,
+    /// First moment, ms since 1970.
     pub from_ms: u64,
-    /// until here.
+    /// Last moment, ms since 1970.
     pub until_ms: u64,
-    /// Mean, least, greatest.
+    /// Mean, least and greatest value.
     pub figures: [f64; 3],
 }
 
@@ -27,7 +27,7 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Rows {
-    /// `[t, value]`: each change, or of more than the wanted points the telling ones.
+    /// `[t, value]`: each change, or of more than the wanted points the extreme ones.
     Changes(Vec<Point>),
     /// `[t, mean, least, greatest]` over `resolution_ms` from `t` on.
     Spans(Vec<Span>),

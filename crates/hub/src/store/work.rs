@@ -6,7 +6,7 @@ use super::series::Sweep;
 /// What is to be stored.
 #[derive(Debug)]
 pub enum Work {
-    /// Values.
+    /// Rows to store.
     Rows(Vec<Row>),
     /// What an alarm did: when; id, monitor, before, after, by, reason.
     Alarm(u64, Box<[Option<String>; 6]>),

@@ -138,14 +138,14 @@ impl Site {
     /// Tokens of every role.
     pub fn tokens(&self) -> Vec<(Role, String)> {
         let token = |role: Role| {
-            let (_, token) = self.hub.access.add_token(1, role.name(), role).unwrap();
+            let (_, token) = self.hub.access().add_token(1, role.name(), role).unwrap();
             (role, token)
         };
         Role::ALL.into_iter().map(token).collect()
     }
 
     pub fn token(&self, role: Role) -> String {
-        self.hub.access.add_token(1, role.name(), role).unwrap().1
+        self.hub.access().add_token(1, role.name(), role).unwrap().1
     }
 
     pub async fn http(

@@ -10,8 +10,8 @@ use lafet_proto::text::AnswerText;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::hub::{Caller, Hub};
-use crate::messages::{Message, ShownFrame};
-use crate::station::Station;
+use crate::monitor::station::Station;
+use crate::publish::messages::{Message, ShownFrame};
 use crate::words::DirectionWord;
 
 /// Shows the frames of a monitor to a connection.
@@ -25,12 +25,12 @@ pub async fn show_frames(hub: Hub, caller: Caller, station: Arc<Station>) {
     loop {
         match frames.recv().await {
             Ok(frame) if frame.dst == client.address() || frame.src == client.address() => {
-                let message = show(station.id(), hub.clock.now_ms(), &frame);
-                hub.tell(&caller.seat.seat, &Message::Frame(message));
+                let message = show(station.id(), hub.clock().now_ms(), &frame);
+                hub.send_to(&caller.seat.seat, &Message::Frame(message));
             }
             Ok(_) => {}
             Err(RecvError::Lagged(count)) => {
-                hub.tell(&caller.seat.seat, &Message::Missed { count });
+                hub.send_to(&caller.seat.seat, &Message::Missed { count });
             }
             Err(RecvError::Closed) => return,
         }

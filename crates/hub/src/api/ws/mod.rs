@@ -21,12 +21,11 @@ use utoipa::IntoParams;
 
 use super::guard::Peer;
 use crate::access::Principal;
-use crate::allowances::Talk;
 use crate::api::network;
-use crate::broadcast::Own;
 use crate::hub::{Caller, Hub};
-use crate::sync::lock;
-use crate::topics::Audience;
+use crate::publish::broadcast::Own;
+use crate::publish::topics::Audience;
+use crate::server::allowances::Talk;
 pub use frames::show_frame;
 use reader::{REQUESTS_MAX, Reader, URGENT_MAX};
 pub use said::{Id, Said, kinds};
@@ -39,7 +38,7 @@ const READ_BUFFER: usize = 4 * 1024;
 /// Answers that wait to be sent.
 const ANSWERS_MAX: usize = 64;
 
-/// How to come back.
+/// How to resume a seat.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Resume {
@@ -75,12 +74,12 @@ async fn serve(
     from: IpAddr,
     resume: Option<String>,
 ) {
-    hub.counts.sockets.fetch_add(1, Ordering::Relaxed);
-    let mut key = hub.sit_down(&principal, &from.to_string(), resume.as_deref());
+    hub.counts().sockets.fetch_add(1, Ordering::Relaxed);
+    let mut key = hub.connect(&principal, &from.to_string(), resume.as_deref());
     let caller = Caller::socket(principal, from, key.seat.clone());
     // Another session does not notice, wherever it is; nor does another place of this one.
     let talker = (caller.principal.key.clone(), network(from));
-    let talk = lock(&hub.places).talks.take(hub.now(), &talker);
+    let talk = hub.places().talks.take(hub.now(), &talker);
     let talk = talk.unwrap_or_else(|| Talk::new(hub.now()));
     let (sink, stream) = socket.split();
     let (answers, waiting) = mpsc::channel(ANSWERS_MAX);
@@ -110,10 +109,10 @@ async fn serve(
         close = reader.run(stream) => close,
         close = writer.run(&mut key, waiting, &heard) => close,
     };
-    // What it moves is let go first; then good manners.
-    hub.stand_up(&key);
-    lock(&hub.places).talks.put(hub.now(), talker, talk);
-    hub.counts.sockets.fetch_sub(1, Ordering::Relaxed);
+    // Its motions end first; then the WebSocket is closed in order.
+    hub.disconnect(&key);
+    hub.places().talks.put(hub.now(), talker, talk);
+    hub.counts().sockets.fetch_sub(1, Ordering::Relaxed);
     if let Some((code, reason)) = close {
         let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
         _ = timeout(SLOW, writer.sink.send(Message::Close(Some(frame)))).await;

@@ -19,19 +19,19 @@ use tokio::time::{sleep, timeout};
 use super::Close;
 use super::frames::show_frames;
 use super::said::{Id, Said, understand};
-use crate::allowances::Talk;
 use crate::api::guard;
 use crate::api::monitors::{self, JogBeat};
+use crate::command::outcome::{OfAll, OfOne, Outcome, parted};
+use crate::command::request::MonitorRequest;
+use crate::command::urgent::{Joined, UNANSWERED};
 use crate::error::{ApiError, shown};
 use crate::hub::{Caller, Hub};
-use crate::messages::{Answer, Message, Progress, Subscribed};
-use crate::outcome::{OfAll, OfOne, Outcome, parted};
-use crate::request::MonitorRequest;
-use crate::station::Station;
+use crate::monitor::station::Station;
+use crate::publish::messages::{Answer, Message, Progress, Subscribed};
+use crate::publish::topics::Audience;
+use crate::server::allowances::Talk;
 use crate::sync::lock;
 use crate::text::both;
-use crate::topics::Audience;
-use crate::urgent::{Joined, UNANSWERED};
 use crate::words::{MotionEnd, MotionWord};
 
 /// Requests of a connection that wait for their answers.
@@ -54,7 +54,7 @@ pub struct Reader {
     pub watching: HashMap<String, AbortHandle>,
     /// What was said last of a drive: beats are many, news are few.
     pub told: HashMap<(String, SubsystemId), MotionWord>,
-    /// Tells the writer what the client looks at.
+    /// Passes to the writer what the client looks at.
     pub audience: watch::Sender<Audience>,
     /// How much it may say.
     pub talk: Talk,
@@ -171,7 +171,7 @@ impl Reader {
         Ok(Subscribed { monitors })
     }
 
-    /// A beat is answered where the state is news: `moving` and its end are told by the motion.
+    /// A beat is answered where the state is news: `moving` and the end are sent by the motion.
     fn beat(&mut self, monitor: String, beat: &JogBeat) {
         let station = self.hub.station(&monitor);
         let drive = SubsystemId::from_name(&beat.drive).filter(|_| station.is_ok());
@@ -191,7 +191,7 @@ impl Reader {
                 end: text.map(|_| MotionEnd::Refused),
                 text: text.map(|text| (**text).clone()),
             };
-            self.hub.tell(&self.caller.seat.seat, &message);
+            self.hub.send_to(&self.caller.seat.seat, &message);
         }
     }
 

@@ -31,7 +31,7 @@ impl<'de> Deserialize<'de> for Id {
     }
 }
 
-/// What clients say.
+/// A message of a client.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Said {
@@ -95,7 +95,7 @@ pub enum Said {
     },
 }
 
-/// The kinds of messages, as the type has them: it names them to whoever sends another one.
+/// The kinds of messages, as the type has them: they are named in the answer to any other.
 pub fn kinds() -> Vec<String> {
     let error = serde_json::from_str::<Said>(r#"{"type":""}"#).err();
     let text = error.map(|error| error.to_string()).unwrap_or_default();

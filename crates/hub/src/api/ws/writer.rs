@@ -11,17 +11,17 @@ use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, interval, timeout};
 
 use super::Close;
-use crate::beats::{BEAT_MS, WATCHDOG};
-use crate::broadcast::{Own, Shared};
+use crate::control::beats::{BEAT_MS, WATCHDOG};
 use crate::hub::{Caller, Hub, SeatKey};
-use crate::messages::{self, Hello, JogTimes};
-use crate::topics::Audience;
+use crate::publish::broadcast::{Own, Shared};
+use crate::publish::messages::{self, Hello, JogTimes};
+use crate::publish::topics::Audience;
 
 /// How often the other side is pinged.
 const PING: Duration = Duration::from_secs(5);
-/// A connection that is silent for so long is closed.
+/// A silent connection is closed after this time.
 const SILENT: Duration = Duration::from_secs(15);
-/// So is one that takes nothing for so long.
+/// A connection that takes nothing is closed after this time.
 pub const SLOW: Duration = Duration::from_secs(10);
 
 const ENDED: (u16, &str) = (4401, "session ended");
@@ -43,20 +43,20 @@ impl Writer {
         mut answers: mpsc::Receiver<Utf8Bytes>,
         heard: &AtomicBool,
     ) -> Close {
-        let mut changes = self.hub.changes.join(&self.audience);
+        let mut changes = self.hub.audiences().join(&self.audience);
         match self.begin(key).await {
             Ok(()) => {}
             Err(close) => return close,
         }
-        let mut ending = self.hub.ending.subscribe();
-        let mut sessions = self.hub.sessions.subscribe();
+        let mut shutdown = self.hub.shutdown();
+        let mut sessions = self.hub.access_changes();
         let mut pings = interval(PING);
         let mut silent_since = Instant::now();
         loop {
             let sent = tokio::select! {
                 Some(answer) = answers.recv() => self.put(Message::Text(answer)).await,
                 Some(event) = key.events.recv() => self.event(key, event).await,
-                () = async { _ = ending.wait_for(|ending| *ending).await } => {
+                () = shutdown.requested() => {
                     return Some((1001, "the hub ends"));
                 }
                 _ = pings.tick() => {
@@ -76,7 +76,7 @@ impl Writer {
                 },
                 Ok(()) = self.turning.changed(), if self.own.is_whole() => {
                     self.audience = self.turning.borrow_and_update().clone();
-                    changes = self.hub.changes.join(&self.audience);
+                    changes = self.hub.audiences().join(&self.audience);
                     self.own.turn(&self.hub, &self.audience);
                     self.piece().await
                 }
@@ -93,14 +93,14 @@ impl Writer {
     }
 
     fn is_valid(&self) -> bool {
-        self.hub.access.is_valid(self.hub.clock.steady_ms(), &self.caller.principal)
+        self.hub.access().is_valid(self.hub.clock().steady_ms(), &self.caller.principal)
     }
 
     async fn begin(&mut self, key: &SeatKey) -> Result<(), Close> {
         let principal = &self.caller.principal;
         let watchdog_ms = u64::try_from(WATCHDOG.as_millis()).unwrap_or(300);
         let hello = Hello {
-            now_ms: self.hub.clock.now_ms(),
+            now_ms: self.hub.clock().now_ms(),
             seat: key.seat.clone(),
             resume: key.resume.clone(),
             user: principal.user.clone(),
@@ -153,7 +153,7 @@ impl Writer {
     }
 
     async fn put(&mut self, message: Message) -> Result<(), Close> {
-        let counts = &self.hub.counts;
+        let counts = self.hub.counts();
         counts.messages.fetch_add(1, Ordering::Relaxed);
         let bytes = match &message {
             Message::Text(text) => text.len(),

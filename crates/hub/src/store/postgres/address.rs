@@ -143,7 +143,7 @@ impl Address {
             // libpq would say nothing, and verify nothing.
             return Err((
                 both(
-                    "sslrootcert stands there, but sslmode verifies nothing.",
+                    "sslrootcert is given, but sslmode verifies nothing.",
                     "sslrootcert указан, но с таким sslmode ничего не проверяется.",
                 ),
                 both("Write sslmode=verify-full.", "Напишите sslmode=verify-full."),

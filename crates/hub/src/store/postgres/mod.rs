@@ -141,7 +141,7 @@ impl Postgres {
         Ok(self.query(ID, &[&monitor, &series]).await?.first().map(|row| row.get(0)))
     }
 
-    /// As the SQLite history's.
+    /// Like the same method of the SQLite history.
     pub async fn changes_of(
         &self,
         monitor: &str,
@@ -153,7 +153,7 @@ impl Postgres {
         Ok(rows.iter().map(|row| (time(row, 0), row.get(1))).collect())
     }
 
-    /// As the SQLite history's.
+    /// Like the same method of the SQLite history.
     pub async fn minutes_of(
         &self,
         monitor: &str,
@@ -171,7 +171,7 @@ impl Postgres {
         Ok(pieces(series, &minutes, &gaps, mark.first().map_or(0, |row| time(row, 0))))
     }
 
-    /// As the SQLite history's.
+    /// Like the same method of the SQLite history.
     pub async fn changes(
         &self,
         monitor: &str,
@@ -186,7 +186,7 @@ impl Postgres {
         Ok(rows.iter().map(|row| (row.get(0), time(row, 1), row.get(2))).collect())
     }
 
-    /// As the SQLite history's.
+    /// Like the same method of the SQLite history.
     pub async fn alarms(
         &self,
         monitor: Option<&str>,
@@ -214,7 +214,7 @@ fn time(row: &PgRow, index: usize) -> u64 {
     row.get::<_, i64>(index).cast_unsigned()
 }
 
-/// Connects, and stores what comes, until nobody has anything more to store.
+/// Connects, and stores rows until every sender is gone.
 async fn write(
     address: Address,
     mut queue: mpsc::Receiver<Work>,

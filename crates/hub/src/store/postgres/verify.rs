@@ -18,19 +18,19 @@ use tokio_rustls::rustls::{
 };
 use x509_parser::prelude::X509Certificate;
 
+use crate::server::tls::{self, FileError};
 use crate::text::{Both, both};
-use crate::tls::{self, FileError};
 
-/// Whom to believe.
+/// Which certificates are accepted.
 #[derive(Debug)]
 pub enum Trust {
-    /// Anybody: nobody can listen in, but who is at the other end is not known.
+    /// Any certificate: the connection is encrypted, but the server is not identified.
     Anybody,
     /// Who is signed by one of these, or is one of them.
     Signed {
-        /// They sign others.
+        /// Certificates of the authorities.
         roots: RootCertStore,
-        /// As they stand in the file.
+        /// As they are in the file.
         listed: Vec<CertificateDer<'static>>,
         /// Whether the name has to be right as well.
         names: bool,

@@ -1,0 +1,367 @@
+//! A client's request to a monitor: permission, audit log, answer.
+
+pub mod outcome;
+pub mod request;
+pub mod urgent;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use lafet_client::{Answers, Monitor, Saved};
+use lafet_proto::{RequestId, SubsystemId};
+use serde::Serialize;
+use tokio::sync::oneshot;
+use tokio::time::{Instant, sleep, timeout};
+
+use crate::access::Role;
+use crate::command::outcome::{Outcome, answer_text};
+use crate::command::request::MonitorRequest;
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::monitor::program;
+use crate::monitor::station::Station;
+use crate::monitor::status::Subsystem;
+use crate::sync::lock;
+use crate::text::both;
+
+/// Longest wait of a command for its entry to be on the disk; then it goes first.
+const NOTED: Duration = Duration::from_millis(50);
+/// Longest wait of an answer for the number of its entry.
+pub const NUMBERED: Duration = Duration::from_millis(500);
+/// Time from the answer to the look at the effect of a command.
+const EFFECT: Duration = Duration::from_secs(2);
+
+impl Hub {
+    /// Sends a request to a monitor. It is carried through even if the client does not wait any
+    /// more.
+    pub async fn command(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+        confirm: Option<&str>,
+    ) -> Result<Outcome, ApiError> {
+        self.send(caller, station, request, confirm, false).await
+    }
+
+    /// Sets a parameter, and waits until it is stored.
+    pub async fn save(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+    ) -> Result<Outcome, ApiError> {
+        if request.id() != RequestId::SET_PARAM {
+            let text = both("Only SetParam is waited for.", "Ожидается только SetParam.");
+            return Err(ApiError::bad_request(text));
+        }
+        self.send(caller, station, request, None, true).await
+    }
+
+    async fn send(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+        confirm: Option<&str>,
+        save: bool,
+    ) -> Result<Outcome, ApiError> {
+        let began = Instant::now();
+        if request.need().urgent {
+            return self.urgent(caller, station, &request).result().await;
+        }
+        if let Err(error) = self.allow(caller, station, &request, confirm) {
+            self.counts().refused.fetch_add(1, Ordering::Relaxed);
+            // A program that has gone wild must not fill the disk with what was not done.
+            if error.status != axum::http::StatusCode::TOO_MANY_REQUESTS {
+                let record = self.record(caller, station.id(), request.text(), "not allowed");
+                let record = record.with(&NotAllowed { code: error.code });
+                drop(self.audit().note(record.about(&request.act())));
+            }
+            return Err(error);
+        }
+        self.counts().commands.fetch_add(1, Ordering::Relaxed);
+        let (hub, caller, station) = (self.clone(), caller.clone(), station.clone());
+        let run =
+            tokio::spawn(
+                async move { hub.carry_out(&caller, &station, request, save, began).await },
+            );
+        run.await.unwrap_or_else(|_| Err(ApiError::from(&lafet_client::Error::Closed)))
+    }
+
+    /// Why the client may not do this.
+    fn allow(
+        &self,
+        caller: &Caller,
+        station: &Station,
+        request: &MonitorRequest,
+        confirm: Option<&str>,
+    ) -> Result<(), ApiError> {
+        if caller.via == "hub" {
+            return Ok(());
+        }
+        let needs = request.need();
+        let principal = &caller.principal;
+        self.count_request(principal)?;
+        if principal.role < needs.role || !principal.is_good() {
+            return Err(ApiError::role(needs.role));
+        }
+        if needs.authority {
+            let mut authority = lock(&station.authority);
+            let held = authority.command(self.now(), &caller.seat.seat);
+            held.map_err(|refusal| ApiError::authority(station.id(), refusal))?;
+        }
+        if needs.confirm && confirm != Some(station.id()) {
+            let id = station.id();
+            let text = both(
+                format!("This needs \"confirm\": \"{id}\", so that it is not done by mistake."),
+                format!("Нужно \"confirm\": \"{id}\", чтобы это не сделали по ошибке."),
+            );
+            return Err(ApiError::new(axum::http::StatusCode::BAD_REQUEST, "confirm_needed", text));
+        }
+        Ok(())
+    }
+
+    /// Checks that the client may move this monitor by hand, and counts it as a command.
+    pub fn may_jog(&self, caller: &Caller, station: &Station) -> Result<(), ApiError> {
+        if caller.principal.role < Role::Operator || !caller.principal.is_good() {
+            return Err(ApiError::role(Role::Operator));
+        }
+        let mut authority = lock(&station.authority);
+        let held = authority.command(self.now(), &caller.seat.seat);
+        held.map_err(|refusal| ApiError::authority(station.id(), refusal))
+    }
+
+    async fn carry_out(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+        save: bool,
+        began: Instant,
+    ) -> Result<Outcome, ApiError> {
+        let reads = request.need().role == Role::Observer;
+        let mut asked = None;
+        if !reads {
+            station.urgent.other_sent(self, station);
+            let record = self.record(caller, station.id(), request.text(), "asked");
+            let mut note = self.audit().note(record.about(&request.act()));
+            asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
+        }
+        let sent = self.send_now(station, request, save, began).await;
+        let request = &sent.noted.request;
+        tracing::info!(user = %caller.principal.user, from = %caller.seat.from, monitor = station.id(),
+            request = %request.text(), outcome = %sent.noted.outcome, "command");
+        let mut audit = None;
+        if !reads {
+            audit = self.note_answer(caller, station, asked, &sent.noted).await;
+        }
+        if matches!(
+            request.id(),
+            RequestId::SET_PARAM | RequestId::SWITCH_LIMITS | RequestId::RESTART
+        ) {
+            station.reread.notify_one();
+        }
+        let outcome = sent.result.map_err(|error| error.noted(audit))?;
+        if outcome.ok {
+            self.was_accepted(caller, station, request);
+        }
+        Ok(Outcome { audit, ..outcome })
+    }
+
+    /// Sends one frame for urgent requests that were joined.
+    pub async fn send_urgent(
+        &self,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+        since: Instant,
+    ) -> Sent {
+        let sent = self.send_now(station, request, false, since).await;
+        let micros = u64::try_from(since.elapsed().as_micros()).unwrap_or(u64::MAX);
+        self.counts().stop_max_us.fetch_max(micros, Ordering::Relaxed);
+        if let (Some(simulation), Ok(Outcome { ok: true, .. })) = (self.simulated(), &sent.result) {
+            simulation.commanded(station.id(), sent.noted.request.text());
+        }
+        sent
+    }
+
+    /// Notes for each client how its urgent request was answered; the numbers of the entries.
+    pub async fn note_urgent(
+        self,
+        station: Arc<Station>,
+        callers: Vec<Caller>,
+        asked: Vec<oneshot::Receiver<u64>>,
+        noted: Noted,
+    ) -> BTreeMap<String, u64> {
+        let each = callers.iter().zip(asked).map(async |(caller, asked)| {
+            let asked = timeout(self.patience(), asked).await.ok().and_then(Result::ok);
+            let number = self.note_answer(caller, &station, asked, &noted).await;
+            number.map(|number| (caller.seat.seat.clone(), number))
+        });
+        futures_util::future::join_all(each).await.into_iter().flatten().collect()
+    }
+
+    /// Notes how a request was answered, and later what came of it.
+    async fn note_answer(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        asked: Option<u64>,
+        noted: &Noted,
+    ) -> Option<u64> {
+        let record = self.record(caller, station.id(), noted.request.text(), &noted.outcome);
+        let record = record.with(&AnsweredDetails {
+            asked,
+            took_ms: noted.took_ms,
+            answers: &noted.answers,
+            saved: noted.saved.map(Saved::name),
+        });
+        let answered = self.audit().note(record.about(&noted.request.act()));
+        let number = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
+        self.watch_effect(caller, station, &noted.request, number);
+        number
+    }
+
+    async fn send_now(
+        &self,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+        save: bool,
+        began: Instant,
+    ) -> Sent {
+        let exchanged = exchange(station, &request, save).await;
+        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved);
+        let answers = exchanged.map(|(answers, _)| answers);
+        let outcome = match &answers {
+            Ok(answers) => answers.refusal().unwrap_or(answers.first()).status().to_string(),
+            Err(error) => error.code.to_owned(),
+        };
+        let took_ms = millis(began.elapsed());
+        let texts = answers.iter().flat_map(|answers| answers.iter()).map(answer_text).collect();
+        let result = answers
+            .and_then(|answers| Outcome::new(request.text(), took_ms, &answers))
+            .map(|outcome| outcome.saved(saved));
+        Sent { result, noted: Noted { request, outcome, took_ms, answers: texts, saved } }
+    }
+
+    /// Others have to know what a monitor has accepted.
+    fn was_accepted(&self, caller: &Caller, station: &Station, request: &MonitorRequest) {
+        if program::begins(request.id()) {
+            let (now_ms, by) = (self.clock().now_ms(), &caller.principal.user);
+            lock(&station.programs).accepted(now_ms, request.text(), by);
+            station.publish_program(self);
+        }
+        if let Some(simulation) = self.simulated() {
+            simulation.commanded(station.id(), request.text());
+        }
+    }
+
+    /// Longest wait for an entry: zero while the disk takes none.
+    fn patience(&self) -> Duration {
+        if self.audit().is_failing() { Duration::ZERO } else { NUMBERED }
+    }
+
+    /// Notes the state of the addressee some time after its answer.
+    fn watch_effect(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: &MonitorRequest,
+        answered: Option<u64>,
+    ) {
+        let (hub, caller, station) = (self.clone(), caller.clone(), station.clone());
+        let request = request.clone();
+        tokio::spawn(async move {
+            let mut shutdown = hub.shutdown();
+            tokio::select! {
+                () = sleep(EFFECT) => {}
+                () = shutdown.requested() => {}
+            }
+            let status = station.status();
+            let states = status.subsystems.iter().filter(|(name, _)| concerns(request.to(), name));
+            let effect = Effect {
+                answered,
+                at_ms: status.at_ms,
+                stale: status.stale,
+                state: states.map(|(name, state)| (*name, &**state)).collect(),
+            };
+            let record = hub.record(&caller, station.id(), request.text(), "effect").with(&effect);
+            drop(hub.audit().note(record.about(&request.act())));
+        });
+    }
+}
+
+/// Whether a request to a subsystem may change the state of this one.
+fn concerns(to: SubsystemId, name: &str) -> bool {
+    let id = SubsystemId::from_name(name);
+    match to {
+        SubsystemId::ALL | SubsystemId::MOTORS => {
+            id.is_some_and(|id| id.is_drive() || id.is_valve() || id == SubsystemId::GENERAL)
+        }
+        to => id == Some(to),
+    }
+}
+
+/// Details of the entry of a request that its user may not send.
+#[derive(Debug, Serialize)]
+struct NotAllowed {
+    code: &'static str,
+}
+
+/// Details of the entry of an answer.
+#[derive(Debug, Serialize)]
+struct AnsweredDetails<'a> {
+    asked: Option<u64>,
+    took_ms: u64,
+    answers: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    saved: Option<&'static str>,
+}
+
+/// Details of the entry of what came of a request.
+#[derive(Debug, Serialize)]
+struct Effect<'a> {
+    answered: Option<u64>,
+    at_ms: Option<u64>,
+    stale: bool,
+    state: BTreeMap<&'static str, &'a Subsystem>,
+}
+
+/// A request that was sent: what its client gets, and what is noted.
+#[derive(Debug)]
+pub struct Sent {
+    /// The answer, or why there is none.
+    pub result: Result<Outcome, ApiError>,
+    /// What the audit log has of it.
+    pub noted: Noted,
+}
+
+/// What the audit log has of an answer.
+#[derive(Clone, Debug)]
+pub struct Noted {
+    request: MonitorRequest,
+    outcome: String,
+    took_ms: u64,
+    answers: Vec<String>,
+    saved: Option<Saved>,
+}
+
+/// Sends a request; a parameter's value is waited for until it is stored, if that is wanted.
+async fn exchange(
+    station: &Station,
+    request: &MonitorRequest,
+    save: bool,
+) -> Result<(Answers, Option<Saved>), ApiError> {
+    let client = station.client()?;
+    let exchanged = match save {
+        true => Monitor::new(client).save(&request.buf().request()).await,
+        false => client.send(request.buf().clone()).await.map(|answers| (answers, None)),
+    };
+    exchanged.map_err(|error| ApiError::from(&error))
+}
+
+fn millis(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,289 @@
+//! Stop, Close and Lockout on: they overtake everything, and so must not crowd anything out.
+//!
+//! Equal requests to one monitor share their frames. At most one frame is on the line and one batch
+//! waits behind it; a client that asks meanwhile joins that batch and gets its result. A request is thus
+//! always honoured by a frame that is sent after it has arrived.
+//!
+//! ```text
+//!          first request          answered              rest over, nothing waits
+//!  (idle) ──────────────▶ on the line ────────▶ resting ──────────────────────▶ (idle)
+//!                             ▲                   │ a batch waits, or a client that is new here
+//!                             └───────────────────┘
+//! ```
+//!
+//! The rest is as long as the exchange took: however often Stop is repeated, the line keeps half of
+//! its time for everything else.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use lafet_client::RequestBuf;
+use lafet_proto::RequestId;
+use serde::Serialize;
+use tokio::sync::{Notify, oneshot, watch};
+use tokio::time::{Instant, sleep, timeout};
+
+use crate::access::Standing;
+use crate::command::outcome::Outcome;
+use crate::command::request::MonitorRequest;
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::monitor::station::Station;
+use crate::sync::lock;
+
+/// Shortest and longest rest before an equal request is sent again.
+const REST: Duration = Duration::from_millis(20);
+const REST_MAX: Duration = Duration::from_millis(250);
+/// Clients of a request that are noted by name at the same time; more are counted together.
+const CALLERS_MAX: usize = 256;
+/// Repetitions are noted this often while they go on.
+const REPEATS_NOTED: Duration = Duration::from_secs(10);
+/// An answer waits this long for the numbers of its entries, and then goes without.
+const NUMBERED: Duration = Duration::from_millis(25);
+/// A client learns after this time that a request is sent and not answered yet.
+pub const UNANSWERED: Duration = Duration::from_millis(200);
+
+/// The urgent requests to a monitor that are under way.
+#[derive(Debug, Default)]
+pub struct Lane(Mutex<BTreeMap<RequestBuf, Slot>>);
+
+/// A request that is on the line or has been lately.
+#[derive(Debug)]
+struct Slot {
+    request: MonitorRequest,
+    waits: Option<Batch>,
+    resting: bool,
+    wake: Arc<Notify>,
+    /// Who has asked since the slot is busy, by session.
+    noted: BTreeMap<String, (Caller, Repeats)>,
+    /// Repetitions of clients beyond [`CALLERS_MAX`].
+    others: Repeats,
+}
+
+/// Requests that share a frame.
+#[derive(Debug)]
+struct Batch {
+    outcome: watch::Sender<Option<Arc<Shared>>>,
+    since: Instant,
+    /// Clients whose entries this frame gets.
+    callers: Vec<Caller>,
+}
+
+/// Repetitions, as they are noted in the audit log.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+struct Repeats {
+    count: u64,
+    first_ms: u64,
+    last_ms: u64,
+}
+
+/// What a frame of urgent requests has come to.
+#[derive(Debug)]
+struct Shared {
+    result: Result<Outcome, ApiError>,
+    /// The numbers of the audit entries, by session.
+    numbers: BTreeMap<String, u64>,
+}
+
+/// The result of a request that is under way; it goes on if this is dropped.
+#[derive(Debug)]
+pub struct Joined {
+    outcome: watch::Receiver<Option<Arc<Shared>>>,
+    session: String,
+}
+
+impl Repeats {
+    fn again(&mut self, now_ms: u64) {
+        if self.count == 0 {
+            self.first_ms = now_ms;
+        }
+        (self.count, self.last_ms) = (self.count + 1, now_ms);
+    }
+}
+
+impl Joined {
+    /// The result, once there is one.
+    pub async fn result(&mut self) -> Result<Outcome, ApiError> {
+        let closed = || Err(ApiError::from(&lafet_client::Error::Closed));
+        let Ok(outcome) = self.outcome.wait_for(Option::is_some).await else { return closed() };
+        let Some(outcome) = outcome.as_ref() else { return closed() };
+        let number = outcome.numbers.get(&self.session).copied();
+        match &outcome.result {
+            Ok(outcome) => Ok(Outcome { audit: number, ..outcome.clone() }),
+            Err(error) => Err(error.clone().noted(number)),
+        }
+    }
+
+    /// The result, if it comes within [`UNANSWERED`].
+    pub async fn soon(&mut self) -> Option<Result<Outcome, ApiError>> {
+        timeout(UNANSWERED, self.result()).await.ok()
+    }
+}
+
+impl Hub {
+    /// Sends an urgent request, or joins the equal one that waits. It is carried out whether or not
+    /// the result is waited for.
+    pub fn urgent(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: &MonitorRequest,
+    ) -> Joined {
+        if caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP {
+            return self.refused_as_ended(caller, station, request);
+        }
+        self.counts().commands.fetch_add(1, Ordering::Relaxed);
+        let (now_ms, session) = (self.clock().now_ms(), caller.seat.seat.clone());
+        let mut slots = lock(&station.urgent.0);
+        let busy = slots.contains_key(request.buf());
+        let slot = slots.entry(request.buf().clone()).or_insert_with(|| Slot::new(request.clone()));
+        let batch = slot.waits.get_or_insert_with(Batch::new);
+        let outcome = batch.outcome.subscribe();
+        if let Some((_, repeats)) = slot.noted.get_mut(&session) {
+            repeats.again(now_ms);
+        } else if slot.noted.len() < CALLERS_MAX {
+            slot.noted.insert(session.clone(), (caller.clone(), Repeats::default()));
+            batch.callers.push(caller.clone());
+            if slot.resting {
+                slot.wake.notify_one();
+            }
+        } else {
+            slot.others.again(now_ms);
+        }
+        if !busy {
+            tokio::spawn(run(self.clone(), station.clone(), request.clone()));
+        }
+        Joined { outcome, session }
+    }
+}
+
+impl Hub {
+    /// A session that others have ended may stop; what shuts the water of a fire is not its any more.
+    fn refused_as_ended(
+        &self,
+        caller: &Caller,
+        station: &Station,
+        request: &MonitorRequest,
+    ) -> Joined {
+        let record = self.record(caller, station.id(), request.text(), "not allowed");
+        drop(self.audit().note(record.about(&request.act())));
+        let outcome = Shared { result: Err(ApiError::ended()), numbers: BTreeMap::new() };
+        let (_, outcome) = watch::channel(Some(Arc::new(outcome)));
+        Joined { outcome, session: caller.seat.seat.clone() }
+    }
+}
+
+impl Lane {
+    /// Another request goes to the monitor: the next Stop is no repetition of those before it.
+    pub fn other_sent(&self, hub: &Hub, station: &Station) {
+        lock(&self.0).values_mut().for_each(|slot| slot.renew(hub, station));
+    }
+}
+
+impl Batch {
+    fn new() -> Self {
+        Self { outcome: watch::Sender::new(None), since: Instant::now(), callers: Vec::new() }
+    }
+}
+
+/// Sends batches until none waits after a rest.
+async fn run(hub: Hub, station: Arc<Station>, request: MonitorRequest) {
+    let mut since = Instant::now();
+    loop {
+        let batch = {
+            let mut slots = lock(&station.urgent.0);
+            let Some(slot) = slots.get_mut(request.buf()) else { return };
+            slot.resting = false;
+            match slot.waits.take() {
+                Some(batch) => batch,
+                None => {
+                    if let Some(slot) = slots.remove(request.buf()) {
+                        slot.note(&hub, &station);
+                    }
+                    return;
+                }
+            }
+        };
+        let began = Instant::now();
+        let Batch { outcome, since: asked, callers } = batch;
+        let result = send(&hub, &station, &request, callers, asked).await;
+        outcome.send_replace(Some(Arc::new(result)));
+        let wake = {
+            let mut slots = lock(&station.urgent.0);
+            let Some(slot) = slots.get_mut(request.buf()) else { return };
+            if since.elapsed() >= REPEATS_NOTED {
+                since = Instant::now();
+                slot.renew(&hub, &station);
+            }
+            // A client that has not asked before does not wait behind one that repeats itself.
+            if slot.waits.as_ref().is_some_and(|batch| !batch.callers.is_empty()) {
+                continue;
+            }
+            slot.resting = true;
+            slot.wake.clone()
+        };
+        tokio::select! {
+            () = sleep(began.elapsed().clamp(REST, REST_MAX)) => {}
+            () = wake.notified() => {}
+        }
+    }
+}
+
+impl Slot {
+    fn new(request: MonitorRequest) -> Self {
+        Self {
+            request,
+            waits: None,
+            resting: false,
+            wake: Arc::default(),
+            noted: BTreeMap::new(),
+            others: Repeats::default(),
+        }
+    }
+
+    /// Writes the repetitions into the audit log.
+    fn note(&self, hub: &Hub, station: &Station) {
+        let hub_itself = Caller::hub();
+        let all = self.noted.values().map(|(caller, repeats)| (caller, repeats));
+        for (caller, repeats) in all.chain([(&hub_itself, &self.others)]) {
+            if repeats.count > 0 {
+                let record = hub.record(caller, station.id(), self.request.text(), "repeated");
+                drop(hub.audit().note(record.with(repeats).about(&self.request.act())));
+            }
+        }
+    }
+
+    /// Notes what was repeated, and counts from here; what waits still waits.
+    fn renew(&mut self, hub: &Hub, station: &Station) {
+        self.note(hub, station);
+        self.noted.clear();
+        self.others = Repeats::default();
+    }
+}
+
+/// Sends one frame for all that share it.
+async fn send(
+    hub: &Hub,
+    station: &Arc<Station>,
+    request: &MonitorRequest,
+    callers: Vec<Caller>,
+    since: Instant,
+) -> Shared {
+    let note = |caller: &Caller| {
+        let record = hub.record(caller, station.id(), request.text(), "asked");
+        hub.audit().note(record.about(&request.act()))
+    };
+    let asked: Vec<oneshot::Receiver<u64>> = callers.iter().map(note).collect();
+    let sent = hub.send_urgent(station, request.clone(), since).await;
+    let numbers = if callers.is_empty() {
+        BTreeMap::new()
+    } else {
+        let noting = hub.clone().note_urgent(station.clone(), callers, asked, sent.noted);
+        let noting = tokio::spawn(noting);
+        let patience = if hub.audit().is_failing() { Duration::ZERO } else { NUMBERED };
+        timeout(patience, noting).await.ok().and_then(Result::ok).unwrap_or_default()
+    };
+    Shared { result: sent.result, numbers }
+}

@@ -1,0 +1,197 @@
+//! The dead-man switch, as the hub hears it: beats that must not stop. No clock.
+//!
+//! ```text
+//!           beat          second beat within 300 ms
+//!  Idle ─────────▶ Armed ──────────────────────────▶ Moving ─── beat: renewed
+//!   ▲               │ 300 ms, end                     │ end, 300 ms
+//!   ├───────────────┴─────────────────────────────────┤
+//!   └── 300 ms without a beat, or end ── Blocked ◀────┘ ended otherwise: release first
+//! ```
+
+use std::time::Duration;
+
+use lafet_client::Toward;
+
+/// A moment: time since any fixed one.
+pub type Now = Duration;
+
+/// A motion goes on for this time after a beat.
+pub const WATCHDOG: Duration = Duration::from_millis(300);
+/// How often a client should send beats, ms.
+pub const BEAT_MS: u64 = 60;
+
+/// How long beats are under way, by the sender's clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Delay {
+    /// Our time minus the sender's, ms: of the quickest beat so far.
+    least_ms: Option<f64>,
+}
+
+impl Delay {
+    /// Whether a beat was sent recently: not [`WATCHDOG`] later than the quickest one.
+    pub fn is_fresh(&mut self, now: Now, sent_ms: f64) -> bool {
+        let offset_ms = now.as_secs_f64() * 1000.0 - sent_ms;
+        if !offset_ms.is_finite() {
+            return false;
+        }
+        let least_ms = self.least_ms.map_or(offset_ms, |least_ms| least_ms.min(offset_ms));
+        self.least_ms = Some(least_ms);
+        offset_ms - least_ms < WATCHDOG.as_secs_f64() * 1000.0
+    }
+}
+
+/// The beats for one drive.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beats {
+    phase: Phase,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+enum Phase {
+    #[default]
+    Idle,
+    Armed(Toward, Now),
+    Moving(Toward, Now),
+    Blocked(Now),
+}
+
+/// What follows from a beat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// The first one: nothing moves yet.
+    Arm,
+    /// The motion begins.
+    Start,
+    /// The motion continues.
+    Renew,
+    /// The other direction: the motion ends, and this was the first beat of another.
+    Turn,
+    /// The motion has ended; the hand has not released it yet.
+    Ended,
+}
+
+impl Beats {
+    /// Takes a beat.
+    pub fn beat(&mut self, now: Now, toward: Toward) -> Act {
+        let fresh = |at: Now| now.saturating_sub(at) < WATCHDOG;
+        let (phase, act) = match self.phase {
+            Phase::Armed(before, at) if fresh(at) && before == toward => {
+                (Phase::Moving(toward, now), Act::Start)
+            }
+            Phase::Moving(before, at) if fresh(at) && before == toward => {
+                (Phase::Moving(toward, now), Act::Renew)
+            }
+            Phase::Moving(before, at) if fresh(at) && before != toward => {
+                (Phase::Armed(toward, now), Act::Turn)
+            }
+            Phase::Blocked(at) if fresh(at) => (Phase::Blocked(now), Act::Ended),
+            _ => (Phase::Armed(toward, now), Act::Arm),
+        };
+        self.phase = phase;
+        act
+    }
+
+    /// A beat has come that was long under way. It moves nothing; and whoever sent it has not let go
+    /// meanwhile, so that the beats which follow it move nothing either.
+    pub fn late(&mut self, now: Now) {
+        let goes_on =
+            matches!(self.phase, Phase::Moving(_, at) if now.saturating_sub(at) < WATCHDOG);
+        if !goes_on {
+            self.phase = Phase::Blocked(now);
+        }
+    }
+
+    /// The hand lets go.
+    pub fn end(&mut self) {
+        self.phase = Phase::Idle;
+    }
+
+    /// The motion has ended by itself or was taken away.
+    pub fn ended(&mut self, now: Now) {
+        if let Phase::Moving(_, at) | Phase::Armed(_, at) = self.phase {
+            self.phase = Phase::Blocked(at.min(now));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn ms(ms: u64) -> Now {
+        Duration::from_millis(ms)
+    }
+
+    fn acts(beats: &mut Beats, times: &[u64]) -> Vec<Act> {
+        times.iter().map(|at| beats.beat(ms(*at), Toward::Max)).collect()
+    }
+
+    #[test]
+    fn the_second_beat_moves() {
+        let mut beats = Beats::default();
+        assert_eq!(acts(&mut beats, &[0, 60, 120]), [Act::Arm, Act::Start, Act::Renew]);
+        beats.end();
+        assert_eq!(acts(&mut beats, &[130]), [Act::Arm]);
+    }
+
+    #[test]
+    fn beats_too_far_apart_move_nothing() {
+        let mut beats = Beats::default();
+        assert_eq!(acts(&mut beats, &[0, 300, 600]), [Act::Arm; 3]);
+        assert_eq!(acts(&mut beats, &[650, 949]), [Act::Start, Act::Renew]);
+        assert_eq!(acts(&mut beats, &[1249]), [Act::Arm], "it has lapsed");
+    }
+
+    #[test]
+    fn the_other_way_begins_anew() {
+        let mut beats = Beats::default();
+        acts(&mut beats, &[0, 60]);
+        assert_eq!(beats.beat(ms(100), Toward::Min), Act::Turn);
+        assert_eq!(beats.beat(ms(150), Toward::Min), Act::Start);
+        let mut beats = Beats::default();
+        assert_eq!(beats.beat(ms(0), Toward::Min), Act::Arm);
+        assert_eq!(beats.beat(ms(10), Toward::Max), Act::Arm, "two first beats are no second one");
+    }
+
+    #[test]
+    fn after_another_end_it_has_to_be_let_go() {
+        let mut beats = Beats::default();
+        acts(&mut beats, &[0, 60]);
+        beats.ended(ms(100));
+        assert_eq!(acts(&mut beats, &[120, 400, 650]), [Act::Ended; 3]);
+        assert_eq!(acts(&mut beats, &[950, 1000]), [Act::Arm, Act::Start]);
+        beats.ended(ms(1010));
+        beats.end();
+        assert_eq!(acts(&mut beats, &[1020]), [Act::Arm]);
+    }
+
+    #[test]
+    fn a_hand_that_held_on_through_a_stall_has_to_let_go() {
+        let mut beats = Beats::default();
+        acts(&mut beats, &[0, 60]);
+        beats.late(ms(1000));
+        assert_eq!(acts(&mut beats, &[1010, 1070, 1130]), [Act::Ended; 3]);
+        assert_eq!(
+            acts(&mut beats, &[1430, 1490]),
+            [Act::Arm, Act::Start],
+            "300 ms without a beat"
+        );
+        beats.late(ms(1500));
+        assert_eq!(acts(&mut beats, &[1550]), [Act::Renew], "one late beat of a good stream");
+        let mut beats = Beats::default();
+        beats.late(ms(0));
+        beats.end();
+        assert_eq!(acts(&mut beats, &[10, 70]), [Act::Arm, Act::Start]);
+    }
+
+    #[test]
+    fn what_a_stalled_connection_delivers_late_is_not_fresh() {
+        let mut delay = Delay::default();
+        assert!(delay.is_fresh(ms(10_000), 50.0));
+        assert!(delay.is_fresh(ms(10_060), 110.0) && delay.is_fresh(ms(10_250), 170.0));
+        assert!(!delay.is_fresh(ms(10_900), 230.0), "610 ms late");
+        assert!(!delay.is_fresh(ms(10_900), 290.0));
+        assert!(delay.is_fresh(ms(10_901), 880.0));
+        assert!(!delay.is_fresh(ms(11_000), f64::NAN));
+    }
+}

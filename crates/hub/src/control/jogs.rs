@@ -1,0 +1,186 @@
+//! The motions by hand of a monitor: whose beats hold which drive. No clock.
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+use lafet_client::Toward;
+use lafet_proto::SubsystemId;
+use tokio::sync::mpsc;
+
+use crate::control::beats::{Act, Beats, Delay, Now};
+use crate::words::MotionWord;
+
+/// A session that has sent no beat for a drive for this long is forgotten. No connection keeps back
+/// for so long what it delivers in the end, so no late beat is taken for the first one.
+const FORGOTTEN: Duration = Duration::from_secs(60);
+
+/// Beats by session and drive.
+#[derive(Debug, Default)]
+pub struct Jogs {
+    slots: HashMap<Key, Slot>,
+    started: u64,
+}
+
+/// A session and a drive.
+pub type Key = (String, SubsystemId);
+
+/// What becomes of a beat.
+#[derive(Debug)]
+pub enum Turn {
+    /// State to report to the sender.
+    Said(MotionWord),
+    /// A motion begins: its number, and what renews it. It ends when nothing can renew it any more.
+    Start(u64, mpsc::Receiver<()>),
+}
+
+#[derive(Debug)]
+struct Slot {
+    beats: Beats,
+    delay: Delay,
+    /// Holds the motion; dropped, the motion ends.
+    hold: Option<mpsc::Sender<()>>,
+    /// Number of the motion.
+    number: u64,
+    heard: Now,
+}
+
+impl Jogs {
+    /// A beat, with the time of its sender's clock.
+    pub fn beat(&mut self, now: Now, key: Key, toward: Toward, sent_ms: Option<f64>) -> Turn {
+        if !self.slots.contains_key(&key) {
+            self.slots
+                .retain(|_, slot| slot.is_held() || now.saturating_sub(slot.heard) < FORGOTTEN);
+        }
+        let slot = self.slots.entry(key).or_insert_with(|| Slot::new(now));
+        slot.heard = now;
+        if sent_ms.is_some_and(|sent_ms| !slot.delay.is_fresh(now, sent_ms)) {
+            slot.beats.late(now);
+            return Turn::Said(if slot.hold.is_some() {
+                MotionWord::Moving
+            } else {
+                MotionWord::Ended
+            });
+        }
+        match slot.beats.beat(now, toward) {
+            Act::Arm | Act::Turn => {
+                slot.hold = None;
+                Turn::Said(MotionWord::Armed)
+            }
+            Act::Renew => {
+                Turn::Said(if slot.renew() { MotionWord::Moving } else { MotionWord::Ended })
+            }
+            Act::Ended => Turn::Said(MotionWord::Ended),
+            Act::Start => {
+                self.started += 1;
+                let (hold, beats) = mpsc::channel(1);
+                (slot.number, slot.hold) = (self.started, Some(hold));
+                Turn::Start(slot.number, beats)
+            }
+        }
+    }
+
+    /// A session ends the motion of a drive.
+    pub fn end(&mut self, key: &Key) {
+        if let Some(slot) = self.slots.get_mut(key) {
+            slot.beats.end();
+            slot.hold = None;
+        }
+    }
+
+    /// A session ends all its motions.
+    pub fn let_go(&mut self, seat: &str) {
+        self.slots.retain(|(holder, _), _| holder != seat);
+    }
+
+    /// A motion has ended by itself or was taken away.
+    pub fn ended(&mut self, now: Now, key: &Key, number: u64) {
+        if let Some(slot) = self.slots.get_mut(key)
+            && slot.number == number
+            && slot.hold.take().is_some()
+        {
+            slot.beats.ended(now);
+        }
+    }
+}
+
+impl Slot {
+    fn new(now: Now) -> Self {
+        let (beats, delay) = <(Beats, Delay)>::default();
+        Self { beats, delay, hold: None, number: 0, heard: now }
+    }
+
+    fn is_held(&self) -> bool {
+        self.hold.as_ref().is_some_and(|hold| !hold.is_closed())
+    }
+
+    /// One renewal that waits renews as well as many.
+    fn renew(&self) -> bool {
+        let renewed = self.hold.as_ref().map(|hold| hold.try_send(()));
+        matches!(renewed, Some(Ok(()) | Err(mpsc::error::TrySendError::Full(()))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn ms(ms: u64) -> Now {
+        Duration::from_millis(ms)
+    }
+
+    fn key(seat: impl ToString) -> Key {
+        (seat.to_string(), SubsystemId::VERTICAL)
+    }
+
+    fn start(jogs: &mut Jogs, at: Now, seat: &str) -> (u64, mpsc::Receiver<()>) {
+        let first = jogs.beat(at, key(seat), Toward::Max, None);
+        assert!(matches!(first, Turn::Said(MotionWord::Armed)), "{first:?}");
+        match jogs.beat(at + ms(60), key(seat), Toward::Max, None) {
+            Turn::Start(number, beats) => (number, beats),
+            said => panic!("{said:?}"),
+        }
+    }
+
+    #[test]
+    fn sessions_that_have_gone_are_forgotten_and_motions_are_not() {
+        let mut jogs = Jogs::default();
+        let (_, _beats) = start(&mut jogs, ms(0), "held");
+        for number in 0..10_000_u64 {
+            jogs.beat(ms(1000 * number), key(number), Toward::Max, None);
+        }
+        assert!(jogs.slots.len() <= 62, "{}", jogs.slots.len());
+        assert!(jogs.slots[&key("held")].hold.is_some());
+    }
+
+    #[test]
+    fn beats_that_nobody_takes_do_not_pile_up() {
+        let mut jogs = Jogs::default();
+        let (_, mut beats) = start(&mut jogs, ms(0), "a");
+        for number in 0..10_000 {
+            let said = jogs.beat(ms(61 + number / 100), key("a"), Toward::Max, None);
+            assert!(matches!(said, Turn::Said(MotionWord::Moving)), "{said:?}");
+        }
+        assert_eq!((beats.len(), beats.try_recv()), (1, Ok(())));
+        drop(beats);
+        assert!(matches!(
+            jogs.beat(ms(170), key("a"), Toward::Max, None),
+            Turn::Said(MotionWord::Ended)
+        ));
+    }
+
+    #[test]
+    fn the_end_of_an_earlier_motion_ends_no_later_one() {
+        let mut jogs = Jogs::default();
+        let (first, _first_beats) = start(&mut jogs, ms(0), "a");
+        jogs.let_go("a");
+        let (second, _beats) = start(&mut jogs, ms(200), "a");
+        jogs.ended(ms(300), &key("a"), first);
+        assert!(first != second && jogs.slots[&key("a")].hold.is_some());
+        jogs.ended(ms(300), &key("a"), second);
+        assert!(jogs.slots[&key("a")].hold.is_none());
+        assert!(matches!(
+            jogs.beat(ms(310), key("a"), Toward::Max, None),
+            Turn::Said(MotionWord::Ended)
+        ));
+    }
+}

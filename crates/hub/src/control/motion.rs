@@ -1,0 +1,207 @@
+//! Motions by hand of a monitor: from beats to its drives, and what their clients and the audit log get.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use lafet_client::{Drive, Hold, JogEnd, Monitor, Reason, Toward};
+use lafet_proto::SubsystemId;
+use lafet_proto::status::DriveStatus;
+use serde::Serialize;
+use tokio::sync::mpsc;
+
+use super::jogs::Turn;
+use crate::command::NUMBERED;
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::monitor::station::Station;
+use crate::publish::messages::Message;
+use crate::store::{Act as Noted, JogEnding};
+use crate::sync::lock;
+use crate::text::{Both, both};
+use crate::words::{MotionEnd, MotionWord};
+
+/// A beat of a motion by hand.
+#[derive(Clone, Copy, Debug)]
+pub struct Beat {
+    /// The drive that moves.
+    pub drive: SubsystemId,
+    /// The direction.
+    pub toward: Toward,
+    /// Clock of the sender, ms.
+    pub sent_ms: Option<f64>,
+}
+
+impl Station {
+    /// Ends all motions of a seat.
+    pub fn let_go(&self, seat: &str) {
+        lock(&self.jogs).let_go(seat);
+    }
+
+    /// Ends a seat's motion of a drive.
+    pub fn end_jog(&self, seat: &str, drive: SubsystemId) {
+        lock(&self.jogs).end(&(seat.to_owned(), drive));
+    }
+
+    /// Takes a beat of a client that may command; returns the state of the motion.
+    pub fn beat(
+        self: &Arc<Self>,
+        hub: &Hub,
+        caller: &Caller,
+        beat: Beat,
+    ) -> Result<MotionWord, ApiError> {
+        let monitor = Monitor::new(self.client()?);
+        let drive = match beat.drive {
+            SubsystemId::VERTICAL => monitor.vertical(),
+            SubsystemId::HORIZONTAL => monitor.horizontal(),
+            SubsystemId::NOZZLE => monitor.nozzle(),
+            _ => {
+                return Err(ApiError::bad_request(both(
+                    "Only Vertical, Horizontal and Nozzle are moved by hand.",
+                    "Вручную ведутся только Vertical, Horizontal и Nozzle.",
+                )));
+            }
+        };
+        let key = (caller.seat.seat.clone(), beat.drive);
+        let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, beat.sent_ms);
+        match turn {
+            Turn::Said(state) => Ok(state),
+            Turn::Start(number, beats) => self.start(hub, caller, &drive, beat, (number, beats)),
+        }
+    }
+
+    fn start(
+        self: &Arc<Self>,
+        hub: &Hub,
+        caller: &Caller,
+        drive: &Drive,
+        beat: Beat,
+        (number, mut beats): (u64, mpsc::Receiver<()>),
+    ) -> Result<MotionWord, ApiError> {
+        let speed = hub.simulated().map_or(1.0, |simulation| simulation.speed());
+        let hold = Hold { clock_permille: (speed * 1000.0) as u32, ..Hold::default() };
+        let mut jog = drive.jog_with(beat.toward, hold).map_err(|error| ApiError::from(&error))?;
+        let way = if beat.toward == Toward::Max { "max" } else { "min" };
+        let what = format!("jog {} {way}", beat.drive);
+        let drive = beat.drive;
+        let act = move |end| Noted::Jog { drive: drive.to_string(), toward: way.into(), end };
+        let record = hub.record(caller, self.id(), &what, "asked");
+        let asked = hub.audit().note(record.about(&act(None)));
+        hub.counts().jogs.fetch_add(1, Ordering::Relaxed);
+        let (hub, caller, station) = (hub.clone(), caller.clone(), self.clone());
+        tokio::spawn(async move {
+            station.tell_jog(&hub, &caller, beat.drive, MotionWord::Moving, None);
+            let end = loop {
+                let renewed = tokio::select! {
+                    beat = beats.recv() => beat,
+                    end = jog.ended() => break end,
+                };
+                if renewed.is_some() {
+                    jog.renew();
+                } else {
+                    station.tell_jog(&hub, &caller, beat.drive, MotionWord::Stopping, None);
+                    break jog.release().await;
+                }
+            };
+            station.jog_ended(&hub, &caller, beat.drive, number, &end);
+            let record = hub.record(&caller, station.id(), &what, end_word(&end).name());
+            // Long since stored, unless the disk takes nothing: then it is not waited for.
+            let asked = tokio::time::timeout(NUMBERED, asked).await.ok().and_then(Result::ok);
+            let record = record.with(&JogDetails { asked });
+            drop(hub.audit().note(record.about(&act(Some(ending(&end))))));
+        });
+        Ok(MotionWord::Moving)
+    }
+
+    fn jog_ended(&self, hub: &Hub, caller: &Caller, drive: SubsystemId, number: u64, end: &JogEnd) {
+        let key = (caller.seat.seat.clone(), drive);
+        lock(&self.jogs).ended(hub.now(), &key, number);
+        self.tell_jog(hub, caller, drive, MotionWord::Ended, Some(end));
+    }
+
+    fn tell_jog(
+        &self,
+        hub: &Hub,
+        caller: &Caller,
+        drive: SubsystemId,
+        state: MotionWord,
+        end: Option<&JogEnd>,
+    ) {
+        let message = Message::Jog {
+            monitor: self.id().to_owned(),
+            drive: drive.to_string(),
+            state,
+            end: end.map(end_word),
+            text: end.and_then(end_text),
+        };
+        hub.send_to(&caller.seat.seat, &message);
+    }
+}
+
+/// Details of the entry of the end of a motion by hand: the number of that of its beginning.
+#[derive(Debug, Serialize)]
+struct JogDetails {
+    asked: Option<u64>,
+}
+
+/// How a motion ended, as the audit log has it.
+fn ending(end: &JogEnd) -> JogEnding {
+    let at = |status: &DriveStatus| status.position;
+    match end {
+        JogEnd::Stopped { reason, status } => {
+            JogEnding::Stopped { reason: why(reason).into(), position: at(status) }
+        }
+        JogEnd::Standing(status) => JogEnding::Standing { position: at(status) },
+        JogEnd::Refused(error) => JogEnding::Refused { error: error.to_string() },
+        JogEnd::Replaced => JogEnding::Replaced,
+        JogEnd::TakenOver { by } => JogEnding::TakenOver { by: by.to_string() },
+        JogEnd::StillMoving(status) => JogEnding::StillMoving { position: at(status) },
+        JogEnd::Unknown(error) => JogEnding::Unknown { error: error.to_string() },
+        _ => JogEnding::Unknown { error: String::new() },
+    }
+}
+
+const fn why(reason: &Reason) -> &'static str {
+    match reason {
+        Reason::Released => "released",
+        Reason::Lapsed => "lapsed",
+        Reason::LinkLost => "link_lost",
+        Reason::Refused => "refused",
+        Reason::StopAsked => "stop_asked",
+        _ => "unknown",
+    }
+}
+
+const fn end_word(end: &JogEnd) -> MotionEnd {
+    match end {
+        JogEnd::Stopped { .. } => MotionEnd::Stopped,
+        JogEnd::Standing(_) => MotionEnd::Standing,
+        JogEnd::Refused(_) => MotionEnd::Refused,
+        JogEnd::Replaced => MotionEnd::Replaced,
+        JogEnd::TakenOver { .. } => MotionEnd::TakenOver,
+        JogEnd::StillMoving(_) => MotionEnd::StillMoving,
+        JogEnd::Unbounded(_) => MotionEnd::Unbounded,
+        _ => MotionEnd::Unknown,
+    }
+}
+
+/// What people have to know of an end; nothing of the usual one.
+fn end_text(end: &JogEnd) -> Option<Both> {
+    match end {
+        JogEnd::Refused(error) | JogEnd::Unknown(error) => Some(Both::of_error(error)),
+        JogEnd::TakenOver { by } => Some(both(
+            format!("{by} has taken the drive over."),
+            format!("Приводом управляет {by}."),
+        )),
+        JogEnd::StillMoving(_) => Some(both(
+            "The drive goes on in spite of Stop. Use the emergency stop.",
+            "Привод движется, несмотря на Stop. Используйте аварийный останов.",
+        )),
+        JogEnd::Unbounded(_) => Some(both(
+            "Limits are off, and this monitor would not end the motion by itself if the connection \
+             failed. Switch the limits on, or set MoveTimeout of General, 500 ms for example.",
+            "Контроль пределов выключен, и при обрыве связи ствол не прекратит движение сам. Включите \
+             пределы или задайте MoveTimeout подсистемы General, например 500 мс.",
+        )),
+        _ => None,
+    }
+}

@@ -1,0 +1,61 @@
+//! How many requests a user may make.
+
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+use super::Hub;
+use crate::access::{Bucket, Principal};
+use crate::error::ApiError;
+use crate::sync::lock;
+
+/// Requests of a user that change something: at once, and per second. Stop, Close and Lockout are
+/// not counted.
+const REQUESTS: (f64, f64) = (100.0, 50.0);
+/// Requests that only read: a page that opens makes many at once.
+const READS: (f64, f64) = (400.0, 100.0);
+/// Users and sessions whose requests are counted.
+const BUCKETS_MAX: usize = 10_000;
+
+/// The requests that each user and session has left.
+#[derive(Debug, Default)]
+pub(super) struct Quotas(Mutex<HashMap<String, Bucket>>);
+
+impl Hub {
+    /// Counts a request to a monitor. Not called for Stop, Close and Lockout.
+    ///
+    /// # Errors
+    ///
+    /// 429 if the user has made too many.
+    pub fn count_request(&self, principal: &Principal) -> Result<(), ApiError> {
+        self.count("", principal, REQUESTS)
+    }
+
+    /// Counts a change over HTTP.
+    ///
+    /// # Errors
+    ///
+    /// 429 if the user has made too many.
+    pub fn count_change(&self, principal: &Principal) -> Result<(), ApiError> {
+        self.count("changes ", principal, REQUESTS)
+    }
+
+    /// Counts a read. Reads take nothing from the requests that command.
+    ///
+    /// # Errors
+    ///
+    /// 429 if the user has made too many.
+    pub fn count_reading(&self, principal: &Principal) -> Result<(), ApiError> {
+        self.count("reads ", principal, READS)
+    }
+
+    fn count(&self, what: &str, by: &Principal, (most, per_s): (f64, f64)) -> Result<(), ApiError> {
+        let now = self.now();
+        let mut buckets = lock(&self.0.quotas.0);
+        if buckets.len() >= BUCKETS_MAX {
+            buckets.clear();
+        }
+        let key = format!("{what}{}/{}", by.user, by.key);
+        let bucket = buckets.entry(key).or_insert_with(|| Bucket::new(now, most, per_s));
+        bucket.take(now).map_err(ApiError::slow_down)
+    }
+}

@@ -1,0 +1,192 @@
+//! WebSocket clients and their seats.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use axum::extract::ws::Utf8Bytes;
+use tokio::sync::mpsc;
+
+use super::Hub;
+use crate::access::Principal;
+use crate::publish::messages::Message;
+use crate::sync::lock;
+
+/// Messages that may wait for a slow client.
+const EVENTS_MAX: usize = 128;
+
+/// The seats by id.
+#[derive(Debug, Default)]
+pub(super) struct Seats {
+    all: Mutex<HashMap<String, Live>>,
+    next: AtomicU64,
+}
+
+/// A WebSocket and its seat.
+#[derive(Debug)]
+struct Live {
+    events: mpsc::Sender<Utf8Bytes>,
+    missed: Arc<AtomicU64>,
+    /// Number of the connection: a seat outlives its connection.
+    connection: u64,
+    /// Secret with which a new connection resumes the seat; `None` if the random generator failed: the
+    /// seat cannot be resumed.
+    resume: Option<String>,
+    principal: Principal,
+    from: String,
+    since_ms: u64,
+}
+
+/// The client of a WebSocket.
+#[derive(Clone, Debug)]
+pub struct Seated {
+    /// Id of its seat.
+    pub seat: String,
+    /// User, role and session.
+    pub principal: Principal,
+    /// Address of the client.
+    pub from: String,
+    /// When it connected, ms since 1970.
+    pub since_ms: u64,
+    /// Whether the connection is open; a lost one may be resumed while its seat holds authority.
+    pub open: bool,
+}
+
+/// The seat of a new WebSocket.
+#[derive(Debug)]
+pub struct SeatKey {
+    /// Id of the seat.
+    pub seat: String,
+    /// Secret with which a later connection resumes the seat.
+    pub resume: Option<String>,
+    /// Messages to the client besides published values.
+    pub events: mpsc::Receiver<Utf8Bytes>,
+    /// Messages dropped because the client is slow.
+    pub missed: Arc<AtomicU64>,
+    connection: u64,
+}
+
+impl Hub {
+    /// Gives a new WebSocket a seat; with the right secret, the one it had before.
+    pub fn connect(&self, principal: &Principal, from: &str, resume: Option<&str>) -> SeatKey {
+        self.connect_with(principal, from, resume, crate::access::secret().ok())
+    }
+
+    /// `secret`: with which the new connection can be resumed later.
+    fn connect_with(
+        &self,
+        principal: &Principal,
+        from: &str,
+        resume: Option<&str>,
+        secret: Option<String>,
+    ) -> SeatKey {
+        let user = &principal.user;
+        let (sender, events) = mpsc::channel(EVENTS_MAX);
+        let missed = Arc::new(AtomicU64::new(0));
+        let mut seats = lock(&self.0.seats.all);
+        let old = resume.and_then(|secret| {
+            let matches = |live: &&Live| {
+                live.resume.as_deref() == Some(secret) && live.principal.user == *user
+            };
+            seats.iter().find(|(_, live)| matches(live)).map(|(seat, _)| seat.clone())
+        });
+        let connection = self.0.seats.next.fetch_add(1, Ordering::Relaxed) + 1;
+        let seat = old.unwrap_or_else(|| format!("s{connection}"));
+        let live = Live {
+            events: sender,
+            missed: missed.clone(),
+            connection,
+            resume: secret.clone(),
+            principal: principal.clone(),
+            from: from.to_owned(),
+            since_ms: self.clock().now_ms(),
+        };
+        seats.insert(seat.clone(), live);
+        drop(seats);
+        for station in self.stations() {
+            lock(&station.authority).back(self.now(), &seat);
+            station.publish_authority(self);
+        }
+        SeatKey { seat, resume: secret, events, missed, connection }
+    }
+
+    /// A WebSocket is closed: its motions stop, and its authority is lost unless it is resumed.
+    pub fn disconnect(&self, key: &SeatKey) {
+        let mut seats = lock(&self.0.seats.all);
+        if seats.get(&key.seat).is_none_or(|live| live.connection != key.connection) {
+            return;
+        }
+        let mut holds = false;
+        for station in self.stations() {
+            station.let_go(&key.seat);
+            holds |= lock(&station.authority).lost(self.now(), &key.seat);
+            station.publish_authority(self);
+        }
+        if !holds {
+            seats.remove(&key.seat);
+        }
+    }
+
+    /// The clients of the WebSockets.
+    pub fn connected(&self) -> Vec<Seated> {
+        let seats = lock(&self.0.seats.all);
+        let one = |(seat, live): (&String, &Live)| Seated {
+            seat: seat.clone(),
+            principal: live.principal.clone(),
+            from: live.from.clone(),
+            since_ms: live.since_ms,
+            open: !live.events.is_closed(),
+        };
+        seats.iter().map(one).collect()
+    }
+
+    /// Sends a message to a seat; dropped and counted if the client is slow.
+    pub fn send_to(&self, seat: &str, message: &Message) {
+        self.send_text(seat, message.written());
+    }
+
+    /// The same, already written: what waits for a slow client takes little room.
+    fn send_text(&self, seat: &str, message: Utf8Bytes) {
+        let seats = lock(&self.0.seats.all);
+        if let Some(live) = seats.get(seat)
+            && live.events.try_send(message).is_err()
+        {
+            live.missed.fetch_add(1, Ordering::Relaxed);
+            self.counts().missed.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Sends a message to every seat.
+    pub(super) fn send_to_all(&self, message: &Message) {
+        let message = message.written();
+        let seats: Vec<String> = lock(&self.0.seats.all).keys().cloned().collect();
+        seats.iter().for_each(|seat| self.send_text(seat, message.clone()));
+    }
+
+    /// Forgets a seat whose connection is lost.
+    pub(super) fn forget_seat(&self, seat: &str) {
+        lock(&self.0.seats.all).retain(|id, live| id != seat || !live.events.is_closed());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::hub::Caller;
+    use crate::{Clock, Config};
+
+    #[tokio::test]
+    async fn without_random_numbers_a_connection_is_closed_like_any_other() {
+        let hub = Hub::new(Config::default(), Clock::System, Value::Null).unwrap();
+        let principal = Caller::hub().principal;
+        let first = hub.connect_with(&principal, "", None, None);
+        let second = hub.connect_with(&principal, "", Some(""), None);
+        assert_ne!(first.seat, second.seat, "nothing brings a connection back without a secret");
+        assert_eq!((first.resume.clone(), hub.connected().len()), (None, 2));
+        hub.disconnect(&first);
+        hub.disconnect(&second);
+        assert!(hub.connected().is_empty());
+    }
+}

@@ -1,0 +1,9 @@
+//! The monitors: their links, states, programs and what is published of them.
+
+pub mod link_series;
+pub mod owner;
+pub mod program;
+pub mod station;
+pub mod status;
+mod summary;
+pub mod view;

@@ -1,0 +1,445 @@
+//! The owner of the links: connects, polls what is quick and what is slow, publishes it.
+//!
+//! The state of a monitor is one frame (GetStatus All), polled at its rate; limits, hotbeds and
+//! parameters are read when they can have changed, a few in a frame, so that a command never waits
+//! for more than the frame that is on the line.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use lafet_client::{Client, Config as LinkConfig, Endpoint, LinkEvent, Monitor, Update};
+use lafet_proto::param::Param;
+use lafet_proto::record::Records;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, RequestId, SubsystemId};
+use tokio::sync::broadcast::error::RecvError;
+use tokio::task::JoinSet;
+use tokio::time::{sleep, timeout};
+
+use crate::clock::Steps;
+use crate::hub::Hub;
+use crate::monitor::station::{ParamValue, Params, Progress, Station};
+use crate::monitor::status::{self, Exchanged, Status, Subsystems, Unheld};
+use crate::monitor::view::Hotbeds;
+use crate::sync::lock;
+use crate::text::{Both, both};
+
+/// Pauses between attempts to connect.
+const PAUSE_FIRST: Duration = Duration::from_millis(200);
+const PAUSE_LAST: Duration = Duration::from_secs(2);
+/// How often slow things are looked at.
+const SLOW: Duration = Duration::from_secs(1);
+/// Limits are read again this often, in rounds of [`SLOW`].
+const LIMITS_ROUNDS: u64 = 30;
+/// What ends a motion by hand when nothing renews it (§D/4).
+const MOVE_HOLD: &str = "MoveHold";
+/// Parameters in a frame: others have their turn after each.
+const PARAMS_AT_ONCE: usize = 8;
+/// Periods without an answer after which a state is stale.
+const STALE_PERIODS: u64 = 3;
+/// The shortest time until then: an answer may take a retry.
+const STALE_MS: u64 = 600;
+/// What stays as it is goes into the history this often.
+const ALL_EVERY_MS: u64 = 1000;
+
+/// Starts everything that goes on by itself.
+pub fn start(hub: &Hub) {
+    hub.own();
+    tokio::spawn(keep(hub.clone()));
+    tokio::spawn(crate::store::integrity::run(hub.clone()));
+    tokio::spawn(crate::publish::broadcast::run(hub.clone()));
+}
+
+/// Connects to all monitors; dropping the result disconnects them.
+pub fn own(hub: &Hub) -> JoinSet<()> {
+    let mut links: BTreeMap<String, Vec<Arc<Station>>> = BTreeMap::new();
+    for station in hub.stations() {
+        links.entry(link_of(&station.config.endpoint)).or_default().push(station);
+    }
+    let mut owners = JoinSet::new();
+    for stations in links.into_values() {
+        owners.spawn(connect(hub.clone(), stations));
+    }
+    owners
+}
+
+/// Monitors with the same answer share a link.
+fn link_of(endpoint: &Endpoint) -> String {
+    let mut endpoint = endpoint.clone();
+    match &mut endpoint {
+        Endpoint::Tcp { addresses, .. }
+        | Endpoint::Udp { addresses, .. }
+        | Endpoint::Serial { addresses, .. }
+        | Endpoint::Sim { addresses, .. } => addresses.monitor = 1,
+    }
+    endpoint.to_string()
+}
+
+async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
+    let Some(first) = stations.first() else { return };
+    let mut pause = PAUSE_FIRST;
+    let client = loop {
+        match Client::connect_with(&first.config.endpoint, LinkConfig::default()).await {
+            Ok(client) => break client,
+            Err(error) => {
+                let text = Both::of_error(&error);
+                for station in &stations {
+                    station.set_link(&hub, false, Some(text.clone()));
+                    hub.observe(station);
+                }
+                sleep(pause).await;
+                pause = (pause * 2).min(PAUSE_LAST);
+            }
+        }
+    };
+    let mut tasks = JoinSet::new();
+    for station in stations {
+        let address = station.config.endpoint.addresses().monitor;
+        match client.at(address) {
+            Ok(client) => {
+                station.client.send_replace(Some(client.clone()));
+                station.set_link(&hub, true, None);
+                tasks.spawn(follow_link(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(record(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(poll(hub.clone(), station.clone(), client.clone()));
+                tasks.spawn(read_slow(hub.clone(), station, Monitor::new(client)));
+            }
+            Err(error) => station.set_link(&hub, false, Some(Both::of_error(&error))),
+        }
+    }
+    drop(client);
+    while tasks.join_next().await.is_some() {}
+}
+
+async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {
+    let mut events = client.events();
+    loop {
+        match events.recv().await {
+            Ok(LinkEvent::Up) => {
+                station.set_link(&hub, true, None);
+                hub.event(
+                    Some(station.id()),
+                    &both("Connected again.", "Соединение восстановлено."),
+                );
+                station.reread.notify_one();
+            }
+            Ok(LinkEvent::Down(error)) => {
+                let was_up = station.is_up();
+                let text =
+                    both(format!("No connection: {error}."), format!("Нет соединения: {error}."));
+                station.set_link(&hub, false, Some(text.clone()));
+                if was_up {
+                    hub.event(Some(station.id()), &text);
+                }
+            }
+            Ok(LinkEvent::Statistics(_)) => station.set_figures(&hub),
+            Ok(_) | Err(RecvError::Lagged(_)) => {}
+            Err(RecvError::Closed) => return,
+        }
+    }
+}
+
+async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
+    let period = Duration::from_millis(station.config.poll_ms);
+    let stale = Duration::from_millis((station.config.poll_ms * STALE_PERIODS).max(STALE_MS));
+    let request = Request::new(SubsystemId::ALL, Body::GetStatus);
+    let Ok(mut feed) = client.subscribe(&request, period) else { return };
+    let (mut noted, mut observed, mut heard) = (Noted::default(), None, Exchanged::default());
+    loop {
+        let before = station.status();
+        let mut status = match timeout(stale, feed.next()).await {
+            Ok(Update::Value(sample)) => {
+                hub.counts().polls.fetch_add(1, Ordering::Relaxed);
+                heard = station.exchanged();
+                let age_ms = u64::try_from(sample.age().as_millis()).unwrap_or(0);
+                Status {
+                    at_ms: Some(hub.clock().now_ms().saturating_sub(age_ms)),
+                    stale: false,
+                    queued: false,
+                    error: None,
+                    resumes_ms: None,
+                    subsystems: status::subsystems(sample.answers().iter(), &before.subsystems),
+                }
+            }
+            Ok(Update::Stale(error)) => {
+                let error = Some(Both::of_error(&error));
+                Status { stale: true, queued: false, error, ..Status::clone(&before) }
+            }
+            Ok(_) => continue,
+            Err(_) => {
+                let since = station.exchanged().since(&heard);
+                let queued = since.own.timeouts == 0 && since.line.timeouts > 0;
+                Status { stale: true, queued, ..Status::clone(&before) }
+            }
+        };
+        if status.subsystems.is_empty() && !status.stale {
+            // It answers, but not with its state: what it was before is not known any more.
+            status.stale = true;
+        }
+        noted.note(&hub, station.id(), &status);
+        station.set_status(&hub, status);
+        observe_news(&hub, &station, &mut observed);
+    }
+}
+
+/// Keeps the frames of a monitor for recordings.
+async fn record(hub: Hub, station: Arc<Station>, client: Client) {
+    let (mut frames, address) = (client.trace(), client.address());
+    loop {
+        match frames.recv().await {
+            Ok(frame) if frame.dst == address || frame.src == address => {
+                if frame.dst == address && has_move(&frame.payload) {
+                    lock(&station.programs).moved(hub.clock().now_ms());
+                }
+                hub.recordings().frame(hub.clock().now_ms(), station.id(), &frame);
+            }
+            Ok(_) | Err(RecvError::Lagged(_)) => {}
+            Err(RecvError::Closed) => return,
+        }
+    }
+}
+
+/// A Move pauses a program (§3.1/3), whichever client sends it.
+fn has_move(payload: &[u8]) -> bool {
+    Records::new(payload).map_while(Result::ok).any(|record| record.request == RequestId::MOVE)
+}
+
+/// The states of subsystems that the history has, and when it had all of them last.
+#[derive(Default)]
+struct Noted {
+    subsystems: Subsystems,
+    all_ms: u64,
+}
+
+impl Noted {
+    /// Puts the values of a state into the history: what has changed, and from time to time all. A
+    /// value whose sensor is faulty is left out.
+    fn note(&mut self, hub: &Hub, monitor: &str, status: &Status) {
+        let mut history = hub.history();
+        if status.stale {
+            self.subsystems.clear();
+            return history.lost(hub.clock().now_ms(), monitor);
+        }
+        let Some(at_ms) = status.at_ms else { return };
+        if at_ms.abs_diff(self.all_ms) >= ALL_EVERY_MS {
+            self.all_ms = at_ms;
+            self.subsystems.clear();
+        }
+        for (name, state) in &status.subsystems {
+            if self.subsystems.get(name).is_some_and(|it| Arc::ptr_eq(it, state)) {
+                continue;
+            }
+            let mut had = history.note(at_ms, monitor, &format!("{name}.bits"), state.bits.into());
+            for (field, value) in &state.fields {
+                let series = format!("{name}.{field}");
+                if state.bad.contains_key(field) {
+                    history.lost_series(at_ms, monitor, &series);
+                } else {
+                    had &= history.note(at_ms, monitor, &series, *value as f64);
+                }
+            }
+            match had {
+                true => _ = self.subsystems.insert(name, state.clone()),
+                false => _ = self.subsystems.remove(name),
+            }
+        }
+    }
+}
+
+/// Raises and clears alarms, if a state has other flags than the last one, or an alarm is about to
+/// return.
+fn observe_news(hub: &Hub, station: &Station, last: &mut Option<(Arc<Status>, bool)>) {
+    let now = (station.status(), station.is_up());
+    let same = last.as_ref().is_some_and(|it| it.1 == now.1 && it.0.has_flags_of(&now.0));
+    if !same || hub.alarms().is_returning(station.id()) {
+        hub.observe(station);
+    }
+    *last = Some(now);
+}
+
+async fn read_slow(hub: Hub, station: Arc<Station>, monitor: Monitor) {
+    let (mut round, mut again, mut had) = (0_u64, true, false);
+    loop {
+        let status = station.status();
+        if station.is_up() && !status.stale && status.at_ms.is_some() {
+            if again || round.is_multiple_of(LIMITS_ROUNDS) {
+                read_limits(&hub, &station, &monitor).await;
+            }
+            if again {
+                read_params(&hub, &station, &monitor).await;
+                again = false;
+            }
+            let found = status.is_set(SubsystemId::DETECTOR, "Found")
+                || status.is_set(SubsystemId::DETECTOR, "Searching");
+            if (found || had)
+                && let Ok(hotbeds) = monitor.hotbeds().await
+            {
+                station.set_hotbeds(&hub, Hotbeds::new(hub.clock().now_ms(), &hotbeds));
+            }
+            had = found;
+            round += 1;
+        }
+        tokio::select! {
+            () = sleep(SLOW) => {}
+            () = station.reread.notified() => again = true,
+        }
+    }
+}
+
+async fn read_limits(hub: &Hub, station: &Station, monitor: &Monitor) {
+    if let Ok(limits) = monitor.limits_all().await {
+        let limits = limits.into_iter().map(|(id, limits)| (id.to_string(), limits.into()));
+        station.set_limits(hub, limits.collect());
+    }
+}
+
+/// Of a monitor that is silent each parameter would be waited for: they stay as they were, and are
+/// read when it is heard again.
+fn read_later(hub: &Hub, station: &Station) {
+    {
+        let mut params = lock(&station.params);
+        (params.reading, params.progress) = (false, None);
+    }
+    station.publish_progress(hub, None);
+    station.reread.notify_one();
+}
+
+/// Reads all parameters of the subsystems that the monitor has; if another task does, waits for it.
+pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
+    let Ok(_reading) = station.reading.try_lock() else {
+        drop(station.reading.lock().await);
+        return;
+    };
+    let status = station.status();
+    let has = |param: &Param| status.bits(param.spec().subsystem).is_some();
+    let which: Vec<Param> = Param::ALL.iter().copied().filter(has).collect();
+    {
+        let mut params = lock(&station.params);
+        params.reading = true;
+        params.progress = Some(Progress { done: 0, total: which.len() });
+        station.publish_progress(hub, params.progress);
+    }
+    let mut has_hold = None;
+    let mut read = Params { at_ms: Some(hub.clock().now_ms()), ..Params::default() };
+    for (chunk, params) in which.chunks(PARAMS_AT_ONCE).enumerate() {
+        if station.status().stale {
+            return read_later(hub, station);
+        }
+        for (param, values) in params.iter().zip(monitor.params(params).await) {
+            if param.name() == MOVE_HOLD {
+                has_hold = knows(&values).or(has_hold);
+            }
+            let value = match values {
+                Ok(values) => ParamValue::Values(values),
+                Err(error) => ParamValue::Error(Both::of_error(&error)),
+            };
+            let subsystem = read.values.entry(param.spec().subsystem.to_string()).or_default();
+            subsystem.insert(param.name().to_owned(), value);
+        }
+        let done = (chunk * PARAMS_AT_ONCE + params.len()).min(which.len());
+        let progress = Some(Progress { done, total: which.len() });
+        lock(&station.params).progress = progress;
+        station.publish_progress(hub, progress);
+    }
+    let unheld = {
+        let mut params = lock(&station.params);
+        read.unheld = has_hold.map_or(params.unheld, |has_hold| !has_hold);
+        let news = read.unheld && !params.unheld;
+        *params = read;
+        news
+    };
+    if unheld {
+        hub.event(Some(station.id()), &Unheld::text().what);
+    }
+    if let Some(has_hold) = has_hold {
+        hub.alarms().holding(station.id()).set_hold(has_hold);
+        hub.observe(station);
+    }
+    station.publish_readiness(hub);
+    station.publish_params(hub);
+    station.publish_progress(hub, None);
+}
+
+/// Whether a monitor knows a parameter; one that did not answer has not said.
+const fn knows<T>(result: &Result<T, lafet_client::Error>) -> Option<bool> {
+    match result {
+        Ok(_) => Some(true),
+        Err(lafet_client::Error::Refused { .. }) => Some(false),
+        Err(_) => None,
+    }
+}
+
+/// What the hub does from time to time.
+async fn keep(hub: Hub) {
+    let mut ticks = tokio::time::interval(Duration::from_millis(100));
+    ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut steps = Steps::from_now(hub.clock());
+    let mut shutdown = hub.shutdown();
+    for tick in 0_u64.. {
+        tokio::select! {
+            _ = ticks.tick() => {}
+            () = shutdown.requested() => break,
+        }
+        hub.handle_timeouts();
+        if tick.is_multiple_of(10) {
+            hub.look_at_clock(&mut steps);
+            hub.look_at_itself();
+            hub.history().flush();
+            hub.events().flush();
+            hub.rates().take(tokio::time::Instant::now(), hub.counts());
+            hub.recordings().handle_time(hub.clock().now_ms(), hub.clock().cautious_ms());
+        }
+        if tick.is_multiple_of(36_000) {
+            let history = hub.history();
+            let now_ms = hub.clock().cautious_ms();
+            history.forget(now_ms, hub.config().raw_days, hub.config().minute_days);
+            hub.events().forget(now_ms, hub.config().minute_days);
+        }
+    }
+    hub.recordings().end_all();
+    hub.events().flush();
+    hub.history().flush();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::Clock;
+    use crate::config::Config;
+    use crate::monitor::status::Subsystem;
+
+    fn status(at_ms: u64, of: &Arc<Subsystem>) -> Status {
+        let subsystems = [("Climatics", of.clone())].into();
+        Status { at_ms: Some(at_ms), subsystems, ..Status::default() }
+    }
+
+    #[tokio::test]
+    async fn a_faulty_sensors_value_is_left_out_of_the_history() {
+        let hub = Hub::new(Config::default(), Clock::System, serde_json::json!({})).unwrap();
+        let state = |bits, temperature| {
+            let mut state = Subsystem::default();
+            state.set_bits(SubsystemId::CLIMATICS, bits);
+            state.fields = [("housing", temperature)].into();
+            Arc::new(state)
+        };
+        let fault = 1 << flag_bit("BoxSensorFault");
+        let (good, faulty, again) = (state(0, 20), state(fault, -128), state(0, 21));
+        assert!(faulty.bad.contains_key("housing"), "{faulty:?}");
+        let mut noted = Noted::default();
+        for (at_ms, state) in [(1000, &good), (1500, &good), (2000, &faulty), (4000, &again)] {
+            noted.note(&hub, "M1", &status(at_ms, state));
+        }
+        let flushed = hub.history().flushed();
+        let base = flushed.await;
+        let rows = base.values("M1", "Climatics.housing", (0, 9000), None, 100).await.unwrap();
+        let expected = serde_json::json!([[1000, 20.0], [2000, null], [4000, 21.0]]);
+        assert_eq!(serde_json::json!(rows), expected);
+    }
+
+    fn flag_bit(name: &str) -> u32 {
+        let info = lafet_proto::flags::flags_of(SubsystemId::CLIMATICS).by_name(name).unwrap();
+        info.mask().trailing_zeros()
+    }
+}

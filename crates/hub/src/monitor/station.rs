@@ -1,0 +1,351 @@
+//! A monitor as the hub has it: its client, its state, its authority, and what is published of them.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use lafet_client::Client;
+use serde::Serialize;
+use tokio::sync::{Notify, watch};
+use utoipa::ToSchema;
+
+use crate::command::urgent::Lane;
+use crate::config::MonitorConfig;
+use crate::control::authority::Authority;
+use crate::control::jogs::Jogs;
+use crate::error::ApiError;
+use crate::hub::Hub;
+use crate::monitor::link_series;
+use crate::monitor::program::Programs;
+use crate::monitor::status::{self, Exchanged, Status};
+use crate::monitor::summary::{self, Summary};
+use crate::monitor::view::{
+    Asking, Bounds, Control, Holder, Hotbeds, Info, Link, LinkState, MonitorView,
+};
+use crate::sync::lock;
+use crate::text::Both;
+
+/// What is published of a monitor.
+pub const PARTS: [&str; 11] = [
+    "info",
+    "status",
+    "summary",
+    "link",
+    "authority",
+    "readiness",
+    "limits",
+    "hotbeds",
+    "params",
+    "params_progress",
+    "program",
+];
+
+/// A monitor: its client, state and authority.
+#[derive(Debug)]
+pub struct Station {
+    /// What the configuration says of it.
+    pub config: MonitorConfig,
+    /// Its client, as soon as there was a connection.
+    pub client: watch::Sender<Option<Client>>,
+    /// The authority over it.
+    pub authority: Mutex<Authority>,
+    /// What is slow is to be read again.
+    pub reread: Notify,
+    /// Parameters as last read.
+    pub params: Mutex<Params>,
+    /// Held while they are being read.
+    pub reading: tokio::sync::Mutex<()>,
+    /// What it does by itself.
+    pub programs: Mutex<Programs>,
+    /// Stop, Close and Lockout on that are under way.
+    pub urgent: Lane,
+    state: Mutex<State>,
+    /// Its motions by hand.
+    pub jogs: Mutex<Jogs>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    status: Arc<Status>,
+    link_up: bool,
+    link_since_ms: u64,
+    link_error: Option<Both>,
+    /// The figures at the last second, and what had come in that.
+    exchanged: (Exchanged, Exchanged),
+    limits: Option<BTreeMap<String, Bounds>>,
+    hotbeds: Option<Hotbeds>,
+}
+
+/// Parameters as last read.
+#[derive(Clone, Debug, Default, Serialize, ToSchema)]
+pub struct Params {
+    /// When they were read, ms since 1970.
+    #[schema(required)]
+    pub at_ms: Option<u64>,
+    /// Whether they are being read.
+    pub reading: bool,
+    /// Progress of the reading.
+    #[schema(required)]
+    pub progress: Option<Progress>,
+    /// The monitor refuses MoveHold: it does not have it.
+    #[serde(skip)]
+    pub unheld: bool,
+    /// Values by subsystem and name.
+    pub values: BTreeMap<String, BTreeMap<String, ParamValue>>,
+}
+
+/// How far reading is.
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[schema(as = ReadingProgress)]
+pub struct Progress {
+    /// Number of parameters read.
+    pub done: usize,
+    /// Number of parameters to read.
+    pub total: usize,
+}
+
+/// Values of a parameter, or why they are not known.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ParamValue {
+    /// The values.
+    Values(Vec<i32>),
+    /// Why the values are unknown.
+    Error(Both),
+}
+
+impl Station {
+    /// A monitor without connection.
+    pub fn new(config: MonitorConfig, lost: Duration) -> Self {
+        Self {
+            config,
+            client: watch::Sender::new(None),
+            authority: Mutex::new(Authority::new(lost)),
+            reread: Notify::new(),
+            params: Mutex::default(),
+            reading: tokio::sync::Mutex::default(),
+            programs: Mutex::default(),
+            urgent: Lane::default(),
+            state: Mutex::default(),
+            jogs: Mutex::default(),
+        }
+    }
+
+    /// Id from the configuration.
+    pub fn id(&self) -> &str {
+        &self.config.id
+    }
+
+    /// Its client, if there was a connection.
+    pub fn client(&self) -> Result<Client, ApiError> {
+        self.client.borrow().clone().ok_or_else(|| ApiError::not_connected(self.id()))
+    }
+
+    /// Its state as last heard.
+    pub fn status(&self) -> Arc<Status> {
+        lock(&self.state).status.clone()
+    }
+
+    /// Whether there is a connection.
+    pub fn is_up(&self) -> bool {
+        lock(&self.state).link_up
+    }
+
+    /// `up`, `stale` or `down`.
+    pub fn health(&self) -> &'static str {
+        let state = lock(&self.state);
+        match (state.link_up, state.status.stale || state.status.at_ms.is_none()) {
+            (false, _) => "down",
+            (true, true) => "stale",
+            (true, false) => "up",
+        }
+    }
+
+    fn topic(&self, part: &str) -> String {
+        format!("monitors/{}/{part}", self.id())
+    }
+
+    /// Publishes everything, so that no topic is missing.
+    pub fn publish_all(&self, hub: &Hub) {
+        hub.topics().set(&self.topic("info"), &self.info());
+        let state = lock(&self.state);
+        hub.topics().set(&self.topic("limits"), &state.limits);
+        hub.topics().set(&self.topic("hotbeds"), &state.hotbeds);
+        let status = state.status.clone();
+        hub.topics().set_live(&self.topic("summary"), Summary(status.clone()), true);
+        hub.topics().set_live(&self.topic("status"), status, false);
+        drop(state);
+        self.publish_link(hub, true);
+        self.publish_readiness(hub);
+        self.publish_authority(hub);
+        self.publish_params(hub);
+        self.publish_progress(hub, None);
+        self.publish_program(hub);
+    }
+
+    /// Takes everything back that was published.
+    pub fn unpublish(&self, hub: &Hub) {
+        for part in PARTS {
+            hub.topics().remove(&self.topic(part));
+        }
+    }
+
+    fn info(&self) -> Info {
+        let address = Some(self.config.endpoint.addresses().monitor);
+        Info { id: self.id().to_owned(), name: self.config.name.clone(), address }
+    }
+
+    /// The monitor as the API returns it.
+    pub fn view(&self, hub: &Hub) -> MonitorView {
+        let part = |name| hub.topics().get(&self.topic(name));
+        MonitorView {
+            info: self.info(),
+            status: part("status"),
+            link: part("link"),
+            authority: part("authority"),
+            readiness: part("readiness"),
+            limits: part("limits"),
+            hotbeds: part("hotbeds"),
+            program: part("program"),
+            params_at_ms: lock(&self.params).at_ms,
+        }
+    }
+
+    /// A new state, or that the old one has become stale.
+    pub fn set_status(&self, hub: &Hub, mut status: Status) {
+        let old = self.status();
+        let same_flags = status.has_flags_of(&old);
+        status.resumes_ms = None;
+        if !status.stale {
+            let mut programs = lock(&self.programs);
+            if !(same_flags && programs.are_idle()) {
+                let before = programs.current().cloned();
+                status.resumes_ms = programs.observe(hub.clock().now_ms(), &status);
+                let news = programs.current() != before.as_ref();
+                drop(programs);
+                if news {
+                    self.publish_program(hub);
+                }
+            }
+        }
+        if status == *old {
+            return;
+        }
+        let status = Arc::new(status);
+        lock(&self.state).status = status.clone();
+        if !summary::is_same(&status, &old) {
+            hub.topics().set_live(&self.topic("summary"), Summary(status.clone()), true);
+        }
+        hub.topics().set_live(&self.topic("status"), status, false);
+        if !same_flags {
+            self.publish_readiness(hub);
+        }
+    }
+
+    /// The connection came or went.
+    pub fn set_link(&self, hub: &Hub, up: bool, error: Option<Both>) {
+        {
+            let mut state = lock(&self.state);
+            if state.link_up != up || state.link_since_ms == 0 {
+                state.link_since_ms = hub.clock().now_ms();
+            }
+            (state.link_up, state.link_error) = (up, error);
+        }
+        self.publish_link(hub, true);
+        self.publish_readiness(hub);
+    }
+
+    /// The figures of the last second.
+    pub fn set_figures(&self, hub: &Hub) {
+        let now = self.exchanged();
+        let last = {
+            let mut state = lock(&self.state);
+            let last = now.since(&state.exchanged.0);
+            state.exchanged = (now, last);
+            last
+        };
+        self.publish_link(hub, false);
+        let round_trip = now.own.rtt_average;
+        let news = round_trip.is_some_and(|it| hub.alarms().holding(self.id()).set_round_trip(it));
+        if news {
+            hub.observe(self);
+        }
+        let up = self.is_up();
+        link_series::note(hub, self.id(), &last.own, up);
+    }
+
+    /// What was exchanged with it so far, and on its line.
+    pub fn exchanged(&self) -> Exchanged {
+        let of = |client: &Client| Exchanged { own: client.stats(), line: client.link_stats() };
+        self.client.borrow().as_ref().map(of).unwrap_or_default()
+    }
+
+    /// Sets and publishes the limits.
+    pub fn set_limits(&self, hub: &Hub, limits: BTreeMap<String, Bounds>) {
+        hub.topics().set(&self.topic("limits"), &limits);
+        lock(&self.state).limits = Some(limits);
+    }
+
+    /// What its detector has found.
+    pub fn set_hotbeds(&self, hub: &Hub, hotbeds: Hotbeds) {
+        hub.topics().set(&self.topic("hotbeds"), &hotbeds);
+        lock(&self.state).hotbeds = Some(hotbeds);
+    }
+
+    fn publish_link(&self, hub: &Hub, news: bool) {
+        let state = lock(&self.state);
+        let last = state.exchanged.1;
+        let link = LinkState {
+            up: state.link_up,
+            since_ms: state.link_since_ms,
+            error: state.link_error.clone(),
+            endpoint: self.config.endpoint.to_string(),
+            poll_ms: self.config.poll_ms,
+        };
+        drop(state);
+        let link = Link::new(link, &self.exchanged(), &last);
+        hub.topics().set_live(&self.topic("link"), link, news);
+    }
+
+    /// Publishes whether it is ready.
+    pub fn publish_readiness(&self, hub: &Hub) {
+        let unheld = lock(&self.params).unheld;
+        let state = lock(&self.state);
+        let readiness = status::readiness(&state.status, state.link_up, unheld);
+        hub.topics().set(&self.topic("readiness"), &readiness);
+    }
+
+    /// Publishes the parameters.
+    pub fn publish_params(&self, hub: &Hub) {
+        hub.topics().set(&self.topic("params"), &*lock(&self.params));
+    }
+
+    /// Publishes how far reading them is.
+    pub fn publish_progress(&self, hub: &Hub, progress: Option<Progress>) {
+        hub.topics().set(&self.topic("params_progress"), &progress);
+    }
+
+    /// Publishes what it does by itself.
+    pub fn publish_program(&self, hub: &Hub) {
+        hub.topics().set(&self.topic("program"), &lock(&self.programs).current());
+    }
+
+    /// Publishes the authority.
+    pub fn publish_authority(&self, hub: &Hub) {
+        hub.topics().set(&self.topic("authority"), &self.control(hub));
+    }
+
+    /// The authority as clients see it.
+    pub fn control(&self, hub: &Hub) -> Control {
+        let authority = lock(&self.authority);
+        // Moments are kept without a date; the hub's start is the bridge.
+        let date = |at: Duration| hub.started_ms() + u64::try_from(at.as_millis()).unwrap_or(0);
+        let holder = authority.holder();
+        let request = authority.request();
+        Control {
+            state: authority.state(),
+            holder: holder.map(|(seat, at)| Holder { seat: seat.clone(), since_ms: date(at) }),
+            request: request.map(|(seat, at)| Asking { seat: seat.clone(), until_ms: date(at) }),
+        }
+    }
+}

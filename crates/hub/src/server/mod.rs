@@ -1,0 +1,289 @@
+//! The listener: connections, TLS, limits; each connection on a task of its own.
+
+pub mod allowances;
+pub mod paced;
+pub mod tls;
+
+use std::io;
+use std::net::SocketAddr;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Bytes;
+use hyper::body::{Body, Frame, Incoming, SizeHint};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use rustls_pki_types::CertificateDer;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
+use tokio::time::{Instant, Sleep, sleep, timeout};
+use tokio_rustls::TlsAcceptor;
+use tower::ServiceExt;
+
+use crate::api::{self, Peer, Place};
+use crate::hub::{Hub, Shutdown};
+use crate::monitor::owner;
+use crate::server::paced::Paced;
+use crate::sync::lock;
+
+/// Longest TLS handshake, and longest time until the headers of a request are complete.
+const PATIENCE: Duration = Duration::from_secs(15);
+/// The body of a request begins within this time, and then comes at this rate, bytes a second.
+const BODY_PATIENCE: Duration = Duration::from_secs(5);
+const BODY_RATE: f64 = 16384.0;
+/// Readings that a handshake of TLS counts as: it costs the processor as much as many requests.
+const HANDSHAKE: f64 = 20.0;
+/// What is read and written at once.
+const BUFFER_MAX: usize = 64 * 1024;
+/// Rest after a connection that could not be taken, as when no file descriptor is left.
+const REST: Duration = Duration::from_millis(100);
+/// How long open requests have when the hub ends.
+const FAREWELL: Duration = Duration::from_secs(3);
+
+/// A hub that listens.
+#[derive(Debug)]
+pub struct Server {
+    hub: Hub,
+    listener: TcpListener,
+    tls: Option<TlsAcceptorBox>,
+}
+
+/// An acceptor, which has no Debug of its own.
+struct TlsAcceptorBox(TlsAcceptor);
+
+impl std::fmt::Debug for TlsAcceptorBox {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("TlsAcceptor")
+    }
+}
+
+impl Server {
+    /// Listens. Nothing is polled yet.
+    pub async fn bind(hub: Hub) -> io::Result<Self> {
+        let tls = hub.config().tls.as_ref().map(tls::acceptor).transpose();
+        let tls = tls.map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
+        let tls = tls.map(TlsAcceptorBox);
+        let listener = TcpListener::bind(hub.config().listen).await?;
+        Ok(Self { hub, listener, tls })
+    }
+
+    /// Address of the listener.
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// What to open in a browser.
+    pub fn url(&self) -> io::Result<String> {
+        let scheme = if self.tls.is_some() { "https" } else { "http" };
+        let address = self.address()?;
+        if !address.ip().is_unspecified() {
+            return Ok(format!("{scheme}://{address}"));
+        }
+        // A browser cannot open 0.0.0.0: the hub's own name, or this machine.
+        let name = self.hub.config().names.first().map_or("localhost", String::as_str);
+        Ok(format!("{scheme}://{name}:{}", address.port()))
+    }
+
+    /// The hub.
+    pub const fn hub(&self) -> &Hub {
+        &self.hub
+    }
+
+    /// Owns the links and serves clients until `end` is done.
+    pub async fn serve(self, end: impl Future<Output = ()>) {
+        let Self { hub, listener, tls } = self;
+        owner::start(&hub);
+        let router = api::router(hub.clone());
+        let room = Arc::new(Semaphore::new(hub.config().connections_max));
+        tokio::pin!(end);
+        loop {
+            let accepted = tokio::select! {
+                accepted = listener.accept() => accepted,
+                () = &mut end => break,
+            };
+            let Ok((stream, address)) = accepted else {
+                tokio::time::sleep(REST).await;
+                continue;
+            };
+            let Some(place) = Place::take(&hub, &room, address.ip()) else {
+                tracing::warn!(%address, "too many connections");
+                continue;
+            };
+            let router = router.clone();
+            let acceptor = tls.as_ref().map(|tls| tls.0.clone());
+            let shutdown = hub.shutdown();
+            let place = Arc::new(place);
+            let peer = Peer { address, name: None, tls: acceptor.is_some(), place };
+            // An error of a connection concerns its client alone.
+            let start = hub.start();
+            tokio::spawn(async move {
+                let place = peer.place.clone();
+                let served = connection(stream, start, peer, acceptor, router, shutdown);
+                tokio::select! {
+                    _ = served => {}
+                    () = place.given_up() => {}
+                }
+            });
+        }
+        hub.begin_shutdown();
+        let all = u32::try_from(hub.config().connections_max).unwrap_or(u32::MAX);
+        _ = timeout(FAREWELL, room.acquire_many(all)).await;
+        // What is noted now is stored before the program ends.
+        _ = timeout(FAREWELL, hub.audit().note(hub.record_of_end())).await;
+        _ = timeout(FAREWELL, hub.note_state()).await;
+        hub.log_head().await;
+    }
+}
+
+async fn connection(
+    stream: TcpStream,
+    start: Instant,
+    peer: Peer,
+    acceptor: Option<TlsAcceptor>,
+    router: Router,
+    shutdown: Shutdown,
+) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    let stream = Paced::new(stream, peer.place.allowance.clone(), start);
+    let Some(acceptor) = acceptor else {
+        return requests(stream, start, peer, router, shutdown).await;
+    };
+    let under_way = peer.place.handshake();
+    let stream = timeout(PATIENCE, acceptor.accept(stream.charged(HANDSHAKE))).await??;
+    drop(under_way);
+    let certificates = stream.get_ref().1.peer_certificates();
+    let name = certificates.and_then(|chain| common_name(chain.first()?));
+    requests(stream, start, Peer { name, ..peer }, router, shutdown).await
+}
+
+async fn requests<S>(
+    stream: S,
+    start: Instant,
+    peer: Peer,
+    router: Router,
+    mut shutdown: Shutdown,
+) -> io::Result<()>
+where
+    S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+{
+    // Many requests may come in one reading.
+    let own = peer.place.allowance.requests.clone();
+    let service = hyper::service::service_fn(move |mut request: hyper::Request<Incoming>| {
+        request.extensions_mut().insert(peer.clone());
+        let wait = lock(&own).take(start.elapsed()).err();
+        let answered = router.clone().oneshot(request.map(Timely::new));
+        async move {
+            // A connection does one request in its turn, however many have come in one reading.
+            tokio::task::yield_now().await;
+            let answer = answered.await;
+            // What was asked is done at once; the next request is what waits.
+            if let Some(wait) = wait {
+                sleep(wait).await;
+            }
+            answer
+        }
+    });
+    let connection = hyper::server::conn::http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(PATIENCE)
+        .max_buf_size(BUFFER_MAX)
+        .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades();
+    tokio::pin!(connection);
+    tokio::select! {
+        result = connection.as_mut() => return result.map_err(io::Error::other),
+        () = shutdown.requested() => {}
+    }
+    connection.as_mut().graceful_shutdown();
+    connection.await.map_err(io::Error::other)
+}
+
+/// A body that comes in time.
+struct Timely<B> {
+    body: B,
+    bytes: f64,
+    start: Instant,
+    due: Pin<Box<Sleep>>,
+}
+
+impl<B> Timely<B> {
+    fn new(body: B) -> Self {
+        let start = Instant::now();
+        Self { body, bytes: 0.0, start, due: Box::pin(sleep(BODY_PATIENCE)) }
+    }
+}
+
+impl<B> Body for Timely<B>
+where
+    B: Body<Data = Bytes, Error: std::error::Error + Send + Sync + 'static> + Unpin,
+{
+    type Data = Bytes;
+    type Error = io::Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, io::Error>>> {
+        let frame = Pin::new(&mut self.body).poll_frame(cx).map_err(io::Error::other);
+        if frame.is_pending() {
+            return self.due.as_mut().poll(cx).map(|()| Some(Err(io::ErrorKind::TimedOut.into())));
+        }
+        if let Poll::Ready(Some(Ok(frame))) = &frame
+            && let Some(data) = frame.data_ref()
+        {
+            self.bytes += data.len() as f64;
+            let allowed = Duration::from_secs_f64(self.bytes / BODY_RATE);
+            let due = self.start + BODY_PATIENCE + allowed;
+            self.due.as_mut().reset(due);
+        }
+        frame
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}
+
+fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
+    let (_, certificate) = x509_parser::parse_x509_certificate(certificate).ok()?;
+    let name = certificate.subject().iter_common_name().next()?.as_str().ok()?;
+    Some(name.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::body::Body as AxumBody;
+    use futures_util::{StreamExt, stream};
+
+    /// How long a body is read until it fails, and what came of it: a part at each of these times.
+    async fn read(parts: &[u64]) -> (Duration, usize) {
+        let start = Instant::now();
+        let parts = stream::iter(parts.to_vec()).then(move |at_s| async move {
+            tokio::time::sleep_until(start + Duration::from_secs(at_s)).await;
+            Ok::<_, io::Error>(Bytes::from(vec![0; 16 * 1024]))
+        });
+        let body = AxumBody::from_stream(parts.chain(stream::pending()));
+        let mut body = AxumBody::new(Timely::new(body)).into_data_stream();
+        let mut count = 0;
+        while let Some(Ok(_)) = body.next().await {
+            count += 1;
+        }
+        (start.elapsed(), count)
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_body_that_does_not_come_is_given_up() {
+        assert_eq!(read(&[]).await, (BODY_PATIENCE, 0));
+        // A second more for each 16 KiB.
+        assert_eq!(read(&[4, 5, 6, 7, 8]).await, (BODY_PATIENCE + Duration::from_secs(5), 5));
+        assert_eq!(read(&[4, 7]).await.1, 1);
+    }
+}

@@ -1,0 +1,208 @@
+//! A connection that takes no more than its share: reading is paced, and who takes nothing of what
+//! is sent to it is closed.
+//!
+//! Every connection has a small allowance of its own, which no other connection can use up while it
+//! is open; what it reads beyond that comes out of the allowance that its address shares. So one
+//! that is quiet is served at once, whatever the others do.
+
+use std::io;
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::time::{Instant, Sleep, sleep};
+
+use crate::server::allowances::Allowance;
+use crate::sync::lock;
+
+/// A connection that takes nothing for this time is closed.
+const STALLED: Duration = Duration::from_secs(15);
+
+/// A connection that reads no faster than its allowance.
+#[derive(Debug)]
+pub struct Paced<S> {
+    stream: S,
+    /// The moment from which the time of its allowance is counted.
+    start: Instant,
+    allowance: Allowance,
+    /// Pause until it owes nothing.
+    pause: Option<Pin<Box<Sleep>>>,
+    stalled: Option<Pin<Box<Sleep>>>,
+}
+
+impl<S> Paced<S> {
+    /// Paces a connection. What an earlier one owes is waited for first.
+    pub fn new(stream: S, allowance: Allowance, start: Instant) -> Self {
+        let mut paced = Self { stream, start, allowance, pause: None, stalled: None };
+        paced.owe(0.0);
+        paced
+    }
+
+    /// The same, with so many readings taken before the first.
+    #[must_use]
+    pub fn charged(mut self, readings: f64) -> Self {
+        self.turn(readings);
+        self
+    }
+
+    /// So many readings more: its own, those of its address, or owed, and waited for before the next.
+    fn turn(&mut self, readings: f64) {
+        let now = self.start.elapsed();
+        if lock(&self.allowance.readings).take_so_many(now, readings).is_ok() {
+            return;
+        }
+        let shared = self.allowance.shared.as_ref();
+        if shared.is_some_and(|it| lock(it).take_so_many(now, readings).is_err()) {
+            self.owe(readings);
+        }
+    }
+
+    fn owe(&mut self, readings: f64) {
+        let wait = lock(&self.allowance.readings).owe(self.start.elapsed(), readings);
+        self.pause = wait.map(|wait| Box::pin(sleep(wait)));
+    }
+
+    /// Watches that what is written is taken.
+    fn watch<T>(
+        &mut self,
+        cx: &mut Context<'_>,
+        written: Poll<io::Result<T>>,
+    ) -> Poll<io::Result<T>> {
+        if written.is_ready() {
+            self.stalled = None;
+            return written;
+        }
+        let stalled = self.stalled.get_or_insert_with(|| Box::pin(sleep(STALLED)));
+        match stalled.as_mut().poll(cx) {
+            Poll::Ready(()) => Poll::Ready(Err(io::ErrorKind::TimedOut.into())),
+            Poll::Pending => Poll::Pending,
+        }
+    }
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        if let Some(pause) = &mut self.pause {
+            ready!(pause.as_mut().poll(cx));
+            self.pause = None;
+        }
+        let before = buffer.filled().len();
+        ready!(Pin::new(&mut self.stream).poll_read(cx, buffer))?;
+        // What has come is passed on; the next reading waits for its turn.
+        if buffer.filled().len() > before {
+            self.turn(1.0);
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+impl<S: AsyncWrite + Unpin> AsyncWrite for Paced<S> {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        let written = Pin::new(&mut self.stream).poll_write(cx, bytes);
+        self.watch(cx, written)
+    }
+
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        parts: &[io::IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
+        let written = Pin::new(&mut self.stream).poll_write_vectored(cx, parts);
+        self.watch(cx, written)
+    }
+
+    fn is_write_vectored(&self) -> bool {
+        self.stream.is_write_vectored()
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        let flushed = Pin::new(&mut self.stream).poll_flush(cx);
+        self.watch(cx, flushed)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        let shut = Pin::new(&mut self.stream).poll_shutdown(cx);
+        self.watch(cx, shut)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::server::allowances::{READINGS, SHARED};
+    use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
+
+    fn allowance() -> Allowance {
+        Allowance::new(Duration::ZERO, Some(Allowance::of_address(Duration::ZERO)))
+    }
+
+    /// Readings of one byte each until the time is over.
+    async fn readings(paced: &mut Paced<tokio::io::DuplexStream>, time: Duration) -> u32 {
+        let (end, mut count) = (Instant::now() + time, 0);
+        while tokio::time::timeout_at(end, paced.read_u8()).await.is_ok() {
+            count += 1;
+        }
+        count
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_flood_uses_up_what_its_address_has_and_nobody_elses() {
+        let start = Instant::now();
+        let own = allowance();
+        let shared = own.shared.clone();
+        let (mut flood, stream) = duplex(1 << 16);
+        let (mut quiet, other) = duplex(64);
+        let mut stream = Paced::new(stream, own, start);
+        flood.write_all(&[0; 1 << 16]).await.unwrap();
+        let count = readings(&mut stream, Duration::from_secs(10)).await;
+        let most = SHARED.0 + READINGS.0 + 10.0 * (SHARED.1 + READINGS.1);
+        assert!(count > 2000 && f64::from(count) <= most + 1.0, "{count}");
+        // Nothing is left of what the address shares; one that was quiet does not notice.
+        let own = Allowance::new(start.elapsed(), shared);
+        let mut other = Paced::new(other, own, start);
+        quiet.write_all(&[0; 40]).await.unwrap();
+        let began = Instant::now();
+        for _ in 0..40 {
+            other.read_u8().await.unwrap();
+        }
+        assert_eq!(began.elapsed(), Duration::ZERO);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn who_takes_nothing_is_let_go() {
+        let (client, stream) = duplex(16);
+        let mut stream = Paced::new(stream, allowance(), Instant::now());
+        let began = Instant::now();
+        let error = stream.write_all(&[0; 64]).await.unwrap_err();
+        assert_eq!((error.kind(), began.elapsed()), (io::ErrorKind::TimedOut, STALLED));
+        drop(client);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_is_charged_before_is_waited_for_when_nothing_is_left() {
+        let (start, own) = (Instant::now(), allowance());
+        let first_byte_after = async |readings: f64| {
+            let (mut client, stream) = duplex(16);
+            client.write_all(&[0]).await.unwrap();
+            let began = Instant::now();
+            let mut stream = Paced::new(stream, own.clone(), start).charged(readings);
+            stream.read_u8().await.unwrap();
+            began.elapsed()
+        };
+        assert_eq!(first_byte_after(20.0).await, Duration::ZERO, "its own");
+        assert_eq!(first_byte_after(1000.0).await, Duration::ZERO, "those of its address");
+        assert!(lock(own.shared.as_ref().unwrap()).take_so_many(start.elapsed(), 999.0).is_ok());
+        assert_eq!(first_byte_after(20.0).await, Duration::ZERO, "its own");
+        let waited = first_byte_after(20.0).await;
+        assert!((500..900).contains(&waited.as_millis()), "{waited:?}");
+    }
+}

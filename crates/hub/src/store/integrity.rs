@@ -1,0 +1,263 @@
+//! Whether the state is what the hub has written: files that were lost are reported, the chain of the
+//! audit log is walked again and again, and its head is noted outside of the log.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Duration;
+
+use serde::Serialize;
+use tokio::time::{Instant, MissedTickBehavior, interval};
+use utoipa::ToSchema;
+
+use crate::config::Config;
+use crate::hub::{Caller, Hub};
+use crate::store::{self, Act, Chain, Entry, Head, Loss, Mark, StoreError};
+use crate::sync::lock;
+use crate::text::both;
+
+/// Entries that are looked at in one step.
+const PIECE: u32 = 500;
+/// Time between two steps: a walk takes a few per cent of a processor.
+const STEP: Duration = Duration::from_millis(100);
+/// Steps from one note of the head to the next: 10 s. What is cut off within them does not show.
+const STEPS_TO_NOTE: u64 = 100;
+/// Time from the end of a walk along the whole chain to the next.
+const WALK_EVERY: Duration = Duration::from_secs(3600);
+
+/// What is known of the chain of the audit log.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+pub struct ChainState {
+    /// `checking`: not the whole chain was walked since the start; `ok`; `broken`.
+    pub state: ChainWord,
+    /// Entries up to which it was found right.
+    pub verified: u64,
+    /// The first entry that is not right.
+    #[schema(required)]
+    pub bad: Option<u64>,
+}
+
+/// State of the chain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ChainWord {
+    /// Not yet walked as a whole since the start.
+    #[default]
+    Checking,
+    /// As written.
+    Ok,
+    /// Something was changed or taken out.
+    Broken,
+}
+
+/// The state of the hub as a whole.
+#[derive(Debug, Default)]
+pub struct Integrity {
+    folder: Option<PathBuf>,
+    history: bool,
+    noted: Mutex<Mark>,
+    /// The end of the audit log as it was noted before this start.
+    noted_before: Mutex<Head>,
+    chain: Mutex<ChainState>,
+    losses: Mutex<Vec<Loss>>,
+}
+
+impl Integrity {
+    /// Looks at the files before they are opened; refuses when users or the audit log are lost and
+    /// that is not accepted.
+    pub fn examine(config: &Config) -> Result<Self, StoreError> {
+        let Some(folder) = config.data.clone() else { return Ok(Self::default()) };
+        let history = config.postgres.is_none();
+        let (site, losses) = store::examine(&folder, history)?;
+        let accepted = |loss: &Loss| config.accept_lost.contains(&loss.file);
+        let grave: Vec<Loss> =
+            losses.iter().filter(|it| it.is_grave() && !accepted(it)).cloned().collect();
+        if !grave.is_empty() {
+            return Err(StoreError::Lost(grave));
+        }
+        let site = match site {
+            Some(site) => site,
+            None => {
+                let secret = crate::access::secret();
+                secret.map_err(|error| std::io::Error::other(error.to_string()))?[..32].to_owned()
+            }
+        };
+        let noted = Mutex::new(Mark { site, ..Mark::default() });
+        Ok(Self { folder: Some(folder), history, noted, losses: losses.into(), ..Self::default() })
+    }
+
+    /// Marks the files, which are open now.
+    pub fn mark(&self) -> Result<(), StoreError> {
+        let Some(folder) = &self.folder else { return Ok(()) };
+        let site = lock(&self.noted).site.clone();
+        *lock(&self.noted_before) = store::mark(folder, &site, self.history)?;
+        Ok(())
+    }
+
+    /// What is known of the chain of the audit log.
+    pub fn chain(&self) -> ChainState {
+        lock(&self.chain).clone()
+    }
+
+    /// Files that were lost before this start, until the alarm is acknowledged.
+    pub fn losses(&self) -> Vec<Loss> {
+        lock(&self.losses).clone()
+    }
+
+    /// The alarm was acknowledged.
+    pub fn known(&self) {
+        lock(&self.losses).clear();
+    }
+
+    fn folder(&self) -> Option<&Path> {
+        self.folder.as_deref()
+    }
+}
+
+impl Hub {
+    /// Reports the files that were lost before this start.
+    pub fn report_losses(&self) {
+        for loss in self.integrity().losses() {
+            self.event(None, &loss.both());
+            let record = self.record(&Caller::hub(), "", "state lost", loss.file.word());
+            drop(self.audit().note(record.about(&Act::StateLost { loss })));
+        }
+    }
+
+    /// Notes the head of the audit log in `hub.db`, how often users were changed in `audit.db`, and
+    /// both beside them. Only what is on the disk is noted.
+    pub async fn note_state(&self) -> Result<(), StoreError> {
+        let Some(folder) = self.integrity().folder().map(Path::to_owned) else { return Ok(()) };
+        let (n, hash) = self.audit().head().await?;
+        let own = self.clone();
+        let read = tokio::task::spawn_blocking(move || own.access().changes());
+        let users = read.await.map_err(|_| StoreError::Busy)??;
+        let noted = lock(&self.integrity().noted).clone();
+        let now = Mark { site: noted.site.clone(), users, audit: Head { n, hash } };
+        if noted == now {
+            return Ok(());
+        }
+        if noted.users != now.users {
+            self.audit().note_users(now.users).await?;
+        }
+        let (own, mark) = (self.clone(), now.clone());
+        let written = tokio::task::spawn_blocking(move || {
+            own.access().note_audit(&mark.audit)?;
+            store::note(&folder, &mark, own.integrity().history)
+        });
+        written.await.map_err(|_| StoreError::Busy)??;
+        *lock(&self.integrity().noted) = now;
+        Ok(())
+    }
+
+    /// Writes the head of the audit log into the program's own log, which is kept elsewhere.
+    pub async fn log_head(&self) {
+        if let Ok((entries, head)) = self.audit().head().await {
+            tracing::info!(entries, head, "head of the audit log");
+        }
+    }
+
+    fn chain_is_broken(&self, n: u64) {
+        let text = both(
+            format!("The audit log was changed: entry {n} is not the one that was written."),
+            format!("Журнал аудита изменён: запись {n} не та, что была сделана."),
+        );
+        self.event(None, &text);
+        tracing::error!(entry = n, "the chain of the audit log is broken");
+        let record = self.record(&Caller::hub(), "", "audit log changed", "broken");
+        drop(self.audit().note(record.about(&Act::ChainBroken { n })));
+    }
+}
+
+/// A walk along the chain.
+struct Walk {
+    chain: Chain,
+    /// It began at the first entry.
+    whole: bool,
+    /// Rests until this time.
+    rests: Option<Instant>,
+}
+
+impl Walk {
+    fn from_the_first() -> Self {
+        Self { chain: Chain::default(), whole: true, rests: None }
+    }
+
+    /// Checks some entries more.
+    async fn step(&mut self, hub: &Hub) {
+        if self.rests.is_some_and(|until| Instant::now() < until) {
+            return;
+        }
+        self.rests = None;
+        let first = self.chain.next();
+        let entries: Vec<Entry> = match hub.audit().from(first, PIECE).await {
+            Ok(entries) => entries,
+            Err(StoreError::Busy) => return,
+            // An entry that cannot be read is not the one that was written.
+            Err(error) => {
+                tracing::error!(%error, "the audit log cannot be read");
+                return self.broken(hub, first);
+            }
+        };
+        if let Some(bad) = entries.iter().find(|entry| !self.chain.add(entry)) {
+            tracing::error!(entry = bad.n, "an entry of the audit log is not right");
+            return self.broken(hub, self.chain.next());
+        }
+        {
+            let mut known = lock(&hub.integrity().chain);
+            if known.state != ChainWord::Broken {
+                known.verified = known.verified.max(self.chain.next() - 1);
+            }
+        }
+        if entries.is_empty() {
+            self.ended(hub, first - 1);
+        }
+    }
+
+    fn ended(&mut self, hub: &Hub, last: u64) {
+        let rests = self.whole.then(|| Instant::now() + WALK_EVERY);
+        if self.whole {
+            let new = ChainState { state: ChainWord::Ok, verified: last, bad: None };
+            *lock(&hub.integrity().chain) = new;
+        }
+        *self = Self { rests, ..Self::from_the_first() };
+    }
+
+    fn broken(&mut self, hub: &Hub, n: u64) {
+        let before = {
+            let mut known = lock(&hub.integrity().chain);
+            let verified = known.verified.min(n - 1);
+            let new = ChainState { state: ChainWord::Broken, verified, bad: Some(n) };
+            std::mem::replace(&mut *known, new)
+        };
+        if before.bad != Some(n) {
+            hub.chain_is_broken(n);
+        }
+        *self = Self { rests: Some(Instant::now() + WALK_EVERY), ..Self::from_the_first() };
+    }
+}
+
+/// Walks along the chain, first from the entry that was noted last, and notes its head.
+pub async fn run(hub: Hub) {
+    let noted = lock(&hub.integrity().noted_before).clone();
+    let mut walk =
+        Walk { chain: Chain::after((noted.n, noted.hash)), whole: noted.n == 0, rests: None };
+    let mut steps = interval(STEP);
+    steps.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut shutdown = hub.shutdown();
+    hub.log_head().await;
+    for step in 1_u64.. {
+        tokio::select! {
+            _ = steps.tick() => {}
+            () = shutdown.requested() => return,
+        }
+        walk.step(&hub).await;
+        if step.is_multiple_of(STEPS_TO_NOTE)
+            && let Err(error) = hub.note_state().await
+        {
+            tracing::debug!(%error, "the head of the audit log is not noted");
+        }
+        if step.is_multiple_of(STEPS_TO_NOTE * 360) {
+            hub.log_head().await;
+        }
+    }
+}

@@ -123,7 +123,7 @@ fn refusals_and_other_monitors() {
     let run = Run::of(&["param", "diff", &full, &small]);
     assert!(run.code == 1 && run.out.contains("General.Chain") && run.out.contains('—'), "{run:?}");
     let run = mini.done(&["param", "restore", &full, "--dry-run"]);
-    assert!(run.out.contains("Left out") && run.out.contains("Deployer.Speed"), "{run:?}");
+    assert!(run.out.contains("Skipped") && run.out.contains("Deployer.Speed"), "{run:?}");
     let run = mini.run(&["param", "restore", &full]);
     assert!(run.code == 2 && run.err.contains("--except General.Chain"), "{run:?}");
     mini.done(&["param", "restore", &full, "--except", "General.Chain"]);

@@ -19,7 +19,7 @@ fn one_picture_of_several_monitors() {
     let (full, mini) = (Sim::start(&[]), Sim::start(&["--profile", "mini"]));
     let urls = [full.url(), mini.url()];
     for (lang, words) in [
-        ("en", ["stowed", "ready", "STOP ALL", "what is not as it should be"]),
+        ("en", ["stowed", "ready", "STOP ALL", "problems"]),
         ("ru", ["свёрнут", "готов", "СТОП ВСЕ", "что не так"]),
     ] {
         let run = top(lang, &urls, &[]);

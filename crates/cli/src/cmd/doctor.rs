@@ -111,7 +111,7 @@ fn show(
         lines.push(format!("{:9}→ {}", "", finding.remedy(evidence, current())));
     }
     if !faults.is_empty() {
-        lines.push(pick("The monitor reports:", "Сам ствол сообщает:").into());
+        lines.push(pick("The monitor reports:", "Ствол сообщает:").into());
         lines.extend(faults.iter().map(|(who, line)| format!("  {who} {line}")));
     }
     let json = || {

@@ -41,7 +41,7 @@ pub fn replay(replay: &Replay, out: &mut Out) -> Outcome {
     out.show(
         pick(
             format!("{seconds:.2} s simulated, {changes} output changes"),
-            format!("прожито {seconds:.2} с, изменений выходов: {changes}"),
+            format!("выполнено {seconds:.2} с, изменений выходов: {changes}"),
         ),
         || json!({ "t": seconds, "changes": changes, "failed": failed }),
     )?;

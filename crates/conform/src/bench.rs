@@ -438,7 +438,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// Checks that a condition holds all the time.
+    /// Checks that a condition holds for `ms`.
     pub fn stays(
         &mut self,
         ms: u64,

@@ -211,7 +211,7 @@ impl Bench<'_> {
     /// Permits these subsystems to move.
     pub fn moves(&mut self, ids: &[S]) {
         let before = std::mem::replace(&mut self.movers, ids.to_vec());
-        // A drive just permitted may already be past the position last seen.
+        // Drives permitted until now have moved since they were last seen.
         self.found.seen.retain(|(id, _)| !before.contains(id));
     }
 

@@ -281,7 +281,7 @@ impl Shell {
             let mut work = Box::pin(crate::dispatch(command, &global, &mut out));
             loop {
                 tokio::select! {
-                    // An interrupt is handled before the command's own events.
+                    // On an interrupt everything is stopped before the command reacts to it.
                     biased;
                     caught = self.interrupt.next() => {
                         self.ending = caught == Caught::End;

@@ -333,8 +333,7 @@ pub fn dictionary(b: &mut Bench<'_>) -> Step {
             continue;
         }
         let Some(values) = b.get(spec.subsystem, param.name())? else {
-            // Measured parameters such as TrvPosition are answered only by monitors that store
-            // them.
+            // Parameters such as TrvPosition exist only in monitors that store them.
             return must(
                 !spec.required,
                 "every parameter of the table",

@@ -1,4 +1,4 @@
-//! `cargo xtask api`: the hub's API against its description, by schemathesis.
+//! `cargo xtask api`: tests the hub's API against its description, with schemathesis.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -7,13 +7,13 @@ use std::process::{Child, ChildStdout, Command, ExitCode, Stdio};
 use crate::run::{StepResult, cargo, output, show, target};
 use crate::{TaskResult, flag, setup};
 
-/// The version that the figures of docs/hub.md were measured with.
+/// The version used for the figures in docs/hub.md.
 const SCHEMATHESIS: &str = "schemathesis==4.32.5";
-/// Seconds of generated requests.
+/// Duration of the generated requests, seconds.
 const SECONDS: &str = "30";
-/// The hub lets a user ask 50 times a second.
+/// Request rate; the hub allows a user 50 requests a second.
 const RATE: &str = "40/s";
-/// What an answer must be as described in.
+/// Properties of an answer that are checked against the description.
 const CHECKS: &str = "status_code_conformance,content_type_conformance,response_schema_conformance";
 
 pub fn api(arguments: &[String]) -> TaskResult {
@@ -21,14 +21,14 @@ pub fn api(arguments: &[String]) -> TaskResult {
     check().map(|()| ExitCode::SUCCESS)
 }
 
-/// Asks a demo what the description allows, and what it does not.
+/// Sends a demo requests that the description allows, and ones that it does not.
 pub fn check() -> StepResult {
     let schemathesis = schemathesis()?;
     show(&mut cargo(&["build", "--release", "--package", "lafet"]))?;
-    // It would end if nobody held what it prints to.
+    // The demo would end if its output pipe were closed.
     let (mut demo, _printed, url) = demo()?;
     let result = ask(&schemathesis, &url);
-    // It may have ended already; the verdict is that of the questions.
+    // It may have ended already; the verdict is that of the requests.
     let _ = demo.kill();
     let _ = demo.wait();
     result
@@ -37,11 +37,11 @@ pub fn check() -> StepResult {
 fn ask(schemathesis: &Path, url: &str) -> StepResult {
     let mut run = Command::new(schemathesis);
     run.args(["run", &format!("{url}/api/openapi.json"), "--phases", "coverage,fuzzing"]);
-    // It leaves a folder where it runs.
+    // schemathesis leaves a folder in its working directory.
     run.current_dir(target());
     run.args(["-n", "5", "--max-time", SECONDS, "--rate-limit", RATE, "--seed", "7"]);
     run.args(["--checks", CHECKS, "--continue-on-failure", "--warnings", "off"]);
-    // A WebSocket is no answer; passwords are made slow on purpose.
+    // A WebSocket has no ordinary answer; password hashing is slow on purpose.
     run.args(["--exclude-path", "/api/ws", "--exclude-path-regex", "users|password|setup"]);
     show(&mut run)
 }
@@ -63,7 +63,7 @@ fn demo() -> Result<(Child, BufReader<ChildStdout>, String), String> {
     }
 }
 
-/// Schemathesis in an environment of its own.
+/// Installs schemathesis in a virtual environment of its own; returns its path.
 fn schemathesis() -> Result<PathBuf, String> {
     let folder = target().join("schemathesis");
     let program = folder.join("bin/schemathesis");

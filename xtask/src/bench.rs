@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: lafet and its peers, measured side by side: docs/performance.md.
+//! `cargo xtask bench`: measures lafet and its peers side by side, for docs/performance.md.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -8,7 +8,7 @@ use crate::run::{self, StepResult};
 use crate::{TaskResult, hub, no_std, setup};
 
 const PAGE: &str = "docs/performance.md";
-/// Instructions of our own code, and how they are kept.
+/// Instruction counts of our own code.
 const COUNTS: &str = "bench/instructions.txt";
 
 const QEMU: &str = "qemu-system-arm";
@@ -44,7 +44,7 @@ pub fn bench(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Fails when instructions have drifted from those that are written down.
+/// Fails when instruction counts have drifted from those in [`COUNTS`].
 pub fn check() -> StepResult {
     valgrind()?;
     let counts = run::root().join(COUNTS);
@@ -76,7 +76,7 @@ fn measure(part: &Part) -> StepResult {
 }
 
 fn codec() -> Result<String, String> {
-    // The gate builds without the peers: so must what it compares with.
+    // This check builds without the peers, so the counts that it compares with must too.
     let counts = run::root().join(COUNTS);
     let mut write = program("lafet-bench-codec", &["--no-default-features"])?;
     run::output(write.arg("write").arg(counts))?;
@@ -89,14 +89,14 @@ fn roundtrip() -> Result<String, String> {
     run::output(program("lafet-bench-trips", &[])?.arg("report").arg(lafet).arg(folder))
 }
 
-/// Rounds of polls on a simulated line: a test of the client prints them.
+/// Rounds of polls on a simulated line, as printed by a test of the client.
 fn bus() -> Result<String, String> {
     const GOAL: f64 = 95.0;
     let words = ["test", "--quiet", "--package", "lafet-client", "--test", "bus", "--"];
     let mut test = run::cargo(&words);
     let printed = run::output(test.args(["--nocapture", "--test-threads", "1", "thirty_two"]))?;
     let mut table = String::from(
-        "| | a round | bytes sent in it | of the line's time, somebody sends |\n\
+        "| | a round | bytes sent in it | share of time the line is busy |\n\
          |---|---:|---:|---:|\n",
     );
     let mut goals = String::from("| goal | at least | measured | |\n|---|---:|---:|---|\n");
@@ -124,7 +124,7 @@ fn capture() -> Result<String, String> {
     run::output(program("lafet-bench-host", &["--bin", "capture"])?.arg(lafet).arg(folder))
 }
 
-/// Flash, RAM and instructions a message, beside a program that does nothing.
+/// Flash, RAM and instructions per message, next to a program that does nothing.
 fn footprint() -> Result<String, String> {
     const GOALS: [(&str, u64); 3] = [("flash", 1_500), ("RAM", 600), ("instructions", 1_200)];
     let none = chip("none", &[])?;
@@ -145,7 +145,7 @@ fn footprint() -> Result<String, String> {
     Ok(format!("== footprint\n{table}\n== footprint-goals\n{goals}"))
 }
 
-/// Flash and RAM of a program for the chip, and what it counts there.
+/// Flash and RAM of a program for the chip, and the instructions it counts there.
 fn chip(name: &str, features: &[&str]) -> Result<(u64, u64, u64), String> {
     let target = no_std::target().join("footprint");
     let mut build = no_std::build(Some(&target))?;
@@ -162,7 +162,7 @@ fn chip(name: &str, features: &[&str]) -> Result<(u64, u64, u64), String> {
     Ok((flash, ram, count))
 }
 
-/// The program of the workspace, as it is released.
+/// Builds the `lafet` binary in release mode; returns its path.
 fn lafet() -> Result<PathBuf, String> {
     run::output(&mut run::cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
     Ok(no_std::target().join("release/lafet"))
@@ -196,11 +196,11 @@ fn python(package: &str) -> StepResult {
     run::show(Command::new("python3").args(["-m", "pip", "install", "--quiet", package]))
 }
 
-/// `cargo run` of a program of bench/, whose target folder is its own.
+/// `cargo run` of a program of bench/, which has a target folder of its own.
 ///
-/// It is reached through a link of the same name everywhere: cargo hashes the path of a crate
-/// outside its workspace into the names of symbols, the order of the symbols bears on what is
-/// inlined, and then instruction counts would differ between one clone and another.
+/// It is run through a link of a fixed path: cargo hashes the path of a crate outside its workspace
+/// into symbol names, their order affects inlining, and instruction counts would differ between
+/// clones.
 fn program(package: &str, features: &[&str]) -> Result<Command, String> {
     let link = std::env::temp_dir().join("lafet-bench");
     if std::fs::read_link(&link).ok() != Some(run::root()) {
@@ -220,14 +220,14 @@ fn valgrind() -> StepResult {
     setup::program("valgrind", "valgrind")
 }
 
-/// The text by sections: `== NAME`, then lines.
+/// Splits the text into sections: `== NAME`, followed by lines.
 fn sections(printed: &str) -> Result<Vec<(&str, String)>, String> {
     let mut sections: Vec<(&str, String)> = Vec::new();
     for line in printed.lines() {
         match (line.strip_prefix("== "), sections.last_mut()) {
             (Some(name), _) => sections.push((name, String::new())),
             (None, Some((_, text))) => *text += &format!("{line}\n"),
-            (None, None) => return Err(format!("a benchmark began with `{line}`")),
+            (None, None) => return Err(format!("a benchmark started with `{line}`")),
         }
     }
     sections.iter_mut().for_each(|(_, text)| *text = format!("{}\n", text.trim_end()));

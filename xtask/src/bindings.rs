@@ -1,4 +1,4 @@
-//! `cargo xtask bindings`: lafet for C, built for the host and the Cortex-M3, and tested.
+//! `cargo xtask bindings`: builds lafet for C, for the host and the Cortex-M3, and tests it.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ fn folder() -> PathBuf {
     root().join("bindings/c")
 }
 
-/// The header as cbindgen makes it now. It is installed below target, of one version for all.
+/// The header as cbindgen generates it. One version for all is installed below target.
 fn header() -> Result<String, String> {
     let tools = run::target().join("tools");
     let tool = tools.join("bin/cbindgen");
@@ -70,7 +70,7 @@ fn compile(sources: &[&str], library: &Path, program: &Path) -> StepResult {
     show(&mut cc)
 }
 
-/// The golden vectors through the C interface, under valgrind.
+/// Runs the golden vectors through the C interface, under valgrind.
 fn hold_vectors(program: &Path) -> StepResult {
     let mut command = Command::new("valgrind");
     command.args(VALGRIND).arg(program).stdin(Stdio::piped());
@@ -83,7 +83,7 @@ fn hold_vectors(program: &Path) -> StepResult {
     if status.success() { Ok(()) } else { Err(format!("vectors from C: {status}")) }
 }
 
-/// The vectors as the C program reads them.
+/// The vectors in the form that the C program reads.
 fn lines() -> Result<String, String> {
     let mut lines = String::new();
     let digits = |value: &Value| value.as_str().unwrap_or_default().replace(' ', "");
@@ -95,7 +95,7 @@ fn lines() -> Result<String, String> {
         Ok::<_, String>(())
     };
     each("link", "frames", &|frame| {
-        // Those with the longer checksum are not for the C interface.
+        // The C interface does not support the longer checksum.
         match frame.get("check") {
             None => format!("frame {} {}\n", digits(&frame["body"]), digits(&frame["wire"])),
             Some(_) => String::new(),
@@ -107,7 +107,7 @@ fn lines() -> Result<String, String> {
     Ok(lines)
 }
 
-/// The two examples, each at the other's end of the line; the monitor under valgrind.
+/// Runs the two examples at the two ends of a line, the monitor under valgrind.
 fn talk(monitor: &Path, controller: &Path) -> StepResult {
     let mut command = Command::new("valgrind");
     command.args(VALGRIND).arg(monitor).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -115,7 +115,7 @@ fn talk(monitor: &Path, controller: &Path) -> StepResult {
     let ends = (monitor.stdout.take(), monitor.stdin.take());
     let (Some(from), Some(to)) = ends else { return Err("the monitor has no line".into()) };
     let asked = Command::new(controller).stdin(from).stdout(to).status();
-    // Its line is gone: it ends by itself, and valgrind says what it has found.
+    // The monitor ends by itself when its line closes, and valgrind then reports its findings.
     let ended = monitor.wait().map_err(|e| e.to_string())?;
     let asked = asked.map_err(|e| format!("controller: {e}"))?;
     if asked.success() && ended.success() {
@@ -124,7 +124,7 @@ fn talk(monitor: &Path, controller: &Path) -> StepResult {
     Err(format!("controller.c: {asked}; monitor.c: {ended}"))
 }
 
-/// The same for a Cortex-M3: the library, and the examples against it.
+/// Builds the library, and the examples against it, for a Cortex-M3.
 fn cross(target: &Path) -> StepResult {
     if output(Command::new(CROSS).arg("--version")).is_err() {
         setup::debian(&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"])?;

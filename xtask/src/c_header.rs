@@ -1,4 +1,4 @@
-//! The ids, keys and flags of the protocol for C, from the dictionary.
+//! Generates the C header of the protocol's ids, keys and flags, from the dictionary.
 
 use std::fmt::Write;
 
@@ -12,14 +12,14 @@ const HEAD: &str = "\
 #ifndef LAFET_PROTOCOL_H
 #define LAFET_PROTOCOL_H
 ";
-/// Lists of the dictionary: name, the prefix of its constants, the key of the value, what it is.
+/// Lists of the dictionary: name, prefix of the constants, key of the value, comment.
 const LISTS: [(&str, &str, &str, &str); 3] = [
     ("requests", "REQUEST", "id", "Requests and services of the bus (§3), 1 byte"),
     ("subsystems", "SUBSYSTEM", "id", "Subsystems (§1), 1 byte"),
     ("statuses", "STATUS", "value", "Results (§2), 1 byte"),
 ];
 
-/// The header; an error names the entry that it cannot be made from.
+/// The header; the error names the entry that cannot be converted.
 pub fn header(schema: &Value) -> Result<String, String> {
     let mut text = HEAD.to_owned();
     for (list, prefix, value, title) in LISTS {
@@ -30,7 +30,7 @@ pub fn header(schema: &Value) -> Result<String, String> {
     let keys = schema["protocol"]["keys"].as_object().ok_or("the dictionary has no keys")?;
     let keys = keys.iter().map(|(name, key)| define("KEY", name, number(key, name)?, 4));
     section(&mut text, "Keys that confirm a request, 2 bytes", keys)?;
-    // Subsystems share an id of the same name.
+    // Parameters of the same name share an id.
     let mut params: Vec<_> = entries(&schema["params"], "params")?
         .iter()
         .map(|entry| constant("PARAM", entry, "id", 4))
@@ -87,7 +87,7 @@ fn name(entry: &Value) -> Result<&str, String> {
 }
 
 fn number(value: &Value, name: &str) -> Result<u64, String> {
-    value.as_u64().ok_or_else(|| format!("{name}: {value} is no number"))
+    value.as_u64().ok_or_else(|| format!("{name}: {value} is not a number"))
 }
 
 /// `GetStatus` as `GET_STATUS`.

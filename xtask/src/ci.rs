@@ -11,18 +11,18 @@ use crate::{
     model, no_std, setup, swarm,
 };
 
-/// How the README's test command begins.
+/// Start of the README's test command.
 const TEST_COMMAND: &str = "cargo xtask test";
 const READMES: [&str; 2] = ["README.md", "README.ru.md"];
-/// The demo without a terminal, much faster than life.
+/// The demo without a terminal, much faster than real time.
 const SMOKE: [&str; 5] = ["--seed", "7", "--speed", "50", "--plain"];
-/// Building the release included; the demo itself takes seconds.
+/// Includes the release build; the demo itself takes seconds.
 const SMOKE_TIMEOUT: Duration = Duration::from_secs(900);
 
-/// A step: how it is called on the command line, its headline, what it does.
+/// A step: its name on the command line, its headline, its function.
 type CiStep = (&'static str, &'static str, fn() -> StepResult);
 
-/// The console comes first, for the hub has it built in.
+/// The console comes first because it is built into the hub.
 const STEPS: [CiStep; 18] = [
     ("console", "the console: types, unit tests, build", console::check),
     ("lock", "lock file is up to date", lock_file),
@@ -81,7 +81,7 @@ fn reference() -> StepResult {
     show(doc.env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-/// Runs the command as a reader would copy it.
+/// Runs the test command as a reader would copy it.
 fn readme_tests() -> StepResult {
     let mut commands = Vec::new();
     for path in READMES {
@@ -96,7 +96,7 @@ fn readme_tests() -> StepResult {
     show(Command::new("sh").args(["-c", command]).current_dir(root()))
 }
 
-/// The line of a block of code that begins so, without prompt and comment.
+/// The line of a code block that starts like this, without prompt and comment.
 fn command_in(text: &str, beginning: &str) -> Option<String> {
     let prose: Vec<usize> = links::prose(text).map(|(number, _)| number).collect();
     let blocks = text.lines().enumerate().filter(|(i, _)| prose.binary_search(&(i + 1)).is_err());
@@ -107,7 +107,7 @@ fn command_in(text: &str, beginning: &str) -> Option<String> {
     lines.find(|line| line.starts_with(beginning)).map(String::from)
 }
 
-/// The demo must end by itself, with success.
+/// Checks that the demo ends by itself, with success.
 fn smoke() -> StepResult {
     let arguments: Vec<String> = SMOKE.iter().map(|argument| (*argument).into()).collect();
     let printed = bounded(&mut demo::command(&arguments), SMOKE_TIMEOUT)?;
@@ -115,7 +115,7 @@ fn smoke() -> StepResult {
     if printed.trim().is_empty() { Err("the demo printed nothing".into()) } else { Ok(()) }
 }
 
-/// Runs a command for its output, and ends it when it takes too long.
+/// Runs a command for its output, and kills it when it takes too long.
 fn bounded(command: &mut Command, timeout: Duration) -> Result<String, String> {
     let mut child = command
         .stdin(Stdio::null())
@@ -127,7 +127,7 @@ fn bounded(command: &mut Command, timeout: Duration) -> Result<String, String> {
     std::thread::spawn(move || {
         let mut bytes = Vec::new();
         let read = stdout.read_to_end(&mut bytes).map(|_| bytes);
-        // Nobody listens any more when the time is over.
+        // After a timeout the receiver is gone.
         let _ = done.send(read);
     });
     let Ok(read) = wait.recv_timeout(timeout) else {

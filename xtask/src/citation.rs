@@ -1,11 +1,11 @@
-//! Citations of the protocol document: `§3.1/4` is section 3.1, scenario 4. What is not the
-//! document's own, such as the link frame, has letters for sections: `§L/1`.
+//! Citations of the protocol document: `§3.1/4` is section 3.1, scenario 4. Sections that are not
+//! in the document, such as the link frame, are letters: `§L/1`.
 
-/// No section has more scenarios; a longer range is a slip of the pen.
+/// Most scenarios of a section; a longer range is a typing error.
 const MOST_SCENARIOS: u32 = 100;
 
-/// The sections and scenarios that a text cites, each once for every mention: `§3.1/1-3` and
-/// `§3.1/1,2,3` both cite three. One that makes no sense comes out as it stands.
+/// The sections and scenarios that a text cites, once per mention: `§3.1/1-3` and `§3.1/1,2,3` both
+/// cite three. An invalid citation is returned unchanged.
 pub fn citations(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (at, sign) in text.match_indices('§') {
@@ -25,12 +25,12 @@ pub fn citations(text: &str) -> Vec<String> {
     found
 }
 
-/// Whether `section` is `id` or lies within it.
+/// Whether `section` is `id` or one of its subsections or scenarios.
 pub fn lies_within(section: &str, id: &str) -> bool {
     section.strip_prefix(id).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '/']))
 }
 
-/// The number at the start, such as `3.3.10`, without the full stop of a sentence; or one letter.
+/// The number at the start, such as `3.3.10`, without the full stop of a sentence, or one letter.
 fn section(text: &str) -> &str {
     let mut chars = text.chars();
     let letter = chars.next().is_some_and(|c| c.is_ascii_uppercase());

@@ -1,4 +1,4 @@
-//! `cargo xtask console`: the operator's console, which the hub has built into it.
+//! `cargo xtask console`: the operator's console, which is built into the hub.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use crate::run::{self, StepResult, cargo, output, root, show};
 use crate::{TaskResult, setup};
 
-/// The oldest Node.js that the console's tools run on.
+/// The oldest Node.js version that supports the console's tools.
 const NODE: u32 = 20;
 /// The description of the hub's API.
 const DESCRIPTION: &str = "docs/schema/hub-1.json";
@@ -35,7 +35,7 @@ pub fn console(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Builds it when something of it has changed since.
+/// Builds the console if any of its files changed since the last build.
 pub fn build() -> StepResult {
     let built = modified(&folder().join("dist/index.html"));
     if built.is_some_and(|built| newest(&folder()).is_some_and(|newest| newest < built)) {
@@ -45,7 +45,7 @@ pub fn build() -> StepResult {
     npm(&["run", "build"])
 }
 
-/// Types, style and unit tests; and it builds.
+/// Checks types, style and unit tests, and builds.
 pub fn check() -> StepResult {
     packages()?;
     api(&["--check"])?;
@@ -53,12 +53,12 @@ pub fn check() -> StepResult {
     npm(&["run", "build"])
 }
 
-/// In a real browser, against the release build and simulated monitors.
+/// Runs the tests in a real browser, against the release build and simulated monitors.
 pub fn browser() -> StepResult {
     with_browser("test:browser", &[])
 }
 
-/// Builds what a browser needs to see it, and runs a script of the console's package.
+/// Builds what the browser tests need, and runs a script of the console's package.
 fn with_browser(script: &str, arguments: &[&str]) -> StepResult {
     build()?;
     setup::program(CHROMIUM, CHROMIUM)?;
@@ -68,8 +68,8 @@ fn with_browser(script: &str, arguments: &[&str]) -> StepResult {
     show(npm_command(&words).env("LAFET_BIN", program))
 }
 
-/// The types of the hub's API, from its description: the structures alone, no page has use for the
-/// operations.
+/// Generates the types of the hub's API from its description: only the structures, as no page uses
+/// the operations.
 fn api(options: &[&str]) -> StepResult {
     packages_of(&folder().join("generator"))?;
     let mut description: Value = serde_json::from_str(&run::read(DESCRIPTION)?)
@@ -127,7 +127,7 @@ fn modified(file: &Path) -> Option<SystemTime> {
     file.metadata().ok()?.modified().ok()
 }
 
-/// When something in a folder was changed last, but for what is built or installed.
+/// Time of the last change in a folder, without build output and installed packages.
 fn newest(folder: &Path) -> Option<SystemTime> {
     let entries = folder.read_dir().ok()?.flatten();
     let kept =

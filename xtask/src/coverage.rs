@@ -1,7 +1,7 @@
-//! `cargo xtask coverage`: which lines and branches of the device its own tests reach.
+//! `cargo xtask coverage`: the lines and branches of the device that its own tests reach.
 //!
-//! The compiler's instrumentation with branches, which it keeps behind a switch; the counters are
-//! read by the LLVM of the same number: rustup's llvm-tools, or Debian's package.
+//! Uses the compiler's instrumentation with branches, which is unstable; the counters are read by
+//! LLVM tools of the same version: rustup's llvm-tools, or Debian's package.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -13,16 +13,16 @@ use serde_json::Value;
 use crate::run::{cargo, output, root, show, target as target_directory};
 use crate::{TaskResult, flag, setup};
 
-/// What is measured, and what comes before the name of a file in the table.
+/// Measured sources: folder, and prefix of their files in the table.
 const SOURCES: [(&str, &str); 2] =
     [("crates/device/src/", ""), ("crates/ballistics/src/", "ballistics/")];
-/// The last filter and the chain of handlers: everything in them must be reached.
+/// The last filter and the chain of handlers: every line and branch must be reached.
 const WHOLE: [&str; 2] = ["guard.rs", "chain.rs"];
 /// Files of tests beside the code.
 const TESTS: [&str; 2] = ["tests.rs", "bench.rs"];
-/// Of tests that go on for long, the part that reaches everything.
+/// Long tests, with the filter for the part that reaches everything.
 const SHORTENED: [(&str, &str); 1] = [("store", "behaviour")];
-/// A test that repeats, at length, what others reach.
+/// A test that only repeats, at length, what others reach.
 const LEFT_OUT: &str = "stops";
 
 pub fn coverage(arguments: &[String]) -> TaskResult {
@@ -99,7 +99,7 @@ impl Llvm {
     }
 }
 
-/// A program of tests.
+/// A test binary.
 struct Test {
     name: String,
     path: PathBuf,
@@ -110,7 +110,7 @@ fn build(target: &Path) -> Result<Vec<Test>, String> {
     let mut build = cargo(&["test", "--no-run", "--message-format=json"]);
     build.args(["-p", "lafet-device", "-p", "lafet-ballistics"]);
     build.env("CARGO_TARGET_DIR", target);
-    // Branches are counted by compilers that know unstable options.
+    // Counting branches needs unstable compiler options.
     build.env("RUSTC_BOOTSTRAP", "1");
     build.env("RUSTFLAGS", "-Cinstrument-coverage -Zcoverage-options=branch");
     let messages = output(&mut build)?;
@@ -130,15 +130,15 @@ fn files(directory: &Path, extension: &str) -> Result<Vec<PathBuf>, String> {
     Ok(paths.filter(|path| path.extension().is_some_and(|e| e == extension)).collect())
 }
 
-/// What was measured of a file.
+/// Coverage of a file.
 #[derive(Debug, Default, PartialEq)]
 struct File {
     name: String,
-    /// Lines that were reached, of how many.
+    /// Lines reached, of total.
     lines: (usize, usize),
-    /// Both ways of every condition.
+    /// Branches taken, of total; a condition has two.
     branches: (usize, usize),
-    /// Lines that were not reached, and those with a branch that was not taken.
+    /// Lines that were not reached, or have a branch that was not taken.
     holes: BTreeSet<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! `cargo xtask cuts`: as many random power cuts as somebody has time for.
+//! `cargo xtask cuts`: random power cuts, in any number.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::TaskResult;
 use crate::run::{cargo, show};
 
-/// A test that counts its cuts, and the variable that says how many it makes.
+/// A test that counts power cuts, and the variable that sets their number.
 struct Level {
     name: &'static str,
     package: &'static str,
@@ -38,7 +38,7 @@ pub fn cuts(arguments: &[String]) -> TaskResult {
         command.args(["--test", level.test]).args(arguments);
         show(command.env(level.variable, count.to_string()))
     };
-    // Built first, so that the rate is that of the cuts.
+    // Built first, so that the measured rate is that of the cuts alone.
     run(&["--no-run"])?;
     let start = Instant::now();
     run(&["random_cuts", "--", "--nocapture"])?;

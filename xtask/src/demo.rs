@@ -1,4 +1,4 @@
-//! `cargo xtask demo`: the first thing a newcomer runs.
+//! `cargo xtask demo`: the first command for a newcomer.
 
 use std::process::Command;
 
@@ -10,7 +10,7 @@ pub fn demo(arguments: &[String]) -> TaskResult {
     become_command(&mut command(arguments))
 }
 
-/// `lafet demo` as users get it: the release build.
+/// `lafet demo` as users run it, from the release build.
 pub fn command(arguments: &[String]) -> Command {
     let mut command = run::cargo(&[
         "run",
@@ -26,7 +26,7 @@ pub fn command(arguments: &[String]) -> Command {
     command
 }
 
-/// On Unix this process turns into the demo, so Ctrl-C, signals and the exit code are the demo's own.
+/// On Unix this process becomes the demo, so Ctrl-C, signals and the exit code are the demo's own.
 #[cfg(unix)]
 fn become_command(command: &mut Command) -> TaskResult {
     use std::os::unix::process::CommandExt;

@@ -1,4 +1,4 @@
-//! `cargo xtask dissector`: the Wireshark dissector in a real tshark.
+//! `cargo xtask dissector`: tests the Wireshark dissector in a real tshark.
 
 use std::process::{Command, ExitCode};
 
@@ -10,7 +10,7 @@ pub fn dissector(arguments: &[String]) -> TaskResult {
     check().map(|()| ExitCode::SUCCESS)
 }
 
-/// Runs the tests that need tshark, which is installed where we may.
+/// Runs the tests that need tshark, which is installed if permitted.
 pub fn check() -> StepResult {
     let there = |program| output(Command::new(program).arg("--version")).is_ok();
     if !there("tshark") || !there("text2pcap") {

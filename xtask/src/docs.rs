@@ -1,6 +1,6 @@
-//! `cargo xtask docs`: what is made from the dictionary of the protocol (the tables of docs/protocol.md,
-//! the names for C, the copy that the console's tests read), the description of the hub's API, and all
-//! links.
+//! `cargo xtask docs`: everything generated from the protocol dictionary (the tables of
+//! docs/protocol.md, the names for C, the copy for the console's tests), the description of the
+//! hub's API, and a check of all links.
 
 use std::process::ExitCode;
 
@@ -11,13 +11,13 @@ use crate::run::{self, StepResult};
 use crate::{TaskResult, c_header, flag, links, pictures, sections, spec};
 
 const PAGE: &str = "docs/protocol.md";
-/// The dictionary that the console's unit tests read.
+/// The copy of the dictionary for the console's unit tests.
 const DICTIONARY: &str = "console/test/unit/files/dictionary.json";
 const C_HEADER: &str = "bindings/c/include/lafet_protocol.h";
-/// The description of the hub's API, from which the console's types are made.
+/// The description of the hub's API, from which the console's types are generated.
 const API: &str = "docs/schema/hub-1.json";
-/// The sections that list flags, and the classes of the dictionary that have them. The common flags
-/// stand in every class.
+/// Sections with a flag table, and their classes in the dictionary. The common flags are part of
+/// every class.
 const CLASSES: [(&str, &str); 9] = [
     (COMMON, "GeneralFlags"),
     ("§3.3.2", "GeneralFlags"),
@@ -53,9 +53,9 @@ pub fn docs(arguments: &[String]) -> TaskResult {
     check().map(|()| ExitCode::SUCCESS)
 }
 
-/// Fails on a table that is out of date and on a link that leads nowhere.
+/// Fails on an outdated table and on a broken link.
 pub fn check() -> StepResult {
-    run::verdict("links that lead nowhere", &links::broken()?)?;
+    run::verdict("broken links", &links::broken()?)?;
     pictures::check()?;
     let page = run::read(PAGE)?;
     let schema = schema()?;
@@ -75,19 +75,19 @@ pub fn check() -> StepResult {
     Err(format!("{PAGE}:{line} is out of date: run `cargo xtask docs`. It should read\n  {want}"))
 }
 
-/// The dictionary of the protocol as `lafet schema` prints it.
+/// The dictionary of the protocol, as `lafet schema` prints it.
 fn schema() -> Result<Value, String> {
     printed(&[])
 }
 
-/// What `lafet schema` prints.
+/// The JSON that `lafet schema` prints.
 fn printed(options: &[&str]) -> Result<Value, String> {
     let command = ["run", "--quiet", "--package", "lafet", "--", "schema"];
     let text = run::output(run::cargo(&command).args(options))?;
-    serde_json::from_str(&text).map_err(|e| format!("`lafet schema` printed no JSON: {e}"))
+    serde_json::from_str(&text).map_err(|e| format!("`lafet schema` did not print JSON: {e}"))
 }
 
-/// The description of the API with a path or a structure in each line.
+/// The description of the API with one path or structure per line.
 fn api() -> Result<String, String> {
     let api = printed(&["--hub"])?;
     let lines = |value: &Value| {
@@ -115,7 +115,7 @@ fn copies(schema: &Value) -> Result<[(&'static str, String); 4], String> {
     ])
 }
 
-/// JSON with an entry of each list in a line of its own.
+/// JSON with one list entry per line.
 fn lines(schema: &Value) -> String {
     let list = |value: &Value| match value {
         Value::Array(entries) => {
@@ -130,8 +130,8 @@ fn lines(schema: &Value) -> String {
     format!("{{\n{}\n}}\n", parts.join(",\n"))
 }
 
-/// The page with fresh text between `<!-- params:begin -->` and its end, and between
-/// `<!-- flags:begin -->` and its end under each heading of §3.3.1–§3.3.10.
+/// The page with new text between `<!-- params:begin -->` and its end, and between `<!--
+/// flags:begin -->` and its end under each heading of §3.3.1–§3.3.10.
 fn regenerate(page: &str, schema: &Value) -> Result<String, String> {
     let mut fresh = String::new();
     let mut section = String::new();
@@ -196,7 +196,7 @@ fn flags(schema: &Value, section: &str) -> Result<String, String> {
         return Err(format!("{PAGE}: `{section}` has no flags of its own"));
     };
     let rows = rows(&schema["flags"][class], class)?;
-    // Every class begins with the common flags; they stand in their own section alone.
+    // Every class starts with the common flags, which are listed only in their own section.
     let common = section == COMMON;
     let own = rows.iter().filter(|row| common == (row["shift"].as_u64() < Some(COMMON_BITS)));
     table(own, &columns)
@@ -204,7 +204,7 @@ fn flags(schema: &Value, section: &str) -> Result<String, String> {
 
 fn rows<'a>(list: &'a Value, name: &str) -> Result<&'a Vec<Value>, String> {
     let rows = list.as_array().filter(|rows| !rows.is_empty());
-    rows.ok_or_else(|| format!("`lafet schema`: `{name}` is no list, or an empty one"))
+    rows.ok_or_else(|| format!("`lafet schema`: `{name}` is not a list, or is empty"))
 }
 
 fn table<'a>(
@@ -238,7 +238,7 @@ fn cell(row: &Value, key: &str) -> Result<String, String> {
     })
 }
 
-/// How many values a parameter has.
+/// The number of values of a parameter.
 fn length(len: &Value) -> String {
     let [min, max, step] = ["min", "max", "step"].map(|key| len[key].as_u64().unwrap_or(0));
     match (min == max, step) {
@@ -248,8 +248,8 @@ fn length(len: &Value) -> String {
     }
 }
 
-/// A bound or default: of measured values nothing, of bit masks hexadecimal, and of values with
-/// different units one after the other.
+/// A bound or default: empty for measured values, hexadecimal for bit masks, and a list for values
+/// with different units.
 fn bound(row: &Value, value: &Value) -> String {
     if row["access"] == "read-only" {
         return String::new();
@@ -260,7 +260,7 @@ fn bound(row: &Value, value: &Value) -> String {
     }
 }
 
-/// A value as a cell: of a text in two languages the English one.
+/// A value as a table cell: for a text in two languages, the English one.
 fn words(value: &Value) -> String {
     match value {
         Value::Null => String::new(),

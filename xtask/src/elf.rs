@@ -1,11 +1,11 @@
-//! The firmware's ELF file: its sections, functions, and what of the code is data.
+//! Reads the firmware's ELF file: sections, functions, and the data within the code.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 const SYMBOLS: u32 = 2;
 const ALLOCATED: u32 = 2;
-/// Takes memory, but no place in the file.
+/// Section type of memory that takes no space in the file.
 const NO_BITS: u32 = 8;
 const RAM: u32 = 0x2000_0000;
 const OBJECT: u8 = 1;
@@ -16,7 +16,7 @@ pub struct Elf {
     bytes: Vec<u8>,
     sections: Vec<Section>,
     symbols: Vec<Symbol>,
-    /// From where on code (or else data) stands, as the compiler has marked it.
+    /// Whether data, or else code, starts at an address, as marked by the compiler.
     is_data: BTreeMap<u32, bool>,
 }
 
@@ -34,11 +34,11 @@ struct Section {
 /// A function or a variable.
 #[derive(Clone)]
 pub struct Symbol {
-    /// As the linker knows it.
+    /// Name used by the linker.
     pub name: String,
-    /// Where it stands.
+    /// Address in memory.
     pub address: u32,
-    /// Bytes.
+    /// Size, bytes.
     pub size: u64,
     kind: u8,
 }
@@ -93,7 +93,7 @@ impl Elf {
             if section.address >= RAM {
                 ram += len;
             }
-            // Data that is not zero stands in both.
+            // Initialised data takes both flash and RAM.
             if section.address < RAM || section.kind != NO_BITS {
                 flash += len;
             }
@@ -101,7 +101,7 @@ impl Elf {
         (flash, ram)
     }
 
-    /// Functions and variables that take memory; several names for one place count once.
+    /// Functions and variables that take memory; several names of one address count once.
     pub fn symbols(&self) -> Vec<Symbol> {
         let has_size = |it: &&Symbol| it.size > 0 && matches!(it.kind, OBJECT | FUNCTION);
         let mut found: Vec<_> = self.symbols.iter().filter(has_size).cloned().collect();
@@ -110,8 +110,7 @@ impl Elf {
         found
     }
 
-    /// The functions by their address: where they end, behind that may be padding, and names that can be
-    /// read.
+    /// The functions by address: their end (padding may follow) and their demangled name.
     pub fn functions(&self) -> BTreeMap<u32, (u32, String)> {
         let functions = self.symbols.iter().filter(|symbol| symbol.kind == FUNCTION);
         let named = functions.map(|symbol| {
@@ -122,7 +121,7 @@ impl Elf {
         named.collect()
     }
 
-    /// Whether data stands there, among the code.
+    /// Whether the address holds data within the code.
     pub fn is_data(&self, address: u32) -> bool {
         self.is_data.range(..=address).next_back().is_some_and(|(_, is_data)| *is_data)
     }

@@ -1,4 +1,4 @@
-//! `cargo xtask faults`: how each flag and each status is reached, in docs/faults.md.
+//! `cargo xtask faults`: how each flag and status is reached, for docs/faults.md.
 
 use std::process::ExitCode;
 
@@ -20,7 +20,7 @@ pub fn faults(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Fails on a flag or status that is not reached, and on a table that is out of date.
+/// Fails on a flag or status that is not reached, and on an outdated table.
 pub fn check() -> StepResult {
     let table = table()?;
     let page = run::read(PAGE)?;
@@ -36,7 +36,7 @@ pub fn check() -> StepResult {
     Err(format!("{PAGE}:{line} is out of date: run `cargo xtask faults`. It should read\n  {want}"))
 }
 
-/// Runs every row in the simulator; an error names those that do not hold and those that miss.
+/// Runs every row in the simulator; an error names the rows that fail and the flags without a row.
 fn table() -> Result<String, String> {
     let arguments = ["run", "--quiet", "--package", "lafet-sim", "--example", "faults"];
     run::output(&mut run::cargo(&arguments))
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_stands_between_its_marks() {
+    fn the_table_is_put_between_its_marks() {
         let page = "# Faults\n<!-- faults:begin -->\nold\n<!-- faults:end -->\nthe end\n";
         let new = regenerate(page, "new | row\n").unwrap();
         assert_eq!(new, page.replace("old", "new | row"));

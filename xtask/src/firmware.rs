@@ -1,5 +1,5 @@
-//! `cargo xtask firmware`: the monitor's program on a Cortex-M3, built for each board, tested on the
-//! emulated one, or run there.
+//! `cargo xtask firmware`: builds the monitor's program for each board with a Cortex-M3, and tests
+//! or runs it on the emulated one.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -8,7 +8,7 @@ use crate::run::{StepResult, cargo, output, root, show};
 use crate::{TaskResult, no_std, setup, size};
 
 pub const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
-/// The board that QEMU knows.
+/// The board that QEMU emulates.
 pub const EMULATED: &str = "lm3s6965";
 const QEMU: &str = "qemu-system-arm";
 
@@ -28,15 +28,15 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Links the program for every board, which fails when a panic can be reached, looks how much it takes,
-/// compares the emulated chip with the host for a while, and lets it put out a fire.
+/// Links the program for every board, which fails if a panic can be reached; checks its size,
+/// compares the emulated chip with the host, and lets it extinguish a fire.
 pub fn check() -> StepResult {
     size::check()?;
     test(&["--seeds".into(), "2".into(), "--steps".into(), "1000".into()])?;
     load()
 }
 
-/// Builds the program for a board; the ELF file.
+/// Builds the program for a board; returns the path of the ELF file.
 pub fn build(board: &str) -> Result<PathBuf, String> {
     let folder = no_std::target().join("firmware").join(board);
     let mut build = no_std::build(Some(&folder))?;

@@ -1,4 +1,4 @@
-//! `cargo xtask fuzz`: builds the targets of `fuzz/` with libFuzzer and lets them run.
+//! `cargo xtask fuzz`: builds the targets of `fuzz/` with libFuzzer and runs them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,18 +9,18 @@ use crate::{TaskResult, setup};
 
 /// The targets of crates/fuzz.
 const TARGETS: [&str; 5] = ["link", "records", "text", "device", "store"];
-/// No input may take longer.
+/// Longest time for an input.
 const SLOWEST_MS: u32 = 10;
-/// What takes a millisecond or more is tried so often.
+/// How many times an input that takes a millisecond or more is tried.
 const TRIES: usize = 5;
 const INPUTS_PER_RUN: usize = 1000;
-/// The longest input that a target looks at.
+/// Longest input of a target, bytes.
 const INPUT_MAX: usize = 2048;
 
 struct Options {
     targets: Vec<String>,
     minutes: f64,
-    /// Keep in the committed corpus what reaches something new, and nothing else.
+    /// Reduce the committed corpus to the inputs that reach something new.
     merge: bool,
 }
 
@@ -69,7 +69,7 @@ fn options(arguments: &[String]) -> Result<Options, String> {
     Ok(options)
 }
 
-/// Installs cargo-fuzz where it is missing.
+/// Installs cargo-fuzz if it is missing.
 fn tool() -> StepResult {
     if run::output(&mut run::cargo(&["fuzz", "--version"])).is_ok() {
         return Ok(());
@@ -81,7 +81,7 @@ fn tool() -> StepResult {
     run::show(&mut run::cargo(&["install", "cargo-fuzz", "--locked"]))
 }
 
-/// Without sanitizer: there is no unsafe code to sanitize, and the stable compiler will do.
+/// Without sanitizer: there is no unsafe code to check, and so the stable compiler can be used.
 fn build() -> StepResult {
     let mut build = run::cargo(&["fuzz", "build", "--fuzz-dir", "fuzz", "--sanitizer", "none"]);
     build.arg("--target-dir").arg(folder("target/fuzz")).env("RUSTC_BOOTSTRAP", "1");
@@ -135,7 +135,7 @@ fn run_target(target: &str, options: &Options) -> Result<String, String> {
     Ok(row(target, &text, slowest_ms))
 }
 
-/// The files of a folder as an archive: the same bytes whoever packs it.
+/// Packs the files of a folder; the archive is the same on every machine.
 fn pack(folder: &Path, archive: &Path) -> StepResult {
     let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
@@ -146,8 +146,8 @@ fn pack(folder: &Path, archive: &Path) -> StepResult {
     run::output(tar.arg("-C").arg(folder).args(names)).map(|_| ())
 }
 
-/// How long the slowest of these inputs takes, each alone. A busy machine makes any of them slow now
-/// and then, so what seems slow is tried again.
+/// Time of the slowest of these inputs, each run alone. A busy machine slows any of them now and
+/// then, so slow ones are repeated.
 fn slowest_ms(program: &Path, folders: &[&PathBuf]) -> Result<u32, String> {
     let mut inputs = Vec::new();
     for folder in folders {
@@ -175,7 +175,7 @@ fn took_ms(program: &Path, inputs: &[PathBuf]) -> Result<BTreeMap<String, u32>, 
     Ok(took)
 }
 
-/// A line of libFuzzer: "Executed PATH in N ms".
+/// Parses a line of libFuzzer: "Executed PATH in N ms".
 fn executed(line: &str) -> Option<(String, u32)> {
     let (path, ms) = line.strip_prefix("Executed ")?.strip_suffix(" ms")?.rsplit_once(" in ")?;
     Some((path.into(), ms.parse().ok()?))
@@ -188,7 +188,7 @@ fn program(target: &str) -> Result<PathBuf, String> {
     Ok(folder("target/fuzz").join(host).join("release").join(target))
 }
 
-/// What libFuzzer says at its end, as a row of a table.
+/// The final output of libFuzzer as a table row.
 fn row(target: &str, text: &str, slowest_ms: u32) -> String {
     let stat = |name: &str| {
         let line = text.lines().find_map(|line| line.strip_prefix(name));

@@ -1,11 +1,11 @@
-//! `cargo xtask hub-load`: the hub in all kinds of trouble; and its part of the benchmarks.
+//! `cargo xtask hub-load`: the hub under load and failures, and its part of the benchmarks.
 
 use std::process::{Command, ExitCode};
 
 use crate::run::{self, StepResult, cargo, output, show, target};
 use crate::{TaskResult, setup};
 
-/// A thousand connections are two thousand files, half of them the hub's.
+/// A thousand connections need two thousand files, half of them the hub's.
 const LIMITED: &str = "ulimit -n 8192 2>/dev/null || ulimit -n $(ulimit -H -n); exec \"$0\" \"$@\"";
 
 pub fn load(arguments: &[String]) -> TaskResult {
@@ -24,21 +24,21 @@ pub fn load(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A minute of it.
+/// Runs it for a minute.
 pub fn check() -> StepResult {
     load(&["--quick".to_owned()]).map(|_| ())
 }
 
-/// The figures of docs/performance.md.
+/// The figures for docs/performance.md.
 pub fn bench() -> Result<String, String> {
     output(&mut program("bench")?)
 }
 
-/// The load generator with the released program, in a folder that is made anew.
+/// The load generator with the release binary, in an emptied folder.
 fn program(what: &str) -> Result<Command, String> {
     setup::program("prlimit", "util-linux")?;
     show(&mut cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
-    // Tests have built it already; what it simulates is optimized all the same.
+    // The profile of the tests, which have built it already; it optimises what is simulated.
     show(&mut cargo(&["build", "--quiet", "--package", "lafet-hub", "--example", "load"]))?;
     let folder = target().join("hub-load");
     if folder.exists() {

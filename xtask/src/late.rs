@@ -1,16 +1,16 @@
-//! `cargo xtask late`: the client against late, lost and doubled answers, for as long as is wanted;
-//! within a session, or with a session for each operation.
+//! `cargo xtask late`: the client against late, lost and duplicate answers, for any number of
+//! exchanges; within one session, or with a session for each operation.
 
 use std::process::ExitCode;
 
 use crate::TaskResult;
 use crate::run;
 
-/// Exchanges without an argument.
+/// Number of exchanges by default.
 const DEFAULT: u32 = 10_000_000;
 const TEST: &str = "session::tests::no_late_answer_is_believed_in_a_long_run";
 
-/// Processes on each way, without another argument.
+/// Number of processes for each medium by default.
 const PROCESSES: u32 = 300_000;
 
 pub fn late(arguments: &[String]) -> TaskResult {
@@ -58,7 +58,7 @@ fn exchanges(arguments: &[String], default: u32) -> Result<u32, String> {
         [] => Ok(default),
         [count] => match count.replace('_', "").parse() {
             Ok(count @ 1..) => Ok(count),
-            _ => Err(format!("`{count}` is no number of exchanges, like {default}")),
+            _ => Err(format!("`{count}` is not a number of exchanges, like {default}")),
         },
         [_, more, ..] => Err(format!("unexpected argument `{more}`: one number at most")),
     }

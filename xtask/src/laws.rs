@@ -1,4 +1,4 @@
-//! The laws that a file's text can show.
+//! Checks the laws that the text of a file can show.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -8,13 +8,13 @@ use crate::source::{self, File};
 
 /// Crates that run inside the monitor: no_std, no unsafe, no panicking path.
 const CORE: [&str; 3] = ["ballistics", "proto", "device"];
-/// The files that hold the protocol's numbers.
+/// The files that contain the protocol's numbers.
 const IDS: [&str; 2] = ["crates/proto/src/id.rs", "crates/proto/src/bus.rs"];
-/// Bytes of the document that a tester asks with: those numbers must not come from proto.
+/// Bytes of the document that the tester sends: these must not come from proto.
 const LITERAL: &str = "crates/conform/src/checks/literal.rs";
 const LONGEST_FILE: usize = 800;
 
-/// Lints that both core crates deny outside their tests.
+/// Lints that the core crates deny outside their tests.
 const NO_PANIC: [&str; 6] = [
     "clippy::unwrap_used",
     "clippy::expect_used",
@@ -24,7 +24,7 @@ const NO_PANIC: [&str; 6] = [
     "clippy::todo",
 ];
 
-/// What no lint above catches, or what would leave no_std.
+/// Words that no lint above catches, or that need std.
 const NOT_IN_CORE: [&str; 7] =
     ["unimplemented!", "assert!", "assert_eq!", "assert_ne!", "std::", "extern crate", "alloc::"];
 
@@ -59,7 +59,7 @@ pub fn broken() -> Result<Vec<String>, String> {
     Ok(problems)
 }
 
-/// Files of TypeScript in a folder, with their texts.
+/// Collects the TypeScript files of a folder, with their texts.
 fn texts(folder: &Path, all: &mut Vec<(String, String)>) -> Result<(), String> {
     let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for path in entries.flatten().map(|entry| entry.path()) {
@@ -73,7 +73,7 @@ fn texts(folder: &Path, all: &mut Vec<(String, String)>) -> Result<(), String> {
     Ok(())
 }
 
-/// The flight of a jet is computed in one place, `crates/ballistics`, which the page asks for.
+/// The flight of a jet is computed only in `crates/ballistics`; the console asks the hub for it.
 fn flights(path: &str, text: &str) -> Vec<String> {
     let falls = |line: &str| {
         let line = line.to_lowercase();
@@ -90,7 +90,7 @@ fn is_core(file: &File) -> bool {
     file.crate_name().is_some_and(|name| CORE.contains(&name)) && file.path.contains("/src/")
 }
 
-/// The attributes at the top of a core crate.
+/// Checks the attributes at the top of a core crate.
 fn head(file: &File, manifest: &str) -> Vec<String> {
     let code: String = file.lines.iter().map(|line| line.code.trim()).collect();
     let mut problems = Vec::new();
@@ -111,33 +111,33 @@ fn head(file: &File, manifest: &str) -> Vec<String> {
     problems
 }
 
-/// Ways around the lints in the product code of a core crate.
+/// Finds circumventions of the lints in the product code of a core crate.
 fn core_text(file: &File) -> Vec<String> {
     let mut problems = Vec::new();
     let mut constant_end = 0;
     for (number, line) in file.product() {
         let code = line.code.trim();
-        // An assertion in a constant is checked by the compiler and never runs.
+        // An assertion in a constant is evaluated by the compiler and never runs.
         let constant = line.code.find("const _: () =").or_else(|| line.code.find("const {"));
         if let Some(column) = constant {
             constant_end = source::item_end(&file.lines, number - 1, column) + 1;
         }
         for word in NOT_IN_CORE.iter().filter(|word| has_word(code, word)) {
             if number > constant_end || !word.starts_with("assert") {
-                problems.push(format!("{}:{number}: `{word}` has no place here", file.path));
+                problems.push(format!("{}:{number}: `{word}` is not allowed here", file.path));
             }
         }
-        // Only the head of lib.rs speaks of these lints.
+        // Only the head of lib.rs may mention these lints.
         if !file.path.ends_with("/src/lib.rs") {
             for lint in NO_PANIC.iter().filter(|lint| code.contains(*lint)) {
-                problems.push(format!("{}:{number}: {lint} holds for the whole crate", file.path));
+                problems.push(format!("{}:{number}: {lint} applies to the whole crate", file.path));
             }
         }
     }
     problems
 }
 
-/// Whether a word stands in the code, and not as the end of a longer one.
+/// Whether the code contains this word, not only as the end of a longer one.
 fn has_word(code: &str, word: &str) -> bool {
     code.match_indices(word).any(|(at, _)| {
         let before = code[..at].chars().next_back();
@@ -154,13 +154,13 @@ fn wire_ids(files: &[File]) -> Result<BTreeSet<u64>, String> {
         let before = ids.len();
         ids.extend(lines.flat_map(|(_, line)| hex_literals(&line.code)));
         if ids.len() == before {
-            return Err(format!("{path} holds no ids: name the file that does in IDS of laws.rs"));
+            return Err(format!("{path} has no ids: name the right file in IDS of laws.rs"));
         }
     }
     Ok(ids)
 }
 
-/// Ids of the protocol written as numbers outside the protocol crate.
+/// Finds ids of the protocol written as numbers outside the protocol crate.
 fn wire_constants(file: &File, ids: &BTreeSet<u64>) -> Vec<String> {
     let mut problems = Vec::new();
     for (number, line) in file.product() {
@@ -172,7 +172,7 @@ fn wire_constants(file: &File, ids: &BTreeSet<u64>) -> Vec<String> {
     problems
 }
 
-/// Hexadecimal literals of two and of four digits.
+/// Hexadecimal literals of two or four digits.
 fn hex_literals(code: &str) -> Vec<u64> {
     let literals = code.match_indices("0x").filter_map(|(at, _)| {
         let rest = &code[at + 2..];

@@ -1,12 +1,12 @@
-//! `cargo xtask layers`: the arrows between the crates, and the laws that text can show.
+//! `cargo xtask layers`: the dependencies between the crates, and the laws that text can show.
 
 use std::process::ExitCode;
 
 use crate::metadata::{self, Kind, Package};
 use crate::{TaskResult, flag, laws, run};
 
-/// Each crate and the crates of ours that it may depend on. Device and client never meet but in
-/// the program (cli) and in tests: the wire is their only contract.
+/// Each crate and the workspace crates that it may depend on. Device and client meet only in the
+/// program (cli) and in tests: the wire is their only contract.
 const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-proto", &[]),
     ("lafet-ballistics", &[]),
@@ -17,7 +17,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-model", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),
     ("lafet-capture", &["lafet-proto"]),
-    // Its tests stand on a wire of their own, for the tester trusts no other.
+    // Its tests have their own link code, because the tester relies on no other.
     ("lafet-conform", &["lafet-client", "lafet-proto"]),
     ("lafet-hub", &["lafet-ballistics", "lafet-capture", "lafet-client", "lafet-proto"]),
     (
@@ -35,7 +35,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("xtask", &[]),
 ];
 
-/// What tests may need beyond that.
+/// Further dependencies of tests.
 const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("lafet-client", &["lafet-sim", "lafet-device"]),
     ("lafet-conform", &["lafet-sim", "lafet-device"]),
@@ -47,13 +47,13 @@ pub fn layers(arguments: &[String]) -> TaskResult {
     check().map(|()| ExitCode::SUCCESS)
 }
 
-/// Fails on an arrow that is not drawn here and on a broken law.
+/// Fails on a dependency that is not listed here and on a broken law.
 pub fn check() -> run::StepResult {
     let packages = metadata::workspace()?;
     let mut problems = wrong_arrows(&packages);
     problems.extend(laws::broken()?);
     run::verdict("broken laws", &problems)?;
-    println!("   {} crates, their arrows and laws hold", packages.len());
+    println!("   {} crates, dependencies and laws are as listed", packages.len());
     Ok(())
 }
 
@@ -61,7 +61,7 @@ fn wrong_arrows(packages: &[Package]) -> Vec<String> {
     let mut problems = Vec::new();
     for Package { name, dependencies, .. } in packages {
         let Some(allowed) = row(ARROWS, name) else {
-            problems.push(format!("{name}: not in ARROWS of xtask/src/layers.rs; draw it there"));
+            problems.push(format!("{name}: not in ARROWS of xtask/src/layers.rs; add it there"));
             continue;
         };
         let in_tests = row(TEST_ARROWS, name).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! `cargo xtask licences`: the dependencies against deny.toml, without cargo-deny.
+//! `cargo xtask licences`: checks the dependencies against deny.toml, without cargo-deny.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -16,7 +16,7 @@ pub fn licences(arguments: &[String]) -> TaskResult {
     check().map(|()| ExitCode::SUCCESS)
 }
 
-/// Fails on a licence, a crate or a source that deny.toml does not allow.
+/// Fails on a licence, crate or source that deny.toml does not allow.
 pub fn check() -> run::StepResult {
     let policy = Policy::parse(&run::read(POLICY)?)?;
     let packages = metadata::everything()?;
@@ -31,7 +31,7 @@ pub fn check() -> run::StepResult {
 
 struct Policy {
     allowed: Vec<String>,
-    /// Banned crates and why.
+    /// Banned crates and the reasons.
     banned: BTreeMap<String, String>,
 }
 
@@ -44,7 +44,7 @@ impl Policy {
         };
         for key in ["exceptions", "clarify"] {
             if !array("licenses", key).is_empty() {
-                return Err(format!("{POLICY}: licenses.{key} is not understood by this check"));
+                return Err(format!("{POLICY}: licenses.{key} is not supported by this check"));
             }
         }
         let allowed = array("licenses", "allow");
@@ -84,14 +84,14 @@ impl Policy {
     }
 }
 
-/// An entry of `[bans] deny`: a name, or a table with the name and a reason.
+/// Parses an entry of `[bans] deny`: a name, or a table with name and reason.
 fn ban(value: &toml::Value) -> Option<(String, String)> {
     let text = |key: &str| value.get(key).and_then(toml::Value::as_str);
     let name = value.as_str().or(text("crate")).or(text("name"))?;
     Some((name.into(), text("reason").unwrap_or("see deny.toml").into()))
 }
 
-/// Crates that are there in more than one version.
+/// Crates present in more than one version.
 fn twins(packages: &[Package]) -> Vec<String> {
     let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for package in packages {

@@ -1,11 +1,11 @@
-//! Relative links of the Markdown files, with their anchors.
+//! Checks the relative links of the Markdown files, with their anchors.
 
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 
 use crate::{run, source};
 
-/// Every relative link that leads nowhere.
+/// Every broken relative link.
 pub fn broken() -> Result<Vec<String>, String> {
     let root = run::root();
     let mut problems = Vec::new();
@@ -44,7 +44,7 @@ fn has_anchor(text: &str, anchor: &str) -> Result<(), String> {
     if known.iter().any(|known| known == anchor) { Ok(()) } else { Err("no such heading".into()) }
 }
 
-/// The path without `.` and `..`; none when it leaves the project.
+/// The path without `.` and `..`; `None` if it leaves the project.
 fn plain(path: &Path) -> Option<PathBuf> {
     let mut plain = PathBuf::new();
     for part in path.components() {
@@ -68,7 +68,7 @@ pub fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// Whether a line opens or closes a block of code.
+/// Whether a line opens or closes a fenced code block.
 pub fn is_fence(line: &str) -> bool {
     line.trim_start().starts_with("```")
 }
@@ -97,7 +97,7 @@ fn links(text: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// The line without what stands between backquotes.
+/// The line without text in backquotes.
 fn without_code(line: &str) -> String {
     let parts: Vec<&str> = line.split('`').collect();
     let last = parts.len() - 1;
@@ -105,7 +105,7 @@ fn without_code(line: &str) -> String {
     kept.map(|(_, part)| *part).collect::<Vec<_>>().join("``")
 }
 
-/// The anchors of a page: its headings as GitHub writes them, and explicit ones.
+/// The anchors of a page: its headings in GitHub's form, and explicit ones.
 fn anchors(text: &str) -> Vec<String> {
     let mut anchors = Vec::new();
     let mut seen: HashMap<String, usize> = HashMap::new();
@@ -127,7 +127,7 @@ fn anchors(text: &str) -> Vec<String> {
 }
 
 fn slug(title: &str) -> String {
-    // Of a link in a heading only the text counts.
+    // Only the text of a link in a heading counts.
     let mut text = String::new();
     for (index, part) in title.split("](").enumerate() {
         let rest = if index == 0 { part } else { part.split_once(')').map_or("", |(_, r)| r) };

@@ -44,7 +44,7 @@ mod years;
 
 use std::process::ExitCode;
 
-/// What a task ends with: an exit code, or a text for the user that says what to do.
+/// Result of a task: an exit code, or an error text that says what to do.
 type TaskResult = Result<ExitCode, String>;
 
 struct Task {
@@ -59,7 +59,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "demo",
         arguments: "[arguments of `lafet demo`…]",
-        about: "build lafet and watch a simulated monitor put out a fire",
+        about: "build lafet and watch a simulated monitor extinguish a fire",
         details: "Ctrl-C and the exit code pass through. Arguments: cargo xtask demo --help",
         run: demo::demo,
     },
@@ -74,9 +74,9 @@ const TASKS: &[Task] = &[
         name: "ci",
         arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
-        details: "What .ci/run calls. Every step runs, even after one that failed; with names, only \
-                  those: console, lock, licences, fmt, clippy, doc, no-std, test, firmware, model, \
-                  dissector, swarm, api, hub, bindings, bench, demo, browser.",
+        details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
+                  only those: console, lock, licences, fmt, clippy, doc, no-std, test, firmware, \
+                  model, dissector, swarm, api, hub, bindings, bench, demo, browser.",
         run: ci::ci,
     },
     Task {
@@ -84,15 +84,16 @@ const TASKS: &[Task] = &[
         arguments: "[--check]",
         about: "the matrix § × code × test",
         details: "Sections come from conformance/spec.txt. Code is cited in comments of proto and \
-                  device; tests in test code and in conformance/scenarios. With --check, fails on a \
-                  section without code or test and on a citation of a section that does not exist.",
+                  device; tests in test code and in conformance/scenarios. With --check, fails on \
+                  a section without code or test and on a citation of a section that does not \
+                  exist.",
         run: spec::spec,
     },
     Task {
         name: "layers",
         arguments: "",
-        about: "the arrows between the crates and the laws that text can show",
-        details: "Who may depend on whom stands in xtask/src/layers.rs, the laws in laws.rs.",
+        about: "the dependencies between the crates and the laws that text can show",
+        details: "The allowed dependencies are in xtask/src/layers.rs, the laws in laws.rs.",
         run: layers::layers,
     },
     Task {
@@ -108,15 +109,15 @@ const TASKS: &[Task] = &[
         arguments: "[--check]",
         about: "how each flag and status is reached, and how soon it shows: docs/faults.md",
         details: "Runs every row of conformance/faults.txt in the simulator, prints the table and \
-                  writes it. With --check, nothing is written: a hole, a row that does not hold and \
-                  a table that is out of date are errors.",
+                  writes it. With --check, nothing is written: a flag without a row, a failing row \
+                  and an outdated table are errors.",
         run: faults::faults,
     },
     Task {
         name: "cuts",
         arguments: "store|monitor [N]",
         about: "N random power cuts (a million without N) of the store, or of whole monitors",
-        details: "Optimised, on all processors. LAFET_STORE_SEED or LAFET_MONITOR_SEED is the first \
+        details: "Optimised, on all cores. LAFET_STORE_SEED or LAFET_MONITOR_SEED is the first \
                   seed; a failure prints the one that replays it.",
         run: cuts::cuts,
     },
@@ -131,53 +132,55 @@ const TASKS: &[Task] = &[
     Task {
         name: "late",
         arguments: "[EXCHANGES] | --processes [PROCESSES]",
-        about: "the client against late and doubled answers, 10 million times: none is believed",
+        about: "the client against late and duplicate answers, 10 million times: none is accepted",
         details: "Seconds of virtual time in which answers are lost, come up to 30 s late, or \
-                  twice. --processes: a session for each operation, on a way that keeps what the one \
-                  before it has sent and not heard. The figures of a run are in docs/client.md.",
+                  twice. --processes: a session for each operation, on a medium that still carries \
+                  answers to the previous one. The figures of a run are in docs/client.md.",
         run: late::late,
     },
     Task {
         name: "console",
         arguments: "build | check | api | browser | pictures | measure | monkey",
-        about: "the operator's console: build it, check it, try it in a browser, take its pictures",
-        details: "build makes console/dist, which the hub has built into it. check is types and unit \
-                  tests. api makes the types of the hub's API from docs/schema/hub-1.json. browser drives \
-                  Chromium against the release build of lafet with simulated \
-                  monitors. pictures takes those of the README. measure: first paint, shifts of the \
-                  layout, work on live data, memory; its figures stand in docs/console.md. monkey presses, \
-                  pulls and types at random.",
+        about: "the operator's console: build it, check it, test it in a browser, take screenshots",
+        details: "build makes console/dist, which is built into the hub. check is types and unit \
+                  tests. api generates the types of the hub's API from docs/schema/hub-1.json. \
+                  browser drives Chromium against the release build of lafet with simulated \
+                  monitors. pictures takes those of the README. measure: first paint, shifts of \
+                  the layout, work on live data, memory; its figures are in docs/console.md. \
+                  monkey clicks, drags and types at random.",
         run: console::console,
     },
     Task {
         name: "api",
         arguments: "",
         about: "the hub's API against its description, by schemathesis",
-        details: "Runs lafet demo and asks it, for 30 s, what the description allows and what it \
-                  does not. Installs schemathesis below target.",
+        details: "Runs lafet demo and sends it, for 30 s, requests that the description allows and \
+                  others. Installs schemathesis below target.",
         run: api::api,
     },
     Task {
         name: "hub-load",
         arguments: "[--quick | --flood KIND]",
-        about: "the hub in trouble: garbage, storms, a full disk, kill -9, floods of every message",
-        details: "Runs lafet serve with simulated monitors. Fails when a Stop is not through within \
-                  100 ms (99 of 100), when an entry of the audit log is lost or its chain broken; then \
-                  floods it with every kind of message, and fails when Stops of others are late or \
-                  memory grows. The figures of a run stand in docs/hub.md. With --quick, a minute and \
-                  less of everything: part of cargo xtask ci. --flood KIND: only kinds whose names \
-                  hold this, each for 60 s from 1 and 200 connections in every manner.",
+        about: "the hub under load and failures: garbage, storms, a full disk, kill -9, floods",
+        details: "Runs lafet serve with simulated monitors. Fails when a Stop is not through \
+                  within 100 ms (99 of 100), when an entry of the audit log is lost or its chain \
+                  broken; then floods it with every kind of message, and fails when Stops of \
+                  others are late or memory grows. The figures of a run are in docs/hub.md. With \
+                  --quick, a minute and less of everything: part of cargo xtask ci. --flood KIND: \
+                  only kinds whose names contain this, each for 60 s from 1 and 200 connections in \
+                  every manner.",
         run: hub::load,
     },
     Task {
         name: "firmware",
         arguments: "build | test [--seeds N] [--steps N] | load | run [OPTIONS OF lafet sim]",
         about: "the monitor's program on a Cortex-M3: build it, test it on the emulated chip, run it",
-        details: "build links the program for each board of firmware/, which fails when a panic can \
-                  be reached. test runs it in QEMU beside the same monitor on the host, with the same \
-                  inputs and requests: every answer and every output must be the same; then it lets \
-                  the program fail and reads what it has recorded. load counts the instructions of steps \
-                  and answers while it puts out a fire. run serves it in a simulated plant.",
+        details: "build links the program for each board of firmware/, which fails when a panic \
+                  can be reached. test runs it in QEMU beside the same monitor on the host, with \
+                  the same inputs and requests: every answer and every output must be the same; \
+                  then it lets the program crash and reads its crash data. load counts the \
+                  instructions of steps and answers while it extinguishes a fire. run serves it in \
+                  a simulated plant.",
         run: firmware::firmware,
     },
     Task {
@@ -191,8 +194,8 @@ const TASKS: &[Task] = &[
         name: "bench",
         arguments: "[--check | --only PART]",
         about: "lafet and its peers, measured side by side: docs/performance.md",
-        details: "Parts: codec, roundtrip, sim, capture, footprint. Installs what it measures \
-                  with where it may. With --check nothing is written: instruction counts that have \
+        details: "Parts: codec, roundtrip, sim, capture, footprint. Installs the measuring tools \
+                  if permitted. With --check nothing is written: instruction counts that have \
                   drifted by more than 3 % are an error.",
         run: bench::bench,
     },
@@ -200,9 +203,9 @@ const TASKS: &[Task] = &[
         name: "bindings",
         arguments: "[--header]",
         about: "lafet for C: builds it for host and Cortex-M3, and tests it under valgrind",
-        details: "Checks that the header is the library's, holds the golden vectors against it, lets the \
-                  C controller move the C monitor. Installs what is missing where it may. With --header \
-                  it writes the header anew.",
+        details: "Checks that the header matches the library, runs the golden vectors, and lets \
+                  the C controller move the C monitor. Installs missing tools if permitted. With \
+                  --header it writes the header.",
         run: bindings::bindings,
     },
     Task {
@@ -210,8 +213,8 @@ const TASKS: &[Task] = &[
         arguments: "--hours N | --minutes N | --seeds A..B [--from SEED] [--threads N]",
         about: "random lives of simulated monitors; every change of an output must be explained",
         details: "Seeds × profiles × faults × requests on all cores, each step under the check of \
-                  lafet_sim::attribution. Fails on an output without a cause that holds, on a broken \
-                  invariant, and in a run of 600 seeds or more on what was never witnessed. A \
+                  lafet_sim::attribution. Fails on an output without a valid cause, on a broken \
+                  invariant, and in a run of 600 seeds or more on a behaviour never seen. A \
                   failure names its seed: lafet sim --replay SEED shows it.",
         run: swarm::swarm,
     },
@@ -219,24 +222,25 @@ const TASKS: &[Task] = &[
         name: "fuzz",
         arguments: "[target…] [--minutes N] [--merge]",
         about: "fuzz link, records, text, device and store with libFuzzer",
-        details: "One minute each, unless told. Installs cargo-fuzz where it is missing. What fails is \
-                  kept in fuzz/artifacts; mended, it belongs in fuzz/regressions. With --merge, the \
-                  committed corpus becomes the smallest that reaches all that has been reached.",
+        details: "One minute each by default. Installs cargo-fuzz if it is missing. A failing \
+                  input is kept in fuzz/artifacts; once fixed, it belongs in fuzz/regressions. \
+                  With --merge, the committed corpus becomes the smallest that reaches all that \
+                  has been reached.",
         run: fuzz::fuzz,
     },
     Task {
         name: "years",
         arguments: "[years] [seed]",
-        about: "years in the life of a simulated monitor, checked all the time",
-        details: "Ten years, unless told: docs/evidence-long-run.md says what happens in them.",
+        about: "years in the life of a simulated monitor, checked continuously",
+        details: "Ten years by default: docs/evidence-long-run.md describes them.",
         run: years::years,
     },
     Task {
         name: "model",
         arguments: "[arguments of lafet-model…]",
         about: "check the interlock on every state that a request, a fault or time can lead to",
-        details: "Prints states, unique states, depth and properties of each configuration; a law \
-                  that can be broken with the way there. Without arguments about 12 minutes. \
+        details: "Prints states, unique states, depth and properties of each configuration; and \
+                  for a law that can be broken the path to it. Without arguments about 12 minutes. \
                   Arguments: --list, --quick, --seconds S, --states N, --depth N, --threads N, and \
                   names of configurations. docs/model.md says what is checked and what is not.",
         run: model::model,
@@ -245,9 +249,10 @@ const TASKS: &[Task] = &[
         name: "stops",
         arguments: "[--cases N]",
         about: "a million Stops, Lockouts, resets and MoveTimeouts in the middle of everything",
-        details: "Off in the next step, in each. Optimised, on all processors. LAFET_STOP_SEED is the \
-                  first seed; a failure names the one that replays it. 50,000 cases are part of \
-                  cargo xtask test. The figure of a run stands in docs/evidence-proof.md.",
+        details: "Each time, outputs are off in the next step. Optimised, on all cores. \
+                  LAFET_STOP_SEED is the first seed; a failure names the one that replays it. \
+                  50,000 cases are part of cargo xtask test. The figure of a run is in \
+                  docs/evidence-proof.md.",
         run: stops::stops,
     },
     Task {
@@ -255,20 +260,21 @@ const TASKS: &[Task] = &[
         arguments: "[--check]",
         about: "the lines and branches of lafet-device that its own tests reach",
         details: "Needs llvm-cov of the compiler's LLVM: rustup's llvm-tools or Debian's package, \
-                  which it installs if it may. Branches need RUSTC_BOOTSTRAP, set for this build \
-                  alone. With --check, fails on a line or branch of guard.rs or chain.rs that is \
-                  not reached.",
+                  which it installs if permitted. Branches need RUSTC_BOOTSTRAP, set for this \
+                  build alone. With --check, fails on a line or branch of guard.rs or chain.rs \
+                  that is not reached.",
         run: coverage::coverage,
     },
     Task {
         name: "mutants",
         arguments: "[guard|chain|device|FILE…] [--minutes N] [--quick] [--shard K/N] [--apart K/N]",
-        about: "changes that a test should notice: which ones none of the device's tests does",
-        details: "The mutants of cargo-mutants (installed where it is missing), woven into a copy of the \
-                  device, so that it is built once. Fails on a survivor in guard.rs or chain.rs, and \
-                  under 95 % of the device. xtask/mutants.toml explains those that change nothing. \
-                  --minutes tries what there is time for, --quick leaves out the tests that take \
-                  minutes, --shard tries every Nth, --apart every Nth of those that need a build each.",
+        about: "mutation testing: changes to the device that none of its tests notices",
+        details: "The mutants of cargo-mutants (installed if missing), woven into a copy of the \
+                  device, so that it is built once. Fails on a survivor in guard.rs or chain.rs, \
+                  and under 95 % of the device. xtask/mutants.toml explains those that change \
+                  nothing. --minutes limits the time, --quick leaves out the tests that take \
+                  minutes, --shard tries every Nth mutant, --apart every Nth of those that need a \
+                  build each.",
         run: mutants::mutants,
     },
     Task {
@@ -281,8 +287,8 @@ const TASKS: &[Task] = &[
     Task {
         name: "dissector",
         arguments: "",
-        about: "test the Wireshark dissector in tshark, which it installs if it may",
-        details: "The dissector is what `lafet dissector` prints; golden vectors are dissected.",
+        about: "test the Wireshark dissector in tshark, which it installs if permitted",
+        details: "The dissector is what `lafet dissector` prints; it is run on the golden vectors.",
         run: dissector::dissector,
     },
     Task {
@@ -318,7 +324,7 @@ fn dispatch(arguments: &[String]) -> TaskResult {
         eprint!("error: no task `{name}`\n\n{}", overview());
         return Ok(ExitCode::from(2));
     };
-    // The demo has a help of its own, with all its options.
+    // The demo has its own help, with all its options.
     let asks_for_help = rest.iter().any(|a| a == "-h" || a == "--help");
     if asks_for_help && task.name != "demo" {
         println!(
@@ -339,7 +345,7 @@ fn overview() -> String {
     text
 }
 
-/// Reads the arguments of a task that knows one flag at most.
+/// Parses the arguments of a task that has at most one flag.
 fn flag(arguments: &[String], known: Option<&str>) -> Result<bool, String> {
     let mut given = false;
     for argument in arguments {

@@ -1,4 +1,4 @@
-//! What cargo knows of the workspace and its dependencies.
+//! Reads `cargo metadata`: the workspace and its dependencies.
 
 use serde_json::Value;
 
@@ -9,13 +9,13 @@ pub struct Package {
     pub name: String,
     pub version: String,
     pub licence: Option<String>,
-    /// Where it comes from; none for a package of this workspace.
+    /// Source of the package; `None` for a package of this workspace.
     pub source: Option<String>,
     pub rust_version: Option<String>,
     pub dependencies: Vec<Dependency>,
 }
 
-/// An arrow from a package to another.
+/// A dependency of a package on another.
 pub struct Dependency {
     pub name: String,
     pub kind: Kind,
@@ -34,7 +34,7 @@ pub fn workspace() -> Result<Vec<Package>, String> {
     packages(&["metadata", "--format-version=1", "--no-deps"])
 }
 
-/// The packages of this workspace and all they need, on every platform.
+/// The packages of this workspace and all their dependencies, on every platform.
 pub fn everything() -> Result<Vec<Package>, String> {
     packages(&["metadata", "--format-version=1", "--all-features"])
 }

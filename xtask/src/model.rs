@@ -1,11 +1,11 @@
-//! `cargo xtask model`: the interlock, model-checked by `lafet-model`.
+//! `cargo xtask model`: model-checks the interlock with `lafet-model`.
 
 use std::process::ExitCode;
 
 use crate::TaskResult;
 use crate::run::{self, StepResult};
 
-/// Without arguments each configuration is walked for this long at most, s: 12 minutes together.
+/// Longest time for each configuration without arguments, s: 12 minutes together.
 const SECONDS: &str = "75";
 
 pub fn model(arguments: &[String]) -> TaskResult {
@@ -17,7 +17,7 @@ pub fn model(arguments: &[String]) -> TaskResult {
     Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Fails on a law that is broken and on a behaviour that is never seen.
+/// Fails on a broken law and on a behaviour that is never seen.
 pub fn check() -> StepResult {
     run::show(command().args(["--quick"]))
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask no-std`: the core crates for the Cortex-M3 they are meant for.
+//! `cargo xtask no-std`: builds the core crates for the Cortex-M3.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -10,7 +10,7 @@ pub const TARGET: &str = "thumbv7m-none-eabi";
 const CRATES: [&str; 6] =
     ["--package", "lafet-ballistics", "--package", "lafet-proto", "--package", "lafet-device"];
 
-/// Debian's Rust, which brings the sources of `core`, and a linker, which it does not bring.
+/// Debian's Rust, which includes the sources of `core`, and a linker, which it lacks.
 const DEBIAN_PACKAGES: [&str; 4] =
     ["rustc-web", "cargo-web", "rust-web-src", "binutils-arm-none-eabi"];
 const DEBIAN_LINKER: &str = "arm-none-eabi-ld";
@@ -22,12 +22,13 @@ pub fn no_std(arguments: &[String]) -> TaskResult {
     check().map(|()| ExitCode::SUCCESS)
 }
 
-/// Builds with rustup's target, else with Debian's compiler; without both it fails.
+/// Builds with rustup's target, else with Debian's compiler; fails without either.
 pub fn check() -> StepResult {
     show(build(None)?.arg("--lib").args(CRATES))
 }
 
-/// `cargo build` for the Cortex-M3, by whoever can; what it makes goes to a folder of its own there.
+/// `cargo build` for the Cortex-M3, with whichever compiler is available; the output goes to
+/// `folder`.
 pub fn build(folder: Option<&Path>) -> Result<Command, String> {
     let mut command = match rustup_target() {
         Ok(()) => cargo(&["build", "--target", TARGET]),
@@ -67,7 +68,7 @@ fn debian_build() -> Result<Command, String> {
     let mut build = Command::new(DEBIAN_CARGO);
     build.args(["build", "-Zbuild-std=core", "--ignore-rust-version", "--target", TARGET]);
     build.current_dir(root());
-    // Its own folder: two compilers must not share one.
+    // A separate folder: two compilers must not share one.
     build.env("CARGO_TARGET_DIR", target().join("debian"));
     build.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", DEBIAN_RUSTC);
     build.env("CARGO_TARGET_THUMBV7M_NONE_EABI_LINKER", DEBIAN_LINKER);
@@ -75,7 +76,7 @@ fn debian_build() -> Result<Command, String> {
     Ok(build)
 }
 
-/// Where cargo puts what it makes.
+/// Cargo's target folder.
 pub fn target() -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
     root().join(target)

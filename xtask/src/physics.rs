@@ -22,7 +22,7 @@ pub fn physics(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Fails on a table that says something else than the models.
+/// Fails on a table that differs from the models.
 pub fn check() -> StepResult {
     let page = run::read(PAGE)?;
     let fresh = regenerate(&page, &tables()?)?;
@@ -51,14 +51,14 @@ fn tables() -> Result<Vec<(String, String)>, String> {
         match (line.strip_prefix("== "), tables.last_mut()) {
             (Some(name), _) => tables.push((name.to_owned(), String::new())),
             (None, Some((_, table))) => *table += &format!("{line}\n"),
-            (None, None) => return Err(format!("the example `physics` began with `{line}`")),
+            (None, None) => return Err(format!("the example `physics` started with `{line}`")),
         }
     }
     Ok(tables)
 }
 
-/// The page with fresh tables between `<!-- NAME:begin -->` and `<!-- NAME:end -->`. Every table has
-/// its place, and every place its table.
+/// The page with new tables between `<!-- NAME:begin -->` and `<!-- NAME:end -->`. Every table must
+/// have its place, and every place its table.
 fn regenerate(page: &str, tables: &[(String, String)]) -> Result<String, String> {
     let mut fresh = String::new();
     let mut left: Vec<&str> = tables.iter().map(|(name, _)| name.as_str()).collect();

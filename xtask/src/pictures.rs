@@ -1,4 +1,4 @@
-//! The pictures of scenarios in docs/images: made by `lafet sim run`, and kept up to date.
+//! The pictures of scenarios in docs/images, made by `lafet sim run`.
 
 use crate::run::{self, StepResult};
 
@@ -8,7 +8,7 @@ const PICTURES: [(&str, &str, &str); 2] = [
     ("docs/images/tank-farm.ru.svg", "tank-farm", "ru"),
 ];
 
-/// Makes them anew.
+/// Generates the pictures.
 pub fn write() -> StepResult {
     for (path, scenario, lang) in PICTURES {
         let picture = draw(scenario, lang)?;
@@ -23,7 +23,7 @@ pub fn write() -> StepResult {
     Ok(())
 }
 
-/// Fails on one that `lafet sim run` would draw otherwise.
+/// Fails on a picture that differs from what `lafet sim run` draws.
 pub fn check() -> StepResult {
     let mut old = Vec::new();
     for (path, scenario, lang) in PICTURES {

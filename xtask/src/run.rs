@@ -1,15 +1,15 @@
-//! Runs commands and steps, and sums up what came of them.
+//! Runs commands and steps, and sums up the results.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
-/// Outcome of one step; the error is what the user should read.
+/// Result of a step; the error is the text for the user.
 pub type StepResult = Result<(), String>;
 
-/// The root of the workspace. Cargo tells where it is now: a copy of the workspace may run a program
-/// that was built in another one.
+/// Root of the workspace. Taken from cargo at run time: a copy of the workspace may run a program
+/// built in another one.
 pub fn root() -> PathBuf {
     let now = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
     let mut manifest = now.unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
@@ -17,12 +17,12 @@ pub fn root() -> PathBuf {
     manifest
 }
 
-/// Where what is built goes.
+/// Folder of the build output.
 pub fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }
 
-/// The cargo that started us, to run in the workspace's root.
+/// A command for the cargo that started us, run in the workspace root.
 pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root()).args(arguments);
@@ -38,7 +38,7 @@ pub fn show(command: &mut Command) -> StepResult {
     if status.success() { Ok(()) } else { Err(format!("`{text}` failed: {status}")) }
 }
 
-/// Runs a command for its output.
+/// Runs a command and returns its output.
 pub fn output(command: &mut Command) -> Result<String, String> {
     let text = line(command);
     let output = command.output().map_err(|e| format!("cannot run `{text}`: {e}"))?;
@@ -46,7 +46,7 @@ pub fn output(command: &mut Command) -> Result<String, String> {
         let stderr = String::from_utf8_lossy(&output.stderr);
         return Err(format!("`{text}` failed: {}\n{}", output.status, stderr.trim_end()));
     }
-    String::from_utf8(output.stdout).map_err(|e| format!("`{text}` printed no UTF-8: {e}"))
+    String::from_utf8(output.stdout).map_err(|e| format!("`{text}` did not print UTF-8: {e}"))
 }
 
 /// Reads a file of the workspace.
@@ -63,7 +63,7 @@ pub fn put(path: &str, page: &str, name: &str, text: &str) -> Result<String, Str
     Ok(format!("{head}{begin}\n{text}{end}{tail}"))
 }
 
-/// Joins problems into one error, or none.
+/// Joins problems into one error; none is success.
 pub fn verdict(headline: &str, problems: &[String]) -> StepResult {
     if problems.is_empty() {
         return Ok(());
@@ -83,11 +83,11 @@ fn line(command: &Command) -> String {
 }
 
 fn flush() {
-    // A closed stdout is no reason to stop a check.
+    // A closed stdout must not stop a check.
     let _ = std::io::stdout().flush();
 }
 
-/// Steps that run one after another, each whatever became of the others.
+/// Steps that run one after another, whether or not the others fail.
 #[derive(Default)]
 pub struct Steps {
     done: Vec<Step>,
@@ -100,7 +100,7 @@ struct Step {
 }
 
 impl Steps {
-    /// Runs one step with its headline.
+    /// Runs a step with its headline.
     pub fn step(&mut self, name: &'static str, run: impl FnOnce() -> StepResult) {
         println!("\n== {name}");
         flush();

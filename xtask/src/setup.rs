@@ -1,4 +1,4 @@
-//! What the machine must have; a thing that is missing is installed, or named with its command.
+//! Prerequisites of the tasks: whatever is missing is installed, or named with its command.
 
 use std::process::Command;
 
@@ -23,7 +23,7 @@ pub fn rust() -> Result<(), String> {
     ))
 }
 
-/// Makes sure of a component of the toolchain, such as rustfmt.
+/// Ensures that a toolchain component such as rustfmt is installed.
 pub fn component(name: &str, subcommand: &str) -> Result<(), String> {
     if run::output(&mut run::cargo(&[subcommand, "--version"])).is_ok() {
         return Ok(());
@@ -33,9 +33,9 @@ pub fn component(name: &str, subcommand: &str) -> Result<(), String> {
         .map_err(|e| format!("{e}\n{name} is needed: rustup component add {name}"))
 }
 
-/// Makes sure of a program that a Debian package has.
+/// Ensures that a program of a Debian package is installed.
 pub fn program(name: &str, package: &str) -> Result<(), String> {
-    // OpenSSL takes its commands without dashes.
+    // OpenSSL's commands have no dashes.
     let version = if name == "openssl" { "version" } else { "--version" };
     if run::output(Command::new(name).arg(version)).is_ok() {
         return Ok(());
@@ -44,7 +44,7 @@ pub fn program(name: &str, package: &str) -> Result<(), String> {
     debian(&[package])
 }
 
-/// Makes sure of a PostgreSQL server to start in tests.
+/// Ensures that there is a PostgreSQL server to start in tests.
 pub fn postgres() -> Result<(), String> {
     let versions = std::fs::read_dir("/usr/lib/postgresql").into_iter().flatten().flatten();
     let mut programs = versions.map(|it| it.path().join("bin/initdb"));
@@ -55,7 +55,7 @@ pub fn postgres() -> Result<(), String> {
     debian(&["postgresql"])
 }
 
-/// Installs Debian packages when we may, else says how.
+/// Installs Debian packages if permitted, else names the command.
 pub fn debian(packages: &[&str]) -> Result<(), String> {
     let advice = format!("apt-get install -y --no-install-recommends {}", packages.join(" "));
     let id = run::output(Command::new("id").arg("-u")).unwrap_or_default();
@@ -70,7 +70,7 @@ pub fn debian(packages: &[&str]) -> Result<(), String> {
         .map_err(|e| format!("{e}\nneeded: {advice}"))
 }
 
-/// `1.95.0-nightly` as numbers that compare.
+/// Parses `1.95.0-nightly` into comparable numbers.
 fn version(text: &str) -> Vec<u32> {
     let plain = text.split('-').next().unwrap_or_default();
     let mut parts: Vec<u32> = plain.split('.').map(|part| part.parse().unwrap_or(0)).collect();

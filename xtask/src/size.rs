@@ -1,5 +1,5 @@
-//! `cargo xtask size`: what the firmware takes of a chip, by crate, and how deep its stack can get;
-//! docs/footprint.md has the tables.
+//! `cargo xtask size`: flash and RAM of the firmware by crate, and its greatest stack depth, for
+//! docs/footprint.md.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,15 +12,15 @@ use crate::{TaskResult, firmware, flag};
 
 const PAGE: &str = "docs/footprint.md";
 
-/// What is limited.
+/// What a limit applies to.
 enum Of {
-    /// Flash of symbols whose crate or module has one of these names; without names, of all.
+    /// Flash of symbols whose crate or module has one of these names; all symbols if empty.
     Flash(&'static [&'static str]),
-    /// All RAM: static, and the stack at most.
+    /// All RAM: static, plus the deepest stack.
     Ram,
 }
 
-/// What no build may exceed: the goal where it is met, else what was reached and a little more.
+/// A limit for every build: the goal where it is met, else slightly more than was reached.
 struct Limit {
     what: &'static str,
     board: &'static str,
@@ -67,7 +67,7 @@ const LIMITS: [Limit; 5] = [
     },
 ];
 
-/// Crates as their symbols name them; what belongs to none is constants and what the linker adds.
+/// Crates as in symbol names; the rest is constants and the linker's additions.
 const CRATES: [(&str, &str); 8] = [
     ("lafet_firmware", "the board: `firmware`"),
     ("lafet_ballistics", "`lafet-ballistics`"),
@@ -90,19 +90,19 @@ pub fn size(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Fails over a limit.
+/// Fails if a limit is exceeded.
 pub fn check() -> StepResult {
     let tables = Tables::measure()?;
     println!("{}", tables.goals);
     run::verdict("the firmware is within its limits", &tables.problems)
 }
 
-/// Bytes that the stack of a program can take at most.
+/// Greatest stack depth of a program, bytes.
 pub fn stack_of(program: &Path) -> Result<u32, String> {
     stack::bound(&Elf::read(program)?).map(|bound| bound.all())
 }
 
-/// As they stand in the page, and which limits are exceeded.
+/// The tables of the page, and the limits exceeded.
 struct Tables {
     size: String,
     stack: String,
@@ -202,11 +202,11 @@ impl Tables {
     }
 }
 
-/// The crate whose name comes first: that of the function, or of the type whose function it is.
+/// The first crate name in a symbol: that of the function, or of the type it belongs to.
 fn crate_of(symbol: &str) -> Option<&'static str> {
     let places = CRATES.iter().filter_map(|(name, _)| Some((symbol.find(name)?, *name)));
     places.min().map(|(_, name)| name).or_else(|| {
-        // The compiler asks for these by names of its own.
+        // The compiler calls these by special names.
         symbol.starts_with("__aeabi").then_some("compiler_builtins")
     })
 }

@@ -1,4 +1,4 @@
-//! Reads Rust files just far enough to tell code, comments and tests apart.
+//! Parses Rust files just far enough to tell code, comments and tests apart.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -12,21 +12,21 @@ pub struct File {
     pub lines: Vec<Line>,
 }
 
-/// One line of a Rust file.
+/// A line of a Rust file.
 #[derive(Default)]
 pub struct Line {
-    /// Its code; strings and characters are emptied.
+    /// Its code; string and character literals are emptied.
     pub code: String,
-    /// What stands in its comments.
+    /// Text of its comments.
     pub comment: String,
-    /// Its whole text.
+    /// The whole text.
     pub text: String,
     /// Whether it belongs to a test.
     pub test: bool,
 }
 
 impl File {
-    /// The crate's folder, such as `proto`; none outside `crates/`.
+    /// Folder of its crate, such as `proto`; `None` outside `crates/`.
     pub fn crate_name(&self) -> Option<&str> {
         self.path.strip_prefix("crates/")?.split('/').next()
     }
@@ -56,7 +56,7 @@ pub fn workspace() -> Result<Vec<File>, String> {
     Ok(files)
 }
 
-/// Files with an extension under a folder, sorted; build output and hidden folders left out.
+/// Files with this extension in a folder, sorted, without build output and hidden folders.
 pub fn files_under(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, String> {
     let mut found = Vec::new();
     let mut open = vec![folder.to_path_buf()];
@@ -79,12 +79,12 @@ pub fn files_under(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, Strin
     Ok(found)
 }
 
-/// A path from the workspace's root, with `/`.
+/// A path from the workspace root, with `/`.
 pub fn relative(path: &Path) -> String {
     path.strip_prefix(run::root()).unwrap_or(path).to_string_lossy().replace('\\', "/")
 }
 
-/// Splits a Rust text into lines and marks what stands under `#[cfg(test)]` or `#[test]`.
+/// Splits a Rust text into lines and marks those under `#[cfg(test)]` or `#[test]`.
 pub fn lines(text: &str) -> Vec<Line> {
     let mut lines = split(text);
     mark_test_items(&mut lines);
@@ -96,7 +96,7 @@ enum Mode {
     Code,
     LineComment,
     BlockComment(usize),
-    /// In a string; raw ones end at a quote and this many `#`.
+    /// In a string; a raw string ends at a quote and this many `#`.
     Text(Option<usize>),
 }
 
@@ -120,7 +120,7 @@ fn split(text: &str) -> Vec<Line> {
     lines
 }
 
-/// Reads on from `at`: the mode afterwards and how many characters were taken.
+/// Continues from `at`; returns the new mode and the number of characters consumed.
 fn step(mode: Mode, chars: &[char], at: usize, line: &mut Line) -> (Mode, usize) {
     let rest = &chars[at..];
     match mode {
@@ -187,7 +187,7 @@ fn code_step(chars: &[char], at: usize, line: &mut Line) -> (Mode, usize) {
     }
 }
 
-/// Whether the `r` at `at` ends a word, so it begins no raw string; `br` and `cr` do.
+/// Whether the `r` at `at` ends a word, so that it starts no raw string; `br` and `cr` do.
 fn is_word_before(chars: &[char], at: usize) -> bool {
     let word = |c: &char| c.is_alphanumeric() || *c == '_';
     let before: Vec<&char> = chars[..at].iter().rev().take_while(|c| word(c)).collect();
@@ -215,7 +215,7 @@ fn mark_test_items(lines: &mut [Line]) {
     }
 }
 
-/// The index of the last line of the item that begins, with its attributes, at this line and column.
+/// Index of the last line of the item that starts, with its attributes, at this line and column.
 pub fn item_end(lines: &[Line], first: usize, column: usize) -> usize {
     let mut depth = 0_usize;
     for (index, line) in lines.iter().enumerate().skip(first) {
@@ -238,7 +238,7 @@ pub fn item_end(lines: &[Line], first: usize, column: usize) -> usize {
     lines.len() - 1
 }
 
-/// Marks whole files that are tests: those under `tests/`, and modules declared in test code.
+/// Marks files that are tests as a whole: under `tests/`, or modules declared in test code.
 fn mark_test_files(files: &mut [File]) {
     let mut modules: HashSet<String> = HashSet::new();
     for file in files.iter() {

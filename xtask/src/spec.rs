@@ -1,4 +1,4 @@
-//! `cargo xtask spec`: every section of the protocol document has code and a test.
+//! `cargo xtask spec`: checks that every section of the protocol document has code and a test.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -10,7 +10,7 @@ use crate::{TaskResult, flag, run};
 
 const SPEC: &str = "conformance/spec.txt";
 const SCENARIOS: &str = "conformance/scenarios";
-/// The crates whose product code counts as the implementation of the document's own sections.
+/// Crates whose product code implements the document's own sections.
 const IMPLEMENTATION: [&str; 2] = ["proto", "device"];
 /// Columns of the printed table.
 const TITLE_WIDTH: usize = 44;
@@ -53,7 +53,7 @@ fn file_of(place: &str) -> String {
     format!("{folder}/{file}")
 }
 
-/// Fails with the holes of the matrix.
+/// Fails with the gaps of the matrix.
 pub fn check() -> run::StepResult {
     report(&matrix()?)
 }
@@ -75,14 +75,14 @@ struct Section {
 enum Use {
     Code,
     Test,
-    /// Product code of the other crates. It implements the sections with letters, which are not
-    /// the document's (connections, for one); of the document's it is no implementation.
+    /// Product code of other crates. It implements the sections with letters, which are not the
+    /// document's (connections, for example), but not the document's own.
     CodeAround,
-    /// A remark in a scenario: it proves nothing, but what it names must exist.
+    /// A comment in a scenario: it is no test, but what it cites must exist.
     Remark,
 }
 
-/// A citation and where it stands.
+/// A citation and its place.
 struct Mention {
     id: String,
     place: String,
@@ -116,10 +116,10 @@ fn sections_of(text: &str) -> Result<Vec<Section>, String> {
             return Err(format!("{SPEC}:{}: want §<TAB>title<TAB>label: {line}", index + 1));
         };
         if citations(id) != [id] {
-            return Err(format!("{SPEC}:{}: `{id}` is no section such as §3.1/4", index + 1));
+            return Err(format!("{SPEC}:{}: `{id}` is not a section such as §3.1/4", index + 1));
         }
         if sections.iter().any(|section| section.id == id) {
-            return Err(format!("{SPEC}:{}: {id} stands twice", index + 1));
+            return Err(format!("{SPEC}:{}: {id} is listed twice", index + 1));
         }
         sections.push(Section { id: id.into(), title: title.into(), label: label.into() });
     }
@@ -129,7 +129,7 @@ fn sections_of(text: &str) -> Result<Vec<Section>, String> {
 fn in_rust(file: &File) -> Vec<Mention> {
     let implements = file.path.contains("/src/")
         && file.crate_name().is_some_and(|name| IMPLEMENTATION.contains(&name));
-    // Outside the crates are this program's own examples, which cite nothing.
+    // Outside the crates there are only examples of this program, which cite nothing.
     if file.crate_name().is_none() {
         return Vec::new();
     }
@@ -170,7 +170,7 @@ impl Matrix {
         mine.map(|mention| mention.place.as_str()).collect()
     }
 
-    /// What is missing, and what is cited but does not exist.
+    /// Sections that lack something, and citations of sections that do not exist.
     fn holes(&self) -> Vec<String> {
         let mut holes = Vec::new();
         for Section { id, title, .. } in &self.sections {
@@ -229,7 +229,7 @@ impl Matrix {
     }
 }
 
-/// The first place and how many more there are.
+/// The first place and the number of further ones.
 fn shorten(places: &[&str]) -> String {
     match places {
         [] => "-".into(),

@@ -1,12 +1,12 @@
-//! How deep the stack of the firmware can get: every path of calls through the linked image. Nothing is
-//! run and nothing assumed of inputs, so the bound holds for what no test has met.
+//! Computes the greatest stack depth of the firmware over all call paths of the linked image.
+//! Nothing is run and no inputs are assumed, so the bound also covers what no test reaches.
 //!
-//! - A function counts with all that it ever takes at once, and a jump to another one as a call.
-//! - A call by register can go to every function whose address stands in the image beside the vector
-//!   table: more than it can, and never less, as the compiler keeps addresses nowhere but there.
-//! - A function that calls itself by whatever way, or that moves the stack by an amount which the
-//!   instruction does not say, is an error.
-//! - On top of the program comes the deepest interrupt, which nothing but a fault interrupts, and then
+//! - A function counts with all that it takes at once, and a jump to another function as a call.
+//! - A call by register may reach every function whose address is in the image outside the vector
+//!   table: an overestimate, never an underestimate, as the compiler keeps addresses nowhere else.
+//! - Recursion in any form, and a stack adjustment by an amount that the instruction does not give,
+//!   are errors.
+//! - On top of the program comes the deepest interrupt, which only a fault can interrupt, and then
 //!   that fault.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,20 +14,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::elf::Elf;
 use crate::thumb::{self, Effect};
 
-/// What the processor itself puts there when an exception comes, with four bytes to align it.
+/// Bytes that the processor pushes on an exception, including four for alignment.
 const EXCEPTION: u32 = 36;
 const RESET: usize = 1;
 const HARD_FAULT: usize = 3;
 
-/// A bound of the stack.
+/// A bound of the stack depth.
 pub struct Bound {
-    /// The functions of the deepest path, and what each of them takes.
+    /// Functions of the deepest path, with the bytes each takes.
     pub path: Vec<(String, u32)>,
-    /// What interrupt and fault add.
+    /// Bytes that interrupt and fault add.
     pub exceptions: u32,
     /// Functions that call by register.
     pub by_register: Vec<String>,
-    /// Where such a call can go.
+    /// Possible targets of such a call.
     pub held: Vec<String>,
 }
 
@@ -37,7 +37,7 @@ impl Bound {
         self.path.iter().map(|(_, bytes)| bytes).sum()
     }
 
-    /// Bytes of everything.
+    /// Bytes in total.
     pub fn all(&self) -> u32 {
         self.program() + self.exceptions
     }
@@ -73,16 +73,16 @@ pub fn bound(elf: &Elf) -> Result<Bound, String> {
     })
 }
 
-/// Functions by their address.
+/// Functions by address.
 struct Graph {
     functions: BTreeMap<u32, Function>,
-    /// Functions whose address is held somewhere.
+    /// Functions whose address is stored somewhere.
     held: BTreeSet<u32>,
 }
 
 struct Function {
     name: String,
-    /// Bytes of the stack that it takes itself.
+    /// Bytes of the stack that the function itself takes.
     takes: u32,
     goes_to: BTreeSet<u32>,
     by_register: bool,
@@ -101,7 +101,7 @@ impl Graph {
         let mut held = BTreeSet::new();
         let mut functions = BTreeMap::new();
         for (start, (end, name)) in &symbols {
-            // Assembly does not say how long it is.
+            // Symbols of assembly have no size.
             let next = starts.range(start + 1..).next().copied().unwrap_or(u32::MAX);
             let end = if end == start { next } else { *end };
             functions.insert(*start, function(elf, name, *start, end, &starts, &mut held)?);
@@ -113,7 +113,7 @@ impl Graph {
         Ok(Self { functions, held })
     }
 
-    /// The deepest path from a function; `above` are the functions that lead to it.
+    /// The deepest path from a function; `above` are its callers.
     fn deepest(
         &self,
         from: u32,
@@ -123,7 +123,7 @@ impl Graph {
         if let Some(depth) = known.get(&from) {
             return Ok(depth.clone());
         }
-        let missing = || format!("no function stands at {from:#x}");
+        let missing = || format!("no function at {from:#x}");
         let function = self.functions.get(&from).ok_or_else(missing)?;
         if above.contains(&from) {
             return Err(format!("{} calls itself", function.name));
@@ -145,7 +145,7 @@ impl Graph {
     }
 }
 
-/// Reads the instructions of a function, up to the next one.
+/// Decodes the instructions of a function, up to the next one.
 fn function(
     elf: &Elf,
     name: &str,
@@ -171,7 +171,7 @@ fn function(
         match effect {
             Effect::None => {}
             Effect::Takes(bytes) => function.takes += bytes,
-            // Inside it goes round; the beginning of another is a call.
+            // A jump within the function is a loop; one to the start of another is a call.
             Effect::Goes(to) if (start + 1..end).contains(&to) => {}
             Effect::Goes(to) if to == start && !is_call(first) => {}
             Effect::Goes(to) if starts.contains(&to) => {
@@ -186,12 +186,13 @@ fn function(
     Ok(function)
 }
 
-/// A loop may go back to its function's first instruction; BL there is a call of itself.
+/// Whether an instruction is a call: a loop may branch to its function's first instruction, but BL
+/// to there is recursion.
 fn is_call(first: u16) -> bool {
     thumb::is_wide(first)
 }
 
-/// The function whose address a word is; the lowest bit says that it is code.
+/// The function whose address a word is; its lowest bit marks code.
 fn held_by(word: u32, starts: &BTreeSet<u32>) -> Option<u32> {
     (word & 1 != 0 && starts.contains(&(word & !1))).then_some(word & !1)
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask stops`: as many Stops and Lockouts, in the middle of everything, as one likes.
+//! `cargo xtask stops`: Stops and Lockouts at random moments, in any number.
 
 use std::process::ExitCode;
 use std::time::Instant;

@@ -1,11 +1,11 @@
-//! `cargo xtask swarm`: random lives of simulated monitors, for as long as one likes.
+//! `cargo xtask swarm`: random lives of simulated monitors, for any time.
 
 use std::process::ExitCode;
 
 use crate::TaskResult;
 use crate::run::{StepResult, cargo, show};
 
-/// What a change must pass: enough seeds to witness everything, and no longer than two minutes.
+/// The run for CI: enough seeds to see every behaviour, in at most two minutes.
 const SHORT: [&str; 4] = ["--seeds", "0..600", "--minutes", "2"];
 
 pub fn swarm(arguments: &[String]) -> TaskResult {

@@ -1,32 +1,32 @@
-//! What the instructions of a Cortex-M3 do to the stack, and where they go: the few of them that matter.
+//! Decodes the few Cortex-M3 instructions that affect the stack or the control flow.
 
-/// What an instruction does.
+/// The effect of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// Nothing that matters here.
+    /// Not relevant.
     None,
-    /// Takes so many bytes of the stack.
+    /// Takes this many bytes of the stack.
     Takes(u32),
     /// Calls or jumps to an address.
     Goes(u32),
-    /// Calls or jumps to where a register says.
+    /// Calls or jumps to the address in a register.
     GoesByRegister,
-    /// Moves the stack's end to where nobody can say.
+    /// Moves the stack pointer by an unknown amount.
     Unbounded,
 }
 
 const SP: u16 = 13;
 const PC: u16 = 15;
 const LR: u16 = 14;
-/// The frame pointer: the stack's end is taken back from it.
+/// The frame pointer, from which the stack pointer is restored.
 const FP: u16 = 7;
 
-/// Whether an instruction that begins so has a second half.
+/// Whether an instruction with this first half has a second half.
 pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }
 
-/// An instruction of two bytes, at this address.
+/// Decodes a two-byte instruction at this address.
 pub fn narrow(at: u32, code: u16) -> Effect {
     let (target, source) = (code & 7 | code >> 4 & 8, code >> 3 & 15);
     match code >> 8 {
@@ -46,7 +46,7 @@ pub fn narrow(at: u32, code: u16) -> Effect {
     }
 }
 
-/// An instruction of four bytes, at this address.
+/// Decodes a four-byte instruction at this address.
 pub fn wide(at: u32, first: u16, second: u16) -> Effect {
     let (base, target) = (first & 15, second >> 8 & 15);
     match first {
@@ -63,10 +63,10 @@ pub fn wide(at: u32, first: u16, second: u16) -> Effect {
             _ => Effect::None,
         },
         _ if first >> 11 == 0b11110 && second & 0x8000 != 0 => branch(at, first, second),
-        // Of a constant: SUB from SP, of a rotated one or a plain one.
+        // SUB of a constant from SP, modified or plain.
         0xF1AD | 0xF5AD if target == SP => Effect::Takes(constant(first, second)),
         0xF2AD | 0xF6AD if target == SP => Effect::Takes(plain(first, second)),
-        // ADD to SP, and whatever is counted from the frame pointer, gives back.
+        // ADD to SP, and SP computed from the frame pointer, release stack.
         0xF10D | 0xF50D | 0xF20D | 0xF60D => Effect::None,
         _ if first >> 11 == 0b11110 && target == SP && base != FP => Effect::Unbounded,
         _ if first >> 9 == 0b111_0101 && target == SP => Effect::Unbounded,
@@ -74,7 +74,8 @@ pub fn wide(at: u32, first: u16, second: u16) -> Effect {
     }
 }
 
-/// `B`, `B<cond>` and `BL`; what else has this form are hints, barriers and special registers.
+/// Decodes `B`, `B<cond>` and `BL`; other instructions of this form are hints, barriers and special
+/// registers.
 fn branch(at: u32, first: u16, second: u16) -> Effect {
     let bit = |half: u16, place: u32| u32::from(half >> place & 1);
     let sign = bit(first, 10);
@@ -92,22 +93,22 @@ fn branch(at: u32, first: u16, second: u16) -> Effect {
     Effect::Goes(offset(at, extend(high | low, 21)))
 }
 
-/// From the place that the program counter shows.
+/// Target of a branch, relative to the program counter.
 fn offset(at: u32, by: i32) -> u32 {
     at.wrapping_add(4).wrapping_add_signed(by)
 }
 
-/// A number with its sign in the highest of so many bits.
+/// Sign-extends a number of this many bits.
 fn extend(value: u32, bits: u32) -> i32 {
     (value << (32 - bits)).cast_signed() >> (32 - bits)
 }
 
-/// Twelve bits as they stand.
+/// Twelve plain bits.
 fn plain(first: u16, second: u16) -> u32 {
     u32::from(first >> 10 & 1) << 11 | u32::from(second >> 12 & 7) << 8 | u32::from(second & 0xFF)
 }
 
-/// Twelve bits that stand for a rotated or repeated byte.
+/// Twelve bits that encode a rotated or repeated byte.
 fn constant(first: u16, second: u16) -> u32 {
     let bits = plain(first, second);
     let byte = bits & 0xFF;
@@ -124,7 +125,7 @@ fn constant(first: u16, second: u16) -> u32 {
 mod tests {
     use super::*;
 
-    /// As `objdump` reads them.
+    /// Expected results as disassembled by `objdump`.
     #[test]
     fn what_takes_the_stack() {
         assert_eq!(narrow(0, 0xB5F0), Effect::Takes(20), "push {{r4-r7, lr}}");

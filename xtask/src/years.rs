@@ -1,4 +1,4 @@
-//! `cargo xtask years`: a monitor's life of years, checked all the time.
+//! `cargo xtask years`: years in a monitor's life, checked continuously.
 
 use std::process::ExitCode;
 

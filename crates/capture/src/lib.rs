@@ -1,5 +1,5 @@
-//! Recordings of what goes between monitors and those who control them, and the tools to look at
-//! them: MCAP, pcapng, a Wireshark dissector.
+//! Recordings of the traffic between monitors and their clients, and tools to inspect them: MCAP,
+//! pcapng, a Wireshark dissector.
 //!
 //! ```text
 //! bytes → Splitter → Captured ─┬→ pcapng        ─┐
@@ -21,25 +21,25 @@ use std::path::Path;
 pub use read::{ReadError, read, read_each, read_pieces};
 pub use splitter::Splitter;
 
-/// A piece of a line's traffic: usually one frame, with what noise came before it.
+/// A piece of a line's traffic: usually one frame, preceded by any noise before it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Captured {
-    /// When its last byte was there, nanoseconds since 1970 (UTC).
+    /// Time of its last byte, nanoseconds since 1970 (UTC).
     pub at_ns: u64,
-    /// Which way it went.
+    /// Direction of the bytes.
     pub direction: Direction,
-    /// The bytes as they were on the wire.
+    /// The bytes as on the wire.
     pub bytes: Vec<u8>,
 }
 
-/// Something that was told beside the traffic, as JSON: the scene of a simulation.
+/// A remark beside the traffic, as JSON: the scene of a simulation, for example.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// When, nanoseconds since 1970 (UTC).
+    /// Time, nanoseconds since 1970 (UTC).
     pub at_ns: u64,
-    /// What it is about; in MCAP its topic is `/note/` and this.
+    /// Subject; in MCAP its topic is `/note/` followed by this.
     pub topic: String,
-    /// What is told.
+    /// The remark, a JSON document.
     pub json: String,
 }
 
@@ -48,12 +48,12 @@ pub struct Note {
 pub enum Piece {
     /// Bytes of the line.
     Captured(Captured),
-    /// Told beside them.
+    /// A remark beside them.
     Note(Note),
 }
 
 impl Piece {
-    /// When, nanoseconds since 1970 (UTC).
+    /// Time, nanoseconds since 1970 (UTC).
     pub const fn at_ns(&self) -> u64 {
         match self {
             Self::Captured(Captured { at_ns, .. }) | Self::Note(Note { at_ns, .. }) => *at_ns,
@@ -61,28 +61,28 @@ impl Piece {
     }
 }
 
-/// Which way bytes went.
+/// Direction of bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// From whoever controls towards the monitors.
+    /// From a client to the monitors.
     ToMonitor = 1,
     /// From the monitors.
     FromMonitor = 2,
-    /// Heard on a shared line: nobody knows.
+    /// Received from a shared line; the direction is not known.
     Heard = 0,
 }
 
-/// The form of a recording.
+/// File format of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Frames and decoded values, for Foxglove, Lichtblick and other tools of robotics.
+    /// Frames and decoded values, for Foxglove, Lichtblick and other robotics tools.
     Mcap,
     /// Frames, for Wireshark.
     Pcapng,
 }
 
 impl Format {
-    /// The format that the ending of a file's name says.
+    /// The format for the extension of a file name; `None` if it is neither.
     pub fn of_path(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "mcap" => Some(Self::Mcap),
@@ -91,7 +91,7 @@ impl Format {
         }
     }
 
-    /// The format that the first bytes of a file say.
+    /// The format for the first bytes of a file; `None` if it is neither.
     pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0x89, b'M', b'C', b'A', b'P', ..] => Some(Self::Mcap),
@@ -101,7 +101,7 @@ impl Format {
     }
 }
 
-/// Writes a recording. Without [`Recorder::finish`] it is whole all the same, up to the last flush.
+/// Writes a recording. Without [`Recorder::finish`] it is still complete up to the last flush.
 pub struct Recorder<W: Write + Seek> {
     form: Form<W>,
 }
@@ -112,7 +112,7 @@ enum Form<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Recorder<W> {
-    /// Begins a recording.
+    /// Starts a recording.
     pub fn new(format: Format, out: W) -> io::Result<Self> {
         let form = match format {
             Format::Mcap => Form::Mcap(Box::new(mcap::Writer::new(out)?)),
@@ -121,7 +121,7 @@ impl<W: Write + Seek> Recorder<W> {
         Ok(Self { form })
     }
 
-    /// Adds a piece.
+    /// Writes a piece.
     pub fn write(&mut self, captured: &Captured) -> io::Result<()> {
         match &mut self.form {
             Form::Mcap(writer) => writer.write(captured),
@@ -129,7 +129,7 @@ impl<W: Write + Seek> Recorder<W> {
         }
     }
 
-    /// Adds a note. Of pcapng, which is for lines alone, it is left out.
+    /// Writes a note. In pcapng, which holds only lines, it is left out.
     pub fn note(&mut self, note: &Note) -> io::Result<()> {
         match &mut self.form {
             Form::Mcap(writer) => writer.note(note),
@@ -137,7 +137,7 @@ impl<W: Write + Seek> Recorder<W> {
         }
     }
 
-    /// Brings to the file what is still kept back.
+    /// Writes what is buffered to the file.
     pub fn flush(&mut self) -> io::Result<()> {
         match &mut self.form {
             Form::Mcap(writer) => writer.flush(),

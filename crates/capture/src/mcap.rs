@@ -1,8 +1,8 @@
-//! MCAP: the frames as they were, and what they say as JSON with schemas.
+//! MCAP: the raw frames, and their contents as JSON with schemas.
 //!
 //! Topics: `/frames` (the raw bytes, from which a recording is replayed), `/monitor/A/S` (states of
-//! subsystem S of the monitor at address A, in plain units), `/monitor/A/log` (requests and
-//! answers as text), `/note/…` (what was told beside the traffic, as JSON).
+//! subsystem S of the monitor at address A, in SI or customary units), `/monitor/A/log` (requests
+//! and answers as text), `/note/…` (remarks beside the traffic, as JSON).
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Read, Seek, Write};
@@ -23,11 +23,11 @@ use crate::{Captured, Direction, Note, Piece};
 const FRAMES: &str = "/frames";
 /// Encoding of their messages: a byte for the direction, then the bytes.
 const ENCODING: &str = "lafet";
-/// What topics of notes begin with.
+/// Prefix of the topics of notes.
 const NOTE: &str = "/note/";
 /// A chunk is closed at this size, or when the recorder flushes.
 const CHUNK: u64 = 256 * 1024;
-/// Longest record that is read, bytes; channels that a file may have; bytes read at once.
+/// Longest record that is read, bytes; most channels of a file; bytes read at once.
 const RECORD_MAX: usize = 4 << 20;
 const CHANNELS_MAX: usize = 10_000;
 const PART: usize = 64 * 1024;
@@ -50,7 +50,7 @@ impl<W: Write + Seek> Writer<W> {
             .chunk_size(Some(CHUNK))
             // Threads of its own would cost each recorder megabytes; chunks are small.
             .compression_threads(0)
-            // Chunks are made in memory: the file gets them whole.
+            // Chunks are built in memory, so that the file receives them whole.
             .disable_seeking(true)
             .profile("")
             .library(concat!("lafet ", env!("CARGO_PKG_VERSION")));
@@ -114,7 +114,7 @@ impl<W: Write + Seek> Writer<W> {
         let header = MessageHeader { channel_id, sequence, log_time: at_ns, publish_time: at_ns };
         self.out.write_to_known_channel(&header, data).map_err(to_io)?;
         self.since += data.len() as u64;
-        // What a caller forgets to flush must not fill the memory.
+        // A caller that never flushes must not fill the memory.
         if self.since > CHUNK { self.flush() } else { Ok(()) }
     }
 
@@ -129,12 +129,12 @@ impl<W: Write + Seek> Writer<W> {
     }
 }
 
-/// The monitor that a frame comes from or goes to.
+/// Address of the monitor that a frame comes from or goes to.
 fn monitor_of(frame: &Frame<'_>) -> Option<u8> {
     [frame.src, frame.dst].into_iter().find(|address| MONITORS.contains(address))
 }
 
-/// Reads the frames and notes of MCAP, a piece at a time; `take` says whether to go on.
+/// Reads the frames and notes of MCAP, one at a time; `take` returns whether to continue.
 pub fn read(
     mut file: impl Read,
     unpacked_max: u64,
@@ -154,7 +154,8 @@ pub fn read(
                 continue;
             }
             Ok(LinearReadEvent::Record { opcode, data }) => (opcode, data),
-            // What was being written when the recorder was ended is lost; all before it is not.
+            // A recording cut short by the end of the recorder is read up to the last complete
+            // record.
             Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => break,
             Err(error) => return Err(damaged(error)),
         };
@@ -198,7 +199,7 @@ pub fn read(
     if taken == 0 && others > 0 { Err(ReadError::NoFrames) } else { Ok(()) }
 }
 
-/// What a channel has.
+/// Content of a channel.
 enum Kind {
     Frames,
     Note(String),

@@ -1,4 +1,4 @@
-//! What frames say, as JSON with JSON schemas: states in plain units, and a log.
+//! Contents of frames as JSON with JSON schemas: states in plain units, and a log.
 
 use lafet_proto::bus::MONITORS;
 use lafet_proto::dictionary::STATUSES;
@@ -11,36 +11,36 @@ use lafet_proto::text::{AnswerText, RequestText};
 use lafet_proto::{Record, RequestId, SubsystemId};
 use serde_json::{Map, Value, json};
 
-/// A message for a topic.
+/// A message and its topic.
 pub struct Message {
-    /// The last part of the topic.
+    /// Last part of the topic.
     pub topic: String,
-    /// What its JSON looks like.
+    /// Schema of the JSON.
     pub schema: Schema,
-    /// What it says.
+    /// The message.
     pub json: Value,
 }
 
-/// A JSON schema with a name.
+/// A named JSON schema.
 pub struct Schema {
-    /// The name.
+    /// Name of the schema.
     pub name: &'static str,
-    /// The schema.
+    /// The schema itself.
     pub json: Value,
 }
 
-/// How Foxglove numbers the levels of its log.
+/// Levels of Foxglove's log.
 const INFO: u8 = 2;
 const WARNING: u8 = 3;
 
-/// What a frame to or from a monitor says.
+/// The messages for a frame to or from a monitor.
 pub fn of_frame(frame: &Frame<'_>, at_ns: u64) -> Vec<Message> {
     let answers = MONITORS.contains(&frame.src);
     let mut messages = Vec::new();
     for record in Records::new(frame.payload).map_while(Result::ok) {
         match state(&record).filter(|_| answers) {
             Some(state) => messages.push(state),
-            // Polls come many times a second and say nothing.
+            // Polls come many times a second and carry no information.
             None if !answers && record.request == RequestId::GET_STATUS => {}
             None => messages.push(log(&record, answers, at_ns)),
         }
@@ -108,7 +108,7 @@ fn name(field: &Field, suffix: &str) -> String {
     if suffix.is_empty() { field.name.into() } else { format!("{}_{suffix}", field.name) }
 }
 
-/// The unit that people plot: suffix of the name, factor, how it is written.
+/// The unit for plots: suffix of the name, factor, symbol.
 const fn plain(unit: Unit) -> (&'static str, f64, &'static str) {
     match unit {
         Unit::Arcmin => ("deg", 1.0 / 60.0, "°"),
@@ -125,7 +125,7 @@ const fn plain(unit: Unit) -> (&'static str, f64, &'static str) {
     }
 }
 
-/// Without the digits that only the change of units has made.
+/// Removes the digits that come from the conversion of units alone.
 fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
@@ -146,7 +146,7 @@ fn log(record: &Record<'_>, answer: bool, at_ns: u64) -> Message {
     Message { topic: "log".into(), schema: log_schema(), json }
 }
 
-/// The log as Foxglove's panels know it.
+/// Schema of the log, as Foxglove's panels expect it.
 fn log_schema() -> Schema {
     let integer = json!({ "type": "integer" });
     let string = json!({ "type": "string" });

@@ -14,9 +14,9 @@ use pcap_file::{DataLink, PcapError};
 use crate::read::ReadError;
 use crate::{Captured, Direction};
 
-/// Timestamps are nanoseconds: ten to the power of minus nine.
+/// Timestamps are in nanoseconds: a negative power of ten.
 const NANOSECONDS: u8 = 9;
-/// Lowest two bits of a packet's flags: which way it went.
+/// Lowest two bits of a packet's flags: its direction.
 const DIRECTION: u32 = 0b11;
 const INBOUND: u32 = 0b01;
 const OUTBOUND: u32 = 0b10;
@@ -60,8 +60,8 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// Reads the packets of pcapng that are pieces of a line, one at a time; `take` says whether to go
-/// on.
+/// Reads the packets of pcapng that are pieces of a line, one at a time; `take` returns whether to
+/// continue.
 pub fn read(file: impl Read, mut take: impl FnMut(Captured) -> bool) -> Result<(), ReadError> {
     let mut reader = PcapNgReader::new(file).map_err(damaged)?;
     let mut others = 0;
@@ -69,7 +69,8 @@ pub fn read(file: impl Read, mut take: impl FnMut(Captured) -> bool) -> Result<(
     while let Some(block) = reader.next_block() {
         let Block::EnhancedPacket(packet) = (match block {
             Ok(block) => block.into_owned(),
-            // What was being written when the recorder was ended is lost; all before it is not.
+            // A recording cut short by the end of the recorder is read up to the last complete
+            // packet.
             Err(PcapError::IncompleteBuffer) => break,
             Err(error) => return Err(damaged(error)),
         }) else {

@@ -1,4 +1,4 @@
-//! Recordings back to pieces.
+//! Reads recordings.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -9,30 +9,30 @@ use crate::{Captured, Format, Piece, mcap, pcapng};
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The file itself.
+    /// The file cannot be read.
     #[error("{0}")]
     Io(#[from] std::io::Error),
     /// Neither MCAP nor pcapng.
     #[error("neither an MCAP nor a pcapng recording")]
     Unknown,
-    /// A pcapng capture of a network: that is for Wireshark.
+    /// A pcapng capture of a network, which is for Wireshark.
     #[error("a capture of a network, not of a line: open it in Wireshark with lafet's dissector")]
     NoLine,
-    /// An MCAP file that something else has recorded.
+    /// An MCAP file recorded by another program.
     #[error("an MCAP file without the frames that lafet records")]
     NoFrames,
-    /// The file breaks its format.
+    /// The file violates its format.
     #[error("damaged: {0}")]
     Damaged(String),
-    /// More is packed into the file than is taken.
+    /// The file unpacks to more than the limit.
     #[error("more than {} MiB unpacked", .most >> 20)]
     TooLarge {
-        /// Bytes that are taken.
+        /// The limit, bytes.
         most: u64,
     },
 }
 
-/// The traffic of a recording, in order. One that was not finished is read as far as it goes.
+/// Reads the traffic of a recording, in order. An unfinished one is read as far as it goes.
 pub fn read(path: &Path) -> Result<Vec<Captured>, ReadError> {
     let of_line = |piece| match piece {
         Piece::Captured(captured) => Some(captured),
@@ -41,7 +41,7 @@ pub fn read(path: &Path) -> Result<Vec<Captured>, ReadError> {
     Ok(read_pieces(path)?.into_iter().filter_map(of_line).collect())
 }
 
-/// Everything in a recording, in the order in which it was written.
+/// Reads everything in a recording, in the order of writing.
 pub fn read_pieces(path: &Path) -> Result<Vec<Piece>, ReadError> {
     let mut pieces = Vec::new();
     read_each(path, u64::MAX, |piece| {
@@ -51,8 +51,8 @@ pub fn read_pieces(path: &Path) -> Result<Vec<Piece>, ReadError> {
     Ok(pieces)
 }
 
-/// The same a piece at a time, so that a long recording does not have to fit into memory. `take`
-/// says whether to go on; at most `unpacked_max` bytes are unpacked.
+/// Reads one piece at a time, so that a long recording does not have to fit into memory. `take`
+/// returns whether to continue; at most `unpacked_max` bytes are unpacked.
 pub fn read_each(
     path: &Path,
     unpacked_max: u64,

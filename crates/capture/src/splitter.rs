@@ -1,11 +1,11 @@
-//! Bytes of a line to pieces that each end with a frame.
+//! Splits the bytes of a line into pieces that each end with a frame.
 
 use lafet_proto::link::{Decoder, WIRE_MAX};
 
-/// Noise without a frame is handed out when there is so much of it.
+/// Noise without a frame is returned once there is this much of it, bytes.
 const NOISE_MAX: usize = 2 * WIRE_MAX;
 
-/// Cuts a stream after each frame. No byte is lost: noise comes with the frame behind it.
+/// Splits a stream after each frame. No byte is lost: noise is returned with the frame after it.
 #[derive(Debug, Default)]
 pub struct Splitter {
     decoder: Box<Decoder>,
@@ -18,7 +18,7 @@ impl Splitter {
         Self::default()
     }
 
-    /// Takes bytes; hands out the pieces that are complete now.
+    /// Takes bytes; returns the pieces that are now complete.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<Vec<u8>> {
         let mut pieces = Vec::new();
         let mut rest = bytes;
@@ -35,7 +35,7 @@ impl Splitter {
         pieces
     }
 
-    /// What came after the last frame, when nothing more is expected.
+    /// The bytes after the last frame, when no more are expected.
     pub fn rest(&mut self) -> Option<Vec<u8>> {
         let rest = std::mem::take(&mut self.kept);
         (!rest.is_empty()).then_some(rest)

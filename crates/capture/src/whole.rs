@@ -1,7 +1,7 @@
-//! An MCAP file that is whole at any moment, for a recorder that may be killed.
+//! An MCAP file that is complete at any moment, for a recorder that may be killed.
 //!
-//! Nothing reaches the file but whole records, and behind them always the end of a file without
-//! summary, which the next records overwrite:
+//! Only whole records reach the file, always followed by the end of a file without summary, which
+//! the next records overwrite:
 //!
 //! ```text
 //! magic, header, chunk, chunk, …, data end, footer, magic
@@ -12,9 +12,9 @@ use std::io::{self, Seek, SeekFrom, Write};
 
 use ::mcap::MAGIC;
 
-/// The end of data, without a checksum of them.
+/// The end of data, without its checksum.
 const DATA_END: [u8; 13] = [0x0F, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-/// A footer that leads to no summary.
+/// A footer that points to no summary.
 const FOOTER: [u8; 29] = {
     let mut footer = [0; 29];
     footer[0] = 0x02;
@@ -22,12 +22,12 @@ const FOOTER: [u8; 29] = {
     footer
 };
 
-/// Keeps what is written until it is flushed, which is where records end.
+/// Buffers what is written until it is flushed, which happens where records end.
 pub struct Whole<W> {
     out: W,
-    /// Bytes in the file that stay.
+    /// Length of the file that will not be overwritten, bytes.
     kept: u64,
-    /// What has been written since.
+    /// Bytes written since the last flush.
     tail: Vec<u8>,
 }
 
@@ -48,12 +48,12 @@ impl<W: Write + Seek> Write for Whole<W> {
             return self.out.flush();
         }
         let len = self.tail.len();
-        // A recording that is finished has an end of its own.
+        // A recording that is finished has its own end.
         if self.kept == 0 || !self.tail.ends_with(MAGIC) {
             self.tail.extend([&DATA_END[..], &FOOTER, MAGIC].concat());
         }
         self.out.seek(SeekFrom::Start(self.kept))?;
-        // In one piece: a program that is killed has written all of it or nothing.
+        // In one write, so that a program that is killed has written all of it or nothing.
         self.out.write_all(&self.tail)?;
         self.out.flush()?;
         self.kept += len as u64;

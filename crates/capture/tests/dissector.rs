@@ -1,6 +1,6 @@
-//! The dissector in tshark, against the golden vectors: what Wireshark shows is what they mean.
+//! The dissector in tshark, against the golden vectors: Wireshark shows what they mean.
 //!
-//! These tests need tshark: `cargo xtask dissector` installs it where it may, and runs them.
+//! These tests need tshark: `cargo xtask dissector` installs it where possible, and runs them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ fn wire(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
     out[..len].to_vec()
 }
 
-/// Runs tshark with the dissector over a file.
+/// Runs tshark with the dissector on a file.
 fn tshark(test: &str, language: Language, capture: &Path, arguments: &[&str]) -> String {
     let script = temporary(&format!("{test}.lua"));
     fs::write(&script, lua(language)).unwrap();
@@ -61,7 +61,7 @@ fn line(test: &str, pieces: &[Vec<u8>]) -> PathBuf {
     path
 }
 
-/// The same bytes as the payload of TCP segments or UDP datagrams.
+/// The same bytes as payload of TCP segments or UDP datagrams.
 fn network(test: &str, pieces: &[Vec<u8>], port: [&str; 2]) -> PathBuf {
     let (text, path) = (temporary(&format!("{test}.txt")), temporary(&format!("{test}.pcapng")));
     let hex = |piece: &Vec<u8>| {
@@ -74,7 +74,7 @@ fn network(test: &str, pieces: &[Vec<u8>], port: [&str; 2]) -> PathBuf {
     path
 }
 
-/// Columns of fields, a line for each packet.
+/// Columns of fields, one line per packet.
 fn fields(test: &str, capture: &Path, names: &[&str]) -> Vec<Vec<String>> {
     let mut arguments = vec!["-T", "fields"];
     arguments.extend(names.iter().flat_map(|name| ["-e", *name]));
@@ -104,7 +104,7 @@ fn every_vector_is_named_as_it_is() {
     for (columns, (bytes, text)) in info.iter().zip(&expected) {
         let data = unhex(bytes).len() - 4;
         assert_eq!(columns[1], data.to_string(), "{text}");
-        // The subsystem that answers is named; the vectors name the one that was asked first.
+        // tshark names the subsystem that answers; the vectors name the addressee first.
         let request = text.split(" → ").next().unwrap().split_whitespace().nth(1).unwrap();
         assert!(columns[0].contains(request), "{} for {text}", columns[0]);
         if let Some(status) = text.split(" → ").nth(1) {
@@ -172,7 +172,7 @@ fn frames_with_a_crc32c() {
 
 #[test]
 #[ignore = "needs tshark: cargo xtask dissector"]
-fn errors_are_told() {
+fn errors_are_shown() {
     let good = wire(1, 129, &[0x46, 0x5D, 0, 0]);
     let mut bad = good.clone();
     bad[4] ^= 1;
@@ -194,7 +194,7 @@ fn errors_are_told() {
     assert_eq!(set[4], [false, false, false, true]);
 }
 
-/// A TCP stream is cut anywhere; a datagram is a frame.
+/// A TCP stream is split anywhere; a datagram is one frame.
 #[test]
 #[ignore = "needs tshark: cargo xtask dissector"]
 fn network_captures() {

@@ -1,4 +1,4 @@
-//! A recording gives back what was recorded, also when its recorder was ended in the middle.
+//! A recording returns what was recorded, even when its recorder was killed.
 
 use std::fs;
 use std::io::Cursor;
@@ -45,7 +45,7 @@ fn record(format: Format, pieces: &[Captured]) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A file of this test's own.
+/// The path of a file used by this test only.
 struct File(PathBuf);
 
 impl File {
@@ -62,7 +62,7 @@ impl File {
 
 impl Drop for File {
     fn drop(&mut self) {
-        // Left over, it would only be overwritten.
+        // A file left over would only be overwritten.
         let _ = fs::remove_file(&self.0);
     }
 }
@@ -75,7 +75,7 @@ fn what_was_recorded_is_read() {
     }
 }
 
-/// Cut anywhere, what stands before the cut is read, in order, and nothing panics.
+/// A recording cut anywhere is read up to the cut, in order, without a panic.
 #[test]
 fn a_recording_cut_short_is_read_as_far_as_it_goes() {
     for format in FORMATS {
@@ -93,7 +93,7 @@ fn a_recording_cut_short_is_read_as_far_as_it_goes() {
 }
 
 #[test]
-fn what_is_no_recording_is_told() {
+fn what_is_no_recording_is_reported() {
     let error = |name: &str, bytes: &[u8]| File::new(name, bytes).read().unwrap_err().to_string();
     assert!(error("text", b"hello, world").contains("neither"));
     let mut damaged = record(Format::Pcapng, &pieces());
@@ -117,7 +117,7 @@ fn what_is_no_recording_is_told() {
     assert!(error("other", &other).contains("without the frames"));
 }
 
-/// What frames say stands beside them as JSON, in units that people plot, with a schema.
+/// The contents of frames are added as JSON, in units for plots, with a schema.
 #[test]
 fn mcap_has_decoded_values() {
     let bytes = record(Format::Mcap, &pieces());
@@ -173,7 +173,7 @@ fn what_is_packed_into_a_file_is_bounded_and_read_as_far_as_it_is_wanted() {
     fs::remove_file(&path).unwrap();
 }
 
-/// A recorder that is killed after any flush leaves a file that a strict reader takes to its end.
+/// A recorder that is killed after any flush leaves a file that a strict reader reads to its end.
 #[test]
 fn mcap_is_whole_after_every_flush() {
     for count in 0..=pieces().len() {
@@ -183,7 +183,7 @@ fn mcap_is_whole_after_every_flush() {
             recorder.write(piece).unwrap();
             recorder.flush().unwrap();
         }
-        // This one is not flushed any more.
+        // This piece is not flushed.
         if let Some(next) = pieces().get(count) {
             recorder.write(next).unwrap();
         }

@@ -1,10 +1,10 @@
-//! Angles and positions as people write and read them: `1200`, `20deg`, `12°30'`, `30mm`.
+//! Angles and positions in the forms people write them: `1200`, `20deg`, `12°30'`, `30mm`.
 
 use lafet_proto::SubsystemId;
 
 use crate::lang::pick;
 
-/// A number as the protocol has it: arc-minutes, or millimetres of the nozzle.
+/// An angle or position in wire units: arc-minutes, or millimetres for the nozzle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Angle(pub i16);
 
@@ -16,7 +16,7 @@ impl std::str::FromStr for Angle {
     }
 }
 
-/// An azimuth or elevation, as `--fire` has them: a plain number is degrees.
+/// An azimuth or elevation in arc-minutes, parsed as `--fire` writes it: a plain number is degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bearing(pub i16);
 
@@ -29,7 +29,7 @@ impl std::str::FromStr for Bearing {
     }
 }
 
-/// Two angles with a comma between them: `-20deg,3deg`.
+/// Two angles separated by a comma, in arc-minutes: `-20deg,3deg`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pair(pub i16, pub i16);
 
@@ -39,7 +39,7 @@ impl std::str::FromStr for Pair {
     fn from_str(text: &str) -> Result<Self, String> {
         let (first, second) = text.split_once(',').ok_or_else(|| {
             pick(
-                "expected two angles with a comma, like `-20deg,3deg` or `-1200,180`",
+                "expected two angles separated by a comma, like `-20deg,3deg` or `-1200,180`",
                 "ожидаются два угла через запятую, например `-20deg,3deg` или `-1200,180`",
             )
         })?;
@@ -47,7 +47,7 @@ impl std::str::FromStr for Pair {
     }
 }
 
-/// Reads a position of a drive; a plain number is what the protocol has.
+/// Parses a position of a drive; a plain number is in wire units (arc-minutes, mm of the nozzle).
 pub fn position(drive: SubsystemId, text: &str) -> Result<i16, String> {
     if drive != SubsystemId::NOZZLE {
         return arcmin(text);
@@ -70,10 +70,10 @@ pub fn show(drive: SubsystemId, position: i32) -> String {
     }
 }
 
-/// Arc-minutes as degrees: `20.0°`.
+/// Arc-minutes as degrees with one decimal: `20.0°`.
 pub fn degrees(arcmin: i32) -> String {
     let tenths = (f64::from(arcmin) / 6.0).round() / 10.0;
-    // No "-0.0°".
+    // Adding 0.0 turns -0.0 into 0.0: no "-0.0°".
     format!("{:.1}°", tenths + 0.0)
 }
 
@@ -90,8 +90,8 @@ fn arcmin(text: &str) -> Result<i16, String> {
         Some(value) if limits.contains(&value) => Ok(value as i16),
         _ => Err(pick(
             format!(
-                "`{text}` is no angle: write arc-minutes (`1200`, `1200'`) or degrees (`20deg`, \
-                 `12.5°`, `12°30'`), at most ±32767' (546°)"
+                "`{text}` is not an angle: write arc-minutes (`1200`, `1200'`) or degrees \
+                 (`20deg`, `12.5°`, `12°30'`), at most ±32767' (546°)"
             ),
             format!(
                 "`{text}` — не угол: пишите угловые минуты (`1200`, `1200'`) или градусы (`20deg`, \

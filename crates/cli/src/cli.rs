@@ -1,4 +1,4 @@
-//! The command line: what clap reads. Help is English here, Russian in `help/ru.rs`.
+//! The command line as clap parses it. Help is English here, Russian in `help/ru.rs`.
 
 use clap::{Args, Parser, Subcommand};
 use lafet_proto::SubsystemId;
@@ -10,7 +10,7 @@ use crate::lang::pick;
 
 /// Control, simulate and inspect robotic fire monitors.
 ///
-/// Exit codes: 0 done; 1 refused by the monitor, or not carried through; 2 wrong usage; 3 no answer;
+/// Exit codes: 0 done; 1 refused by the monitor, or not completed; 2 wrong usage; 3 no answer;
 /// 4 what was started may still move or flow; 130 interrupted, and at rest.
 #[derive(Debug, Parser)]
 #[command(
@@ -21,15 +21,15 @@ use crate::lang::pick;
                   lafet -c tcp://127.0.0.1:10485 status"
 )]
 pub struct Cli {
-    /// What holds for every command.
+    /// Options that every command has.
     #[command(flatten)]
     pub global: Global,
-    /// What to do.
+    /// The command to run.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// The heading in the help of what every command has.
+/// Heading in the help for [`Global`] options.
 pub const GENERAL: &str = "General options";
 
 /// Options of every command.
@@ -39,7 +39,7 @@ pub struct Global {
     /// simulated one (sim:?profile=full&seed=7&fire=az=30,range=25). Also in LAFET_CONNECT
     #[arg(short, long, global = true, help_heading = GENERAL, value_name = "URL", env = "LAFET_CONNECT")]
     pub connect: Option<String>,
-    /// Print JSON, one object in a line
+    /// Print JSON, one object per line
     #[arg(long, global = true, help_heading = GENERAL)]
     pub json: bool,
     /// Language: en or ru; otherwise LC_ALL, LC_MESSAGES or LANG decides
@@ -54,7 +54,7 @@ pub struct Global {
         value_parser = timeout
     )]
     pub timeout: f64,
-    /// The connection that a shell has made for all its commands, and its URL.
+    /// The connection that `lafet shell` shares between its commands, and its URL.
     #[arg(skip)]
     pub open: Option<(String, Connection)>,
 }
@@ -66,27 +66,27 @@ pub enum Command {
     Sim(Box<cmd::sim::SimArgs>),
     /// Run the hub: monitors of a site in the browser and over an API
     Serve(cmd::serve::ServeArgs),
-    /// Try everything in the browser on a simulated site; or watch a monitor in the terminal
+    /// Try everything in the browser on a simulated site, or watch a monitor in the terminal
     Demo(cmd::demo::DemoArgs),
     /// List the serial ports of this computer
     Ports(cmd::ports::PortsArgs),
-    /// Look who is on a bus, or on a network
+    /// Find the devices on a bus or a network
     Scan(cmd::scan::ScanArgs),
-    /// Find out what is wrong with a link, and what to do
+    /// Find out what is wrong with a link and what to do about it
     Doctor(cmd::doctor::DoctorArgs),
     /// Test whether a monitor does what the protocol says
     Conform(Box<cmd::conform::ConformArgs>),
     /// Show the state of the monitor and what its flags mean
     Status(cmd::status::StatusArgs),
-    /// Show the state again and again
+    /// Show the state repeatedly
     Watch(cmd::watch::WatchArgs),
     /// Show several monitors on one screen, live
     Top(cmd::top::TopArgs),
     /// Run commands on one connection, typed or from a script
     Shell(cmd::shell::ShellArgs),
-    /// Move a drive, and follow it until it stands
+    /// Move a drive, and follow it until it is at rest
     Move(cmd::motion::MoveArgs),
-    /// Move drives with the arrow keys, as long as one is held
+    /// Move drives with the arrow keys while a key is held
     Jog(cmd::jog::JogArgs),
     /// Stop everything, or one subsystem
     Stop(cmd::motion::StopArgs),
@@ -100,7 +100,7 @@ pub enum Command {
     Wrap(cmd::motion::WrapArgs),
     /// Search a sector for fire
     Seek(cmd::seek::SeekArgs),
-    /// Show the fire spots that the last search has found
+    /// Show the fire spots that the last search found
     Hotbeds(cmd::seek::HotbedsArgs),
     /// Align the fire detector with the barrel
     Justify(cmd::seek::JustifyArgs),
@@ -108,12 +108,12 @@ pub enum Command {
     Quench(cmd::quench::QuenchArgs),
     /// Extinguish along a path
     Trajectory(cmd::quench::TrajectoryArgs),
-    /// Show, store, clear or run the programs and trajectories that the monitor keeps
+    /// Show, store, clear or run the programs and trajectories stored in the monitor
     #[command(subcommand)]
     Program(cmd::program::ProgramCommand),
-    /// Fit the ballistics to the jet, and fill the correction table
+    /// Fit the ballistics to the jet and fill the correction table
     Calibrate(cmd::calibrate::CalibrateArgs),
-    /// Show the limits of motion, switch or teach them
+    /// Show the limits of motion, switch them, or set them from the barrel's position
     Limits(cmd::limits::LimitsArgs),
     /// Read and set parameters
     #[command(subcommand)]
@@ -122,21 +122,21 @@ pub enum Command {
     Lockout(cmd::service::LockoutArgs),
     /// Restart the monitor's program
     Restart(cmd::service::RestartArgs),
-    /// Show what the last hardware fault has left
+    /// Show the record of the last hardware fault
     Crash(cmd::service::CrashArgs),
     /// Send any requests, written as text or in hexadecimal
     Send(cmd::send::SendArgs),
-    /// Make text of captured bytes
+    /// Decode captured bytes into text
     Decode(cmd::decode::DecodeArgs),
-    /// Be the controller of a bus with several monitors and consoles, or ask it
+    /// Act as the controller of a bus with several monitors and consoles, or query one
     Bus(Box<cmd::bus::BusArgs>),
-    /// Record what goes over the line, as MCAP or pcapng
+    /// Record the traffic of a line as MCAP or pcapng
     Record(cmd::record::RecordArgs),
-    /// Show a recording in the rhythm in which it was made
+    /// Show a recording with its original timing
     Replay(cmd::replay::ReplayArgs),
     /// Print or install the dissector for Wireshark
     Dissector(cmd::dissector::DissectorArgs),
-    /// Print what a shell completes
+    /// Print the completion script for a shell
     Completions(cmd::install::CompletionsArgs),
     /// Print or write the manual pages
     Man(cmd::install::ManArgs),
@@ -144,7 +144,7 @@ pub enum Command {
     Schema(cmd::schema::SchemaArgs),
 }
 
-/// Reads the name of a subsystem, in any case, or its number.
+/// Parses the name of a subsystem, in any case, or its number.
 pub fn subsystem(text: &str) -> Result<SubsystemId, String> {
     let named = SUBSYSTEMS.iter().find(|info| info.name.eq_ignore_ascii_case(text));
     let number = || u8::from_str_radix(text.strip_prefix("0x")?, 16).ok().map(SubsystemId);
@@ -154,12 +154,12 @@ pub fn subsystem(text: &str) -> Result<SubsystemId, String> {
         .ok_or_else(|| one_of(SUBSYSTEMS.iter().map(|info| info.name)))
 }
 
-/// Reads the name of a drive.
+/// Parses the name of a drive, in any case, or its number.
 pub fn drive(text: &str) -> Result<SubsystemId, String> {
     among(text, SubsystemId::is_drive)
 }
 
-/// Reads the name of a valve.
+/// Parses the name of a valve, in any case, or its number.
 pub fn valve(text: &str) -> Result<SubsystemId, String> {
     among(text, SubsystemId::is_valve)
 }
@@ -179,7 +179,7 @@ fn timeout(text: &str) -> Result<f64, String> {
     seconds(text, 0.001)
 }
 
-/// Reads a time of at least `least` seconds, and at most an hour.
+/// Parses a time in seconds, `least`…3600.
 pub fn seconds(text: &str, least: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (least..=3600.0).contains(&seconds) => Ok(seconds),

@@ -1,4 +1,4 @@
-//! The monitor that a command talks to.
+//! The connection of a command to its monitor.
 
 use std::io::{self, Write};
 use std::str::FromStr;
@@ -22,20 +22,20 @@ use crate::lang::{current, pick};
 use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::simulator;
 
-/// Bytes that a pipe to the simulator in this process holds.
+/// Capacity of a pipe to the simulator in this process, bytes.
 const PIPE: usize = 4096;
 
 /// A connection to a monitor; clones share it.
 #[derive(Clone, Debug)]
 pub struct Connection {
-    /// Requests of any kind.
+    /// Sends requests of any kind.
     pub client: Client,
-    /// A method for each request.
+    /// Typed interface, a method for each request.
     pub monitor: Monitor,
 }
 
 impl Connection {
-    /// Connects as `--connect` says, or takes the connection that is there already.
+    /// Connects as `--connect` says, or reuses the connection of the shell.
     pub async fn open(global: &Global) -> Result<Self, Failure> {
         if let Some((url, open)) = &global.open
             && global.connect.as_ref() == Some(url)
@@ -62,12 +62,12 @@ impl Connection {
         Ok(Self { monitor: Monitor::new(client.clone()), client })
     }
 
-    /// Sends a request; a refusal is a failure.
+    /// Sends a request; a refusal is an error.
     pub async fn ask(&self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Failure> {
         self.send(&Request::new(to, body)).await
     }
 
-    /// Sends a request; a refusal is a failure that shows both.
+    /// Sends a request; a refusal is an error that shows the request and the answer.
     pub async fn send(&self, request: &Request<'_>) -> Result<Answers, Failure> {
         let answers = self.client.request(request).await?;
         let refusal = answers.refusal().map(|refusal| Asked::new(request, refusal));
@@ -75,21 +75,23 @@ impl Connection {
     }
 }
 
-/// A monitor that does not answer the numbers of frames makes every request wait.
+/// Reports once why requests take long: the monitor does not answer frame numbers, so the client
+/// waits for late answers to pass.
 async fn say_why_it_waits(mut events: broadcast::Receiver<LinkEvent>) {
     loop {
         match events.recv().await {
             Ok(LinkEvent::Held(time)) => {
                 let s = time.as_secs_f64().ceil();
-                // When nobody reads it, the command goes on all the same.
+                // The command continues even if standard error is closed.
                 let _ = writeln!(
                     io::stderr(),
                     "{}",
                     pick(
                         format!(
-                            "The monitor does not answer the numbers of frames, so late answers \
-                             cannot be told from its own: waiting {s} s. late= in the URL sets how \
-                             late they can be; late=0 if no other program uses this connection."
+                            "The monitor does not answer frame numbers, so late answers cannot be \
+                             distinguished from current ones: waiting {s} s. late= in the URL sets \
+                             how late they can be; late=0 if no other program uses this \
+                             connection."
                         ),
                         format!(
                             "Ствол не отвечает на номера кадров, поэтому опоздавшие ответы \
@@ -107,7 +109,7 @@ async fn say_why_it_waits(mut events: broadcast::Receiver<LinkEvent>) {
     }
 }
 
-/// The URL of the monitor.
+/// The URL of the monitor, from `--connect`.
 pub fn url_of(global: &Global) -> Result<&str, Failure> {
     global.connect.as_deref().ok_or_else(|| {
         Failure::Usage(
@@ -124,7 +126,7 @@ pub fn url_of(global: &Global) -> Result<&str, Failure> {
     })
 }
 
-/// The bare link, for those who look at bytes.
+/// Opens the bare link, for commands that work on bytes.
 pub async fn link(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
     if let Endpoint::Sim { query, .. } = endpoint {
         let stream = simulated(query, endpoint.addresses().monitor)?;
@@ -135,7 +137,7 @@ pub async fn link(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
         .map_err(|source| Error::Link { endpoint: url.into(), source: Arc::new(source) })?)
 }
 
-/// A simulator that lives as long as this command.
+/// Starts a simulator that runs as long as this command; returns its end of the pipe.
 fn simulated(query: &[(String, String)], address: u8) -> Result<DuplexStream, Failure> {
     let mut options = sim::Config { address, ..sim::Config::default() };
     let mut speed = 1.0;
@@ -156,7 +158,7 @@ fn simulated(query: &[(String, String)], address: u8) -> Result<DuplexStream, Fa
     tokio::spawn(pace(shared.clone(), speed));
     tokio::spawn(async move {
         let habits = Habits::default();
-        // The pipe ends with the command, and nobody else is concerned.
+        // The pipe ends with the command, which alone uses it.
         let _ =
             serve_stream(theirs, Wire::link(Source::ExternalConn), &shared, habits, || {}).await;
     });
@@ -167,12 +169,12 @@ fn wrong_option(key: &str, value: &str) -> String {
     let profiles = simulator::profiles();
     match current() {
         lafet_client::Lang::En => format!(
-            "sim: does not understand `{key}={value}`. It knows profile={profiles}, seed=7, \
+            "sim: does not support `{key}={value}`. Supported: profile={profiles}, seed=7, \
              speed=20, fire=az=30,range=25,size=1.5 and addr=1."
         ),
         lafet_client::Lang::Ru => format!(
-            "sim: не понимает `{key}={value}`. Известны profile={profiles}, seed=7, speed=20, \
-             fire=az=30,range=25,size=1.5 и addr=1."
+            "sim: не поддерживает `{key}={value}`. Параметры: profile={profiles}, seed=7, \
+             speed=20, fire=az=30,range=25,size=1.5 и addr=1."
         ),
     }
 }

@@ -1,4 +1,4 @@
-//! States of subsystems for people and for programs.
+//! States of subsystems as text and as JSON.
 
 use lafet_client::AnswerBuf;
 use lafet_proto::answer::Reply;
@@ -18,7 +18,8 @@ pub fn flag_names(subsystem: SubsystemId, bits: u32) -> Vec<String> {
     class.set(bits).map(|flag| flag.to_string()).chain(unnamed).collect()
 }
 
-/// The values of a state in one line, without the flags. A value that a flag calls invalid is marked.
+/// The values of a state in one line, without the flags. Values that a flag marks as invalid are
+/// labelled.
 pub fn values(answer: &Answer<'_>) -> String {
     let bits = answer.data.flags_bits().unwrap_or(0);
     let marked = |field: &str, text: String| {
@@ -70,14 +71,14 @@ fn thermo(status: &ThermoStatus, marked: impl Fn(&str, String) -> String) -> Str
     format!("{}; {}", temperatures.join(", "), marked("humidity", format!("{} %", status.humidity)))
 }
 
-/// A number of tenths: `12.5`.
+/// A number of tenths as a decimal: `12.5`.
 pub fn tenths(value: i32) -> String {
     let sign = if value < 0 { "-" } else { "" };
     let size = value.unsigned_abs();
     format!("{sign}{}.{}", size / 10, size % 10)
 }
 
-/// The state of a subsystem for programs: values with their units, and the flags.
+/// The state of a subsystem as JSON: values with their units, and the flags.
 pub fn state_json(answer: &AnswerBuf) -> Value {
     let mut object = Map::new();
     object.insert("status".into(), json!(answer.status().to_string()));
@@ -127,13 +128,13 @@ pub fn state_json(answer: &AnswerBuf) -> Value {
     Value::Object(object)
 }
 
-/// Lines that tell what the flags of a state mean: those that matter at least as much as `least`.
+/// Lines that explain the flags of a state whose severity is at least `least`.
 pub fn flag_lines(subsystem: SubsystemId, bits: u32, least: Severity) -> Vec<String> {
     let set = flags_of(subsystem).set(bits).filter(|flag| flag.severity() >= least);
     set.map(flag_line).collect()
 }
 
-/// What a flag means, and what to do about it.
+/// The meaning of a flag, and what to do about it.
 pub fn flag_line(flag: SetFlag) -> String {
     let SetFlag { info, bits } = flag;
     let meaning = button_meaning(info, bits).unwrap_or_else(|| of(&info.meaning).into());
@@ -149,7 +150,7 @@ fn button_meaning(info: &FlagInfo, bits: u32) -> Option<String> {
     Some(format!("{} {}.", of(&info.meaning).trim_end_matches('.'), of(&state.text())))
 }
 
-/// The hotbeds for people, the brightest first.
+/// The fire spots as rows of a table, the brightest first.
 pub fn hotbed_rows(hotbeds: &[Hotbed]) -> Vec<Vec<String>> {
     let middle = |a: i32, b: i32| angle::degrees(i32::midpoint(a, b));
     let size = |a: i32, b: i32| angle::degrees((a - b).abs());
@@ -175,7 +176,7 @@ pub fn hotbed_rows(hotbeds: &[Hotbed]) -> Vec<Vec<String>> {
     rows
 }
 
-/// The hotbeds for programs.
+/// The fire spots as JSON.
 pub fn hotbeds_json(hotbeds: &[Hotbed]) -> Value {
     let one = |hotbed: &Hotbed| {
         json!({
@@ -189,7 +190,7 @@ pub fn hotbeds_json(hotbeds: &[Hotbed]) -> Value {
     json!({ "hotbeds": hotbeds.iter().map(one).collect::<Vec<_>>() })
 }
 
-/// Bytes as `de ad be`.
+/// Bytes as hexadecimal: `de ad be`.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
 }

@@ -1,4 +1,4 @@
-//! A request and its answers, for people and for programs.
+//! A request and its answers, as text and as JSON.
 
 use lafet_client::Answers;
 use lafet_proto::record::Writer;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::describe::hex;
 
-/// Each answer in a line: `Vertical Move → Denied (Deployer)`.
+/// One line per answer: `Vertical Move → Denied (Deployer)`.
 pub fn text(to: SubsystemId, answers: &Answers) -> String {
     let lines = answers.iter().map(|answer| match answer.decode() {
         Ok(decoded) => Exchange { to, answer: decoded }.to_string(),
@@ -17,7 +17,7 @@ pub fn text(to: SubsystemId, answers: &Answers) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// A request by its text, and its answers.
+/// A request with its text, and its answers.
 pub fn json(request: &Request<'_>, answers: &Answers) -> Value {
     let answers: Vec<Value> = answers
         .iter()
@@ -34,7 +34,7 @@ pub fn json(request: &Request<'_>, answers: &Answers) -> Value {
     json!({ "request": request.to_string(), "bytes": hex(&bytes(request)), "answers": answers })
 }
 
-/// A request as its record.
+/// A request encoded as a record.
 pub fn bytes(request: &Request<'_>) -> Vec<u8> {
     let mut buffer = [0; lafet_proto::record::HEADER_SIZE + lafet_proto::record::DATA_MAX];
     let mut writer = Writer::new(&mut buffer);
@@ -44,7 +44,7 @@ pub fn bytes(request: &Request<'_>) -> Vec<u8> {
     }
 }
 
-/// A request's name, those of the bus controller included.
+/// The name of a request, including those of the bus controller.
 pub fn name(request: RequestId) -> String {
     lafet_proto::dictionary::request(request)
         .map_or_else(|| request.to_string(), |info| info.name.to_owned())

@@ -1,4 +1,4 @@
-//! How a command can fail, and the exit code that says so.
+//! Failures of a command, and their exit codes.
 
 use std::io;
 
@@ -16,47 +16,47 @@ use crate::undo::BrokenOff;
 /// Result of a command.
 pub type Outcome = Result<(), Failure>;
 
-/// Why a command is not done.
+/// Why a command failed.
 #[derive(Debug)]
 pub enum Failure {
-    /// The monitor refused, nobody answered, or the request could not be made.
+    /// The monitor refused or did not answer, or the request could not be sent.
     Client(Error),
-    /// The monitor refused a request that can be shown.
+    /// The monitor refused a request, which is shown with its answer.
     Asked {
-        /// The request and the answer.
+        /// The request and its answer.
         asked: Box<Asked>,
         /// The refusal.
         error: Error,
     },
-    /// Some of several requests were refused; the answers have been shown.
+    /// Some of several requests were refused; the answers have been printed.
     Refused {
-        /// The first of the refusals.
+        /// The first refusal.
         first: Error,
         /// Its request and its answer.
         asked: Box<Asked>,
-        /// How many there are.
+        /// Number of refusals.
         count: usize,
     },
-    /// Nobody answered, as has been shown.
+    /// There was no answer, as has been printed.
     Silent(String),
-    /// The monitor took the request but did not carry it through.
+    /// The monitor accepted the request but did not complete it.
     Ended(String),
-    /// The arguments make no sense.
+    /// The arguments are not valid.
     Usage(String),
-    /// A file or a port of this computer.
+    /// An error of a file or port of this computer.
     Io {
-        /// What was being done.
+        /// The operation that failed.
         what: String,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// It has been told already; the exit code.
+    /// The failure has been reported already; the exit code.
     Told(u8),
-    /// What it had started was brought to rest, or not.
+    /// The command was broken off; what it started was brought to rest, or not.
     BrokenOff(Box<BrokenOff>),
-    /// What moved was not seen at rest.
+    /// A motion was not seen to come to rest.
     NotAtRest(String),
-    /// Ctrl-C or a signal.
+    /// Ctrl-C or a signal ended the command.
     Interrupted,
 }
 
@@ -71,7 +71,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Of a request and its refusal.
+    /// Records a request and its refusal.
     pub fn new(request: &Request<'_>, refusal: &AnswerBuf) -> Self {
         let record = refusal.record();
         let mut received = vec![
@@ -92,7 +92,7 @@ impl Asked {
 }
 
 impl Failure {
-    /// Shows the request and the answer, too, where there is a refusal.
+    /// Adds the request and the answer to a refusal.
     pub fn asked(self, asked: Option<Asked>) -> Self {
         match (self, asked) {
             (Self::Client(error), Some(asked)) => Self::Asked { asked: Box::new(asked), error },
@@ -100,12 +100,12 @@ impl Failure {
         }
     }
 
-    /// A failure of the file system or of the network of this computer.
+    /// A failure of the file system or network of this computer.
     pub fn io(what: impl Into<String>, source: io::Error) -> Self {
         Self::Io { what: what.into(), source }
     }
 
-    /// 1 refused by the monitor or not carried through, 2 usage, 3 no answer, 4 it may still move or
+    /// 1 refused by the monitor or not completed, 2 usage, 3 no answer, 4 it may still move or
     /// flow, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -122,7 +122,7 @@ impl Failure {
         }
     }
 
-    /// What a person reads; empty where there is nothing to say.
+    /// The message for the user; empty where there is nothing to say.
     pub fn message(&self) -> String {
         match self {
             Self::Client(error) => told(error, None),
@@ -147,7 +147,7 @@ impl Failure {
         }
     }
 
-    /// What a program reads.
+    /// The failure as JSON.
     pub fn json(&self) -> Value {
         let kind = match self.exit_code() {
             1 if matches!(self, Self::Ended(_) | Self::BrokenOff(_)) => "ended",
@@ -207,7 +207,7 @@ impl Failure {
     }
 }
 
-/// The error; of a refusal the request, the answer, why, and what helps most likely.
+/// The error; for a refusal also the request, the answer, the reason, and the most likely remedy.
 fn told(error: &Error, asked: Option<&Asked>) -> String {
     let Error::Refused { request, to, status, by } = error else {
         return error.localized(current());
@@ -233,12 +233,12 @@ fn told(error: &Error, asked: Option<&Asked>) -> String {
     lines.join("\n")
 }
 
-/// Whether a command helps: not where the request itself makes no sense.
+/// Whether a command can help: not where the request itself is invalid.
 fn fits(scenario: &str) -> bool {
     scenario != "§2/4"
 }
 
-/// The command that helps most likely.
+/// The command that most likely helps.
 fn command(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId) -> Option<String> {
     Some(match (status, by) {
         // Stop All is never denied (§3.2/1).
@@ -288,7 +288,7 @@ fn command(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId)
     })
 }
 
-/// The refusal of a request that an answer tells.
+/// The error for a refusal with this status.
 pub fn refusal(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId) -> Error {
     Error::Refused { request, to, status, by }
 }

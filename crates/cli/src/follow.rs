@@ -1,4 +1,4 @@
-//! Following what a request has started until it ends; Ctrl-C and a line that is cut end it too.
+//! Follows what a request has started until it ends; Ctrl-C and a cut line end it too.
 
 use std::future::Future;
 use std::time::Duration;
@@ -14,43 +14,43 @@ use crate::interrupt::Interrupt;
 use crate::out::Out;
 use crate::undo::{Because, States, Undo};
 
-/// Pause between two looks at the state.
+/// Pause between two polls of the state.
 const POLL: Duration = Duration::from_millis(100);
-/// What has been accepted shows in the state within this time.
+/// A request that was accepted shows in the state within this time.
 const START: Duration = Duration::from_secs(1);
 
-/// What a look at the state shows.
+/// Result of one poll of the state.
 pub enum Step {
-    /// It goes on.
+    /// In progress; the text shows how far.
     Running(String),
-    /// Nothing goes on: it has not started yet, or was over before the first look.
+    /// Idle: it has not started yet, or was over before the first poll.
     Idle(String),
-    /// It is done.
+    /// Completed.
     Done,
-    /// It ended without being done, and why.
+    /// Ended without being completed; the text says why.
     Ended(String),
 }
 
-/// What is watched, and what is brought to rest when the command is broken off.
+/// What to watch, and how to bring it to rest if the command is broken off.
 pub struct Follow<'a> {
     /// The monitor.
     pub connection: &'a Connection,
-    /// Whose state shows how far it is.
+    /// Subsystems whose state shows the progress.
     pub watch: &'a [SubsystemId],
-    /// What stops it.
+    /// How to stop it.
     pub undo: Undo,
 }
 
-/// How a command is broken off before its end is known.
+/// How a command was broken off before its end was known.
 enum Broken {
-    /// The motion goes on, or may; it has to be undone.
+    /// The motion continues, or may; it has to be undone.
     Off(Because),
-    /// Nothing goes on that this command has started.
+    /// Nothing that this command started continues.
     Over(Failure),
 }
 
 impl Follow<'_> {
-    /// Runs `start`, then looks at the state until `judge` says that it is over.
+    /// Runs `start`, then polls the state until `judge` returns an end.
     pub async fn run<T>(
         &self,
         out: &mut Out,
@@ -68,7 +68,7 @@ impl Follow<'_> {
         Err(self.end(out, &mut interrupt, broken).await)
     }
 
-    /// Runs `start` alone: what it starts goes on by itself.
+    /// Runs `start` alone: what it starts continues without the command.
     pub async fn begin<T>(
         &self,
         out: &mut Out,
@@ -127,7 +127,7 @@ impl Follow<'_> {
         }
     }
 
-    /// Of a request without a believable answer it is not known whether it was executed.
+    /// Without a believable answer it is not known whether the request was executed.
     fn unanswered(&self, failure: Failure) -> Broken {
         match failure {
             Failure::Client(error) if self.undo.is_needed_after(&error) => {
@@ -138,7 +138,7 @@ impl Follow<'_> {
     }
 }
 
-/// Sends a request that goes on by itself, and shows the answers.
+/// Sends a request whose effect continues without the command, and shows the answers.
 pub async fn begin(request: Request<'_>, connection: &Connection, out: &mut Out) -> Outcome {
     let undo = Undo::of(&request).unwrap_or_default();
     let follow = Follow { connection, watch: &[], undo };

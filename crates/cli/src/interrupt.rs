@@ -4,16 +4,16 @@ use crate::failure::Failure;
 #[cfg(unix)]
 use crate::lang::pick;
 
-/// What has been caught.
+/// The signal caught.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Caught {
-    /// Ctrl-C: what is being done is not wanted any more.
+    /// Ctrl-C: the current command is to end.
     CtrlC,
     /// The program is to end.
     End,
 }
 
-/// Catches the signals from the moment it is made, so that none is lost before it is awaited.
+/// Catches signals from its creation on, so that none is lost before it is awaited.
 pub struct Interrupt {
     #[cfg(unix)]
     signals: [tokio::signal::unix::Signal; 3],
@@ -45,7 +45,7 @@ impl Interrupt {
         Ok(Self {})
     }
 
-    /// Waits for the next one and tells which it is.
+    /// Waits for the next signal.
     #[cfg(unix)]
     pub async fn next(&mut self) -> Caught {
         let [interrupt, terminate, hangup] = &mut self.signals;
@@ -61,7 +61,7 @@ impl Interrupt {
         }
     }
 
-    /// Waits for the next one and tells which it is.
+    /// Waits for the next Ctrl-C.
     #[cfg(not(unix))]
     pub async fn next(&mut self) -> Caught {
         if tokio::signal::ctrl_c().await.is_err() {
@@ -70,7 +70,7 @@ impl Interrupt {
         Caught::CtrlC
     }
 
-    /// Forgets those that have come already.
+    /// Discards signals that have already arrived.
     pub async fn forget(&mut self) {
         loop {
             tokio::select! {
@@ -81,7 +81,7 @@ impl Interrupt {
         }
     }
 
-    /// Waits for any of them.
+    /// Waits for any signal.
     pub async fn wait(&mut self) {
         self.next().await;
     }
@@ -104,7 +104,7 @@ pub mod tests {
         KEY.with(broadcast::Sender::subscribe)
     }
 
-    /// Ctrl-C, for what runs on this thread.
+    /// Simulates Ctrl-C for code on this thread.
     pub fn press() {
         KEY.with(|key| key.send(()).ok());
     }

@@ -15,19 +15,19 @@ use tokio::sync::mpsc;
 
 use crate::failure::Failure;
 
-/// A terminal that has gone away may keep the thread for ever; it is not waited for longer.
+/// Longest wait for the keyboard thread, which a terminal that is gone may block for ever.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How soon the terminal is left to others when nobody wants keys any more.
+/// How soon the thread leaves the terminal to others when no keys are wanted any more.
 const GLANCE: Duration = Duration::from_millis(50);
 
-/// Single keys instead of lines, until it is dropped.
+/// Switches the terminal to single keys instead of lines, until it is dropped.
 pub struct Keyboard {
-    /// The terminal tells when a key is let go, too.
+    /// Whether the terminal reports the release of a key.
     pub tells_release: bool,
 }
 
 impl Keyboard {
-    /// Takes the keyboard.
+    /// Takes over the keyboard.
     pub fn start() -> Result<Self, Failure> {
         terminal::enable_raw_mode()?;
         let mut keyboard = Self { tells_release: false };
@@ -51,16 +51,16 @@ impl Drop for Keyboard {
     }
 }
 
-/// The keys as they come; dropping it leaves those that follow to others.
+/// The keys as they arrive; dropping it leaves later keys to others.
 pub struct Keys {
     keys: mpsc::UnboundedReceiver<KeyEvent>,
     over: Arc<AtomicBool>,
-    /// Closed by the thread when it ends.
+    /// Closed when the thread ends.
     ended: Receiver<()>,
 }
 
 impl Keys {
-    /// Waits for keys on a thread of its own.
+    /// Starts a thread that waits for keys.
     pub fn listen() -> Self {
         let (sender, keys) = mpsc::unbounded_channel();
         let over = Arc::new(AtomicBool::new(false));
@@ -94,7 +94,7 @@ impl Keys {
 impl Drop for Keys {
     fn drop(&mut self) {
         self.over.store(true, Ordering::Relaxed);
-        // It must not take a key that is meant for what comes next.
+        // The thread must not take a key that is meant for the next reader.
         let _ = self.ended.recv_timeout(PATIENCE);
     }
 }

@@ -9,7 +9,7 @@ static CURRENT: OnceLock<Lang> = OnceLock::new();
 
 /// Chooses the language from `--lang`, else from LC_ALL, LC_MESSAGES or LANG.
 ///
-/// It looks at the raw arguments, because help and errors of the arguments need it too.
+/// Works on the raw arguments, because clap's help and errors need the language too.
 pub fn choose(arguments: &[String]) -> Lang {
     let asked = asked(arguments).and_then(|value| parse(&value));
     let environment = || {
@@ -26,7 +26,7 @@ pub fn current() -> Lang {
     CURRENT.get().copied().unwrap_or_default()
 }
 
-/// One of two texts, or of anything else that differs with the language.
+/// The text, or any other value, for the current language.
 pub fn pick<T>(en: T, ru: T) -> T {
     match current() {
         Lang::En => en,
@@ -34,12 +34,12 @@ pub fn pick<T>(en: T, ru: T) -> T {
     }
 }
 
-/// A text of the dictionary.
+/// A text of the dictionary in the current language.
 pub fn of(text: &Text) -> &'static str {
     pick(text.en, text.ru)
 }
 
-/// Reads the value of `--lang`.
+/// Parses the value of `--lang`.
 pub fn parse(value: &str) -> Option<Lang> {
     match value.to_ascii_lowercase().as_str() {
         "en" => Some(Lang::En),

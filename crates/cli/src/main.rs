@@ -6,7 +6,7 @@
 //! ```
 //!
 //! The language is chosen first ([`lang`]), because help and errors need it; every command then
-//! returns an [`failure::Outcome`], and `main` makes the exit code of it.
+//! returns an [`failure::Outcome`], from which `main` derives the exit code.
 
 mod angle;
 mod cli;
@@ -56,12 +56,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Tells why a command is not done: to people on standard error, to programs on standard output.
+/// Reports a failure: as text on standard error, as JSON on standard output.
 fn report(failure: &Failure, out: &mut Out) -> ExitCode {
     out.end_progress();
     let message = failure.message();
     if !message.is_empty() {
-        // When nobody reads it, the exit code still tells.
+        // If standard error is closed, the exit code still reports the failure.
         let _ = writeln!(io::stderr(), "{message}");
         if out.json() {
             let _ = out.value(&failure.json());
@@ -70,7 +70,7 @@ fn report(failure: &Failure, out: &mut Out) -> ExitCode {
     ExitCode::from(failure.exit_code())
 }
 
-/// Everything runs on this thread; nothing in a command needs more.
+/// Runs a command on this thread; no command needs more.
 fn run(command: Command, global: &Global, out: &mut Out) -> Outcome {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(dispatch(command, global, out))

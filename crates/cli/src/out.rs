@@ -1,4 +1,4 @@
-//! Output: text for people, JSON for programs; progress goes to standard error.
+//! Output: text for users, JSON for programs; progress goes to standard error.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -9,10 +9,10 @@ use tokio::time::Instant;
 
 use crate::failure::Outcome;
 
-/// Between two lines of progress where they do not replace each other.
+/// Least time between two lines of progress that do not overwrite each other.
 const SELDOM: Duration = Duration::from_secs(5);
 
-/// Where the output of a command goes, and in which form.
+/// Output of a command and its form.
 pub struct Out {
     json: bool,
     progress: Progress,
@@ -22,16 +22,16 @@ pub struct Out {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Progress {
-    /// Nobody wants it.
+    /// Progress is not shown.
     Silent,
-    /// A line for each change.
+    /// One line per change.
     Lines,
-    /// One line that changes.
+    /// One line that is overwritten.
     Line { width: usize },
 }
 
 impl Out {
-    /// Standard output.
+    /// Writes to standard output.
     pub fn new(json: bool) -> Self {
         let progress = match () {
             () if json => Progress::Silent,
@@ -41,27 +41,27 @@ impl Out {
         Self { json, progress, shown: None }
     }
 
-    /// Whether a program reads it.
+    /// Whether the output is JSON.
     pub const fn json(&self) -> bool {
         self.json
     }
 
-    /// Whether progress is one line that changes.
+    /// Whether progress is one line that is overwritten.
     pub const fn is_live(&self) -> bool {
         matches!(self.progress, Progress::Line { .. })
     }
 
-    /// A result: the text, or the JSON in one line.
+    /// Prints a result: the text, or the JSON in one line.
     pub fn show(&mut self, text: impl Display, json: impl FnOnce() -> Value) -> Outcome {
         if self.json { self.value(&json()) } else { self.line(text) }
     }
 
-    /// A line for people; programs do not see it.
+    /// Prints a line of text; nothing with `--json`.
     pub fn say(&mut self, text: impl Display) -> Outcome {
         if self.json { Ok(()) } else { self.line(text) }
     }
 
-    /// JSON in one line.
+    /// Prints JSON in one line.
     pub fn value(&mut self, json: &Value) -> Outcome {
         self.line(json)
     }
@@ -74,9 +74,9 @@ impl Out {
         Ok(())
     }
 
-    /// How far something has got. On a terminal the line replaces the one before.
+    /// Shows progress. On a terminal the line replaces the previous one.
     pub fn progress(&mut self, text: impl Display) {
-        // Progress that cannot be shown must not end what is in progress.
+        // A failure to show progress must not end the command.
         let _ = match &mut self.progress {
             Progress::Silent => Ok(()),
             Progress::Lines => writeln!(io::stderr(), "{text}"),
@@ -91,7 +91,8 @@ impl Out {
         };
     }
 
-    /// The same where each tells more than the one before: in a pipe or a file a line now and then.
+    /// Shows progress of which each line supersedes the previous one: in a pipe or a file, only now
+    /// and then.
     pub fn seldom(&mut self, text: impl Display) {
         let due = self.shown.is_none_or(|shown| shown.elapsed() >= SELDOM);
         if self.is_live() || due {
@@ -100,16 +101,16 @@ impl Out {
         }
     }
 
-    /// What a person must know at once, programs' users included: a line on standard error.
+    /// Prints a warning to standard error at once, even with `--json`.
     pub fn warn(&mut self, text: &str) {
         self.end_progress();
         #[cfg(test)]
         tests::note(text);
-        // What cannot be shown must not end what is in progress.
+        // A failure to print must not end the command.
         let _ = writeln!(io::stderr(), "{text}");
     }
 
-    /// Leaves the line of progress as it is.
+    /// Ends the line of progress and leaves it on the screen.
     pub fn end_progress(&mut self) {
         if let Progress::Line { width } = &mut self.progress
             && std::mem::take(width) > 0
@@ -125,7 +126,7 @@ impl Drop for Out {
     }
 }
 
-/// Text in columns, each as wide as its widest cell; the last one is free.
+/// Text in columns, each as wide as its widest cell; the last one is not padded.
 pub fn columns(rows: &[Vec<String>]) -> String {
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
@@ -154,7 +155,7 @@ pub mod tests {
         WARNED.with_borrow_mut(|warned| warned.push(text.to_owned()));
     }
 
-    /// What this thread was warned of since it was last asked.
+    /// Warnings on this thread since the last call.
     pub fn warned() -> Vec<String> {
         WARNED.take()
     }

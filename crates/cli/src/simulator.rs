@@ -1,4 +1,4 @@
-//! Options that everything which starts a simulator has in common.
+//! Options common to all commands that start a simulator.
 
 use lafet_device::Composition;
 use lafet_sim::fire::FireSpec;
@@ -6,10 +6,10 @@ use lafet_sim::sim::{Config, Sim};
 
 use crate::lang::pick;
 
-/// Simulated time may run this many times as fast as the clock.
+/// Highest speed of simulated time, times real time.
 const SPEED_MAX: f64 = 10_000.0;
 
-/// Simulated time before anybody can ask: the monitor reads its sensors for the first time.
+/// Simulated time before the first request, in which the monitor reads its sensors, ms.
 const POWER_UP_MS: u64 = 200;
 
 /// A simulated monitor that has just started.
@@ -24,7 +24,7 @@ pub fn profiles() -> String {
     Composition::ALL.map(|profile| profile.name).join("|")
 }
 
-/// Reads a factor of speed.
+/// Parses a speed factor.
 pub fn speed(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(speed) if speed > 0.0 && speed <= SPEED_MAX => Ok(speed),
@@ -35,12 +35,12 @@ pub fn speed(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads a factor of speed, or 0 for as fast as possible.
+/// Parses a speed factor, or 0 for as fast as possible.
 pub fn speed_or_zero(text: &str) -> Result<f64, String> {
     if text.parse() == Ok(0.0) { Ok(0.0) } else { speed(text) }
 }
 
-/// Reads the name of a profile.
+/// Parses the name of a profile.
 pub fn profile(name: &str) -> Result<Composition, String> {
     Composition::by_name(name).copied().ok_or_else(|| {
         let known = profiles();
@@ -48,12 +48,12 @@ pub fn profile(name: &str) -> Result<Composition, String> {
     })
 }
 
-/// Reads a fire: `az=30,range=25,size=1.5`.
+/// Parses a fire: `az=30,range=25,size=1.5`.
 pub fn fire(text: &str) -> Result<FireSpec, String> {
     text.parse().map_err(|error| {
         pick(
             format!(
-                "{error}; write az=DEGREES (left is positive) and range=METRES, and if you like \
+                "{error}; write az=DEGREES (left is positive) and range=METRES, and optionally \
                  size=METRES, growth=M/S, reignites=1, lit=0; for example \
                  az=30,range=25,size=1.5"
             ),

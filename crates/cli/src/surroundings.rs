@@ -1,5 +1,5 @@
-//! Options for what a simulated monitor stands in, besides its fires: wind and what misleads or
-//! blinds the detector.
+//! Options for the surroundings of a simulated monitor, besides its fires: wind, and what misleads
+//! or blinds the detector.
 
 use core::fmt::Display;
 
@@ -9,12 +9,12 @@ use lafet_sim::sim::Config;
 
 use crate::lang::pick;
 
-/// Strongest mean wind, m/s: a hurricane has 33.
+/// Strongest mean wind, m/s; a hurricane reaches 33.
 const WIND_MAX_MPS: f64 = 50.0;
-/// Beyond this intensity a wind has no direction to speak of.
+/// Strongest gusts: beyond this intensity the wind has no meaningful direction.
 const GUSTS_MAX: f64 = 0.5;
 
-/// Wind, false sources, walls.
+/// Wind, false sources and walls.
 #[derive(Clone, Debug, Args)]
 pub struct Surroundings {
     /// Mean wind 10 m above ground: metres per second forward (as the barrel looks at 0°) and to
@@ -37,14 +37,14 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// A configuration with these surroundings, all else as it is by default.
+    /// A default configuration with these surroundings.
     pub fn config(self) -> Config {
         let Self { wind, gusts, glare, wall } = self;
         Config { wind, gusts, glares: glare, walls: wall, ..Config::default() }
     }
 }
 
-/// Reads a wind: `-5,2.5`.
+/// Parses a wind, m/s forward and left: `-5,2.5`.
 fn wind(text: &str) -> Result<(f64, f64), String> {
     let speed =
         |text: &str| text.trim().parse().ok().filter(|speed: &f64| speed.abs() <= WIND_MAX_MPS);
@@ -64,7 +64,7 @@ fn wind(text: &str) -> Result<(f64, f64), String> {
         })
 }
 
-/// Reads an intensity of gusts.
+/// Parses an intensity of gusts.
 fn gusts(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|share| (0.0..=GUSTS_MAX).contains(share)).ok_or_else(|| {
         pick(
@@ -74,7 +74,7 @@ fn gusts(text: &str) -> Result<f64, String> {
     })
 }
 
-/// Reads a false source: `az=30,el=5,size=0.5,brightness=2000`.
+/// Parses a false source: `az=30,el=5,size=0.5,brightness=2000`.
 fn glare(text: &str) -> Result<Glare, String> {
     text.parse().map_err(|error| {
         told(
@@ -89,7 +89,7 @@ fn glare(text: &str) -> Result<Glare, String> {
     })
 }
 
-/// Reads a wall: `from=-10,to=10,range=15,height=3`.
+/// Parses a wall: `from=-10,to=10,range=15,height=3`.
 fn wall(text: &str) -> Result<Wall, String> {
     text.parse().map_err(|error| {
         told(
@@ -102,7 +102,7 @@ fn wall(text: &str) -> Result<Wall, String> {
     })
 }
 
-/// What is wrong, and what to write.
+/// An error message: what is wrong, and what to write.
 fn told(error: impl Display, english: &str, russian: &str) -> String {
     pick(format!("{error}; write {english}"), format!("пишите {russian}"))
 }

@@ -1,4 +1,4 @@
-//! Messages of lafet-proto in the language of the user; that crate itself speaks English.
+//! Messages of lafet-proto in the user's language; that crate itself has English only.
 
 use lafet_client::mistake;
 use lafet_proto::text::ParseError;
@@ -6,7 +6,7 @@ use lafet_proto::{DecodeError, Expected};
 
 use crate::lang::{Lang, current};
 
-/// Why a text is no request, with the text and a mark under the place.
+/// Why a text is not a valid request, with the text and a mark under the error.
 pub fn parse_error(text: &str, error: &ParseError) -> String {
     let column = text.get(..error.column).map_or(0, |before| before.chars().count());
     let word = text.get(error.column..error.column.saturating_add(error.len));
@@ -15,7 +15,7 @@ pub fn parse_error(text: &str, error: &ParseError) -> String {
     format!("{}\n{mark}", mistake(text, error, current()))
 }
 
-/// Why bytes could not be understood.
+/// Why bytes could not be decoded.
 pub fn decode_error(error: &DecodeError) -> String {
     match current() {
         Lang::En => error.to_string(),

@@ -1,6 +1,6 @@
-//! How a command that moves or opens is broken off: what it started is brought to rest.
+//! Breaking off a command that moves or opens: brings what it started to rest.
 //!
-//! One mechanism for every such command, for Ctrl-C and for a line that is cut:
+//! One mechanism for all such commands, for Ctrl-C and for a cut line:
 //!
 //! ```text
 //!  request out ──▶ following ──▶ done
@@ -33,19 +33,19 @@ use crate::out::Out;
 
 /// For how long the monitor is tried when the line is cut.
 pub const REACH: Duration = Duration::from_secs(30);
-/// What has been stopped is at rest within this time.
+/// A motion that was stopped is at rest within this time.
 const SETTLE: Duration = Duration::from_secs(10);
-/// A valve is closed within this time: the greatest TravelTime, and the request.
+/// A valve is closed within this time: the longest TravelTime plus the request.
 const SETTLE_VALVE: Duration = Duration::from_secs(65);
-/// Pause between two looks, and between two tries.
+/// Pause between two polls, and between two attempts.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// States of the subsystems that are watched.
+/// States of the watched subsystems.
 pub struct States(Vec<AnswerBuf>);
 
 impl States {
-    /// Reads them. A subsystem that does not exist is left out; an answer that is no state is an
-    /// error of the client's.
+    /// Reads them. A subsystem that does not exist is left out; an answer that is not a state is a
+    /// client error.
     pub async fn read(connection: &Connection, whose: &[SubsystemId]) -> Result<Self, Error> {
         let request = |who: &SubsystemId| Request::new(*who, Body::GetStatus);
         let requests: Vec<Request<'_>> = whose.iter().map(request).collect();
@@ -63,18 +63,18 @@ impl States {
         Ok(Self(states))
     }
 
-    /// The flags of a subsystem; none when it does not exist.
+    /// Status flags of a subsystem; 0 if it does not exist.
     pub fn flags(&self, subsystem: SubsystemId) -> u32 {
         self.of(subsystem).and_then(|answer| answer.decode().ok()?.data.flags_bits()).unwrap_or(0)
     }
 
-    /// The answer of a subsystem that exists.
+    /// The answer of a subsystem, if it exists.
     pub fn of(&self, subsystem: SubsystemId) -> Option<&AnswerBuf> {
         self.0.iter().find(|answer| answer.from() == subsystem && answer.status().is_success())
     }
 }
 
-/// What brings to rest what requests have started.
+/// How to bring to rest what requests have started.
 #[derive(Clone, Debug, Default)]
 pub struct Undo {
     requests: Vec<Request<'static>>,
@@ -84,34 +84,34 @@ pub struct Undo {
     flowing: Vec<SubsystemId>,
     /// Drives whose limits may be off.
     limitless: Vec<SubsystemId>,
-    /// The command asks for nothing else: at rest is what was wanted.
+    /// The command itself only stops or closes, so being at rest is its success.
     wanted: bool,
 }
 
-/// How it ended.
+/// How an undo ended.
 #[derive(Clone, Debug)]
 pub enum End {
-    /// It was seen at rest; the state in words.
+    /// It was seen at rest; the state as text.
     AtRest(String),
-    /// It answers, and is not at rest.
+    /// The monitor answers, and is not at rest.
     StillActive(String),
-    /// Nothing is known, and why.
+    /// The state is not known; the error says why.
     Unknown(Error),
-    /// Ctrl-C has ended the attempts.
+    /// Ctrl-C ended the attempts.
     GivenUp,
 }
 
-/// What broke a command off.
+/// Why a command was broken off.
 #[derive(Clone, Debug)]
 pub enum Because {
-    /// Ctrl-C, or a signal.
+    /// Ctrl-C or a signal.
     Interrupted,
-    /// The monitor cannot be heard, or what it says is no answer.
+    /// The monitor does not answer, or its answer is not valid.
     Lost(Error),
 }
 
 impl Undo {
-    /// What undoes a request; none if it starts nothing.
+    /// What undoes a request; `None` if it starts nothing.
     pub fn of(request: &Request<'_>) -> Option<Self> {
         let stop = |who| vec![Request::new(who, Body::Stop)];
         let to = request.to;
@@ -152,7 +152,7 @@ impl Undo {
         }
     }
 
-    /// Stop All.
+    /// Undo by Stop All.
     pub fn everything() -> Self {
         let moving = SubsystemId::TABLE.into_iter().filter(|who| active_bits(*who) != 0);
         Self {
@@ -166,14 +166,14 @@ impl Undo {
         SubsystemId::TABLE.into_iter().filter(|who| who.is_drive()).collect()
     }
 
-    /// Stop All, and the limits of a drive on again as they were (§3.17).
+    /// Undo by Stop All and switching the limits of a drive back on (§3.17).
     pub fn teaching(drive: SubsystemId) -> Self {
         let Self { mut requests, moving, .. } = Self::everything();
         requests.push(Request::new(drive, Body::SwitchLimits { new_state: 2 }));
         Self { requests, moving, limitless: vec![drive], ..Self::default() }
     }
 
-    /// This and another one as one.
+    /// Combines two undos.
     pub fn and(mut self, other: Self) -> Self {
         self.requests.extend(other.requests);
         self.moving.extend(other.moving);
@@ -183,7 +183,7 @@ impl Undo {
         self
     }
 
-    /// Brings it to rest, and makes a failure of how that ended.
+    /// Brings it to rest, and returns a failure that describes the outcome.
     pub async fn carry_out(
         &self,
         connection: &Connection,
@@ -207,13 +207,13 @@ impl Undo {
         Failure::BrokenOff(Box::new(BrokenOff { because, end, undo: self.clone() }))
     }
 
-    /// Asks until it is at rest, for [`REACH`] at most.
+    /// Retries until it is at rest, for [`REACH`] at most.
     async fn bring_to_rest(&self, connection: &Connection, out: &mut Out, told: bool) -> End {
         let until = Instant::now() + REACH;
         let mut told = told;
         let mut last = None;
         loop {
-            // A monitor that answers is waited for, however late it came back.
+            // An attempt in which the monitor answers may finish, however late it came back.
             let attempt = timeout_at(until + self.settle(), self.attempt(connection));
             let error = match attempt.await {
                 Ok(Ok(end)) => return end,
@@ -232,14 +232,13 @@ impl Undo {
         }
     }
 
-    /// Sends what undoes it once, and looks until it is at rest.
+    /// Sends the undo once, and polls until it is at rest.
     async fn attempt(&self, connection: &Connection) -> Result<End, Error> {
         for request in &self.requests {
             let answers = connection.client.request(request).await?;
             let is_stop = matches!(request.body, Body::Stop) && request.to != SubsystemId::ALL;
             if is_stop && answers.refusal().is_some() {
-                // Another subsystem has taken over (§3.2/2–4): then everything stops, which is
-                // never denied.
+                // Another subsystem has taken over (§3.2/2–4): Stop All, which is never denied.
                 let all = Request::new(SubsystemId::ALL, Body::Stop);
                 connection.client.request(&all).await?;
             }
@@ -276,7 +275,7 @@ impl Undo {
             && self.limitless.iter().all(limited)
     }
 
-    /// Where it is now, in words: what was addressed, not all that was looked at.
+    /// The present state as text: only of what was addressed, not of everything polled.
     fn told(&self, states: &States) -> String {
         let first = self.moving.iter().take(1).filter(|_| !self.is_everything());
         let active = |who: &&SubsystemId| states.flags(**who) & active_bits(**who) != 0;
@@ -296,12 +295,12 @@ impl Undo {
         self.requests.first().is_some_and(|request| request.to == SubsystemId::ALL)
     }
 
-    /// The requests, as people write them.
+    /// The requests as text.
     pub fn words(&self) -> String {
         self.requests.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
     }
 
-    /// What may go on now.
+    /// What may still be going on.
     pub fn risk(&self) -> String {
         let join = |all: &[SubsystemId]| {
             all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
@@ -371,7 +370,7 @@ impl Undo {
     }
 }
 
-/// A command that was broken off, and what came of what it had started.
+/// A command that was broken off, and the outcome of undoing it.
 #[derive(Clone, Debug)]
 pub struct BrokenOff {
     because: Because,
@@ -380,7 +379,8 @@ pub struct BrokenOff {
 }
 
 impl BrokenOff {
-    /// 130 interrupted, 1 the line was cut, both with all at rest; 4 it may still move or flow.
+    /// 130 interrupted, 1 the line was cut, both with everything at rest; 4 it may still move or
+    /// flow.
     pub const fn exit_code(&self) -> u8 {
         match (&self.end, &self.because) {
             (End::AtRest(_), Because::Interrupted) => 130,
@@ -389,13 +389,13 @@ impl BrokenOff {
         }
     }
 
-    /// Whether all was seen at rest.
+    /// Whether everything was seen at rest.
     pub const fn is_at_rest(&self) -> bool {
         matches!(self.end, End::AtRest(_))
     }
 
-    /// Whether a command that is undone by itself (Stop, Close) has reached what it was for, in spite of the line:
-    /// it was seen so, not only answered.
+    /// Whether a command that undoes itself (Stop, Close) has succeeded in spite of the line: it
+    /// was seen at rest, not only answered.
     pub fn is_done(&self) -> bool {
         let seen = match &self.end {
             End::AtRest(state) => self.undo.flowing.is_empty() || !state.is_empty(),
@@ -404,7 +404,7 @@ impl BrokenOff {
         seen && matches!(self.because, Because::Lost(_))
     }
 
-    /// What a person reads.
+    /// The message for the user.
     pub fn message(&self) -> String {
         let Self { because, end, undo } = self;
         let (words, risk) = (undo.words(), undo.risk());
@@ -439,7 +439,7 @@ impl BrokenOff {
                 )
             }
             End::GivenUp => pick(
-                format!("Given up before it was seen at rest. {risk}. {}", emergency()),
+                format!("Gave up before it was seen at rest. {risk}. {}", emergency()),
                 format!("Попытки прекращены до того, как наступил покой. {risk}. {}", emergency()),
             ),
         };
@@ -451,7 +451,7 @@ fn emergency() -> &'static str {
     pick("Use the emergency stop.", "Нажмите аварийный останов.")
 }
 
-/// Whether another try may help.
+/// Whether another attempt may help.
 fn is_of_the_line(error: &Error) -> bool {
     matches!(
         error,
@@ -464,14 +464,14 @@ fn is_of_the_line(error: &Error) -> bool {
 }
 
 impl Undo {
-    /// Whether a request that ended so has to be undone: it may have been executed, or is itself what
-    /// brings to rest.
+    /// Whether a request that ended with this error has to be undone: it may have been executed, or
+    /// is itself the undo.
     pub fn is_needed_after(&self, error: &Error) -> bool {
         may_be_executed(error) || (self.wanted && is_of_the_line(error))
     }
 }
 
-/// Whether a request that ended so may have been executed.
+/// Whether a request that ended with this error may have been executed.
 pub const fn may_be_executed(error: &Error) -> bool {
     matches!(error, Error::OutcomeUnknown { .. } | Error::Protocol { .. })
 }
@@ -481,7 +481,7 @@ fn silent(connection: &Connection) -> Error {
     Error::Absent { endpoint, tries: 0 }
 }
 
-/// Whether any of these subsystems is doing something which Stop ends.
+/// Whether any of these subsystems is doing something that Stop ends.
 pub fn is_anything_active(states: &[AnswerBuf]) -> bool {
     states.iter().any(|state| {
         let bits = state.decode().ok().and_then(|answer| answer.data.flags_bits());
@@ -489,7 +489,7 @@ pub fn is_anything_active(states: &[AnswerBuf]) -> bool {
     })
 }
 
-/// The flags that say that a subsystem is doing something which Stop ends.
+/// The flags of a subsystem that mean it is doing something that Stop ends.
 fn active_bits(subsystem: SubsystemId) -> u32 {
     match subsystem {
         SubsystemId::VERTICAL | SubsystemId::HORIZONTAL | SubsystemId::NOZZLE => {

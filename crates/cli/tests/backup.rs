@@ -34,7 +34,7 @@ fn what_was_backed_up_comes_back_and_only_that_is_written() {
         assert!(text.contains(line), "{line}: {text}");
     }
     assert!(!text.contains("FaultInfo ="), "{text}");
-    assert_eq!(sim.run(&["param", "backup", file]).code, 2, "it is there already");
+    assert_eq!(sim.run(&["param", "backup", file]).code, 2, "the file already exists");
     assert!(sim.done(&["param", "diff", file]).out.contains("No differences"));
 
     set(&sim, "vertical", "Speed", "3");
@@ -50,16 +50,16 @@ fn what_was_backed_up_comes_back_and_only_that_is_written() {
     let restored = sim.value(&["param", "restore", file, "--except", "Control.Program3"]);
     let written = restored["written"].as_array().unwrap();
     let names: Vec<&str> = written.iter().map(|one| one["parameter"].as_str().unwrap()).collect();
-    assert_eq!(names, ["Vertical.Speed", "General.Address"], "what shuts us out comes last");
+    assert_eq!(names, ["Vertical.Speed", "General.Address"], "the change of address comes last");
     assert!(written.iter().all(|one| one["result"] == "stored"), "{restored}");
     assert_eq!(restored["restart"], json!(["General.Address"]));
     let run = sim.done(&["--lang", "ru", "param", "restore", file]);
     assert!(run.out.contains("Control.Program3") && run.out.contains("сохранено"), "{run:?}");
     assert!(sim.done(&["param", "restore", file]).out.contains("nothing to write"));
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "no journal is left");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "the journal is removed");
 }
 
-/// §3.19: everything is unset; §2 IncompleteConfig until the last one of a subsystem.
+/// §3.19: everything is unset; §2 IncompleteConfig until a subsystem's last value is set.
 #[test]
 fn an_erased_monitor_is_restored() {
     let sim = Sim::start(&["--speed", "40"]);
@@ -70,7 +70,7 @@ fn an_erased_monitor_is_restored() {
     sim.done(&["param", "backup", file]);
     sim.done(&["send", "CleanFlash General"]);
     let invalid = || sim.run(&["status", "vertical"]).out.contains("ConfigInvalid");
-    assert!((0..200).any(|_| invalid()), "it comes back without parameters");
+    assert!((0..200).any(|_| invalid()), "it restarts without parameters");
     let diff = sim.run(&["param", "diff", file]);
     assert!(diff.code == 1 && diff.out.contains("Vertical.Speed"), "{diff:?}");
     let restored = sim.value(&["param", "restore", file]);
@@ -103,7 +103,8 @@ fn an_interrupted_restore_goes_on() {
     let restored = sim.value(&["param", "restore", file]);
     assert_eq!(restored["written"].as_array().unwrap().len(), 8 - done, "{journal} {restored}");
     assert!(sim.done(&["param", "diff", file]).out.contains("No differences"));
-    // What was begun and is not known to be stored is written though it reads as it should.
+    // A write that began and is not known to be stored is repeated, although the value reads back
+    // correctly.
     let url = format!("{}?addr=1", sim.url());
     let journal = format!("monitor {url}\nbegun Nozzle.Speed\n");
     std::fs::write(format!("{file}.restoring"), journal).unwrap();
@@ -123,7 +124,7 @@ fn refusals_and_other_monitors() {
     let run = Run::of(&["param", "diff", &full, &small]);
     assert!(run.code == 1 && run.out.contains("General.Chain") && run.out.contains('—'), "{run:?}");
     let run = mini.done(&["param", "restore", &full, "--dry-run"]);
-    assert!(run.out.contains("Left out") && run.out.contains("Deployer.Speed"), "{run:?}");
+    assert!(run.out.contains("Skipped") && run.out.contains("Deployer.Speed"), "{run:?}");
     let run = mini.run(&["param", "restore", &full]);
     assert!(run.code == 2 && run.err.contains("--except General.Chain"), "{run:?}");
     mini.done(&["param", "restore", &full, "--except", "General.Chain"]);
@@ -136,7 +137,8 @@ fn refusals_and_other_monitors() {
         let run = sim.run(&["param", "restore", &bad]);
         assert!(run.code == 2 && run.err.contains(word), "{run:?}");
     }
-    // §3.17: without limits a limit takes the present position only, so this one is refused.
+    // §3.17: while limits are off, only the present position is accepted as a limit, so this one is
+    // refused.
     sim.done(&["limits", "off", "vertical"]);
     std::fs::write(&bad, "format = 1\n[Vertical]\nMaxLimit = 3333\nSpeed = 5\n").unwrap();
     let run = sim.run(&["param", "restore", &bad]);

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex};
 use lafet_proto::link::{Decoder, Frame, WIRE_MAX, encode};
 use support::{Run, Running, Sim, lafet};
 
-/// A line that several processes are on: each hears what the others send, as on RS-485.
+/// A line shared by several processes: each receives what the others send, as on RS-485.
 struct Hub {
     place: String,
     stations: Arc<Mutex<Vec<TcpStream>>>,
@@ -31,7 +31,7 @@ impl Hub {
         hub
     }
 
-    /// A simulated monitor becomes a station.
+    /// Connects a simulated monitor as a station.
     fn joined_by(&self, sim: &Sim) {
         join(&self.stations, TcpStream::connect(sim.place()).unwrap());
     }
@@ -49,7 +49,7 @@ fn join(stations: &Arc<Mutex<Vec<TcpStream>>>, mut stream: TcpStream) {
     std::thread::spawn(move || {
         let mut buffer = [0; 1024];
         while let Ok(len @ 1..) = stream.read(&mut buffer) {
-            // A station that has gone hears nothing.
+            // A station that has disconnected is removed.
             stations.lock().unwrap().retain_mut(|other| match other.peer_addr() {
                 Ok(peer) => peer == name || other.write_all(&buffer[..len]).is_ok(),
                 Err(_) => false,
@@ -59,7 +59,7 @@ fn join(stations: &Arc<Mutex<Vec<TcpStream>>>, mut stream: TcpStream) {
     });
 }
 
-/// Two serial ports that are connected; their paths.
+/// Connects two serial ports; returns their paths.
 fn cable() -> (String, String) {
     let end = || {
         let flags = rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY;
@@ -91,7 +91,7 @@ fn controller(arguments: &[&str]) -> Running {
     Running::stdout(lafet().arg("--json").arg("bus").args(arguments))
 }
 
-/// Waits until the controller has told all of these.
+/// Waits until the controller has reported all of these.
 fn told(bus: &Running, mut expected: Vec<&str>) {
     while !expected.is_empty() {
         let line = bus.line();
@@ -118,7 +118,7 @@ fn monitors_and_consoles_on_one_line() {
     let status = done(&console, &["--json", "status", "Deployer"]);
     assert!(status.out.contains("Deploying"), "{status:?}");
     told(&bus, vec![r#""request":"Deploy Deployer""#]);
-    // Another console is told by the controller itself.
+    // The controller itself reports another console.
     let other = hub.url("role=active&src=131");
     let who = done(&other, &["--json", "bus", "who"]);
     assert_eq!(who.json()[0]["present"].as_array().unwrap()[..2], [1, 2]);
@@ -135,18 +135,19 @@ fn monitors_and_consoles_on_one_line() {
             });
         }
     });
-    // A console of a healthy bus finds nothing wrong with it.
+    // A console on a healthy bus finds no fault.
     let well = done(&console, &["--json", "doctor", "--requests", "5"]).json();
     assert_eq!(well[0]["findings"][0]["finding"], "well", "{well:?}");
-    // Whoever does not wait for its turn is told what is missing.
+    // A client that does not wait for its turn is shown what is missing.
     let direct = Run::of(&["-c", &hub.url("src=131"), "bus", "who"]);
     assert!(direct.code == 3 && direct.err.contains("role=active"), "{direct:?}");
-    // Nobody gives access at a monitor of one's own.
+    // With a monitor on a line of its own, no controller grants access.
     let alone = Run::of(&["-c", &format!("{}?role=active", one.url()), "status"]);
     assert!(alone.code == 3 && alone.err.contains("role=direct"), "{alone:?}");
 }
 
-/// Where a controller gives access, a recorder without an address of its own asks nothing and keeps what others say.
+/// Where a controller grants access, a recorder without an address of its own only listens, and
+/// records what others send.
 #[test]
 fn a_recorder_beside_a_controller_only_listens() {
     let one = Sim::start(&["--addr", "1"]);
@@ -156,7 +157,7 @@ fn a_recorder_beside_a_controller_only_listens() {
     told(&bus, vec![r#""appeared":1}"#]);
     let console = hub.url("role=active&src=130&addr=1");
     std::thread::scope(|scope| {
-        // As long as it is recorded the console has its turns.
+        // The console has its turns while the recorder runs.
         let asks = scope.spawn(|| {
             let watch = ["--json", "watch", "General", "--count", "40", "--interval", "0.1"];
             assert_eq!(done(&console, &watch).json().len(), 40);
@@ -169,7 +170,7 @@ fn a_recorder_beside_a_controller_only_listens() {
         assert!(run.err.contains("A controller gives access"), "{run:?}");
         let frames = Run::of(&["--json", "replay", &recording, "--speed", "0"]).json();
         let from = |src: u8| frames.iter().filter(|frame| frame["src"] == src).count();
-        assert_eq!(from(129), 0, "it has asked: {frames:?}");
+        assert_eq!(from(129), 0, "it sent requests: {frames:?}");
         assert!(from(1) > 0 && from(130) > 0, "{frames:?}");
         asks.join().unwrap();
     });
@@ -199,9 +200,9 @@ fn consoles_on_a_serial_line_of_their_own() {
     assert_eq!(bus.code(), Some(0));
 }
 
-/// A monitor that goes is dropped and found again; programs share the controller's turns.
+/// A monitor that disappears is dropped and found again; programs share the controller's turns.
 #[test]
-fn programs_and_a_monitor_that_goes() {
+fn programs_and_a_monitor_that_disappears() {
     let sim = Sim::listening(&["tcp://127.0.0.1:0"], &["--addr", "1"]);
     let arguments = [sim.url(), "--addresses", "1", "--watch", "0.2", "--listen", "127.0.0.1:0"];
     let bus = controller(&arguments);
@@ -250,7 +251,7 @@ fn wrong_usage() {
     usage(&[], "-c");
 }
 
-/// A raw device on a serial line.
+/// A device on a serial line that reads and writes bytes directly.
 struct Device {
     port: File,
     decoder: Box<Decoder>,
@@ -262,7 +263,7 @@ impl Device {
         Self { port, decoder: Box::default() }
     }
 
-    /// The frames of a read: receiver, sender, records. A simple program takes the first only.
+    /// The frames of one read: receiver, sender, records. A simple program takes only the first.
     fn read(&mut self) -> Vec<(u8, u8, Vec<u8>)> {
         let mut buffer = [0; 1024];
         let len = self.port.read(&mut buffer).unwrap_or(0);
@@ -282,11 +283,11 @@ impl Device {
     }
 }
 
-/// Two pseudo-terminals, a monitor that counts and a console that takes one frame per read.
+/// Two pseudo-terminals: a monitor that counts, and a console that takes one frame per read.
 #[test]
 fn between_two_serial_lines_each_request_is_passed_once() {
     const REQUESTS: u8 = 60;
-    /// Grants without the answer after which the console asks the next.
+    /// Grants without an answer after which the console sends the next request.
     const PATIENCE: u32 = 30;
     let ((monitors, far), (consoles, near)) = (cable(), cable());
     let executed: Arc<Mutex<Vec<u8>>> = Arc::default();
@@ -341,6 +342,6 @@ fn between_two_serial_lines_each_request_is_passed_once() {
     assert_eq!(executed.len(), count, "executed twice");
     assert_eq!(last["requests"], count, "{last}");
     assert!(answered * 2 > u32::from(REQUESTS), "{answered} answered, {last}");
-    // A grant that comes in one read with the answer before it would be lost, and repeated.
+    // A grant read together with the previous answer would be lost, and the answer repeated.
     assert!(last["repeated"].as_u64().unwrap() < u64::from(REQUESTS) / 2, "{last}");
 }

@@ -29,7 +29,7 @@ fn dry_runs_and_refusals() {
     assert!(run.code == 0 && run.out.contains("NozzleDiameter 40."), "{run:?}");
     let run = sim.run(&["--json", "param", "get", "control", "NozzleDiameter"]);
     assert_eq!(run.json()[0]["values"][0], json!(280), "{run:?}");
-    // No connection: figures alone.
+    // Without a connection it only computes.
     let run = Run::of(&["--lang", "ru", "calibrate", "--outlet", "28"]);
     assert!(run.code == 0 && run.out.contains("Ничего не записано"), "{run:?}");
     let run = Run::of(&["calibrate", "--shot", "7.9,5,15", "--shot", "7.9,15,37"]);

@@ -1,5 +1,5 @@
-//! `lafet serve` with TLS, and clients that others have written: curl, OpenSSL, and who speaks neither
-//! HTTP nor TLS.
+//! `lafet serve` with TLS and third-party clients (curl, OpenSSL), and with peers that speak
+//! neither HTTP nor TLS.
 #![cfg(unix)]
 
 mod support;
@@ -13,11 +13,11 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use support::{Running, Sim, lafet};
 
-/// Stop of an undisturbed hub takes some ms; a machine that is busy gets time.
+/// Stop on an idle hub takes some ms; this leaves time for a busy machine.
 const STOP_MAX: Duration = Duration::from_secs(5);
 
 struct Site {
-    // They end with this.
+    // Dropped, and so ended, together with the hub.
     _sim: Sim,
     _hub: Running,
     folder: PathBuf,
@@ -54,7 +54,7 @@ impl Site {
         let site = Self { _sim: sim, _hub: hub, folder, url };
         let began = Instant::now();
         while site.curl("/health", &[]).json()["monitors"]["M1"] != "up" {
-            assert!(began.elapsed() < Duration::from_secs(60), "M1 does not come up");
+            assert!(began.elapsed() < Duration::from_secs(60), "M1 does not connect");
         }
         site
     }
@@ -75,7 +75,7 @@ impl Site {
         Answer::of(&output.expect("curl is there"))
     }
 
-    /// What OpenSSL says of a connection that is sent this.
+    /// OpenSSL's output for a connection over which `input` is sent.
     fn openssl(&self, options: &[&str], input: &[u8]) -> String {
         let mut child = Command::new("openssl")
             .args(["s_client", "-connect", self.place(), "-servername", "localhost"])
@@ -87,7 +87,7 @@ impl Site {
             .stderr(Stdio::piped())
             .spawn()
             .expect("openssl is there");
-        // One that is refused does not read.
+        // A refused connection does not read.
         _ = child.stdin.take().unwrap().write_all(input);
         let output = child.wait_with_output().unwrap();
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -108,7 +108,7 @@ impl Drop for Site {
     }
 }
 
-/// What curl has come to.
+/// The result of a curl call.
 #[derive(Debug)]
 struct Answer {
     body: String,
@@ -161,7 +161,7 @@ fn curl() {
     assert_eq!(site.curl("/api/alarms/ack", &json).status, 200);
     assert_eq!(site.curl("/api/alarms/ack", &gzip).status, 415);
 
-    // A body in pieces, one that the client asks leave for, one that is too large.
+    // A body in chunks, one sent after 100-continue, and one that is too large.
     let chunked = [&json[..], &["--header", "Transfer-Encoding: chunked"]].concat();
     assert_eq!(site.curl("/api/alarms/ack", &chunked).status, 200);
     let asks = [&json[..], &["--header", "Expect: 100-continue"]].concat();
@@ -185,7 +185,7 @@ fn openssl() {
             assert!(said.contains(part), "{version}, {part}: {said}");
         }
     }
-    // Versions that are broken, and protocols that are not spoken, have no handshake.
+    // Insecure versions and unsupported protocols get no handshake.
     for options in [&["-tls1_1"][..], &["-alpn", "h2"]] {
         let said = site.openssl(options, request);
         assert!(!said.contains("HTTP/1.1"), "{options:?}: {said}");
@@ -200,20 +200,20 @@ fn neither_tls_nor_http() {
     let site = Site::open("garbage");
     let noise: Vec<u8> =
         (0..65_536_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
-    // A record of TLS that is announced and does not come whole.
+    // A TLS record that is announced and never completed.
     let half = b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc".to_vec();
     let plain = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n".to_vec();
     let mut open = Vec::new();
     for bytes in [noise, half, plain, Vec::new()] {
         for _ in 0..50 {
             let mut stream = TcpStream::connect(site.place()).unwrap();
-            // The hub may end it before everything is sent.
+            // The hub may close the connection before everything is sent.
             _ = stream.write_all(&bytes);
             open.push(stream);
         }
     }
     site.stops();
-    // What is no handshake is ended.
+    // A connection without a handshake is closed.
     let ended = open.iter_mut().take(50).map(|stream| {
         stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
         match stream.read_to_end(&mut Vec::new()) {

@@ -9,7 +9,8 @@ use support::{Run, Sim};
 
 const FAST: &[&str] = &["--speed", "40"];
 
-/// §3.1/1: the barrel is wrapped, so Deployer refuses: exit code 1, who and why, what to try.
+/// §3.1/1: the barrel is stowed, so Deployer refuses: exit code 1, who refused and why, what to
+/// try.
 #[test]
 fn a_refusal_says_who_why_and_what_to_do() {
     let sim = Sim::start(FAST);
@@ -40,8 +41,8 @@ fn a_refusal_says_who_why_and_what_to_do() {
 }
 
 #[test]
-fn nobody_answers() {
-    // A port that has just been free, and one whose owner says nothing.
+fn no_answer() {
+    // A port that has just been closed, and one whose owner sends nothing.
     let closed = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let run = Run::of(&["-c", &format!("tcp://{closed}"), "status"]);
     assert_eq!(run.code, 3, "{run:?}");
@@ -94,7 +95,7 @@ fn deploy_move_wrap() {
     };
     near("Vertical", 600);
     near("Horizontal", -1800);
-    // §3.1: a target beyond the limit is the limit.
+    // §3.1: a target beyond the limit moves to the limit.
     let limit = sim.value(&["move", "vertical", "-21600"]);
     assert_eq!(limit["state"]["position_arcmin"], -900);
     let run = sim.done(&["wrap"]);
@@ -104,7 +105,7 @@ fn deploy_move_wrap() {
     assert!(sim.done(&["stop"]).out.contains("Deployer Stop →"));
 }
 
-/// §3.8/1, §3.9, §3.11: no water in a folded barrel, no folding with open valves.
+/// §3.8/1, §3.9, §3.11: no water in a stowed barrel, no stowing with open valves.
 #[test]
 fn valves() {
     let sim = Sim::start(FAST);
@@ -118,7 +119,7 @@ fn valves() {
     assert_eq!(done["state"]["flags"], json!(["Closed"]));
 }
 
-/// The sun is a hotbed beside the fire; what burns behind a wall is none.
+/// The sun is detected as a fire spot beside the fire; a fire behind a wall is not detected.
 #[test]
 fn glare_and_walls_of_a_simulator() {
     let sim = Sim::start(&[

@@ -46,7 +46,7 @@ fn json_holds_the_bytes() {
 }
 
 #[test]
-fn wrong_usage_and_nobody_there() {
+fn wrong_usage_and_no_monitor() {
     assert_eq!(Run::of(&["conform"]).code, 2);
     assert_eq!(Run::of(&["conform", "sim:", "--only", "no-such-test"]).code, 2);
     assert_eq!(Run::of(&["conform", "sim:", "--full", "--motion"]).code, 2);

@@ -1,6 +1,6 @@
-//! The line is cut in each phase of a command, between real processes: by the end of the connection,
-//! by its reset, and by silence. The user is told that it may still move or flow; what was begun is
-//! stopped over the next connection; the exit code says how that ended.
+//! Cuts the line in each phase of a command, between real processes: by closing the connection, by
+//! a reset, and by silence. The user is warned that it may still move or flow; what was started is
+//! stopped over the next connection; the exit code shows how that ended.
 #![cfg(unix)]
 
 mod support;
@@ -20,33 +20,34 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use socket2::SockRef;
 use support::{Running, Sim, lafet};
 
-/// For how long a line is cut that comes back: longer than a read is repeated with [`TIMEOUT`].
+/// For how long a line that comes back is cut: longer than the repetitions of a read with
+/// [`TIMEOUT`] take.
 const AWAY: Duration = Duration::from_millis(2500);
 const TIMEOUT: &str = "0.3";
 
 /// How the line is cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Cut {
-    /// The connection is ended (FIN).
+    /// The connection is closed (FIN).
     End,
-    /// It is reset (RST).
+    /// The connection is reset (RST).
     Reset,
-    /// Nothing passes any more, and nothing says so.
+    /// Nothing passes any more, and no error is reported.
     Silence,
 }
 
-/// When it is cut: at the first of the frames with this request.
+/// When it is cut: at the first frame with this request.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// It does not arrive.
+    /// The request does not arrive.
     Request,
-    /// It arrives, its answer does not.
+    /// The request arrives, its answer does not.
     Answer,
-    /// So many more answers have come.
+    /// After this many more answers.
     After(u32),
 }
 
-/// Between a program and its monitor; cut once.
+/// Relay between a program and its monitor; cut once.
 struct Relay {
     url: String,
     state: Arc<State>,
@@ -56,11 +57,11 @@ struct State {
     request: RequestId,
     phase: Phase,
     cut: Cut,
-    /// Answers since the request.
+    /// Number of answers since the request.
     answers: AtomicU32,
     seen: AtomicBool,
     is_cut: AtomicBool,
-    /// When, and for how long nobody gets through.
+    /// When the cut began; the line carries nothing for this time.
     since: Mutex<Option<Instant>>,
     away: Duration,
     /// Both ends of the connection that is cut.
@@ -135,7 +136,7 @@ impl State {
     }
 }
 
-/// Passes bytes on until the line is cut; `first`: over the connection that will be.
+/// Passes bytes on until the line is cut; `first`: over the connection to be cut.
 fn copy(mut from: TcpStream, mut to: TcpStream, state: &State, first: bool, to_monitor: bool) {
     let mut decoder: Decoder = Decoder::new();
     let mut buffer = [0; 1024];
@@ -174,7 +175,7 @@ const fn phases() -> [(Phase, Cut); 7] {
     ]
 }
 
-/// A simulated monitor in working position, with a program.
+/// A simulated monitor in working position, with a stored program.
 fn monitor() -> Sim {
     let sim = Sim::start(&["--profile", "remote"]);
     let program = ["program", "set", "3", "--centre", "30deg,-2deg", "--distance", "25"];
@@ -182,7 +183,7 @@ fn monitor() -> Sim {
     sim
 }
 
-/// Stop was answered; the drives have braked a moment later.
+/// Stop was answered; the drives come to rest a moment later.
 fn comes_to_rest(sim: &Sim) {
     let began = Instant::now();
     while sim.flags("horizontal").contains(&"Move".to_owned()) {
@@ -200,7 +201,7 @@ fn at_rest(sim: &Sim) {
     assert!(!sim.flags("control").contains(&"Quench".to_owned()));
 }
 
-/// A command, its request, and what the user is warned of.
+/// Commands: arguments, request, and the warning to the user.
 const COMMANDS: [(&[&str], RequestId, &str); 3] = [
     (&["move", "horizontal", "170deg"], RequestId::MOVE, "Horizontal may still move"),
     (&["open"], RequestId::OPEN, "Valve1 may be open, and water may flow"),
@@ -212,7 +213,7 @@ const COMMANDS: [(&[&str], RequestId, &str); 3] = [
 ];
 
 #[test]
-fn what_was_begun_is_stopped_over_the_next_connection() {
+fn what_was_started_is_stopped_over_the_next_connection() {
     thread::scope(|scope| {
         for (phase, cut) in phases() {
             for (words, request, risk) in COMMANDS {
@@ -237,7 +238,7 @@ fn broken_off(words: &[&str], request: RequestId, risk: &str, phase: Phase, cut:
     at_rest(&sim);
 }
 
-/// A deployment, of a monitor that has it.
+/// A deployment, on a monitor with a Deployer.
 #[test]
 fn a_deployment_is_stopped_over_the_next_connection() {
     thread::scope(|scope| {
@@ -261,7 +262,7 @@ fn a_deployment_is_stopped_over_the_next_connection() {
     });
 }
 
-/// A Stop is what was wanted: it goes on until it is answered, and is then done.
+/// A Stop is repeated until it is answered, and is then complete.
 #[test]
 fn a_stop_goes_on_until_it_has_arrived() {
     let sim = monitor();
@@ -277,7 +278,8 @@ fn a_stop_goes_on_until_it_has_arrived() {
     }
 }
 
-/// A Close too, and it is done once the valve has been seen closed. A valve that is not there was not seen.
+/// So is a Close, which is complete once the valve was seen closed. An absent valve is never seen
+/// closed.
 #[test]
 fn a_close_goes_on_until_the_valve_is_closed() {
     thread::scope(|scope| {
@@ -302,7 +304,7 @@ fn a_close_goes_on_until_the_valve_is_closed() {
     assert_ne!(run.code, 0, "{run:?}");
 }
 
-/// A valve that stays open is not closed, whatever the line does meanwhile.
+/// A valve that stays open was not closed, whatever the line does meanwhile.
 #[test]
 fn a_close_that_is_given_up_is_not_done() {
     let sim = monitor();
@@ -317,7 +319,8 @@ fn a_close_that_is_given_up_is_not_done() {
     assert!(sim.flags("valve1").contains(&"Open".to_owned()));
 }
 
-/// Ctrl-C while nobody answers gives up, and names the emergency stop; what is not cut is stopped.
+/// Ctrl-C without an answer gives up, and names the emergency stop; over an intact line the motion
+/// is stopped.
 #[test]
 fn ctrl_c_with_the_line_cut() {
     let sim = monitor();
@@ -341,7 +344,7 @@ fn ctrl_c_with_the_line_cut() {
     }
 }
 
-/// A motion under a key ends by itself, and the program reports how.
+/// A motion held by a key ends by itself, and the program reports how.
 #[test]
 fn a_jog_ends_when_the_line_is_cut() {
     let sim = monitor();
@@ -369,7 +372,7 @@ fn a_jog_ends_when_the_line_is_cut() {
             assert!(began.elapsed() < Duration::from_secs(30), "{cut:?}: never cut");
         }
         while sim.flags("horizontal").contains(&"Move".to_owned()) {
-            assert!(began.elapsed() < Duration::from_secs(60), "{cut:?}: nobody holds it");
+            assert!(began.elapsed() < Duration::from_secs(60), "{cut:?}: no key is held");
         }
         keys.write_all(b"q").unwrap();
         assert_eq!(jog.code(), Some(0), "{cut:?}");
@@ -378,9 +381,9 @@ fn a_jog_ends_when_the_line_is_cut() {
     }
 }
 
-/// The tester tries to reach the monitor again, stops it, and puts everything back.
+/// The tester tries to reach the monitor again, stops it, and restores everything.
 #[test]
-fn conform_puts_everything_back() {
+fn conform_restores_everything() {
     let sim = monitor();
     let speed = || sim.value(&["param", "get", "horizontal", "Speed"])[0]["values"][0].clone();
     let before = speed();
@@ -391,7 +394,7 @@ fn conform_puts_everything_back() {
         let what = format!("{cut:?}: {run:?}");
         assert_eq!(run.code, 1, "{what}");
         assert!(run.err.contains("may still move"), "{what}");
-        assert!(!run.out.contains("NOT PUT BACK"), "{what}");
+        assert!(!run.out.contains("NOT RESTORED"), "{what}");
         at_rest(&sim);
         assert_eq!(speed(), before, "{what}");
     }
@@ -401,7 +404,7 @@ fn conform_puts_everything_back() {
     let mut running = Running::stderr(&mut command);
     while !running.line().contains("Ctrl-C twice gives up") {}
     running.signal("INT");
-    while !running.line().contains("put back") {}
+    while !running.line().contains("Interrupted: restoring") {}
     running.signal("INT");
     assert_eq!(running.code(), Some(4));
 }

@@ -17,7 +17,7 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x} ")).collect()
 }
 
-/// A question and its answer, with noise before, between and inside.
+/// A request and its answer, with noise before, between and inside.
 fn capture() -> Vec<u8> {
     let mut bytes = vec![0x55; 7];
     bytes.extend(frame(1, 129, &[0x4D, 0x0D, 0, 2, 0xB0, 0x04]));
@@ -77,7 +77,7 @@ fn standard_input_raw_or_hexadecimal() {
     assert!(quiet.out.is_empty() && quiet.err.contains("records: 2"), "{quiet:?}");
 }
 
-/// Many frames, more than any buffer holds: all of them come out.
+/// More frames than any buffer holds: all are decoded.
 #[test]
 fn a_long_capture() {
     let one = frame(1, 129, &[0x4D, 0x0D, 0, 2, 0xC0, 0xDB]);

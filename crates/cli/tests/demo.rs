@@ -1,4 +1,4 @@
-//! `lafet demo`: it puts the fire out, and the same seed tells the same story.
+//! `lafet demo`: it extinguishes the fire, and the same seed gives the same trace.
 
 mod support;
 
@@ -23,10 +23,10 @@ fn the_same_seed_gives_the_same_trace() {
     assert_eq!((first.code, second.code), (0, 0), "{first:?}");
     assert!(one == two, "two runs of one seed differ");
     let (_, other) = trace("other", &["--seed", "8"]);
-    assert!(one != other, "two seeds tell the same");
+    assert!(one != other, "two seeds give the same trace");
 }
 
-/// The story of §3.16, §3.21, §3.14, §3.8, §3.9, §3.11 in its order.
+/// §3.16, §3.21, §3.14, §3.8, §3.9, §3.11 in this order.
 #[test]
 fn from_standby_to_standby() {
     let (run, trace) = trace("story", &["--fire", "az=30,range=25,size=1.5"]);
@@ -87,7 +87,7 @@ fn two_fires_one_after_the_other() {
     assert_eq!((run.code, &run.json()[0]["fires_out"]), (0, &serde_json::json!(2)), "{run:?}");
 }
 
-/// A fire behind the monitor is not found; that is told in both languages, and is no success.
+/// A fire behind the monitor is not found; that is reported in both languages, and is a failure.
 #[test]
 fn what_cannot_be_seen_is_not_found() {
     for (lang, word) in [("en", "found nothing"), ("ru", "ничего не нашёл")] {

@@ -20,7 +20,7 @@ fn a_shipped_scenario_is_run_and_drawn() {
     std::fs::remove_dir_all(&dir).unwrap();
 }
 
-/// Exit code 1 when an expectation does not hold, 2 when the file makes no sense; JSON for programs.
+/// Exit code 1 when an expectation fails, 2 when the file is not valid; JSON for programs.
 #[test]
 fn exit_codes_and_json() {
     let dir = std::env::temp_dir().join(format!("lafet-exercise-codes-{}", std::process::id()));
@@ -49,7 +49,7 @@ fn exit_codes_and_json() {
     std::fs::remove_dir_all(&dir).unwrap();
 }
 
-/// Three monitors on one bus, each by its address, all with their fires.
+/// Three monitors on one bus, each at its address, each with its fires.
 #[test]
 fn the_monitors_of_a_site_are_served() {
     let sim = Sim::start(&["--site", "tank-farm", "--speed", "50"]);

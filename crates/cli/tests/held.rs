@@ -1,5 +1,5 @@
-//! A motion held through the hub's WebSocket ends by itself when the hub is killed or stopped, or its
-//! cable is cut: real processes, the monitor's parameters as delivered.
+//! A motion held through the hub's WebSocket ends by itself when the hub is killed or stopped, or
+//! its cable is cut: with real processes and the monitor's default parameters.
 #![cfg(unix)]
 
 mod support;
@@ -16,10 +16,10 @@ use lafet_proto::flags::DriveFlags;
 use serde_json::{Value, json};
 use support::{Running, Sim, lafet};
 
-/// The traverse at 20 °/s goes so far in 500 ms; the rest is for a busy machine, whose processes wait
-/// for each other. Without an end of its own it goes on for 180°.
+/// Distance of the traverse at 20 °/s in 500 ms, plus an allowance for a busy machine, on which
+/// processes wait for each other, arc-minutes. A motion that does not end covers 180°.
 const WAY_MAX: i32 = 600 + 1200;
-/// From one beat to the next.
+/// Interval of the heartbeats that hold the motion.
 const BEAT: Duration = Duration::from_millis(50);
 
 /// A cable that can be cut: both ends stay open, nothing passes.
@@ -58,7 +58,7 @@ fn copy(mut from: TcpStream, mut to: TcpStream, cut: &AtomicBool) {
     }
 }
 
-/// A text message of a client, masked with zeros.
+/// Sends a text message as a client, masked with zeros.
 fn send(socket: &mut TcpStream, message: &Value) {
     let text = message.to_string();
     let mut frame = vec![0x81, 0x80 | u8::try_from(text.len()).expect("short"), 0, 0, 0, 0];
@@ -67,7 +67,7 @@ fn send(socket: &mut TcpStream, message: &Value) {
     let _ = socket.write_all(&frame);
 }
 
-/// A WebSocket to the hub, whose messages are taken and dropped.
+/// Opens a WebSocket to the hub, and discards its messages.
 fn connect(url: &str) -> TcpStream {
     let host = url.split_once("://").expect("a URL").1.trim_end_matches('/');
     let mut socket = TcpStream::connect(host).unwrap();
@@ -118,7 +118,7 @@ impl Site {
         Self { sim, cable, hub, folder, socket }
     }
 
-    /// Holds the traverse to the left until it moves; its position.
+    /// Holds the traverse to the left until it moves; returns its position.
     fn hold(&mut self, monitor: &Monitor) -> i32 {
         for beat in 0..1200 {
             send(
@@ -142,13 +142,13 @@ impl Drop for Site {
     }
 }
 
-/// Real processes have no other clock.
-#[expect(clippy::disallowed_methods, reason = "beats of a hand, to a process")]
+/// Waits in real time: real processes have no other clock.
+#[expect(clippy::disallowed_methods, reason = "heartbeats sent to a real process")]
 fn pause(time: Duration) {
     std::thread::sleep(time);
 }
 
-/// Waits until it is at rest; how far it went, and that it stays there.
+/// Waits until it is at rest and stays so; returns the distance.
 fn rest(monitor: &Monitor, from: i32) -> i32 {
     let (mut still, mut at) = (0, from);
     for _ in 0..600 {
@@ -187,7 +187,7 @@ fn the_hub_is_stopped_and_goes_on() {
     let (site, monitor, at) = ends("held-stop", |site| site.hub.signal("STOP"));
     site.hub.signal("CONT");
     pause(Duration::from_secs(1));
-    assert_eq!(rest(&monitor, at), 0, "it stays where it is");
+    assert_eq!(rest(&monitor, at), 0, "it stays at rest");
 }
 
 #[test]

@@ -22,13 +22,13 @@ fn completions_know_every_command() {
         let script = Run::of(&["completions", shell]);
         assert_eq!(script.code, 0, "{script:?}");
         for command in &commands {
-            assert!(script.out.contains(command), "{shell} does not know {command}");
+            assert!(script.out.contains(command), "{shell} lacks {command}");
         }
     }
     let mut bash = Command::new("bash").arg("-n").stdin(Stdio::piped()).spawn().unwrap();
     let script = Run::of(&["completions", "bash"]).out;
     std::io::Write::write_all(&mut bash.stdin.take().unwrap(), script.as_bytes()).unwrap();
-    assert!(bash.wait().unwrap().success(), "bash can read it");
+    assert!(bash.wait().unwrap().success(), "bash accepts the script");
 }
 
 #[test]

@@ -14,7 +14,7 @@ const LEFT: &[u8] = b"\x1b[D";
 
 struct Terminal {
     keys: File,
-    /// What the program's other end is.
+    /// Path of the end that the program opens.
     path: String,
 }
 
@@ -26,7 +26,7 @@ impl Terminal {
         let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
         let keys = File::from(ours);
         let mut screen = keys.try_clone().unwrap();
-        // Somebody has to take what the program and the terminal's echo write.
+        // The output of the program and the terminal's echo must be read.
         std::thread::spawn(move || {
             let mut buffer = [0; 1024];
             while let Ok(1..) = screen.read(&mut buffer) {}
@@ -47,10 +47,11 @@ fn is_moving(sim: &Sim) -> bool {
     sim.flags("horizontal").contains(&"Move".to_owned())
 }
 
-/// The barrel turns while the key repeats, stands when it does not, and when the program ends.
+/// The barrel turns while the key repeats; it stops when the key is released and when the program
+/// ends.
 #[test]
 fn a_held_key_moves_the_barrel() {
-    // As fast as life: the dead-man's time is the monitor's.
+    // In real time: the lease is timed by the monitor's clock.
     let sim = Sim::start(&[]);
     sim.done(&["deploy"]);
     let from = position(&sim);
@@ -59,7 +60,7 @@ fn a_held_key_moves_the_barrel() {
     command.args(["-c", sim.url(), "jog", "--lease", "0.5"]).stdin(terminal.other_end());
     let mut jog = Running::stderr(&mut command);
     assert!(jog.line().contains("Stop All"));
-    // The state that the program shows paces the keys.
+    // Keys are paced by the state that the program shows.
     let mut turned = false;
     for _ in 0..8 {
         terminal.keys.write_all(LEFT).unwrap();
@@ -68,7 +69,7 @@ fn a_held_key_moves_the_barrel() {
     assert!(turned, "the key moves the drive");
     let began = std::time::Instant::now();
     while is_moving(&sim) {
-        assert!(began.elapsed().as_secs() < 20, "nobody holds it any more");
+        assert!(began.elapsed().as_secs() < 20, "no key is held");
     }
     let at = position(&sim);
     assert!(at > from, "{from} {at}: left is positive");

@@ -1,4 +1,4 @@
-//! What `--json` prints is what docs/schema/cli-1.json describes, no more and no less.
+//! The output of `--json` is exactly what docs/schema/cli-1.json describes.
 
 mod support;
 
@@ -11,7 +11,7 @@ use support::{Run, Sim};
 const SCHEMA: &str = include_str!("../../../docs/schema/cli-1.json");
 const PAGE: &str = include_str!("../../../docs/json.md");
 
-/// The shape of a command's lines, closed: a field that is not described fails.
+/// The shape of a command's output lines, closed: a field that is not described fails.
 struct Shapes {
     root: Value,
     seen: Mutex<BTreeSet<String>>,
@@ -35,7 +35,7 @@ impl Shapes {
         self.seen.lock().unwrap().insert(shape.to_owned());
     }
 
-    /// Each line of a run.
+    /// Checks each output line of a run.
     fn lines(&self, shape: &str, run: &Run, what: &[&str]) {
         let lines = run.json();
         assert!(!lines.is_empty(), "{what:?}: {run:?}");
@@ -45,7 +45,7 @@ impl Shapes {
     }
 }
 
-/// Objects whose fields are listed have no others.
+/// Closes objects with listed fields: no other field is allowed.
 fn close(value: &mut Value) {
     match value {
         Value::Object(object) => {

@@ -1,4 +1,4 @@
-//! A hub that is killed at any moment: no audit entry that was acknowledged is lost, the chain holds.
+//! A hub killed at any moment loses no acknowledged audit entry, and the chain of hashes holds.
 
 mod support;
 
@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 use support::{Running, Sim, lafet};
 
-/// How often it is killed, each time after another number of answers.
+/// How many times it is killed, each time after a different number of answers.
 const KILLS: usize = 6;
 
 fn curl(arguments: &[&str]) -> Option<Value> {
@@ -27,7 +27,8 @@ fn hub(config: &Path) -> (Running, String) {
     (hub, url)
 }
 
-/// A Stop that is no repetition of the one before, for those share an entry; its number.
+/// Sends a Stop that does not repeat the previous one, for those share an entry; returns its
+/// number.
 fn stop(url: &str, turn: usize) -> Option<u64> {
     const OF: [&str; 8] =
         ["All", "Control", "Horizontal", "Vertical", "Nozzle", "Valve1", "Valve2", "Detector"];
@@ -54,7 +55,7 @@ fn what_was_acknowledged_survives_kill_9() {
         let mut answered = 0;
         for turn in 0..1000 {
             if let Some(number) = stop(&url, turn) {
-                assert!(acknowledged.insert(number), "{number} was given twice");
+                assert!(acknowledged.insert(number), "{number} was assigned twice");
                 answered += 1;
             }
             if answered > 2 + kill {
@@ -62,7 +63,7 @@ fn what_was_acknowledged_survives_kill_9() {
             }
         }
         assert!(answered > 2, "the hub answers");
-        // Killed while others are being written.
+        // Killed while other entries are being written.
         std::thread::scope(|scope| {
             let late =
                 scope.spawn(|| (0..20).map_while(|turn| stop(&url, turn)).collect::<Vec<_>>());
@@ -70,7 +71,7 @@ fn what_was_acknowledged_survives_kill_9() {
             hub.signal("KILL");
             acknowledged.extend(late.join().unwrap());
         });
-        assert_eq!(hub.code(), None, "a signal has ended it");
+        assert_eq!(hub.code(), None, "it was ended by a signal");
     }
     let (_hub, url) = hub(&config);
     let verified = curl(&[&format!("{url}/api/audit/verify")]).expect("an answer");
@@ -81,7 +82,7 @@ fn what_was_acknowledged_survives_kill_9() {
     let lost: Vec<_> = acknowledged.difference(&stored).collect();
     assert!(lost.is_empty(), "acknowledged, and lost: {lost:?} of {}", acknowledged.len());
     assert!(acknowledged.len() > 3 * KILLS);
-    // A second hub would spoil the log of the first.
+    // A second hub would corrupt the log of the first.
     let second = lafet().args(["serve", "--no-browser", "--config"]).arg(&config).output().unwrap();
     let said = String::from_utf8_lossy(&second.stderr);
     assert!(said.contains("Another hub uses"), "{said}");

@@ -5,7 +5,7 @@ mod support;
 use support::Run;
 
 #[test]
-fn a_life_is_told_with_its_causes() {
+fn a_life_is_shown_with_its_causes() {
     let run = Run::of(&["sim", "--replay", "1", "--to", "60"]);
     assert_eq!(run.code, 0, "{run:?}");
     let first = run.out.lines().next().unwrap();

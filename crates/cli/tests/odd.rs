@@ -1,5 +1,5 @@
-//! A monitor that answers what the protocol does not say: no command that moves or opens
-//! calls that done, or a Stop of another client.
+//! A monitor that answers contrary to the protocol: no command that moves or opens reports success,
+//! or blames a Stop of another client.
 
 mod support;
 
@@ -21,9 +21,9 @@ enum Odd {
     Short,
     /// A status that does not exist.
     Status,
-    /// Success in the name of this sender, without data.
+    /// Success from this sender, without data.
     Sender(SubsystemId),
-    /// Success of another request.
+    /// Success for another request.
     Request,
 }
 
@@ -87,7 +87,8 @@ fn talk(odd: Odd, mut stream: TcpStream) {
     }
 }
 
-/// The monitor knows no numbers of frames; nobody else uses this connection.
+/// Late answers are not waited for: the monitor does not answer frame numbers, and no other client
+/// uses this connection.
 fn run(url: &str, words: &[&str]) -> Run {
     run_at(&format!("{url}?late=0"), words)
 }
@@ -108,7 +109,7 @@ const MOTIONS: [&[&str]; 7] = [
     &["trajectory", "--point", "0,0,25,10", "--follow"],
 ];
 
-/// What was started cannot be seen: it is stopped, and the emergency stop is named.
+/// What was started cannot be followed: it is stopped, and the emergency stop is named.
 #[test]
 fn a_motion_that_cannot_be_followed_is_stopped_and_not_called_done() {
     thread::scope(|scope| {
@@ -121,14 +122,14 @@ fn a_motion_that_cannot_be_followed_is_stopped_and_not_called_done() {
                     assert_eq!(run.code, 4, "{what}");
                     assert!(run.err.contains("what the protocol says"), "{what}");
                     assert!(run.err.contains("Use the emergency stop"), "{what}");
-                    assert!(!run.err.contains("Somebody"), "{what}");
+                    assert!(!run.err.contains("Another client"), "{what}");
                 }
             });
         }
     });
 }
 
-/// What came is named, not taken for a state or for silence.
+/// What was received is described, not taken for a state or for silence.
 #[test]
 fn a_state_of_all_that_is_none_says_what_came() {
     for (odd, words) in [
@@ -141,7 +142,7 @@ fn a_state_of_all_that_is_none_says_what_came() {
         assert_eq!(run.code, 3, "{odd:?}: {run:?}");
         assert!(run.err.contains(words) && run.out.is_empty(), "{odd:?}: {run:?}");
     }
-    // In doubt, another program may have asked.
+    // In doubt, the answer may be for another program.
     let run = run_at(&serve(Odd::Request), &["status"]);
     assert!(run.code == 3 && run.err.contains("answers Stop, which was not asked"), "{run:?}");
 }

@@ -1,5 +1,5 @@
-//! Real processes that follow each other over a serial server: what was answered to one arrives
-//! while the next one waits.
+//! Real processes, one after another, on a serial server: the answer to one arrives while the next
+//! one waits.
 
 mod support;
 
@@ -13,12 +13,13 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use support::{Run, Sim};
 
-/// How late every answer is: no more than one operation waits for it in all.
+/// Delay of every answer: it is waited for once, not by every operation.
 const LATE: Duration = Duration::from_millis(2500);
-/// Processes.
+/// Number of processes.
 const PROCESSES: i32 = 5;
 
-/// Passes bytes on to one connection to the monitor, and its answers, late, to whoever is connected.
+/// Passes bytes on to one connection to the monitor, and its answers, delayed, to the client then
+/// connected.
 fn serial_server(monitor: &str) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = listener.local_addr().unwrap();
@@ -49,13 +50,13 @@ fn serial_server(monitor: &str) -> String {
 }
 
 fn deliver(late: &Receiver<(Instant, Vec<u8>)>, client: &Mutex<Option<TcpStream>>) {
-    // Nothing is ever sent here: to receive is to wait.
+    // Nothing is ever sent here: receiving only waits.
     let (_open, never) = channel::<()>();
     for (due, bytes) in late {
         let wait = due.saturating_duration_since(Instant::now());
         assert_eq!(never.recv_timeout(wait), Err(RecvTimeoutError::Timeout));
         if let Some(stream) = &mut *client.lock().unwrap() {
-            // The process may be gone.
+            // The process may have ended.
             let _ = stream.write_all(&bytes);
         }
     }
@@ -84,7 +85,7 @@ fn no_process_believes_what_was_answered_to_another() {
                 assert_eq!(run.json()[0]["values"], json!([value]), "{run:?}");
                 read += 1;
             }
-            // Honest, if the machine is so slow that 6 s were not enough.
+            // A correct failure, if the machine is so slow that 6 s were not enough.
             code => assert_eq!(code, 3, "{run:?}"),
         }
     }

@@ -48,7 +48,7 @@ fn trajectories_too_and_an_empty_one_cannot_run() {
     sim.done(&[&["program", "set", "0"][..], &points].concat());
     let shown = sim.done(&["program", "show", "0", "--trajectory"]);
     assert!(shown.out.contains("2: 24.0° -2.0°, 25 m, stays 1.5 s"), "{shown:?}");
-    assert_eq!(sim.value(&["program", "show", "0"])["empty"], true, "program 0 is another place");
+    assert_eq!(sim.value(&["program", "show", "0"])["empty"], true, "program 0 is separate");
     let run = sim.done(&["program", "run", "0", "--trajectory", "--follow"]);
     assert!(run.out.contains("done"), "{run:?}");
     // §3.15/2

@@ -1,4 +1,4 @@
-//! Recording a monitor, replaying it, and standing between it and a program.
+//! Records a monitor, replays the recording, and taps a program's connection.
 
 mod support;
 
@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 use support::{Run, Running, Sim, lafet};
 
-/// A file of this test's own.
+/// The path of a file used by this test only.
 fn file(name: &str) -> String {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    // What an earlier run has left is no recording of this one.
+    // A file left by an earlier run would be refused.
     let _ = std::fs::remove_file(&path);
     path.display().to_string()
 }
@@ -35,7 +35,7 @@ fn a_monitor_is_recorded_and_replayed() {
     }
 }
 
-/// The program talks to the tap as if it were the monitor, and every frame is kept.
+/// A program uses the tap like the monitor itself, and every frame is recorded.
 #[test]
 fn a_tap_passes_everything_on() {
     let sim = Sim::start(&[]);
@@ -63,9 +63,9 @@ fn a_tap_passes_everything_on() {
     }
 }
 
-/// What is there is kept, unless it is to be replaced; then nothing of it is left.
+/// An existing file is kept unless it is to be replaced; then nothing of it remains.
 #[test]
-fn a_file_that_is_there_is_replaced_by_force_alone() {
+fn an_existing_file_is_replaced_by_force_alone() {
     let sim = Sim::start(&[]);
     for name in ["kept.mcap", "kept.pcapng"] {
         let recording = file(name);
@@ -86,7 +86,7 @@ fn a_file_that_is_there_is_replaced_by_force_alone() {
     }
 }
 
-/// What is killed leaves a recording that can be read.
+/// A recorder that is killed leaves a readable recording.
 #[test]
 fn a_killed_recorder_leaves_a_recording() {
     let sim = Sim::start(&[]);
@@ -137,7 +137,7 @@ fn a_replay_is_served() {
 }
 
 #[test]
-fn what_is_wrong_is_told() {
+fn what_is_wrong_is_reported() {
     let wrong = Run::of(&["-c", "sim:", "record", "x.txt"]);
     assert!(wrong.code == 2 && wrong.err.contains(".mcap"), "{wrong:?}");
     let none = Run::of(&["replay", "/nowhere/x.mcap"]);

@@ -8,7 +8,7 @@ use std::net::TcpListener;
 use serde_json::json;
 use support::{Run, Sim};
 
-/// A peer that answers whatever it hears with these bytes, until the test ends.
+/// A peer that answers anything with these bytes, until the test ends.
 fn peer(answer: &'static [u8]) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let url = format!("tcp://{}", listener.local_addr().unwrap());
@@ -89,17 +89,17 @@ fn a_good_link_and_what_the_monitor_itself_reports() {
     assert_eq!((code, &told["findings"][0]["finding"]), (0, &json!("well")), "{told}");
     let run = sim.done(&[&["--lang", "ru", "doctor"][..], QUICK].concat());
     assert!(run.out.contains("Ствол отвечает") && run.out.contains("5 из 5"), "{run:?}");
-    // §3.19: afterwards the parameters are unset, which is no fault of the link.
+    // §3.19: afterwards the parameters are unset, which is not a fault of the link.
     sim.done(&["send", "CleanFlash General"]);
     let told = (0..100)
         .map(|_| doctor(sim.url()).1)
         .find(|told| told["monitor"].as_array().is_some_and(|all| !all.is_empty()));
-    let told = told.expect("the monitor comes back and complains");
+    let told = told.expect("the monitor restarts and reports it");
     assert!(told.to_string().contains("ConfigInvalid"), "{told}");
 }
 
 #[test]
-fn a_bad_link_is_told_with_evidence_and_remedy() {
+fn a_bad_link_is_reported_with_evidence_and_remedy() {
     let sim = Sim::start(&["--addr", "9"]);
     let (code, told) = doctor(sim.url());
     assert_eq!((code, &told["findings"][0]["finding"]), (1, &json!("wrong-address")), "{told}");
@@ -113,7 +113,7 @@ fn a_bad_link_is_told_with_evidence_and_remedy() {
     assert_eq!(Run::of(&["doctor"]).code, 2);
 }
 
-/// §C/3: the framing of the URL is not that of the port.
+/// §C/3: the framing in the URL is not that of the port.
 #[test]
 fn a_link_of_another_framing() {
     let sim = Sim::listening(&["tcp://127.0.0.1:0", "tcp://127.0.0.1:0?framing=records"], &[]);

@@ -1,4 +1,4 @@
-//! `lafet sim` as a server: several clients, bad ones, other media, signals.
+//! `lafet sim` as a server: several clients, faulty ones, other media, signals.
 
 mod support;
 
@@ -25,7 +25,7 @@ fn connect(sim: &Sim) -> TcpStream {
     stream
 }
 
-/// Waits for a frame: receiver, sender, payload.
+/// Waits for a frame; returns receiver, sender, payload.
 fn receive(stream: &mut impl Read) -> (u8, u8, Vec<u8>) {
     let mut decoder: Decoder = Decoder::new();
     loop {
@@ -53,13 +53,13 @@ fn each_client_gets_its_own_answers() {
 }
 
 #[test]
-fn garbage_is_answered_by_nothing_and_disturbs_nobody() {
+fn garbage_is_not_answered_and_disturbs_no_other_client() {
     let sim = Sim::start(&[]);
     let mut garbage = connect(&sim);
     let noise: Vec<u8> =
         (0..100_000_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     garbage.write_all(&noise).unwrap();
-    // Half a frame, a frame for somebody else, one with a wrong CRC.
+    // Half a frame, a frame for another address, one with a wrong CRC.
     garbage.write_all(&frame(2, 129, STATUS_VALVE1)).unwrap();
     let mut wrong = frame(1, 129, STATUS_VALVE1);
     wrong[4] ^= 4;
@@ -68,15 +68,15 @@ fn garbage_is_answered_by_nothing_and_disturbs_nobody() {
     let mut good = connect(&sim);
     good.write_all(&frame(1, 129, STATUS_VALVE1)).unwrap();
     assert_eq!(receive(&mut good).0, 129);
-    // The first thing that the other one hears is the answer to its first good frame.
+    // The first bytes that the other client receives answer its first valid frame.
     garbage.write_all(&frame(1, 140, &[])).unwrap();
     assert_eq!(receive(&mut garbage), (140, 1, vec![]));
 }
 
 #[test]
-fn silent_and_greedy_connections_hold_nobody_up() {
+fn silent_and_greedy_connections_hold_up_no_other_client() {
     let sim = Sim::start(&[]);
-    // More than the simulator keeps: they say nothing, or ask for ever and never listen.
+    // More than the simulator keeps: they send nothing, or send for ever and never read.
     let silent: Vec<TcpStream> = (0..80).map(|_| connect(&sim)).collect();
     let mut greedy = connect(&sim);
     greedy.set_write_timeout(Some(Duration::from_millis(200))).unwrap();
@@ -130,7 +130,7 @@ fn bare_records_over_tcp() {
     let place = sim.url().strip_prefix("tcp://").and_then(|url| url.split('?').next());
     let mut stream = TcpStream::connect(place.unwrap()).unwrap();
     stream.set_read_timeout(PATIENCE).unwrap();
-    // However the bytes are cut.
+    // However the bytes are split.
     for byte in STATUS_VALVE1 {
         stream.write_all(&[*byte]).unwrap();
     }
@@ -139,7 +139,7 @@ fn bare_records_over_tcp() {
     assert_eq!(answer[..4], [0xD4, 0xA6, 0, 4]);
 }
 
-/// §3.3.9: what comes over the radio is a sign of life of the radio alone.
+/// §3.3.9: a request over the radio counts as control of the radio interface alone.
 #[test]
 fn radio_is_an_interface_of_its_own() {
     let sim = Sim::listening(&["tcp://127.0.0.1:0", "radio+tcp://127.0.0.1:0"], &[]);
@@ -150,7 +150,7 @@ fn radio_is_an_interface_of_its_own() {
 }
 
 #[cfg(target_os = "linux")]
-/// A second program on a port is refused, and the first one named.
+/// A second program on a port is refused, and the first one is named.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_port_in_use_names_who_has_it() {
@@ -178,12 +178,12 @@ fn serial_ports_are_listed() {
 fn a_pseudo_terminal_is_a_serial_line() {
     let sim = Sim::listening(&["pty"], &[]);
     assert!(sim.url().starts_with("serial:///dev/"), "{}", sim.url());
-    // Clients come and go, one after the other.
+    // Clients come and go, one after another.
     for _ in 0..3 {
         let run = sim.done(&["send", "GetStatus Valve1"]);
         assert_eq!(run.out, "Valve1 GetStatus → Ok: [Closed]\n");
     }
-    // A program that knows nothing of serial lines reads and writes bytes as they are.
+    // A program without serial settings reads and writes the bytes unchanged.
     let path = sim.url().strip_prefix("serial://").unwrap();
     let mut line = std::fs::OpenOptions::new().read(true).write(true).open(path).unwrap();
     line.write_all(b"\x03\x04\x11\x13\n").unwrap();
@@ -212,7 +212,7 @@ fn the_memory_outlives_the_simulator() {
     assert_eq!(again.value(&["param", "get", "vertical", "Speed"])["values"][0], 9);
     assert!(again.flags("general").contains(&"LockedOut".to_owned()));
     drop(again);
-    // A damaged file is told, and left alone.
+    // A damaged file is reported, and left unchanged.
     let mut image = std::fs::read(&file).unwrap();
     image[4000] ^= 1;
     std::fs::write(&file, &image).unwrap();
@@ -223,7 +223,7 @@ fn the_memory_outlives_the_simulator() {
     std::fs::remove_file(&file).unwrap();
 }
 
-/// Ctrl-C while a drive moves: Stop is sent, and the drive stands when the command ends.
+/// Ctrl-C while a drive moves: Stop is sent, and the drive is at rest when the command ends.
 #[test]
 fn ctrl_c_stops_the_drive() {
     let sim = Sim::start(&[]);
@@ -237,7 +237,7 @@ fn ctrl_c_stops_the_drive() {
     assert!(!flags.iter().any(|flag| flag == "Move" || flag == "Deploying"), "{flags:?}");
     assert!(!flags.contains(&"Deployed".to_owned()), "{flags:?}");
 
-    // Another program may already have begun something else: then everything stops.
+    // Another program may already have started something else: then everything stops.
     let slow = fast.value(&["param", "set", "horizontal", "Speed", "1"]);
     assert_eq!(slow["saved"], "stored");
     let mut moving =
@@ -258,14 +258,14 @@ fn modems_carry_frames_of_every_medium_or_lose_them() {
     for url in &sim.urls {
         assert_eq!(Run::of(&["-c", url, "status", "Vertical"]).code, 0, "{url}");
     }
-    // Everybody on the channel hears everybody.
+    // All on the channel receive all.
     let (mut first, mut second) = (connect(&sim), connect(&sim));
     second.write_all(&frame(7, 133, &[])).unwrap();
     assert_eq!(receive(&mut first), (7, 133, vec![]));
     first.write_all(&frame(1, 130, STATUS_VALVE1)).unwrap();
     assert_eq!(receive(&mut second).1, 130, "the request");
     assert_eq!(receive(&mut second).1, 1, "and its answer");
-    // Nothing arrives by radio; the wire is another way.
+    // Nothing arrives by radio; the wired interface still works.
     let sim = Sim::listening(&places, &["--radio", "loss=1"]);
     let status = |url: &str| Run::of(&["-c", url, "--timeout", "0.1", "status", "Vertical"]).code;
     assert_eq!([status(&sim.urls[0]), status(&sim.urls[1]), status(&sim.urls[2])], [3, 3, 0]);
@@ -285,7 +285,7 @@ fn a_site_by_radio() {
     }
 }
 
-/// A client that shares nothing with ours talks to the simulated monitor.
+/// A client that shares no code with ours talks to the simulated monitor.
 #[test]
 fn an_independent_client_is_answered_as_the_page_says() {
     let sim = Sim::start(&[]);

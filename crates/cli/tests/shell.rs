@@ -44,12 +44,12 @@ fn a_script_ends_with_the_first_failure() {
     let run = script(&sim, &["--lang", "ru"], "летать\n");
     assert_eq!(run.code, 2, "{run:?}");
     assert!(run.err.contains("Строка 1") && run.err.contains("неизвестная команда"), "{run:?}");
-    // What follows is not read any more.
+    // What follows is not read.
     let run = script(&sim, &[], "exit\nfly\n");
     assert_eq!(run.code, 0, "{run:?}");
 }
 
-/// However it is written, and whatever follows: it moves no more.
+/// `stop` in any spelling, with any arguments, ends all motion.
 #[test]
 fn stop_is_always_understood() {
     for stop in ["stop", "STOP", "стоп", "ыещз", "stop verticla"] {
@@ -63,7 +63,7 @@ fn stop_is_always_understood() {
 }
 
 #[test]
-fn what_is_fixed_is_told() {
+fn what_is_fixed_is_reported() {
     let sim = Sim::start(&[]);
     for (line, word) in [
         ("-c sim: status", "--connect"),
@@ -84,7 +84,7 @@ fn what_is_fixed_is_told() {
     assert_eq!(run.code, 3, "{run:?}");
 }
 
-/// Ctrl-C in the middle of a motion: it stands, and the script is over.
+/// Ctrl-C during a motion: the drive stops, and the script ends.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_script_stops_what_moves() {
@@ -122,7 +122,7 @@ mod terminal {
 
     const PATIENCE: Duration = Duration::from_secs(60);
 
-    /// The shell at a terminal that says where its cursor is when it is asked.
+    /// The shell at a terminal that reports its cursor position when asked.
     struct Typed {
         keys: File,
         screen: Receiver<String>,
@@ -160,7 +160,7 @@ mod terminal {
             Self { keys, screen, shell }
         }
 
-        /// Waits until this is written; what was written until then.
+        /// Waits until this is printed; returns what was printed before.
         fn sees(&self, text: &str) -> String {
             let mut seen = String::new();
             while !seen.contains(text) {
@@ -185,7 +185,7 @@ mod terminal {
         }
     }
 
-    /// Tab completes; Ctrl-C at the prompt stops what goes on, and leaves the shell as it is.
+    /// Tab completes; Ctrl-C at the prompt stops what moves, and the shell continues.
     #[test]
     fn control_c_stops_and_returns_to_the_prompt() {
         let sim = Sim::start(&[]);
@@ -216,7 +216,7 @@ mod terminal {
         }
     }
 
-    /// `stop` does not wait for the command that goes on, and the link's loss is told.
+    /// `stop` does not wait for the running command, and the loss of the link is reported.
     #[test]
     fn stop_is_heard_while_a_command_runs() {
         let mut sim = Sim::start(&[]);

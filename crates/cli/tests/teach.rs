@@ -25,7 +25,7 @@ fn the_present_position_becomes_a_limit() {
     assert!((at.as_i64().unwrap() - 1800).abs() <= 2);
     assert_eq!(limits(&sim, "horizontal").1, at);
     assert!(!sim.flags("horizontal").contains(&"Limitless".to_owned()));
-    // The same with limits off: they stay off, and it waits for `limits on`.
+    // The same while limits are off: they stay off, and the new limit waits for `limits on`.
     sim.done(&["limits", "off", "vertical"]);
     let run = sim.done(&["limits", "teach", "--here", "down"]);
     assert!(run.out.contains("after `lafet limits on Vertical`"), "{run:?}");
@@ -40,7 +40,7 @@ fn the_present_position_becomes_a_limit() {
     assert!(!sim.flags("horizontal").contains(&"Limitless".to_owned()));
 }
 
-/// A guided run; a program answers in lines.
+/// A guided run in which a program answers in lines.
 #[test]
 fn it_guides_to_each_limit_and_gives_up_cleanly() {
     let sim = Sim::start(&["--speed", "10", "--profile", "ex"]);
@@ -74,7 +74,7 @@ fn it_guides_to_each_limit_and_gives_up_cleanly() {
     until(&running, "its right limit");
     stdin.write_all(b"q\n").unwrap();
     assert_eq!(running.code(), Some(130));
-    assert_eq!(limits(&sim, "horizontal"), (min, max), "what was given up is forgotten");
+    assert_eq!(limits(&sim, "horizontal"), (min, max), "what was abandoned is discarded");
     assert!(!sim.flags("horizontal").contains(&"Limitless".to_owned()));
 }
 
@@ -93,7 +93,7 @@ fn what_cannot_be_taught_says_why() {
     }
 }
 
-/// At a terminal the arrow keys move the drive, and Enter takes where it stands.
+/// At a terminal the arrow keys move the drive, and Enter takes its position.
 #[cfg(unix)]
 #[test]
 fn the_arrow_keys_move_it() {

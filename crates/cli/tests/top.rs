@@ -19,7 +19,7 @@ fn one_picture_of_several_monitors() {
     let (full, mini) = (Sim::start(&[]), Sim::start(&["--profile", "mini"]));
     let urls = [full.url(), mini.url()];
     for (lang, words) in [
-        ("en", ["stowed", "ready", "STOP ALL", "what is not as it should be"]),
+        ("en", ["stowed", "ready", "STOP ALL", "problems"]),
         ("ru", ["свёрнут", "готов", "СТОП ВСЕ", "что не так"]),
     ] {
         let run = top(lang, &urls, &[]);
@@ -37,7 +37,7 @@ fn one_picture_of_several_monitors() {
 }
 
 #[test]
-fn a_monitor_that_does_not_answer_is_shown_and_told() {
+fn a_monitor_that_does_not_answer_is_shown_and_reported() {
     let sim = Sim::start(&[]);
     let closed = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let closed = format!("tcp://{closed}");

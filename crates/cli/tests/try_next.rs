@@ -6,7 +6,7 @@ use std::process::Command;
 
 use support::{Running, lafet};
 
-/// The lines of a demo that tell what to try, and the demo.
+/// Starts a demo; returns it, its URL, and the lines to try that it prints.
 fn demo(lang: &str) -> (Running, String, Vec<String>) {
     let mut command = lafet();
     command.args(["--lang", lang, "demo", "--port", "0", "--no-browser"]);

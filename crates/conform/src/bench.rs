@@ -1,4 +1,4 @@
-//! The bench on which a monitor is tested: one frame, one answer, and what travelled.
+//! The bench on which a monitor is tested: one frame, one answer, and a log of the exchanges.
 
 use lafet_client::Framing;
 use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
@@ -10,7 +10,7 @@ use crate::raw::{self, Incoming, Rec, Splitter};
 use crate::safety::{Found, Undo};
 use crate::verdict::{Halt, Note, Step, fail, must, not_applicable};
 
-/// §3.18/3: what a monitor does under lockout.
+/// §3.18/3: requests that a monitor executes under lockout.
 const WORKS_LOCKED_OUT: [R; 7] = [
     R::GET_STATUS,
     R::GET_PARAM,
@@ -20,52 +20,53 @@ const WORKS_LOCKED_OUT: [R; 7] = [
     R::GET_HOTBED,
     R::LOCKOUT,
 ];
-/// A read may be lost on a radio link: it is repeated so often. Tests that count answers are not.
+/// How many times a read is sent, as a radio link may lose it. Tests that count answers do not
+/// repeat.
 const TRIES: u32 = 3;
-/// How often a parameter of a remote unit is asked for, and the pause between.
+/// How many times a parameter of a remote unit is read, and the pause between two reads.
 const FETCHES: u32 = 40;
 const FETCH_MS: u64 = 100;
-/// Exchanges kept of one test: the first ones and the last.
+/// Most exchanges kept of one test: the first ones and the last.
 const LOG_MAX: usize = 60;
-/// Pause between two looks at a state.
+/// Pause between two polls of a state, ms.
 const POLL_MS: u64 = 100;
 
-/// What was sent, and what came.
+/// Bytes sent, and bytes received for them.
 #[derive(Clone, Debug)]
 pub struct Exchange {
-    /// When, ms from the start.
+    /// Time since the start, ms.
     pub at_ms: u64,
-    /// Bytes as they went.
+    /// Bytes sent.
     pub sent: Vec<u8>,
-    /// Bytes as they came.
+    /// Bytes received.
     pub received: Vec<u8>,
-    /// The same in words.
+    /// Both as text.
     pub words: String,
 }
 
-/// The bench.
+/// The bench: the connection to the monitor, and what is known about it.
 pub struct Bench<'a> {
     pub line: &'a mut dyn Line,
     pub options: &'a Options,
     pub log: Vec<Exchange>,
-    /// Frames sent and answered since the start, and those repeated.
+    /// Number of frames sent since the start, and of those repeated.
     pub frames: u64,
     pub repeats: u64,
-    /// Nothing has come back to what was sent last.
+    /// The last frame was not answered.
     pub silent: bool,
-    /// Something has come back at least once.
+    /// At least one frame was answered.
     pub was_answered: bool,
-    /// What was found at the start.
+    /// State of the monitor at the start.
     pub found: Found,
     pub undo: Vec<Undo>,
     /// Something other than a read was sent.
     pub dirty: bool,
-    /// What may move now.
+    /// Subsystems that may move now.
     pub movers: Vec<S>,
     pub water: bool,
-    /// It is being put back, whatever the user wants meanwhile.
+    /// The monitor is being restored, and an interrupt does not stop that.
     pub restoring: bool,
-    /// What was seen while the memory was empty.
+    /// Observations while the memory was erased.
     pub erased: Option<Erased>,
     splitter: Splitter,
     records_in: Vec<u8>,
@@ -104,7 +105,7 @@ impl<'a> Bench<'a> {
         matches!(self.options.framing, Framing::Link)
     }
 
-    /// The link itself can be tested.
+    /// Not applicable unless the connection carries link frames.
     pub fn framed(&self) -> Step {
         if self.is_framed() {
             return Ok(());
@@ -112,7 +113,7 @@ impl<'a> Bench<'a> {
         not_applicable("the connection carries bare records", "соединение передаёт одни записи")
     }
 
-    /// A connection of bare records answers each record by itself.
+    /// Not applicable over a connection of bare records, which answers each record by itself.
     pub fn several(&self) -> Step {
         self.framed()
     }
@@ -141,7 +142,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Bytes that came although nothing was asked.
+    /// Reads what has come unasked; another answer to an earlier frame is a failure.
     fn drain(&mut self) -> Step {
         let bytes = self.line.recv(0).map_err(Halt::Link)?;
         if bytes.is_empty() {
@@ -161,8 +162,8 @@ impl<'a> Bench<'a> {
         )
     }
 
-    /// Sends bytes and takes what comes: whole frames (or records), until `wanted` of them have
-    /// come or the time is over.
+    /// Sends bytes and receives whole frames (or records), until `wanted` of them have come or the
+    /// time is over.
     pub fn exchange(&mut self, sent: &[u8], wanted: usize, wait_ms: u64) -> Step<Vec<Incoming>> {
         self.interrupted()?;
         self.drain()?;
@@ -171,7 +172,7 @@ impl<'a> Bench<'a> {
         self.collect(sent, wanted, wait_ms)
     }
 
-    /// Takes what comes.
+    /// Receives the answers to bytes that were sent.
     pub fn collect(&mut self, sent: &[u8], wanted: usize, wait_ms: u64) -> Step<Vec<Incoming>> {
         let end = self.line.now_ms() + wait_ms;
         let (mut incoming, mut all) = (Vec::new(), Vec::new());
@@ -195,7 +196,7 @@ impl<'a> Bench<'a> {
         Ok(incoming)
     }
 
-    /// §C/3 Each record stands for a frame.
+    /// §C/3 Without frames, each record counts as a frame.
     fn push_record(&mut self, byte: u8) -> Option<Incoming> {
         self.records_in.push(byte);
         let size = 4 + usize::from(*self.records_in.get(3)?);
@@ -206,7 +207,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The payload of the one answer to a payload; every rule of the frame is checked.
+    /// Sends a payload; returns the records of its one answer. Every rule of the frame is checked.
     pub fn frame(&mut self, payload: &[u8]) -> Step<Vec<Rec>> {
         let requests = Rec::all(payload).unwrap_or_default();
         let repeatable = requests.iter().all(|rec| is_harmless(rec.request));
@@ -263,7 +264,7 @@ impl<'a> Bench<'a> {
         Ok(records)
     }
 
-    /// A request with one answer.
+    /// Sends a request that has one answer record.
     pub fn ask(&mut self, request: R, to: S, data: &[u8]) -> Step<Rec> {
         let records = self.frame(&Rec::new(request, to, data).bytes())?;
         let found = list(&records);
@@ -276,7 +277,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// A request that must be answered so, by whom.
+    /// Sends a request whose answer must come from `from` with one of these statuses.
     pub fn want(&mut self, request: R, to: S, data: &[u8], from: S, any: &[Status]) -> Step<Rec> {
         let rec = self.ask(request, to, data)?;
         if rec.device == from && any.contains(&rec.status) {
@@ -291,20 +292,21 @@ impl<'a> Bench<'a> {
         )
     }
 
-    /// A request that is taken: Ok and Accepted are the same to a client (§2), without data.
+    /// Sends a request that must be accepted, without data: Ok and Accepted are equal to a client
+    /// (§2).
     pub fn done(&mut self, request: R, to: S, data: &[u8]) -> Step {
         let rec = self.want(request, to, data, to, &[Status::OK, Status::ACCEPTED])?;
         must(rec.data.is_empty(), "an answer without data", "ответ без данных", rec.words(true))
     }
 
-    /// A request that is refused. §3.18/2: under lockout General refuses it, before anybody else.
+    /// Sends a request that must be refused. §3.18/2: under lockout General refuses it first.
     pub fn refused(&mut self, request: R, to: S, data: &[u8], from: S, status: Status) -> Step {
         let denied = self.found.locked_out && !WORKS_LOCKED_OUT.contains(&request);
         let (from, status) = if denied { (S::GENERAL, Status::DENIED) } else { (from, status) };
         self.want(request, to, data, from, &[status]).map(|_| ())
     }
 
-    /// What a monitor that was found locked out does not execute cannot be tested.
+    /// Not applicable to a monitor that was locked out when it was found.
     pub fn needs_release(&self) -> Step {
         match self.found.locked_out {
             true => not_applicable("the monitor is locked out", "ствол заблокирован"),
@@ -312,12 +314,12 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The data of a read.
+    /// Sends a read that must succeed.
     pub fn read(&mut self, request: R, from: S, data: &[u8]) -> Step<Rec> {
         self.want(request, from, data, from, &[Status::OK])
     }
 
-    /// The flags of a subsystem.
+    /// Flags of a subsystem.
     pub fn flags(&mut self, of: S) -> Step<u32> {
         let rec = self.read(R::GET_STATUS, of, &[])?;
         rec.flags().map_or_else(
@@ -347,7 +349,7 @@ impl<'a> Bench<'a> {
         self.found.present.contains(&id)
     }
 
-    /// Needs a subsystem.
+    /// Not applicable without this subsystem.
     pub fn needs(&self, id: S) -> Step {
         if self.has(id) {
             return Ok(());
@@ -356,7 +358,7 @@ impl<'a> Bench<'a> {
         Err(Halt::NotApplicable(Note::new(format!("no {name}"), format!("нет {name}"))))
     }
 
-    /// The first of some subsystems that there is.
+    /// The first of these subsystems that the monitor has.
     pub fn one_of(&self, ids: &[S]) -> Step<S> {
         match ids.iter().find(|id| self.has(**id)) {
             Some(id) => Ok(*id),
@@ -364,7 +366,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Lets time pass, and looks at what moves.
+    /// Lets time pass, and checks that nothing moves unasked.
     pub fn wait(&mut self, ms: u64) -> Step {
         let end = self.line.now_ms() + ms;
         loop {
@@ -400,7 +402,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Looks again and again until it is so.
+    /// Polls until a condition holds.
     pub fn until(
         &mut self,
         limit_ms: u64,
@@ -425,7 +427,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Until flags of a subsystem have all of `set` and none of `clear`.
+    /// Polls until the flags of a subsystem have all of `set` and none of `clear`.
     pub fn until_flags(&mut self, of: S, set: u32, clear: u32, limit_ms: u64) -> Step {
         let name = raw::name(of.name(), of.0);
         let text = format!("{name}: flags {set:#010x} set, {clear:#010x} clear");
@@ -436,7 +438,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// While time passes it must stay so.
+    /// Checks that a condition holds for `ms`.
     pub fn stays(
         &mut self,
         ms: u64,
@@ -453,7 +455,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// The values of a parameter; `None` when the monitor does not know it: the list is ours.
+    /// Values of a parameter; `None` when the monitor does not have it: the list is ours.
     pub fn get(&mut self, of: S, name: &str) -> Step<Option<Vec<i32>>> {
         self.get_id(of, ParamId::of(name))
     }
@@ -483,7 +485,7 @@ impl<'a> Bench<'a> {
         )
     }
 
-    /// A parameter that the test needs.
+    /// First value of a parameter that the test needs.
     pub fn param(&mut self, of: S, name: &str) -> Step<i32> {
         match self.get(of, name)?.as_deref() {
             Some([value, ..]) => Ok(*value),
@@ -494,7 +496,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Asks for a parameter to be set, until a remote unit has taken it; the last answer.
+    /// Sets a parameter, repeating until a remote unit has accepted it; returns the last answer.
     pub fn try_set(&mut self, of: S, name: &str, values: &[i32]) -> Step<Rec> {
         let data = param_data(name, values);
         for _ in 0..FETCHES {
@@ -513,14 +515,14 @@ impl<'a> Bench<'a> {
         )
     }
 
-    /// Sets a parameter; it is set back when the test has ended.
+    /// Sets a parameter; its old value is restored when the test has ended.
     pub fn set(&mut self, of: S, name: &'static str, value: i32) -> Step {
         let old = self.param(of, name)?;
         self.undo.push(Undo::Param(of, name, old));
         self.put(of, name, value)
     }
 
-    /// Sets a parameter.
+    /// Sets a parameter; it is not restored.
     pub fn put(&mut self, of: S, name: &str, value: i32) -> Step {
         let rec = self.try_set(of, name, &[value])?;
         must(
@@ -532,14 +534,14 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The data of SetParam.
+/// Data of SetParam.
 pub fn param_data(name: &str, values: &[i32]) -> Vec<u8> {
     let mut data = ParamId::of(name).0.to_le_bytes().to_vec();
     data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
     data
 }
 
-/// Reads, and Stop: nothing that a careful hand would not send to any monitor.
+/// Whether a request is a read or Stop: safe to send to any monitor.
 pub fn is_harmless(request: R) -> bool {
     const READS: [R; 6] = [
         R::GET_STATUS,
@@ -556,7 +558,7 @@ pub fn name_of(request: R) -> String {
     raw::name(request.name(), request.0)
 }
 
-/// Records in words.
+/// Records as text.
 pub fn list(records: &[Rec]) -> String {
     if records.is_empty() {
         return "—".into();

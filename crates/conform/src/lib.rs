@@ -1,12 +1,13 @@
-//! A conformance tester for robotic fire monitors: what the protocol says, asked over the wire.
+//! A conformance tester for robotic fire monitors: tests the statements of the protocol over the
+//! wire.
 //!
 //! ```text
 //! run ─▶ checks::* ─▶ Bench (one frame, one answer; what moves is watched; all is undone) ─▶ Line
 //!  └──▶ Report ─▶ text, JSON, JUnit, HTML
 //! ```
 //!
-//! It knows the monitor by its bytes only, and makes those itself ([`raw`]): no part of the monitor
-//! or of the client that speaks to it is trusted.
+//! It knows the monitor only by its bytes, and makes those itself ([`raw`]): it relies on no code
+//! of the monitor or of the client.
 
 mod bench;
 mod checks;
@@ -27,25 +28,26 @@ pub use report::{Report, TestReport};
 pub use run::{Progress, is_known, run, tests};
 pub use verdict::{Note, Outcome};
 
-/// What the tester may do to the monitor; each level includes those before it.
+/// What the tester may do to the monitor; each level includes the previous ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Reads, Stop, and frames that nobody may take for anything else.
+    /// Reads, Stop, and frames that cannot be mistaken for commands.
     #[default]
     ReadOnly,
-    /// Drives move a little and slowly, with the valves closed; parameters change and change back.
+    /// Drives move a little and slowly, with the valves closed; parameters are changed and
+    /// restored.
     Motion,
     /// Water, programs, searches, lockout and restart.
     Full,
-    /// The memory is erased, and written back from a copy.
+    /// The memory is erased, and restored from a copy.
     Erase,
 }
 
 impl Level {
-    /// All of them.
+    /// All levels, in ascending order.
     pub const ALL: [Self; 4] = [Self::ReadOnly, Self::Motion, Self::Full, Self::Erase];
 
-    /// As the command line calls it.
+    /// Name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::ReadOnly => "read-only",
@@ -56,26 +58,26 @@ impl Level {
     }
 }
 
-/// How to test.
+/// Settings of a run.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// What may be done.
+    /// Level that is permitted.
     pub level: Level,
-    /// What differs from a ruling of ours counts as failed too.
+    /// A difference from a ruling of ours counts as a failure too.
     pub strict: bool,
     /// End at the first failure.
     pub fail_fast: bool,
-    /// Only the tests of these items (`§3.1` includes `§3.1/4`); empty: all.
+    /// Only the tests of these items (`§3.1` includes `§3.1/4`); if empty, all.
     pub only: Vec<String>,
-    /// The monitor's address.
+    /// Address of the monitor, 1…127.
     pub monitor: u8,
-    /// The tester's.
+    /// Address of the tester, 129…254.
     pub source: u8,
-    /// What travels on the line.
+    /// Framing of the line: link frames or bare records.
     pub framing: Framing,
     /// How long to wait for an answer, ms of the monitor's clock.
     pub timeout_ms: u64,
-    /// Set from outside to end: everything is stopped and put back first.
+    /// Set from outside to end the run; everything is stopped and restored first.
     pub interrupt: Arc<AtomicBool>,
 }
 

@@ -1,4 +1,4 @@
-//! The way to the monitor, with a clock: a real link, or whatever a test brings.
+//! The connection to the monitor, with a clock: a real link, or a test's own.
 
 use std::fmt;
 use std::io;
@@ -12,61 +12,61 @@ use tokio::runtime::Handle;
 
 /// Bytes read at once.
 const CHUNK: usize = 2048;
-/// However fast a simulator's clock is, an answer needs this long to get through two programs.
+/// Least wait for an answer, which has to pass two programs however fast a simulator's clock is.
 const WAIT_MIN: Duration = Duration::from_millis(30);
 
-/// For how long a way that was lost is tried, and the pause between two tries.
+/// For how long a lost connection is retried, and the pause between two tries.
 const REACH: Duration = Duration::from_secs(30);
 const REDIAL: Duration = Duration::from_millis(200);
 
 /// Bytes to the monitor and back, and the time that passes meanwhile.
 ///
-/// The tester is plain code that waits; on virtual time nothing really does.
+/// The tester is plain blocking code; on virtual time it does not really wait.
 pub trait Line {
-    /// Sends bytes as they are; over datagrams, as one.
+    /// Sends bytes as they are; over datagrams, as one datagram.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
-    /// Waits for bytes; none when the time is over.
+    /// Waits for bytes; returns none when the time is over.
     fn recv(&mut self, wait_ms: u64) -> io::Result<Vec<u8>>;
-    /// Time of the monitor's clock, from any beginning, ms.
+    /// Time of the monitor's clock, ms; the origin is arbitrary.
     fn now_ms(&self) -> u64;
-    /// Each send is one datagram.
+    /// Whether each send is one datagram.
     fn is_datagram(&self) -> bool {
         false
     }
-    /// Makes the way anew after it was lost, for as long as that makes sense; false where it cannot be
-    /// made anew.
+    /// Reconnects after the connection was lost, retrying for a limited time; false if reconnecting
+    /// is not possible.
     fn renew(&mut self) -> io::Result<bool> {
         Ok(false)
     }
-    /// The same monitor over a connection more; `None` where there can be one only.
+    /// A second connection to the same monitor; `None` if only one is possible.
     fn another(&mut self) -> Option<Box<dyn Line>> {
         None
     }
 }
 
-/// A link of the client.
+/// A line over a link of the client.
 ///
-/// It belongs on a thread of its own (`spawn_blocking`), while the runtime runs on another.
+/// It blocks, so it belongs on a thread of its own (`spawn_blocking`), with the runtime on another.
 #[derive(Debug)]
 pub struct LinkLine {
-    /// None while there is no connection.
+    /// `None` while there is no connection.
     link: Option<Link>,
     datagrams: bool,
     endpoint: Option<Endpoint>,
     handle: Handle,
     start: Instant,
     speed: f64,
-    /// Since when nothing has been heard over any connection.
+    /// Since when nothing has been received over any connection.
     lost: Option<Instant>,
     cut: Cut,
 }
 
-/// What is done when the way is lost while the monitor may move.
+/// What to do when the connection is lost while the monitor may move.
 #[derive(Clone, Default)]
 pub struct Cut {
-    /// Tells the user, once.
+    /// Called once to inform the user.
     pub tell: Option<Arc<dyn Fn() + Send + Sync>>,
-    /// Set from outside: nothing is tried any more.
+    /// Set from outside to end the attempts.
     pub give_up: Arc<AtomicBool>,
 }
 
@@ -77,13 +77,13 @@ impl fmt::Debug for Cut {
 }
 
 impl LinkLine {
-    /// Takes an open link. `speed` is 1 but for a simulator whose clock is faster.
+    /// Wraps an open link. `speed` is 1 except for a simulator with a faster clock.
     pub fn new(link: Link, endpoint: Option<Endpoint>, handle: Handle, speed: f64) -> Self {
         let (datagrams, start, cut) = (link.is_datagram(), Instant::now(), Cut::default());
         Self { link: Some(link), datagrams, endpoint, handle, start, speed, lost: None, cut }
     }
 
-    /// What is done when the way is lost.
+    /// Sets what to do when the connection is lost.
     #[must_use]
     pub fn when_cut(self, cut: Cut) -> Self {
         Self { cut, ..self }
@@ -94,7 +94,7 @@ impl Line for LinkLine {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         let Some(link) = &mut self.link else { return Err(io::ErrorKind::NotConnected.into()) };
         let send = tokio::time::timeout(Duration::from_secs(5), link.send(bytes));
-        // A timer is made inside the runtime.
+        // Timers must be created inside the runtime.
         let _inside = self.handle.enter();
         self.handle.block_on(send).unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
@@ -130,7 +130,7 @@ impl Line for LinkLine {
         if let Some(tell) = self.cut.tell.take() {
             tell();
         }
-        // A port is free again only when nobody has it.
+        // A port can be opened again only after it is closed.
         self.link = None;
         let until = *self.lost.get_or_insert_with(Instant::now) + REACH;
         let mut last = io::ErrorKind::TimedOut.into();
@@ -140,7 +140,7 @@ impl Line for LinkLine {
                 return Err(io::ErrorKind::Interrupted.into());
             }
             if Instant::now() >= until {
-                // Nothing else is waited for so long again.
+                // No later loss is waited for as long.
                 self.cut.give_up.store(true, Ordering::Relaxed);
                 return Err(last);
             }

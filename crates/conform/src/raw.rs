@@ -1,21 +1,21 @@
-//! Link frames and records, coded here once more: the tester must not trust the encoder and the
+//! Link frames and records, implemented independently: the tester must not rely on the encoder and
 //! decoder that it may be testing.
 
 use lafet_proto::answer::Reply;
 use lafet_proto::text::AnswerText;
 use lafet_proto::{Answer, Record, RequestId, Status, SubsystemId};
 
-/// §L/1 Ends and begins a frame.
+/// §L/1 Delimits frames.
 pub const END: u8 = 0xC0;
-/// §L/1 Begins an escape.
+/// §L/1 Starts an escape.
 pub const ESC: u8 = 0xDB;
-/// §L/7 After the opening C0: a frame with CRC-32C.
+/// §L/7 Follows the opening C0 of a frame with CRC-32C.
 const MARK: [u8; 2] = [ESC, 0xDE];
 const ESC_END: u8 = 0xDC;
 const ESC_ESC: u8 = 0xDD;
-/// A frame has at least its two addresses and the CRC.
+/// Shortest body: two addresses and the CRC, bytes.
 const BODY_MIN: usize = 4;
-/// Longer ones are no frames of this protocol; noise must not fill the memory.
+/// Longest body, bytes; anything longer is noise, which must not fill the memory.
 const BODY_MAX: usize = 4096;
 
 /// §L/2 CRC-16/MODBUS, bit by bit.
@@ -34,7 +34,7 @@ pub fn crc(bytes: &[u8]) -> u16 {
     crc
 }
 
-/// The body of a frame, unescaped: dst, src, payload, CRC.
+/// Body of a frame, unescaped: dst, src, payload, CRC.
 pub fn body(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
     let mut body = vec![dst, src];
     body.extend_from_slice(payload);
@@ -79,7 +79,7 @@ pub fn crc32c(bytes: &[u8]) -> u32 {
     !crc
 }
 
-/// §L/7 The whole frame with CRC-32C; `spoil` is added to the CRC.
+/// §L/7 A whole frame with CRC-32C; `spoil` is added to the CRC.
 pub fn frame_crc32c(dst: u8, src: u8, payload: &[u8], spoil: u32) -> Vec<u8> {
     let mut body = vec![dst, src];
     body.extend_from_slice(payload);
@@ -88,7 +88,8 @@ pub fn frame_crc32c(dst: u8, src: u8, payload: &[u8], spoil: u32) -> Vec<u8> {
     [&[0xFF, END][..], &MARK, &escaped(&body), &[END]].concat()
 }
 
-/// §L/7 What stood between the two C0 of a frame with CRC-32C; `None` when it is none.
+/// §L/7 Decodes the bytes between the two C0 of a frame with CRC-32C; `None` when they are not such
+/// a frame.
 pub fn decode_crc32c(raw: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
     let body = unescaped(raw.strip_prefix(&MARK)?)?;
     let (rest, sum) = body.split_at_checked(body.len().checked_sub(4)?)?;
@@ -101,23 +102,23 @@ pub fn frame(dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
     wire(&body(dst, src, payload))
 }
 
-/// What has come: a frame, or what is none.
+/// A frame, or bytes that are not a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Incoming {
-    /// A frame whose CRC is right.
+    /// A frame with a correct CRC.
     Frame {
-        /// To whom.
+        /// Address of the receiver.
         dst: u8,
-        /// From whom.
+        /// Address of the sender.
         src: u8,
         /// Its records.
         payload: Vec<u8>,
     },
-    /// Bytes between two C0 that are no frame: a wrong CRC or a wrong escape.
+    /// Bytes between two C0 that are not a frame: a wrong CRC or escape.
     Broken(Vec<u8>),
 }
 
-/// Cuts a stream of bytes into frames.
+/// Splits a stream of bytes into frames.
 #[derive(Clone, Debug, Default)]
 pub struct Splitter {
     raw: Vec<u8>,
@@ -139,7 +140,7 @@ impl Splitter {
             return None;
         }
         let incoming = decode(&raw).unwrap_or(Incoming::Broken(raw));
-        // The C0 that ends what is no frame may begin the next one.
+        // The C0 that ends an invalid frame may start the next one.
         self.open = matches!(incoming, Incoming::Broken(_));
         Some(incoming)
     }
@@ -175,23 +176,23 @@ fn decode(raw: &[u8]) -> Option<Incoming> {
 /// A record (§2).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rec {
-    /// Which request.
+    /// Request id.
     pub request: RequestId,
-    /// To whom, or who answers.
+    /// Addressee, or the subsystem that answers.
     pub device: SubsystemId,
-    /// How it was answered.
+    /// Status of an answer; 0 in a request.
     pub status: Status,
-    /// Its data.
+    /// Data of the record.
     pub data: Vec<u8>,
 }
 
 impl Rec {
-    /// A request.
+    /// A request, with status 0.
     pub fn new(request: RequestId, device: SubsystemId, data: &[u8]) -> Self {
         Self { request, device, status: Status::OK, data: data.to_vec() }
     }
 
-    /// Its bytes.
+    /// The record as bytes.
     pub fn bytes(&self) -> Vec<u8> {
         let size = u8::try_from(self.data.len()).unwrap_or(u8::MAX);
         let mut bytes = vec![self.request.0, self.device.0, self.status.0, size];
@@ -216,7 +217,7 @@ impl Rec {
         Some(records)
     }
 
-    /// Request, subsystem, status and data, as a person reads them.
+    /// Request, subsystem, status and data, as text.
     pub fn words(&self, answer: bool) -> String {
         let request = name(self.request.name(), self.request.0);
         let device = name(self.device.name(), self.device.0);
@@ -232,7 +233,7 @@ impl Rec {
         format!("{request} ← {device}: {status}{data}")
     }
 
-    /// The data of an answer with their units; none where they are nothing that the protocol knows.
+    /// The data of an answer with their units; `None` if the protocol does not know them.
     fn values(&self) -> Option<String> {
         let Self { request, device, status, data } = self;
         let record = Record { request: *request, device: *device, status: *status, data };
@@ -241,7 +242,7 @@ impl Rec {
         text.split_once(": ").map(|(_, values)| values.to_owned())
     }
 
-    /// The first word of the data: the flags of a status.
+    /// First word of the data: the flags of a status.
     pub fn flags(&self) -> Option<u32> {
         self.data.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
     }
@@ -257,12 +258,12 @@ impl Rec {
     }
 }
 
-/// A name, or the number where there is none.
+/// A name, or the number if there is none.
 pub fn name(name: Option<&str>, number: u8) -> String {
     name.map_or_else(|| format!("0x{number:02X}"), str::to_owned)
 }
 
-/// Several of anything, as a person reads them.
+/// Several values as a list, as text.
 pub fn several<T: ToString>(all: &[T]) -> String {
     match all {
         [] => "—".to_owned(),
@@ -307,7 +308,7 @@ mod tests {
         bytes.iter().filter_map(|byte| splitter.push(*byte)).collect()
     }
 
-    /// §L/2 the catalogued check value; §L/1 the escapes, byte by byte.
+    /// §L/2 the published check value; §L/1 the escapes, byte by byte.
     #[test]
     fn frames_are_the_observed_ones() {
         assert_eq!(crc(b"123456789"), 0x4B37);
@@ -319,7 +320,7 @@ mod tests {
         );
     }
 
-    /// §L/7 the catalogued check value.
+    /// §L/7 the published check value.
     #[test]
     fn frames_with_crc32c() {
         assert_eq!(crc32c(b"123456789"), 0xE306_9283);

@@ -1,4 +1,4 @@
-//! A run: look, test after test, put everything back.
+//! A run: inspects the monitor, executes the tests, restores everything.
 
 use std::sync::atomic::Ordering;
 
@@ -10,21 +10,21 @@ use crate::spec::{self, Label};
 use crate::verdict::{Halt, Note, Outcome};
 use crate::{Level, Options};
 
-/// How far a run has got.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug)]
 pub enum Progress<'a> {
-    /// This test begins.
+    /// A test begins.
     Begins {
-        /// Which of how many.
+        /// Number of the test, from 1.
         number: usize,
-        /// How many.
+        /// Number of tests.
         of: usize,
-        /// Its name and item.
+        /// Name and item of the test.
         test: (&'a str, &'a str),
     },
-    /// This test has ended.
+    /// A test has ended.
     Ended(&'a TestReport),
-    /// Everything is being put back.
+    /// Everything is being restored.
     PuttingBack,
 }
 
@@ -78,7 +78,7 @@ pub fn run(line: &mut dyn Line, options: &Options, see: &mut dyn FnMut(Progress<
     report
 }
 
-/// What is wrong from the first frame on has a statement too: that which the expectation names, or
+/// A failure of the very first frame belongs to an item too: the one that the expectation names, or
 /// else that of the status.
 fn first_look(bench: &mut Bench<'_>, expected: Note, found: Note) -> TestReport {
     let named = expected.en.split_once(": ").and_then(|(id, _)| spec::item(id));
@@ -108,7 +108,7 @@ pub fn tests() -> impl Iterator<Item = (&'static str, &'static str, Level)> {
     TESTS.iter().map(|test| (test.item, test.name, test.level))
 }
 
-/// Whether a test is called so, or tests an item of this.
+/// Whether there is a test of this name, or of this item.
 pub fn is_known(id: &str) -> bool {
     TESTS.iter().any(|test| is_within(test, id))
 }
@@ -123,7 +123,7 @@ fn is_chosen(test: &Test, options: &Options) -> bool {
     test.level <= options.level && chosen
 }
 
-/// Runs a test and undoes it. The second value ends the run.
+/// Runs a test and undoes it. The second value, if any, ends the run.
 fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
     bench.log.clear();
     let began_ms = bench.now_ms();
@@ -157,7 +157,7 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
             (ended.expected, ended.found) = (expected, found);
         }
         Err(halt) => {
-            // The user's wish is no fault of the monitor.
+            // An interrupt by the user is not a fault of the monitor.
             let wished = bench.options.interrupt.load(Ordering::Relaxed);
             ended.outcome = if wished { Outcome::NotApplicable } else { Outcome::Fail };
             ended.found = told(&halt);
@@ -165,7 +165,8 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
         }
     }
     if let Err(halt) = back {
-        // What was done cannot be undone: that is no matter of rulings, and nothing else is tried.
+        // What the test did cannot be undone: that is a failure whatever the rulings, and nothing
+        // else is tried.
         end = Some(told(&halt));
         if ended.outcome != Outcome::Fail {
             ended.outcome = Outcome::Fail;

@@ -1,4 +1,4 @@
-//! What keeps a test from harm: who may move, what is put back, when to stop everything.
+//! Safety of the tests: what may move, what is restored, when to stop everything.
 
 use lafet_proto::id::key;
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
@@ -15,36 +15,36 @@ pub const AIMING: [S; 3] = [S::HORIZONTAL, S::VERTICAL, S::NOZZLE];
 pub const DRIVES: [S; 4] = [S::DEPLOYER, S::NOZZLE, S::HORIZONTAL, S::VERTICAL];
 /// Valves.
 pub const VALVES: [S; 2] = [S::VALVE1, S::VALVE2];
-/// With --motion a drive goes no faster, ° or mm per second.
+/// Highest speed of a drive with --motion, ° or mm per second.
 const SLOW: i32 = 5;
-/// How long a monitor may need to come to rest, to fold, to reset.
+/// Longest times for a monitor to come to rest, to deploy or stow, and to reset, ms.
 pub const REST_MS: u64 = 60_000;
 pub const FOLD_MS: u64 = 90_000;
 pub const RESET_MS: u64 = 30_000;
-/// How often it is tried to undo something, and how late an answer may come before that.
+/// How many times an undo is tried, and how late an answer may come before that, ms.
 const UNDO_TRIES: u32 = 4;
 const LATE_MS: u64 = 500;
-/// A sensor's last digit is no motion.
+/// Change of a position that is jitter of the sensor, not motion.
 const JITTER: i32 = 12;
 
-/// What was found at the start.
+/// State of the monitor at the start.
 #[derive(Clone, Debug, Default)]
 pub struct Found {
     /// Subsystems of the monitor, in the order of the chain.
     pub present: Vec<S>,
-    /// Wrapped when it was found.
+    /// It was stowed.
     pub wrapped: bool,
-    /// Locked out when it was found: only reads are tested.
+    /// It was locked out: only reads are tested.
     pub locked_out: bool,
-    /// Where the drives stood.
+    /// Positions of the drives at the start.
     pub positions: Vec<(S, i32)>,
-    /// Where they were seen last.
+    /// Positions last seen.
     pub seen: Vec<(S, i32)>,
-    /// All of the subsystems answer in one frame.
+    /// The answers of all subsystems fit into one frame.
     pub fits: bool,
 }
 
-/// What a test has changed.
+/// A change that a test has made.
 #[derive(Clone, Copy, Debug)]
 pub enum Undo {
     /// A parameter had this value.
@@ -58,7 +58,7 @@ pub enum Undo {
 }
 
 impl Bench<'_> {
-    /// Looks who is there, without changing anything.
+    /// Finds the subsystems, without changing anything.
     pub fn look(&mut self) -> Step {
         self.found.present.clear();
         for id in S::CHAIN {
@@ -83,7 +83,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// A monitor at work is not tested at all; one to be moved must be ready for it.
+    /// Fails if the monitor is at work; a monitor to be moved must also be ready for it.
     pub fn is_ready(&mut self) -> Step {
         let not = |en: &str, ru: &str| Err(Halt::Abort(Note::new(en, ru)));
         if self.moving()?.is_some() {
@@ -108,8 +108,9 @@ impl Bench<'_> {
         }
         if self.found.locked_out {
             return not(
-                "the monitor is locked out; whoever did it had a reason. Only --read-only is possible",
-                "ствол заблокирован; у того, кто это сделал, была причина. Возможен только --read-only",
+                "the monitor is locked out, for a reason unknown here. Only --read-only is \
+                 possible",
+                "ствол заблокирован по неизвестной причине. Возможен только --read-only",
             );
         }
         for valve in VALVES {
@@ -123,7 +124,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// With --motion everything goes slowly, where the monitor knows the parameter.
+    /// With --motion, lowers the speed of drives whose Speed parameter the monitor has.
     pub fn slow_down(&mut self) -> Step<Vec<Undo>> {
         let mut undo = Vec::new();
         if self.options.level != Level::Motion {
@@ -137,14 +138,14 @@ impl Bench<'_> {
                 && *speed > SLOW
             {
                 undo.push(Undo::Param(id, "Speed", *speed));
-                // A monitor that refuses stays as fast as it was.
+                // A monitor that refuses keeps its speed.
                 self.try_set(id, "Speed", &[SLOW])?;
             }
         }
         Ok(undo)
     }
 
-    /// The states of all subsystems, however many frames it takes.
+    /// States of all subsystems, in as many frames as needed.
     pub fn states(&mut self) -> Step<Vec<Rec>> {
         if self.found.fits {
             return self.frame(&Rec::new(R::GET_STATUS, S::ALL, &[]).bytes());
@@ -153,7 +154,7 @@ impl Bench<'_> {
         present.into_iter().map(|id| self.ask(R::GET_STATUS, id, &[])).collect()
     }
 
-    /// What moves or flows though nobody has asked for it.
+    /// A subsystem that moves or flows although no request asked for it.
     fn moving(&mut self) -> Step<Option<String>> {
         let mut found = None;
         for rec in self.states()? {
@@ -180,7 +181,7 @@ impl Bench<'_> {
         Ok(found)
     }
 
-    /// Remembers where a drive is; how far it is from where it was.
+    /// Records a drive's position; returns the distance from the previous one.
     fn see(&mut self, id: S, position: i32) -> u32 {
         match self.found.seen.iter_mut().find(|(seen, _)| *seen == id) {
             Some((_, last)) => std::mem::replace(last, position).abs_diff(position),
@@ -191,7 +192,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Something that moves unasked ends everything.
+    /// Ends everything if something moves unasked.
     pub fn watch(&mut self) -> Step {
         if self.restoring {
             return Ok(());
@@ -207,19 +208,19 @@ impl Bench<'_> {
         }
     }
 
-    /// These may move now.
+    /// Permits these subsystems to move.
     pub fn moves(&mut self, ids: &[S]) {
         let before = std::mem::replace(&mut self.movers, ids.to_vec());
-        // What has just been allowed to move stands a little further than it was seen last.
+        // Drives permitted until now have moved since they were last seen.
         self.found.seen.retain(|(id, _)| !before.contains(id));
     }
 
-    /// Everything that folds and unfolds may.
+    /// Permits the motion of everything that moves during deploying and stowing.
     pub fn folds(&mut self) {
         self.moves(&[S::DEPLOYER, S::HORIZONTAL, S::VERTICAL]);
     }
 
-    /// In working position.
+    /// Brings the monitor into working position.
     pub fn deployed(&mut self) -> Step {
         if !self.has(S::DEPLOYER) || self.flags(S::DEPLOYER)? & bits::DEPLOYED != 0 {
             return Ok(());
@@ -232,7 +233,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// In standby position; not applicable without Deployer.
+    /// Brings the monitor into standby position; not applicable without Deployer.
     pub fn wrapped(&mut self) -> Step {
         self.needs(S::DEPLOYER)?;
         if self.flags(S::DEPLOYER)? & bits::WRAPPED != 0 {
@@ -246,7 +247,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Until nothing moves.
+    /// Waits until nothing moves.
     pub fn rest(&mut self) -> Step {
         let movers = std::mem::take(&mut self.movers);
         let end = self.line.now_ms() + REST_MS;
@@ -278,7 +279,7 @@ impl Bench<'_> {
         )
     }
 
-    /// Undoes what a test has done. Every step is tried, whatever the one before came to.
+    /// Undoes what a test has done. Every step is tried, whatever the outcome of the previous one.
     pub fn put_back(&mut self) -> Step {
         self.restoring = true;
         let mut worst = Ok(());
@@ -301,7 +302,7 @@ impl Bench<'_> {
         worst
     }
 
-    /// Putting back must not fail for a frame that was lost or came late.
+    /// Restoring must not fail because one frame was lost or late.
     fn surely(&mut self, mut step: impl FnMut(&mut Self) -> Step) -> Step {
         let mut tries = 1;
         loop {
@@ -309,8 +310,8 @@ impl Bench<'_> {
             if done.is_ok() || tries >= UNDO_TRIES {
                 return done;
             }
-            // What is still under way arrives, and is forgotten. Where nothing does, a new connection
-            // may reach the monitor, which may still move.
+            // Late answers are received and discarded. If nothing arrives, a new connection may
+            // reach the monitor, which may still move.
             let late = self.line.recv(LATE_MS);
             let lost =
                 late.is_err() || (self.silent && matches!(late, Ok(bytes) if bytes.is_empty()));
@@ -355,7 +356,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Brings the barrel back to where it was found.
+    /// Returns the barrel to where it was found.
     pub fn return_home(&mut self) -> Step {
         self.restoring = true;
         let home = self.surely(Self::go_home);

@@ -6,7 +6,7 @@ const ENGLISH: &str = include_str!("../../../conformance/spec.txt");
 const RUSSIAN: &str = include_str!("spec.ru.txt");
 const UNSEEN: &str = include_str!("unseen.txt");
 
-/// Whose statement an item is.
+/// Source of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Label {
     /// Follows from the document.
@@ -18,7 +18,7 @@ pub enum Label {
 }
 
 impl Label {
-    /// As spec.txt writes it.
+    /// Name in spec.txt.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Read => "read",
@@ -31,24 +31,24 @@ impl Label {
 /// An item.
 #[derive(Clone, Copy, Debug)]
 pub struct Item {
-    /// `§3.1/4`.
+    /// Identifier, for example `§3.1/4`.
     pub id: &'static str,
-    /// What it says.
+    /// Statement, in English.
     pub text: &'static str,
-    /// The same in Russian.
+    /// Statement, in Russian.
     pub text_ru: &'static str,
-    /// Whose statement it is.
+    /// Source of the statement.
     pub label: Label,
 }
 
-/// Why an item cannot be told from outside.
+/// An item that cannot be observed from outside, and why.
 #[derive(Clone, Copy, Debug)]
 pub struct Unseen {
-    /// `§3.1/4`.
+    /// Identifier of the item.
     pub id: &'static str,
-    /// The reason.
+    /// Reason, in English.
     pub reason: &'static str,
-    /// The same in Russian.
+    /// Reason, in Russian.
     pub reason_ru: &'static str,
 }
 
@@ -81,12 +81,12 @@ pub fn items() -> &'static [Item] {
     })
 }
 
-/// The item of an id.
+/// The item with an id.
 pub fn item(id: &str) -> Option<&'static Item> {
     items().iter().find(|item| item.id == id)
 }
 
-/// The items that no test can see, and why.
+/// Items that no test can observe, and why.
 pub fn unseen() -> &'static [Unseen] {
     static ROWS: OnceLock<Vec<Unseen>> = OnceLock::new();
     ROWS.get_or_init(|| {
@@ -121,7 +121,7 @@ mod tests {
         }
     }
 
-    /// The figures of docs/conform.md, in both languages.
+    /// The figures in docs/conform.md, in both languages.
     #[test]
     fn the_page_has_the_figures() {
         let (all, unseen) = (items().len(), unseen().len());

@@ -1,65 +1,65 @@
-//! How a test ends.
+//! Outcome of a test.
 
 use std::io;
 
 /// A sentence in both languages.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Note {
-    /// English.
+    /// English text.
     pub en: String,
-    /// Russian.
+    /// Russian text.
     pub ru: String,
 }
 
 impl Note {
-    /// Both texts.
+    /// A sentence from both texts.
     pub fn new(en: impl Into<String>, ru: impl Into<String>) -> Self {
         Self { en: en.into(), ru: ru.into() }
     }
 
-    /// Words of the protocol, which are the same in both.
+    /// Protocol identifiers, which are the same in both languages.
     pub fn same(text: impl Into<String>) -> Self {
         let text = text.into();
         Self { en: text.clone(), ru: text }
     }
 }
 
-/// Why a test does not go on.
+/// Why a test ends early.
 #[derive(Debug)]
 pub enum Halt {
     /// The monitor did not do what the item says.
     Fail {
-        /// What it should have done.
+        /// What the item requires.
         expected: Note,
-        /// What it did.
+        /// What was observed.
         found: Note,
     },
     /// This monitor has nothing to test here.
     NotApplicable(Note),
-    /// Nothing more may be tried: something moves that should not, or the user wants an end.
+    /// Nothing more may be tried: something moves that should not, or the user ended the run.
     Abort(Note),
-    /// The link does not carry any more.
+    /// The link has failed.
     Link(io::Error),
 }
 
 /// Result of a step of a test.
 pub type Step<T = ()> = Result<T, Halt>;
 
-/// How a test ended.
+/// Outcome of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// As the item says.
+    /// As the item requires.
     Pass,
-    /// Not as the item says.
+    /// Not as the item requires.
     Fail,
-    /// Not as we have ruled where the document is silent.
+    /// Not as ruled by us where the document is silent.
     Differs,
     /// Nothing to test on this monitor.
     NotApplicable,
 }
 
 impl Outcome {
-    /// One word of it, for machines and for tables.
+    /// One-word name, for programs and tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -70,17 +70,17 @@ impl Outcome {
     }
 }
 
-/// A failure.
+/// Ends the test as a failure.
 pub fn fail<T>(expected: Note, found: Note) -> Step<T> {
     Err(Halt::Fail { expected, found })
 }
 
-/// A failure unless it is so.
+/// Fails unless the condition holds.
 pub fn must(so: bool, en: &str, ru: &str, found: impl Into<String>) -> Step {
     if so { Ok(()) } else { fail(Note::new(en, ru), Note::same(found)) }
 }
 
-/// Nothing to test here.
+/// Ends the test as not applicable.
 pub fn not_applicable<T>(en: &str, ru: &str) -> Step<T> {
     Err(Halt::NotApplicable(Note::new(en, ru)))
 }

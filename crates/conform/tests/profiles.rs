@@ -1,4 +1,4 @@
-//! The right monitors: nothing in them fails, at any level, in any profile.
+//! The correct monitors: no test fails, at any level, in any profile.
 
 #[allow(dead_code, reason = "the wrong monitors need the rest")]
 mod support;
@@ -11,7 +11,7 @@ use lafet_proto::{RequestId, Status, SubsystemId};
 use lafet_sim::sim::Sim;
 use support::{Between, SimLine, monitor};
 
-/// The monitor's own port: nothing is changed.
+/// The monitor's own port, unchanged.
 struct Plain(Port);
 
 impl Plain {
@@ -73,7 +73,7 @@ fn passes(profile: &str) {
     }
 }
 
-/// The read-only tests of a monitor that was locked out before.
+/// The read-only tests on a monitor that was locked out before.
 fn locked_out(between: impl Between + 'static) -> Report {
     let mut sim = monitor("full");
     let key = [0xFA, 0x2F];
@@ -102,7 +102,7 @@ fn a_monitor_that_is_locked_out_passes_its_reads() {
     assert_eq!(of("stop-all-at-rest"), Outcome::NotApplicable);
 }
 
-/// Refuses one Stop as if it were not locked out.
+/// Answers one Stop as if it were not locked out.
 struct Careless(Plain);
 
 impl Between for Careless {

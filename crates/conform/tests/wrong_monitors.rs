@@ -1,6 +1,6 @@
-//! The wrong monitors: each is caught, by a test of the statement that it breaks.
+//! The wrong monitors: each is caught by a test of the statement that it violates.
 //!
-//! `docs/wrong-monitors.md` is the list of them. When this test says that it is out of date, run it
+//! They are listed in `docs/wrong-monitors.md`. When this test reports it as out of date, run it
 //! with `UPDATE=1`.
 
 mod support;
@@ -13,14 +13,14 @@ use lafet_conform::{Level, Options, Outcome, Report, report, run};
 use support::{SimLine, monitor};
 use wrong::{Breaking, Wrong};
 
-/// What can be seen only after the memory has been erased.
+/// Items that can be observed only after the memory has been erased.
 const ERASED: [&str; 5] = ["§3.19", "§3.3.1/2", "§3.4/3", "§3.5/6", "§3.6/1"];
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const LIST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/wrong-monitors.md");
-/// Where it is said how many there are.
+/// Pages that give the number of wrong monitors.
 const PAGES: [&str; 4] = ["README.md", "README.ru.md", "docs/conform.md", "docs/conform.ru.md"];
 
-/// Tests a wrong monitor against the statement that it breaks.
+/// Tests a wrong monitor against the statement that it violates.
 fn tested(wrong: &Wrong) -> Report {
     let mut line = SimLine::new(monitor(wrong.profile), Breaking::new(wrong.rule));
     let erased = ERASED.iter().any(|item| wrong.item.starts_with(item));
@@ -33,13 +33,13 @@ fn tested(wrong: &Wrong) -> Report {
     if !report.tests.is_empty() {
         return report;
     }
-    // A monitor that tells of water where there is none is not moved; reading finds why.
+    // A monitor that falsely reports flow is not moved; reads find the reason.
     let options = Options { level: Level::ReadOnly, ..options };
     let mut line = SimLine::new(monitor(wrong.profile), Breaking::new(wrong.rule));
     run(&mut line, &options, &mut |_| {})
 }
 
-/// Names of the tests of the statement that caught it.
+/// Names of the tests of that statement that failed.
 fn caught_by(wrong: &Wrong, report: &Report) -> Vec<&'static str> {
     let of_item = report.failures().filter(|test| test.item == wrong.item);
     of_item.map(|test| test.name).collect()
@@ -95,7 +95,7 @@ fn each_is_caught_by_its_statement() {
     assert!(kept == text, "docs/wrong-monitors.md is out of date: run this test with UPDATE=1");
 }
 
-/// What the run came to, for whoever has to mend it.
+/// Results of the run, to find out why a monitor was not caught.
 fn why_not(wrong: &Wrong) -> String {
     let report = tested(wrong);
     let tests = report.tests.iter().map(|test| {
@@ -105,7 +105,7 @@ fn why_not(wrong: &Wrong) -> String {
     format!("{:?}, {aborted:?}", tests.collect::<Vec<_>>())
 }
 
-/// Names differ, or the list could not be read.
+/// Names are unique within an item, and every item exists.
 #[test]
 fn each_has_its_own_name() {
     let all = wrong::all();
@@ -119,7 +119,7 @@ fn each_has_its_own_name() {
     }
 }
 
-/// What catches them lets the right monitor through the same place.
+/// The layer that breaks rules lets the correct monitor pass.
 #[test]
 fn nothing_broken_nothing_caught() {
     let right = wrong::wrong("§1/10", "nothing", wrong::Rule::Request(|_, _| {}));
@@ -130,9 +130,9 @@ fn nothing_broken_nothing_caught() {
     assert!(report.count(Outcome::Pass) > 150);
 }
 
-/// Each form of the report tells the failure with its statement and its bytes, and is well formed.
+/// Each form of the report shows the failure with its statement and its bytes, and is well formed.
 #[test]
-fn reports_tell_the_failure() {
+fn reports_show_the_failure() {
     let wrong = wrong::all().into_iter().find(|wrong| wrong.item == "§3.7").expect("one of §3.7");
     let found = tested(&wrong);
     assert_eq!(found.exit_code(), 1);

@@ -1,6 +1,6 @@
-//! An input, taken piece by piece.
+//! An input, consumed piece by piece.
 
-/// What is left of an input. Past its end everything is 0.
+/// The rest of an input. Past its end everything is 0.
 pub struct Feed<'a>(&'a [u8]);
 
 impl<'a> Feed<'a> {
@@ -35,7 +35,7 @@ impl<'a> Feed<'a> {
         self.u8() & 1 != 0
     }
 
-    /// A number, small ones and extremes more often than others.
+    /// A number; small ones and extremes are more frequent.
     pub fn number(&mut self) -> i32 {
         match self.u8() {
             0 => i32::MIN,
@@ -46,7 +46,7 @@ impl<'a> Feed<'a> {
         }
     }
 
-    /// So many bytes, or what is left.
+    /// The next `len` bytes, or what is left.
     pub fn take(&mut self, len: usize) -> &'a [u8] {
         let (taken, rest) = self.0.split_at(len.min(self.0.len()));
         self.0 = rest;

@@ -1,10 +1,10 @@
-//! What the fuzzer does with its bytes.
+//! The targets of the fuzzer.
 //!
-//! Each target turns any bytes into something that lafet has to cope with, and asserts what must
-//! hold whatever they are. `fuzz/` links them with libFuzzer (`cargo xtask fuzz`); the committed
-//! inputs in `fuzz/corpus` and `fuzz/regressions` are replayed by an ordinary test.
+//! Each target turns any bytes into something that lafet has to handle, and asserts what must hold
+//! for all of them. `fuzz/` links them with libFuzzer (`cargo xtask fuzz`); the committed inputs in
+//! `fuzz/corpus` and `fuzz/regressions` are replayed by an ordinary test.
 //!
-//! A target returns the work that the input has cost. It is counted, not timed, and bounded by
+//! A target returns the work that the input took. It is counted, not timed, and bounded by
 //! [`Target::work_max`], so no input can be slow.
 #![forbid(unsafe_code)]
 
@@ -19,17 +19,17 @@ mod records;
 mod store;
 mod text;
 
-/// Bytes of an input that are looked at.
+/// Most bytes of an input that are used.
 pub const INPUT_MAX: usize = 2048;
 
-/// One thing to fuzz.
+/// A target of the fuzzer.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Its name, that of its folders in `fuzz/corpus` and `fuzz/regressions`.
+    /// Its name, and that of its folders in `fuzz/corpus` and `fuzz/regressions`.
     pub name: &'static str,
     /// What `work_max` counts.
     pub unit: &'static str,
-    /// Work that an input may cost at most.
+    /// Most work for one input, in `unit`.
     pub work_max: u64,
     run: fn(&[u8]) -> u64,
 }
@@ -54,10 +54,10 @@ impl Target {
         Self::ALL.into_iter().find(|target| target.name == name)
     }
 
-    /// Runs one input; returns the work it has cost.
+    /// Runs one input; returns the work it took.
     ///
     /// # Panics
-    /// When something does not hold: that is what the fuzzer looks for.
+    /// When an assertion fails: that is what the fuzzer looks for.
     pub fn run(&self, input: &[u8]) -> u64 {
         let work = (self.run)(&input[..input.len().min(INPUT_MAX)]);
         assert!(work <= self.work_max, "{work} {}, {} at most", self.unit, self.work_max);

@@ -1,12 +1,12 @@
-//! Bytes of a line, cut anywhere: the same frames as those that a slow decoder finds, which looks
-//! at the whole stream at once and shares nothing with the one under test.
+//! Bytes of a line, split anywhere: the decoder must find the same frames as a slow one, which sees
+//! the whole stream at once and shares no code with it.
 
 use crate::feed::Feed;
 use lafet_proto::link::{self, BODY_MAX, Check, Counters, Decoder, Frame, WIRE_MAX};
 
-/// Bytes of a stream at most: several of the longest frames.
+/// Longest stream, bytes: several of the longest frames.
 const STREAM_MAX: usize = 6 * WIRE_MAX;
-/// A buffer that most frames overrun.
+/// A buffer that most frames overrun, bytes.
 const SMALL: usize = 12;
 
 pub fn run(input: &[u8]) -> u64 {
@@ -19,7 +19,7 @@ pub fn run(input: &[u8]) -> u64 {
     3 * stream.len() as u64
 }
 
-/// Garbage, good frames and damaged ones, one behind the other.
+/// Garbage, valid and damaged frames, one after another.
 fn stream(feed: &mut Feed<'_>) -> Vec<u8> {
     let mut stream = Vec::new();
     while !feed.is_empty() && stream.len() < STREAM_MAX - WIRE_MAX {
@@ -52,12 +52,12 @@ fn stream(feed: &mut Feed<'_>) -> Vec<u8> {
     stream
 }
 
-/// Most frames have the check that every peer knows.
+/// Most frames have the check that every peer supports.
 const fn check_of(kind: u8) -> Check {
     if kind < 0xE0 { Check::Crc16 } else { Check::Crc32c }
 }
 
-/// A frame as the slow encoder makes it.
+/// A frame made by the slow encoder.
 fn frame_of(check: Check, body: &[u8]) -> Vec<u8> {
     let all = [body, &slow::sum(check, body)].concat();
     let mut wire = vec![0xFF, 0xC0];
@@ -87,7 +87,7 @@ fn compare<const N: usize>(stream: &[u8], cut: u8) {
 
     let mut decoder = Decoder::<N>::new();
     let mut found = Vec::new();
-    // 1 to 256 bytes at a time, always as many or always others.
+    // 1 to 256 bytes at a time, of constant or varying length.
     let mut len = usize::from(cut);
     let mut rest = stream;
     while !rest.is_empty() {
@@ -114,7 +114,7 @@ fn own(frame: Frame<'_>) -> Owned {
     (frame.dst, frame.src, frame.payload.to_vec())
 }
 
-/// What has been decoded is encoded as the slow encoder would, and decoded as a datagram.
+/// A decoded frame is encoded as by the slow encoder, and decoded as a datagram.
 fn round_trip((dst, src, payload): &Owned) {
     let frame = Frame { dst: *dst, src: *src, payload };
     let body = [&[*dst, *src], payload.as_slice()].concat();
@@ -151,7 +151,7 @@ fn datagrams(stream: &[u8]) {
     }
 }
 
-/// The link frame, told slowly.
+/// A second, slow implementation of the link frame.
 mod slow {
     use super::{Check, Counters, Owned};
 
@@ -181,14 +181,14 @@ mod slow {
     }
 
     enum Inside {
-        /// Unescaped, and how it is checked.
+        /// A valid frame: its check, and its body, unescaped.
         Good(Check, Vec<u8>),
         /// The piece ends in the middle of an escape.
         Escape,
-        /// Another byte than DC or DD followed DB, or DE not at the beginning: so many bytes belong to
-        /// the spoilt frame.
+        /// DB is followed by a byte other than DC or DD, or DE is not at the start; the number of
+        /// bytes in the corrupt frame.
         BadEscape(usize),
-        /// More than the room: so many bytes belong to the spoilt frame.
+        /// The piece is longer than the room; the number of bytes in the corrupt frame.
         Overrun(usize),
     }
 
@@ -219,7 +219,7 @@ mod slow {
         bytes.iter().filter(|byte| **byte != 0xFF).count() as u64
     }
 
-    /// C0 cuts the stream into pieces; each piece is inside or outside of a frame.
+    /// C0 splits the stream into pieces; each piece is inside or outside of a frame.
     pub fn decode(stream: &[u8], room: usize) -> Decoded {
         let pieces: Vec<&[u8]> = stream.split(|byte| *byte == 0xC0).collect();
         let (mut frames, mut counters) = (Vec::new(), Counters::default());
@@ -230,7 +230,7 @@ mod slow {
                 inside = true;
                 continue;
             }
-            // The C0 before this piece opened a frame; there may be none behind it.
+            // The C0 before this piece opened a frame; there may be none after it.
             let is_last = index + 1 == pieces.len();
             let skipped = &mut counters.bytes_skipped;
             match unescape(piece, room) {
@@ -271,9 +271,9 @@ mod slow {
     mod tests {
         use super::*;
 
-        /// The check values that every list of CRCs gives for CRC-16/MODBUS and CRC-32C.
+        /// The published check values for CRC-16/MODBUS and CRC-32C.
         #[test]
-        fn the_sums_are_the_known_ones() {
+        fn the_sums_are_the_published_ones() {
             assert_eq!(sum(Check::Crc16, b"123456789"), 0x4B37_u16.to_le_bytes());
             assert_eq!(sum(Check::Crc32c, b"123456789"), 0xE306_9283_u32.to_le_bytes());
         }

@@ -1,5 +1,5 @@
-//! A frame's payload as requests and as answers: what decodes, encodes to the same bytes; what
-//! does not, has a text all the same, and the text means the same record.
+//! A frame's payload as requests and as answers: what decodes is encoded to the same bytes; what
+//! does not still has a text, which parses to the same record.
 
 use lafet_proto::record::{DATA_MAX, HEADER_SIZE, Record, Records, Writer};
 use lafet_proto::text::{self, AnswerText, Exchange, RequestText};

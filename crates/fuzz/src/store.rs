@@ -1,5 +1,5 @@
 //! The store of the parameters on a flash: any contents at the start, then writes, erases, power
-//! cuts and rot in any order, beside a map that knows what must be there.
+//! cuts and bit rot in any order, compared with a map of what must be stored.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,15 +8,15 @@ use crate::flash::{Cut, Flash, Torn};
 use lafet_device::hal::{Key, Storage, StorageError, VALUE_MAX};
 use lafet_device::store::Store;
 
-/// Keys 1 to this one are used; one more slot is left.
+/// Keys 1 to this one are used; one more slot stays free.
 const KEYS: u16 = 9;
 const SLOTS: usize = 10;
-/// Operations of an input at most.
+/// Most operations of an input.
 const OPERATIONS: u32 = 64;
-/// A start may be cut off as well; the one after so many is not.
+/// A start may be cut off as well, but not the one after this many.
 const CUT_STARTS: u32 = 4;
 
-/// What each key reads as.
+/// Result of reading each key.
 type Values = BTreeMap<u16, Result<Option<Vec<u8>>, StorageError>>;
 
 pub fn run(input: &[u8]) -> u64 {
@@ -30,24 +30,24 @@ pub fn run(input: &[u8]) -> u64 {
     }
 }
 
-/// How much is known of what the store must hold.
+/// How much is known about the contents of the store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Trust {
     /// Exactly these values.
     Exact,
-    /// A bit has flipped: at most one value is lost, and an error tells so.
+    /// A bit has flipped: at most one value is lost, and that is reported as an error.
     OneLost,
-    /// More bits have flipped: what reads as a value was stored under that key at some time, and
-    /// it stays until it is replaced.
+    /// More bits have flipped: a value that can be read was stored under that key at some time, and
+    /// stays until it is replaced.
     AnyLost,
-    /// The contents were never ours: what was read at first stays until it is replaced.
+    /// The initial contents were arbitrary: what was read first stays until it is replaced.
     Foreign,
 }
 
 struct Life<const W: usize, const P: usize> {
     store: Store<Flash<W, P>, SLOTS>,
     values: Values,
-    /// Everything that was to be stored.
+    /// Every value ever stored, or to be stored.
     history: BTreeSet<(u16, Vec<u8>)>,
     trust: Trust,
     version: u16,
@@ -84,7 +84,7 @@ impl<const W: usize, const P: usize> Life<W, P> {
         life.store.flash().reads + life.store.flash().steps
     }
 
-    /// One operation, and a power cut in it if the input says so.
+    /// Runs one operation, with a power cut in it if the input says so.
     fn operate(&mut self, feed: &mut Feed<'_>) {
         let code = feed.u8();
         if code >> 7 != 0 {
@@ -128,7 +128,7 @@ impl<const W: usize, const P: usize> Life<W, P> {
         self.check(what);
     }
 
-    /// A value that no other one is a part of, sometimes the one that is there already.
+    /// A value of which no other one is a part; sometimes the one already stored.
     fn value(&mut self, key: u16, feed: &mut Feed<'_>) -> Vec<u8> {
         self.version += u16::from(feed.chance());
         let len = usize::from(feed.u8()) % (P / 6).min(VALUE_MAX);
@@ -141,7 +141,7 @@ impl<const W: usize, const P: usize> Life<W, P> {
         self.store.flash().cut(Cut { step: u64::from(feed.u8()), torn });
     }
 
-    /// Bits flip while the power is off.
+    /// Flips bits while the power is off.
     fn rot(&mut self, feed: &mut Feed<'_>) {
         let mut flash = self.store.flash().clone();
         let bits = flash.bytes().len() * 8;
@@ -158,7 +158,7 @@ impl<const W: usize, const P: usize> Life<W, P> {
         }
     }
 
-    /// Takes what is there for what must be there from now on.
+    /// Takes the present contents as what must be stored from now on.
     fn adopt(&mut self) {
         self.values = self.read();
         for (key, read) in &self.values {
@@ -169,8 +169,8 @@ impl<const W: usize, const P: usize> Life<W, P> {
         }
     }
 
-    /// Power comes back after a cut: each value is what it was or what it was to be, and where all
-    /// is known, all of them are the one or all the other.
+    /// Power returns after a cut: each value is the old or the new one, and if everything is known,
+    /// all are old or all are new.
     fn recover(&mut self, feed: &mut Feed<'_>, after: Values, what: &str) {
         for left in (0..=CUT_STARTS).rev() {
             let flash = self.store.flash().clone().power_on();
@@ -234,7 +234,7 @@ fn mount<const W: usize, const P: usize>(flash: Flash<W, P>) -> Store<Flash<W, P
     Store::mount(flash, 0, pages)
 }
 
-/// Puts bytes at the start of the flash.
+/// Writes bytes at the start of the flash.
 fn put<const W: usize, const P: usize>(flash: &mut Flash<W, P>, bytes: &[u8]) {
     for (index, byte) in bytes.iter().enumerate() {
         let change = flash.bytes()[index] ^ byte;

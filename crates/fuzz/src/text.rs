@@ -1,5 +1,5 @@
-//! Any text as a request: an error that points into the text, or a request whose own text means
-//! the same.
+//! Any text as a request: either an error that points into the text, or a request whose own text
+//! means the same.
 
 use lafet_proto::record::{DATA_MAX, HEADER_SIZE, Records, Writer};
 use lafet_proto::text::{self, RequestText};

@@ -1,4 +1,4 @@
-//! Replays what the fuzzer has found worth keeping: no crash, and no more work than is allowed.
+//! Replays the committed inputs of the fuzzer: no crash, and no more work than is allowed.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,7 +8,7 @@ use flate2::read::GzDecoder;
 use lafet_fuzz::{INPUT_MAX, Target};
 use tar::Archive;
 
-/// All committed inputs together, bytes.
+/// Most bytes of all committed inputs together.
 const CORPUS_MAX: usize = 1 << 20;
 
 /// An input and its name.
@@ -32,7 +32,7 @@ fn corpus(target: &Target) -> Vec<Input> {
     entries.collect()
 }
 
-/// The inputs that have once failed; a target may have none.
+/// The inputs that have failed before; a target may have none.
 fn regressions(target: &Target) -> Vec<Input> {
     let path = folder("regressions").join(target.name);
     let Ok(entries) = std::fs::read_dir(path) else { return Vec::new() };
@@ -61,7 +61,7 @@ fn corpus_and_regressions() {
     assert!(size <= CORPUS_MAX, "{size} bytes of corpus");
 }
 
-/// A new input must be able to find something, also an empty one and one of anything.
+/// Every target handles an empty input and arbitrary bytes.
 #[test]
 fn any_bytes() {
     let mut state = 1_u64;

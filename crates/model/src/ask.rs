@@ -6,7 +6,7 @@ use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Path, Points, Quench, Sector, Seek, Trajectory, TrajectoryPoint};
 use lafet_proto::{Bytes, Ints, Request, SubsystemId};
 
-/// A request that stands in the program.
+/// A request whose data is static.
 pub type Ask = Request<'static>;
 
 const fn ask(to: SubsystemId, body: Body<'static>) -> Ask {
@@ -38,7 +38,7 @@ pub const SEEK_AHEAD: Ask = seek(0, 0);
 /// A sector of one line, left and right of the barrel's rest.
 pub const QUENCH: Ask =
     ask(SubsystemId::CONTROL, Body::StartQuench(Quench::Full { sector: SECTOR, distance: 0 }));
-/// The same sector with the nozzle as asked, raised by a table when there is pressure.
+/// The same sector with a chosen nozzle position, raised by a table when there is pressure.
 pub const RAISED: Ask = ask(
     SubsystemId::CONTROL,
     Body::StartQuench(Quench::Corrected {
@@ -46,7 +46,7 @@ pub const RAISED: Ask = ask(
         corrections: Bytes(&[0, 5]),
     }),
 );
-/// Two points, then the end.
+/// A trajectory of two points.
 pub const TRAJECTORY: Ask = ask(
     SubsystemId::CONTROL,
     Body::StartTrajectory(Trajectory {
@@ -62,9 +62,9 @@ pub const TRAJECTORY: Ask = ask(
 pub const LIMITS_OFF: Ask = limits(0);
 /// Limits of all drives on.
 pub const LIMITS_ON: Ask = limits(1);
-/// Limits on as they were.
+/// Reject: limits on, with their old values.
 pub const LIMITS_REJECT: Ask = limits(2);
-/// The present position, if it is this, becomes the upper limit of Horizontal.
+/// Makes 600' the upper limit of Horizontal, if that is its present position.
 pub const TAKE_LIMIT: Ask = take(Param::HorizontalMaxLimit, &[600]);
 
 const SECTOR: Sector =
@@ -75,7 +75,7 @@ pub const fn stop(to: SubsystemId) -> Ask {
     ask(to, Body::Stop)
 }
 
-/// Move of a drive: far away is as far as it goes.
+/// Move of a drive; a distant destination moves it to its limit.
 pub const fn go(axis: Axis, destination: i16) -> Ask {
     ask(axis.id(), Body::Move { destination })
 }

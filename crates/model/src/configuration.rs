@@ -1,4 +1,4 @@
-//! What may happen in a run, on which monitor, and what must be seen.
+//! Configurations of the checker: what may happen, on which monitor, and what must be seen.
 
 use crate::ask::{self, Ask};
 use crate::plant::Fault;
@@ -14,36 +14,36 @@ use lafet_proto::param::Param;
 /// A run of the checker.
 #[derive(Debug)]
 pub struct Configuration {
-    /// Its name.
+    /// Name on the command line.
     pub name: &'static str,
-    /// What it is for.
+    /// Purpose of the run.
     pub about: &'static str,
-    /// Of what the monitor consists.
+    /// Configuration of the monitor.
     pub composition: Composition,
-    /// Where the fire is, arc-minutes to the left.
+    /// Direction of the fire, arc-minutes to the left.
     pub fire_at: i32,
-    /// What may be asked, at any time.
+    /// Requests that may be sent at any time.
     pub asks: &'static [&'static [Ask]],
     /// Buttons that may be pressed.
     pub buttons: &'static [Button],
-    /// What may break, one at a time.
+    /// Faults that may occur, one at a time.
     pub faults: &'static [Fault],
-    /// How many faults may come in one run.
+    /// Most faults in one run.
     pub fault_budget: u8,
-    /// Fire may come and go.
+    /// Whether a fire may start and go out.
     pub fires: bool,
-    /// Pressure may come and go.
+    /// Whether the pressure may come and go.
     pub pressures: bool,
-    /// The power may fail.
+    /// Whether the power may fail.
     pub power_loss: bool,
-    /// After about this many states everything that must be seen has been seen.
+    /// Number of states after which every witness has been seen.
     pub quick_states: usize,
-    /// What must be seen to happen.
+    /// Events that must be seen.
     pub witnesses: &'static [&'static [Witness]],
 }
 
 impl Configuration {
-    /// What may happen in a state.
+    /// Appends the actions possible in a state.
     pub fn actions<M>(&self, world: &World<M>, actions: &mut Vec<Action>) {
         actions.push(Action::Wait);
         actions.extend(self.asks.iter().copied().flatten().map(|ask| Action::Ask(*ask)));
@@ -75,9 +75,9 @@ impl Configuration {
     }
 }
 
-/// Small travels, so that there are few places.
+/// Short travels, for a small number of positions.
 const SETTINGS: &[(Param, i32)] = &SETTING;
-/// Elevation is not corrected: no timer goes round while a program runs.
+/// Elevation is not corrected, so no timer runs while a program runs.
 const STRAIGHT: &[(Param, i32)] = &{
     let [a, b, c, d, e, f, g, h, i] = SETTING;
     [a, b, c, d, e, f, g, h, i, (Param::ControlBallistics, 0)]
@@ -95,7 +95,7 @@ const SETTING: [(Param, i32); 9] = [
 ];
 
 const FULL: Composition = Composition { settings: SETTINGS, ..Composition::FULL };
-/// Without what the interlock does not know: foam is the water's twin.
+/// Without the foam valve: for the interlock it is the same as the water valve.
 const SINGLE: Composition = Composition {
     chain: ChainSet::ALL.without(&[
         SubsystemId::VALVE2,
@@ -128,14 +128,14 @@ const fn on(event: Event) -> Witness {
     Witness::event(event)
 }
 
-/// A disturbance in the middle of each of these.
+/// A disturbance in the middle of each of these activities.
 macro_rules! amid {
     ($disturbance:ident: $($activity:ident)*) => {
         &[$(Witness::disturbed(Disturbance::$disturbance, Activity::$activity),)*]
     };
 }
 
-/// Every run, in the order of their length.
+/// All configurations, from the shortest to the longest run.
 pub static ALL: &[Configuration] = &[
     Configuration {
         name: "small",
@@ -217,7 +217,7 @@ pub static ALL: &[Configuration] = &[
     },
     Configuration {
         name: "programs",
-        about: "programs, searches and alignment with deployment, water and the operator's hand",
+        about: "programs, searches and alignment with deployment, water and manual control",
         composition: SINGLE,
         fire_at: -300,
         asks: &[
@@ -263,7 +263,7 @@ pub static ALL: &[Configuration] = &[
     },
     Configuration {
         name: "limits",
-        about: "limits off, taken and on again, with aiming by hand and a program",
+        about: "limits off, set and on again, with manual aiming and a program",
         composition: SINGLE,
         fire_at: -300,
         asks: &[
@@ -358,7 +358,7 @@ pub static ALL: &[Configuration] = &[
     },
     Configuration {
         name: "ex",
-        about: "the explosion-proof execution, whose units may be lost",
+        about: "the explosion-proof variant, whose units may be lost",
         composition: EX,
         fire_at: -300,
         asks: &[

@@ -1,7 +1,8 @@
-//! When two states of the device are one: its `Debug` text, read while it is written.
+//! Decides when two states of the device are equal, from its `Debug` text, hashed while it is
+//! written.
 //!
-//! The text names every field of every part, so nothing that is added to the device can be forgotten
-//! here: it counts until it is named below. Moments are taken relative to now.
+//! The text contains every field of every part, so a field added to the device counts until it is
+//! named below. Times are taken relative to now.
 
 use lafet_device::Device;
 use lafet_device::params::Params;
@@ -9,13 +10,13 @@ use std::cell::RefCell;
 use std::fmt::{self, Debug, Write};
 use std::hash::{DefaultHasher, Hasher};
 
-/// Fields that decide nothing that the model could see, wherever they stand; and the parameters, which
-/// are read by themselves, because they are long and rarely change.
+/// Fields, wherever they occur, that have no effect visible to the model; and the parameters, which
+/// are hashed separately because they are long and rarely change.
 ///
-/// The composition and the clock of the last step are the same in all states of a run; the interfaces
-/// keep only when somebody last asked (§3.3.9); climate is not modelled; the plant knows no speeds,
-/// only directions; how long a motion has been watched decides when a fault is told, not whether; that
-/// there was a request since the last step decides nothing.
+/// The composition and the clock of the last step are the same in all states of a run; the
+/// interfaces only store the time of the last request (§3.3.9); climate is not modelled; the plant
+/// has no speeds, only directions; the time for which a motion has been watched affects when a
+/// fault is reported, not whether; that there was a request since the last step has no effect.
 const IGNORED: &[&str] = &[
     "chain",
     "address",
@@ -33,18 +34,18 @@ const IGNORED: &[&str] = &[
     "speed_cap_tenths",
 ];
 
-/// Numbers of which only the sign decides.
+/// Numbers of which only the sign has an effect.
 const SIGNS: &[&str] = &["speed_milli", "speed_tenths"];
 
-/// What else can be left out of a part.
+/// Further fields to leave out, by part.
 const PARTS: &[Part] = &[
-    // Whether a request, a button or a program moves it decides; which request does not.
+    // Whether a request, a button or a program moves it has an effect; which request does not.
     Part { name: "Asked", rest: None, never: &["request", "to", "source"], dormant: &[] },
     Part { name: "Drive", rest: Some(("goal", "Hold")), never: &["driven"], dormant: &["cause"] },
     Part { name: "Valve", rest: None, never: &["cause"], dormant: &[] },
-    // Its cause follows from where it is on the way to.
+    // Its cause follows from where it is moving.
     Part { name: "Deployer", rest: None, never: &["cause"], dormant: &[] },
-    // What only reports: the flags of the last program or search.
+    // Flags of the last program or search, which are only reported.
     Part {
         name: "Control",
         rest: Some(("state", "Idle")),
@@ -68,12 +69,12 @@ const PARTS: &[Part] = &[
     },
 ];
 
-/// Moments count by how far they are ahead, in steps of two: a timer has just begun, is half over,
-/// nearly over. Nothing in the device looks back but for steady pressure (§3.3.6).
+/// Times count by how far they lie ahead, in classes that double: a timer has just started, is half
+/// over, nearly over. The device looks back in time only for steady pressure (§3.3.6).
 const CLASSES_MS: &[i32] = &[0, 100, 200, 400, 800, 1600, 3200];
 
-/// `never` decides anything, and `dormant` not while the field that is named says that the part is
-/// at rest: it is set anew before it is next looked at.
+/// Fields in `never` never have an effect, and those in `dormant` have none while the named field
+/// says that the part is at rest: they are set again before they are next read.
 struct Part {
     name: &'static str,
     rest: Option<(&'static str, &'static str)>,
@@ -81,14 +82,14 @@ struct Part {
     dormant: &'static [&'static str],
 }
 
-/// Sets of parameters whose hash is kept.
+/// Most hashes of sets of parameters that are cached.
 const PARAMS_KEPT: usize = 16;
 
 thread_local! {
     static PARAMS: RefCell<Vec<(Params, u64)>> = const { RefCell::new(Vec::new()) };
 }
 
-/// What in a device decides how it goes on.
+/// Hash of everything in a device that affects its further behaviour.
 pub fn of(device: &Device, now_ms: u32) -> u64 {
     let mut hasher = DefaultHasher::new();
     hasher.write(&Reader::read(device, now_ms).kept);
@@ -105,7 +106,7 @@ fn of_params(params: &Params, now_ms: u32) -> u64 {
         let mut hasher = DefaultHasher::new();
         hasher.write(&reader.kept);
         let hash = hasher.finish();
-        // A moment in them is nearer or further off the next time.
+        // Times in them are nearer or further off the next time.
         if !reader.any_moment && kept.len() < PARAMS_KEPT {
             kept.push((params.clone(), hash));
         }
@@ -113,35 +114,35 @@ fn of_params(params: &Params, now_ms: u32) -> u64 {
     })
 }
 
-/// The text that is kept, for those who look for the difference between two states.
+/// The text that is hashed, for finding the difference between two states.
 pub fn text(device: &Device, now_ms: u32) -> String {
     let mut kept = Reader::read(device, now_ms).kept;
     kept.extend(Reader::read(device.params(), now_ms).kept);
     String::from_utf8_lossy(&kept).into_owned()
 }
 
-/// Follows derived `Debug` text: `Part { field: value, … }`, `Variant(value)`, `[value, …]`.
+/// Parses derived `Debug` text: `Part { field: value, … }`, `Variant(value)`, `[value, …]`.
 struct Reader {
     now_ms: u32,
     kept: Vec<u8>,
-    /// What may turn out to be the name of a field or a part.
+    /// Text that may be the name of a field or a part.
     word: String,
     open: Vec<Level>,
-    /// The next number is a moment.
+    /// Whether the next number is a time.
     moment: bool,
     any_moment: bool,
-    /// Of the number that follows only the sign counts.
+    /// Whether only the sign of the next number counts.
     sign: bool,
-    /// Nothing counts until the field at this depth ends.
+    /// Depth of the field that is being skipped.
     mute: Option<usize>,
 }
 
-/// What has been opened: a brace, a parenthesis or a bracket.
+/// An open brace, parenthesis or bracket.
 #[derive(Default)]
 struct Level {
     braces: bool,
     part: Option<&'static Part>,
-    /// The value that is read says whether it is at rest.
+    /// Whether the value being read says if the part is at rest.
     telling: bool,
     asleep: bool,
 }
@@ -175,7 +176,7 @@ impl Reader {
             })
     }
 
-    /// The last word was the name of a field.
+    /// Called when the last word was the name of a field.
     fn begin_field(&mut self) {
         if self.mute.is_none() && self.is_ignored(&self.word) {
             self.mute = Some(self.open.len());
@@ -188,7 +189,7 @@ impl Reader {
         self.word.clear();
     }
 
-    /// The last word was a value, or the name of a part.
+    /// Called when the last word was a value, or the name of a part.
     fn flush(&mut self) {
         if self.mute.is_none() {
             self.kept.extend_from_slice(self.word.as_bytes());
@@ -330,7 +331,7 @@ mod tests {
         assert_eq!(of(&early, 100), before);
         ask(&mut early, 100, SubsystemId::DEPLOYER, Body::Deploy);
         assert_ne!(of(&early, 100), before);
-        // The time it is given for that runs out.
+        // Its timeout elapses.
         assert_ne!(of(&early, 100), of(&early, 20_000));
     }
 }

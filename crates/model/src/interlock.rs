@@ -1,4 +1,4 @@
-//! The model that stateright walks.
+//! The model that stateright explores.
 
 use crate::configuration::Configuration;
 use crate::law::Law;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// A configuration with a monitor in it.
+/// A configuration with a monitor.
 #[derive(Clone, Debug)]
 pub struct Interlock<M> {
     /// What may happen.
@@ -22,13 +22,13 @@ pub struct Interlock<M> {
 }
 
 impl<M> Interlock<M> {
-    /// The model of a configuration. After the deadline no state has a successor: stateright's own
-    /// timeout is not looked at by a single thread.
+    /// The model of a configuration. After the deadline no state has a successor: stateright does
+    /// not check its own timeout with a single thread.
     pub fn new(configuration: &'static Configuration, deadline: Option<Instant>) -> Self {
         Self { configuration, deadline, clock: Arc::default(), monitor: PhantomData }
     }
 
-    /// To stop the clock when the walk is over: stateright goes the ways it found once more.
+    /// The clock, to be stopped after exploration: stateright replays the paths it found.
     pub fn clock(&self) -> Arc<Clock> {
         Arc::clone(&self.clock)
     }
@@ -43,7 +43,7 @@ impl<M> Interlock<M> {
     }
 }
 
-/// Whether the deadline holds, and whether it has cut something off.
+/// The deadline, and whether it has cut off any state.
 #[derive(Debug, Default)]
 pub struct Clock {
     stopped: AtomicBool,
@@ -51,12 +51,12 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// The deadline does not hold any more.
+    /// Lifts the deadline.
     pub fn stop(&self) {
         self.stopped.store(true, Ordering::Relaxed);
     }
 
-    /// Something was cut off.
+    /// Whether the deadline has cut off any state.
     pub fn has_cut(&self) -> bool {
         self.cut.load(Ordering::Relaxed)
     }
@@ -64,7 +64,7 @@ impl Clock {
 
 type Condition<M> = fn(&Interlock<M>, &World<M>) -> bool;
 
-/// One condition for each number: stateright takes functions that know nothing but the state.
+/// One function per number: stateright takes conditions as functions of the state alone.
 macro_rules! numbered {
     ($condition:ident: $($number:literal)*) => { [$($condition::<M, $number>,)*] };
 }
@@ -87,12 +87,12 @@ impl<M: Monitor> Model for Interlock<M> {
         if !wrapped.view().has_deployer() {
             return vec![wrapped];
         }
-        // From the working position too: most of what can happen begins there.
+        // Starts from the working position too, as most of the behaviour begins there.
         let deployed = wrapped.deployed(composition);
         vec![wrapped, deployed]
     }
 
-    /// Nothing after a broken law: the shortest way there is what is looked for.
+    /// No actions after a broken law: the shortest path to it is wanted.
     fn actions(&self, world: &Self::State, actions: &mut Vec<Self::Action>) {
         if world.broken.is_empty() && !self.is_late() {
             self.configuration.actions(world, actions);

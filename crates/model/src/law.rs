@@ -1,8 +1,8 @@
-//! What must always hold, whatever is asked and whatever breaks.
+//! What must always hold, whatever is requested and whatever fails.
 
 use std::fmt;
 
-/// Names the laws once: the enumeration, its texts and the set of all.
+/// Defines the laws: the enumeration, the texts and the list of all.
 macro_rules! laws {
     ($($law:ident $text:literal;)*) => {
         /// A law of the interlock.
@@ -11,10 +11,10 @@ macro_rules! laws {
         pub enum Law { $(#[doc = $text] $law,)* }
 
         impl Law {
-            /// All of them.
+            /// All laws.
             pub const ALL: &[Self] = &[$(Self::$law,)*];
 
-            /// What it says.
+            /// Statement of the law.
             pub const fn text(self) -> &'static str {
                 match self { $(Self::$law => $text,)* }
             }
@@ -37,24 +37,24 @@ laws! {
     StopStops "a cycle after Stop All or Lockout no drive turns and no valve opens";
 }
 
-/// A set of laws: those that were broken.
+/// The set of broken laws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Laws(u16);
 
 impl Laws {
-    /// With this one, if it is broken.
+    /// Adds the law if it does not hold.
     pub fn judge(&mut self, law: Law, holds: bool) {
         if !holds {
             self.0 |= 1 << law as u8;
         }
     }
 
-    /// Whether it is among them.
+    /// Whether the law is in the set.
     pub const fn contains(self, law: Law) -> bool {
         self.0 >> law as u8 & 1 == 1
     }
 
-    /// None is broken.
+    /// Whether no law is broken.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }

@@ -1,10 +1,9 @@
 //! The interlock of the monitor — deployment, search, extinguishing, lockout, limits, valves —
 //! model-checked on the very functions that the firmware links.
 //!
-//! A state is a real [`lafet_device::Device`] on a small plant; an action is a request, a while of
-//! time, a button, a fault or a loss of power. There is no second description of the device here: the
-//! laws are judged by what is driven and what is answered. `docs/model.md` says what the
-//! abstraction can miss.
+//! A state is a real [`lafet_device::Device`] in a small plant; an action is a request, a period of
+//! time, a button, a fault or a loss of power. There is no second description of the device: the
+//! laws are judged by outputs and answers. `docs/model.md` says what the abstraction can miss.
 #![forbid(unsafe_code)]
 
 pub mod ask;

@@ -1,4 +1,4 @@
-//! `lafet-model`: checks the interlock and prints what was looked at.
+//! `lafet-model`: checks the interlock and prints the coverage and findings.
 
 use clap::Parser;
 use lafet_device::Device;
@@ -12,7 +12,7 @@ use std::time::Duration;
 /// Check the interlock of the monitor on the functions that the firmware links
 #[derive(Parser)]
 struct Arguments {
-    /// Configurations to check; all when none is named
+    /// Configurations to check (default all)
     names: Vec<String>,
     /// Longest time for each configuration, s
     #[arg(long, value_name = "S")]
@@ -20,13 +20,14 @@ struct Arguments {
     /// Stop each configuration after about this many states, repeats included
     #[arg(long, value_name = "N")]
     states: Option<usize>,
-    /// Stop each configuration once it has had the states to see what it must see: a minute on two cores
+    /// Stop each configuration after the states it needs to see what it must see: a minute on two
+    /// cores
     #[arg(long, conflicts_with = "states")]
     quick: bool,
     /// Longest path
     #[arg(long, value_name = "N")]
     depth: Option<usize>,
-    /// Threads; with one, paths to a broken law are the shortest there are
+    /// Threads; with one, paths to a broken law are the shortest possible
     #[arg(long, value_name = "N", default_value_t = 2)]
     threads: usize,
     /// List the configurations
@@ -74,8 +75,8 @@ fn main() -> ExitCode {
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Each configuration on one thread, so that every run sees the same states; `threads` of them at a
-/// time.
+/// Runs each configuration on one thread, so that every run explores the same states; `threads` of
+/// them at a time.
 fn quickly(chosen: &[&'static Configuration], effort: Effort) -> Vec<Outcome> {
     let next = AtomicUsize::new(0);
     let work = || {

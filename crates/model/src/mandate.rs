@@ -1,7 +1,7 @@
-//! What may be going on: what was asked for and has neither ended nor been stopped.
+//! Tracks what may be going on: what was requested and has neither ended nor been stopped.
 //!
-//! This is the document seen from outside: requests, their answers and status words. It knows nothing
-//! of how the device does it.
+//! It follows the document from outside, from requests, answers and status words, independently of
+//! the device's implementation.
 
 use crate::view::{Reply, View};
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo};
@@ -10,12 +10,12 @@ use lafet_proto::id::key;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 
-/// What was asked for, and holds.
+/// Requests in effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Mandate {
-    /// Move, by [`Axis`].
+    /// Whether a Move is in effect, by [`Axis`].
     moves: [bool; AXES],
-    /// A held button, by [`Axis`].
+    /// Whether a held button moves the drive, by [`Axis`].
     buttons: [bool; AXES],
     opens: [bool; VALVES],
     closes: [bool; VALVES],
@@ -24,18 +24,18 @@ pub struct Mandate {
     program: bool,
     search: bool,
     alignment: bool,
-    /// The button that the monitor has seen.
+    /// The button last sampled by the monitor.
     seen: Option<u8>,
-    /// Locked out.
+    /// Whether it is locked out.
     pub locked: bool,
-    /// That it is locked out, or is not, is stored.
+    /// Whether the state of the lockout is stored.
     pub sure: bool,
-    /// Everything was stopped, and nothing asked for since.
+    /// Everything was stopped, and nothing requested since.
     pub stopped: bool,
 }
 
 impl Mandate {
-    /// After power-up: the valves close; whether it is locked out has been looked at.
+    /// State after power-up: the valves close, and the lockout has been read from memory.
     pub fn after_reset(locked: bool) -> Self {
         Self { closes: [true; VALVES], locked, sure: true, ..Self::default() }
     }
@@ -47,7 +47,7 @@ impl Mandate {
             Self { closes: [closes; VALVES], locked, sure, seen, stopped: true, ..Self::default() };
     }
 
-    /// A request has been answered.
+    /// Records the answer to a request.
     pub fn note_answer(&mut self, request: &Request<'_>, reply: Reply, before: &View) {
         if !reply.status.is_success() {
             return;
@@ -82,7 +82,7 @@ impl Mandate {
             }
             (Body::Deploy, ..) => self.note_deploy(),
             (Body::Wrap, ..) => {
-                // §3.11/7 It ends the program, and whatever aims.
+                // §3.11/7 Wrap ends the program and any aiming.
                 let Self { opens, closes, locked, sure, seen, .. } = *self;
                 *self = Self { wraps: true, opens, closes, locked, sure, seen, ..Self::default() };
             }
@@ -100,7 +100,7 @@ impl Mandate {
         self.stopped = false;
     }
 
-    /// §3.14/5, §3.16/3 What starts while folded deploys.
+    /// §3.14/5, §3.16/3 A start while stowed deploys first.
     fn note_start(&mut self, before: &View) {
         if !before.is_deployed() {
             self.note_deploy();
@@ -132,7 +132,7 @@ impl Mandate {
         }
     }
 
-    /// What the next cycle may do; the buttons are as they will be sensed.
+    /// Records the buttons as the next cycle will sample them.
     pub fn note_buttons(&mut self, held: Option<Button>, restarting: bool) {
         let held = held.map(|button| button as u8);
         if held == self.seen {
@@ -152,7 +152,7 @@ impl Mandate {
         }
     }
 
-    /// A cycle has passed: what is over needs to be asked for again.
+    /// A cycle has passed: what has ended must be requested again.
     pub fn note_cycle(&mut self, before: &View, now: &View) {
         for axis in Axis::ALL {
             self.moves[axis as usize] &= now.drive(axis).contains(DriveFlags::MOVE);
@@ -168,7 +168,7 @@ impl Mandate {
         self.program &= now.is_quenching();
         self.search &= now.is_searching();
         self.alignment &= now.is_justifying();
-        // Out of the working position all aiming is over.
+        // Leaving the working position ends all aiming.
         if before.is_deployed() && !now.is_deployed() {
             self.end_aiming();
         }
@@ -206,36 +206,36 @@ impl Mandate {
         self.opens[valve as usize]
     }
 
-    /// Whether a valve may close; under lockout it has to.
+    /// Whether a valve may close; under lockout it must.
     pub fn allows_closing(&self, valve: ValveNo) -> bool {
         self.closes[valve as usize] || self.locked
     }
 
-    /// Whether what the status words call running was asked for.
+    /// Whether the activities in the status words were requested.
     pub fn allows_programs(&self, view: &View) -> bool {
         (self.program || !view.is_quenching())
             && (self.search || !view.is_searching())
             && (self.alignment || !view.is_justifying())
     }
 
-    /// Somebody has asked a drive to move.
+    /// Whether a Move of the drive is in effect.
     pub fn moves(&self, axis: Axis) -> bool {
         self.moves[axis as usize]
     }
 
-    /// A button moves a drive.
+    /// Whether a held button moves a drive.
     pub fn is_held(&self, axis: Axis) -> bool {
         self.buttons[axis as usize]
     }
 
-    /// The program was started by this request of the model.
+    /// Whether the program was started by this request of the model.
     pub fn has_program(&self) -> bool {
         self.program
     }
 }
 
-/// §3 Who has to deny a request, by the scenarios of the document; nobody when it may be carried out.
-/// Several may have reason to.
+/// §3 The subsystems that may have to deny a request, by the scenarios of the document; empty if it
+/// may be executed. Several may have reason to.
 pub fn due_refusal(request: &Request<'_>, view: &View) -> Vec<SubsystemId> {
     use SubsystemId as Id;
     let to = request.to;
@@ -286,7 +286,7 @@ pub fn due_refusal(request: &Request<'_>, view: &View) -> Vec<SubsystemId> {
     };
     let due = reasons.iter().filter(|(so, _)| *so).map(|(_, id)| *id);
     let mut due: Vec<Id> = due.collect();
-    // §3.3.10/1 A held button denies Move and Wrap too, and stands further in front.
+    // §3.3.10/1 A held button also denies Move and Wrap, and comes earlier in the chain.
     if !due.is_empty() && matches!(request.body, Body::Move { .. } | Body::Wrap) {
         due.extend([Id::BUTTONS, Id::EXT_BUTTONS]);
     }
@@ -299,7 +299,7 @@ fn is_wet(view: &View, valve: ValveNo) -> bool {
         && (!flags.contains(ValveFlags::CLOSED) || flags.contains(ValveFlags::OPENING))
 }
 
-/// The program is paused, or waits.
+/// Whether the program is paused, or waits.
 pub fn is_paused(view: &View) -> bool {
     view.control().contains(ControlFlags::PAUSED)
 }

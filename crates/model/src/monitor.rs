@@ -1,24 +1,24 @@
-//! What is checked: the device itself, or something that stands in its place in a test.
+//! The system under check: the device itself, or a test's replacement of it.
 
 use crate::plant::{ADDRESS, Plant};
 use lafet_device::{Composition, Device, Source};
 use std::fmt::Debug;
 
-/// A monitor as the model drives it: the three entries of [`Device`], and a way to look inside.
+/// A monitor as the model drives it: the three entry points of [`Device`], and access to its state.
 pub trait Monitor: Clone + Debug + Send + Sync + 'static {
-    /// Switched on.
+    /// Switches the monitor on.
     fn power_up(now_ms: u32, composition: &Composition, plant: &mut Plant) -> Self;
 
     /// Answers a frame; returns the length of the answer.
     fn handle(&mut self, now_ms: u32, payload: &[u8], out: &mut [u8]) -> usize;
 
-    /// One cycle.
+    /// Runs one cycle.
     fn step(&mut self, now_ms: u32, plant: &mut Plant);
 
-    /// The device in it.
+    /// The device inside.
     fn device(&self) -> &Device;
 
-    /// What it remembers besides the device.
+    /// State besides the device.
     fn extra(&self) -> u32 {
         0
     }

@@ -1,4 +1,4 @@
-//! The world in few discrete places: what the monitor senses, drives and remembers.
+//! A world of few discrete positions: inputs, outputs and memory of the monitor.
 
 use lafet_device::composition::DriveKind;
 use lafet_device::guard::Passed;
@@ -15,27 +15,27 @@ use std::sync::Arc;
 
 /// Address of the monitor.
 pub const ADDRESS: u8 = 1;
-/// From place to place: arc-minutes; mm at the nozzle.
+/// Distance between positions, arc-minutes; mm at the nozzle.
 const STEP: [i32; AXES] = [300, 300, 60, 600];
-/// The outermost places of each drive, where its end switches close.
+/// Outermost positions of each drive, where its end switches close.
 const ENDS: [(i8, i8); AXES] = [(-1, 2), (-2, 2), (-1, 2), (0, 2)];
-/// Where they are at first: level, straight ahead, the jet narrow, wrapped.
+/// Initial positions: level, straight ahead, narrow jet, stowed.
 const FIRST: [i8; AXES] = [0, 0, 1, 0];
-/// A valve is closed, between or open.
+/// Position of an open valve; closed is 0.
 const OPEN: i8 = 2;
-/// Current of a motor that is jammed: over MaxCurrent, under what the guard cuts off at once.
+/// Current of a jammed motor, 0.1 A: above MaxCurrent, below the guard's immediate cut-off.
 const JAMMED_DA: u16 = 100;
 /// Pressure of 8 atm on the sensor's loop, µA.
 const PRESSURE_UA: u16 = 12_000;
-/// How far from its axis the detector sees, arc-minutes.
+/// Field of view of the detector, arc-minutes from its axis.
 const SEEN_ARCMIN: i32 = 600;
 
-/// What breaks, one at a time. Switches never lie: an interlock is as good as its switches.
+/// Faults, one at a time. Switches never report falsely: the interlock depends on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
-    /// The position sensor tells that it is faulty and stands still.
+    /// The position sensor reports a fault and its reading does not change.
     Encoder(Axis),
-    /// The drive does not turn and draws too much.
+    /// The drive does not turn and draws too much current.
     Jam(Axis),
     /// The motor's circuit is open.
     Motor(Axis),
@@ -43,45 +43,45 @@ pub enum Fault {
     ValveStuck(ValveNo),
     /// The valve's hardware block is on.
     ValveBlocked(ValveNo),
-    /// Remote units do not answer and do nothing.
+    /// Remote units neither answer nor act.
     Offline(Unit),
-    /// The memory does not take anything.
+    /// The memory cannot be written.
     Flash,
-    /// The detector is silent.
+    /// The detector does not answer.
     Detector,
 }
 
 /// The world around the monitor.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    /// Where each drive is, by [`Axis`].
+    /// Position of each drive, by [`Axis`].
     places: [i8; AXES],
-    /// Where each valve is, by [`ValveNo`].
+    /// Position of each valve, by [`ValveNo`].
     valves: [i8; VALVES],
     frozen: Option<i32>,
-    /// What the monitor drives now.
+    /// Present outputs of the monitor.
     pub outputs: Outputs,
-    /// There is a fire.
+    /// Whether there is a fire.
     pub fire: bool,
-    /// Where, arc-minutes to the left of the barrel's rest.
+    /// Direction of the fire, arc-minutes to the left of the barrel's rest.
     fire_at: i32,
-    /// The pressure sensor answers.
+    /// Whether the pressure sensor answers.
     pub pressure: bool,
-    /// The button that somebody holds on the post.
+    /// The button held on the post.
     pub held: Option<Button>,
-    /// What is broken.
+    /// The present fault.
     pub fault: Option<Fault>,
     memory: Arc<BTreeMap<u16, Vec<u8>>>,
-    /// Values stored since this was last looked at.
+    /// Number of values stored since this was last read.
     pub stored: u32,
-    /// The program asks for its reset.
+    /// Whether the program asks for its reset.
     pub reset: bool,
     remote: [bool; UNITS],
     folds: bool,
 }
 
 impl Plant {
-    /// Wrapped or at its rest, dry, nothing broken, the memory as the factory leaves it.
+    /// Stowed or at rest, dry, without faults, the memory as delivered.
     pub fn new(composition: &Composition, fire_at: i32) -> Self {
         let drive = |axis: Axis| composition.drives.get(axis as usize) == Some(&DriveKind::Remote);
         let [vertical, horizontal, nozzle, deployer] = Axis::ALL.map(drive);
@@ -107,7 +107,7 @@ impl Plant {
         plant
     }
 
-    /// Everything that can matter later, but what is on its way to the monitor.
+    /// Everything that can matter later, except what is on its way to the monitor.
     pub fn key(&self) -> impl std::hash::Hash + use<> {
         let bits = [self.fire, self.pressure, self.reset];
         let held = self.held.map(|button| button as u8);
@@ -117,33 +117,33 @@ impl Plant {
         (self.places, self.valves, self.frozen, bits, held, self.fault, outputs, valves, memory)
     }
 
-    /// What an onlooker sees.
+    /// What an observer sees.
     pub fn sight(&self) -> ([i8; AXES], [i8; VALVES], [i16; AXES], [ValveOutput; VALVES]) {
         let ways = self.outputs.drives.map(|drive| drive.speed_tenths.signum());
         (self.places, self.valves, ways, self.outputs.valves)
     }
 
-    /// Drives it like this.
+    /// Sets the outputs.
     pub fn drive(&mut self, outputs: Outputs) {
         self.outputs = outputs;
     }
 
-    /// The barrel is in working position.
+    /// Whether the barrel is in working position.
     pub fn is_deployed(&self) -> bool {
         self.places[Axis::Deployer as usize] == ENDS[Axis::Deployer as usize].1
     }
 
-    /// The barrel is in standby.
+    /// Whether the barrel is in standby.
     pub fn is_wrapped(&self) -> bool {
         self.places[Axis::Deployer as usize] == ENDS[Axis::Deployer as usize].0
     }
 
-    /// Water runs, or foam.
+    /// Whether water or foam flows.
     pub fn is_wet(&self) -> bool {
         self.valves.iter().any(|place| *place > 0)
     }
 
-    /// A valve is closed.
+    /// Whether a valve is closed.
     pub fn is_closed(&self, valve: ValveNo) -> bool {
         self.valves[valve as usize] == 0
     }
@@ -153,12 +153,12 @@ impl Plant {
         i32::from(self.places[axis as usize]) * STEP[axis as usize]
     }
 
-    /// Commanded way of a drive: up/left 1, down/right -1, none 0.
+    /// Commanded direction of a drive: up/left 1, down/right -1, none 0.
     pub fn way(&self, axis: Axis) -> i16 {
         self.outputs.drives[axis as usize].speed_tenths.signum()
     }
 
-    /// Something breaks.
+    /// Introduces a fault.
     pub fn break_down(&mut self, fault: Fault) {
         self.frozen = match fault {
             Fault::Encoder(axis) => Some(self.position(axis)),
@@ -170,13 +170,13 @@ impl Plant {
         self.fault = Some(fault);
     }
 
-    /// It works again.
+    /// Removes the fault.
     pub fn mend(&mut self) {
         self.fault = None;
         self.frozen = None;
     }
 
-    /// A tick passes with the outputs as they are: each drive one place, each valve one place.
+    /// Advances one tick with the present outputs: each drive and each valve by one position.
     pub fn advance(&mut self) {
         for axis in Axis::ALL {
             let turns = match self.fault {

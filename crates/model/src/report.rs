@@ -1,4 +1,4 @@
-//! Runs the checker and tells what it has found.
+//! Runs the checker and reports its findings.
 
 use crate::configuration::Configuration;
 use crate::interlock::Interlock;
@@ -9,7 +9,7 @@ use stateright::{Checker, Expectation, HasDiscoveries, Model, Path};
 use std::fmt::{self, Display};
 use std::time::{Duration, Instant};
 
-/// How far to go.
+/// Limits of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// Threads.
@@ -20,56 +20,56 @@ pub struct Effort {
     pub depth: Option<usize>,
     /// Longest time.
     pub timeout: Option<Duration>,
-    /// Look for a way to break this law; otherwise the first broken law ends the walk.
+    /// Look for a path that breaks this law; otherwise the first broken law ends the run.
     pub until: Option<Law>,
 }
 
 impl Effort {
-    /// Everything there is, on one thread: the shortest paths.
+    /// Everything, on one thread: the shortest paths.
     pub const ALL: Self =
         Self { threads: 1, states: None, depth: None, timeout: None, until: None };
 }
 
-/// What a run has found.
+/// Results of a run.
 #[derive(Debug)]
 pub struct Outcome {
-    /// The run.
+    /// The configuration.
     pub configuration: &'static Configuration,
     /// States generated, repeats included.
     pub states: usize,
     /// Different states.
     pub unique: usize,
-    /// Length of the longest path looked at.
+    /// Length of the longest path explored.
     pub depth: usize,
     /// Properties: laws and witnesses.
     pub properties: usize,
-    /// Every state there is has been looked at.
+    /// Whether every state has been explored.
     pub exhausted: bool,
-    /// How long it took.
+    /// Duration of the run.
     pub time: Duration,
-    /// Laws broken, with the way there.
+    /// Broken laws, with the paths to them.
     pub broken: Vec<Finding>,
-    /// What should have been seen and was not.
+    /// Witnesses that should have been seen and were not.
     pub unseen: Vec<&'static str>,
 }
 
-/// A way to a broken law.
+/// A path to a broken law.
 #[derive(Debug)]
 pub struct Finding {
-    /// What the law says.
+    /// Statement of the law.
     pub law: &'static str,
-    /// The way there, line by line.
+    /// The path, one action per line.
     pub path: Vec<String>,
 }
 
 impl Outcome {
-    /// No law broken, everything seen.
+    /// Whether no law is broken and everything was seen.
     pub fn is_good(&self) -> bool {
         self.broken.is_empty() && self.unseen.is_empty()
     }
 }
 
-/// Walks the states of a configuration with this monitor.
+/// Explores the states of a configuration with this monitor.
 pub fn run<M: Monitor>(configuration: &'static Configuration, effort: Effort) -> Outcome {
     let start = Instant::now();
     let model = Interlock::<M>::new(configuration, effort.timeout.map(|timeout| start + timeout));
@@ -117,7 +117,7 @@ pub fn run<M: Monitor>(configuration: &'static Configuration, effort: Effort) ->
     outcome
 }
 
-/// A path as somebody would tell it.
+/// A path as text.
 fn lines<M: Monitor>(path: Path<World<M>, Action>) -> Vec<String> {
     let steps = path.into_vec();
     let first = steps.first().map(|(world, _)| world);

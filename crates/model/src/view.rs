@@ -9,15 +9,15 @@ use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::{Request, Status, SubsystemId};
 
-/// As long as a frame of answers may be.
+/// Largest frame of answers, bytes.
 const ROOM: usize = 512;
 
 /// One answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reply {
-    /// Who answers.
+    /// The subsystem that answers.
     pub from: SubsystemId,
-    /// How.
+    /// Status of the answer.
     pub status: Status,
 }
 
@@ -28,7 +28,7 @@ pub struct Replies {
 }
 
 impl Replies {
-    /// Asks the monitor.
+    /// Sends the monitor a request.
     pub fn ask(monitor: &mut impl Monitor, now_ms: u32, request: &Request<'_>) -> Self {
         let mut payload = [0; ROOM];
         let mut writer = Writer::new(&mut payload);
@@ -39,13 +39,13 @@ impl Replies {
         Self { bytes, len }
     }
 
-    /// Who answers, and how.
+    /// Senders and statuses of the answers.
     pub fn iter(&self) -> impl Iterator<Item = Reply> {
         let records = Records::new(&self.bytes[..self.len]).flatten();
         records.map(|record| Reply { from: record.device, status: record.status })
     }
 
-    /// The only answer.
+    /// The answer, if there is exactly one.
     pub fn only(&self) -> Option<Reply> {
         let mut all = self.iter();
         all.next().filter(|_| all.next().is_none())
@@ -58,7 +58,7 @@ impl Replies {
     }
 }
 
-/// The status words that the interlock concerns; 0 for what is not there.
+/// The status words that concern the interlock; 0 for an absent subsystem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct View {
     general: u32,
@@ -72,7 +72,7 @@ pub struct View {
 }
 
 impl View {
-    /// Looks at the monitor, which GetStatus does not change.
+    /// Reads the status words with GetStatus, which changes nothing.
     pub fn of(monitor: &mut impl Monitor, now_ms: u32) -> Self {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
         let mut view = Self::default();
@@ -113,7 +113,7 @@ impl View {
         DeployerFlags::from_bits_retain(self.deployer)
     }
 
-    /// Flags of a drive; those of Deployer that drives have too.
+    /// Flags of a drive; for Deployer, those that it shares with drives.
     pub fn drive(&self, axis: Axis) -> DriveFlags {
         let [vertical, horizontal, nozzle] = self.drives;
         DriveFlags::from_bits_retain(match axis {
@@ -129,42 +129,42 @@ impl View {
         ValveFlags::from_bits_retain(self.valves[valve as usize])
     }
 
-    /// The monitor has this valve.
+    /// Whether the monitor has this valve.
     pub fn has_valve(&self, valve: ValveNo) -> bool {
         self.has_valves[valve as usize]
     }
 
-    /// The monitor has a Deployer.
+    /// Whether the monitor has a Deployer.
     pub fn has_deployer(&self) -> bool {
         self.has_deployer
     }
 
-    /// In working position, or always in it.
+    /// Whether it is in working position, or always in it.
     pub fn is_deployed(&self) -> bool {
         !self.has_deployer || self.deployer().contains(DeployerFlags::DEPLOYED)
     }
 
-    /// Deploying or wrapping.
+    /// Whether it is deploying or stowing.
     pub fn is_on_the_way(&self) -> bool {
         self.deployer().intersects(DeployerFlags::DEPLOYING | DeployerFlags::WRAPPING)
     }
 
-    /// A program runs, is paused, or waits for the deployment.
+    /// Whether a program runs, is paused, or waits for the deployment.
     pub fn is_quenching(&self) -> bool {
         self.control().contains(ControlFlags::QUENCH)
     }
 
-    /// A search runs, or waits for the deployment.
+    /// Whether a search runs, or waits for the deployment.
     pub fn is_searching(&self) -> bool {
         self.detector().contains(DetectorFlags::SEARCHING)
     }
 
-    /// Detector and barrel are being aligned.
+    /// Whether detector and barrel are being aligned.
     pub fn is_justifying(&self) -> bool {
         self.detector().contains(DetectorFlags::JUSTIFYING)
     }
 
-    /// The limits of some drive are off.
+    /// Whether the limits of any drive are off.
     pub fn is_limitless(&self) -> bool {
         Axis::ALL.into_iter().any(|axis| self.drive(axis).contains(DriveFlags::LIMITLESS))
     }

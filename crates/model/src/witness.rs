@@ -1,13 +1,13 @@
-//! What must be seen to happen: a monitor that does nothing keeps every law.
+//! Events that must be seen: a monitor that does nothing keeps every law.
 
 /// An event, or a disturbance in the middle of an activity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Witness(u8);
 
-/// Names events once.
+/// Defines the events.
 macro_rules! events {
     ($($event:ident $text:literal;)*) => {
-        /// Something that comes to its end, or begins.
+        /// Something that begins or ends.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
         pub enum Event { $(#[doc = $text] $event,)* }
@@ -32,7 +32,7 @@ events! {
     QuenchRuns "a sector program sweeps";
     TrajectoryFinished "a trajectory runs to its end";
     Paused "a program is paused by Move";
-    Resumed "a paused program goes on";
+    Resumed "a paused program continues";
     DirectAim "without pressure the jet is narrowed";
     Found "a search finds a hotbed";
     NothingFound "a search finds nothing";
@@ -40,32 +40,32 @@ events! {
     LimitsOff "limits off";
     BeyondLimits "a drive goes beyond its limits while they are off";
     LimitsOn "limits on again";
-    LimitTaken "the present position is taken as a limit";
+    LimitTaken "the present position is set as a limit";
     Released "the lockout is released";
     Restarted "a restart is carried out";
-    RecoveredDeployed "deployed after a fault was mended";
-    RecoveredAimed "aimed after a fault was mended";
-    RecoveredWater "water on after a fault was mended";
-    ToldFault "a fault is told";
+    RecoveredDeployed "deployed after a fault was fixed";
+    RecoveredAimed "aimed after a fault was fixed";
+    RecoveredWater "water on after a fault was fixed";
+    ToldFault "a fault is reported";
 }
 
-/// What the monitor can be in the middle of.
+/// An activity of the monitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Activity {
-    /// Deploying because it was told to.
+    /// Deploying by command.
     Deploying,
-    /// Wrapping.
+    /// Stowing.
     Wrapping,
-    /// A drive is on its way by Move.
+    /// A drive moves by Move.
     Moving,
     /// A valve opens.
     Opening,
-    /// Water runs.
+    /// Water flows.
     Water,
     /// A program waits for the deployment.
     Waiting,
-    /// A program sweeps.
+    /// A program sweeps the sector.
     Program,
     /// A program is paused.
     Paused,
@@ -78,7 +78,7 @@ pub enum Activity {
 }
 
 impl Activity {
-    /// All of them.
+    /// All activities.
     pub const ALL: [Self; 11] = [
         Self::Deploying,
         Self::Wrapping,
@@ -94,7 +94,7 @@ impl Activity {
     ];
 }
 
-/// What comes between.
+/// A disturbance of an activity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Disturbance {
@@ -102,7 +102,7 @@ pub enum Disturbance {
     Lockout,
     /// Stop All.
     Stop,
-    /// Something breaks.
+    /// A fault occurs.
     Fault,
     /// The power fails.
     PowerLoss,
@@ -115,7 +115,7 @@ const ACTIVITIES: usize = Activity::ALL.len();
 /// Number of witnesses.
 pub const COUNT: usize = EVENTS + 5 * ACTIVITIES;
 
-/// A row of texts: a disturbance in the middle of each activity.
+/// Texts of a disturbance in the middle of each activity.
 macro_rules! while_in {
     ($disturbance:literal) => {
         [
@@ -153,12 +153,12 @@ impl Witness {
         Self(EVENTS as u8 + disturbance as u8 * ACTIVITIES as u8 + activity as u8)
     }
 
-    /// Its number, below [`COUNT`].
+    /// Number of the witness, below [`COUNT`].
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 
-    /// What is seen.
+    /// What is seen, as text.
     pub fn text(self) -> &'static str {
         match self.index().checked_sub(EVENTS) {
             None => Event::TEXTS[self.index()],
@@ -167,29 +167,29 @@ impl Witness {
     }
 }
 
-/// A set of witnesses: what has just happened.
+/// The set of witnesses that have just been seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Happened(u128);
 
 impl Happened {
-    /// With this one, if it is so.
+    /// Adds the event if the condition holds.
     pub fn note(&mut self, event: Event, so: bool) {
         if so {
             self.add(Witness::event(event));
         }
     }
 
-    /// With this one.
+    /// Adds the witness.
     pub fn add(&mut self, witness: Witness) {
         self.0 |= 1 << witness.index();
     }
 
-    /// Whether the witness of this number is among them.
+    /// Whether the witness with this number is in the set.
     pub const fn contains(self, index: usize) -> bool {
         self.0 >> index & 1 == 1
     }
 
-    /// Their texts.
+    /// Texts of the witnesses.
     pub fn texts(self) -> impl Iterator<Item = &'static str> {
         let all = (0..COUNT).filter(move |index| self.contains(*index));
         all.map(|index| Witness(index as u8).text())

@@ -1,4 +1,4 @@
-//! A state of the model and how it goes on: the real device on the plant, a request or a cycle at a
+//! A state of the model and its successors: the real device in the plant, a request or a cycle at a
 //! time, and the judgement of each.
 
 use crate::ask::Ask;
@@ -22,29 +22,29 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// A cycle of the device, ms.
 const CYCLE_MS: u32 = 100;
-/// The longest wait for something to happen: longer than any timer of the device.
+/// Most cycles of a wait for something to happen: longer than any timer of the device.
 const CYCLES_MAX: u32 = 150;
-/// How far beyond a limit a drive may be, ' or mm.
+/// How far beyond a limit a drive may be, arc-minutes or mm.
 const ALLOWANCE: i32 = 2;
 
 /// What may happen next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
-    /// Somebody asks; no cycle passes.
+    /// A request is sent; no cycle passes.
     Ask(Ask),
     /// Cycles pass until something can be seen to happen.
     Wait,
     /// A button of the post is pressed and held.
     Press(Button),
-    /// It is let go.
+    /// The button is released.
     Release,
-    /// Fire, or none.
+    /// A fire starts, or goes out.
     Fire(bool),
-    /// The pressure sensor answers, or does not.
+    /// The pressure sensor answers, or stops answering.
     Pressure(bool),
-    /// Something breaks.
+    /// A fault occurs.
     Break(Fault),
-    /// It is mended.
+    /// The fault is fixed.
     Mend,
     /// The power fails and comes back.
     PowerLoss,
@@ -60,31 +60,31 @@ impl fmt::Display for Action {
             Self::Fire(true) => f.write_str("fire      breaks out"),
             Self::Fire(false) => f.write_str("fire      goes out"),
             Self::Pressure(true) => f.write_str("pressure  comes back"),
-            Self::Pressure(false) => f.write_str("pressure  is not known any more"),
+            Self::Pressure(false) => f.write_str("pressure  is no longer known"),
             Self::Break(fault) => write!(f, "fault     {fault:?}"),
-            Self::Mend => f.write_str("fault     is mended"),
+            Self::Mend => f.write_str("fault     is fixed"),
             Self::PowerLoss => f.write_str("power     fails and comes back"),
         }
     }
 }
 
-/// A state.
+/// A state of the model.
 #[derive(Clone, Debug)]
 pub struct World<M> {
     monitor: M,
-    /// The world around it.
+    /// The world around the monitor.
     pub plant: Plant,
     now_ms: u32,
     mandate: Mandate,
-    /// Faults that may still come.
+    /// Number of faults that may still occur.
     pub faults_left: u8,
-    /// A fault has been mended.
+    /// Whether a fault has been fixed.
     mended: bool,
-    /// Laws broken on the way into this state.
+    /// Laws broken by the step into this state.
     pub broken: Laws,
-    /// What has just happened.
+    /// Witnesses just seen.
     pub happened: Happened,
-    /// The last answers, for those who read a path.
+    /// The last answers, for readers of a path.
     pub answers: [Option<(SubsystemId, Status)>; 1],
     fingerprint: u64,
 }
@@ -102,7 +102,7 @@ impl<M> PartialEq for World<M> {
 }
 
 impl<M: Monitor> World<M> {
-    /// Switched on for the first time, wrapped.
+    /// Switched on for the first time, stowed.
     pub fn new(composition: &Composition, fire_at: i32, faults: u8) -> Self {
         let mut plant = Plant::new(composition, fire_at);
         let monitor = M::power_up(0, composition, &mut plant);
@@ -123,7 +123,7 @@ impl<M: Monitor> World<M> {
         world
     }
 
-    /// The same, deployed since.
+    /// The same monitor after a deployment.
     pub fn deployed(&self, composition: &Composition) -> Self {
         let mut world = self.after(&Action::Ask(crate::ask::DEPLOY), composition);
         for _ in 0..CYCLES_MAX {
@@ -173,7 +173,7 @@ impl<M: Monitor> World<M> {
         View::of(&mut self.monitor.clone(), self.now_ms)
     }
 
-    /// What of the device makes this state another one.
+    /// What distinguishes the device in this state from others, as text.
     pub fn device_text(&self) -> String {
         fingerprint::text(self.monitor.device(), self.now_ms)
     }
@@ -209,7 +209,8 @@ impl<M: Monitor> World<M> {
         self.broken.judge(Law::OneAnswer, answered);
         let Some(first) = first else { return };
         self.answers = [Some((first.from, first.status))];
-        // §1/11: who restarts is Busy, who is not there or not asked for this cannot deny.
+        // §1/11: a restarting subsystem is Busy, and one that is absent or not addressed cannot
+        // deny.
         let other = [Status::MODULE_NOT_EXIST, Status::WRONG_REQUEST, Status::BUSY];
         let due = due_refusal(ask, &before);
         if !due.is_empty() && !other.contains(&first.status) {
@@ -226,7 +227,7 @@ impl<M: Monitor> World<M> {
         self.happened.note(Event::LimitsOn, before.is_limitless() && !now.is_limitless());
     }
 
-    /// Cycles pass until an onlooker or a client sees something else than before.
+    /// Runs cycles until an observer or a client sees a change.
     fn wait(&mut self, composition: &Composition) {
         let start = (self.plant.sight(), self.look());
         for _ in 0..CYCLES_MAX {
@@ -260,7 +261,7 @@ impl<M: Monitor> World<M> {
         self.mandate.note_cycle(&before, &now);
     }
 
-    /// The program begins anew: what is stored survives.
+    /// The program starts again; stored values survive.
     fn reset(&mut self, composition: &Composition, by_power: bool) {
         self.plant.outputs = Default::default();
         self.plant.reset = false;
@@ -272,7 +273,7 @@ impl<M: Monitor> World<M> {
         self.mandate = Mandate::after_reset(locked);
     }
 
-    /// What is driven now, at what is the case now.
+    /// Judges the present outputs by the present situation.
     fn judge(&mut self, before: &View) {
         let Self { plant, mandate, broken, .. } = self;
         let has_deployer = before.has_deployer();
@@ -314,7 +315,7 @@ impl<M: Monitor> World<M> {
         let Self { plant, broken, monitor, .. } = self;
         for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
             let off = before.drive(axis).contains(DriveFlags::LIMITLESS);
-            // Where the encoder is broken, only the end switches know.
+            // Where the encoder is faulty, only the end switches show the position.
             let blind = matches!(plant.fault, Some(Fault::Encoder(_) | Fault::Offline(_)));
             let value = |param| monitor.device().params().drive(axis, param);
             let position = plant.position(axis) - value(DriveParam::ZeroPoint);
@@ -326,7 +327,7 @@ impl<M: Monitor> World<M> {
         }
     }
 
-    /// What the status words say after a cycle.
+    /// Judges the status words after a cycle.
     fn judge_view(&mut self, now: &View) {
         let Self { plant, mandate, broken, .. } = self;
         broken.judge(Law::NothingUnasked, mandate.allows_programs(now));

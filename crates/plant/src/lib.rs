@@ -1,9 +1,9 @@
-//! The process image as bytes (ours): a chip whose sensors, drives, clock and power are those of a
+//! The process image as bytes (ours): connects a chip to the sensors, drives, clock and power of a
 //! simulated plant.
 //!
 //! The plant sends an [`Order`], the chip answers with [`Report`]s; the last one of a step is
-//! [`Report::Done`], or [`Report::Started`] when the program was reset. Each goes in a link frame of
-//! the monitor's own protocol, with the addresses 0, over a serial line of its own.
+//! [`Report::Done`], or [`Report::Started`] when the program was reset. Each travels in a link
+//! frame of the monitor's own protocol, with addresses 0, over a separate serial line.
 
 #![no_std]
 #[cfg(test)]
@@ -15,101 +15,101 @@ use lafet_device::image::{Inputs, Outputs};
 use lafet_proto::link::{self, Check, Frame};
 use pass::{Reader, Writer, inputs, number, outputs};
 
-/// Bytes of the greatest message.
+/// Largest message, bytes.
 pub const MESSAGE_MAX: usize = 320;
-/// Instructions against which the chip's timer is held.
+/// Number of instructions in the measurement that calibrates the chip's timer.
 pub const GAUGE: u32 = 50_000;
-/// Bytes of the greatest report, which a chip writes on its stack.
+/// Largest report, bytes; a chip builds it on its stack.
 const REPORT_MAX: usize = 80;
-/// Bytes of the greatest message on the line, escapes included.
+/// Largest message on the line, bytes, including escapes.
 pub const WIRE_MAX: usize = 2 * MESSAGE_MAX + 16;
 
-/// Reads messages from the line.
+/// Decodes messages from the line.
 pub type Decoder = link::Decoder<{ MESSAGE_MAX + 8 }, ()>;
 
-/// What the plant tells the chip. `I` is what is sensed: the plant has it as [`Inputs`], the chip as an
-/// [`Image`] that it reads to where it belongs.
+/// A message from the plant to the chip. `I` is the type of the inputs: [`Inputs`] in the plant,
+/// and in the chip an [`Image`] that it decodes in place.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order<I> {
     /// One step of the monitor.
     Step {
-        /// The monitor's clock, ms.
+        /// Clock of the monitor, ms.
         now_ms: u32,
-        /// What it senses.
+        /// Inputs of the monitor.
         inputs: I,
     },
-    /// Leave the factory: parameters of a composition, by its place in `Composition::ALL`.
+    /// Writes the parameters of a composition to an empty memory, as at the factory.
     Provision {
-        /// Which composition.
+        /// Index in `Composition::ALL`.
         composition: u8,
-        /// The monitor's address.
+        /// Address of the monitor.
         address: u8,
     },
     /// The clock and the composition with which the program starts, at once and after each reset.
     Start {
-        /// The monitor's clock, ms.
+        /// Clock of the monitor, ms.
         now_ms: u32,
-        /// Which composition.
+        /// Index in `Composition::ALL`.
         composition: u8,
-        /// The address it has while its memory says none.
+        /// Address used while the memory contains none.
         address: u8,
     },
-    /// Something that must not happen to a program, to see what becomes of it.
+    /// Provokes a crash, to see how the program handles it.
     Fail(Failure),
-    /// How deep has the stack been?
+    /// Requests the greatest stack depth so far.
     MeasureStack,
-    /// How long have steps and answers taken since this was asked last?
+    /// Requests the time of steps and answers since the last such request.
     MeasureTime,
 }
 
-/// How a program fails.
+/// A crash to provoke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// It jumps to where no program can be.
+    /// A jump to an address without code.
     Astray,
-    /// It executes what is no instruction.
+    /// An undefined instruction.
     UndefinedInstruction,
-    /// It goes round for ever.
+    /// An endless loop.
     Hang,
 }
 
-/// What the chip tells the plant.
+/// A message from the chip to the plant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
-    /// The program has begun, and waits for [`Order::Start`].
+    /// The program has started, and waits for [`Order::Start`].
     Started {
-        /// After a fault that it has recorded.
+        /// Whether it was reset by a fault that it has recorded.
         after_fault: bool,
     },
-    /// Outputs are driven.
+    /// Outputs of the step.
     Driven(Outputs),
-    /// The order has been carried out.
+    /// The order has been executed.
     Done,
-    /// The order was not possible: the memory failed.
+    /// The order failed: the memory could not be written.
     Failed,
-    /// Bytes of the stack that have been used since the start.
+    /// Bytes of the stack used since the start.
     Stack(u32),
-    /// Ticks of the chip's timer, without what the board itself does.
+    /// Ticks of the chip's timer, without the board's own work.
     Time {
-        /// In steps.
+        /// Ticks in steps.
         steps: u32,
-        /// From a request's bytes to those of its answer.
+        /// Ticks between a request's bytes and those of its answer.
         answers: u32,
-        /// In [`GAUGE`] instructions.
+        /// Ticks for [`GAUGE`] instructions.
         gauge: u32,
     },
 }
 
-/// A message that is none of ours.
+/// A message that is not one of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unknown;
 
-/// What is sensed, as it has come over the line.
+/// Inputs, encoded as received from the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Image<'a>(&'a [u8]);
 
 impl Image<'_> {
-    /// Puts it where it belongs.
+    /// Decodes the inputs into `image`.
     pub fn read(self, image: &mut Inputs) -> Result<(), Unknown> {
         let mut reader = Reader::new(self.0);
         inputs(&mut reader, image);
@@ -118,7 +118,7 @@ impl Image<'_> {
 }
 
 impl Order<&Inputs> {
-    /// The frame for the line; how many bytes of `wire` it takes.
+    /// Writes the frame; returns its length in `wire`, or `None` if it does not fit.
     pub fn encode(&self, wire: &mut [u8; WIRE_MAX]) -> Option<usize> {
         let mut places = wire.iter_mut();
         let mut len = Some(0_usize);
@@ -157,7 +157,7 @@ impl Order<&Inputs> {
 }
 
 impl<'a> Order<Image<'a>> {
-    /// From the payload of a frame.
+    /// Decodes the payload of a frame.
     pub fn decode(payload: &'a [u8]) -> Result<Self, Unknown> {
         let mut reader = Reader::new(payload);
         let order = match reader.take() {
@@ -192,9 +192,9 @@ impl<'a> Order<Image<'a>> {
 }
 
 impl Report {
-    /// Hands over the frame for the line, byte by byte.
+    /// Passes the frame to `put`, byte by byte.
     pub fn send(&self, put: &mut dyn FnMut(u8)) {
-        // The greatest one fits.
+        // The largest report fits.
         let _ = framed::<REPORT_MAX>(put, |writer| match self {
             Self::Started { after_fault } => {
                 writer.put(0);
@@ -217,7 +217,7 @@ impl Report {
         });
     }
 
-    /// From the payload of a frame.
+    /// Decodes the payload of a frame.
     pub fn decode(payload: &[u8]) -> Result<Self, Unknown> {
         let mut reader = Reader::new(payload);
         let report = match reader.take() {
@@ -247,7 +247,7 @@ impl Report {
     }
 }
 
-/// Writes a message and hands over its frame: `None` when it is longer than `N`.
+/// Builds a message and passes its frame to `put`; `None` when it is longer than `N`.
 fn framed<const N: usize>(
     put: &mut dyn FnMut(u8),
     write: impl FnOnce(&mut Writer<'_>),
@@ -256,7 +256,7 @@ fn framed<const N: usize>(
     let mut writer = Writer::new(&mut message);
     write(&mut writer);
     let frame = Frame { dst: 0, src: 0, payload: writer.written()? };
-    // As the chip sends everything else: no second way of making a frame takes flash.
+    // The chip's other frames use the same function, so this takes no additional flash.
     link::send(Check::Crc16, &frame, put);
     Some(())
 }

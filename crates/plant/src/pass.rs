@@ -1,5 +1,5 @@
-//! One description of the image for both directions: a value is passed by, and either written or
-//! taken over.
+//! One description of the image for both directions: a value is passed by reference, and either
+//! written or replaced.
 
 use lafet_device::image::{
     DetectorInput, DriveInput, Inputs, Outputs, PlaceInput, Spot, UnitError, UnitInput, UnitOp,
@@ -7,16 +7,16 @@ use lafet_device::image::{
 };
 use lafet_proto::flags::ButtonState;
 
-/// A side of the line.
+/// A direction of the exchange.
 pub trait Pass {
     /// Writes the byte, or replaces it with the one that was read.
     fn byte(&mut self, value: &mut u8);
 
-    /// What was read makes no sense.
+    /// Marks the input as invalid.
     fn refuse(&mut self);
 }
 
-/// Writes.
+/// Writes to a buffer.
 pub struct Writer<'b> {
     buffer: &'b mut [u8],
     len: usize,
@@ -36,7 +36,7 @@ impl<'b> Writer<'b> {
         self.len += 1;
     }
 
-    /// All of it; `None` when it did not fit.
+    /// The bytes written; `None` when they did not fit.
     pub fn written(self) -> Option<&'b [u8]> {
         self.buffer.get(..self.len).filter(|_| !self.full)
     }
@@ -50,7 +50,7 @@ impl Pass for Writer<'_> {
     fn refuse(&mut self) {}
 }
 
-/// Reads.
+/// Reads from a buffer.
 pub struct Reader<'b> {
     rest: &'b [u8],
     bad: bool,
@@ -74,17 +74,17 @@ impl<'b> Reader<'b> {
         }
     }
 
-    /// What has not been taken.
+    /// The bytes not yet read.
     pub const fn rest(&self) -> &'b [u8] {
         self.rest
     }
 
-    /// More was taken than there was.
+    /// Whether the input was invalid or too short.
     pub const fn is_bad(&self) -> bool {
         self.bad
     }
 
-    /// Everything was there, and nothing is left.
+    /// Whether the input was valid and has been read completely.
     pub const fn is_whole(&self) -> bool {
         !self.bad && self.rest.is_empty()
     }
@@ -137,7 +137,7 @@ fn flag(pass: &mut impl Pass, value: &mut bool) {
     *value = choice(pass, u8::from(*value), 2) == 1;
 }
 
-/// At most eight in one byte.
+/// Packs up to eight flags into one byte.
 fn flags<const N: usize>(pass: &mut impl Pass, values: [&mut bool; N]) {
     let mut byte =
         values.iter().enumerate().fold(0, |byte, (n, value)| byte | u8::from(**value) << n);
@@ -163,7 +163,7 @@ fn option<T: Default, P: Pass>(
     };
 }
 
-/// The whole of what is sensed.
+/// All inputs.
 pub fn inputs(pass: &mut impl Pass, image: &mut Inputs) {
     image.drives.iter_mut().for_each(|input| drive(pass, input));
     image.valves.iter_mut().for_each(|input| valve(pass, input));
@@ -177,7 +177,7 @@ pub fn inputs(pass: &mut impl Pass, image: &mut Inputs) {
     image.units.iter_mut().for_each(|input| unit(pass, input));
 }
 
-/// The whole of what is driven.
+/// All outputs.
 pub fn outputs(pass: &mut impl Pass, image: &mut Outputs) {
     image.drives.iter_mut().for_each(|output| signed_word(pass, &mut output.speed_tenths));
     image.valves.iter_mut().for_each(|output| {

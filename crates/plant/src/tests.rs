@@ -2,7 +2,7 @@ use super::*;
 use lafet_device::image::{Spot, UnitError, UnitOp, UnitReply, ValveOutput};
 use lafet_proto::flags::ButtonState;
 
-/// Everything set, no two values alike where they could be mixed up.
+/// All inputs set, with different values where they could be confused.
 fn full_inputs() -> Inputs {
     let mut image = Inputs::default();
     let mut n: i16 = 1;
@@ -146,7 +146,7 @@ fn nonsense_is_refused() {
     assert_eq!(Order::decode(&[]), Err(Unknown));
     assert_eq!(Order::decode(&[9]), Err(Unknown));
     assert_eq!(Order::decode(&[3, 3]), Err(Unknown));
-    // A valve that neither stands nor opens nor closes.
+    // A valve that is neither at rest nor opening nor closing.
     assert_eq!(
         Report::decode(&[&[1, 0, 0, 0, 0, 0, 0, 0, 0, 3][..], &[0; 12]].concat()),
         Err(Unknown)

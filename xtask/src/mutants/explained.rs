@@ -42,7 +42,7 @@ impl Explained {
         self.entries.iter().any(|entry| entry.is(mutant))
     }
 
-    /// Entries for which there is no mutant any more.
+    /// Entries whose mutant no longer exists.
     pub fn stale<'a>(
         &self,
         mutants: impl Iterator<Item = &'a Mutant> + Clone,

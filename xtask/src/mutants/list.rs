@@ -1,10 +1,10 @@
-//! The mutants, as cargo-mutants lists them.
+//! Lists the mutants, using cargo-mutants.
 
 use serde_json::Value;
 
 use crate::run::{cargo, output, show};
 
-/// What kind of change.
+/// The kind of change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Genre {
     FnValue,
@@ -20,9 +20,9 @@ pub enum Genre {
 pub struct Mutant {
     /// Path in the workspace.
     pub file: String,
-    /// What is changed, in which function.
+    /// The change and the function it is in.
     pub name: String,
-    /// The line of the source.
+    /// The source line.
     pub line: String,
     pub genre: Genre,
     /// Line and column, from 1.
@@ -32,20 +32,20 @@ pub struct Mutant {
 }
 
 impl Mutant {
-    /// Its file, seen from the source of the device; of another crate from `crates`.
+    /// Path of its file relative to the source of the device; for another crate, to `crates`.
     pub fn short_file(&self) -> &str {
         let file = self.file.as_str();
         let short = file.strip_prefix("crates/device/src/").or(file.strip_prefix("crates/"));
         short.unwrap_or(file)
     }
 
-    /// Names it without its place, which changes with every line above it.
+    /// Identifies the mutant without its position, which changes with every line above it.
     pub fn key(&self) -> (&str, &str, &str) {
         (self.short_file(), &self.name, &self.line)
     }
 }
 
-/// All mutants of the device and its ballistics; installs cargo-mutants when it is missing.
+/// All mutants of the device and its ballistics; installs cargo-mutants if it is missing.
 pub fn mutants() -> Result<Vec<Mutant>, String> {
     if output(&mut cargo(&["mutants", "--version"])).is_err() {
         show(&mut cargo(&["install", "--locked", "cargo-mutants"]))?;
@@ -69,14 +69,14 @@ fn mutant(json: &Value) -> Result<Mutant, String> {
         "MatchArmGuard" => Genre::MatchArmGuard,
         "StructField" => Genre::StructField,
         other => {
-            return Err(format!("cargo-mutants has a genre that xtask does not know: {other}"));
+            return Err(format!("cargo-mutants has a genre that xtask does not support: {other}"));
         }
     };
     let file = text("file");
     let source = crate::run::read(&file)?;
     let start = at("start");
     let line = source.lines().nth(start.0.saturating_sub(1)).unwrap_or_default().trim().to_owned();
-    // path:line:column: what
+    // Form: path:line:column: change
     let name = text("name").split_once(": ").map_or_else(String::new, |(_, what)| what.into());
     Ok(Mutant { file, name, line, genre, start, end: at("end"), replacement: text("replacement") })
 }

@@ -1,8 +1,8 @@
-//! `cargo xtask mutants`: changes to the device that its tests should notice.
+//! `cargo xtask mutants`: mutation testing of the device.
 //!
-//! cargo-mutants says what is changed. It would build the tests for each of 2,000 mutants; here all
-//! of them are woven into one copy of the device, each behind a switch, and a build apart is made
-//! only for what cannot be switched: what the compiler computes.
+//! cargo-mutants lists the changes. It would build the tests for each of 2,000 mutants; here all of
+//! them are woven into one copy of the device, each behind a switch, and only those that cannot be
+//! switched (in code evaluated by the compiler) get a build of their own.
 
 mod explained;
 mod list;
@@ -22,17 +22,17 @@ use list::Mutant;
 use tree::Tree;
 use trial::{Outcome, Trial};
 
-/// Of the whole device, so many of a hundred must be noticed.
+/// Least share of the mutants of the device that must be noticed, percent.
 const NOTICED_PERCENT: f64 = 95.0;
-/// All files of it.
+/// Name for all files of the device.
 const DEVICE: &str = "device";
-/// In these, every one.
+/// Files in which every mutant must be noticed.
 const WHOLE: [&str; 2] = ["guard", "chain"];
 
-/// A prime larger than the number of mutants.
+/// Stride for sampling: a prime larger than the number of mutants.
 const SPREAD: usize = 7919;
 
-/// Every `n`th, from the `k`th on.
+/// Every `n`th mutant, starting with the `k`th.
 #[derive(Clone, Copy)]
 struct Shard {
     k: usize,
@@ -50,9 +50,9 @@ struct Options {
     areas: Vec<String>,
     shard: Shard,
     apart: Shard,
-    /// For how long the woven ones are tried.
+    /// Time limit for the woven mutants, minutes.
     minutes: Option<f64>,
-    /// Without the tests that take minutes.
+    /// Leave out the tests that take minutes.
     quick: bool,
 }
 
@@ -78,7 +78,7 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
     println!("   {} of {count} others, each with a build of its own", apart.len());
     for id in apart {
         let Some(mutant) = mutants.get(&id) else { continue };
-        // Most are noticed by few tests, which are built in a fraction of the time.
+        // Most are noticed by a few of the tests, which are built in a fraction of the time.
         let mut outcome = Outcome::Survived;
         for tests in [&tree::FEW[..], &[]] {
             if outcome == Outcome::Survived {
@@ -129,7 +129,7 @@ fn options(arguments: &[String]) -> Result<Options, String> {
     Ok(options)
 }
 
-/// By number, which stays the same whatever part of them is tried.
+/// Mutants by number; the numbers are the same whichever part is tried.
 fn mutants_of(areas: &[String]) -> Result<BTreeMap<usize, Mutant>, String> {
     let all: BTreeMap<usize, Mutant> = list::mutants()?.into_iter().enumerate().collect();
     let is_of =
@@ -143,7 +143,7 @@ fn mutants_of(areas: &[String]) -> Result<BTreeMap<usize, Mutant>, String> {
     Ok(all.into_iter().filter(|(_, mutant)| wanted(mutant)).collect())
 }
 
-/// Tries the woven ones, on all processors.
+/// Tries the woven mutants, on all cores.
 fn try_all(
     trial: &Trial,
     mutants: &BTreeMap<usize, Mutant>,
@@ -152,7 +152,7 @@ fn try_all(
 ) -> BTreeMap<usize, Outcome> {
     let end = minutes.map(|minutes| Instant::now() + Duration::from_secs_f64(60.0 * minutes));
     let ids: Vec<usize> = woven.iter().copied().collect();
-    // Spread over the files where time is short, so that what there is time for is a sample of all.
+    // With a time limit, the order spreads over the files, so that those tried are a sample of all.
     let step = if minutes.is_some() { SPREAD } else { 1 };
     let queue = Mutex::new((0..ids.len()).map(|i| ids[i * step % ids.len()]));
     let outcomes = Mutex::new(BTreeMap::new());
@@ -183,7 +183,7 @@ fn report(mutant: &Mutant, outcome: Outcome) {
     }
 }
 
-/// What became of the mutants of a file.
+/// Results for the mutants of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Count {
     caught: usize,
@@ -199,7 +199,7 @@ impl Count {
         self.caught + self.endless
     }
 
-    /// Of those that change anything.
+    /// Share noticed of the mutants that change anything, percent.
     fn percent(self) -> f64 {
         100.0 * self.noticed() as f64 / (self.noticed() + self.survived).max(1) as f64
     }
@@ -229,7 +229,7 @@ fn judge(
             problems.push(mutant.to_string());
         }
         if known && matches!(outcome, Some(Outcome::Caught | Outcome::Endless)) {
-            problems.push(format!("{mutant}: explained in mutants.toml, and yet noticed"));
+            problems.push(format!("{mutant}: explained in mutants.toml, but noticed"));
         }
         for count in [files.entry(mutant.short_file()).or_default(), &mut sum] {
             *match outcome {

@@ -1,4 +1,4 @@
-//! A copy of the device in which mutants are built.
+//! A copy of the device, in which mutants are built.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use super::list::Mutant;
 use super::weave::{self, Woven};
 use crate::run::{cargo, read, root, target};
 
-/// The crates whose mutants are tried, and where they are.
+/// The crates whose mutants are tried, and their paths.
 pub const SOURCES: [(&str, &str); 2] =
     [("lafet-device", "crates/device/src/"), ("lafet-ballistics", "crates/ballistics/src/")];
-/// Tests that ask the device for most of what it can.
+/// Tests that cover most of the device's requests.
 pub const FEW: [&str; 7] = ["--lib", "--test", "requests", "--test", "general", "--test", "guard"];
-/// What the copy consists of.
+/// Contents of the copy.
 const PARTS: [&str; 6] = [
     "Cargo.lock",
     "rust-toolchain.toml",
@@ -24,7 +24,7 @@ const PARTS: [&str; 6] = [
     "crates/device",
     "clippy.toml",
 ];
-/// The switch of the woven mutants.
+/// Source of the switch for woven mutants.
 const SWITCH: &str = r#"
 /// Whether this mutant is on.
 #[inline(always)]
@@ -34,12 +34,12 @@ pub fn woven(id: usize) -> bool {
     *ON.get_or_init(on) == id
 }
 "#;
-/// `std` for the switch; as long as what it replaces, so that places in the file stay the same.
+/// `std` for the switch; as long as what it replaces, so that positions in the file stay the same.
 const UNCONDITIONAL: &str = "            \nextern crate std;";
 /// More rounds than any source needs.
 const ROUNDS_MAX: usize = 40;
 
-/// A program of tests and its name.
+/// A test binary and its name.
 pub struct Test {
     pub name: String,
     pub path: PathBuf,
@@ -66,7 +66,7 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Brings the mutants in; returns those that can be switched.
+    /// Weaves the mutants in; returns those that can be switched.
     pub fn weave(&self, mutants: &BTreeMap<usize, Mutant>) -> Result<BTreeSet<usize>, String> {
         let mut alive: BTreeSet<usize> = mutants.keys().copied().collect();
         let mut constant = BTreeSet::new();
@@ -102,7 +102,7 @@ impl Tree {
 
     fn add_switch(&self) -> Result<(), String> {
         for (_, source) in SOURCES {
-            // What has been woven into it already stays.
+            // Mutants woven into it earlier stay.
             let path = self.path.join(source).join("lib.rs");
             let text = std::fs::read_to_string(&path).map_err(|e| e.to_string())?;
             let text = text.replace("#[cfg(test)]\nextern crate std;", UNCONDITIONAL);
@@ -113,7 +113,7 @@ impl Tree {
         Ok(())
     }
 
-    /// What the compiler has against the tests; some it says only when it makes code.
+    /// Compiler errors of the tests; some are reported only during code generation.
     fn errors(&self) -> Result<Vec<CompileError>, String> {
         for how in [["check", "--tests"], ["test", "--no-run"]] {
             let mut command = self.cargo(&how);
@@ -154,7 +154,8 @@ impl Tree {
         Ok(Some(tests.collect()))
     }
 
-    /// Builds the device with this mutant alone, and these tests or all; `None` if it cannot be built.
+    /// Builds the device with this mutant alone, and these tests or all; `None` if it does not
+    /// build.
     pub fn build_apart(
         &self,
         mutant: &Mutant,
@@ -210,7 +211,7 @@ impl CompileError {
         Some(Self { text, spans, constant })
     }
 
-    /// Takes away what the error comes from: the narrowest place around it, or else all around it.
+    /// Removes the cause of an error: the narrowest place around it, or else everything around it.
     fn blame(
         &self,
         woven: &BTreeMap<String, Woven>,
@@ -232,7 +233,7 @@ impl CompileError {
                 Some(place) => place.ids.iter().for_each(|id| {
                     alive.remove(id);
                 }),
-                // It reaches over several.
+                // The error spans several places.
                 None => places.iter().flat_map(|place| &place.ids).for_each(|id| {
                     alive.remove(id);
                 }),
@@ -241,7 +242,7 @@ impl CompileError {
     }
 }
 
-/// Copies a file or a directory. What is the same already keeps its time.
+/// Copies a file or a directory. Identical files keep their modification time.
 fn copy(from: &Path, to: &Path) -> Result<(), String> {
     if from.is_file() {
         return write(

@@ -8,7 +8,7 @@ use super::list::Mutant;
 use super::tree::Test;
 use crate::run::root;
 
-/// What became of a mutant.
+/// Result for a mutant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// A test failed.
@@ -20,49 +20,49 @@ pub enum Outcome {
     Unviable,
 }
 
-/// Tests that take long, in the order in which they are tried on what the others did not notice.
+/// Long tests, in the order in which they are tried on mutants that the others do not notice.
 const LONG: [Long; 4] = [
     Long { name: "store", filter: "behaviour told", only: &["store/", "params"], seconds: 10 },
     Long { name: "stops", filter: "", only: &[""], seconds: 60 },
     Long { name: "every_request", filter: "", only: &ASKED, seconds: 400 },
     Long { name: "store", filter: "", only: &["store/"], seconds: 1000 },
 ];
-/// Files on which it depends how a single request is answered.
+/// Files that determine the answer to a single request.
 const ASKED: [&str; 6] = ["answers", "chain", "composition", "device", "execute", "guard"];
-/// The program of the tests that stand in the modules.
+/// The test binary of the unit tests.
 const UNIT: &str = "lafet_device";
-/// Processor time for the others, of which none needs a second.
+/// Limit of processor time for the other tests, of which none needs a second.
 const SHORT_SECONDS: u32 = 5;
-/// Of the long tests that take a number: enough of every situation.
+/// Number of cases for long tests: enough of every situation.
 const CASES: [(&str, &str); 1] = [("LAFET_STOP_CASES", "20000")];
-/// What a test may use, KiB.
+/// Memory limit of a test, KiB.
 const MEMORY_KIB: u32 = 4 << 20;
-/// SIGXCPU
+/// Number of SIGXCPU.
 const OUT_OF_TIME: i32 = 24;
 
 struct Long {
     name: &'static str,
-    /// Parts of names: of tests that are run, or all.
+    /// Parts of the names of tests to run; if empty, all.
     filter: &'static str,
-    /// Only for mutants in files that begin with one of these.
+    /// Only for mutants in files whose path starts with one of these.
     only: &'static [&'static str],
     seconds: u32,
 }
 
 impl Long {
-    /// It takes seconds, and is about few files.
+    /// Whether it takes seconds, and concerns few files.
     fn is_own(&self) -> bool {
         self.seconds <= QUICK_SECONDS && self.only != [""]
     }
 }
 
-/// The longest that is still quick.
+/// Longest time of a test that counts as quick, seconds.
 const QUICK_SECONDS: u32 = 60;
 
 pub struct Trial<'a> {
-    /// The quickest first.
+    /// Tests, the quickest first.
     tests: Vec<&'a Test>,
-    /// Without the tests that take minutes: what is noticed then, is noticed at least.
+    /// Leave out the tests that take minutes, so that the result is a lower bound.
     quick: bool,
 }
 
@@ -92,7 +92,7 @@ impl<'a> Trial<'a> {
         Self { tests: tests.iter().collect(), quick }
     }
 
-    /// What is likeliest to notice it, then the quick tests; at the first failure it is decided.
+    /// Runs the test likeliest to notice it, then the quick ones; ends at the first failure.
     pub fn outcome(&self, id: Option<usize>, mutant: &Mutant) -> Outcome {
         let name = mutant.short_file();
         let module = name.trim_end_matches(".rs").replace('/', "::");
@@ -125,7 +125,7 @@ impl<'a> Trial<'a> {
 
 fn run(test: &Test, filter: &str, seconds: u32, id: Option<usize>) -> Outcome {
     let mut command = Command::new("sh");
-    // Processor time, so that a busy machine does not decide.
+    // Limits processor time, so that a busy machine does not change the result.
     let limits = format!(
         "set -e; ulimit -c 0; ulimit -v {MEMORY_KIB}; ulimit -S -t {seconds}; exec \"$0\" -q $1"
     );

@@ -9,16 +9,16 @@ use syn::visit::{self, Visit};
 
 use super::list::{Genre, Mutant};
 
-/// A file with its mutants in it.
+/// A file with its mutants woven in.
 pub struct Woven {
     pub text: String,
-    /// Where the text of each mutant stands, narrow ones and the whole expression around them.
+    /// Places of the mutants in the text: narrow ones, and the whole expressions around them.
     pub places: Vec<Place>,
-    /// Mutants that cannot be switched: in what the compiler computes.
+    /// Mutants that cannot be switched, in code evaluated by the compiler.
     pub left_out: Vec<usize>,
 }
 
-/// A part of the woven text that stands or falls with these mutants.
+/// A part of the woven text that depends on these mutants.
 pub struct Place {
     pub range: Range<usize>,
     pub ids: Vec<usize>,
@@ -58,36 +58,37 @@ fn line_starts(source: &str) -> Vec<usize> {
     std::iter::once(0).chain(ends).collect()
 }
 
-/// Lines and columns count from 1, columns in characters.
+/// Byte offset of a position. Lines and columns count from 1, columns in characters.
 fn offset(source: &str, lines: &[usize], line: usize, column: usize) -> usize {
     let start = lines.get(line.saturating_sub(1)).copied().unwrap_or(source.len());
     let rest = &source[start..];
     start + rest.char_indices().nth(column.saturating_sub(1)).map_or(rest.len(), |(at, _)| at)
 }
 
-/// A change to the source that brings mutants in.
+/// A change to the source that adds mutants.
 struct Edit {
     range: Range<usize>,
     kind: Kind,
 }
 
 enum Kind {
-    /// An expression and its variants: what is replaced in it.
+    /// An expression and its variants: what each replaces.
     Choice(Vec<(usize, Range<usize>)>),
-    /// At the beginning of a body: values to return.
+    /// At the start of a body: values to return.
     Body(Vec<usize>),
-    /// The condition of an arm: numbers of true, of false, of the arm's deletion.
+    /// The condition of an arm: numbers of the mutants true, false, and deletion of the arm.
     Guard(Vec<usize>),
-    /// Behind the pattern of an arm without a condition.
+    /// After the pattern of an arm without a condition.
     Arm(usize),
-    /// What is matched, with the arms that may be deleted: all of them may be needed.
+    /// The scrutinee of a match, with the arms that may be deleted: all may be needed for
+    /// exhaustiveness.
     Matched(Vec<usize>),
     /// `const`, which a function with switches cannot be.
     Const,
 }
 
 impl Edit {
-    /// Of two at the same place, which surrounds the other.
+    /// Order of two edits at the same place: the outer one first.
     fn order(&self) -> usize {
         match &self.kind {
             Kind::Choice(variants) => variants.len(),
@@ -144,7 +145,7 @@ impl Finder<'_> {
         if let Some(first) = block.stmts.first() {
             let start = first.span().byte_range().start;
             let hidden = signature.output.to_token_stream().to_string().contains("impl ");
-            // A hidden type is one type, whatever is returned.
+            // An `impl Trait` return is one type, which the values of the mutants may not have.
             let ids = self.at(Genre::FnValue, |span| span.start == start && !hidden);
             let brace = block.brace_token.span.open().byte_range().end;
             self.edit(brace..brace, &ids.clone(), Kind::Body(ids));
@@ -264,7 +265,8 @@ struct Printer<'a> {
 }
 
 impl Printer<'_> {
-    /// Prints a range with the edits from this one on that lie in it; returns the next edit.
+    /// Prints a range with the edits in it, starting with edit `next`; returns the next edit after
+    /// it.
     fn print(&mut self, range: Range<usize>, mut next: usize) -> usize {
         let mut at = range.start;
         while let Some(edit) = self
@@ -351,7 +353,7 @@ impl Printer<'_> {
     }
 }
 
-/// The source with one mutant in the place of what it replaces.
+/// The source with one mutant in place of what it replaces.
 pub fn replace(source: &str, mutant: &Mutant) -> String {
     let lines = line_starts(source);
     let at = |(line, column): (usize, usize)| offset(source, &lines, line, column);

@@ -1,4 +1,4 @@
--- What a frame, a record and its data are: the tables above say the rest.
+-- Structure of a frame, a record and its data; the tables above define the rest.
 
 local SYNC, END, ESCAPE = 0xFF, 0xC0, 0xDB
 local MONITOR_LAST, CONTROLLER = 127, 128
@@ -128,7 +128,7 @@ local function add_data(tree, range, record)
   local layout = layout_of(layouts, record.data)
   if not layout then
     local item = tree:add(f.data, range)
-    -- A refusal has no data, and what nobody knows can have any shape.
+    -- A refusal has no data; data without a known layout can have any shape.
     if layouts then item:add_proto_expert_info(e.shape) end
     return
   end
@@ -150,7 +150,7 @@ local function name_of(names, value)
   return names[value] or string.format("0x%02x", value)
 end
 
--- What a record is called. There are few different ones, and they come again and again.
+-- Name of a record. Few differ, so names are cached.
 local titles = {}
 
 local function title(way, request, device, status)
@@ -175,7 +175,7 @@ local function add_record(tree, range, record)
   if #record.data > 0 then add_data(branch, range(4), record) end
 end
 
--- The records between two places of a frame, as a line of text.
+-- The records between two offsets of a frame, as a line of text.
 local function summary(bytes, at, last, way)
   local line, count = nil, 0
   while at <= last do
@@ -193,7 +193,7 @@ local function summary(bytes, at, last, way)
   return count > INFO_RECORDS and line .. "; … (" .. count .. ")" or line
 end
 
--- The records of a payload, into the tree.
+-- Adds the records of a payload to the tree.
 local function add_records(bytes, tvb, way, tree)
   local at = 1
   while at <= #bytes do
@@ -209,7 +209,7 @@ local function add_records(bytes, tvb, way, tree)
   end
 end
 
--- A monitor is asked and answers; the controller answers too, but gives access unasked.
+-- Requests go to a monitor, answers come from it; the controller answers too, except for its grants.
 local function way_of(dst, src, first)
   if src <= MONITOR_LAST then return 2 end
   if src == CONTROLLER and dst > CONTROLLER and first ~= ACCESS_GRANTED then return 2 end
@@ -223,7 +223,7 @@ local function half(value, by)
   return math.floor((value - value % by) / by)
 end
 
--- The check of bytes by a reflected polynomial, which starts with `start`.
+-- CRC of bytes with a reflected polynomial and the initial value `start`.
 local function checker(polynomial, start)
   local step = {}
   for byte = 0, 255 do
@@ -250,7 +250,7 @@ local function crc32c(bytes) return xor(inverted(bytes), 0xFFFFFFFF) end
 
 local PLAIN = { ["\xDB\xDC"] = "\xC0", ["\xDB\xDD"] = "\xDB" }
 
--- One frame between its two C0. `shown` says whether anybody looks at the tree.
+-- Dissects one frame between its two C0. `shown`: whether the tree is displayed.
 local function frame(wire, range, tree, shown)
   local long = wire:sub(1, 2) == "\xDB\xDE"
   if long then
@@ -287,7 +287,7 @@ end
 
 local self
 
--- What a frame of one record is called, by addresses and header: of noise not for ever.
+-- Cached text of a frame with one record, by addresses and header; bounded, as noise never repeats.
 local SINGLES_MAX = 10000
 local singles, kept = {}, 0
 
@@ -326,7 +326,7 @@ local function name(pinfo, info)
   cols.info = info
 end
 
--- Every frame of a piece of a stream; the offset of a frame that has begun and not ended, if any.
+-- Dissects every frame in a piece of a stream; returns the offset of an unfinished frame, if any.
 local function frames(bytes, shown, tvb, pinfo, tree)
   local infos, last = nil, 0
   local begin = bytes:find("\xC0", 1, true)
@@ -391,6 +391,6 @@ end
 lafet.prefs_changed = listen
 listen()
 tcp:add_for_decode_as(records_only)
--- Recordings of a line without addresses of a network.
+-- Recordings of a line, without network addresses.
 DissectorTable.get("wtap_encap"):add(wtap.USER0, lafet)
 self = Dissector.get("lafet")

@@ -1,4 +1,4 @@
-//! A dissector for Wireshark and tshark, in Lua, made from the dictionary of the protocol.
+//! A dissector for Wireshark and tshark in Lua, generated from the protocol dictionary.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use lafet_proto::id::{Status, SubsystemId, key};
 use lafet_proto::param::{Param, Unit};
 use lafet_proto::{ParamId, RequestId};
 
-/// The language of names and explanations; identifiers stay as they are on the wire.
+/// Language of names and explanations; identifiers stay as on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
     /// English.
@@ -19,19 +19,20 @@ pub enum Language {
     Ru,
 }
 
-/// The dissector's text: save it where Wireshark looks for plugins, or name it after `-X lua_script:`.
+/// The source of the dissector: save it where Wireshark looks for plugins, or pass it to `-X
+/// lua_script:`.
 pub fn lua(language: Language) -> String {
     let tables = Tables { language, text: String::new() };
     let mut text = String::from(
         "-- Dissector of the protocol of robotic fire monitors, made by `lafet dissector`.\n\
-         -- Do not edit: make it anew.\n\n",
+         -- Do not edit; generate it again.\n\n",
     );
     text += &tables.write();
     text.push('\n');
     text + include_str!("body.lua")
 }
 
-/// What the dissector itself says: key, English, Russian.
+/// Texts of the dissector itself: key, English, Russian.
 const TEXTS: [(&str, &str, &str); 20] = [
     ("protocol", "Fire monitor", "Лафетный ствол"),
     ("protocol_records", "Fire monitor, bare records", "Лафетный ствол, записи без кадров"),
@@ -94,7 +95,7 @@ impl Tables {
         self.line("}");
     }
 
-    /// A table from numbers to names.
+    /// A Lua table from numbers to names.
     fn names<'a>(&mut self, name: &str, of: impl Iterator<Item = (u32, &'a str)>) {
         let pairs: Vec<String> =
             of.map(|(value, name)| format!("[{value:#x}] = {}", quoted(name))).collect();
@@ -228,12 +229,12 @@ impl Tables {
     }
 }
 
-/// Answers that are no success, but no refusal either: the value will come.
+/// Whether a status is neither success nor a refusal: the value will follow.
 const fn is_progress(status: Status) -> bool {
     matches!(status, Status::NOT_CACHED | Status::CACHED)
 }
 
-/// Identifiers of parameters; different subsystems share names, and with them identifiers.
+/// Identifiers of parameters, each once: subsystems share names and with them identifiers.
 fn params() -> impl Iterator<Item = (u32, &'static str)> {
     let mut all: Vec<(u32, &'static str)> =
         Param::ALL.into_iter().map(|param| (param.spec().id.0.into(), param.name())).collect();
@@ -243,7 +244,7 @@ fn params() -> impl Iterator<Item = (u32, &'static str)> {
     all.into_iter()
 }
 
-/// `DriveStatus` to `drive_status`, as Wireshark writes names of fields.
+/// `DriveStatus` to `drive_status`, the form of Wireshark's field names.
 fn snake(name: &str) -> String {
     let mut snake = String::new();
     for (i, letter) in name.chars().enumerate() {
@@ -255,7 +256,7 @@ fn snake(name: &str) -> String {
     snake
 }
 
-/// A string of Lua.
+/// A Lua string literal.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }

@@ -1,4 +1,4 @@
-//! `lafet param backup|diff|restore`: the parameters in a file.
+//! `lafet param backup|diff|restore`: a monitor's parameters in a file.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -18,47 +18,47 @@ use crate::interrupt::Interrupt;
 use crate::lang::{current, pick};
 use crate::out::{Out, columns};
 
-/// What the name of a file ends in while it is being written.
+/// Extension of the file while it is being written.
 const NEW: &str = "new";
 
-/// `lafet param backup`
+/// Arguments of `lafet param backup`.
 #[derive(Debug, Args)]
 pub struct BackupArgs {
     /// The file, TOML; - writes to standard output
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The version of the monitor's program, to be noted in the file: no request tells it
+    /// Version of the monitor's program, to note in the file: no request reports it
     #[arg(long, value_name = "TEXT")]
     firmware: Option<String>,
-    /// Replace a file that is there
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
 }
 
-/// `lafet param diff`
+/// Arguments of `lafet param diff`.
 #[derive(Debug, Args)]
 pub struct DiffArgs {
-    /// A file of `param backup`
+    /// A file written by `param backup`
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Another one; without it, the monitor
+    /// Another such file; without it, the monitor
     #[arg(value_name = "FILE")]
     other: Option<PathBuf>,
 }
 
-/// `lafet param restore`
+/// Arguments of `lafet param restore`.
 #[derive(Debug, Args)]
 pub struct RestoreArgs {
-    /// A file of `param backup`
+    /// A file written by `param backup`
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Show what would be written, and write nothing
     #[arg(long)]
     dry_run: bool,
-    /// Parameters that are left alone, with commas, like General.Address,Vertical.Speed
+    /// Parameters to leave alone, separated by commas, like General.Address,Vertical.Speed
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = param)]
     except: Vec<Param>,
-    /// Write the file of a monitor with other subsystems, too
+    /// Write even a file from a monitor with other subsystems
     #[arg(long)]
     force: bool,
 }
@@ -73,13 +73,13 @@ fn param(text: &str) -> Result<Param, String> {
     })
 }
 
-/// Reads all parameters into a file.
+/// Runs `lafet param backup`: reads all parameters and writes them to the file.
 pub async fn run_backup(args: BackupArgs, global: &Global, out: &mut Out) -> Outcome {
     let to_stdout = args.file.as_os_str() == "-";
     if !to_stdout && !args.force && args.file.exists() {
         let name = args.file.display();
         return Err(Failure::Usage(pick(
-            format!("{name} is there already; --force replaces it"),
+            format!("{name} already exists; --force replaces it"),
             format!("{name} уже есть; --force заменит его"),
         )));
     }
@@ -91,7 +91,7 @@ pub async fn run_backup(args: BackupArgs, global: &Global, out: &mut Out) -> Out
         Err(failure) => Err(failure),
     };
     if backup.is_err() && !to_stdout {
-        // Nothing was to be kept of it.
+        // A backup that failed leaves no partial file.
         let _ = fs::remove_file(beside(&args.file, NEW));
     }
     let backup = backup?;
@@ -126,7 +126,7 @@ async fn read(
     Ok(backup)
 }
 
-/// The profile of ours with these subsystems and drives.
+/// Name of our profile with these subsystems and drives, if there is one.
 fn profile(backup: &Backup) -> Option<&'static str> {
     let value = |param: Param| backup.get(param).and_then(|values| values.first().copied());
     let chain = value(Param::GeneralChain)?;
@@ -144,7 +144,7 @@ fn profile(backup: &Backup) -> Option<&'static str> {
     Composition::ALL.iter().find(same).map(|profile| profile.name)
 }
 
-/// Shows what differs.
+/// Runs `lafet param diff`: shows the differences, and fails with exit code 1 if there are any.
 pub async fn run_diff(args: DiffArgs, global: &Global, out: &mut Out) -> Outcome {
     let here = load(&args.file)?;
     let there = match &args.other {
@@ -153,7 +153,7 @@ pub async fn run_diff(args: DiffArgs, global: &Global, out: &mut Out) -> Outcome
     };
     let mut differences = here.differences(&there);
     if args.other.is_none() {
-        // What the file leaves out is left alone by a restore.
+        // Restore leaves alone what the file does not list, so diff does not report it.
         differences.retain(|difference| difference.here.is_some());
     }
     if differences.is_empty() {
@@ -174,7 +174,7 @@ pub async fn run_diff(args: DiffArgs, global: &Global, out: &mut Out) -> Outcome
         differences.iter().map(one).collect()
     };
     out.show(columns(&rows), json)?;
-    // As diff does: 1 says that there are differences.
+    // Like diff(1): exit code 1 means that there are differences.
     Err(Failure::Ended(String::new()))
 }
 
@@ -182,7 +182,7 @@ fn value(param: Param, values: Option<&[i32]>) -> String {
     values.map_or_else(|| "—".into(), |values| shown(Some(param.spec()), values))
 }
 
-/// Writes what differs.
+/// Runs `lafet param restore`: writes what differs from the file.
 pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> Outcome {
     let file = load(&args.file)?;
     let mut interrupt = Interrupt::catch()?;
@@ -195,7 +195,7 @@ pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> O
         let absent: Vec<String> = absent.iter().map(|param| title(*param)).collect();
         let absent = absent.join(", ");
         out.say(pick(
-            format!("Left out, this monitor does not have them: {absent}"),
+            format!("Skipped, this monitor does not have them: {absent}"),
             format!("Пропущено, у этого ствола их нет: {absent}"),
         ))?;
     }
@@ -218,7 +218,7 @@ pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> O
         restored = connection.monitor.restore(&wanted, &anyway, told) => restored?,
         () = interrupt.wait() => {
             out.say(pick(
-                "Interrupted. The same command goes on where this one stopped.",
+                "Interrupted. Repeat the command to continue from here.",
                 "Прервано. Та же команда продолжит с этого места.",
             ))?;
             return Err(Failure::Interrupted);
@@ -234,7 +234,7 @@ pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> O
     }
     Err(Failure::Ended(
         pick(
-            "Not everything was restored. Mend the cause and repeat the command: it writes only \
+            "Not everything was restored. Fix the cause and repeat the command: it writes only \
              what is still missing.",
             "Восстановлено не всё. Устраните причину и повторите команду: она запишет только \
              недостающее.",
@@ -247,8 +247,8 @@ fn another_kind(file: &[String], present: &[String]) -> String {
     let (file, present) = (file.join(" "), present.join(" "));
     pick(
         format!(
-            "The file is of a monitor with other subsystems.\n  file:    {file}\n  monitor: \
-             {present}\n--except General.Chain leaves the monitor's own, --force writes those of \
+            "The file is from a monitor with other subsystems.\n  file:    {file}\n  monitor: \
+             {present}\n--except General.Chain keeps the monitor's own, --force writes those from \
              the file."
         ),
         format!(
@@ -268,7 +268,7 @@ fn progress(step: Step) -> Option<String> {
             pick(format!("writing {}", title(param)), format!("запись {}", title(param)))
         }
         Step::Again(param) => pick(
-            format!("{}: busy or no answer, trying again", title(param)),
+            format!("{}: busy or no answer, retrying", title(param)),
             format!("{}: занято или нет ответа, пробую снова", title(param)),
         ),
         Step::Stored(_) => return None,
@@ -314,7 +314,7 @@ fn show(restored: &[Restored], out: &mut Out) -> Outcome {
     if !restart.is_empty() {
         let list = restart.join(", ");
         text.push_str(&pick(
-            format!("\nThese act after `lafet restart`: {list}"),
+            format!("\nThese take effect after `lafet restart`: {list}"),
             format!("\nПодействуют после `lafet restart`: {list}"),
         ));
     }
@@ -355,7 +355,6 @@ fn load(file: &Path) -> Result<Backup, Failure> {
         .map_err(|error| Failure::Usage(format!("{name}: {}", error.localized(current()))))
 }
 
-/// A power cut while the file is written leaves the old one, or none.
 /// Makes sure that the file can be written, before the monitor is asked anything.
 fn reserve(file: &Path) -> Outcome {
     fs::write(beside(file, NEW), "").map_err(|error| cannot_write(file, error))
@@ -380,8 +379,9 @@ fn beside(file: &Path, ending: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// What a restore has begun and what it knows to be stored, beside the file: a value that was taken
-/// but not stored reads as if all were well.
+/// Progress of a restore, kept in a file beside the backup: which writes began and which the
+/// monitor reported as stored. A value that was accepted but not stored still reads back as
+/// correct.
 struct Journal {
     path: PathBuf,
     unfinished: Vec<Param>,
@@ -410,18 +410,18 @@ impl Journal {
             Step::Stored(param) => format!("stored {}\n", title(param)),
             _ => return,
         };
-        // Without the journal the restore goes on; only its resumption knows less.
+        // A restore continues without its journal; only resuming it knows less.
         let file = OpenOptions::new().append(true).open(&self.path);
         let _ = file.and_then(|mut file| file.write_all(line.as_bytes()));
     }
 
     fn remove(self) {
-        // It says nothing any more, wherever it is.
+        // The restore is complete: the journal is of no further use, wherever it is.
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// What was begun on this monitor and is not known to be stored.
+/// Parameters whose write to this monitor began but is not known to be stored.
 fn unfinished(journal: &str, endpoint: &str) -> Vec<Param> {
     let mut all: Vec<Param> = Vec::new();
     let mut lines = journal.lines();
@@ -443,7 +443,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_journal_tells_what_is_not_known_to_be_stored() {
+    fn a_journal_lists_what_is_not_known_to_be_stored() {
         let journal = "monitor a\nbegun Vertical.Speed\nstored Vertical.Speed\n\
                        begun Nozzle.Speed\nbegun Gene";
         assert_eq!(unfinished(journal, "a"), [Param::NozzleSpeed]);

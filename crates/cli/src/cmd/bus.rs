@@ -1,4 +1,4 @@
-//! `lafet bus`: the network controller of a bus (observed), and questions to one.
+//! `lafet bus`: the network controller of a bus (observed), and queries to one.
 
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -26,10 +26,10 @@ use crate::interrupt::Interrupt;
 use crate::lang::pick;
 use crate::out::Out;
 
-/// Silence between a byte heard and a frame where the URL does not say it.
+/// Silence on the line between the last byte received and our frame, unless the URL gives it.
 const TURNAROUND: Duration = Duration::from_millis(1);
 
-/// `lafet bus`
+/// Arguments of `lafet bus`.
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -40,49 +40,49 @@ const TURNAROUND: Duration = Duration::from_millis(1);
                   lafet -c tcp://127.0.0.1:10485 bus log"
 )]
 pub struct BusArgs {
-    /// What to ask a controller that is at work, instead of being one
+    /// Query a running controller instead of being one
     #[command(subcommand)]
     command: Option<BusCommand>,
-    /// The line (without it -c says which), and a second one if the consoles have their own: then
+    /// The line (default: the one of -c), and a second one if the consoles have their own: then
     /// everything is passed on between the two
     #[arg(value_name = "URL", num_args = 1..=2)]
     urls: Vec<String>,
-    /// Let programs connect here and talk to all monitors, in the controller's own turns: to them it
-    /// is as if each monitor were at tcp://ADDRESS?addr=N
+    /// Let programs connect here and reach all monitors, in the controller's own turns: to them
+    /// each monitor appears at tcp://ADDRESS?addr=N
     #[arg(long, value_name = "ADDRESS")]
     listen: Option<String>,
-    /// Addresses that may be used, like 1-8,129; others are never looked for (default all)
+    /// Addresses in use, like 1-8,129; the controller never probes others (default all)
     #[arg(long, value_name = "LIST", value_parser = addresses)]
     addresses: Option<Addresses>,
-    /// Look whether a monitor is still there that has been silent for so long (default 5)
+    /// Seconds of silence after which a monitor is checked for presence (default 5)
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
     watch: f64,
-    /// Speed of the line behind a TCP or UDP link (default 19200; a serial URL says its own)
+    /// Speed of the line behind a TCP or UDP link (default 19200; a serial URL gives its own)
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: Option<u32>,
-    /// What the links add to the time of an answer: serial servers, radio modems (default 0, or
+    /// Delay that the links add to an answer, seconds: serial servers, radio modems (default 0, or
     /// 0.02 when a URL is not serial)
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     latency: Option<f64>,
-    /// Send every request of a console again that is not answered, not only those that are the same
-    /// twice: a monitor whose answer was lost then executes it twice
+    /// Repeat every unanswered request of a console, not only those that are safe to execute
+    /// twice: a monitor whose answer was lost then executes the request twice
     #[arg(long)]
     repeat_all: bool,
-    /// End after so many seconds; otherwise Ctrl-C ends
+    /// End after this many seconds; otherwise Ctrl-C ends it
     #[arg(long = "for", value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
 }
 
-/// What to ask a controller.
+/// Queries to a running controller.
 #[derive(Debug, Subcommand)]
 enum BusCommand {
-    /// Show who is on the bus
+    /// Show the addresses present on the bus
     Who(bus_ask::WhoArgs),
     /// Show the control requests that went over the bus
     Log(bus_ask::LogArgs),
 }
 
-/// A list of addresses.
+/// Addresses that the controller may use, as given by `--addresses`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Addresses(Vec<u8>);
 
@@ -112,7 +112,7 @@ fn addresses(text: &str) -> Result<Addresses, String> {
     })
 }
 
-/// Is the controller until it is told to end, or asks one.
+/// Runs the controller until it is interrupted, or queries a running one.
 pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
     match args.command {
         Some(BusCommand::Who(_)) => return bus_ask::who(global, out).await,
@@ -145,7 +145,8 @@ pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
                     .and_then(|()| tell(&event, &urls, out));
             }
             if told.is_err() {
-                // Once is enough.
+                // The channel holds one message, and one is enough: an error means that it is
+                // already there.
                 let _ = stop.try_send(());
             }
         });
@@ -160,7 +161,8 @@ pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
     finish(&driver, out)
 }
 
-/// A line that cannot be opened at all is most likely misspelt; one that was open comes back.
+/// Fails when a line cannot be opened the first time: its URL is most likely wrong. A line that was
+/// open before is retried.
 fn first_opening(event: &Event, urls: &[String], opened: &mut [bool; 2]) -> Outcome {
     let index = |port: &Port| usize::from(*port == Port::Consoles);
     match event {
@@ -187,13 +189,13 @@ fn line(url: &str) -> Result<Endpoint, Failure> {
     };
     if matches!(endpoint, Endpoint::Sim { .. }) {
         return Err(wrong(
-            "a bus needs a line; start `lafet sim` and give the URL that it listens at.",
+            "a bus needs a line; start `lafet sim` and give the URL it listens on.",
             "нужна линия; запустите `lafet sim` и укажите URL, на котором он слушает.",
         ));
     }
     if endpoint.framing() == Framing::Records {
         return Err(wrong(
-            "bare records bear no addresses, so there is no bus of them.",
+            "bare records carry no addresses, so they cannot form a bus.",
             "у записей без кадров нет адресов, и магистрали из них не бывает.",
         ));
     }
@@ -209,7 +211,7 @@ fn line(url: &str) -> Result<Endpoint, Failure> {
 async fn listen(place: &str, out: &mut Out) -> Result<TcpListener, Failure> {
     let place = place.strip_prefix("tcp://").unwrap_or(place);
     let cannot = |error| {
-        let what = pick(format!("cannot listen at {place}"), format!("нельзя открыть {place}"));
+        let what = pick(format!("cannot listen on {place}"), format!("нельзя открыть {place}"));
         Failure::io(what, error)
     };
     let listener = TcpListener::bind(place).await.map_err(cannot)?;
@@ -221,7 +223,7 @@ async fn listen(place: &str, out: &mut Out) -> Result<TcpListener, Failure> {
     Ok(listener)
 }
 
-#[expect(clippy::disallowed_methods, reason = "the journal of a bus bears the time of day")]
+#[expect(clippy::disallowed_methods, reason = "the journal of a bus records the time of day")]
 fn configured(
     args: &BusArgs,
     lines: &[Endpoint],
@@ -252,7 +254,7 @@ fn configured(
         watch: Some(Duration::from_secs_f64(args.watch)),
         turnaround: TURNAROUND,
         repeat: if args.repeat_all { Repeat::All } else { Repeat::Repeatable },
-        // The field of the journal has 32 bits (observed).
+        // The time field of the journal has 32 bits (observed).
         epoch_s: now as u32,
         ..usual
     })
@@ -284,7 +286,7 @@ fn tell(event: &Event, urls: &[String], out: &mut Out) -> Outcome {
         Event::Down(port, why) => {
             let url = url(*port).map_or("", String::as_str);
             let text =
-                pick(format!("{url}: {why}; trying again"), format!("{url}: {why}; пробую снова"));
+                pick(format!("{url}: {why}; retrying"), format!("{url}: {why}; пробую снова"));
             out.show(text, || json!({ "lost": url, "why": why }))
         }
         Event::Change(change) => told_change(*change, out),
@@ -298,7 +300,7 @@ fn tell(event: &Event, urls: &[String], out: &mut Out) -> Outcome {
         }
         Event::ProgramGone(address) => {
             out.progress(pick(
-                format!("the program with the address {address} has gone"),
+                format!("the program with the address {address} has disconnected"),
                 format!("программа с адресом {address} отключилась"),
             ));
             json_only(out, &json!({ "program_gone": address }))
@@ -310,7 +312,7 @@ fn json_only(out: &mut Out, value: &Value) -> Outcome {
     if out.json() { out.value(value) } else { Ok(()) }
 }
 
-/// What stands at an address.
+/// The role of an address with its number: monitor, console or controller.
 pub fn called(address: u8) -> String {
     match address {
         CONTROLLER => pick("controller", "контроллер").into(),
@@ -345,12 +347,12 @@ fn told_entry(entry: &Entry, out: &mut Out) -> Outcome {
     out.show(logged(*time_s, *dst, *src, &record), || logged_json(*time_s, *dst, *src, &record))
 }
 
-/// A line of the journal.
+/// A line of the journal as text: time, source → destination, record.
 pub fn logged(time_s: u32, dst: u8, src: u8, record: &Record<'_>) -> String {
     format!("{} {src} → {dst}  {}", moment(time_s), spelt(record))
 }
 
-/// The same for programs.
+/// A line of the journal as JSON.
 pub fn logged_json(time_s: u32, dst: u8, src: u8, record: &Record<'_>) -> Value {
     json!({
         "time": moment(time_s), "time_s": time_s, "src": src, "dst": dst,
@@ -365,7 +367,7 @@ fn spelt(record: &Record<'_>) -> String {
     }
 }
 
-/// Universal time of day, as in ISO 8601.
+/// UTC date and time, ISO 8601.
 fn moment(time_s: u32) -> String {
     let Ok(time) = OffsetDateTime::from_unix_timestamp(time_s.into()) else {
         return time_s.to_string();

@@ -1,4 +1,4 @@
-//! `lafet bus who` and `lafet bus log`: what the controller of a bus tells (§B/1).
+//! `lafet bus who` and `lafet bus log`: what the controller of a bus reports (§B/1).
 
 use clap::Args;
 use lafet_client::{Answers, Client, Error};
@@ -15,26 +15,26 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::pick;
 use crate::out::Out;
 
-/// `lafet bus who`
+/// Arguments of `lafet bus who`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 bus who\n  \
                         lafet -c 'serial:///dev/ttyUSB0?role=active&src=130' bus who --json")]
 pub struct WhoArgs {}
 
-/// `lafet bus log`
+/// Arguments of `lafet bus log`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 bus log\n  \
                         lafet -c tcp://127.0.0.1:10485 bus log --last 20")]
 pub struct LogArgs {
-    /// Only so many of the last lines
+    /// Show only this many of the last lines
     #[arg(long, value_name = "NUMBER")]
     last: Option<usize>,
 }
 
-/// Lines asked for at once; the controller answers with as many as a record takes.
+/// Lines requested at once; the controller answers with as many as fit into a record.
 const LINES: u16 = 32;
 
-/// Who is on the bus.
+/// Runs `lafet bus who`: lists the addresses present.
 pub async fn who(global: &Global, out: &mut Out) -> Outcome {
     let (_connection, controller) = controller(global).await?;
     let answers = ask(&controller, Body::GetNetworkStatus).await?;
@@ -44,13 +44,16 @@ pub async fn who(global: &Global, out: &mut Out) -> Outcome {
     let present: Vec<u8> = status.iter().collect();
     let rows: Vec<String> = present.iter().map(|address| called(*address)).collect();
     let text = match &rows[..] {
-        [] => pick("Nobody answers on the bus.", "На магистрали никто не отвечает.").into(),
+        [] => {
+            pick("No device answers on the bus.", "На магистрали ни одно устройство не отвечает.")
+                .into()
+        }
         rows => rows.join("\n"),
     };
     out.show(text, || json!({ "present": present }))
 }
 
-/// What was asked of monitors.
+/// Runs `lafet bus log`: prints the controller's journal of control requests.
 pub async fn log(args: &LogArgs, global: &Global, out: &mut Out) -> Outcome {
     let (_connection, controller) = controller(global).await?;
     let mut lines = Vec::new();
@@ -89,10 +92,10 @@ async fn ask(controller: &Client, body: Body<'_>) -> Result<Answers, Failure> {
         Err(Error::NoAnswer { endpoint, tries, .. }) => {
             return Err(Failure::Silent(pick(
                 format!(
-                    "No bus controller answers at {endpoint} (address {CONTROLLER}, tries: {tries}). On \
-                     its own line it answers consoles only, each in its turn: add role=active and a \
-                     src= of your own (129…254) to the URL. Programs at --listen of `lafet bus` need \
-                     neither."
+                    "No bus controller answers at {endpoint} (address {CONTROLLER}, tries: \
+                     {tries}). On its own line it answers consoles only, each in its turn: add \
+                     role=active and a src= of your own (129…254) to the URL. Programs at --listen \
+                     of `lafet bus` need neither."
                 ),
                 format!(
                     "Контроллер магистрали не отвечает на {endpoint} (адрес {CONTROLLER}, попыток: \
@@ -109,7 +112,10 @@ async fn ask(controller: &Client, body: Body<'_>) -> Result<Answers, Failure> {
 
 fn no_controller() -> Failure {
     Failure::Ended(
-        pick("What answers there is no bus controller.", "Отвечает не контроллер магистрали.")
-            .into(),
+        pick(
+            "The device that answers is not a bus controller.",
+            "Отвечает не контроллер магистрали.",
+        )
+        .into(),
     )
 }

@@ -12,14 +12,15 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::pick;
 use crate::out::{Out, columns};
 
-/// Height of the nozzle where no monitor tells another, m.
+/// Height of the nozzle assumed without a monitor, m.
 const HEIGHT_M: f64 = 1.5;
-/// The table goes in two requests, for the size of one is a byte: their first entries.
+/// First entries of the two requests that carry the table: the size of a request is one byte, so it
+/// does not fit into one.
 const PARTS: [u8; 2] = [0, 128];
-/// A law that misses a shot by more is not fit to aim with, m.
+/// A fit that misses a shot by more than this is not fit to aim with, m.
 const WORST_M: f64 = 3.0;
 
-/// `lafet calibrate`
+/// Arguments of `lafet calibrate`.
 #[derive(Debug, Args)]
 #[command(
     group = ArgGroup::new("shots").required(true).args(["shot", "outlet"]),
@@ -33,18 +34,18 @@ pub struct CalibrateArgs {
     /// the middle of the wetted ground; repeat it, three or more at different pressures and angles
     #[arg(long, value_name = "P,DEG,M", allow_hyphen_values = true, value_parser = shot)]
     shot: Vec<Shot>,
-    /// Instead of shots: those of the simulated jet of this outlet, mm
+    /// Instead of shots: use the simulated jet of this outlet, mm
     #[arg(long, value_name = "MM", value_parser = outlet)]
     outlet: Option<f64>,
     /// Distance for which the correction table is filled, m (default 30)
     #[arg(long, value_name = "METRES", default_value_t = 30)]
     distance: u8,
-    /// Show what comes of it and leave the monitor as it is; so it is without -c
+    /// Show the result and leave the monitor as it is; implied without -c
     #[arg(long)]
     dry_run: bool,
 }
 
-/// Fits, shows, and writes.
+/// Runs `lafet calibrate`: fits the ballistics, shows the result and writes it to the monitor.
 pub async fn run(args: CalibrateArgs, global: &Global, out: &mut Out) -> Outcome {
     let connection = match &global.connect {
         Some(_) => Some(Connection::open(global).await?),
@@ -88,7 +89,7 @@ pub async fn run(args: CalibrateArgs, global: &Global, out: &mut Out) -> Outcome
     })
 }
 
-/// Sets the parameter and the table; the monitor keeps both.
+/// Sets the parameter NozzleDiameter and the correction table; the monitor stores both.
 async fn write(
     connection: &Connection,
     diameter_dmm: i32,
@@ -118,7 +119,7 @@ fn told(
     let (rms, worst, count) = (fit.rms_m, fit.worst_m, shots.len());
     let head = pick(
         format!(
-            "NozzleDiameter {diameter_mm:.1} mm: of {count} shots it misses by {rms:.2} m (root \
+            "NozzleDiameter {diameter_mm:.1} mm: error over {count} shots {rms:.2} m (root \
              mean square), {worst:.2} m at most."
         ),
         format!(
@@ -147,7 +148,7 @@ fn told(
     let degrees = degrees.join(", ");
     let tail = pick(
         format!("Correction table for {distance_m} m, atm → degrees: {degrees}"),
-        format!("Таблица коррекции для {distance_m} м, атм → градусы: {degrees}"),
+        format!("Таблица поправок для {distance_m} м, атм → градусы: {degrees}"),
     );
     let end = match written {
         true => pick("Written to the monitor.", "Записано в ствол."),
@@ -174,7 +175,7 @@ fn no_fit(shots: &[Shot], height_m: f64) -> String {
     let worst = best.map_or_else(|| "—".to_owned(), |fit| format!("{:.1}", fit.worst_m));
     pick(
         format!(
-            "No outlet makes the ballistics meet these shots (the best misses one by {worst} m). \
+            "No outlet diameter fits these shots (the best one misses a shot by {worst} m). \
              Check pressure, elevation and range of each, and that the jet was the narrowest; \
              nothing was written."
         ),
@@ -199,7 +200,7 @@ fn out_of_reach(distance_m: u8) -> String {
     )
 }
 
-/// Reads a shot: `7.9,15,39`.
+/// Parses a shot, `pressure,elevation,range`: `7.9,15,39`.
 fn shot(text: &str) -> Result<Shot, String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     match numbers[..] {
@@ -220,7 +221,7 @@ fn shot(text: &str) -> Result<Shot, String> {
     }
 }
 
-/// Reads the diameter of an outlet.
+/// Parses the diameter of an outlet, mm.
 fn outlet(text: &str) -> Result<f64, String> {
     let known = calibration::DIAMETER_DMM;
     let (least, most) = (known.start() / 10, known.end() / 10);

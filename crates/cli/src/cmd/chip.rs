@@ -1,4 +1,4 @@
-//! `lafet sim --on qemu`: the firmware on an emulated chip, in a simulated plant.
+//! `lafet sim --on qemu`: the firmware on an emulated chip, connected to a simulated plant.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,21 +16,21 @@ use crate::lang::pick;
 use crate::out::Out;
 use crate::serve::Listen;
 
-/// What is to run, and where.
+/// Settings of an emulated monitor.
 pub struct Running<'a> {
-    /// The program, an ELF file for the board lm3s6965evb.
+    /// The firmware, an ELF file for the board lm3s6965evb.
     pub firmware: &'a Path,
-    /// Its memory; without one it is a new monitor each time.
+    /// File that keeps its flash memory; without one, each run starts with a new monitor.
     pub flash: Option<&'a Path>,
-    /// Where QEMU listens.
+    /// Where QEMU listens; exactly one TCP address.
     pub listen: &'a [Listen],
-    /// The plant.
+    /// The simulated plant.
     pub config: Config,
-    /// How fast.
+    /// Simulated seconds per second of real time.
     pub speed: f64,
 }
 
-/// Serves until a signal, or until the chip fails.
+/// Runs until a signal arrives or the chip fails.
 pub async fn serve(running: Running<'_>, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     let line = line(running.listen)?;
@@ -48,11 +48,11 @@ pub async fn serve(running: Running<'_>, out: &mut Out) -> Outcome {
     }
 }
 
-/// What a busy machine has held up is made up for, so that the monitor's clock does not fall behind; after
-/// a longer pause, as of the whole computer, it goes on from there.
+/// Lag that is caught up after a busy moment, so that the monitor's clock does not fall behind; a
+/// longer pause, such as suspending the computer, is skipped.
 const LATE_MAX: Duration = Duration::from_secs(3);
 
-/// Steps as many as real time has had, and tells of resets.
+/// Steps the chip in pace with real time, and reports its resets.
 async fn pace(chip: Arc<Mutex<Chip>>, speed: f64, out: &mut Out) -> Outcome {
     let period = Duration::from_secs_f64(STEP_MS as f64 / 1000.0 / speed);
     let mut due = Instant::now();
@@ -61,7 +61,7 @@ async fn pace(chip: Arc<Mutex<Chip>>, speed: f64, out: &mut Out) -> Outcome {
         let now = Instant::now();
         due = due.max(now.checked_sub(LATE_MAX).unwrap_or(now)) + period;
         let chip = chip.clone();
-        // The emulator is waited for, which must hold up nobody else.
+        // Waiting for the emulator blocks, so it must not hold up the other tasks.
         let stepped = tokio::task::spawn_blocking(move || {
             chip.lock().unwrap_or_else(PoisonError::into_inner).tick()
         });
@@ -72,7 +72,7 @@ async fn pace(chip: Arc<Mutex<Chip>>, speed: f64, out: &mut Out) -> Outcome {
                 out.say(pick("the program was reset", "программа перезапущена"))?;
             }
             Stepped::Reset { after_fault: true } => out.say(pick(
-                "the program has failed and begun anew; `lafet crash` tells what it has recorded",
+                "the program failed and restarted; `lafet crash` shows what it recorded",
                 "отказ программы, она запущена снова; что записано, покажет `lafet crash`",
             ))?,
         }
@@ -91,14 +91,15 @@ fn line(listen: &[Listen]) -> Result<Line, Failure> {
     match (parts, port) {
         (Some((host, _)), Some(port)) => Ok(Line::Tcp { host: host.into(), port }),
         _ => Err(Failure::Usage(pick(
-            "With --on qemu there is one place to listen at: tcp://HOST:PORT, and not port 0."
+            "With --on qemu there is exactly one address to listen on: tcp://HOST:PORT, and not \
+             port 0."
                 .into(),
             "С --on qemu слушать можно в одном месте: tcp://УЗЕЛ:ПОРТ, порт не 0.".into(),
         ))),
     }
 }
 
-/// Where the emulator works; removed at the end.
+/// Working folder of the emulator; removed on drop.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -119,7 +120,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // A folder that stays is a nuisance, not an error.
+        // A folder that cannot be removed is a nuisance, not an error.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }

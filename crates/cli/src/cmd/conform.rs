@@ -1,4 +1,4 @@
-//! `lafet conform`: does a monitor do what the protocol says?
+//! `lafet conform`: tests whether a monitor does what the protocol says.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -21,16 +21,16 @@ use crate::out::{Out, columns};
 use crate::simulator;
 use crate::undo::REACH;
 
-/// Presence probes, so to speak: a read that is lost is sent so often.
+/// How many times an unanswered read is sent.
 const TRIES: u32 = 3;
 
-/// `lafet conform`
+/// Arguments of `lafet conform`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet conform tcp://192.168.1.50:10485?addr=3\n  \
                         lafet conform sim:?speed=20 --full --html report.html\n  \
                         lafet -c serial:///dev/ttyUSB0?baud=19200 conform --motion --only §3.2")]
 pub struct ConformArgs {
-    /// The monitor that is tested; without it that of -c
+    /// The monitor to test; without it, that of -c
     #[arg(value_name = "URL")]
     url: Option<String>,
     /// Only list the tests of this level: item, name, level; no monitor is needed
@@ -39,17 +39,17 @@ pub struct ConformArgs {
     /// Reads, Stop, and frames that are refused: nothing moves (default)
     #[arg(long, group = "level")]
     read_only: bool,
-    /// Drives move a little, slowly and without water; parameters are set and set back
+    /// Drives move a little, slowly and without water; parameters are changed and restored
     #[arg(long, group = "level")]
     motion: bool,
     /// Everything but the erasure: water, programs, searches, lockout, restart; about ten minutes
     /// on a real monitor
     #[arg(long, group = "level")]
     full: bool,
-    /// Everything; the memory is erased and written back from a copy
+    /// Everything; the memory is erased and restored from a copy
     #[arg(long, group = "level")]
     erase: bool,
-    /// What differs from a ruling of ours, where the document is silent, has failed too
+    /// Differences from our own rulings, where the document is silent, count as failures too
     #[arg(long)]
     strict: bool,
     /// End at the first failure
@@ -70,7 +70,7 @@ pub struct ConformArgs {
     /// Write the report as text
     #[arg(long, value_name = "FILE")]
     text: Option<PathBuf>,
-    /// How many times as fast the clock of a simulated monitor is (default 1, or speed= of sim:)
+    /// Clock speed of a simulated monitor, times real time (default 1, or speed= of sim:)
     #[arg(long, value_name = "FACTOR", value_parser = simulator::speed)]
     speed: Option<f64>,
 }
@@ -87,7 +87,7 @@ impl ConformArgs {
 
     fn options(&self, endpoint: &Endpoint, global: &Global) -> Options {
         let addresses = endpoint.addresses();
-        // A paragraph sign is not on every keyboard.
+        // Not every keyboard has a paragraph sign.
         let item = |text: &String| match text.chars().next() {
             Some('0'..='9' | 'A'..='Z') => format!("§{text}"),
             _ => text.clone(),
@@ -100,7 +100,7 @@ impl ConformArgs {
             monitor: addresses.monitor,
             source: addresses.source,
             framing: endpoint.framing(),
-            // The way there does not get faster with the clock.
+            // The timeout scales with the clock, because the time on the way does not.
             timeout_ms: (global.timeout * 1000.0 * self.clock(endpoint)) as u64,
             ..Options::default()
         }
@@ -118,7 +118,7 @@ impl ConformArgs {
     }
 }
 
-/// What the run tells on its way.
+/// Messages from the run to the output.
 enum Told {
     Begins(String),
     Ended { line: String, passed: bool },
@@ -126,7 +126,7 @@ enum Told {
     Cut,
 }
 
-/// Tests a monitor.
+/// Runs `lafet conform`.
 pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
     if args.list {
         return list(args.level(), out);
@@ -144,10 +144,10 @@ pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
     }
     if options.level >= Level::Full {
         out.progress(pick(
-            "About ten minutes on a real monitor, with water and motion. Ctrl-C ends it and puts \
-             everything back.",
-            "Около десяти минут на настоящем стволе, с водой и движением. Ctrl-C прекращает проверку и \
-             возвращает всё как было.",
+            "About ten minutes on a real monitor, with water and motion. Ctrl-C ends it and \
+             restores everything.",
+            "Около десяти минут на настоящем стволе, с водой и движением. Ctrl-C прекращает \
+             проверку и возвращает всё как было.",
         ));
     }
     let mut report = tested(&args, &endpoint, &options, &url, out).await?;
@@ -157,7 +157,7 @@ pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
     outcome(&report, &options)
 }
 
-/// The tests up to a level, without a monitor.
+/// Lists the tests up to a level; needs no monitor.
 fn list(level: Level, out: &mut Out) -> Outcome {
     let tests: Vec<_> = lafet_conform::tests().filter(|test| test.2 <= level).collect();
     let rows: Vec<Vec<String>> = tests
@@ -202,7 +202,10 @@ async fn tested(
             () = interrupt.wait() => {
                 let again = options.interrupt.swap(true, Ordering::Relaxed);
                 give_up.fetch_or(again, Ordering::Relaxed);
-                out.progress(pick("Interrupted: everything is being put back", "Прервано: всё возвращается"));
+                out.progress(pick(
+                    "Interrupted: restoring everything",
+                    "Прервано: всё возвращается",
+                ));
             }
             report = &mut running => {
                 drain(&mut hear, args.quiet, out)?;
@@ -219,7 +222,7 @@ fn drain(hear: &mut UnboundedReceiver<Told>, quiet: bool, out: &mut Out) -> Outc
     Ok(())
 }
 
-/// Nobody hears any more when the command is about to end.
+/// Sends a message; the receiver may be gone when the command is about to end.
 fn tell(told: &UnboundedSender<Told>, progress: Progress<'_>) {
     let _ = told.send(match progress {
         Progress::Begins { number, of, test: (name, item) } => {
@@ -235,13 +238,13 @@ fn tell(told: &UnboundedSender<Told>, progress: Progress<'_>) {
 
 fn show(told: Told, quiet: bool, out: &mut Out) -> Outcome {
     match told {
-        // The line that follows says the same where nothing is overwritten.
+        // Only a live line is overwritten; otherwise the result line that follows repeats the name.
         Told::Begins(text) if out.is_live() => out.progress(text),
         Told::Begins(_) => {}
         Told::Ended { passed: true, .. } if quiet => {}
         Told::Ended { line, .. } => out.say(line)?,
         Told::Cut => out.warn(&cut_off()),
-        Told::PuttingBack => out.progress(pick("Putting everything back", "Всё возвращается")),
+        Told::PuttingBack => out.progress(pick("Restoring everything", "Всё возвращается")),
     }
     Ok(())
 }
@@ -250,14 +253,14 @@ fn cut_off() -> String {
     let seconds = REACH.as_secs();
     pick(
         format!(
-            "The monitor is not heard any more and may still move. Trying for up to {seconds} s to \
-             reach it, stop it and put everything back; Ctrl-C twice gives up. If you see danger, use \
-             the emergency stop now."
+            "The monitor no longer answers and may still move. Trying for up to {seconds} s to \
+             reach it, stop it and restore everything; Ctrl-C twice gives up. If you see danger, \
+             use the emergency stop now."
         ),
         format!(
             "Ствол больше не слышен и, возможно, ещё движется. До {seconds} с продолжаются попытки \
-             связаться с ним, остановить его и вернуть всё как было; Ctrl-C дважды прекращает их. При \
-             опасности сразу нажмите аварийный останов."
+             связаться с ним, остановить его и вернуть всё как было; Ctrl-C дважды прекращает их. \
+             При опасности сразу нажмите аварийный останов."
         ),
     )
 }
@@ -282,8 +285,8 @@ fn outcome(report: &Report, options: &Options) -> Outcome {
     if report.cut {
         return Err(Failure::NotAtRest(
             pick(
-                "The line was cut, and the monitor was not seen at rest: it may still move, and water \
-                 may flow. Use the emergency stop.",
+                "The line was cut, and the monitor was not seen at rest: it may still move, and \
+                 water may flow. Use the emergency stop.",
                 "Связь прервана, покоя ствола не видно: возможно, он ещё движется, вода, возможно, \
                  течёт. Нажмите аварийный останов.",
             )

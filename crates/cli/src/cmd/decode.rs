@@ -1,4 +1,4 @@
-//! `lafet decode`: text of captured bytes.
+//! `lafet decode`: captured bytes as text.
 
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
@@ -16,14 +16,14 @@ use crate::lang::pick;
 use crate::out::Out;
 use crate::texts;
 
-/// A frame is `FF C0 … C0`.
+/// Byte before a frame, `FF C0 … C0` (§L).
 const SYNC: u8 = 0xFF;
-/// See [`SYNC`].
+/// Byte that begins and ends a frame.
 const END: u8 = 0xC0;
 /// Bytes read at a time.
 const CHUNK: usize = 64 * 1024;
 
-/// `lafet decode`
+/// Arguments of `lafet decode`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet decode \"ff c0 01 81 9d c8 00 02 fe 23 4d 2b c0\"\n  \
                         lafet decode 9dc80002fe23\n  \
@@ -36,7 +36,7 @@ pub struct DecodeArgs {
     /// A file of captured bytes, raw or in hexadecimal, or a recording
     #[arg(short, long, value_name = "FILE", conflicts_with = "input")]
     file: Option<PathBuf>,
-    /// Take the input as it is, even if it looks like hexadecimal
+    /// Take the input as raw bytes, even if it looks like hexadecimal
     #[arg(long)]
     raw: bool,
     /// Show only the counters at the end
@@ -44,7 +44,7 @@ pub struct DecodeArgs {
     quiet: bool,
 }
 
-/// Decodes everything.
+/// Runs `lafet decode`.
 pub fn run(args: &DecodeArgs, out: &mut Out) -> Outcome {
     let stdout = io::stdout().lock();
     let form = match () {
@@ -88,14 +88,14 @@ fn end(writer: Writer<impl Write>, out: &mut Out) -> Outcome {
     if out.json() { out.value(&summary.json()) } else { tell(&summary.text()) }
 }
 
-/// Whether a file is one of `lafet record`'s.
+/// Whether a file is a recording of `lafet record`.
 fn is_recording(path: &Path) -> bool {
     let mut first = [0; 5];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
     read.is_ok() && Format::of_bytes(&first).is_some()
 }
 
-/// The counters are about the output, not part of it.
+/// Prints the counters to standard error: they are about the output, not part of it.
 fn tell(summary: &str) -> Outcome {
     writeln!(io::stderr(), "{summary}")?;
     Ok(())
@@ -142,7 +142,7 @@ fn stream(input: &mut dyn Read, writer: &mut Writer<impl Write>, raw: bool, live
             }
         }
         if live {
-            // Somebody may be watching a line that is in use.
+            // The input may be a live line with a user watching.
             writer.flush()?;
         }
     }
@@ -155,7 +155,7 @@ fn stream(input: &mut dyn Read, writer: &mut Writer<impl Write>, raw: bool, live
 fn not_hex(offset: u64) -> Failure {
     Failure::Usage(pick(
         format!(
-            "The input is hexadecimal up to character {offset}, but not there. Give --raw if it is \
+            "The input stops being hexadecimal at character {offset}. Give --raw if it is \
              not meant to be text."
         ),
         format!(
@@ -170,7 +170,7 @@ fn cannot_read(path: &std::path::Path, error: io::Error) -> Failure {
     Failure::io(pick(format!("cannot read {path}"), format!("не удаётся прочитать {path}")), error)
 }
 
-/// What is wrong with the first frame of these bytes, if there is the outline of one.
+/// What is wrong with the first frame in these bytes, if they contain the outline of one.
 fn broken_frame(bytes: &[u8]) -> Option<Failure> {
     let is_end = |at: &usize| bytes[*at] == END;
     let from = (0..bytes.len()).find(is_end)?;
@@ -188,7 +188,8 @@ fn broken_frame(bytes: &[u8]) -> Option<Failure> {
 fn no_frame() -> Failure {
     Failure::Usage(
         pick(
-            "No frame in it: a frame is FF C0 … C0 with a right CRC (docs/protocol.md, link frame).",
+            "No frame found: a frame is FF C0 … C0 with a correct CRC (docs/protocol.md, link \
+             frame).",
             "Кадров нет: кадр — это FF C0 … C0 с верной CRC (docs/protocol.md, link frame).",
         )
         .into(),

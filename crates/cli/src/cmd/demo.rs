@@ -22,16 +22,16 @@ use crate::out::Out;
 use crate::serve::{Listen, pace};
 use crate::simulator;
 
-/// The scenario of the demo.
+/// Name of the scenario that the demo runs.
 const SCENARIO: &str = "tank-farm";
 /// The port of the console, if it is free.
 const PORT: u16 = 8480;
-/// How often fires and jets are shown.
+/// Interval at which fires and jets are shown.
 const SCENE: Duration = Duration::from_millis(200);
-/// The state of the exercise is shown each so many of these.
+/// Every how many [`SCENE`] intervals the state of the exercise is shown.
 const STATE_TICKS: u64 = 3;
 
-/// `lafet demo`
+/// Arguments of `lafet demo`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet demo\n  \
                         lafet demo --port 0 --no-browser\n  \
@@ -45,13 +45,14 @@ pub struct DemoArgs {
     /// Do not open a browser
     #[arg(long)]
     no_browser: bool,
-    /// The picture in the terminal instead of the browser; so do the options below but --seed
+    /// Show the picture in the terminal instead of the browser; implied by the options below except
+    /// --seed
     #[arg(long)]
     terminal: bool,
-    /// Everything random follows from this number (default 7)
+    /// Seed of everything random (default 7)
     #[arg(long, value_name = "N", default_value_t = 7)]
     seed: u64,
-    /// Simulated time runs this many times as fast as the clock; 0 is as fast as possible
+    /// Simulated seconds per second of real time; 0 is as fast as possible
     /// (default 1)
     #[arg(
         long,
@@ -60,13 +61,13 @@ pub struct DemoArgs {
         value_parser = simulator::speed_or_zero
     )]
     speed: f64,
-    /// Lines of a log instead of the picture
+    /// Print lines of a log instead of the picture
     #[arg(long)]
     plain: bool,
     /// A fire: az=DEGREES,range=METRES[,size=METRES]; left is positive. May be repeated
     #[arg(long, value_name = "FIRE", value_parser = simulator::fire)]
     fire: Vec<FireSpec>,
-    /// Write what happens into this file; with the same seed it is the same byte for byte
+    /// Write what happens to this file; byte for byte the same for the same seed
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     /// Write the picture of one moment into this SVG file, and show nothing
@@ -77,7 +78,7 @@ pub struct DemoArgs {
     picture_at: u64,
 }
 
-/// Plays it in the browser, or in the terminal, and tells what came out.
+/// Runs `lafet demo`, in the browser or in the terminal.
 pub async fn run(args: DemoArgs, out: &mut Out) -> Outcome {
     let terminal = args.terminal
         || args.plain
@@ -88,7 +89,7 @@ pub async fn run(args: DemoArgs, out: &mut Out) -> Outcome {
     if terminal { in_terminal(args, out).await } else { in_browser(args, out).await }
 }
 
-/// A site in this process, its monitors on a port of the loopback, a hub, a browser.
+/// Runs a site, a hub and a browser; its monitors listen on a loopback port.
 async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     log(out.json(), "warn");
@@ -144,7 +145,7 @@ async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
     Ok(())
 }
 
-/// What to try next, as a shell takes it; `crates/cli/tests/try_next.rs` tries each line.
+/// Command lines to try next, quoted for a shell; `crates/cli/tests/try_next.rs` runs each one.
 fn lines_to_try(url: &str, place: &str) -> Vec<String> {
     let monitor = format!("'{place}?addr=1'");
     vec![
@@ -160,21 +161,23 @@ fn lines_to_try(url: &str, place: &str) -> Vec<String> {
     ]
 }
 
-/// Where it is, and what to try next.
+/// Prints the URL of the console and what to try next.
 fn say(running: &Running, place: &str, out: &mut Out) -> Outcome {
     let url = running.url();
     let lines = lines_to_try(url, place);
     let list: String = lines.iter().map(|line| format!("  {line}\n")).collect();
     let text = pick(
         format!(
-            "{url}\n\nSimulated: a tank farm, three monitors, and a fire. No login is needed, as nobody \
-             else can reach this.\nTry in another terminal (Wireshark opens demo.pcapng as well: \
-             lafet dissector):\n{list}Ctrl-C ends it. In the terminal: lafet demo --terminal"
+            "{url}\n\nSimulated: a tank farm, three monitors, and a fire. No login is needed: \
+             other computers cannot reach this.\nTry in another terminal (Wireshark opens \
+             demo.pcapng as well: lafet dissector):\n{list}Ctrl-C ends it. In the terminal: lafet \
+             demo --terminal"
         ),
         format!(
-            "{url}\n\nИмитация: резервуарный парк, три ствола и пожар. Вход не нужен: с других машин \
-             сюда не попасть.\nПопробуйте в другом терминале (demo.pcapng открывает и Wireshark: \
-             lafet dissector):\n{list}Ctrl-C завершает. В терминале: lafet demo --terminal"
+            "{url}\n\nИмитация: резервуарный парк, три ствола и пожар. Вход не нужен: с других \
+             машин сюда не попасть.\nПопробуйте в другом терминале (demo.pcapng открывает и \
+             Wireshark: lafet dissector):\n{list}Ctrl-C завершает. В терминале: lafet demo \
+             --terminal"
         ),
     );
     out.show(text, || {

@@ -15,13 +15,13 @@ use crate::out::Out;
 const PLUGINS: &str = ".local/lib/wireshark/plugins";
 const NAME: &str = "lafet.lua";
 
-/// `lafet dissector`
+/// Arguments of `lafet dissector`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet dissector --install\n  \
                         lafet dissector > lafet.lua && \
                         tshark -X lua_script:lafet.lua -r recording.pcapng")]
 pub struct DissectorArgs {
-    /// Put it where Wireshark looks for your plugins
+    /// Install it where Wireshark looks for your plugins
     #[arg(long)]
     install: bool,
 }
@@ -54,7 +54,7 @@ pub fn run(args: &DissectorArgs, out: &mut Out) -> Outcome {
         )
     })?;
     let told = pick(
-        format!("{shown}\nWireshark knows the protocol at its next start."),
+        format!("{shown}\nWireshark loads it at its next start."),
         format!("{shown}\nWireshark узнает протокол при следующем запуске."),
     );
     out.show(told, || json!({ "path": shown }))

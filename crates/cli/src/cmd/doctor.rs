@@ -1,4 +1,4 @@
-//! `lafet doctor`: what is wrong with a link, and what to do.
+//! `lafet doctor`: what is wrong with a link, and what to do about it.
 
 use std::io;
 use std::str::FromStr;
@@ -19,25 +19,25 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::{current, pick};
 use crate::out::Out;
 
-/// `lafet doctor`
+/// Arguments of `lafet doctor`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet doctor serial:///dev/ttyUSB0?baud=19200\n  \
                         lafet doctor tcp://192.168.1.50:10485?addr=3\n  \
                         lafet -c tcp://127.0.0.1:10485 doctor --listen 10")]
 pub struct DoctorArgs {
-    /// The link that is looked at; without it that of -c
+    /// The link to examine; without it, that of -c
     #[arg(value_name = "URL")]
     url: Option<String>,
-    /// Seconds to listen before anything is asked (default 1.5)
+    /// Seconds to listen before the first request (default 1.5)
     #[arg(long, value_name = "SECONDS", default_value_t = 1.5, value_parser = listen)]
     listen: f64,
-    /// Requests that tell how many are lost (default 30)
+    /// Requests sent to measure the loss (default 30)
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     requests: u32,
     /// How long an answer may take, milliseconds (default 150, over a network 500)
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     wait: Option<u64>,
-    /// Ask even when others speak on the line: it may collide with what they say
+    /// Send requests even when other devices talk on the line: they may collide with their frames
     #[arg(long)]
     insist: bool,
 }
@@ -46,7 +46,7 @@ fn listen(text: &str) -> Result<f64, String> {
     seconds(text, 0.1)
 }
 
-/// Looks at a link, and says what is seen.
+/// Runs `lafet doctor`: examines the link and prints the findings.
 pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
     let global = Global { connect: args.url.or_else(|| global.connect.clone()), ..global.clone() };
     let url = url_of(&global)?.to_owned();
@@ -83,7 +83,7 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
     }
 }
 
-/// What the monitor itself reports: faults and warnings of its subsystems.
+/// Faults and warnings that the monitor's subsystems report.
 async fn faults(global: &Global) -> Vec<(SubsystemId, String)> {
     let Ok(connection) = Connection::open(global).await else { return Vec::new() };
     let Ok(status) = connection.monitor.status_all().await else { return Vec::new() };
@@ -111,7 +111,7 @@ fn show(
         lines.push(format!("{:9}→ {}", "", finding.remedy(evidence, current())));
     }
     if !faults.is_empty() {
-        lines.push(pick("The monitor reports:", "Сам ствол сообщает:").into());
+        lines.push(pick("The monitor reports:", "Ствол сообщает:").into());
         lines.extend(faults.iter().map(|(who, line)| format!("  {who} {line}")));
     }
     let json = || {

@@ -17,10 +17,10 @@ use crate::lang::{current, pick};
 use crate::out::{Out, columns};
 use crate::serve::{Listen, SharedSite, pace};
 
-/// Simulated time before anybody can ask: the monitors read their sensors for the first time.
+/// Simulated time before the first request, in which the monitors read their sensors, ms.
 const POWER_UP_MS: u64 = 200;
 
-/// `lafet sim run`
+/// Arguments of `lafet sim run`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  lafet sim run --list\n  lafet sim run tank-farm --svg tank-farm.svg\n  \
@@ -30,7 +30,7 @@ pub struct RunArgs {
     /// A scenario file, or the name of one that comes with lafet (see --list)
     #[arg(value_name = "SCENARIO", required_unless_present = "list")]
     file: Option<String>,
-    /// Everything random follows from this number (without it: the scenario's)
+    /// Seed of everything random (without it: the scenario's)
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Form of the report: text or json (default text; --json is the same as json)
@@ -39,13 +39,13 @@ pub struct RunArgs {
     /// Write a picture into this file: plan view and time lines
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// Write the state of all monitors each 100 ms into this file
+    /// Write the state of all monitors every 100 ms to this file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Show the scenarios that come with lafet
+    /// List the scenarios that come with lafet
     #[arg(long)]
     list: bool,
-    /// Print the text of the scenario: a pattern for your own
+    /// Print the text of the scenario: a template for your own
     #[arg(long)]
     show: bool,
 }
@@ -56,7 +56,7 @@ enum Form {
     Json,
 }
 
-/// Runs a scenario; success is that every expectation holds.
+/// Runs a scenario; succeeds if every expectation holds.
 pub fn run(args: &RunArgs, out: &mut Out) -> Outcome {
     let Some(name) = args.file.as_deref().filter(|_| !args.list) else { return list(out) };
     if args.show {
@@ -88,17 +88,17 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Outcome {
     )))
 }
 
-/// How the monitors of a scenario are served.
+/// Settings of `lafet sim --site`.
 pub struct Serving<'a> {
     /// A file, or the name of a scenario that comes with lafet.
     pub scenario: &'a str,
-    /// Instead of the scenario's.
+    /// Seed; `None` takes the scenario's.
     pub seed: Option<u64>,
-    /// How many times as fast as the clock.
+    /// Simulated seconds per second of real time.
     pub speed: f64,
-    /// Instead of where the scenario says.
+    /// Addresses to listen on; empty takes the scenario's.
     pub listen: Vec<Listen>,
-    /// The channel between the radio interfaces and their clients.
+    /// The radio channel between the radio interfaces and their clients.
     pub radio: Option<RadioConfig>,
 }
 
@@ -154,7 +154,7 @@ pub async fn serve(serving: Serving<'_>, out: &mut Out) -> Outcome {
     Err(ended.unwrap_or_else(failed))
 }
 
-/// Says what happens to the site, as it happens.
+/// Prints the events of the site as they happen.
 async fn tell(site: &SharedSite, out: &mut Out) -> Outcome {
     let mut ticks = tokio::time::interval(std::time::Duration::from_millis(100));
     loop {
@@ -173,7 +173,7 @@ async fn tell(site: &SharedSite, out: &mut Out) -> Outcome {
     }
 }
 
-/// Where which monitors listen.
+/// Each address to listen on, with the indices of the monitors behind it.
 fn places(exercise: &Exercise, listen: Vec<Listen>) -> Result<Vec<(Listen, Vec<usize>)>, Failure> {
     let all: Vec<usize> = (0..exercise.monitors.len()).collect();
     if !listen.is_empty() {
@@ -227,7 +227,7 @@ fn read(name: &str) -> Result<Exercise, Failure> {
     Exercise::parse(&file, &text).map_err(|problem| Failure::Usage(problem.told(lang())))
 }
 
-/// What problems call the scenario, and its text. A file comes before a name.
+/// Name of the scenario for error messages, and its text. A file takes precedence over a name.
 fn text_of(name: &str) -> Result<(String, String), Failure> {
     match std::fs::read_to_string(name) {
         Ok(text) => Ok((name.to_owned(), text)),

@@ -1,4 +1,4 @@
-//! `lafet completions`, `lafet man`: what a shell and `man` know of the command line.
+//! `lafet completions`, `lafet man`: shell completion and manual pages.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::help;
 use crate::lang::pick;
 use crate::out::Out;
 
-/// `lafet completions`
+/// Arguments of `lafet completions`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
                         lafet completions bash > ~/.local/share/bash-completion/completions/lafet\n  \
@@ -23,17 +23,17 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
-/// `lafet man`
+/// Arguments of `lafet man`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet man | man -l -\n  \
                         lafet man --out ~/.local/share/man/man1")]
 pub struct ManArgs {
-    /// Write a page for each command into this folder
+    /// Write a page for each command to this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
 
-/// Prints what a shell has to know.
+/// Prints the completion script for a shell.
 pub fn run_completions(args: &CompletionsArgs, out: &mut Out) -> Outcome {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut help::completed(), "lafet", &mut script);
@@ -41,7 +41,7 @@ pub fn run_completions(args: &CompletionsArgs, out: &mut Out) -> Outcome {
     out.show(script.trim_end(), || json!({ "shell": args.shell.to_string(), "script": script }))
 }
 
-/// Prints or writes the manual.
+/// Prints the manual page, or writes one page per command.
 pub fn run_man(args: &ManArgs, out: &mut Out) -> Outcome {
     let command = help::command();
     let Some(folder) = &args.out else {
@@ -61,7 +61,7 @@ pub fn run_man(args: &ManArgs, out: &mut Out) -> Outcome {
     out.show(told, || json!({ "folder": shown, "pages": count }))
 }
 
-/// One page for each command.
+/// Writes one page for each command; returns their number.
 fn write_pages(command: clap::Command, folder: &Path) -> std::io::Result<usize> {
     fs::create_dir_all(folder)?;
     clap_mangen::generate_to(command, folder)?;

@@ -1,7 +1,7 @@
-//! `lafet jog`: the barrel under the arrow keys, as long as one is held.
+//! `lafet jog`: moves the barrel while an arrow key is held.
 //!
-//! A terminal tells that a key is held by repeating it, so each repetition renews the motion's
-//! lease. Some terminals tell when it is let go too; then it stops at once.
+//! A terminal shows that a key is held by repeating it, so each repetition renews the motion's
+//! lease. Some terminals also report the release of a key; then the drive stops at once.
 
 use std::collections::HashMap;
 use std::io::{self, IsTerminal, Write};
@@ -26,26 +26,26 @@ use crate::lang::{current, pick};
 use crate::out::Out;
 use crate::undo::REACH;
 
-/// A drive that is at rest later than this after its release is worth a word.
+/// A drive that takes longer than this to come to rest after a release gets a message.
 const SLOW: Duration = Duration::from_secs(2);
-/// How often the state is shown.
+/// Interval at which the state is shown.
 const SHOW: Duration = Duration::from_millis(250);
-/// A motion that was refused is not asked for again sooner, however often the key repeats.
+/// A refused motion is not requested again sooner than this, however often the key repeats.
 const AGAIN: Duration = Duration::from_secs(1);
-/// The lease after the press of a key whose release the terminal will tell: keyboards wait up to
-/// this long before they repeat.
+/// The lease after the first press where the terminal reports releases: keyboards wait up to this
+/// long before they repeat.
 const FIRST: Duration = Duration::from_millis(800);
 
-/// `lafet jog`
+/// Arguments of `lafet jog`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 jog\n  \
                         lafet -c tcp://127.0.0.1:10485 jog --first 0.7")]
 pub struct JogArgs {
-    /// Seconds for which a drive goes on after the last repetition of a key (default 0.3)
+    /// Seconds for which a drive continues after the last repetition of a key (default 0.3)
     #[arg(long, value_name = "SECONDS", default_value_t = 0.3, value_parser = lease)]
     lease: f64,
-    /// The same after the first press, until the keyboard begins to repeat; without it as --lease,
-    /// or 0.8 where the terminal tells when a key is let go
+    /// The same after the first press, until the keyboard starts to repeat; without it as --lease,
+    /// or 0.8 where the terminal reports the release of a key
     #[arg(long, value_name = "SECONDS", value_parser = lease)]
     first: Option<f64>,
 }
@@ -57,7 +57,7 @@ fn lease(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Moves drives as long as keys are held, until q or Ctrl-C.
+/// Moves drives while keys are held, until q or Ctrl-C.
 pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     if !io::stdin().is_terminal() {
         return Err(Failure::Usage(
@@ -72,7 +72,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     }
     let mut interrupt = Interrupt::catch()?;
     let connection = Connection::open(global).await?;
-    // The monitor has to be there before anything is held.
+    // The monitor has to answer before a motion can begin.
     connection.monitor.status_all().await?;
     let mut watch = connection.monitor.watch(SHOW)?;
     let keyboard = Keyboard::start()?;
@@ -125,7 +125,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     }
     let all_stand = ends.iter().all(|(_, end)| stands(end));
     let texts: Vec<String> = ends.iter().map(|(drive, end)| tell(*drive, end)).collect();
-    let stopped = pick("Nothing is held any more.", "Больше ничего не удерживается.");
+    let stopped = pick("All motions have ended.", "Больше ничего не удерживается.");
     let text = if texts.is_empty() { stopped.to_owned() } else { texts.join("\n") };
     match all_stand {
         true => out.show(&text, || json!({ "ended": texts })),
@@ -133,7 +133,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     }
 }
 
-/// Waits until all that was held stands; over a line that is cut, for [`REACH`] at most.
+/// Waits until all drives that were held are at rest; over a cut line, for [`REACH`] at most.
 async fn let_go(
     hands: Hands,
     keys: &mut Keys,
@@ -157,7 +157,7 @@ async fn let_go(
             key = keys.next() => match key {
                 Some(key) if key.modifiers.contains(KeyModifiers::CONTROL) && told => break,
                 Some(_) => {}
-                // Nobody is at the keyboard any more: what is sent goes on until the end.
+                // No key can arrive any more: Stop is repeated until the deadline.
                 None => sleep(SLOW).await,
             },
         }
@@ -172,8 +172,8 @@ fn stopping(drives: &str) -> String {
     let seconds = REACH.as_secs();
     pick(
         format!(
-            "{drives} may still move: Stop has no answer yet. Trying for up to {seconds} s; Ctrl-C \
-             gives up. If you see danger, use the emergency stop now."
+            "{drives} may still move: Stop is not answered yet. Trying for up to {seconds} s; \
+             Ctrl-C gives up. If you see danger, use the emergency stop now."
         ),
         format!(
             "{drives}: возможно, ещё движется, на Stop нет ответа. Попытки до {seconds} с; Ctrl-C \
@@ -182,7 +182,7 @@ fn stopping(drives: &str) -> String {
     )
 }
 
-/// Stops everything, and says so.
+/// Sends Stop All; returns the outcome as a text for the user.
 async fn stop_all(monitor: &Monitor) -> String {
     match monitor.stop(SubsystemId::ALL).await {
         Ok(_) => "Stop All".into(),
@@ -190,36 +190,36 @@ async fn stop_all(monitor: &Monitor) -> String {
     }
 }
 
-/// What is held, by drive: which key, and the motion.
+/// Drives in motion: for each, the direction of its key and the motion.
 pub struct Hands {
     monitor: Monitor,
     hold: Hold,
     held: HashMap<SubsystemId, (Toward, Jog)>,
-    /// Refused motions, and when.
+    /// Refused motions, with the time of the refusal.
     refused: HashMap<(SubsystemId, Toward), Instant>,
 }
 
-/// What a key asks for.
+/// What a key press leads to.
 pub enum Pressed {
-    /// Nothing to tell.
+    /// Nothing to report.
     Nothing,
-    /// A motion could not begin, and why.
+    /// A motion ended or could not begin; the text says why.
     Ended(String),
-    /// Stop All is wanted.
+    /// Send Stop All.
     Stop,
-    /// Stop All is wanted, and the end: Ctrl-C while something is held.
+    /// Send Stop All and end: Ctrl-C during a motion.
     StopAndEnd,
-    /// The end is wanted.
+    /// End.
     End,
 }
 
 impl Hands {
-    /// Nothing is held.
+    /// No drive in motion yet.
     pub fn new(monitor: Monitor, hold: Hold) -> Self {
         Self { monitor, hold, held: HashMap::new(), refused: HashMap::new() }
     }
 
-    /// Holds, renews or lets go.
+    /// Starts, renews or ends motions for a key event.
     pub fn key(&mut self, key: KeyEvent) -> Pressed {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         let let_go = key.kind == KeyEventKind::Release;
@@ -242,7 +242,7 @@ impl Hands {
                 return if moves { Pressed::StopAndEnd } else { Pressed::End };
             }
             KeyCode::Char('d') if control => return Pressed::End,
-            // Any other key lets go.
+            // Any other key ends all motions.
             _ => {
                 self.held.clear();
                 return Pressed::Nothing;
@@ -273,7 +273,7 @@ impl Hands {
         };
         match handle.jog_with(toward, self.hold) {
             Ok(jog) => {
-                // The drop of the one before lets go; the monitor has the new one by then.
+                // Dropping the previous motion releases it; the monitor already has the new one.
                 self.held.insert(drive, (toward, jog));
                 Pressed::Nothing
             }
@@ -281,12 +281,12 @@ impl Hands {
         }
     }
 
-    /// Motions that ended in a way that the operator should know of.
+    /// Reports a motion that ended for a reason the operator should know.
     pub async fn ended(&mut self) -> Option<String> {
         let over = self.held.iter().find(|(_, (_, jog))| !jog.is_held()).map(|(id, _)| *id)?;
         let (toward, jog) = self.held.get_mut(&over)?;
         let toward = *toward;
-        // One that is being stopped goes on by itself.
+        // A motion that is being stopped continues to do so by itself.
         let end = tokio::time::timeout(Duration::ZERO, jog.ended()).await.ok()?;
         self.held.remove(&over);
         match end {
@@ -298,7 +298,7 @@ impl Hands {
         }
     }
 
-    /// Lets everything go and waits until it stands.
+    /// Releases all motions and waits until the drives are at rest.
     pub async fn release(self) -> Vec<(SubsystemId, JogEnd)> {
         let mut ends = Vec::new();
         for (drive, (_, jog)) in self.held {
@@ -316,27 +316,27 @@ fn tell(drive: SubsystemId, end: &JogEnd) -> String {
     match end {
         JogEnd::Stopped { status, .. } | JogEnd::Standing(status) => {
             let at = angle::show(drive, i32::from(status.position));
-            pick(format!("{drive} stands at {at}."), format!("{drive} стоит в {at}."))
+            pick(format!("{drive} is at rest at {at}."), format!("{drive} остановлен в {at}."))
         }
         JogEnd::Refused(error) => error.localized(current()),
         JogEnd::TakenOver { by } => pick(
-            format!("{drive}: {by} has the drive now."),
+            format!("{drive}: {by} controls the drive now."),
             format!("{drive}: приводом теперь управляет {by}."),
         ),
         JogEnd::StillMoving(_) => pick(
-            format!("{drive} goes on in spite of Stop: use the emergency stop."),
+            format!("{drive} is still moving in spite of Stop: use the emergency stop."),
             format!("{drive} движется, несмотря на Stop: нажмите аварийный останов."),
         ),
         JogEnd::Unbounded(_) => pick(
             format!(
-                "{drive} was not moved: limits are off, and this monitor would not end the motion by \
-                 itself if the connection failed. Switch the limits on, or give it a time: \
+                "{drive} was not moved: limits are off, and this monitor would not end the motion \
+                 by itself if the connection failed. Switch the limits on, or set a time limit: \
                  `lafet param set general MoveTimeout 500`."
             ),
             format!(
-                "{drive} не двинут: контроль пределов выключен, и при обрыве связи ствол не прекратит \
-                 движение сам. Включите пределы или задайте время: \
-                 `lafet param set general MoveTimeout 500`."
+                "{drive} не двинут: контроль пределов выключен, и при обрыве связи ствол не \
+                 прекратит движение сам. Включите пределы или задайте время: `lafet param set \
+                 general MoveTimeout 500`."
             ),
         ),
         JogEnd::Unknown(error) => {
@@ -353,10 +353,11 @@ fn tell(drive: SubsystemId, end: &JogEnd) -> String {
     }
 }
 
-/// A line that stays. The terminal is raw: a new line does not begin at the left by itself.
+/// Prints a line that stays on the screen. The terminal is raw, so a line feed alone does not
+/// return to the left.
 pub fn note(out: &mut Out, text: &str) {
     if io::stderr().is_terminal() && !out.json() {
-        // What cannot be shown must not end what is held.
+        // A failure to print must not end a motion.
         let _ = write!(io::stderr(), "\r\x1b[K{text}\r\n");
     } else {
         out.progress(text);
@@ -370,7 +371,7 @@ fn help() -> &'static str {
     )
 }
 
-/// Where the drives are, and which of them move.
+/// Positions of the drives, and which of them move.
 pub fn state(status: &MonitorStatus) -> String {
     let drives = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE];
     let one = |id: SubsystemId| {

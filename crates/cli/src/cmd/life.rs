@@ -1,4 +1,4 @@
-//! `lafet sim --replay SEED`: the life of a monitor in the swarm, step by step.
+//! `lafet sim --replay SEED`: replays a monitor's life from the swarm, step by step.
 
 use lafet_proto::flags::Button;
 use lafet_proto::record::Records;
@@ -15,17 +15,17 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::{of, pick};
 use crate::out::Out;
 
-/// What of a life is to be shown.
+/// Which part of a life to show.
 pub struct Replay {
-    /// The seed of the swarm.
+    /// Seed of the life in the swarm.
     pub seed: u64,
-    /// From this second on.
+    /// Start of the part shown, seconds.
     pub from_s: f64,
-    /// Up to this second.
+    /// End of the part shown, seconds.
     pub to_s: f64,
 }
 
-/// Lives the seed once more and prints what happens; fails when it ends in a failure.
+/// Runs the life of the seed again and prints its events; fails if it ends in a failure.
 pub fn replay(replay: &Replay, out: &mut Out) -> Outcome {
     let mut printer = Printer {
         from_ms: (replay.from_s * 1000.0) as u64,
@@ -40,8 +40,8 @@ pub fn replay(replay: &Replay, out: &mut Out) -> Outcome {
     let failed = outcome.failure.is_some();
     out.show(
         pick(
-            format!("{seconds:.2} s lived, {changes} output changes"),
-            format!("прожито {seconds:.2} с, изменений выходов: {changes}"),
+            format!("{seconds:.2} s simulated, {changes} output changes"),
+            format!("выполнено {seconds:.2} с, изменений выходов: {changes}"),
         ),
         || json!({ "t": seconds, "changes": changes, "failed": failed }),
     )?;
@@ -51,7 +51,7 @@ pub fn replay(replay: &Replay, out: &mut Out) -> Outcome {
     }
 }
 
-/// Longest time that can be asked for, s.
+/// Longest time that `--to` accepts, s.
 pub const LIFE_S: f64 = LIFE_MS as f64 / 1000.0 + 60.0;
 
 struct Printer<'o> {
@@ -91,7 +91,7 @@ fn both(text: Bilingual) -> String {
     pick(text.en, text.ru)
 }
 
-/// The lines for people. A drive that only speeds up or slows down is not told.
+/// The lines for the user. Speed changes of a moving drive are left out.
 fn lines(entry: &Entry<'_>) -> Vec<String> {
     match *entry {
         Entry::Begin { config } => vec![beginning(config)],
@@ -101,7 +101,7 @@ fn lines(entry: &Entry<'_>) -> Vec<String> {
             lines
         }
         Entry::Garbage { len } => {
-            vec![pick(format!("{len} bytes without sense"), format!("помехи: {len} байт"))]
+            vec![pick(format!("{len} bytes of noise"), format!("помехи: {len} байт"))]
         }
         Entry::Output { output, before, after, cause: why, anew } => {
             let steady = before != 0 && after != 0 && before.signum() == after.signum();
@@ -162,7 +162,7 @@ fn answers(answer: &[u8]) -> Vec<String> {
     Records::new(answer).flatten().map(|record| AnswerText(record).to_string()).collect()
 }
 
-/// A value of an output in the user's language.
+/// A value of an output, in the user's language.
 fn words(output: Output, value: i16) -> String {
     let english = output.words(value);
     match english.as_str() {

@@ -15,7 +15,7 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::pick;
 use crate::out::{Out, columns};
 
-/// `lafet limits`
+/// Arguments of `lafet limits`.
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -27,7 +27,8 @@ use crate::out::{Out, columns};
 pub struct LimitsArgs {
     #[command(subcommand)]
     command: Option<LimitsCommand>,
-    /// A drive to show its limits; or off, on, reject to switch them off, on, or to drop new ones
+    /// The drive whose limits to show; or off, on, reject to switch them off, on, or to discard new
+    /// ones
     #[arg(value_name = "DRIVE|off|on|reject")]
     what: Option<String>,
     /// The drive whose limits are switched; all without it
@@ -35,14 +36,14 @@ pub struct LimitsArgs {
     drive: Option<SubsystemId>,
 }
 
-/// What takes arguments of its own.
+/// Subcommands with arguments of their own.
 #[derive(Debug, Subcommand)]
 pub enum LimitsCommand {
-    /// Drive the barrel to its limits and have them taken; or take the present position as one
+    /// Drive the barrel to its limits and store them, or take the present position as one
     Teach(TeachArgs),
 }
 
-/// Shows, switches or teaches the limits.
+/// Runs `lafet limits`: shows, switches or sets the limits.
 pub async fn run(args: LimitsArgs, global: &Global, out: &mut Out) -> Outcome {
     if let Some(LimitsCommand::Teach(args)) = args.command {
         return super::teach::run(args, global, out).await;

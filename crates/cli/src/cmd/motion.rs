@@ -18,10 +18,10 @@ use crate::lang::pick;
 use crate::out::Out;
 use crate::undo::{States, Undo};
 
-/// A drive is where it should be when it is no farther off than this, arc-minutes or mm.
+/// A drive has reached its target when it is no farther off than this, arc-minutes or mm.
 const TOLERANCE: i32 = 2;
 
-/// `lafet move`
+/// Arguments of `lafet move`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 move vertical 20deg\n  \
                         lafet -c tcp://127.0.0.1:10485 move horizontal -1800\n  \
@@ -30,7 +30,7 @@ pub struct MoveArgs {
     /// Vertical, Horizontal, Nozzle or Deployer
     #[arg(value_name = "DRIVE", value_parser = drive)]
     drive: SubsystemId,
-    /// Arc-minutes (1200), degrees (20deg, 12°30'), of the nozzle mm; up and left are positive
+    /// Arc-minutes (1200) or degrees (20deg, 12°30'), mm for the nozzle; up and left are positive
     #[arg(value_name = "POSITION", allow_hyphen_values = true)]
     position: String,
     /// Return as soon as the request is accepted
@@ -38,7 +38,7 @@ pub struct MoveArgs {
     no_wait: bool,
 }
 
-/// `lafet stop`
+/// Arguments of `lafet stop`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 stop\n  \
                         lafet -c tcp://127.0.0.1:10485 stop control")]
@@ -48,12 +48,12 @@ pub struct StopArgs {
     subsystem: Option<SubsystemId>,
 }
 
-/// `lafet open`
+/// Arguments of `lafet open`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 open\n  \
                         lafet -c tcp://127.0.0.1:10485 open valve2 --no-wait")]
 pub struct OpenArgs {
-    /// Valve1 (water, also without it) or Valve2 (foam)
+    /// Valve1 (water, the default) or Valve2 (foam)
     #[arg(value_name = "VALVE", value_parser = valve)]
     valve: Option<SubsystemId>,
     /// Return as soon as the request is accepted
@@ -61,12 +61,12 @@ pub struct OpenArgs {
     no_wait: bool,
 }
 
-/// `lafet close`
+/// Arguments of `lafet close`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 close\n  \
                         lafet -c tcp://127.0.0.1:10485 close valve2")]
 pub struct CloseArgs {
-    /// Valve1 (water, also without it) or Valve2 (foam)
+    /// Valve1 (water, the default) or Valve2 (foam)
     #[arg(value_name = "VALVE", value_parser = valve)]
     valve: Option<SubsystemId>,
     /// Return as soon as the request is accepted
@@ -74,7 +74,7 @@ pub struct CloseArgs {
     no_wait: bool,
 }
 
-/// `lafet deploy`
+/// Arguments of `lafet deploy`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 deploy")]
 pub struct DeployArgs {
@@ -83,7 +83,7 @@ pub struct DeployArgs {
     no_wait: bool,
 }
 
-/// `lafet wrap`
+/// Arguments of `lafet wrap`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 wrap")]
 pub struct WrapArgs {
@@ -92,7 +92,7 @@ pub struct WrapArgs {
     no_wait: bool,
 }
 
-/// Moves a drive.
+/// Runs `lafet move`.
 pub async fn run_move(args: MoveArgs, global: &Global, out: &mut Out) -> Outcome {
     let target = angle::position(args.drive, &args.position).map_err(Failure::Usage)?;
     let request = Request::new(args.drive, Body::Move { destination: target });
@@ -100,7 +100,7 @@ pub async fn run_move(args: MoveArgs, global: &Global, out: &mut Out) -> Outcome
     start(request, args.no_wait, global, out, judge).await
 }
 
-/// Stops a subsystem, or everything.
+/// Runs `lafet stop`.
 pub async fn run_stop(args: StopArgs, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(args.subsystem.unwrap_or(SubsystemId::ALL), Body::Stop);
     let connection = Connection::open(global).await?;
@@ -108,7 +108,7 @@ pub async fn run_stop(args: StopArgs, global: &Global, out: &mut Out) -> Outcome
     done_after_all(request, ended, out)
 }
 
-/// Of a request that is sent again after a cut, until what it is for has been seen.
+/// The outcome of a request that is repeated after a cut until its effect has been seen.
 fn done_after_all(request: Request<'_>, ended: Outcome, out: &mut Out) -> Outcome {
     match ended {
         Err(Failure::BrokenOff(broken)) if broken.is_done() => {
@@ -118,14 +118,14 @@ fn done_after_all(request: Request<'_>, ended: Outcome, out: &mut Out) -> Outcom
     }
 }
 
-/// Opens a valve.
+/// Runs `lafet open`.
 pub async fn run_open(args: OpenArgs, global: &Global, out: &mut Out) -> Outcome {
     let valve = args.valve.unwrap_or(SubsystemId::VALVE1);
     let judge = |states: &States| judge_valve(valve, ValveFlags::OPEN, states);
     start(Request::open(valve), args.no_wait, global, out, judge).await
 }
 
-/// Closes a valve.
+/// Runs `lafet close`.
 pub async fn run_close(args: CloseArgs, global: &Global, out: &mut Out) -> Outcome {
     let valve = args.valve.unwrap_or(SubsystemId::VALVE1);
     let judge = |states: &States| judge_valve(valve, ValveFlags::CLOSED, states);
@@ -134,28 +134,28 @@ pub async fn run_close(args: CloseArgs, global: &Global, out: &mut Out) -> Outco
     done_after_all(request, ended, out)
 }
 
-/// Deploys the barrel.
+/// Runs `lafet deploy`.
 pub async fn run_deploy(args: DeployArgs, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(SubsystemId::DEPLOYER, Body::Deploy);
     let judge = |states: &States| judge_deployer(DeployerFlags::DEPLOYED, states);
     start(request, args.no_wait, global, out, judge).await
 }
 
-/// Wraps the barrel.
+/// Runs `lafet wrap`: stows the barrel.
 pub async fn run_wrap(args: WrapArgs, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(SubsystemId::DEPLOYER, Body::Wrap);
     let judge = |states: &States| judge_deployer(DeployerFlags::WRAPPED, states);
     start(request, args.no_wait, global, out, judge).await
 }
 
-/// Sends a request that is over with its answers, and shows them.
+/// Sends a request that is complete with its answers, and shows them.
 pub async fn simple(request: Request<'_>, global: &Global, out: &mut Out) -> Outcome {
     let connection = Connection::open(global).await?;
     let answers = connection.send(&request).await?;
     out.show(exchange::text(request.to, &answers), || exchange::json(&request, &answers))
 }
 
-/// Sends a request to the subsystem that carries it out, and follows that.
+/// Sends a request to the subsystem that executes it, and follows the execution.
 async fn start(
     request: Request<'_>,
     no_wait: bool,
@@ -195,7 +195,7 @@ fn judge_move(drive: SubsystemId, target: i32, states: &States) -> Step {
     if bits & DriveFlags::MOVE.bits() != 0 {
         return Step::Running(format!("{drive} {show} → {to}"));
     }
-    // §3.1: beyond a limit the drive goes to the limit.
+    // §3.1: a target beyond a limit moves the drive to the limit.
     let flags = DriveFlags::from_bits_retain(bits);
     let up = DriveFlags::MAX_LIMIT_REACHED | DriveFlags::ABSOLUTE_MAX_LIMIT_REACHED;
     let down = DriveFlags::MIN_LIMIT_REACHED | DriveFlags::ABSOLUTE_MIN_LIMIT_REACHED;
@@ -243,14 +243,16 @@ fn judge_deployer(wanted: DeployerFlags, states: &States) -> Step {
     Step::Running(format!("{who} {} {position}", flag_names(who, bits).join(" ")))
 }
 
-/// What the flags say about a subsystem that stands where it should not, and what to do.
+/// What the flags say about a subsystem at rest in the wrong place, and what to do.
 pub fn stopped(who: SubsystemId, bits: u32) -> String {
     use lafet_proto::flags::Severity;
     let lines = crate::describe::flag_lines(who, bits, Severity::Notice);
     if lines.is_empty() {
         pick(
-            format!("{who} has stopped; no flag says why. Somebody may have sent Stop."),
-            format!("{who} остановлен; флаги не говорят почему. Возможно, кто-то послал Stop."),
+            format!("{who} has stopped; no flag says why. Another client may have sent Stop."),
+            format!(
+                "{who} остановлен; флаги не говорят почему. Возможно, Stop послал другой клиент."
+            ),
         )
     } else {
         format!("{who}: {}", lines.join(" "))

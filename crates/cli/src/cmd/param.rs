@@ -13,7 +13,7 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::{of, pick};
 use crate::out::{Out, columns};
 
-/// `lafet param`
+/// Subcommands of `lafet param`.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param list vertical\n  \
                         lafet -c tcp://127.0.0.1:10485 param set vertical Speed 8")]
@@ -26,15 +26,16 @@ pub enum ParamCommand {
     Get(GetArgs),
     /// Set a parameter
     #[command(
-        after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param set vertical MaxLimit 4000\n  \
-                            lafet -c tcp://127.0.0.1:10485 param set control Program0 -1200 300 60 600 300 2 25"
+        after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param set vertical MaxLimit \
+                            4000\n  lafet -c tcp://127.0.0.1:10485 param set control Program0 \
+                            -1200 300 60 600 300 2 25"
     )]
     Set(SetArgs),
     /// List parameters with their values, ranges and meanings
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param list\n  \
                             lafet -c tcp://127.0.0.1:10485 param list vertical --json")]
     List(ListArgs),
-    /// Write all parameters into a file
+    /// Write all parameters to a file
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param backup monitor-1.toml\n  \
                       lafet -c tcp://127.0.0.1:10485 param backup - --firmware 2.4"
@@ -46,15 +47,16 @@ pub enum ParamCommand {
                       lafet param diff monitor-1.toml monitor-2.toml"
     )]
     Diff(DiffArgs),
-    /// Write what differs from a file into the monitor; after an interruption it goes on
+    /// Write what differs from a file to the monitor; continues after an interruption
     #[command(
-        after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param restore monitor-1.toml --dry-run\n  \
-                      lafet -c tcp://127.0.0.1:10485 param restore monitor-1.toml --except General.Address"
+        after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param restore monitor-1.toml \
+                      --dry-run\n  lafet -c tcp://127.0.0.1:10485 param restore monitor-1.toml \
+                      --except General.Address"
     )]
     Restore(RestoreArgs),
 }
 
-/// `lafet param get`
+/// Arguments of `lafet param get`.
 #[derive(Debug, Args)]
 pub struct GetArgs {
     /// The subsystem
@@ -65,7 +67,7 @@ pub struct GetArgs {
     name: String,
 }
 
-/// `lafet param set`
+/// Arguments of `lafet param set`.
 #[derive(Debug, Args)]
 pub struct SetArgs {
     /// The subsystem
@@ -74,12 +76,12 @@ pub struct SetArgs {
     /// A name of the dictionary, any other name, or a number like 0x23fe
     #[arg(value_name = "NAME")]
     name: String,
-    /// Its values
+    /// The values
     #[arg(value_name = "VALUE", required = true, allow_negative_numbers = true, value_parser = value)]
     values: Vec<i32>,
 }
 
-/// `lafet param list`
+/// Arguments of `lafet param list`.
 #[derive(Debug, Args)]
 pub struct ListArgs {
     /// The subsystem; all without it
@@ -87,7 +89,7 @@ pub struct ListArgs {
     subsystem: Option<SubsystemId>,
 }
 
-/// Reads, sets or lists.
+/// Runs `lafet param`.
 pub async fn run(command: ParamCommand, global: &Global, out: &mut Out) -> Outcome {
     match command {
         ParamCommand::Get(args) => get(args, global, out).await,
@@ -125,7 +127,7 @@ async fn set(args: SetArgs, global: &Global, out: &mut Out) -> Outcome {
     let name = name(who, id).unwrap_or(&args.name);
     let later = param.is_some_and(|param| param.spec().effect == Effect::Restart);
     let when = match later {
-        true => pick(" It acts after `lafet restart`.", " Подействует после `lafet restart`."),
+        true => pick(" Takes effect after `lafet restart`.", " Подействует после `lafet restart`."),
         false => "",
     };
     let shown = shown(param.map(Param::spec), &args.values);
@@ -142,13 +144,13 @@ async fn set(args: SetArgs, global: &Global, out: &mut Out) -> Outcome {
     failed_to_save(saved)
 }
 
-/// Whether a value is stored, in words.
+/// Whether a value is stored, as text.
 pub fn saved_text(saved: Saved) -> &'static str {
     match saved {
         Saved::Stored => pick("stored", "сохранено"),
         Saved::Unconfirmed => pick(
-            "accepted, not confirmed (the monitor has not said that it is stored: it may be \
-             moving, or never say so)",
+            "accepted, not confirmed (the monitor has not reported it as stored: it may be \
+             moving, or not report this at all)",
             "принято, не подтверждено (ствол не сообщил о сохранении: он может двигаться или \
              вовсе этого не сообщать)",
         ),
@@ -156,15 +158,15 @@ pub fn saved_text(saved: Saved) -> &'static str {
     }
 }
 
-/// A command whose value the monitor cannot keep has failed.
+/// Fails if the monitor could not store the value.
 pub fn failed_to_save(saved: Saved) -> Outcome {
     if saved != Saved::WriteFailed {
         return Ok(());
     }
     Err(Failure::Ended(
         pick(
-            "The monitor could not write its memory (ConfigWriteFault): this is lost at the next \
-             reset. Check the supply and try again.",
+            "The monitor could not write its memory (ConfigWriteFault): the value is lost at the \
+             next reset. Check the supply and try again.",
             "Ствол не смог записать ЭНОЗУ (ConfigWriteFault): при сбросе это пропадёт. Проверьте \
              питание и повторите.",
         )
@@ -172,7 +174,7 @@ pub fn failed_to_save(saved: Saved) -> Outcome {
     ))
 }
 
-/// Adds what the dictionary knows to a refusal of a value.
+/// Adds the range and meaning from the dictionary to a refusal of a value.
 fn explain(failure: Failure, param: Option<Param>) -> Failure {
     let wrong_value = [Status::INVALID_VALUE, Status::WRONG_DATA];
     let Some(param) = param else { return failure };
@@ -181,7 +183,7 @@ fn explain(failure: Failure, param: Option<Param>) -> Failure {
             format!("{}: allowed are {}. {}", param.name(), range(param.spec()), of(param.text())),
             format!("{}: допустимо {}. {}", param.name(), range(param.spec()), of(param.text())),
         );
-        // The refusal itself is told by the error; the hint goes before it.
+        // The error itself describes the refusal; the hint precedes it.
         eprintln!("{hint}");
     }
     failure
@@ -205,7 +207,7 @@ async fn list(args: ListArgs, global: &Global, out: &mut Out) -> Outcome {
                 all.push(value_json(who, spec.id, param.name(), &values));
                 shown(Some(spec), &values)
             }
-            // A subsystem that this monitor does not have.
+            // This monitor does not have the subsystem.
             Err(Error::Refused { status: Status::MODULE_NOT_EXIST, .. })
                 if args.subsystem.is_none() =>
             {
@@ -226,7 +228,7 @@ async fn list(args: ListArgs, global: &Global, out: &mut Out) -> Outcome {
     out.show(columns(&rows), || Value::Array(all))
 }
 
-/// The id that a name of the dictionary, any other name or a number stands for.
+/// The id for a name of the dictionary, any other name, or a number.
 fn id(who: SubsystemId, name: &str) -> ParamId {
     let number = |digits: &str| u16::from_str_radix(digits, 16).ok().map(ParamId);
     match (Param::by_name(who, name), name.strip_prefix("0x").and_then(number)) {
@@ -257,7 +259,7 @@ fn with_unit(spec: &ParamSpec, index: usize, value: i32) -> String {
     let unit = spec.element(index).unit;
     match unit {
         Unit::Bits => format!("{value:#x}"),
-        // Names like "×0.1 A" are meant for the number as it is sent.
+        // Symbols like "×0.1 A" apply to the number as sent.
         _ => {
             let name = of(&unit.name());
             let blank = if matches!(name, "" | "'" | "°") { "" } else { " " };
@@ -266,7 +268,7 @@ fn with_unit(spec: &ParamSpec, index: usize, value: i32) -> String {
     }
 }
 
-/// What may be set: `-900…4500', default 0, after restart`.
+/// The allowed values: `-900…4500', default 0, after restart`.
 fn range(spec: &ParamSpec) -> String {
     let mut parts = Vec::new();
     match spec.access {

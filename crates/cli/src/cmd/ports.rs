@@ -8,12 +8,12 @@ use crate::failure::Outcome;
 use crate::lang::pick;
 use crate::out::{Out, columns};
 
-/// `lafet ports`
+/// Arguments of `lafet ports`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet ports\n  lafet ports --json")]
 pub struct PortsArgs {}
 
-/// A port, for programs.
+/// A port as JSON.
 #[derive(Serialize)]
 struct Entry<'a> {
     path: String,
@@ -40,7 +40,7 @@ struct Program<'a> {
     program: &'a str,
 }
 
-/// Lists the ports.
+/// Runs `lafet ports`.
 pub fn run(_: &PortsArgs, out: &mut Out) -> Outcome {
     let ports = ports();
     if out.json() {
@@ -51,7 +51,7 @@ pub fn run(_: &PortsArgs, out: &mut Out) -> Outcome {
     }
     if ports.is_empty() {
         return out.say(pick(
-            "This computer has no serial port. Plug the adapter in; `dmesg` shows whether it is \
+            "No serial port found. Plug the adapter in; `dmesg` shows whether it is \
              recognised.",
             "Последовательных портов нет. Подключите адаптер; `dmesg` покажет, распознан ли он.",
         ));
@@ -80,7 +80,7 @@ fn entry(port: &Port) -> Entry<'_> {
     }
 }
 
-/// What goes behind `-c`: the name that stays the same, if there is one.
+/// The URL for `-c`, with the port's persistent name if it has one.
 fn url(port: &Port) -> String {
     format!("serial://{}", port.stable_path.as_ref().unwrap_or(&port.path).display())
 }

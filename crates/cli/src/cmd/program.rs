@@ -1,4 +1,4 @@
-//! `lafet program`: the programs and trajectories of extinguishing that a monitor keeps.
+//! `lafet program`: the extinguishing programs and trajectories stored in a monitor.
 
 use clap::{Args, Subcommand};
 use lafet_client::Saved;
@@ -16,10 +16,10 @@ use crate::failure::Outcome;
 use crate::lang::pick;
 use crate::out::{Out, columns};
 
-/// Programs, and trajectories, are numbered 0 to 7 (§3.14, §3.15).
+/// Number of programs, and of trajectories: 0 to 7 (§3.14, §3.15).
 const COUNT: u8 = 8;
 
-/// `lafet program`
+/// Subcommands of `lafet program`.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program list\n  \
                         lafet -c tcp://127.0.0.1:10485 program run 3 --follow")]
@@ -27,11 +27,11 @@ pub enum ProgramCommand {
     /// List the stored programs and trajectories
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program list")]
     List,
-    /// Show one
+    /// Show a program or trajectory
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program show 3\n  \
                             lafet -c tcp://127.0.0.1:10485 program show 0 --trajectory")]
     Show(WhichArgs),
-    /// Store one
+    /// Store a program or trajectory
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program set 3 --centre 30deg,-2deg \
                       --sector 6deg,2deg --step 1 --distance 25\n  \
@@ -39,19 +39,19 @@ pub enum ProgramCommand {
                       --point 24deg,-2deg,25,10"
     )]
     Set(SetArgs),
-    /// Extinguish by one
+    /// Extinguish by a program or trajectory
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program run 3 --follow\n  \
                       lafet -c tcp://127.0.0.1:10485 program run 0 --trajectory --ballistics"
     )]
     Run(RunArgs),
-    /// Clear one
+    /// Clear a program or trajectory
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program clear 3\n  \
                             lafet -c tcp://127.0.0.1:10485 program clear 0 --trajectory")]
     Clear(WhichArgs),
 }
 
-/// Which program or trajectory.
+/// A program or trajectory, by number.
 #[derive(Debug, Args)]
 pub struct WhichArgs {
     /// Number, 0 to 7
@@ -62,7 +62,7 @@ pub struct WhichArgs {
     trajectory: bool,
 }
 
-/// `lafet program set`
+/// Arguments of `lafet program set`.
 #[derive(Debug, Args)]
 pub struct SetArgs {
     /// Number, 0 to 7
@@ -83,7 +83,7 @@ pub struct SetArgs {
     /// Distance to the fire, m; the elevation is corrected for it, 0 aims straight (default 0)
     #[arg(long, value_name = "METRES", default_value_t = 0)]
     distance: i8,
-    /// Store a trajectory: a point of it, horizontal,vertical,metres,tenths of a second; repeat it
+    /// Store a trajectory: one point as horizontal,vertical,metres,tenths of a second; repeat it
     #[arg(
         long,
         value_name = "H,V,M,DS",
@@ -94,7 +94,7 @@ pub struct SetArgs {
     point: Vec<TrajectoryPoint>,
 }
 
-/// `lafet program run`
+/// Arguments of `lafet program run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
     /// Number, 0 to 7
@@ -106,7 +106,7 @@ pub struct RunArgs {
     /// Correct the elevation for the fall of the jet
     #[arg(long, requires = "trajectory")]
     ballistics: bool,
-    /// Begin again after the last point
+    /// Start again after the last point
     #[arg(long, requires = "trajectory")]
     repeat: bool,
     /// Run it even if it is empty: the barrel deploys and aims straight ahead
@@ -124,7 +124,7 @@ fn number(text: &str) -> Result<u8, String> {
     }
 }
 
-/// Lists, shows, stores, clears or runs.
+/// Runs `lafet program`.
 pub async fn run(command: ProgramCommand, global: &Global, out: &mut Out) -> Outcome {
     match command {
         ProgramCommand::List => list(global, out).await,
@@ -187,7 +187,7 @@ fn of_point(point: &TrajectoryPoint) -> [i32; 4] {
 }
 
 async fn clear(args: &WhichArgs, global: &Global, out: &mut Out) -> Outcome {
-    // A program has always seven values; unset it is zero.
+    // A program always has seven values; a cleared one is all zeros.
     let values: &[i32] = if args.trajectory { &[] } else { &[0; 7] };
     store(Stored::new(args.number, args.trajectory), values, global, out).await
 }
@@ -205,7 +205,7 @@ async fn store(stored: Stored, values: &[i32], global: &Global, out: &mut Out) -
     failed_to_save(saved)
 }
 
-/// A place for a program or a trajectory.
+/// A slot for a program or a trajectory.
 #[derive(Clone, Copy)]
 struct Stored {
     number: u8,
@@ -237,7 +237,7 @@ impl Stored {
         values.iter().all(|value| *value == 0)
     }
 
-    /// What it does, in people's units.
+    /// The stored values as text, in degrees, metres and seconds.
     fn told(&self, values: &[i32]) -> Vec<String> {
         match values {
             values if self.is_empty(values) => vec![pick("empty", "пусто").into()],

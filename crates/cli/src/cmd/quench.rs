@@ -19,10 +19,10 @@ use crate::lang::pick;
 use crate::out::Out;
 use crate::undo::{States, Undo};
 
-/// The narrowest jet, mm.
+/// Nozzle position of the narrowest jet, mm.
 const NARROW: i16 = 60;
 
-/// `lafet quench`
+/// Arguments of `lafet quench`.
 #[derive(Debug, Args)]
 #[command(
     group = ArgGroup::new("what").required(true).args(["program", "distance", "corrections"]),
@@ -56,7 +56,7 @@ pub struct QuenchArgs {
     /// Distance to the fire, m; the elevation is corrected for it, 0 aims straight
     #[arg(long, value_name = "METRES")]
     distance: Option<i8>,
-    /// Degrees to add to the elevation at 0, 0.1, 0.2 … atm, with commas
+    /// Degrees to add to the elevation at 0, 0.1, 0.2 … atm, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true)]
     corrections: Option<Vec<i8>>,
     /// Run the program even if it is empty: the barrel deploys and aims straight ahead
@@ -67,7 +67,7 @@ pub struct QuenchArgs {
     follow: bool,
 }
 
-/// `lafet trajectory`
+/// Arguments of `lafet trajectory`.
 #[derive(Debug, Args)]
 #[command(
     group = ArgGroup::new("path").required(true).args(["point", "stored"]),
@@ -77,16 +77,16 @@ pub struct QuenchArgs {
         lafet -c tcp://127.0.0.1:10485 trajectory --stored 0,3 --repeat"
 )]
 pub struct TrajectoryArgs {
-    /// A point of the path: horizontal,vertical,metres,tenths of a second to stay; repeat it
+    /// A point of the path: horizontal,vertical,metres,tenths of a second to dwell; repeat it
     #[arg(long, value_name = "H,V,M,DS", allow_hyphen_values = true, value_parser = point)]
     point: Vec<TrajectoryPoint>,
-    /// Stored trajectories, 0 to 7, with commas
+    /// Stored trajectories, 0 to 7, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     stored: Vec<u8>,
     /// Correct the elevation for the fall of the jet
     #[arg(long)]
     ballistics: bool,
-    /// Begin again after the last point
+    /// Start again after the last point
     #[arg(long)]
     repeat: bool,
     /// Follow it until it ends; Ctrl-C stops it (the valves stay as they are)
@@ -95,7 +95,7 @@ pub struct TrajectoryArgs {
 }
 
 impl QuenchArgs {
-    /// A stored program around its own centre.
+    /// Arguments that run a stored program around its own centre.
     pub const fn stored(program: i16, empty: bool, follow: bool) -> Self {
         Self {
             program: Some(program),
@@ -112,13 +112,13 @@ impl QuenchArgs {
 }
 
 impl TrajectoryArgs {
-    /// A stored trajectory.
+    /// Arguments that run a stored trajectory.
     pub fn stored(number: u8, ballistics: bool, repeat: bool, follow: bool) -> Self {
         Self { point: Vec::new(), stored: vec![number], ballistics, repeat, follow }
     }
 }
 
-/// Starts extinguishing a sector.
+/// Runs `lafet quench`.
 pub async fn run_quench(args: QuenchArgs, global: &Global, out: &mut Out) -> Outcome {
     let bytes: Vec<u8> =
         args.corrections.iter().flatten().map(|degrees| degrees.to_le_bytes()[0]).collect();
@@ -146,7 +146,7 @@ pub async fn run_quench(args: QuenchArgs, global: &Global, out: &mut Out) -> Out
     start(Body::StartQuench(quench), args.follow, global, out).await
 }
 
-/// A program around its own centre, which the request has to repeat (§3.14), or another one.
+/// Runs a program around its own centre, which the request has to repeat (§3.14), or another one.
 async fn run_program(program: i16, args: &QuenchArgs, global: &Global, out: &mut Out) -> Outcome {
     if !(0..=7).contains(&program) {
         return Err(Failure::Usage(pick(
@@ -185,7 +185,7 @@ fn is_empty(program: i16) -> String {
     )
 }
 
-/// Starts extinguishing along a path.
+/// Runs `lafet trajectory`.
 pub async fn run_trajectory(args: TrajectoryArgs, global: &Global, out: &mut Out) -> Outcome {
     let path = match args.stored.as_slice() {
         [] => Path::Points(Points::Values(&args.point)),
@@ -251,7 +251,7 @@ fn progress(states: &States, bits: u32) -> String {
     format!("{} {}  {water}  {flags}", aim[0], aim[1])
 }
 
-/// Reads a point of a path.
+/// Parses a point of a path.
 pub fn point(text: &str) -> Result<TrajectoryPoint, String> {
     let parts: Vec<&str> = text.split(',').collect();
     let wrong = || {

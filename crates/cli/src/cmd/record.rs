@@ -1,4 +1,4 @@
-//! `lafet record`: what goes over the line, into a file.
+//! `lafet record`: records the traffic of a line to a file.
 
 use std::fs::File;
 use std::io::{self, BufWriter};
@@ -28,38 +28,39 @@ use crate::interrupt::Interrupt;
 use crate::lang::pick;
 use crate::out::Out;
 
-/// How often the file is brought up to date: what a power cut can cost.
+/// Interval at which the file is flushed: the most that a power cut can lose.
 const FLUSH: Duration = Duration::from_secs(1);
 /// Pause before a lost link is opened again.
 const REDIAL: Duration = Duration::from_secs(1);
-/// Bytes that a pipe to the client in this process holds.
+/// Capacity of a pipe to the client in this process, bytes.
 const PIPE: usize = 4096;
-/// How long is listened before anything is asked.
+/// How long the line is listened to before the first request.
 const LISTEN: Duration = Duration::from_millis(100);
 
-/// `lafet record`
+/// Arguments of `lafet record`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
-                        lafet -c tcp://127.0.0.1:10485 record recording.mcap\n  \
-                        lafet -c serial:///dev/ttyUSB0?baud=19200 record line.pcapng --listen\n  \
-                        lafet -c tcp://192.168.1.50:10485 record tapped.mcap --tap 127.0.0.1:10500")]
+#[command(
+    after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 record recording.mcap\n  lafet \
+                        -c serial:///dev/ttyUSB0?baud=19200 record line.pcapng --listen\n  lafet \
+                        -c tcp://192.168.1.50:10485 record tapped.mcap --tap 127.0.0.1:10500"
+)]
 pub struct RecordArgs {
     /// The recording: .mcap (Foxglove, Lichtblick) or .pcapng (Wireshark)
     #[arg(value_name = "FILE", value_parser = recording)]
     file: PathBuf,
-    /// Replace a file that is there
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
-    /// Only listen, ask nothing: for a bus that others use
+    /// Only listen, send nothing: for a bus that others use
     #[arg(long, conflicts_with = "tap")]
     listen: bool,
     /// Pass everything on between the monitor and the program that connects here
     #[arg(long, value_name = "ADDRESS")]
     tap: Option<SocketAddr>,
-    /// Seconds from one question for the state of all subsystems to the next (default 0.1)
+    /// Seconds between requests for the state of all subsystems (default 0.1)
     #[arg(long, value_name = "SECONDS", default_value_t = 0.1, value_parser = every)]
     interval: f64,
-    /// End after so many seconds; otherwise Ctrl-C ends
+    /// End after this many seconds; otherwise Ctrl-C ends it
     #[arg(long = "for", value_name = "SECONDS", value_parser = every)]
     duration: Option<f64>,
 }
@@ -80,13 +81,13 @@ fn recording(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Records until it is told to end.
+/// Records until it is interrupted or `--for` has passed.
 pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     if !args.force && args.file.exists() {
         let name = args.file.display();
         return Err(Failure::Usage(pick(
-            format!("{name} is there already; --force replaces it"),
+            format!("{name} already exists; --force replaces it"),
             format!("{name} уже есть; --force заменит его"),
         )));
     }
@@ -117,12 +118,12 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
     )
 }
 
-/// Asks for the state of everything, as a console would.
+/// Polls the state of all subsystems, as a console would.
 async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
     let timeout = Duration::from_secs_f64(global.timeout);
-    // A program of another bus may speak here, behind a serial server too: first it is listened to.
+    // Other clients may use this bus, behind a serial server too: listen first.
     let config = Config { timeout, listen: LISTEN, ..Config::default() }.of(&endpoint);
     let mut link = link(url, &endpoint).await?;
     let (ours, theirs) = tokio::io::duplex(PIPE);
@@ -134,7 +135,7 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
         looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             looks.tick().await;
-            // A monitor that is silent for a while is part of what is recorded.
+            // A monitor that does not answer for a while is part of the recording.
             let asked = client.request(&Request::new(SubsystemId::ALL, Body::GetStatus)).await;
             if matches!(asked, Err(Error::NotSent { cause: Cause::ControllerPresent, .. }))
                 && !told.swap(true, Ordering::Relaxed)
@@ -151,9 +152,9 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
 
 fn controller_present() -> &'static str {
     pick(
-        "A controller gives access on this line, so nothing is asked: what others say is recorded. \
-         With role=active and a src= of your own in the URL the monitor is asked, too.",
-        "На этой линии доступ даёт контроллер, поэтому запросов нет: записывается то, что говорят \
+        "A controller gives access on this line, so no requests are sent: what others send is \
+         recorded. With role=active and a src= of your own in the URL the monitor is polled too.",
+        "На этой линии доступ даёт контроллер, поэтому запросов нет: записывается то, что передают \
          другие. С role=active и своим src= в URL ствол будет опрашиваться.",
     )
 }
@@ -165,7 +166,7 @@ async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     bridge_again::<tokio::io::DuplexStream>(url, &endpoint, &mut link, None, tape, out).await
 }
 
-/// Serves one program after the other.
+/// Serves programs, one after another.
 async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
@@ -187,7 +188,7 @@ async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Ou
     }
 }
 
-/// Bridges, and opens a lost link again; ends when the other side does.
+/// Bridges, reopening a lost link; ends when the other side disconnects.
 async fn bridge_again<S: AsyncRead + AsyncWrite + Unpin>(
     url: &str,
     endpoint: &Endpoint,
@@ -202,7 +203,7 @@ async fn bridge_again<S: AsyncRead + AsyncWrite + Unpin>(
             Ended::Link(error) => error,
         };
         out.progress(pick(
-            format!("{url}: {error}; connecting again"),
+            format!("{url}: {error}; reconnecting"),
             format!("{url}: {error}; соединяюсь снова"),
         ));
         loop {
@@ -221,7 +222,7 @@ enum Ended {
     Link(io::Error),
 }
 
-/// Passes bytes on between a link and a stream, and keeps them.
+/// Passes bytes on between a link and a stream, and records them.
 async fn bridge<S: AsyncRead + AsyncWrite + Unpin>(
     link: &mut Link,
     mut side: Option<&mut S>,
@@ -273,7 +274,7 @@ async fn read_side<S: AsyncRead + Unpin>(
     }
 }
 
-/// The file, and what is in it.
+/// The recording being written, and what it contains so far.
 struct Tape {
     recorder: Recorder<BufWriter<File>>,
     name: String,
@@ -296,7 +297,7 @@ impl Tape {
 
     fn pieces(&mut self, direction: Direction, pieces: Vec<Vec<u8>>) -> Outcome {
         for bytes in pieces {
-            // The wall clock may jump; the time within a recording must not.
+            // The wall clock may jump; time within a recording must not.
             let at_ns = self.start_ns + self.start.elapsed().as_nanos() as u64;
             self.frames += 1;
             self.bytes += bytes.len() as u64;
@@ -315,7 +316,7 @@ impl Tape {
     }
 }
 
-#[expect(clippy::disallowed_methods, reason = "a recording says when it was made")]
+#[expect(clippy::disallowed_methods, reason = "a recording contains the time it was made")]
 fn wall_ns() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64)
 }

@@ -1,4 +1,4 @@
-//! `lafet replay`: a recording, in the rhythm in which it was made.
+//! `lafet replay`: shows a recording with its original timing.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -22,10 +22,10 @@ use crate::simulator::speed_or_zero;
 
 /// Pieces that a listener may lag behind before the replay waits for it.
 const LAG: usize = 64;
-/// How long it waits.
+/// How long the replay waits for a listener that lags.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// `lafet replay`
+/// Arguments of `lafet replay`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet replay recording.mcap\n  \
                         lafet replay recording.pcapng --speed 0\n  \
@@ -34,15 +34,15 @@ pub struct ReplayArgs {
     /// The recording: .mcap or .pcapng
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Times as fast as it was; 0 for at once (default 1)
+    /// Speed, times the original; 0 is without pauses (default 1)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed_or_zero)]
     speed: f64,
-    /// Send what the monitors said to everybody who connects here; the first one starts it
+    /// Send what the monitors sent to every program that connects here; the first one starts it
     #[arg(long, value_name = "ADDRESS")]
     serve: Option<SocketAddr>,
 }
 
-/// Shows a recording.
+/// Runs `lafet replay`.
 pub async fn run(args: ReplayArgs, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     let pieces = pieces(&args.file)?;
@@ -76,7 +76,7 @@ pub async fn run(args: ReplayArgs, out: &mut Out) -> Outcome {
     Ok(())
 }
 
-/// The pieces of a recording, or why it cannot be read.
+/// Reads the pieces of a recording, or says why it cannot be read.
 pub fn pieces(file: &Path) -> Result<Vec<Captured>, Failure> {
     read(file).map_err(|error| {
         let name = file.display();
@@ -119,7 +119,7 @@ pub fn pieces(file: &Path) -> Result<Vec<Captured>, Failure> {
     })
 }
 
-/// Those who listen to a replay.
+/// Programs that listen to a replay.
 struct Audience {
     newcomers: mpsc::Receiver<TcpStream>,
     listeners: Vec<mpsc::Sender<Vec<u8>>>,
@@ -127,7 +127,7 @@ struct Audience {
 }
 
 impl Audience {
-    /// Waits for the first listener; more may come later.
+    /// Waits for the first listener; more may connect later.
     async fn gather(address: SocketAddr, out: &mut Out) -> Result<Self, Failure> {
         let what =
             || pick(format!("cannot listen on {address}"), format!("нельзя слушать {address}"));
@@ -167,7 +167,7 @@ impl Audience {
         });
     }
 
-    /// The recording waits for those who listen, but not for those who no longer do.
+    /// Sends to all listeners; waits for those that lag, and drops those that stopped reading.
     async fn send(&mut self, bytes: &[u8]) {
         while let Ok(stream) = self.newcomers.try_recv() {
             self.admit(stream);
@@ -181,15 +181,15 @@ impl Audience {
         self.listeners = left;
     }
 
-    /// Lets everybody hear the end.
+    /// Lets all listeners receive the end.
     async fn dismiss(mut self) {
         self.listeners.clear();
-        // Whoever stopped reading is not waited for.
+        // Listeners that stopped reading are given up after [`PATIENCE`].
         let _ = timeout(PATIENCE, async { while self.feeds.join_next().await.is_some() {} }).await;
     }
 }
 
-/// Tells pieces as text or JSON, each line with its time.
+/// Prints pieces as text or JSON, each line with its time.
 struct Show {
     decoder: Writer<Vec<u8>>,
     start_ns: u64,
@@ -203,7 +203,7 @@ impl Show {
         Self { decoder: Writer::new(Vec::new(), form), start_ns, json }
     }
 
-    /// Time since the recording began.
+    /// Seconds from the start of the recording.
     fn seconds(&self, piece: &Captured) -> f64 {
         piece.at_ns.saturating_sub(self.start_ns) as f64 / 1e9
     }

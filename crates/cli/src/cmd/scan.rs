@@ -1,4 +1,4 @@
-//! `lafet scan`: who is on a bus, or on a network.
+//! `lafet scan`: finds the devices on a bus or a network.
 
 use std::cell::Cell;
 use std::ops::RangeInclusive;
@@ -19,17 +19,17 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::pick;
 use crate::out::{Out, columns};
 
-/// How long a probe may take over a network, milliseconds.
+/// How long a probe may take over a network, ms.
 const NETWORK_WAIT_MS: u64 = 100;
 
-/// How long a line is heard before it is probed: a controller speaks once a second.
+/// How long a line is listened to before it is probed: a controller transmits once a second.
 const LISTEN: Duration = Duration::from_millis(1200);
-/// How often the time is shown.
+/// Interval at which the elapsed time is shown.
 const TICK: Duration = Duration::from_secs(1);
-/// Addresses in a line of progress.
+/// Addresses per line of progress.
 const BLOCK: u8 = 16;
 
-/// `lafet scan`
+/// Arguments of `lafet scan`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c serial:///dev/ttyUSB0?baud=19200 scan\n  \
                         lafet -c tcp://192.168.1.50:4001 scan --addresses 1-16\n  \
@@ -40,7 +40,7 @@ pub struct ScanArgs {
     /// bus of -c is scanned
     #[arg(value_name = "HOSTS", value_parser = a_range)]
     hosts: Vec<Hosts>,
-    /// Ports of the hosts, with commas (default 10485,10486)
+    /// Ports of the hosts, separated by commas (default 10485,10486)
     #[arg(
         long,
         value_name = "LIST",
@@ -50,27 +50,27 @@ pub struct ScanArgs {
         requires = "hosts"
     )]
     port: Vec<u16>,
-    /// Look for UDP ports, not for TCP
+    /// Look for UDP ports instead of TCP
     #[arg(long, requires = "hosts")]
     udp: bool,
-    /// Addresses that are probed: 1-127, or one (default 1-127)
+    /// Addresses to probe: 1-127, or one (default 1-127)
     #[arg(long, value_name = "RANGE", default_value = "1-127", value_parser = addresses)]
     addresses: RangeInclusive<u8>,
     /// How long each probe may take, milliseconds (default 30, over a network 100)
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     wait: Option<u64>,
-    /// How often a silent address is probed (default 2)
+    /// How many times a silent address is probed (default 2)
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=10))]
     tries: u32,
-    /// Do not ask the monitors what they consist of
+    /// Do not ask the monitors for their subsystems
     #[arg(long)]
     brief: bool,
-    /// Probe even when others speak on the line: it may collide with what they say
+    /// Probe even when other devices talk on the line: probes may collide with their frames
     #[arg(long)]
     insist: bool,
 }
 
-/// Hosts that stand in one word.
+/// The hosts given by one argument.
 #[derive(Clone, Debug)]
 pub struct Hosts(Vec<String>);
 
@@ -101,7 +101,7 @@ fn addresses(text: &str) -> Result<RangeInclusive<u8>, String> {
     }
 }
 
-/// Scans a bus or a network.
+/// Runs `lafet scan`.
 pub async fn run(args: ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     if args.hosts.is_empty() {
         scan_bus(&args, global, out).await
@@ -116,7 +116,8 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     if endpoint.framing() == Framing::Records {
         return Err(Failure::Usage(
             pick(
-                "framing=records leads to one monitor without an address: there is nothing to scan.",
+                "framing=records leads to one monitor without an address: there is nothing to \
+                 scan.",
                 "framing=records ведёт к одному стволу без адреса: искать нечего.",
             )
             .into(),
@@ -135,7 +136,7 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     let source = endpoint.addresses().source;
     let link = link(url, &endpoint).await?;
     let scanned = scan(link, source, &options, |address| {
-        // A line for each would be too many where lines stay.
+        // Where progress lines stay on the screen, one per address would be too many.
         if address % BLOCK == 1 || address == *args.addresses.start() {
             let last = address.saturating_add(BLOCK - 1).min(*args.addresses.end());
             out.progress(format!("{probing} {address}…{last}"));
@@ -154,12 +155,12 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     if scan.held_back && scan.speakers.is_empty() {
         return Err(Failure::Ended(
             pick(
-                "Bytes come on this line that are no frames: others at another speed (baud=), or noise. \
-                 A probe could collide with a Stop of theirs, so nothing was probed. `lafet doctor` \
-                 listens at the other speeds; --insist probes all the same.",
-                "На линии идут байты, которые не складываются в кадры: другие на другой скорости (baud=) \
-                 или помехи. Проба могла бы столкнуться с их Stop, поэтому проб не было. `lafet doctor` \
-                 прослушает другие скорости; --insist всё же выполнит пробы.",
+                "Bytes arrive on this line that are not frames: devices at another speed (baud=), \
+                 or noise. A probe could collide with another client's Stop, so nothing was \
+                 probed. `lafet doctor` listens at the other speeds; --insist probes anyway.",
+                "На линии идут байты, которые не складываются в кадры: обмен на другой скорости \
+                 (baud=) или помехи. Проба могла бы столкнуться с чужим Stop, поэтому проб не \
+                 было. `lafet doctor` прослушает другие скорости; --insist всё же выполнит пробы.",
             )
             .into(),
         ));
@@ -168,13 +169,14 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
         return Err(Failure::Ended(pick(
             format!(
-                "Others speak on this line ({who}); a probe could collide with a Stop of theirs, so \
-                 nothing was probed. --insist probes all the same; a bus controller knows who is \
-                 there."
+                "Others talk on this line ({who}); a probe could collide with another client's \
+                 Stop, so nothing was probed. --insist probes anyway; a bus controller knows the \
+                 addresses present."
             ),
             format!(
-                "На линии говорят другие ({who}); проба могла бы столкнуться с их Stop, поэтому проб \
-                 не было. --insist всё же выполнит их; кто есть на линии, знает контроллер сети."
+                "На линии идёт чужой обмен ({who}); проба могла бы столкнуться с чужим Stop, \
+                 поэтому проб не было. --insist всё же выполнит их; кто есть на линии, знает \
+                 контроллер сети."
             ),
         )));
     }
@@ -241,7 +243,7 @@ async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     found(any)
 }
 
-/// What there is at each port; shows that it goes on.
+/// Examines each port; shows progress.
 async fn places(
     hosts: &[String],
     args: &ScanArgs,
@@ -276,7 +278,7 @@ fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
         tries: args.tries,
         crc32c: true,
         listen: Duration::ZERO,
-        // A wait that the user has chosen is kept.
+        // A timeout chosen by the user is kept.
         adapt: args.wait.is_none() && !args.hosts.is_empty(),
     }
 }
@@ -290,7 +292,7 @@ fn endpoint(place: &Place, udp: bool, framing: Framing) -> Endpoint {
     }
 }
 
-/// The URL of the device at an address of the same link.
+/// The URL of the device at another address of the same link.
 fn at_address(endpoint: &Endpoint, address: u8) -> String {
     let mut endpoint = endpoint.clone();
     match &mut endpoint {
@@ -302,7 +304,7 @@ fn at_address(endpoint: &Endpoint, address: u8) -> String {
     endpoint.to_string()
 }
 
-/// Names of the subsystems of a monitor; empty when it was not asked or did not say.
+/// Names of a monitor's subsystems; empty when it was not asked or did not answer.
 async fn consists(args: &ScanArgs, global: &Global, url: &str, present: &Present) -> Vec<String> {
     if args.brief || !bus::MONITORS.contains(&present.address) || present.check != Check::Crc16 {
         return Vec::new();
@@ -348,8 +350,8 @@ fn remarks(scan: &Scan) -> Vec<String> {
         let who: Vec<String> = scan.speakers.iter().map(u8::to_string).collect();
         let who = who.join(", ");
         all.push(pick(
-            format!("Others speak on this line ({who}): answers may be missing here."),
-            format!("На линии говорят и другие ({who}): часть ответов могла пропасть."),
+            format!("Others talk on this line ({who}): answers may be missing here."),
+            format!("На линии идёт и чужой обмен ({who}): часть ответов могла пропасть."),
         ));
     }
     if scan.broken > 0 {
@@ -365,12 +367,16 @@ fn remarks(scan: &Scan) -> Vec<String> {
 fn nobody(addresses: &RangeInclusive<u8>) -> String {
     let (first, last) = (addresses.start(), addresses.end());
     pick(
-        format!("Nobody answers at addresses {first}…{last}. `lafet doctor` looks for the cause."),
-        format!("По адресам {first}…{last} никто не отвечает. Причину ищет `lafet doctor`."),
+        format!(
+            "No device answers at addresses {first}…{last}. `lafet doctor` looks for the cause."
+        ),
+        format!(
+            "По адресам {first}…{last} ни одно устройство не отвечает. Причину ищет `lafet doctor`."
+        ),
     )
 }
 
-/// A scan that finds nobody is no success.
+/// Fails if no monitor was found.
 fn found(any: bool) -> Outcome {
     if any {
         Ok(())

@@ -1,5 +1,5 @@
-//! `lafet schema`: the dictionary of the protocol, or the description of the hub's API, as JSON, from
-//! which other tools are made.
+//! `lafet schema`: the protocol dictionary or the description of the hub's API, as JSON for other
+//! tools.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 use crate::failure::Outcome;
 use crate::out::Out;
 
-/// `lafet schema`
+/// Arguments of `lafet schema`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet schema > lafet.json\n  \
                         lafet schema --pretty\n  \
@@ -24,12 +24,12 @@ pub struct SchemaArgs {
     /// The API of the hub (OpenAPI 3.1) instead of the dictionary
     #[arg(long)]
     hub: bool,
-    /// Several lines, indented
+    /// Print several lines, indented
     #[arg(long)]
     pretty: bool,
 }
 
-/// Prints the dictionary, or the description of the API.
+/// Runs `lafet schema`.
 pub fn run(args: &SchemaArgs, out: &mut Out) -> Outcome {
     let schema = if args.hub { lafet_hub::description() } else { schema() };
     let pretty = args.pretty && !out.json();
@@ -37,7 +37,7 @@ pub fn run(args: &SchemaArgs, out: &mut Out) -> Outcome {
     out.show(text, || schema)
 }
 
-/// The whole dictionary.
+/// The whole dictionary as JSON.
 pub fn schema() -> Value {
     json!({
         "protocol": {
@@ -91,7 +91,7 @@ fn subsystems() -> Vec<Value> {
     SUBSYSTEMS.iter().map(one).collect()
 }
 
-/// The class of a real subsystem; All and Motors have no state.
+/// Flag class of a subsystem; `None` for All and Motors, which have no state.
 fn class_of(id: SubsystemId) -> Option<&'static FlagClass> {
     SubsystemId::TABLE.contains(&id).then(|| flags_of(id))
 }
@@ -117,7 +117,7 @@ fn requests() -> Vec<Value> {
     REQUESTS.iter().map(one).collect()
 }
 
-/// The data of answers: of GetStatus by subsystem, of the others by request.
+/// Layouts of answer data: of GetStatus by subsystem, of other requests by request.
 fn answers() -> Value {
     let all = |layouts: &[Layout]| Value::from(layouts.iter().map(layout).collect::<Vec<_>>());
     let states = SubsystemId::TABLE
@@ -167,7 +167,7 @@ fn statuses() -> Vec<Value> {
     STATUSES.iter().map(one).collect()
 }
 
-/// The flags of each class, by its name; `flags` of a subsystem names its class.
+/// The flags of each class, by class name; `flags` of a subsystem names its class.
 fn flags() -> Value {
     let classes: BTreeMap<&str, &FlagClass> = SubsystemId::TABLE
         .iter()

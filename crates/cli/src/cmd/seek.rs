@@ -19,23 +19,22 @@ use crate::lang::pick;
 use crate::out::{Out, columns};
 use crate::undo::{States, Undo};
 
-/// `lafet seek`
+/// Arguments of `lafet seek`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
                         lafet -c tcp://127.0.0.1:10485 seek --from-az -60 --to-az 60\n  \
                         lafet -c sim:?fire=az=30,range=25 seek --analyse")]
 pub struct SeekArgs {
-    /// Where the sector begins, horizontally: degrees, or arc-minutes like 1800'
-    /// (default -90)
+    /// Start of the sector, horizontally: degrees, or arc-minutes like 1800' (default -90)
     #[arg(long, value_name = "DEGREES", default_value = "-90", allow_hyphen_values = true)]
     from_az: Bearing,
-    /// Where the sector ends, horizontally (default 90)
+    /// End of the sector, horizontally (default 90)
     #[arg(long, value_name = "DEGREES", default_value = "90", allow_hyphen_values = true)]
     to_az: Bearing,
-    /// Where the sector begins, vertically (default -10)
+    /// Start of the sector, vertically (default -10)
     #[arg(long, value_name = "DEGREES", default_value = "-10", allow_hyphen_values = true)]
     from_el: Bearing,
-    /// Where the sector ends, vertically (default 10)
+    /// End of the sector, vertically (default 10)
     #[arg(long, value_name = "DEGREES", default_value = "10", allow_hyphen_values = true)]
     to_el: Bearing,
     /// Measure each fire spot precisely in a second pass
@@ -46,13 +45,13 @@ pub struct SeekArgs {
     no_wait: bool,
 }
 
-/// `lafet hotbeds`
+/// Arguments of `lafet hotbeds`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 hotbeds\n  \
                         lafet -c tcp://127.0.0.1:10485 hotbeds --json")]
 pub struct HotbedsArgs {}
 
-/// `lafet justify`
+/// Arguments of `lafet justify`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 justify")]
 pub struct JustifyArgs {
@@ -61,7 +60,7 @@ pub struct JustifyArgs {
     no_wait: bool,
 }
 
-/// Searches a sector.
+/// Runs `lafet seek`: searches a sector, and prints the fire spots found.
 pub async fn run_seek(args: SeekArgs, global: &Global, out: &mut Out) -> Outcome {
     let seek = Seek {
         start_h: args.from_az.0,
@@ -90,14 +89,14 @@ pub async fn run_seek(args: SeekArgs, global: &Global, out: &mut Out) -> Outcome
     show(&hotbeds, out)
 }
 
-/// Shows what the last search has found.
+/// Runs `lafet hotbeds`: prints the fire spots of the last search.
 pub async fn run_hotbeds(global: &Global, out: &mut Out) -> Outcome {
     let connection = Connection::open(global).await?;
     let hotbeds = connection.monitor.hotbeds().await?;
     show(&hotbeds, out)
 }
 
-/// Aligns the detector.
+/// Runs `lafet justify`: aligns the detector.
 pub async fn run_justify(args: JustifyArgs, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(SubsystemId::DETECTOR, Body::StartJustify);
     let connection = Connection::open(global).await?;
@@ -117,8 +116,8 @@ pub async fn run_justify(args: JustifyArgs, global: &Global, out: &mut Out) -> O
     let [horizontal, vertical] = [0, 1].map(|index| angles.get(index).copied().unwrap_or(0));
     out.show(
         pick(
-            format!("Aligned: the detector looks {horizontal}' left and {vertical}' up."),
-            format!("Отъюстировано: датчик смотрит на {horizontal}' левее и {vertical}' выше."),
+            format!("Aligned: the detector points {horizontal}' left and {vertical}' up."),
+            format!("Отъюстировано: ось извещателя на {horizontal}' левее и {vertical}' выше."),
         ),
         || {
             json!({
@@ -174,7 +173,7 @@ fn judge_justify(states: &States) -> Step {
     }
 }
 
-/// Where the barrel looks.
+/// Direction of the barrel during a search, as text.
 fn aim(states: &States) -> String {
     let position = |who| match states.of(who)?.decode().ok()?.data {
         Reply::Drive(status) => Some(angle::degrees(i32::from(status.position))),

@@ -19,15 +19,15 @@ use crate::out::Out;
 use crate::texts;
 use crate::undo::{Because, Undo, may_be_executed};
 
-/// `lafet send`
+/// Arguments of `lafet send`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 send Move Vertical 1200\n  \
                         lafet -c tcp://127.0.0.1:10485 send \"Open Valve1\" \"GetStatus Valve1\"\n  \
                         lafet -c tcp://127.0.0.1:10485 send 9dc80002fe23\n  \
                         lafet -c tcp://127.0.0.1:10485 send - < requests.txt")]
 pub struct SendArgs {
-    /// Requests as text, each in quotes, or one without; or records in hexadecimal; - reads lines
-    /// from standard input. Several go out in one frame
+    /// Requests as text: each in quotes, or a single one without; or records in hexadecimal; -
+    /// reads lines from standard input. Several are sent in one frame
     #[arg(
         value_name = "REQUEST",
         required = true,
@@ -37,7 +37,7 @@ pub struct SendArgs {
     requests: Vec<String>,
 }
 
-/// Sends them and shows the answers.
+/// Runs `lafet send`: sends the requests and shows the answers.
 pub async fn run(args: SendArgs, global: &Global, out: &mut Out) -> Outcome {
     let texts = texts(args.requests)?;
     let mut buffers = vec![[0; BUFFER_SIZE]; texts.len()];
@@ -72,7 +72,7 @@ pub async fn run(args: SendArgs, global: &Global, out: &mut Out) -> Outcome {
     }
 }
 
-/// What came of each request; those that may have started something are undone.
+/// Sends the requests. On an interrupt or a lost answer, undoes what may have been started.
 async fn exchanged(
     requests: &[Request<'_>],
     connection: &Connection,
@@ -103,7 +103,7 @@ async fn exchanged(
     Err(undo.carry_out(connection, out, &mut interrupt, because).await)
 }
 
-/// The requests that the arguments spell: all of them one, if that makes sense, else one each.
+/// The requests that the arguments spell: a single one if all of them parse as one, else one each.
 fn texts(arguments: Vec<String>) -> Result<Vec<String>, Failure> {
     if arguments == ["-"] {
         let lines: Vec<String> = io::stdin().lock().lines().collect::<Result<_, _>>()?;
@@ -126,7 +126,7 @@ fn stands_alone(text: &str) -> bool {
     hexadecimal(text).is_some() || parse(text, &mut [0; BUFFER_SIZE]).is_ok()
 }
 
-/// The bytes of a text that is nothing but hexadecimal, at least a record's header long.
+/// The bytes of a text that is entirely hexadecimal and at least as long as a record header.
 fn hexadecimal(text: &str) -> Option<Vec<u8>> {
     let digits: String = text.split_whitespace().collect();
     let (pairs, []) = digits.as_bytes().as_chunks::<2>() else { return None };
@@ -138,7 +138,7 @@ fn hexadecimal(text: &str) -> Option<Vec<u8>> {
     (whole && pairs.len() >= 4).then(|| pairs.iter().filter_map(byte).collect())
 }
 
-/// The requests that these bytes are; those that make no sense go out as they are.
+/// The requests in these bytes; invalid ones are sent as they are.
 fn records<'a>(text: &str, bytes: &'a [u8]) -> Result<Vec<Request<'a>>, Failure> {
     let request = |record: Record<'a>| {
         let Record { request, device, data, .. } = record;
@@ -148,7 +148,7 @@ fn records<'a>(text: &str, bytes: &'a [u8]) -> Result<Vec<Request<'a>>, Failure>
     let records = records.map_err(|error| {
         let reason = texts::decode_error(&error);
         Failure::Usage(pick(
-            format!("`{text}` is no sequence of records: {reason}"),
+            format!("`{text}` is not a sequence of records: {reason}"),
             format!("`{text}` — не последовательность записей: {reason}"),
         ))
     })?;
@@ -187,11 +187,11 @@ mod tests {
         assert!(matches!(odd[..], [Request { body: Body::Unknown { .. }, .. }]));
     }
 
-    /// The lines of a block of the page that describes the grammar.
+    /// Lines of the named block of the page that describes the grammar.
     fn block(name: &str) -> impl Iterator<Item = &'static str> {
         let page = include_str!("../../../../docs/send.md");
         let start = format!("```{name}\n");
-        let (_, rest) = page.split_once(start.as_str()).expect("the block is there");
+        let (_, rest) = page.split_once(start.as_str()).expect("the page has the block");
         rest.split_once("\n```").expect("it ends").0.lines()
     }
 

@@ -14,17 +14,17 @@ use crate::interrupt::Interrupt;
 use crate::lang::{current, pick};
 use crate::out::Out;
 
-/// Where the configuration is looked for.
+/// Where the configuration is looked for, in this order.
 const FILES: [&str; 2] = ["hub.toml", "/etc/lafet/hub.toml"];
-/// A configuration to begin with, English and Russian.
+/// Example configuration, English and Russian.
 const EXAMPLES: [&str; 2] = [
     include_str!("../../../hub/hub.example.toml"),
     include_str!("../../../hub/hub.example.ru.toml"),
 ];
-/// The unit for systemd.
+/// Unit file for systemd.
 const UNIT: &str = include_str!("../../../hub/lafet-hub.service");
 
-/// `lafet serve`
+/// Arguments of `lafet serve`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet serve --example > hub.toml\n  \
                         lafet serve --config hub.toml --check\n  \
@@ -34,10 +34,10 @@ pub struct ServeArgs {
     /// Configuration (default: hub.toml here, then /etc/lafet/hub.toml)
     #[arg(long, value_name = "FILE", env = "LAFET_HUB_CONFIG")]
     config: Option<PathBuf>,
-    /// Print a configuration to begin with
+    /// Print an example configuration
     #[arg(long)]
     example: bool,
-    /// Only tell what is wrong with the configuration
+    /// Only report errors in the configuration
     #[arg(long)]
     check: bool,
     /// Port to listen on, instead of the configured one; 0 takes a free one
@@ -46,18 +46,18 @@ pub struct ServeArgs {
     /// Do not open a browser
     #[arg(long)]
     no_browser: bool,
-    /// Check an exported audit log: whether anything was changed or taken out
+    /// Check an exported audit log for changed or removed entries
     #[arg(long, value_name = "FILE")]
     verify_audit: Option<PathBuf>,
-    /// Go on although files of the state are lost or changed: hub (users), audit
+    /// Continue although state files are lost or changed: hub (users), audit
     #[arg(long, value_name = "FILES", value_delimiter = ',', value_parser = state_file)]
     accept_lost: Vec<StateFile>,
-    /// Print the unit for systemd
+    /// Print the unit file for systemd
     #[arg(long)]
     unit: bool,
 }
 
-/// `hub`, `audit`.
+/// Parses the name of a state file: `hub`, `audit`.
 fn state_file(word: &str) -> Result<StateFile, String> {
     let known = StateFile::ALL.into_iter().find(|it| it.word() == word);
     let words = StateFile::ALL.map(StateFile::word).join(", ");
@@ -82,7 +82,7 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
     if args.check {
         let count = config.monitors.len();
         let text = pick(
-            format!("{file}: fine; monitors: {count}; listens on {}", config.listen),
+            format!("{file}: no errors; monitors: {count}; listens on {}", config.listen),
             format!("{file}: ошибок нет; стволов: {count}; адрес {}", config.listen),
         );
         let warnings: Vec<String> =
@@ -111,8 +111,8 @@ fn read(args: &ServeArgs) -> Result<(String, Config), Failure> {
     let Some(path) = args.config.clone().or_else(usual) else {
         return Err(Failure::Usage(pick(
             format!(
-                "There is no configuration: neither {} nor {} exists. To begin with one: \
-                 lafet serve --example > hub.toml. To look around without monitors: lafet demo.",
+                "There is no configuration: neither {} nor {} exists. To create one: \
+                 lafet serve --example > hub.toml. To try it without monitors: lafet demo.",
                 FILES[0], FILES[1]
             ),
             format!(
@@ -151,7 +151,7 @@ fn verify(file: &Path, out: &mut Out) -> Outcome {
                     verified.entries, verified.head
                 ),
                 format!(
-                    "записей: {}, до последней ничего не изменено и не удалено; её хеш {}",
+                    "записей: {}, до последней ничего не изменено и не удалено; её хэш {}",
                     verified.entries, verified.head
                 ),
             ),
@@ -163,7 +163,8 @@ fn verify(file: &Path, out: &mut Out) -> Outcome {
             }
             Err(Failure::Ended(pick(
                 format!(
-                    "Entry {bad} is not what was written: it was changed, or one before it was taken out."
+                    "Entry {bad} is not as written: it was changed, or an entry before it was \
+                     removed."
                 ),
                 format!(
                     "Запись {bad} — не та, что была сделана: изменена либо удалена предыдущая."

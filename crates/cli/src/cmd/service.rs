@@ -16,7 +16,7 @@ use crate::failure::Outcome;
 use crate::lang::{of, pick};
 use crate::out::Out;
 
-/// `lafet lockout`
+/// Arguments of `lafet lockout`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 lockout on\n  \
                         lafet -c tcp://127.0.0.1:10485 lockout off")]
@@ -26,25 +26,25 @@ pub struct LockoutArgs {
     state: Switch,
 }
 
-/// On or off.
+/// State of the lockout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Switch {
     On,
     Off,
 }
 
-/// `lafet restart`
+/// Arguments of `lafet restart`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 restart")]
 pub struct RestartArgs {}
 
-/// `lafet crash`
+/// Arguments of `lafet crash`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 crash\n  \
                         lafet -c tcp://127.0.0.1:10485 crash --json")]
 pub struct CrashArgs {}
 
-/// Locks out or releases.
+/// Runs `lafet lockout`: locks the monitor out or releases it.
 pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> Outcome {
     let on = args.state == Switch::On;
     let connection = Connection::open(global).await?;
@@ -60,12 +60,12 @@ pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> O
     failed_to_save(saved)
 }
 
-/// Restarts the program.
+/// Runs `lafet restart`.
 pub async fn run_restart(global: &Global, out: &mut Out) -> Outcome {
     simple(Request::new(SubsystemId::ALL, Body::Restart), global, out).await
 }
 
-/// Shows the crash data.
+/// Runs `lafet crash`: shows the data of the last hardware fault.
 pub async fn run_crash(global: &Global, out: &mut Out) -> Outcome {
     let connection = Connection::open(global).await?;
     let answers = connection.ask(SubsystemId::GENERAL, Body::GetCrashData).await?;
@@ -80,7 +80,7 @@ pub async fn run_crash(global: &Global, out: &mut Out) -> Outcome {
     out.show(crash_text(&info), || crash_json(&info))
 }
 
-/// Each register; below those that tell the cause, the bits that are set.
+/// Each register; below the fault status registers, the bits that are set.
 fn crash_text(info: &FaultInfo) -> String {
     let mut lines = Vec::new();
     for (name, word) in info.registers() {
@@ -99,7 +99,7 @@ fn crash_text(info: &FaultInfo) -> String {
     lines.join("\n")
 }
 
-/// What a word means where its name does not say it.
+/// Explains a word of the fault data that its name does not explain.
 fn remark(info: &FaultInfo, name: &str) -> String {
     if let Some(note) = info.note(name) {
         return format!("  {}", of(&note));
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn registers_are_told_bit_by_bit() {
+    fn registers_are_shown_bit_by_bit() {
         let text = crash_text(&info(1 << 30, 1 << 9 | 1 << 15));
         let line = |start: &str| text.lines().find(|line| line.trim().starts_with(start)).unwrap();
         assert!(line("PRECISERR").contains("failed on the bus"), "{text}");

@@ -1,7 +1,7 @@
-//! `lafet shell`: the commands without the URL, one after the other, on one connection.
+//! `lafet shell`: commands without the URL, one after another, on one connection.
 //!
-//! At a terminal it asks for them; otherwise standard input is a script. `stop` is always
-//! understood, and Ctrl-C stops whatever moves before it does anything else.
+//! At a terminal it prompts for commands; otherwise standard input is a script. `stop` is always
+//! accepted, and Ctrl-C stops whatever moves before it does anything else.
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, IsTerminal};
@@ -35,26 +35,27 @@ use crate::top::scene::Seen;
 use crate::top::silence;
 use crate::undo::{Because, Undo, is_anything_active};
 
-/// How often the state is asked for while a shell waits.
+/// Interval at which the shell polls the state while it waits.
 const POLL: Duration = Duration::from_millis(500);
-/// A state that is younger than a command by less than this may not show yet what it started.
+/// A state that is newer than a command by less than this may not yet show what the command
+/// started.
 const SHOWS_IN: Duration = Duration::from_millis(300);
-/// What Ctrl-C has interrupted ends by itself within this time, or is left.
+/// A command interrupted by Ctrl-C has this long to end by itself before it is dropped.
 const GRACE: Duration = Duration::from_secs(3);
 
-/// `lafet shell`
+/// Arguments of `lafet shell`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  lafet shell tcp://127.0.0.1:10485\n  \
-                        lafet shell sim: < commands.txt\n  \
-                        printf 'deploy\\nmove vertical 20deg\\n' | lafet shell tcp://127.0.0.1:10485")]
+#[command(after_help = "Examples:\n  lafet shell tcp://127.0.0.1:10485\n  lafet shell sim: < \
+                        commands.txt\n  printf 'deploy\\nmove vertical 20deg\\n' | lafet shell \
+                        tcp://127.0.0.1:10485")]
 pub struct ShellArgs {
-    /// The monitor; without it that of --connect
+    /// The monitor; without it, that of --connect
     #[arg(value_name = "URL")]
     monitor: Option<String>,
-    /// Go on with a script after a command that fails; the exit code is that of the first one
+    /// Continue a script after a command fails; the exit code is that of the first failure
     #[arg(short, long)]
     keep_going: bool,
-    /// Leave no history of what was typed
+    /// Do not save the history of what was typed
     #[arg(long)]
     no_history: bool,
 }
@@ -83,28 +84,28 @@ struct Shell {
     global: Global,
     connection: Connection,
     interrupt: Interrupt,
-    /// The state of the monitor, at a terminal.
+    /// State of the monitor, kept up to date at a terminal only.
     feed: Option<Arc<Feed>>,
-    /// When the last command that may move something has ended.
+    /// When the last command ended that may have moved something.
     acted: Option<Instant>,
     /// Lines typed while a command ran.
     ahead: VecDeque<String>,
-    /// The program is to end.
+    /// Set when the shell is to end.
     ending: bool,
 }
 
-/// What a line wants.
+/// What a line asks the shell to do.
 enum Wish {
     Nothing,
     Leave,
     Run(Box<Command>, bool),
-    /// It was told what is wrong, or what was asked.
+    /// Nothing more: an error or an answer was printed. The exit code.
     Told(u8),
 }
 
-/// How a line ended.
+/// Result of a line.
 enum Ended {
-    /// With this exit code.
+    /// The command ended with this exit code.
     Code(u8),
     Leave,
 }
@@ -133,12 +134,12 @@ impl Shell {
         }
         changes.abort();
         if self.moves() {
-            eprintln!("{}", pick("It goes on moving.", "Движение продолжается."));
+            eprintln!("{}", pick("The motion continues.", "Движение продолжается."));
         }
         Ok(())
     }
 
-    /// The next line; none at the end.
+    /// The next line typed; `None` at the end of input.
     async fn ask(&mut self, editor: &mut Editor) -> Result<Option<String>, Failure> {
         editor.ask();
         loop {
@@ -190,7 +191,7 @@ impl Shell {
                 pick(format!("Line {number}: {line}"), format!("Строка {number}: {line}"))
             );
             first = if first == 0 { code } else { first };
-            // Who interrupts a script wants no more of it.
+            // An interrupt ends the whole script, even with --keep-going.
             if !keep_going || code == Failure::Interrupted.exit_code() {
                 break;
             }
@@ -202,7 +203,7 @@ impl Shell {
         match self.wish(line) {
             Wish::Nothing => Ended::Code(0),
             Wish::Leave => Ended::Leave,
-            // What follows a stop may be misspelt: then everything stops.
+            // A stop with wrong arguments stops everything.
             Wish::Told(code) if is_stop(line) && code != 0 => {
                 self.stop_all().await;
                 Ended::Code(code)
@@ -212,7 +213,7 @@ impl Shell {
         }
     }
 
-    /// Reads a line by the grammar of the command line.
+    /// Parses a line with the grammar of the command line.
     fn wish(&self, line: &str) -> Wish {
         let mut words = match words(line) {
             Ok(words) => words,
@@ -248,7 +249,7 @@ impl Shell {
         }
         match Cli::from_arg_matches_mut(&mut matches) {
             Ok(Cli { command: Command::Shell(_), .. }) => {
-                eprintln!("{}", pick("This is the shell.", "Это и есть оболочка."));
+                eprintln!("{}", pick("The shell is already running.", "Оболочка уже запущена."));
                 Wish::Told(2)
             }
             Ok(cli) if needs_line(&cli.command) && self.is_alone() => {
@@ -263,13 +264,13 @@ impl Shell {
         }
     }
 
-    /// Whether the line can be open only once.
+    /// Whether the line accepts a single connection only.
     fn is_alone(&self) -> bool {
         let endpoint = self.global.connect.as_deref().and_then(|url| Endpoint::from_str(url).ok());
         matches!(endpoint, Some(Endpoint::Serial { .. } | Endpoint::Sim { .. }))
     }
 
-    /// Runs a command; its exit code.
+    /// Runs a command; returns its exit code.
     async fn run(&mut self, command: Command, json: bool) -> u8 {
         let global = Global { json: json || self.global.json, ..self.global.clone() };
         let mut out = Out::new(global.json);
@@ -280,15 +281,15 @@ impl Shell {
             let mut work = Box::pin(crate::dispatch(command, &global, &mut out));
             loop {
                 tokio::select! {
-                    // Everything stops before the command does anything about it.
+                    // On an interrupt everything is stopped before the command reacts to it.
                     biased;
                     caught = self.interrupt.next() => {
                         self.ending = caught == Caught::End;
                         if acts || self.moves() {
                             self.stop_all().await;
                         }
-                        // What follows its motion stops it, too, and says how it ended; its own
-                        // bounds hold, and Ctrl-C once more ends it.
+                        // A command that follows its motion also stops it and reports how that
+                        // ended; its own time limits apply, and another Ctrl-C ends it.
                         if follows {
                             break work.await;
                         }
@@ -299,7 +300,7 @@ impl Shell {
                         if is_stop(&line) {
                             self.stop_all().await;
                         } else if watches {
-                            // A line ends it, and stops nothing.
+                            // A line ends the command, and stops nothing.
                             let only_ends = ["", "q", "й"].contains(&line.as_str());
                             self.ahead.extend((!only_ends).then_some(line));
                             break Ok(());
@@ -325,7 +326,7 @@ impl Shell {
         }
     }
 
-    /// Whether something moves, as far as is known; what is not known may move.
+    /// Whether anything moves, as far as is known; an unknown state may be moving.
     fn moves(&self) -> bool {
         let Some(feed) = &self.feed else { return true };
         let seen = feed.seen();
@@ -334,7 +335,7 @@ impl Shell {
         !known || old || is_anything_active(&seen.answers)
     }
 
-    /// Stops everything, as long as it takes, and says how that ended.
+    /// Stops everything, retrying for as long as it takes, and returns how that ended.
     async fn bring_to_rest(&mut self) -> Failure {
         let mut out = Out::new(self.global.json);
         let Self { connection, interrupt, .. } = self;
@@ -347,7 +348,7 @@ impl Shell {
         failure
     }
 
-    /// Sends Stop All once, and shows what came of it.
+    /// Sends Stop All once, and shows the outcome.
     async fn stop_all(&self) {
         let stop = Request::new(SubsystemId::ALL, Body::Stop);
         let text = match self.connection.client.request(&stop).await {
@@ -355,7 +356,7 @@ impl Shell {
             Ok(answers) => exchange::text(SubsystemId::ALL, &answers),
             Err(error) => error.localized(current()),
         };
-        // The progress of a command may stand in this line.
+        // A command may have printed its progress on this line.
         let clear = if self.feed.is_some() { "\r\x1b[K" } else { "" };
         eprintln!("{clear}{text}");
     }
@@ -382,7 +383,7 @@ const fn acts(command: &Command) -> bool {
     )
 }
 
-/// Whether nobody else reads the keyboard while it runs.
+/// Whether a command leaves the keyboard to the shell.
 const fn leaves_keyboard(command: &Command) -> bool {
     matches!(
         command,
@@ -401,12 +402,12 @@ const fn leaves_keyboard(command: &Command) -> bool {
     )
 }
 
-/// Whether a command talks over the bare line: one that nobody else can have open.
+/// Whether a command needs the bare line, with no other connection open.
 const fn needs_line(command: &Command) -> bool {
     matches!(command, Command::Record(_) | Command::Scan(_) | Command::Doctor(_))
 }
 
-/// Tells when the monitor cannot be heard any more, and when it can be heard again.
+/// Reports when the monitor stops answering and when it answers again.
 async fn tell_changes(feed: Arc<Feed>, notices: Notices) {
     let mut looks = interval(POLL / 2);
     let (mut lost, mut shown) = (false, "");
@@ -428,7 +429,7 @@ async fn tell_changes(feed: Arc<Feed>, notices: Notices) {
 fn gone(seen: &Seen, why: &str) -> String {
     let name = &seen.name;
     let why = if why.is_empty() { String::new() } else { format!(": {why}") };
-    pick(format!("{name} cannot be heard{why}"), format!("{name} не слышно{why}"))
+    pick(format!("{name} does not answer{why}"), format!("{name} не отвечает{why}"))
 }
 
 fn back(seen: &Seen) -> String {
@@ -438,7 +439,7 @@ fn back(seen: &Seen) -> String {
 
 fn greeting() -> &'static str {
     pick(
-        "help: the commands of lafet, without the URL. Tab completes. exit leaves.\n\
+        "help: the commands of lafet, without the URL. Tab completes. exit quits.\n\
          stop and Ctrl-C stop whatever moves.",
         "help — команды lafet, без URL. Tab дополняет. exit — выход.\n\
          stop и Ctrl-C останавливают любое движение.",
@@ -447,19 +448,20 @@ fn greeting() -> &'static str {
 
 fn fixed(name: &str) -> String {
     pick(
-        format!("--{name} is set when the shell starts: `exit`, and start it anew."),
+        format!("--{name} is set when the shell starts: `exit` and restart it."),
         format!("--{name} задаётся при запуске оболочки: `exit` и запустите её заново."),
     )
 }
 
 fn taken() -> &'static str {
     pick(
-        "The shell has this line; the command needs it for itself: run it without the shell.",
+        "The shell holds this line, and the command needs it exclusively: run it without the \
+         shell.",
         "Линию держит оболочка, а команде она нужна целиком: выполните её без оболочки.",
     )
 }
 
-/// The lines of standard input as they come; a thread waits for them.
+/// Lines of standard input as they arrive, read by a thread.
 fn lines() -> mpsc::UnboundedReceiver<String> {
     let (sender, lines) = mpsc::unbounded_channel();
     std::thread::spawn(move || {

@@ -23,16 +23,16 @@ use crate::serve::{Air, Listen, Shared, pace};
 use crate::simulator;
 use crate::surroundings::Surroundings;
 
-/// How often the memory is looked at, whether it has to be written to its file.
+/// Interval at which changed memory is written to its file.
 const KEEP: Duration = Duration::from_millis(500);
 
-/// Simulated time that the monitor still has at the end.
+/// Simulated time that the monitor gets to finish at the end, ms.
 const LAST_MS: u64 = 1000;
 
-/// The seed when none is given.
+/// Default seed.
 const SEED: u64 = 7;
 
-/// `lafet sim`
+/// Arguments of `lafet sim`.
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -48,14 +48,14 @@ const SEED: u64 = 7;
                         lafet sim run radio-loss --svg report.svg"
 )]
 pub struct SimArgs {
-    /// What to do instead of serving one monitor
+    /// Do something else than serve one monitor
     #[command(subcommand)]
     command: Option<SimCommand>,
-    /// Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; radio+ before it makes it the radio
+    /// Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; prefix radio+ for the radio
     /// interface; port 0 takes a free one. May be repeated (default tcp://127.0.0.1:10485)
     #[arg(long, value_name = "WHERE")]
     listen: Vec<Listen>,
-    /// What the monitor is built of: full, remote, mini, ex or limit-switch (default full)
+    /// Configuration of the monitor: full, remote, mini, ex or limit-switch (default full)
     #[arg(long, value_name = "NAME", default_value = "full", value_parser = simulator::profile)]
     profile: Composition,
     /// Address of the monitor, 1 to 127 (default 1)
@@ -66,25 +66,26 @@ pub struct SimArgs {
         value_parser = clap::value_parser!(u8).range(1..=127)
     )]
     addr: u8,
-    /// Everything random follows from this number (default 7, or the scenario's)
+    /// Seed of everything random (default 7, or the scenario's)
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Simulated time runs this many times as fast (default 1)
+    /// Simulated seconds per second of real time (default 1)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = simulator::speed)]
     speed: f64,
-    /// A fire: az=DEGREES,range=METRES, and if wanted size=METRES, growth=M/S, reignites=1; left is
-    /// positive; lit=0 is a thing that other fires can light. May be repeated; without it nothing burns
+    /// A fire: az=DEGREES,range=METRES, and optionally size=METRES, growth=M/S, reignites=1; left
+    /// is positive; lit=0 is an object that other fires can ignite. May be repeated; without it
+    /// nothing burns
     #[arg(long, value_name = "FIRE", value_parser = simulator::fire)]
     fire: Vec<FireSpec>,
     #[command(flatten)]
     surroundings: Surroundings,
-    /// Put radio modems between the radio+ listeners and the monitor, all on one half-duplex channel:
-    /// rate=BITS/S,latency=MS,loss=SHARE,errors=SHARE (of bits); what is left out is as in
+    /// Put radio modems between the radio+ listeners and the monitor, all on one half-duplex
+    /// channel: rate=BITS/S,latency=MS,loss=SHARE,errors=SHARE (of bits); defaults
     /// rate=9600,latency=40,loss=0,errors=0. Without such a listener: radio+tcp://127.0.0.1:10486
     #[arg(long, value_name = "CHANNEL", value_parser = channel)]
     radio: Option<RadioConfig>,
-    /// Run this program of a monitor in QEMU instead of our own (an ELF file for the board
-    /// lm3s6965evb, see firmware/); one TCP place to listen at
+    /// Run this monitor program in QEMU instead of our own (an ELF file for the board lm3s6965evb,
+    /// see firmware/); listens on one TCP address
     #[arg(long, value_name = "FILE", requires = "on", conflicts_with_all = ["radio", "replay", "site"])]
     firmware: Option<PathBuf>,
     /// Where the monitor's program runs
@@ -93,22 +94,22 @@ pub struct SimArgs {
     /// Keep the monitor's memory (parameters, lockout) in this file
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// Instead: live this seed of the swarm (cargo xtask swarm) once more, and tell every request,
-    /// answer and change of an output with its cause
+    /// Instead: replay this seed of the swarm (cargo xtask swarm), and print every request, answer
+    /// and change of an output with its cause
     #[arg(long, value_name = "SEED", conflicts_with_all = [
         "listen", "profile", "addr", "seed", "speed", "fire", "flash", "radio"
     ])]
     replay: Option<u64>,
-    /// Tell of the replay from this second on (default 0)
+    /// Print the replay from this second on (default 0)
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, requires = "replay",
           value_parser = moment)]
     from: f64,
-    /// Tell of the replay up to this second (default: to the end)
+    /// Print the replay up to this second (default: to the end)
     #[arg(long, value_name = "SECONDS", default_value_t = LIFE_S, requires = "replay",
           value_parser = moment)]
     to: f64,
     /// Serve all monitors of this scenario (a file, or the name of one that comes with lafet), with
-    /// its fires and events, where it says; --listen puts all of them on one bus elsewhere
+    /// its fires and events, where it specifies; --listen puts all of them on one bus elsewhere
     #[arg(long, value_name = "SCENARIO", conflicts_with_all = ["profile", "addr", "fire", "wind", "gusts", "glare", "wall", "flash"])]
     site: Option<String>,
 }
@@ -117,14 +118,14 @@ fn moment(text: &str) -> Result<f64, String> {
     crate::cli::seconds(text, 0.0)
 }
 
-/// What `lafet sim` can do besides serving.
+/// Subcommands of `lafet sim`.
 #[derive(Debug, Subcommand)]
 enum SimCommand {
-    /// Run a scenario in virtual time and report what came of it
+    /// Run a scenario in virtual time and report the result
     Run(exercise::RunArgs),
 }
 
-/// Serves until SIGINT or SIGTERM.
+/// Runs `lafet sim` until SIGINT or SIGTERM.
 pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
     if let Some(seed) = args.replay {
         return replay(&Replay { seed, from_s: args.from, to_s: args.to }, out);
@@ -191,7 +192,7 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         Some(ended) = tasks.join_next() => Err(ended),
     };
     if let Some(path) = &args.flash {
-        // What has been accepted at rest is written before the power goes.
+        // Parameters accepted at rest are stored before the power is cut.
         sim.lock().advance_ms(LAST_MS);
         let image = sim.lock().world().flash.to_bytes();
         store(path, &image).map_err(|error| cannot_keep(path, error))?;
@@ -221,7 +222,7 @@ async fn emulate(_: &Path, _: &SimArgs, _: &mut Out) -> Outcome {
     Err(Failure::io("QEMU", io::ErrorKind::Unsupported.into()))
 }
 
-/// The radio channel, and a place to reach it.
+/// The radio channel, and a listener to reach it.
 pub fn by_radio(
     config: Option<RadioConfig>,
     seed: u64,
@@ -233,7 +234,7 @@ pub fn by_radio(
     }
     if let Some(place) = listen.iter().find(|place| place.is_radio() && place.has_records()) {
         return Err(Failure::Usage(pick(
-            format!("{place}: with --radio frames are needed, so that what is lost is noticed."),
+            format!("{place}: --radio needs frames, so that losses are noticed."),
             format!("{place}: с --radio нужны кадры, иначе потери незаметны."),
         )));
     }
@@ -258,10 +259,10 @@ async fn run_time(sim: Shared, speed: f64) -> io::Result<()> {
     Ok(())
 }
 
-/// Why a place to listen at cannot be opened.
+/// Describes why a listener cannot be opened.
 pub fn cannot_listen(place: &Listen, error: io::Error) -> Failure {
     let what = pick(
-        format!("cannot listen at {place} (is another simulator running? port 0 takes a free one)"),
+        format!("cannot listen on {place} (is another simulator running? port 0 takes a free one)"),
         format!("нельзя открыть {place} (не запущен ли другой имитатор? порт 0 — любой свободный)"),
     );
     Failure::io(what, error)
@@ -276,7 +277,7 @@ fn cannot_keep(path: &Path, error: io::Error) -> Failure {
     Failure::io(what, error)
 }
 
-/// Reads the memory; a file that does not exist yet is a new monitor.
+/// Reads the memory; a file that does not exist yet gives a new monitor.
 fn load(path: &Path) -> Result<Option<Flash>, Failure> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
@@ -298,7 +299,7 @@ fn load(path: &Path) -> Result<Option<Flash>, Failure> {
     })
 }
 
-/// Writes the memory whenever it has changed.
+/// Writes the memory to the file whenever it has changed.
 async fn keep(sim: Shared, path: PathBuf) -> io::Result<()> {
     let mut kept = None;
     loop {
@@ -312,7 +313,7 @@ async fn keep(sim: Shared, path: PathBuf) -> io::Result<()> {
     }
 }
 
-/// Replaces the file as a whole: it is never half written.
+/// Replaces the file atomically: it is never half written.
 fn store(path: &Path, image: &[u8]) -> io::Result<()> {
     let mut name = path.as_os_str().to_owned();
     name.push(".new");

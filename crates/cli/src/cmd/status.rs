@@ -13,7 +13,7 @@ use crate::describe;
 use crate::failure::{Failure, Outcome};
 use crate::out::{Out, columns};
 
-/// `lafet status`
+/// Arguments of `lafet status`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 status\n  \
                         lafet -c sim: status deployer --json")]
@@ -23,21 +23,21 @@ pub struct StatusArgs {
     subsystem: Option<SubsystemId>,
 }
 
-/// Shows the state.
+/// Runs `lafet status`.
 pub async fn run(args: StatusArgs, global: &Global, out: &mut Out) -> Outcome {
     let connection = Connection::open(global).await?;
     let answers = read(&connection, args.subsystem.unwrap_or(SubsystemId::ALL)).await?;
     out.show(table(&answers), || json(&answers))
 }
 
-/// Reads the state of a subsystem, or of all.
+/// Reads the state of one subsystem, or of all.
 pub async fn read(connection: &Connection, who: SubsystemId) -> Result<Answers, Failure> {
     let answers = connection.client.request(&Request::new(who, Body::GetStatus)).await?;
-    // One refusal is that of the whole request; one among others is shown in its line.
+    // A single refusal applies to the whole request; one among several answers is shown in its row.
     if answers.len() > 1 { Ok(answers) } else { Ok(answers.accepted()?) }
 }
 
-/// A line for each subsystem, and below it what its flags mean.
+/// A row for each subsystem, followed by the meaning of its flags.
 pub fn table(answers: &[AnswerBuf]) -> String {
     let mut rows = Vec::new();
     let mut notes = Vec::new();

@@ -1,4 +1,4 @@
-//! `lafet limits teach`: drives the barrel to its limits, and has them taken (§3.17).
+//! `lafet limits teach`: drives the barrel to its limits and stores them (§3.17).
 
 use std::io::{self, IsTerminal};
 use std::time::Duration;
@@ -24,12 +24,12 @@ use crate::lang::{current, of, pick};
 use crate::out::Out;
 use crate::undo::{Because, Undo};
 
-/// How often the state is shown.
+/// Interval at which the state is shown.
 const SHOW: Duration = Duration::from_millis(250);
-/// For how long a key moves the drive: as `lafet jog` has it.
+/// For how long a key moves the drive, as in `lafet jog`.
 const LEASE: Duration = Duration::from_millis(300);
 
-/// `lafet limits teach`
+/// Arguments of `lafet limits teach`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 limits teach\n  \
                         lafet -c tcp://127.0.0.1:10485 limits teach horizontal\n  \
@@ -38,7 +38,7 @@ pub struct TeachArgs {
     /// The drive; without it Horizontal, Vertical and Nozzle in turn
     #[arg(value_name = "DRIVE", value_parser = drive)]
     drive: Option<SubsystemId>,
-    /// Ask nothing: take the present position as this limit (left, right, up, down, narrow, wide)
+    /// Do not prompt: take the present position as this limit (left, right, up, down, narrow, wide)
     #[arg(long, value_name = "SIDE", value_parser = side, conflicts_with = "drive")]
     here: Option<Side>,
 }
@@ -51,7 +51,7 @@ fn side(text: &str) -> Result<Side, String> {
     })
 }
 
-/// Takes one limit, or guides to all of them.
+/// Runs `lafet limits teach`: takes one limit, or guides the user through all of them.
 pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
     if let Some(side) = args.here {
         let connection = Connection::open(global).await?;
@@ -66,13 +66,14 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
         if drives.is_empty() {
             return Err(Failure::Usage(
                 pick(
-                    "The positions of Deployer are its switches: there is nothing to teach.",
-                    "Положения Deployer задают его датчики: обучать нечему.",
+                    "The end positions of Deployer are set by its switches: it has no limits to \
+                     set.",
+                    "Крайние положения Deployer определяются его датчиками: задать их нельзя.",
                 )
                 .into(),
             ));
         }
-        // Its own refusal says why: absent, or with limit switches.
+        // Its own refusal says why: the drive is absent, or has limit switches.
         connection.monitor.limits(one).await?;
     }
     drives.retain(|drive| present.iter().any(|(id, _)| id == drive));
@@ -96,7 +97,7 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
     if out.json() { out.value(&Value::Array(all)) } else { Ok(()) }
 }
 
-/// What moves must not go on without limits, nor the drive stay so.
+/// Stops the drive and switches its limits on: it must not keep moving, or stay, without limits.
 async fn give_up(
     drive: SubsystemId,
     failure: Failure,
@@ -120,7 +121,7 @@ async fn give_up(
     }
 }
 
-/// One drive: limits off, each side, limits on.
+/// Sets the limits of one drive: limits off, each side, limits on.
 async fn teach(
     drive: SubsystemId,
     connection: &Connection,
@@ -134,8 +135,8 @@ async fn teach(
         out,
         &pick(
             format!(
-                "{drive}: its limits are {range}. They are off now: nothing but the motor's overload \
-             stops it at the end of its travel."
+                "{drive}: its limits are {range}. They are off now: only the motor's overload \
+                 protection stops it at the end of its travel."
             ),
             format!(
                 "{drive}: пределы {range}. Теперь они выключены: в конце хода его остановит только \
@@ -151,10 +152,12 @@ async fn teach(
             out,
             &pick(
                 format!(
-                    "Move {drive} to its {word} limit. Enter takes it, s keeps the old one, q gives up."
+                    "Move {drive} to its {word} limit. Enter takes it, s keeps the old one, q \
+                     gives up."
                 ),
                 format!(
-                    "Подведите {drive}: {word} предел. Enter — принять, s — оставить прежний, q — отказаться."
+                    "Подведите {drive}: {word} предел. Enter — принять, s — оставить прежний, q — \
+                     отказаться."
                 ),
             ),
         );
@@ -171,7 +174,7 @@ async fn teach(
                     taken.push(one);
                     break;
                 }
-                // It still moves, most likely: the engineer tries again.
+                // The drive most likely still moves: the engineer tries again.
                 Err(error) if error.is_refused() => note(out, &error.localized(current())),
                 Err(error) => return Err(error.into()),
             }
@@ -229,14 +232,14 @@ fn taken_json(taken: &Taken) -> Value {
     })
 }
 
-/// What the engineer says.
+/// The engineer's decision on one limit.
 enum Word {
     Take,
     Skip,
     Quit,
 }
 
-/// How: with keys that also move the drives, or with lines from a program.
+/// Source of decisions: keys that also move the drives, or lines from a program.
 enum Hand {
     Keys { keys: Keys, _keyboard: Keyboard },
     Lines(mpsc::UnboundedReceiver<String>),
@@ -314,7 +317,7 @@ async fn wait_for_key(
             note(out, &text);
         }
     };
-    // Before the position is taken, the drive has to stand.
+    // The drive has to be at rest before its position is taken.
     hands.release().await;
     Ok(word)
 }

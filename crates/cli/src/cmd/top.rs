@@ -26,33 +26,33 @@ use crate::top::feed::Feed;
 use crate::top::scene::{Connected, Page, Scene, Seen};
 use crate::top::{plain, render};
 
-/// How often the screen is drawn anew.
+/// Interval at which the screen is redrawn.
 const DRAW: Duration = Duration::from_millis(200);
-/// How long a notice stays.
+/// How long a notice is shown.
 const NOTICE: Duration = Duration::from_secs(8);
-/// How often `--once` looks whether all is there.
+/// Interval at which `--once` checks whether everything has arrived.
 const LOOK: Duration = Duration::from_millis(10);
-/// Reads are tried three times; a moment more for the link.
+/// Reads are tried three times, plus one timeout for the link itself.
 const TRIES: u32 = 4;
-/// How far a page goes with one key.
+/// Lines scrolled by one key press.
 const SCROLL: u16 = 5;
 
-/// `lafet top`
+/// Arguments of `lafet top`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  lafet top tcp://10.0.0.5 tcp://10.0.0.6\n  \
-                        lafet top \"serial:///dev/ttyUSB0?addr=1\" \"serial:///dev/ttyUSB0?addr=2\"\n  \
-                        lafet top sim: --once --page detail")]
+#[command(after_help = "Examples:\n  lafet top tcp://10.0.0.5 tcp://10.0.0.6\n  lafet top \
+                        \"serial:///dev/ttyUSB0?addr=1\" \"serial:///dev/ttyUSB0?addr=2\"\n  lafet \
+                        top sim: --once --page detail")]
 pub struct TopArgs {
-    /// The monitors; without them that of --connect
+    /// The monitors; without them, that of --connect
     #[arg(value_name = "URL")]
     monitors: Vec<String>,
-    /// Seconds from one look at the state to the next (default 0.5)
+    /// Seconds between polls of the state (default 0.5)
     #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = every)]
     interval: f64,
-    /// What is shown first: list, detail or link
+    /// First page: list, detail or link
     #[arg(long, value_name = "PAGE", value_enum, default_value_t = Page::List)]
     page: Page,
-    /// Print one picture as text and end: for scripts. With --json an object for each monitor
+    /// Print one picture as text and end: for scripts. With --json, one object per monitor
     #[arg(long)]
     once: bool,
     /// Size of that picture (default 80x24)
@@ -76,7 +76,7 @@ fn size(text: &str) -> Result<(u16, u16), String> {
     })
 }
 
-/// Shows the monitors until q.
+/// Runs `lafet top` until q.
 pub async fn run(args: TopArgs, global: &Global, out: &mut Out) -> Outcome {
     let period = Duration::from_secs_f64(args.interval);
     let shared = global.open.as_ref().filter(|_| args.monitors.is_empty());
@@ -85,10 +85,10 @@ pub async fn run(args: TopArgs, global: &Global, out: &mut Out) -> Outcome {
     if !args.once && !on_screen {
         return Err(Failure::Usage(
             pick(
-                "top needs a terminal. `lafet top --once` prints one picture as text, with --json \
-                 an object for each monitor; `lafet watch --json` goes on.",
-                "Для top нужен терминал. `lafet top --once` печатает одну картину текстом, с --json — \
-                 объект на каждый ствол; `lafet watch --json` продолжает.",
+                "top needs a terminal. `lafet top --once` prints one picture as text, or with \
+                 --json one object per monitor; `lafet watch --json` repeats.",
+                "Для top нужен терминал. `lafet top --once` печатает одну картину текстом, с \
+                 --json — объект на каждый ствол; `lafet watch --json` повторяет вывод.",
             )
             .into(),
         ));
@@ -113,7 +113,7 @@ fn endpoints(args: &TopArgs, global: &Global) -> Result<Vec<Endpoint>, Failure> 
     urls.into_iter().map(endpoint).collect()
 }
 
-/// One picture, when every monitor has answered or will not.
+/// Prints one picture, once every monitor has answered or failed.
 async fn once(args: &TopArgs, feeds: &[Feed], global: &Global, out: &mut Out) -> Outcome {
     let (closer, figures) = (args.page == Page::Detail, args.page == Page::Link);
     let patience = Duration::from_secs_f64(global.timeout) * TRIES + Duration::from_secs(2);
@@ -144,7 +144,7 @@ async fn once(args: &TopArgs, feeds: &[Feed], global: &Global, out: &mut Out) ->
         [] => Ok(()),
         names => {
             let names = names.join(", ");
-            let text = pick("nothing is known of the state", "о состоянии ничего не известно");
+            let text = pick("the state is not known", "о состоянии ничего не известно");
             Err(Failure::Silent(format!("{names}: {text}.")))
         }
     }
@@ -166,11 +166,11 @@ fn to_json(seen: &Seen) -> serde_json::Value {
     })
 }
 
-/// The dashboard at work.
+/// The running dashboard.
 struct Top {
     feeds: Vec<Feed>,
     scene: Scene,
-    /// When the notice came.
+    /// When the notice was set.
     noted: Option<Instant>,
 }
 
@@ -204,7 +204,7 @@ impl Top {
         }
     }
 
-    /// Takes what is new into the scene.
+    /// Updates the scene from the feeds.
     fn look(&mut self) {
         for (index, feed) in self.feeds.iter().enumerate() {
             feed.look_closer(self.scene.page == Page::Detail && index == self.scene.selected);
@@ -223,7 +223,7 @@ impl Top {
         press(&mut self.scene, key)
     }
 
-    /// Stops everything on the selected monitor; what comes of it is told.
+    /// Sends Stop All to the selected monitor, and reports the outcome as a notice.
     fn stop(&mut self, tell: &mpsc::UnboundedSender<String>) {
         let Some(feed) = self.feeds.get(self.scene.selected) else { return };
         let name = feed.name().to_owned();
@@ -239,7 +239,7 @@ impl Top {
                 Ok(answers) => exchange::text(SubsystemId::ALL, &answers).replace('\n', "; "),
                 Err(error) => error.localized(current()),
             };
-            // The screen may be gone by then.
+            // The screen may have closed by then.
             let _ = tell.send(format!("{name}: {text}"));
         });
     }
@@ -249,7 +249,7 @@ const fn stop_all() -> lafet_proto::Request<'static> {
     lafet_proto::Request { to: SubsystemId::ALL, body: Body::Stop }
 }
 
-/// Gives the terminal back.
+/// Restores the terminal on drop.
 struct Restore;
 
 impl Drop for Restore {
@@ -258,7 +258,7 @@ impl Drop for Restore {
     }
 }
 
-/// What a key is for, when it does not only change what is shown.
+/// A key press that does more than change the view.
 #[derive(Debug, PartialEq, Eq)]
 enum Pressed {
     Stop,
@@ -266,7 +266,7 @@ enum Pressed {
     Other,
 }
 
-/// Keys of a Russian layout count as those at the same place of the keyboard.
+/// Keys of a Russian layout count as those at the same position on the keyboard.
 fn press(scene: &mut Scene, key: KeyEvent) -> Pressed {
     if key.kind == KeyEventKind::Release {
         return Pressed::Other;
@@ -338,10 +338,11 @@ mod tests {
         press(&mut scene, KeyCode::PageDown);
         assert_eq!(scene.scroll, SCROLL);
         press(&mut scene, KeyCode::Up);
-        assert_eq!(scene.scroll, 0, "another monitor begins at its top");
+        assert_eq!(scene.scroll, 0, "another monitor starts unscrolled");
     }
 
-    /// On every page, with the keys explained or not, in both layouts; and nothing else stops.
+    /// `s` on every page, with the keys explained or not, in both layouts; no other key stops
+    /// anything.
     #[test]
     fn one_key_stops() {
         for (page, help) in [(Page::List, false), (Page::Detail, true), (Page::Link, false)] {

@@ -1,4 +1,4 @@
-//! `lafet watch`: the state again and again.
+//! `lafet watch`: shows the state repeatedly.
 
 use std::io::{self, IsTerminal};
 use std::time::Duration;
@@ -17,7 +17,7 @@ use crate::interrupt::Interrupt;
 use crate::lang::pick;
 use crate::out::Out;
 
-/// `lafet watch`
+/// Arguments of `lafet watch`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 watch\n  \
                         lafet -c tcp://127.0.0.1:10485 watch control --interval 0.2 --json")]
@@ -25,10 +25,10 @@ pub struct WatchArgs {
     /// The subsystem; all without it
     #[arg(value_name = "SUBSYSTEM", value_parser = subsystem)]
     subsystem: Option<SubsystemId>,
-    /// Seconds from one look to the next (default 1)
+    /// Seconds between polls (default 1)
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = every)]
     interval: f64,
-    /// End after this many looks
+    /// End after this many polls
     #[arg(long, value_name = "N")]
     count: Option<u64>,
 }
@@ -37,7 +37,7 @@ fn every(text: &str) -> Result<f64, String> {
     seconds(text, 0.02)
 }
 
-/// Shows the state until Ctrl-C.
+/// Runs `lafet watch`.
 pub async fn run(args: WatchArgs, global: &Global, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     let connection = Connection::open(global).await?;
@@ -61,7 +61,7 @@ pub async fn run(args: WatchArgs, global: &Global, out: &mut Out) -> Outcome {
         match answers {
             Ok(answers) if live => screen(out, at_s, &answers, global)?,
             Ok(answers) => show(out, at_s, &answers)?,
-            // A monitor that is off for a while comes back; one that refuses will do so again.
+            // A monitor that is off may come back; one that refuses will refuse again.
             Err(failure) if failure.exit_code() == 3 && args.count.is_none() => {
                 report(out, at_s, &failure)?;
             }
@@ -80,14 +80,14 @@ fn show(out: &mut Out, at_s: f64, answers: &[AnswerBuf]) -> Outcome {
     out.say(line(at_s, answers))
 }
 
-/// A table in the place of the one before.
+/// Draws the table in place of the previous one.
 fn screen(out: &mut Out, at_s: f64, answers: &[AnswerBuf], global: &Global) -> Outcome {
     let hint = match global.open {
-        // In a shell Ctrl-C stops what moves, too.
+        // In a shell, Ctrl-C would stop what moves as well.
         Some(_) => pick("Enter ends", "Enter — конец"),
         None => pick("Ctrl-C ends", "Ctrl-C — конец"),
     };
-    // Home, each line to its end, and what is below the last one.
+    // Move home, clear the rest of each line, and everything below the last one.
     let table = status::table(answers).replace('\n', "\x1b[K\n");
     out.say(format!("\x1b[H{table}\x1b[K\n\x1b[K\n{at_s:.1} s  {hint}\x1b[J"))
 }
@@ -101,7 +101,7 @@ fn report(out: &mut Out, at_s: f64, failure: &Failure) -> Outcome {
     out.say(format!("{at_s:.1} s  {}", failure.message()))
 }
 
-/// Everything in one line, for a file or a pipe.
+/// The state in one line, for a file or a pipe.
 fn line(at_s: f64, answers: &[AnswerBuf]) -> String {
     let part = |answer: &AnswerBuf| {
         let decoded = answer.decode().ok()?;

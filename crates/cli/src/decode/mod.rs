@@ -1,4 +1,4 @@
-//! Captured bytes to text: frames, what is in them, and what went wrong between them.
+//! Decodes captured bytes to text: frames, their records, and errors between them.
 
 mod unhex;
 
@@ -17,21 +17,21 @@ use crate::lang::pick;
 use crate::texts;
 pub use unhex::Unhex;
 
-/// Pairs of addresses whose last requests are remembered; more are not there on one bus.
+/// Pairs of addresses whose last requests are kept; no bus has more.
 const PAIRS_MAX: usize = 4096;
 
-/// What comes out.
+/// Form of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// A line for each record.
+    /// One line per record.
     Text,
-    /// An object for each frame.
+    /// One object per frame.
     Json,
-    /// Nothing but the counters.
+    /// Only the counters.
     Nothing,
 }
 
-/// Decodes bytes and writes what they say.
+/// Decodes bytes and writes the result.
 pub struct Writer<W: Write> {
     out: W,
     form: Form,
@@ -42,7 +42,7 @@ pub struct Writer<W: Write> {
     malformed: u64,
 }
 
-/// Which way a frame goes.
+/// Direction of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
     Request,
@@ -50,7 +50,7 @@ enum Way {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes to `out`.
+    /// A decoder that writes to `out`.
     pub fn new(out: W, form: Form) -> Self {
         Self {
             out,
@@ -63,12 +63,12 @@ impl<W: Write> Writer<W> {
         }
     }
 
-    /// Good frames so far.
+    /// Number of valid frames so far.
     pub fn frames(&self) -> u64 {
         self.decoder.counters().frames
     }
 
-    /// Bytes so far.
+    /// Number of bytes so far.
     pub const fn bytes(&self) -> u64 {
         self.offset
     }
@@ -98,7 +98,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Bytes that are no frames, but records of one: whether they are.
+    /// Tries to decode bytes without frames as bare records; returns whether they are.
     pub fn bare_records(&mut self, bytes: &[u8]) -> io::Result<bool> {
         let records: Result<Vec<Record<'_>>, _> = Records::new(bytes).collect();
         let Ok(records) = records else { return Ok(false) };
@@ -116,12 +116,12 @@ impl<W: Write> Writer<W> {
         Ok(!records.is_empty())
     }
 
-    /// Writes out what is still kept back.
+    /// Writes the buffered output.
     pub fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
 
-    /// The counters.
+    /// Flushes, and returns the counters.
     pub fn finish(mut self) -> io::Result<Summary> {
         self.flush()?;
         Ok(Summary {
@@ -158,7 +158,7 @@ impl<W: Write> Writer<W> {
         asked.extend(records.map(|record| (record.request, record.device)));
     }
 
-    /// Who was asked what an answer answers.
+    /// The subsystem addressed by the request that this record answers.
     fn addressee(&self, frame: &Frame<'_>, record: &Record<'_>) -> Option<SubsystemId> {
         let asked = self.requests.get(&(frame.src, frame.dst))?;
         let same = asked.iter().filter(|(request, _)| *request == record.request);
@@ -251,7 +251,7 @@ impl<W: Write> Writer<W> {
 }
 
 impl Writer<Vec<u8>> {
-    /// What has been written since the last call.
+    /// Takes the output written since the last call.
     pub fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.out)
     }
@@ -275,7 +275,8 @@ fn reasons(before: &Counters, after: &Counters) -> String {
         .collect()
 }
 
-/// A monitor is asked and answers; between controller and consoles what was asked decides.
+/// Direction of a frame: requests go to a monitor, answers come from it; between controller and
+/// consoles it depends on what was requested.
 fn way(frame: &Frame<'_>, asked: &HashMap<(u8, u8), Vec<(RequestId, SubsystemId)>>) -> Way {
     let Frame { dst, src, payload } = *frame;
     if MONITORS.contains(&src) {
@@ -292,7 +293,7 @@ fn way(frame: &Frame<'_>, asked: &HashMap<(u8, u8), Vec<(RequestId, SubsystemId)
     }
 }
 
-/// A record as text.
+/// Displays a record as text.
 struct Shown<'a> {
     record: &'a Record<'a>,
     way: Way,
@@ -324,7 +325,7 @@ fn record_json(record: &Record<'_>, way: Way, to: Option<SubsystemId>) -> Value 
     json
 }
 
-/// What a capture contained.
+/// Counters of a capture.
 #[derive(Clone, Copy, Debug)]
 pub struct Summary {
     bytes: u64,
@@ -334,7 +335,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// For people.
+    /// The counters as text.
     pub fn text(&self) -> String {
         let Counters { frames, bytes_skipped, .. } = self.counters;
         let Self { bytes, records, malformed, .. } = *self;
@@ -351,7 +352,7 @@ impl Summary {
         )
     }
 
-    /// For programs.
+    /// The counters as JSON.
     pub fn json(&self) -> Value {
         let counters = self.counters;
         json!({

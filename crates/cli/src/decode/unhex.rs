@@ -1,6 +1,6 @@
-//! Bytes written in hexadecimal, as captures and logs have them.
+//! Bytes written in hexadecimal, in the forms found in captures and logs.
 
-/// Reads hexadecimal text piece by piece: pairs of digits with or without blanks, `0x`, commas,
+/// Parses hexadecimal text piece by piece: pairs of digits with or without blanks, `0x`, commas,
 /// colons and dashes between them; `#` starts a comment.
 #[derive(Debug, Default)]
 pub struct Unhex {
@@ -10,14 +10,14 @@ pub struct Unhex {
 }
 
 impl Unhex {
-    /// Whether a text begins like hexadecimal.
+    /// Whether a text starts like hexadecimal.
     pub fn looks_like(text: &[u8]) -> bool {
         let mut unhex = Self::default();
         let mut bytes = Vec::new();
         unhex.feed(text, &mut bytes).is_ok() && !bytes.is_empty()
     }
 
-    /// Appends the bytes of a piece; the error is the place of what is not hexadecimal.
+    /// Appends the bytes of a piece; the error is the offset of the first invalid character.
     pub fn feed(&mut self, text: &[u8], bytes: &mut Vec<u8>) -> Result<(), u64> {
         for byte in text {
             self.offset += 1;
@@ -44,7 +44,7 @@ impl Unhex {
         Ok(())
     }
 
-    /// The end: no digit may be left alone.
+    /// Ends the text; an unpaired digit is an error.
     pub fn finish(&self) -> Result<(), u64> {
         if self.high.is_none() { Ok(()) } else { Err(self.offset) }
     }
@@ -57,7 +57,7 @@ mod tests {
     fn unhex(text: &str) -> Result<Vec<u8>, u64> {
         let mut bytes = Vec::new();
         let mut unhex = Unhex::default();
-        // Cut in the worst places.
+        // One byte at a time: every possible cut.
         for piece in text.as_bytes().chunks(1) {
             unhex.feed(piece, &mut bytes)?;
         }

@@ -1,4 +1,4 @@
-//! The picture of one moment as an SVG file, for documents.
+//! One moment of the demonstration as an SVG file, for documents.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use super::scene::{Line, Scene, View};
 use crate::failure::Failure;
 use crate::lang::pick;
 
-/// Size of the terminal that is drawn, characters.
+/// Size of the drawn terminal, characters.
 const COLUMNS: u16 = 120;
 const ROWS: u16 = 40;
 /// Size of a character, px.
@@ -22,7 +22,7 @@ const MARGIN: u32 = 12;
 const BACKGROUND: &str = "#14181d";
 const FOREGROUND: &str = "#d5dae0";
 
-/// Draws the scene once, when its moment has come or the demonstration ends before.
+/// Draws the scene once, at the chosen moment or at the end if that comes first.
 pub struct Drawing {
     path: PathBuf,
     at_ms: u64,
@@ -30,7 +30,7 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// Will write `path` at this simulated time.
+    /// Prepares to write `path` at this simulated time, ms.
     pub fn new(path: PathBuf, at_ms: u64) -> Self {
         Self { path, at_ms, done: false }
     }
@@ -67,7 +67,7 @@ impl View for Drawing {
     }
 }
 
-/// The characters as runs of the same style, each placed by its column.
+/// The characters as runs of one style, each placed by its column.
 fn svg(buffer: &Buffer) -> String {
     let (width, height) = (u32::from(COLUMNS) * CELL.0, u32::from(ROWS) * CELL.1);
     let (full_width, full_height) = (width + 2 * MARGIN, height + 2 * MARGIN);

@@ -1,4 +1,4 @@
-//! The fire that a seed lights.
+//! The fire for a given seed.
 
 use lafet_sim::fire::FireSpec;
 use lafet_sim::rng::Rng;

@@ -1,14 +1,14 @@
 //! The demonstration: a monitor finds a fire and puts it out, over real frames on a TCP connection.
 //!
-//! **Time.** The simulated monitor listens on a port of the loopback, and lafet-client talks to it
-//! as to any other. Simulated time moves in lock-step with that talk: it stands still while a
-//! request and its answers are under way, and goes on, 50 ms at a time, only when the script lets
-//! it ([`stage::Stage::pass`]). What the monitor does therefore depends on seed and fires alone,
-//! and the trace is the same byte for byte, however fast the computer is. `--speed` only decides
-//! how long the script waits by the clock between two such steps; 0 does not wait at all.
+//! **Time.** The simulated monitor listens on a port of the loopback, and lafet-client connects to
+//! it as to any other. Simulated time moves in lock-step with the exchange: it does not advance
+//! while a request and its answers are under way, and advances, 50 ms at a time, only when the
+//! script calls [`stage::Stage::pass`]. What the monitor does therefore depends on seed and fires
+//! alone, and the trace is the same byte for byte, however fast the computer is. `--speed` only
+//! sets how long the script waits in real time between two such steps; 0 does not wait at all.
 //!
-//! **What the operator knows.** The script asks the monitor, and it looks out of the window: that a
-//! fire is lit and that it is out is taken from the simulated world, everything else from answers.
+//! **What the operator knows.** The script queries the monitor and observes the site: that a fire
+//! is lit and that it is out is taken from the simulated world, everything else from answers.
 
 mod drawing;
 mod fires;
@@ -31,22 +31,22 @@ use scene::View;
 use stage::Stage;
 pub use summary::Summary;
 
-/// What a demonstration is made of.
+/// Settings of a demonstration.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Everything random follows from it, the place of the fire too.
+    /// Seed of everything random, including the place of the fire.
     pub seed: u64,
-    /// Simulated time by the clock; 0 is as fast as possible.
+    /// Simulated seconds per second of real time; 0 is as fast as possible.
     pub speed: f64,
-    /// Lines instead of the picture.
+    /// Log lines instead of the picture.
     pub plain: bool,
-    /// Nothing but the summary.
+    /// No output but the summary.
     pub silent: bool,
-    /// The fires; without any the seed chooses one.
+    /// The fires; if empty, the seed chooses one.
     pub fires: Vec<FireSpec>,
-    /// Where the trace goes.
+    /// File for the trace.
     pub trace: Option<PathBuf>,
-    /// Where the picture of one moment goes, and which: simulated ms.
+    /// File for the picture of one moment, and that moment, simulated ms.
     pub picture: Option<(PathBuf, u64)>,
 }
 
@@ -66,7 +66,7 @@ pub async fn run(options: Options) -> Result<Summary, Failure> {
     };
     let mut stage = Stage::open(&options, &fires, view).await?;
     let played = script::play(&mut stage, &fires).await;
-    // The trace is kept whatever happened, and what happened counts more than the trace.
+    // The trace is closed in any case; an error of the run takes precedence over one of the trace.
     let closed = stage.close(played.is_ok()).await;
     played?;
     closed

@@ -26,13 +26,13 @@ const STATES_WIDTH: u16 = 50;
 /// Lines of the log below both.
 const LOG_LINES: u16 = 10;
 
-/// The terminal while the picture is shown; dropping it gives the terminal back.
+/// The terminal while the picture is shown; restored on drop.
 pub struct Picture {
     terminal: DefaultTerminal,
 }
 
 impl Picture {
-    /// Takes the terminal.
+    /// Takes over the terminal.
     pub fn open() -> Result<Self, Failure> {
         let cannot = |error| Failure::io(pick("cannot draw on this terminal", "терминал"), error);
         let terminal = ratatui::try_init().map_err(cannot)?;
@@ -58,7 +58,7 @@ impl View for Picture {
 
     fn wants_to_leave(&mut self) -> bool {
         while event::poll(Duration::ZERO).unwrap_or(false) {
-            // A terminal that cannot be read any more is gone.
+            // A terminal that cannot be read is gone.
             let Ok(event) = event::read() else { return true };
             let Event::Key(key) = event else { continue };
             let control = key.modifiers.contains(KeyModifiers::CONTROL);
@@ -80,7 +80,7 @@ impl View for Picture {
         if to_the_end {
             return Ok(());
         }
-        // What led to the end would vanish with the picture.
+        // The log that led to the end would vanish with the picture.
         let skip = scene.log.len().saturating_sub(usize::from(LOG_LINES));
         for line in scene.log.iter().skip(skip) {
             let Line { at_ms, kind, text } = line;
@@ -91,7 +91,7 @@ impl View for Picture {
     }
 }
 
-/// Draws everything.
+/// Draws the whole screen.
 pub fn render(frame: &mut Frame<'_>, scene: &Scene) {
     let rows = Layout::vertical([
         Constraint::Length(1),

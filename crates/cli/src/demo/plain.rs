@@ -1,4 +1,4 @@
-//! The demonstration as lines of a log.
+//! The demonstration as log lines.
 
 use std::io::{self, Write};
 
@@ -7,17 +7,17 @@ use crate::describe::values;
 use crate::failure::Failure;
 use lafet_proto::SubsystemId;
 
-/// Simulated time between two lines about the state.
+/// Simulated time between two lines about the state, ms.
 const STATE_MS: u64 = 5000;
 
-/// Lines on standard output.
+/// A view that prints lines to standard output.
 pub struct Plain {
     phase: &'static str,
     next_state_ms: u64,
 }
 
 impl Plain {
-    /// Nothing written yet.
+    /// A view that has printed nothing yet.
     pub const fn new() -> Self {
         Self { phase: "", next_state_ms: STATE_MS }
     }

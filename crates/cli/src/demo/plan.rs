@@ -1,4 +1,4 @@
-//! The plan view: the monitor from above, what it looks at, where its water lands, what burns.
+//! The plan view: the monitor from above, its field of view, where its water lands, the fires.
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::DetectorFlags;
@@ -13,20 +13,20 @@ use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 use super::scene::Scene;
 use crate::lang::pick;
 
-/// What is seen at least, m in front of the monitor.
+/// Least distance shown in front of the monitor, m.
 const FRONT_M: f64 = 30.0;
-/// What is seen behind it, m.
+/// Distance shown behind it, m.
 const BACK_M: f64 = 3.0;
 /// Distance between two arcs, m.
 const ARC_M: f64 = 10.0;
-/// Length of the barrel in the plan, m: longer than it is.
+/// Length of the barrel in the plan, m; drawn longer than it is.
 const BARREL_M: f64 = 4.0;
-/// Half of what the detector sees at once, radians (its parameter FieldOfView is 15°).
+/// Half the detector's field of view, radians (its parameter FieldOfView is 15°).
 const HALF_VIEW: f64 = 0.131;
-/// A dot of the raster is two to a cell across, four down.
+/// Dots of the raster per character cell, across and down.
 const DOTS: (f64, f64) = (2.0, 4.0);
 
-/// Draws it.
+/// Draws the plan.
 pub fn render(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
     let block = Block::bordered().title(pick(" plan, m ", " план, м "));
     let inner = block.inner(area);
@@ -45,7 +45,7 @@ pub fn render(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
     frame.render_widget(canvas, area);
 }
 
-/// A place (forward, left) on the canvas: forward is up, left is left.
+/// Canvas coordinates of a place (forward, left), m: forward is up, left is left.
 const fn place((forward, left): (f64, f64)) -> (f64, f64) {
     (-left, forward)
 }
@@ -95,7 +95,7 @@ fn paint(context: &mut Context<'_>, scene: &Scene, farthest: f64) {
     context.draw(&Circle { x: 0.0, y: 0.0, radius: 0.8, color: Color::White });
 }
 
-/// The way of the water, and the ellipse that it wets.
+/// The path of the water and the ellipse that it wets.
 fn jet(context: &mut Context<'_>, landing: &Landing) {
     let (x2, y2) = place(landing.at);
     context.draw(&Line { x1: 0.0, y1: 0.0, x2, y2, color: Color::Blue });

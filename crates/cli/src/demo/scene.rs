@@ -1,4 +1,4 @@
-//! What a view of the demonstration shows.
+//! The data that a view of the demonstration shows.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,7 +11,7 @@ use lafet_sim::jet::Landing;
 
 use crate::failure::Failure;
 
-/// Lines of the log that are kept.
+/// Most log lines kept.
 const LOG_MAX: usize = 200;
 
 /// A line of the log.
@@ -19,29 +19,29 @@ const LOG_MAX: usize = 200;
 pub struct Line {
     /// Simulated time, ms.
     pub at_ms: u64,
-    /// What it is.
+    /// Kind of event.
     pub kind: Kind,
-    /// The text.
+    /// Text of the line.
     pub text: String,
 }
 
-/// What a line of the log is.
+/// Kind of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A request on its way to the monitor.
+    /// A request to the monitor.
     Request,
-    /// An answer.
+    /// An answer that is not a refusal.
     Answer,
-    /// A refusal.
+    /// An answer that is a refusal.
     Refusal,
-    /// What happens in the world.
+    /// An event in the simulated world.
     World,
-    /// What the operator thinks and decides.
+    /// A remark or decision of the operator.
     Operator,
 }
 
 impl Kind {
-    /// The mark before the line.
+    /// The mark printed before the line.
     pub const fn mark(self) -> &'static str {
         match self {
             Self::Request => "→",
@@ -52,35 +52,35 @@ impl Kind {
     }
 }
 
-/// Everything that can be seen.
+/// Everything a view can show.
 #[derive(Debug, Default)]
 pub struct Scene {
     /// Simulated time, ms.
     pub now_ms: u64,
-    /// What the script is at.
+    /// Current part of the script.
     pub phase: &'static str,
-    /// Where the monitor listens.
+    /// URL of the monitor.
     pub url: String,
-    /// The seed.
+    /// Seed of the simulation.
     pub seed: u64,
-    /// The last state of each subsystem, as the monitor answered.
+    /// Last state of each subsystem, as answered.
     pub states: BTreeMap<SubsystemId, AnswerBuf>,
-    /// The hotbeds, as the monitor answered.
+    /// Fire spots, as answered.
     pub hotbeds: Vec<Hotbed>,
     /// The last lines of the log.
     pub log: VecDeque<Line>,
-    /// The world, for the plan.
+    /// The simulated world, for the plan.
     pub world: Plan,
 }
 
 /// What an observer in the field sees.
 #[derive(Debug, Default)]
 pub struct Plan {
-    /// Where the barrel points, radians, positive left.
+    /// Direction of the barrel, radians, positive left.
     pub azimuth: f64,
-    /// Whether the barrel is out.
+    /// Whether the barrel is deployed.
     pub deployed: bool,
-    /// Where the water lands.
+    /// Where the water lands; `None` without a jet.
     pub landing: Option<Landing>,
     /// The fires: place (forward, left), diameter, heat.
     pub fires: Vec<((f64, f64), f64, f64)>,
@@ -95,24 +95,24 @@ impl Scene {
         self.log.push_back(line);
     }
 
-    /// Takes over the states of an answer to GetStatus.
+    /// Updates the states from an answer to GetStatus.
     pub fn learn(&mut self, answers: &[AnswerBuf]) {
         let states = answers.iter().filter(|answer| answer.status().is_success());
         self.states.extend(states.map(|answer| (answer.from(), answer.clone())));
     }
 
-    /// The flags of a subsystem.
+    /// Status flags of a subsystem; 0 if its state is not known.
     pub fn flags(&self, who: SubsystemId) -> u32 {
         let answer = self.states.get(&who).and_then(|answer| answer.decode().ok());
         answer.and_then(|answer| answer.data.flags_bits()).unwrap_or(0)
     }
 
-    /// Whether Deployer has all of these flags.
+    /// Whether Deployer has all of these flags set.
     pub fn deployer_is(&self, flags: DeployerFlags) -> bool {
         DeployerFlags::from_bits_retain(self.flags(SubsystemId::DEPLOYER)).contains(flags)
     }
 
-    /// The position of a drive.
+    /// Position of a drive, arc-minutes or mm; `None` if it is not known.
     pub fn position(&self, who: SubsystemId) -> Option<i16> {
         match self.states.get(&who)?.decode().ok()?.data {
             Reply::Drive(status) => Some(status.position),
@@ -122,21 +122,21 @@ impl Scene {
     }
 }
 
-/// Shows the scene to somebody.
+/// A way of showing the scene.
 pub trait View {
-    /// A new line of the log.
+    /// Called for each new line of the log.
     fn line(&mut self, line: &Line) -> Result<(), Failure>;
-    /// The scene has changed.
+    /// Called when the scene has changed.
     fn draw(&mut self, scene: &Scene) -> Result<(), Failure>;
-    /// Whether the viewer wants to end it.
+    /// Whether the viewer wants to quit.
     fn wants_to_leave(&mut self) -> bool {
         false
     }
-    /// The end; `to_the_end` when the script came to its end.
+    /// Called at the end; `to_the_end` is set if the script was completed.
     fn close(&mut self, scene: &Scene, to_the_end: bool) -> Result<(), Failure>;
 }
 
-/// Nobody watches.
+/// A view that shows nothing.
 pub struct Nobody;
 
 impl View for Nobody {

@@ -13,26 +13,27 @@ use crate::angle::degrees;
 use crate::failure::Failure;
 use crate::lang::pick;
 
-/// A search of the space in front, down to the foot of the monitor, arc-minutes.
+/// Sector of the search: the area in front, down to the foot of the monitor, arc-minutes.
 const SEARCH: Seek = Seek { start_h: -3600, end_h: 3600, start_v: -600, end_v: 300, analyse: 1 };
-/// The narrowest jet, mm.
+/// Nozzle position of the narrowest jet, mm.
 const NARROW: i16 = 60;
 /// Degrees between the lines of the scan.
 const SCAN_STEP: i8 = 1;
-/// Height of the scan, arc-minutes: the jet falls flat, so its footprint is long already.
+/// Height of the scan, arc-minutes: the jet comes down at a flat angle, so its footprint is long
+/// already.
 const SCAN_HEIGHT: i16 = 60;
-/// What is added to the hotbed on each side, arc-minutes.
+/// Margin added to the hotbed on each side, arc-minutes.
 const MARGIN: i32 = 30;
-/// Distances that an estimate from the elevation may have, m: farther off the angle says little.
+/// Plausible distances for an estimate from the elevation, m: farther away the angle says little.
 const PLAUSIBLE_M: std::ops::RangeInclusive<f64> = 3.0..=60.0;
-/// Searches at most: as many as there can be fires, and some that see smoke.
+/// Most searches: one for each possible fire, and some that see smoke.
 const ROUNDS: usize = 8;
 
 const SEARCH_MS: u64 = 180_000;
 const MOVE_MS: u64 = 20_000;
 const QUENCH_MS: u64 = 180_000;
 
-/// Plays it.
+/// Runs the script.
 pub async fn play(stage: &mut Stage, fires: &[FireSpec]) -> Result<(), Failure> {
     stage.phase(pick("standby", "дежурное положение"));
     stage.pass(500).await?;
@@ -65,7 +66,7 @@ pub async fn play(stage: &mut Stage, fires: &[FireSpec]) -> Result<(), Failure> 
     }
 }
 
-/// Searches, and returns the brightest hotbed.
+/// Searches, and returns the brightest fire spot.
 async fn search(stage: &mut Stage) -> Result<Option<Hotbed>, Failure> {
     stage.phase(pick("search", "поиск"));
     let detector = SubsystemId::DETECTOR;
@@ -89,7 +90,7 @@ async fn search(stage: &mut Stage) -> Result<Option<Hotbed>, Failure> {
     Ok(brightest)
 }
 
-/// Extinguishes one hotbed.
+/// Extinguishes one fire spot.
 async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
     stage.phase(pick("quench", "тушение"));
     let distance = distance(stage, hotbed).await?;
@@ -97,7 +98,7 @@ async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
     let clamp = |value: i32| value.clamp(-32_767, 32_767) as i16;
     let sector = Sector {
         centre_h: clamp(i32::midpoint(x1, x2)),
-        // Water puts out what burns, and that is at the foot of the flame.
+        // The lower edge, at the foot of the flame: water there extinguishes the fire.
         centre_v: clamp(y1),
         nozzle: NARROW,
         width: clamp((x1 - x2).abs() + 2 * MARGIN),
@@ -114,7 +115,7 @@ async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
     stage.ask(SubsystemId::VALVE1, Body::Open { key: key::OPEN }).await?;
     let target = f64::from(sector.centre_h);
     let out = move |stage: &Stage| {
-        // The one that is nearest to where the barrel aims.
+        // Counts only fires close to the aim.
         let near = |azimuth: f64| (azimuth - target).abs() < 180.0;
         !stage.burning().into_iter().any(near)
     };
@@ -139,7 +140,7 @@ async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
     }
 }
 
-/// How far away a hotbed is. Its lower edge is where flame and ground meet, and the barrel's
+/// Distance to a fire spot, m. Its lower edge is where flame and ground meet, and the barrel's
 /// height above ground is known: distance = height / tan(angle below the horizon).
 async fn distance(stage: &mut Stage, hotbed: &Hotbed) -> Result<i8, Failure> {
     let id = ParamId::of("Height");
@@ -167,7 +168,7 @@ async fn distance(stage: &mut Stage, hotbed: &Hotbed) -> Result<i8, Failure> {
     }
     let told_m = stage.range_of_nearest(f64::from(i32::midpoint(hotbed.x1, hotbed.x2)));
     stage.say(pick(
-        format!("An edge at {angle} tells no distance; the operator's map says {told_m:.0} m."),
+        format!("An edge at {angle} gives no distance; the operator's map says {told_m:.0} m."),
         format!("Край под углом {angle} не даёт расстояния; по карте оператора {told_m:.0} м."),
     ))?;
     Ok(told_m.round().clamp(0.0, 127.0) as i8)
@@ -178,7 +179,7 @@ async fn wrap(stage: &mut Stage) -> Result<(), Failure> {
     stage.ask(SubsystemId::DEPLOYER, Body::Wrap).await?;
     let wrapped = |stage: &Stage| stage.scene().deployer_is(DeployerFlags::WRAPPED);
     if !stage.until(3 * MOVE_MS, wrapped).await? {
-        return Err(ended("The barrel does not wrap.", "Ствол не сворачивается."));
+        return Err(ended("The barrel does not stow.", "Ствол не сворачивается."));
     }
     stage.phase(pick("standby", "дежурное положение"));
     stage.say(pick("Standby again.", "Снова дежурное положение."))?;

@@ -1,4 +1,4 @@
-//! The stage: the simulated monitor, the client, simulated time, and those who watch.
+//! The stage: the simulated monitor, the client, simulated time, and the views.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -26,15 +26,15 @@ use crate::lang::pick;
 use crate::serve::{Listen, Shared};
 use crate::simulator;
 
-/// Simulated time between two pictures.
+/// Simulated time between two pictures, ms.
 const PICTURE_MS: u64 = 50;
-/// Simulated time between two looks at the monitor's state.
+/// Simulated time between two polls of the monitor's state, ms.
 const LOOK_MS: u64 = 250;
-/// Nothing is lost on the loopback, so a slow computer must not make the client ask twice: the
+/// The loopback loses nothing, so a slow computer must not make the client repeat a request: the
 /// trace would show it.
 const ANSWER: Duration = Duration::from_secs(60);
 
-/// The stage.
+/// A running demonstration.
 pub struct Stage {
     sim: Shared,
     client: Client,
@@ -85,47 +85,47 @@ impl Stage {
         })
     }
 
-    /// What is known.
+    /// The data shown by the view.
     pub const fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// What the summary will say.
+    /// The summary, to be filled by the script.
     pub const fn summary(&mut self) -> &mut Summary {
         &mut self.summary
     }
 
-    /// The hotbeds that the monitor has told.
+    /// Sets the fire spots that the monitor reported.
     pub fn set_hotbeds(&mut self, hotbeds: Vec<lafet_proto::status::Hotbed>) {
         self.scene.hotbeds = hotbeds;
     }
 
-    /// The next part begins.
+    /// Starts the next part of the script.
     pub fn phase(&mut self, phase: &'static str) {
         self.scene.phase = phase;
     }
 
-    /// The operator says something.
+    /// Logs a remark of the operator.
     pub fn say(&mut self, text: impl Into<String>) -> Result<(), Failure> {
         self.show(Kind::Operator, text.into())
     }
 
-    /// A fire is lit.
+    /// Lights a fire in the simulated world.
     pub fn light(&mut self, fire: FireSpec) -> Result<(), Failure> {
         self.sim.lock().world_mut().light(fire);
         self.summary.fires += 1;
         self.events()
     }
 
-    /// Fires that burn: their direction in arc-minutes.
+    /// Directions of the burning fires, arc-minutes.
     pub fn burning(&self) -> Vec<f64> {
         let sim = self.sim.lock();
         let burning = sim.world().fires.iter().filter(|fire| fire.burns());
         burning.map(|fire| fire.at.1.atan2(fire.at.0).to_degrees() * 60.0).collect()
     }
 
-    /// How far the fire nearest to a direction (arc-minutes) is, m: what a map of the site would
-    /// tell.
+    /// Distance of the fire nearest to a direction (arc-minutes), m: what a map of the site would
+    /// show.
     pub fn range_of_nearest(&self, direction: f64) -> f64 {
         let sim = self.sim.lock();
         let off = |azimuth_deg: f64| (azimuth_deg * 60.0 - direction).abs();
@@ -135,7 +135,7 @@ impl Stage {
             .map_or(0.0, |fire| fire.range_m)
     }
 
-    /// Sends a request and shows it with its answers. Simulated time stands still meanwhile.
+    /// Sends a request and shows it with its answers. Simulated time does not advance meanwhile.
     pub async fn ask(&mut self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Failure> {
         let request = Request::new(to, body);
         self.show(Kind::Request, request.to_string())?;
@@ -147,7 +147,7 @@ impl Stage {
         Ok(answers.accepted()?)
     }
 
-    /// Reads all states. The trace has everything; those who watch see what has changed.
+    /// Reads all states. The trace records all of them; the view shows changes.
     pub async fn look(&mut self) -> Result<(), Failure> {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
         let answers = self.exchange(&request).await?;
@@ -172,7 +172,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Lets simulated time pass.
+    /// Advances simulated time.
     pub async fn pass(&mut self, ms: u64) -> Result<(), Failure> {
         let end_ms = self.now_ms() + ms;
         while self.now_ms() < end_ms {
@@ -191,7 +191,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Lets time pass until something is so, at most for `limit_ms`; whether it came.
+    /// Advances time until a condition holds, by `limit_ms` at most; returns whether it held.
     pub async fn until(
         &mut self,
         limit_ms: u64,
@@ -207,7 +207,7 @@ impl Stage {
         Ok(false)
     }
 
-    /// The end: nothing is kept back any more.
+    /// Ends the demonstration, and flushes the trace.
     pub async fn close(mut self, to_the_end: bool) -> Result<Summary, Failure> {
         self.summary.end_ms = self.now_ms();
         let traced = self.keep_trace().and_then(|()| self.trace.close());
@@ -239,7 +239,7 @@ impl Stage {
         self.trace.add(&lines.unwrap_or_default())
     }
 
-    /// Takes note of what has happened in the world.
+    /// Logs new events of the simulated world.
     fn events(&mut self) -> Result<(), Failure> {
         let events = self.sim.lock().world_mut().take_events();
         for event in events {
@@ -320,7 +320,7 @@ impl Stage {
         self.view.draw(&self.scene)
     }
 
-    /// Waits until the clock has come as far as simulated time.
+    /// Waits until real time has caught up with simulated time.
     async fn pace(&mut self) -> Result<(), Failure> {
         if self.view.wants_to_leave() {
             return Err(Failure::Interrupted);
@@ -337,7 +337,7 @@ impl Stage {
     }
 }
 
-/// Flags that come and go all the time while the barrel scans.
+/// Flags that change constantly while the barrel scans.
 fn ordinary(who: SubsystemId) -> u32 {
     match who {
         SubsystemId::VERTICAL | SubsystemId::HORIZONTAL | SubsystemId::NOZZLE => {

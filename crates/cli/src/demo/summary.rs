@@ -1,28 +1,28 @@
-//! What came out: how long everything took, and how much water.
+//! Results of a demonstration: how long each step took, and how much water was used.
 
 use serde_json::{Value, json};
 
 use crate::lang::pick;
 use crate::out::columns;
 
-/// Times are simulated, from the moment the (first) fire was lit.
+/// Results. Times are simulated, ms since the start unless stated otherwise.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// The seed.
+    /// Seed of the simulation.
     pub seed: u64,
-    /// Fires lit.
+    /// Number of fires lit.
     pub fires: usize,
-    /// Fires that are out.
+    /// Number of fires extinguished.
     pub out: usize,
-    /// When the first fire was lit, ms since the start.
+    /// When the first fire was lit, ms.
     pub lit_ms: Option<u64>,
-    /// When the monitor reported it, ms since the start.
+    /// When the monitor reported it, ms.
     pub detected_ms: Option<u64>,
-    /// When water reached it, ms since the start.
+    /// When water reached it, ms.
     pub water_ms: Option<u64>,
-    /// When the last one was out, ms since the start.
+    /// When the last fire was out, ms.
     pub out_ms: Option<u64>,
-    /// When the monitor was wrapped again, ms since the start.
+    /// When the monitor was stowed again, ms.
     pub end_ms: u64,
     /// Water that left the nozzle, litres.
     pub water_l: f64,
@@ -42,7 +42,7 @@ impl Summary {
         Some(at_ms?.saturating_sub(self.lit_ms?) as f64 / 1000.0)
     }
 
-    /// For people.
+    /// The summary as text.
     pub fn text(&self) -> String {
         let seconds = |at_ms| match self.since_lit_s(at_ms) {
             Some(seconds) => format!("{seconds:6.1} {}", pick("s", "с")),
@@ -77,7 +77,7 @@ impl Summary {
         format!("{title}\n{}", columns(&rows))
     }
 
-    /// For programs.
+    /// The summary as JSON.
     pub fn json(&self) -> Value {
         json!({
             "seed": self.seed,

@@ -1,4 +1,4 @@
-//! The trace: every request and answer, and the state of the world each 100 ms.
+//! The trace: every request and answer, and the state of the world every 100 ms.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -7,24 +7,24 @@ use std::path::{Path, PathBuf};
 use crate::failure::Failure;
 use crate::lang::pick;
 
-/// A trace that goes to a file, or nowhere.
+/// A trace that goes to a file, or is discarded.
 pub struct Trace(Option<(PathBuf, BufWriter<File>)>);
 
 impl Trace {
-    /// Opens the file.
+    /// Opens the file; `None` discards the trace.
     pub fn open(path: Option<&Path>) -> Result<Self, Failure> {
         let Some(path) = path else { return Ok(Self(None)) };
         let file = File::create(path).map_err(|error| cannot_write(path, error))?;
         Ok(Self(Some((path.to_owned(), BufWriter::new(file)))))
     }
 
-    /// Adds text that ends its lines itself.
+    /// Appends text, which contains its own line ends.
     pub fn add(&mut self, text: &str) -> Result<(), Failure> {
         let Some((path, file)) = &mut self.0 else { return Ok(()) };
         file.write_all(text.as_bytes()).map_err(|error| cannot_write(path, error))
     }
 
-    /// Writes out what is still kept back.
+    /// Flushes the trace.
     pub fn close(&mut self) -> Result<(), Failure> {
         let Some((path, file)) = &mut self.0 else { return Ok(()) };
         file.flush().map_err(|error| cannot_write(path, error))

@@ -4,7 +4,7 @@ use std::error::Error as _;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-/// What is wrong, and where to read more.
+/// The error, and where to read more.
 pub fn russian(error: &clap::Error) -> String {
     let mut text = format!("Ошибка: {}", what(error));
     let suggestion = [
@@ -55,7 +55,7 @@ fn what(error: &clap::Error) -> String {
     }
 }
 
-/// Reasons that come from the standard library and from clap are English.
+/// Translates reasons that come from the standard library and from clap, which are English.
 fn known_reason(why: &str) -> String {
     let russian = why.chars().any(|c| ('а'..='я').contains(&c));
     match why {
@@ -90,7 +90,7 @@ mod tests {
     use clap::CommandFactory;
 
     #[test]
-    fn mistakes_are_told_in_russian() {
+    fn errors_are_shown_in_russian() {
         for (arguments, word) in [
             ("lafet", "не указана команда"),
             ("lafet fly", "неизвестная команда `fly`"),

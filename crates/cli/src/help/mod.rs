@@ -1,7 +1,7 @@
 //! Help and errors of the command line, in English or Russian.
 //!
-//! clap speaks English. For Russian every text of its command tree is replaced from the table in
-//! `ru.rs`, and its errors are told anew; a test finds what the table lacks.
+//! clap's texts are English. For Russian, every text of its command tree is replaced from the table
+//! in `ru.rs`, and its errors are rewritten; a test finds what the table lacks.
 
 mod errors;
 mod ru;
@@ -20,11 +20,11 @@ use lafet_proto::param::Param;
 use crate::cli::{Cli, GENERAL};
 use crate::lang::{Lang, current};
 
-/// The command line in the language of the user.
+/// The command line in the user's language.
 pub fn command() -> Command {
-    // Defaults, variables and choices stand in the texts, where they can be translated.
+    // Defaults, variables and choices are part of the texts, where they can be translated.
     let plain = |arg: Arg| match arg.get_action().takes_values() {
-        // A negative number is a value, which may be out of range, and no option.
+        // A negative number is a value, possibly out of range, not an option.
         true => arg
             .hide_default_value(true)
             .hide_env(true)
@@ -39,12 +39,12 @@ pub fn command() -> Command {
     }
 }
 
-/// The command line as a shell completes it: with the words that arguments may be.
+/// The command line for shell completion: with the possible values of arguments.
 pub fn completed() -> Command {
     everywhere(command(), &|command| command.mut_args(words_of))
 }
 
-/// The argument with its words; a parser that knows them by a function alone shows none.
+/// Adds the possible values to an argument; clap cannot see those of a parser function.
 fn words_of(arg: Arg) -> Arg {
     let names = |wanted: fn(SubsystemId) -> bool| {
         let all = SUBSYSTEMS.iter().filter(move |info| wanted(info.id));
@@ -70,11 +70,11 @@ fn words_of(arg: Arg) -> Arg {
     arg.value_parser(PossibleValuesParser::new(words))
 }
 
-/// Tells what is wrong with the arguments, or shows the help that was asked for.
+/// Prints an error in the arguments, or the help that was requested.
 pub fn show(error: &clap::Error) -> ExitCode {
     let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
     let is_help = asked || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
-    // When nobody reads it, the exit code still tells.
+    // If standard error is closed, the exit code still reports the error.
     let message = match current() {
         Lang::Ru if !is_help => errors::russian(error),
         _ => {
@@ -105,7 +105,7 @@ fn everywhere(command: Command, change: &dyn Fn(Command) -> Command) -> Command 
 }
 
 fn russian(command: Command) -> Command {
-    // Usage lines are made by clap once the tree is built.
+    // clap makes usage lines once the tree is built.
     let mut built = command.clone();
     built.build();
     translate(command, "", &mut built).disable_version_flag(true).arg(flag(
@@ -123,7 +123,7 @@ fn translate(command: Command, path: &str, built: &mut Command) -> Command {
     let mut positionals = 0;
     let mut command = command
         .mut_args(|arg| {
-            // Under a heading of its own clap would order arguments by their names.
+            // Under a heading of their own, clap would sort arguments by name.
             positionals += usize::from(arg.is_positional());
             let is_positional = arg.is_positional();
             let arg = translate_arg(arg, path);
@@ -211,7 +211,7 @@ mod tests {
         }
     }
 
-    /// What a shell offers knows drives, valves, parameters and programs.
+    /// Shell completion offers drives, valves, parameters and programs.
     #[test]
     fn completion_knows_the_words_of_arguments() {
         for (path, id, words) in [
@@ -234,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Arguments in their order; the command's own options before those of every command.
+    /// Arguments in their order; the command's own options before the general ones.
     #[test]
     fn help_begins_with_what_is_the_commands_own() {
         for (english, general) in [(true, "General options:"), (false, "Общие параметры:")]

@@ -1,4 +1,4 @@
-//! What can be broken on purpose, in words.
+//! The faults that can be injected, with their texts.
 
 use lafet_hub::simulation;
 use lafet_hub::text::{Both, both};
@@ -9,7 +9,7 @@ use lafet_sim::fault::{
 
 type Words = (&'static str, &'static str);
 
-/// All faults: name, group, and what they are.
+/// All faults: name, group and text.
 pub fn catalogue() -> Vec<simulation::Fault> {
     let one = |fault: Fault| {
         let group = group(fault);
@@ -20,7 +20,7 @@ pub fn catalogue() -> Vec<simulation::Fault> {
     Fault::all().map(one).collect()
 }
 
-/// The part of the monitor that it belongs to.
+/// Name of the part of the monitor that a fault belongs to.
 fn group(fault: Fault) -> &'static str {
     match fault {
         Fault::Drive(axis, _) => axis_name(axis),
@@ -84,20 +84,20 @@ fn of((en, ru): Words) -> Both {
 const fn drive(fault: DriveFault) -> Words {
     match fault {
         DriveFault::MotorOpen => ("Motor circuit is broken", "Обрыв цепи двигателя"),
-        DriveFault::Jam => ("Jammed: stands still", "Заклинило: не движется"),
+        DriveFault::Jam => ("Jammed: does not move", "Заклинило: не движется"),
         DriveFault::PowerStage => {
             ("Power stage is dead, undiagnosed", "Силовой каскад мёртв, диагностики нет")
         }
         DriveFault::Friction => ("Friction: draws too much", "Трение: ток выше допустимого"),
         DriveFault::Stiff => ("Stiff grease: draws more", "Густая смазка: ток повышен"),
-        DriveFault::EncoderDead => ("Position reading stands still", "Положение не меняется"),
+        DriveFault::EncoderDead => ("Position reading does not change", "Положение не меняется"),
         DriveFault::EncoderReversed => {
             ("Position counts the wrong way", "Положение считается наоборот")
         }
         DriveFault::EncoderFault => {
             ("Position sensor reports a fault", "Датчик положения сообщает о неисправности")
         }
-        DriveFault::SpeedDead => ("Speed sensor reads nought", "Датчик скорости показывает ноль"),
+        DriveFault::SpeedDead => ("Speed sensor reads zero", "Датчик скорости показывает ноль"),
         DriveFault::SpeedReversed => {
             ("Speed sensor has the wrong sign", "Датчик скорости с обратным знаком")
         }

@@ -1,4 +1,4 @@
-//! The hub inside this program: its own threads, its logs, a browser.
+//! Runs the hub inside this program: its threads, its logs, a browser.
 
 mod faults;
 pub mod scene;
@@ -20,12 +20,12 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::pick;
 use crate::out::Out;
 
-/// What is logged: `LAFET_LOG=info`, `LAFET_LOG=lafet_hub=debug`.
+/// Environment variable of the log filter: `LAFET_LOG=info`, `LAFET_LOG=lafet_hub=debug`.
 const LOG: &str = "LAFET_LOG";
-/// Commands of monitors must not wait for logins, exports or a busy simulator.
+/// Number of threads: commands to monitors must not wait for logins, exports or a busy simulator.
 const THREADS: usize = 4;
 
-/// A hub on threads of its own.
+/// A hub that runs on threads of its own.
 pub struct Running {
     runtime: Option<tokio::runtime::Runtime>,
     hub: Hub,
@@ -46,21 +46,24 @@ impl Running {
                 let folder = folder.display();
                 return Failure::Usage(pick(
                     format!(
-                        "{folder} can be written by other users of this machine and holds what is not \
-                         the hub's. Set data to a folder of its own."
+                        "{folder} can be written by other users of this machine and contains files \
+                         that are not the hub's. Set data to a folder of its own."
                     ),
                     format!(
-                        "В папку {folder} могут писать другие пользователи, и в ней чужие файлы. Укажите \
-                         в data отдельную папку."
+                        "В папку {folder} могут писать другие пользователи, и в ней чужие файлы. \
+                         Укажите в data отдельную папку."
                     ),
                 ));
             }
             if let StoreError::InUse(folder) = &error {
                 let folder = folder.display();
                 return Failure::Usage(pick(
-                    format!("Another hub uses {folder}: end it, or give this one its own data."),
                     format!(
-                        "Папкой {folder} уже пользуется другой центр управления: остановите его \
+                        "Another hub uses {folder}: stop it, or set another data folder for \
+                         this one."
+                    ),
+                    format!(
+                        "Папкой {folder} уже пользуется другой сервер объекта: остановите его \
                          либо укажите другую папку data."
                     ),
                 ));
@@ -82,7 +85,7 @@ impl Running {
             match Server::bind(own).await {
                 Ok(server) => {
                     _ = ready.send(server.url());
-                    // Whoever drops the sender ends the hub as well.
+                    // Dropping the sender ends the hub as well.
                     server.serve(async { _ = ending.await }).await;
                 }
                 Err(error) => _ = ready.send(Err(error)),
@@ -101,17 +104,17 @@ impl Running {
         Ok(Self { runtime: Some(runtime), hub, url, end: Some(end), ended })
     }
 
-    /// What to open in a browser.
+    /// The URL to open in a browser.
     pub fn url(&self) -> &str {
         &self.url
     }
 
-    /// The hub.
+    /// The running hub.
     pub const fn hub(&self) -> &Hub {
         &self.hub
     }
 
-    /// Says where it is, and the one-time link when there is no user yet.
+    /// Prints the URL, and the one-time link while there are no users.
     pub fn announce(&self, out: &mut Out, login: bool) -> Outcome {
         let link = if login { self.hub.access.setup_link() } else { Ok(None) };
         let link = link.map_err(|error| Failure::Ended(error.to_string()))?;
@@ -120,17 +123,18 @@ impl Running {
         if let Some(link) = &link {
             text += &pick(
                 format!(
-                    "\nThere is no user yet. Make the first administrator here, once:\n  {link}"
+                    "\nThere are no users yet. Create the first administrator here, once:\n  {link}"
                 ),
                 format!(
-                    "\nПользователей ещё нет. Создайте администратора по одноразовой ссылке:\n  {link}"
+                    "\nПользователей ещё нет. Создайте администратора по одноразовой ссылке:\n  \
+                     {link}"
                 ),
             );
         }
         out.show(text, || json!({ "listening": self.url, "setup": link }))
     }
 
-    /// Ends it: motions are let go, open requests answered, the audit log closed.
+    /// Ends the hub: motions are released, open requests answered, the audit log closed.
     pub async fn end(mut self) {
         drop(self.end.take());
         _ = (&mut self.ended).await;
@@ -148,7 +152,7 @@ impl Drop for Running {
     }
 }
 
-/// Files of the state are lost: what, and how to go on.
+/// Describes lost state files, and how to continue without them.
 fn lost(losses: &[Loss]) -> Failure {
     let of = |lang| losses.iter().map(|it| it.both().of(lang).to_owned()).collect::<Vec<_>>();
     let mut words: Vec<&str> = losses.iter().map(|it| it.file.word()).collect();
@@ -156,15 +160,15 @@ fn lost(losses: &[Loss]) -> Failure {
     let words = words.join(",");
     Failure::Usage(pick(
         format!(
-            "The state of the hub is not what it has written:\n  {}\nFind out why, and restore a copy \
-             of the whole folder if there is one. To go on without what is lost, which is recorded: \
+            "The state of the hub is not as it was saved:\n  {}\nFind out why, and restore a copy \
+             of the whole folder if there is one. To continue without it, which will be recorded: \
              lafet serve --accept-lost {words}",
             of(Lang::En).join("\n  ")
         ),
         format!(
-            "Состояние не то, что было сохранено:\n  {}\nВыясните причину; если есть копия всей папки, \
-             восстановите её. Продолжить без потерянного, с записью об этом: \
-             lafet serve --accept-lost {words}",
+            "Состояние не то, что было сохранено:\n  {}\nВыясните причину; если есть копия всей \
+             папки, восстановите её. Продолжить без потерянного, с записью об этом: lafet serve \
+             --accept-lost {words}",
             of(Lang::Ru).join("\n  ")
         ),
     ))
@@ -176,7 +180,7 @@ pub fn log(json: bool, usual: &str) {
     let targets = wanted.parse::<Targets>().unwrap_or_default();
     let layer = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
     let registry = tracing_subscriber::registry();
-    // Somebody who has set a logger before keeps it.
+    // A logger that was set before stays.
     _ = if json {
         registry.with(layer.json().with_filter(targets)).try_init()
     } else {
@@ -184,7 +188,7 @@ pub fn log(json: bool, usual: &str) {
     };
 }
 
-/// Opens a page where there is somebody to look at it.
+/// Opens a page in a browser, if there is a display.
 pub fn browse(url: &str) {
     let screen = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
     let opener = match () {
@@ -196,7 +200,7 @@ pub fn browse(url: &str) {
     if std::io::stdout().is_terminal() {
         let mut command = Command::new(opener);
         command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-        // The address is printed; without a browser it is copied by hand.
+        // The URL is printed as well, so a failure to start a browser is ignored.
         _ = command.spawn();
     }
 }

@@ -1,4 +1,4 @@
-//! A simulated site as the hub publishes it: where things stand, what burns, where water lands.
+//! A simulated site as the hub publishes it: positions, fires, and where water lands.
 
 use lafet_hub::simulation::{Burning, JetShown, Scene, Splash};
 use lafet_hub::site::{Place, Site, Tank, Wall};
@@ -6,7 +6,7 @@ use lafet_sim::exercise::{Director, Exercise, FirePlan};
 use lafet_sim::fire::Fire;
 use lafet_sim::obstacle::Shape;
 
-/// Where things are.
+/// Positions of the objects of a site.
 pub fn site(exercise: &Exercise) -> Site {
     let mut site = Site::default();
     for (plan, monitor) in exercise.monitors.iter().zip(&exercise.site.monitors) {
@@ -28,7 +28,7 @@ pub fn site(exercise: &Exercise) -> Site {
     site
 }
 
-/// What only the simulation knows.
+/// State that only the simulation knows.
 pub fn scene(director: &Director, speed: f64) -> Scene {
     let (exercise, site) = (director.exercise(), &director.site);
     let ambient_c = site.members.first().map(|member| member.sim.world().climate.ambient_c);
@@ -72,7 +72,7 @@ fn pair((x, y): (f64, f64)) -> [f64; 2] {
     [round(x), round(y)]
 }
 
-/// Centimetres are enough for a picture.
+/// Rounds to centimetres, which is enough for a picture.
 fn round(value: f64) -> f64 {
     (value * 100.0).round() / 100.0
 }

@@ -1,4 +1,4 @@
-//! A simulated site for the hub: scenarios, faults and fires at will, and the score.
+//! A simulated site for the hub: scenarios, faults and fires on demand, and the score.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,9 +16,9 @@ use serde_json::Value;
 use super::{faults, scene};
 use crate::serve::{Bus, Wire};
 
-/// Simulated time before anybody can ask: the monitors read their sensors for the first time.
+/// Simulated time before the first request, in which the monitors read their sensors, ms.
 const POWER_UP_MS: u64 = 200;
-/// How often the hub asks the monitors, ms.
+/// Interval at which the hub polls the monitors, ms.
 const POLL_MS: u64 = 100;
 /// Step of the simulation, ms.
 const STEP_MS: u64 = lafet_sim::world::STEP_MS;
@@ -30,23 +30,23 @@ pub struct Training(Arc<Mutex<State>>);
 struct State {
     scenario: &'static str,
     run: Run,
-    /// How many scenarios were started.
+    /// Number of scenarios started so far.
     number: u64,
     seed: u64,
     automatic: bool,
     paused: bool,
     speed: f64,
     due_ms: f64,
-    /// The final score, when its time is over.
+    /// The final score, once the time of the scenario is over.
     outcome: Option<Outcome>,
-    /// Lines of the log that were told.
+    /// Number of log lines already reported.
     told: usize,
-    /// Where its monitors listen.
+    /// Address on which its monitors listen.
     place: String,
 }
 
 impl Training {
-    /// A scenario at its beginning; its monitors listen at `place`.
+    /// Loads a scenario; its monitors listen at `place`.
     pub fn new(scenario: &str, seed: Option<u64>, place: &str) -> Result<Self, Both> {
         let (scenario, exercise) = find(scenario)?;
         let seed = seed.unwrap_or(exercise.site.seed);
@@ -70,7 +70,7 @@ impl Training {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The monitors and the site of what is loaded.
+    /// The monitors and the site of the loaded scenario.
     pub fn loaded(&self) -> Result<Loaded, Both> {
         let state = self.lock();
         let exercise = state.run.director().exercise();
@@ -78,14 +78,14 @@ impl Training {
         Ok(Loaded { monitors, site: Some(scene::site(exercise)) })
     }
 
-    /// What only the simulation knows.
+    /// State that only the simulation knows.
     pub fn scene(&self) -> Scene {
         let state = self.lock();
         let speed = if state.paused { 0.0 } else { state.speed };
         scene::scene(state.run.director(), speed)
     }
 
-    /// What has happened since the last call: to which monitor, and what.
+    /// Events since the last call: the monitor concerned, and the text.
     pub fn news(&self) -> Vec<(Option<String>, Both)> {
         let mut state = self.lock();
         if state.outcome.is_some() {
@@ -97,7 +97,7 @@ impl Training {
         let exercise = state.run.director().exercise();
         let name = |index: usize| exercise.monitors.get(index).map(|it| it.name.clone());
         let lines = state.run.lines();
-        // What monitors tell and are asked, the hub sees itself.
+        // The hub itself sees the monitors' requests and answers.
         use exercise::Kind;
         let ours = |kind| matches!(kind, Kind::Event | Kind::Fire | Kind::Plant | Kind::Note);
         let news = lines.iter().skip(state.told).filter(|line| ours(line.kind));
@@ -277,13 +277,13 @@ impl Simulation for Training {
 }
 
 impl Training {
-    /// The outcome, or what it would be if it ended now.
+    /// The outcome, or what it would be if the exercise ended now.
     fn outcome(&self) -> Outcome {
         let state = self.lock();
         if let Some(outcome) = &state.outcome {
             return outcome.clone();
         }
-        // Commands must not wait until a report is made.
+        // Commands must not wait while a report is made.
         let run = state.run.clone();
         drop(state);
         run.outcome()
@@ -349,7 +349,7 @@ fn monitors(exercise: &Exercise, place: &str) -> Result<Vec<MonitorConfig>, Both
     exercise.monitors.iter().zip(&exercise.site.monitors).map(one).collect()
 }
 
-/// What people call a monitor: the side of the site on which it stands.
+/// Title of a monitor: the side of the site on which it is placed.
 fn side((east, north): (f64, f64)) -> Both {
     const SIDES: [[&str; 2]; 8] = [
         ["North", "Север"],
@@ -426,7 +426,7 @@ mod tests {
         training.commanded("M2", "StartSeek Detector -100 100 0 10");
         training.commanded("M1", "StartSeek Control");
         training.advance_ms(61_000);
-        assert_eq!(found(&training), CheckState::Open, "nobody has given the alarm");
+        assert_eq!(found(&training), CheckState::Open, "no alarm has been given");
         training.commanded("M1", "StartSeek Detector -100 100 0 10");
         training.advance_ms(61_000);
         assert_eq!(

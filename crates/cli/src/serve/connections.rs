@@ -1,4 +1,5 @@
-//! The connections of a TCP listener: a bounded number, of which the most silent gives way.
+//! The connections of a TCP listener: a bounded number; the one silent for longest is dropped
+//! first.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -6,10 +7,10 @@ use std::time::Instant;
 
 use tokio::task::AbortHandle;
 
-/// Connections of one listener at most.
+/// Most connections of one listener.
 pub const CONNECTIONS_MAX: usize = 64;
 
-/// When a connection was heard last: a good frame, or its start.
+/// Time of the last valid frame of a connection, or of its start.
 #[derive(Clone)]
 pub struct Heard {
     began: Instant,
@@ -17,7 +18,7 @@ pub struct Heard {
 }
 
 impl Heard {
-    /// The connection is heard now.
+    /// Records that a frame has arrived now.
     pub fn now(&self) {
         let elapsed = u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX);
         self.last_ms.store(elapsed, Ordering::Relaxed);
@@ -36,20 +37,20 @@ pub struct Connections {
 }
 
 impl Connections {
-    /// None yet.
+    /// No connections yet.
     pub fn new() -> Self {
         Self { began: Instant::now(), slots: Vec::new() }
     }
 
-    /// A clock for a new connection.
+    /// A timestamp for a new connection.
     pub fn heard(&self) -> Heard {
         let heard = Heard { began: self.began, last_ms: Arc::default() };
         heard.now();
         heard
     }
 
-    /// Keeps a new connection; when there are too many, the one silent for longest is dropped, so
-    /// that half-open connections cannot shut anybody out.
+    /// Adds a new connection; when there are too many, the one silent for longest is dropped, so
+    /// that half-open connections cannot lock out new clients.
     pub fn add(&mut self, heard: Heard, task: AbortHandle) {
         self.slots.retain(|slot| !slot.task.is_finished());
         if self.slots.len() >= CONNECTIONS_MAX {

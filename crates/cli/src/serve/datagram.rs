@@ -9,15 +9,15 @@ use tokio::net::UdpSocket;
 
 use super::Bus;
 
-/// Rest after an error of the socket, lest a lasting one keeps the processor busy; also the longest
-/// wait for room to send.
+/// Pause after an error of the socket, so that a lasting one does not keep the processor busy; also
+/// the longest wait for room to send.
 const REST: Duration = Duration::from_millis(50);
 
 /// Answers datagrams for ever.
 pub async fn serve_datagrams(socket: UdpSocket, source: Source, bus: impl Bus) -> io::Result<()> {
     let mut datagram = [0; WIRE_MAX + 1];
     loop {
-        // An error of the socket mostly tells that a sender has gone; the others go on.
+        // An error of the socket mostly means that a sender has gone; the others continue.
         let Ok((count, sender)) = socket.recv_from(&mut datagram).await else {
             tokio::time::sleep(REST).await;
             continue;

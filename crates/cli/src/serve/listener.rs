@@ -1,4 +1,4 @@
-//! Where a simulated monitor listens: `--listen tcp://…`, `udp://…`, `pty`, `radio+tcp://…`.
+//! Listeners of a simulated monitor: `--listen tcp://…`, `udp://…`, `pty`, `radio+tcp://…`.
 
 use std::fmt;
 use std::io;
@@ -15,14 +15,14 @@ use super::datagram::serve_datagrams;
 use super::stream::{Habits, Wire, serve_stream};
 use crate::lang::pick;
 
-/// What ends the URL of a listener for bare records.
+/// Query of a listener URL that selects bare records.
 const RECORDS: &str = "?framing=records";
-/// Rest after a connection that could not be taken, as when no file descriptor is left.
+/// Pause after a failed accept, for example when no file descriptor is left.
 const ACCEPT_REST: Duration = Duration::from_millis(100);
-/// An answer that nobody reads from a pseudo-terminal is thrown away after this time.
+/// An answer that is not read from a pseudo-terminal is discarded after this time.
 const PTY_WRITE: Duration = Duration::from_millis(500);
 
-/// What `--listen` says.
+/// A parsed `--listen` argument.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Listen {
     radio: bool,
@@ -36,7 +36,7 @@ enum Medium {
     Pty,
 }
 
-/// A listener that is open.
+/// An open listener.
 pub struct Listening {
     source: Source,
     socket: Socket,
@@ -54,27 +54,27 @@ enum Socket {
 }
 
 impl Listen {
-    /// A TCP port of the wired interface.
+    /// A TCP listener of the wired interface.
     pub fn tcp(place: impl Into<String>) -> Self {
         Self { radio: false, medium: Medium::Tcp { place: place.into(), records: false } }
     }
 
-    /// A TCP port of the radio interface.
+    /// A TCP listener of the radio interface.
     pub fn radio(place: impl Into<String>) -> Self {
         Self { radio: true, ..Self::tcp(place) }
     }
 
-    /// Whether it is the radio interface.
+    /// Whether it belongs to the radio interface.
     pub const fn is_radio(&self) -> bool {
         self.radio
     }
 
-    /// Whether bare records go over it, which no modem carries.
+    /// Whether it carries bare records, which no modem transmits.
     pub const fn has_records(&self) -> bool {
         matches!(self.medium, Medium::Tcp { records: true, .. })
     }
 
-    /// Host and port, when it is frames over TCP at the wired interface.
+    /// Host and port, if it carries frames over TCP on the wired interface.
     #[cfg(unix)]
     pub fn tcp_place(&self) -> Option<&str> {
         match &self.medium {
@@ -83,7 +83,7 @@ impl Listen {
         }
     }
 
-    /// Opens it.
+    /// Opens the listener.
     pub async fn open(&self) -> io::Result<Listening> {
         let source = if self.radio { Source::Radio } else { Source::ExternalConn };
         let (socket, url) = match &self.medium {
@@ -116,13 +116,13 @@ fn pty() -> io::Result<(Socket, String)> {
 }
 
 impl Listening {
-    /// What clients connect to.
+    /// The URL that clients connect to.
     pub fn url(&self) -> &str {
         &self.url
     }
 
-    /// Serves clients until the end of the program; those of the radio interface over a channel,
-    /// if there is one.
+    /// Serves clients until the end of the program; those of the radio interface over `air`, if
+    /// given.
     pub async fn serve_over(self, air: Option<Air>, bus: impl Bus) -> io::Result<()> {
         let Some(air) = air.filter(|_| self.source == Source::Radio) else {
             return self.serve(bus).await;
@@ -138,7 +138,8 @@ impl Listening {
         }
     }
 
-    /// Serves clients until the end of the program; an error is one that nobody can mend.
+    /// Serves clients until the end of the program; an error is returned if the listener fails for
+    /// good.
     pub async fn serve(self, bus: impl Bus) -> io::Result<()> {
         match self.socket {
             Socket::Tcp { listener, records } => {
@@ -187,8 +188,8 @@ async fn accept(listener: TcpListener, wire: impl Fn() -> Wire, bus: impl Bus) -
 }
 
 async fn serve_client(stream: TcpStream, wire: Wire, bus: impl Bus, heard: impl FnMut()) {
-    // Answers are small and somebody waits for each of them. A connection that breaks concerns
-    // nobody but its client.
+    // Answers are small and a client waits for each of them. A connection that breaks affects only
+    // its client.
     let _ = stream.set_nodelay(true);
     let _ = serve_stream(stream, wire, &bus, Habits::default(), heard).await;
 }

@@ -1,7 +1,7 @@
 //! A simulated monitor on the network: any number of clients, one simulation.
 //!
-//! Everything runs on one thread. A frame is handled at once, at the simulated time that
-//! [`pace()`] has reached; nobody waits for anybody else's connection.
+//! Everything runs on one thread. A frame is handled at once, at the simulated time that [`pace()`]
+//! has reached; no connection waits for another.
 
 mod connections;
 mod datagram;
@@ -24,19 +24,19 @@ pub use radio::Air;
 pub use site::SharedSite;
 pub use stream::{Habits, Wire, serve_stream};
 
-/// What answers the frames of a connection: one simulated monitor, or those of a site.
+/// Handles the frames of a connection: one simulated monitor, or those of a site.
 pub trait Bus: Clone + Send + Sync + 'static {
-    /// Gives bytes of a stream to all monitors on it; their answers.
+    /// Passes bytes of a stream to all monitors on it; returns their answers.
     fn receive(&self, wire: &mut Wire, bytes: &[u8]) -> Vec<u8>;
 
-    /// Gives a datagram to all monitors; the answer, if one of them has one.
+    /// Passes a datagram to all monitors; returns the answer, if there is one.
     fn datagram(&self, source: Source, bytes: &[u8]) -> Option<Vec<u8>>;
 
-    /// Moves simulated time.
+    /// Advances simulated time.
     fn advance_ms(&self, ms: u64);
 }
 
-/// The simulation that all connections share.
+/// The simulation shared by all connections.
 #[derive(Clone)]
 pub struct Shared(Arc<Mutex<Sim>>);
 
@@ -46,7 +46,7 @@ impl Shared {
         Self(Arc::new(Mutex::new(sim)))
     }
 
-    /// The simulation. Do not keep it while waiting for anything.
+    /// Locks the simulation. Do not hold the guard across an await.
     pub fn lock(&self) -> MutexGuard<'_, Sim> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

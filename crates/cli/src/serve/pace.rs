@@ -1,4 +1,4 @@
-//! Simulated time beside the monotonic clock.
+//! Keeps simulated time in step with the monotonic clock.
 
 use std::time::Duration;
 
@@ -6,17 +6,17 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 
 use super::Bus;
 
-/// How often simulated time is brought forward.
+/// Interval at which simulated time is advanced.
 const PERIOD: Duration = Duration::from_millis(5);
 /// Step of the simulation, ms.
 const STEP_MS: u64 = lafet_sim::world::STEP_MS;
-/// Steps without letting anybody else run.
+/// Steps between yields to other tasks.
 const STEPS_AT_ONCE: u64 = 20;
-/// The farthest that simulated time follows a clock which has jumped ahead, as after a pause of the
-/// computer: real time, ms.
+/// Most real time that the simulation catches up after the clock jumps ahead, as after the computer
+/// was suspended, ms.
 const LAG_MAX_MS: f64 = 500.0;
 
-/// Moves simulated time `speed` times as fast as the clock, for ever.
+/// Advances simulated time at `speed` times real time, for ever.
 pub async fn pace(bus: impl Bus, speed: f64) {
     let mut ticks = interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);

@@ -9,14 +9,14 @@ use rustix::termios::OptionalActions;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::unix::pipe::{Receiver, Sender};
 
-/// The simulator's end. The other end is kept open as well, so that clients may come and go.
+/// The simulator's end. The client's end is kept open as well, so that clients may come and go.
 pub struct Pty {
     ours: tokio::io::Join<Receiver, Sender>,
     theirs: OwnedFd,
 }
 
 impl Pty {
-    /// Opens a pair; returns the path of the end for clients.
+    /// Opens a pair; returns the path of the client's end.
     pub fn open() -> io::Result<(Self, String)> {
         let ours = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
         rustix::pty::grantpt(&ours)?;
@@ -31,13 +31,13 @@ impl Pty {
         let status = rustix::fs::fcntl_getfl(&ours)?;
         rustix::fs::fcntl_setfl(&ours, status | OFlags::NONBLOCK)?;
         let path = name.to_string_lossy().into_owned();
-        // Tokio's pipes read and write any descriptor that can be waited for.
+        // Tokio's pipes work with any descriptor that can be polled.
         let writer = Sender::from_owned_fd_unchecked(ours.try_clone()?)?;
         let reader = Receiver::from_owned_fd_unchecked(ours)?;
         Ok((Self { ours: tokio::io::join(reader, writer), theirs }, path))
     }
 
-    /// The bytes; the second part keeps the line open.
+    /// The byte stream, and a descriptor that keeps the line open.
     pub fn split(self) -> (impl AsyncRead + AsyncWrite + Unpin, OwnedFd) {
         (self.ours, self.theirs)
     }

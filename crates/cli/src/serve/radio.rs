@@ -1,7 +1,7 @@
 //! Radio modems between clients and simulated monitors: `lafet sim --radio`.
 //!
 //! Every connection to a `radio+` listener is a modem on one channel, and so are the monitors. All
-//! hear each other, so a bus controller, consoles and programs can be tried on it, too.
+//! receive each other, so a bus controller, consoles and programs can be tried on it too.
 
 use std::collections::HashMap;
 use std::io;
@@ -18,12 +18,12 @@ use tokio::time::{Duration, Instant, sleep_until};
 
 use super::{Bus, Wire};
 
-/// Packets for a client that it has not read; more are lost.
+/// Most packets that a client has not read; further ones are lost.
 const UNREAD_MAX: usize = 64;
-/// Senders of datagrams that have a modem each; the one silent for longest gives way.
+/// Most senders of datagrams, which have a modem each; the one silent for longest is dropped.
 const SENDERS_MAX: usize = 16;
 
-/// The channel that all connections share.
+/// The channel shared by all connections.
 #[derive(Clone)]
 pub struct Air(Arc<Shared>);
 
@@ -73,7 +73,7 @@ impl Air {
         self.0.changed.notify_one();
     }
 
-    /// Carries packets, and gives those that arrive at the monitors to them, for ever.
+    /// Carries packets, and delivers to the monitors those that reach them, for ever.
     pub async fn carry(self, bus: impl Bus) -> io::Result<()> {
         let monitors = self.lock().radio.join();
         let mut wire = Wire::link(Source::Radio);
@@ -85,7 +85,7 @@ impl Air {
                         let answers = bus.receive(&mut wire, &bytes);
                         state.radio.send(monitors, self.now_us(), &answers);
                     } else if let Some(way) = state.ways.get(&to) {
-                        // Who does not read loses packets.
+                        // A client that does not read loses packets.
                         let _ = way.try_send(bytes);
                     }
                 }
@@ -99,7 +99,7 @@ impl Air {
         }
     }
 
-    /// The modem of a client that is connected by a stream.
+    /// Runs the modem of a client connected by a stream.
     pub async fn serve_stream(self, stream: impl AsyncRead + AsyncWrite + Unpin) -> io::Result<()> {
         let (station, mut packets) = self.join();
         let (mut reader, mut writer) = tokio::io::split(stream);
@@ -122,13 +122,13 @@ impl Air {
         ended
     }
 
-    /// The modems of clients that send datagrams, one for each sender.
+    /// Runs the modems of clients that send datagrams, one per sender.
     pub async fn serve_datagrams(self, socket: UdpSocket) -> io::Result<()> {
         let socket = Arc::new(socket);
         let mut senders: Vec<(SocketAddr, Station)> = Vec::new();
         let mut datagram = [0; WIRE_MAX + 1];
         loop {
-            // An error of the socket mostly tells that a sender has gone; the others go on.
+            // An error of the socket mostly means that a sender has gone; the others continue.
             let Ok((len, from)) = socket.recv_from(&mut datagram).await else {
                 tokio::time::sleep(Duration::from_millis(50)).await;
                 continue;
@@ -147,7 +147,7 @@ impl Air {
         }
     }
 
-    /// A modem whose packets go out as datagrams.
+    /// A modem whose packets are sent as datagrams.
     fn datagrams_to(&self, to: SocketAddr, socket: Arc<UdpSocket>) -> Station {
         let (station, mut packets) = self.join();
         tokio::spawn(async move {

@@ -1,4 +1,4 @@
-//! The monitors of a site on the network: all on one bus, or one at a place of its own.
+//! The monitors of a site on the network: all on one bus, or each at an address of its own.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -7,7 +7,7 @@ use lafet_sim::exercise::{Director, Link};
 
 use super::{Bus, Wire};
 
-/// The site that all connections share.
+/// The site shared by all connections.
 #[derive(Clone)]
 pub struct SharedSite(Arc<Mutex<Director>>);
 
@@ -17,18 +17,19 @@ impl SharedSite {
         Self(Arc::new(Mutex::new(director)))
     }
 
-    /// The site. Do not keep it while waiting for anything.
+    /// Locks the site. Do not hold the guard across an await.
     pub fn lock(&self) -> MutexGuard<'_, Director> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A connection to some of its monitors.
+    /// A connection to some of its monitors, by index.
     pub fn tap(&self, members: Vec<usize>) -> Tap {
         Tap { site: self.clone(), members }
     }
 }
 
-/// A connection to some monitors of a site. A link that the scenario has lost carries nothing.
+/// A connection to some monitors of a site. It carries nothing over a link that the scenario has
+/// cut.
 #[derive(Clone)]
 pub struct Tap {
     site: SharedSite,

@@ -1,4 +1,4 @@
-//! Frames on a stream of bytes: a TCP connection, a pseudo-terminal, a pipe inside the process.
+//! Frames on a byte stream: a TCP connection, a pseudo-terminal, a pipe inside the process.
 
 use std::io;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use super::Bus;
 /// memory of a connection: each frame of 12 bytes or more has one answer of at most 512.
 const CHUNK: usize = 512;
 
-/// What the bytes of a stream are, and how much of a frame each monitor on it has.
+/// Framing of a stream, and the partial frame of each monitor on it.
 pub struct Wire {
     source: Source,
     records: bool,
@@ -27,12 +27,12 @@ enum Framing {
 }
 
 impl Wire {
-    /// Link frames of this interface.
+    /// Link frames on this interface.
     pub const fn link(source: Source) -> Self {
         Self { source, records: false, ports: Vec::new() }
     }
 
-    /// Bare records of this interface.
+    /// Bare records on this interface.
     pub const fn records(source: Source) -> Self {
         Self { source, records: true, ports: Vec::new() }
     }
@@ -42,7 +42,7 @@ impl Wire {
         self.source
     }
 
-    /// Gives bytes to the monitor of this number on the stream; its answers.
+    /// Passes bytes to monitor `number` on the stream; returns its answers.
     pub fn receive(&mut self, number: usize, sim: &mut Sim, bytes: &[u8]) -> Vec<u8> {
         while self.ports.len() <= number {
             self.ports.push(match self.records {
@@ -57,11 +57,11 @@ impl Wire {
     }
 }
 
-/// What a connection does besides answering.
+/// Timeouts of a connection.
 pub struct Habits {
-    /// A peer that does not take an answer in this time is dropped, or the answer is.
+    /// Time a peer has to take an answer; after it, the peer or the answer is dropped.
     pub write_timeout: Duration,
-    /// Whether an answer that nobody takes ends the connection.
+    /// Whether a peer that does not take an answer is dropped, not only the answer.
     pub drop_slow: bool,
 }
 
@@ -71,9 +71,9 @@ impl Default for Habits {
     }
 }
 
-/// Answers the frames of a stream until it ends; `heard` is called when there was one.
+/// Answers the frames of a stream until it ends; `heard` is called after each valid frame.
 ///
-/// Bytes that are no frame, and frames for other addresses, are answered by nothing.
+/// Bytes that are not a frame, and frames for other addresses, are not answered.
 pub async fn serve_stream<S, B: Bus>(
     stream: S,
     mut wire: Wire,
@@ -101,7 +101,7 @@ where
                 Err(_) => {}
             }
         }
-        // A peer that sends without pause must not keep the others waiting.
+        // A peer that sends without pause must not starve the others.
         if count == CHUNK {
             tokio::task::yield_now().await;
         }

@@ -1,24 +1,24 @@
-//! What is typed while a command runs: `stop` acts at once, the rest waits for its turn.
+//! Lines typed while a command runs: `stop` acts at once, the rest waits for its turn.
 
 #[cfg(unix)]
 use std::time::Duration;
 
-/// How often the terminal is looked at. It edits lines itself meanwhile, and keeps them.
+/// Interval at which the terminal is checked. It edits and keeps lines itself meanwhile.
 #[cfg(unix)]
 const LOOK: Duration = Duration::from_millis(30);
 
-/// Lines of the terminal.
+/// Lines typed at the terminal.
 pub struct Ahead {
     wanted: bool,
 }
 
 impl Ahead {
-    /// Listens, if somebody is to.
+    /// Listens if `wanted` is set.
     pub const fn listen(wanted: bool) -> Self {
         Self { wanted }
     }
 
-    /// The next line; waits for ever when there will be none.
+    /// The next line; pending for ever when there will be none.
     #[cfg(unix)]
     pub async fn next(&mut self) -> String {
         while self.wanted {
@@ -31,7 +31,7 @@ impl Ahead {
         std::future::pending().await
     }
 
-    /// Waits for ever: nothing is heard of while a command runs.
+    /// Pending for ever: this system does not show lines typed while a command runs.
     #[cfg(not(unix))]
     pub async fn next(&mut self) -> String {
         std::future::pending().await
@@ -44,7 +44,7 @@ mod unix {
 
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-    /// A line of a terminal is not longer.
+    /// A terminal's line is not longer than this.
     const LINE_MAX: usize = 4096;
 
     pub enum Typed {
@@ -53,7 +53,7 @@ mod unix {
         Gone,
     }
 
-    /// The line that the terminal has, if it has one: then reading does not wait.
+    /// The line that the terminal holds, if any: then reading does not block.
     pub fn line() -> Typed {
         let terminal = stdin();
         let mut ready = [PollFd::new(&terminal, PollFlags::IN)];

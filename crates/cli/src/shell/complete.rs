@@ -1,4 +1,4 @@
-//! What may stand at the cursor: commands, subsystems, names of parameters, flags.
+//! Completions at the cursor: commands, subsystems, names of parameters, flags.
 
 use clap::{Arg, Command, CommandFactory};
 use lafet_proto::SubsystemId;
@@ -11,23 +11,23 @@ use crate::cli::{Cli, subsystem};
 use crate::help;
 use crate::lang::{of, pick};
 
-/// Options that a shell has once and for all.
+/// Options that apply to the whole shell and are set at its start.
 pub const FIXED: [&str; 3] = ["connect", "lang", "timeout"];
 
-/// A completion, and what it means.
+/// A completion and its meaning.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Candidate {
-    /// What is written.
+    /// Text to insert.
     pub text: String,
-    /// What it means.
+    /// One line that explains it.
     pub meaning: String,
 }
 
-/// Completes lines by the same description of the commands that reads them.
+/// Completes lines by the same clap description that parses them.
 pub struct Grammar {
-    /// With the names of values as the code has them.
+    /// With value names as in the code.
     plain: Command,
-    /// With the texts of the user's language.
+    /// With texts in the user's language.
     told: Command,
 }
 
@@ -40,12 +40,12 @@ impl Grammar {
         Self { plain, told }
     }
 
-    /// What may stand at the end of this text, and from which byte on it is replaced.
+    /// Completions for the end of this text, and the byte offset from which it is replaced.
     pub fn candidates(&self, text: &str) -> (usize, Vec<Candidate>) {
         let mut words = split(text);
         let end = words.last().map_or(0, |word| word.span.end);
         if text[end..].contains('#') {
-            // A remark.
+            // A comment.
             return (text.len(), Vec::new());
         }
         let apart = words.last().is_none_or(|word| !word.open && word.span.end < text.len());
@@ -89,14 +89,14 @@ impl Grammar {
     }
 }
 
-/// Where in the grammar the cursor is.
+/// Position of the cursor in the grammar.
 struct Place<'a> {
     plain: &'a Command,
     told: &'a Command,
     is_root: bool,
-    /// Positional arguments before it.
+    /// Number of positional arguments before it.
     positionals: usize,
-    /// The option whose value is to come.
+    /// The option whose value comes next.
     option: Option<&'a Arg>,
     before: &'a [Word],
 }
@@ -133,7 +133,7 @@ impl<'a> Place<'a> {
         args.filter_map(flag).collect()
     }
 
-    /// What an argument may be.
+    /// Possible values of an argument.
     fn values(&self, arg: &Arg) -> Vec<Candidate> {
         let possible = arg.get_possible_values();
         if !possible.is_empty() {
@@ -154,7 +154,7 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// The parameters of the subsystem that stands before.
+    /// Parameters of the subsystem given before.
     fn params(&self) -> Vec<Candidate> {
         let named = self.before.iter().rev().find_map(|word| subsystem(&word.text).ok());
         let params = named.into_iter().flat_map(Param::of);
@@ -183,7 +183,7 @@ fn subsystems(wanted: impl Fn(SubsystemId) -> bool) -> Vec<Candidate> {
 }
 
 fn candidate(text: &str, meaning: &str) -> Candidate {
-    // A line of a menu, not a paragraph.
+    // One line of a menu, not a paragraph.
     let meaning = meaning.lines().next().unwrap_or_default().to_owned();
     Candidate { text: text.to_owned(), meaning }
 }
@@ -203,7 +203,7 @@ impl Completer for Grammar {
             ..Suggestion::default()
         };
         if all.is_empty() {
-            // What is there stands for itself: an empty menu would speak English.
+            // Offer the text itself: reedline's message for an empty menu is English only.
             let value = line.get(start..pos).unwrap_or_default().to_owned();
             let span = Span::new(start, pos);
             return CompletionResult::fresh(vec![Suggestion {
@@ -252,14 +252,14 @@ mod tests {
                 assert!(all.iter().any(|text| text == word), "{line}: {all:?}");
             }
             let spare = all.iter().filter(|text| !expected.contains(&text.as_str()));
-            // Where several commands begin alike, others may come along.
+            // Where several commands start alike, further ones are allowed.
             let spare: Vec<_> = spare.filter(|_| !line.starts_with("param ")).collect();
             assert!(spare.is_empty(), "{line}: {spare:?}");
         }
     }
 
     #[test]
-    fn commands_stand_alone_and_flags_of_the_shell_are_fixed() {
+    fn commands_need_no_url_and_flags_of_the_shell_are_fixed() {
         let root = texts("");
         assert!(root.contains(&"stop".into()) && root.contains(&"exit".into()), "{root:?}");
         assert!(!root.contains(&"shell".into()) && !root.contains(&"Vertical".into()), "{root:?}");

@@ -1,4 +1,4 @@
-//! The line that is typed, with history and completion; it knows no commands.
+//! The line editor, with history and completion; it knows no commands.
 
 use std::borrow::Cow;
 use std::io;
@@ -20,19 +20,19 @@ use super::complete::Grammar;
 use crate::top::feed::Feed;
 
 const MENU: &str = "completion";
-/// Lines that are remembered.
+/// Most lines of history kept.
 const HISTORY_MAX: usize = 2000;
 /// The editor leaves the terminal within this time.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Notices that may wait until the editor shows them.
+/// Most notices that wait until the editor shows them.
 const NOTICES_MAX: usize = 32;
 
-/// What has been typed.
+/// Result of reading a line.
 #[derive(Debug)]
 pub enum Input {
-    /// A line.
+    /// A complete line.
     Line(String),
-    /// Ctrl-C.
+    /// Ctrl-C was pressed.
     CtrlC,
     /// Ctrl-D, or the terminal is gone.
     End,
@@ -40,7 +40,7 @@ pub enum Input {
     Failed(io::Error),
 }
 
-/// Edits lines on a thread of its own, one when asked for.
+/// Edits lines on a thread of its own, one per request.
 pub struct Editor {
     ask: Sender<()>,
     inputs: UnboundedReceiver<Input>,
@@ -48,33 +48,33 @@ pub struct Editor {
     over: Arc<AtomicBool>,
 }
 
-/// Shows notices above the line that is being typed.
+/// Shows notices above the line being typed.
 #[derive(Clone)]
 pub struct Notices {
     printer: SyncSender<String>,
     repaint: Arc<dyn Fn() + Send + Sync>,
-    /// A line is being typed.
+    /// Whether a line is being typed.
     typing: Arc<AtomicBool>,
 }
 
 impl Notices {
-    /// Tells something that has come by itself.
+    /// Shows a notice.
     pub fn tell(&self, text: String) {
         if !self.typing.load(Ordering::Acquire) {
             eprintln!("{text}");
         } else if self.printer.try_send(text).is_err() {
-            // So many are waiting that one more tells nothing new.
+            // The queue is full; one more notice would add nothing.
         }
     }
 
-    /// The prompt says something else now.
+    /// Redraws the prompt, which has changed.
     pub fn repaint(&self) {
         (self.repaint)();
     }
 }
 
 impl Editor {
-    /// An editor whose prompt tells the state of the monitor.
+    /// An editor whose prompt shows the state of the monitor.
     pub fn start(feed: Arc<Feed>, remember: bool) -> Self {
         let printer = ExternalPrinter::new(NOTICES_MAX);
         let over = Arc::new(AtomicBool::new(false));
@@ -106,26 +106,26 @@ impl Editor {
         Self { ask, inputs, notices, over }
     }
 
-    /// Where notices go.
+    /// A handle for notices.
     pub fn notices(&self) -> Notices {
         self.notices.clone()
     }
 
-    /// Asks for a line.
+    /// Starts reading a line.
     pub fn ask(&self) {
-        // A thread that is gone is found by `next`.
+        // `next` notices when the thread is gone.
         let _ = self.ask.send(());
     }
 
-    /// The line that was asked for.
+    /// The line started by [`Self::ask`].
     pub async fn next(&mut self) -> Input {
         self.inputs.recv().await.unwrap_or(Input::End)
     }
 
-    /// Gives up the line that is being typed, so that the terminal is as it was.
+    /// Abandons the line being typed, and restores the terminal.
     pub async fn give_up(&mut self) {
         self.over.store(true, Ordering::Release);
-        // A terminal that has gone away may keep the thread for ever.
+        // A terminal that is gone may block the thread for ever.
         let _ = timeout(PATIENCE, self.next()).await;
     }
 }
@@ -147,14 +147,14 @@ fn reedline(remember: bool) -> Reedline {
         .with_hinter(Box::new(DefaultHinter::default()))
         .with_edit_mode(Box::new(Emacs::new(keys)));
     let file = history_file().filter(|_| remember);
-    // Without a file the lines of this session are remembered all the same.
+    // Without a file, the lines of this session are still kept in memory.
     match file.and_then(|file| FileBackedHistory::with_file(HISTORY_MAX, file).ok()) {
         Some(history) => line.with_history(Box::new(history)),
         None => line,
     }
 }
 
-/// Where the lines of earlier sessions are kept.
+/// File with the lines of earlier sessions.
 fn history_file() -> Option<PathBuf> {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let state = set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local/state")))?;

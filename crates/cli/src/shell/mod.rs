@@ -1,4 +1,4 @@
-//! The parts of `lafet shell`: how lines are taken apart, completed, edited, and typed ahead.
+//! The parts of `lafet shell`: splitting, completing and editing lines, and typing ahead.
 
 pub mod ahead;
 pub mod complete;

@@ -1,21 +1,21 @@
-//! A line as words: blanks separate, quotes keep together, `#` begins a remark.
+//! Splits a line into words: blanks separate, quotes group, `#` starts a comment.
 
 use std::ops::Range;
 
 use crate::lang::pick;
 
-/// A word and where it stands in the line.
+/// A word and its place in the line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Word {
-    /// What it says, without its quotes.
+    /// Its text, without quotes.
     pub text: String,
-    /// Its bytes in the line, with its quotes.
+    /// Its byte range in the line, with quotes.
     pub span: Range<usize>,
-    /// Its closing quote is missing.
+    /// Whether its closing quote is missing.
     pub open: bool,
 }
 
-/// Takes a line apart. Only a quote at the beginning of a word quotes: angles are written `12°30'`.
+/// Splits a line. Only a quote at the start of a word quotes: angles are written `12°30'`.
 pub fn split(line: &str) -> Vec<Word> {
     let mut words = Vec::new();
     let mut rest = line;
@@ -39,7 +39,7 @@ pub fn split(line: &str) -> Vec<Word> {
     }
 }
 
-/// The words of a whole line.
+/// The words of a complete line; an unclosed quote is an error.
 pub fn words(line: &str) -> Result<Vec<String>, String> {
     let words = split(line);
     if words.iter().any(|word| word.open) {
@@ -48,8 +48,8 @@ pub fn words(line: &str) -> Result<Vec<String>, String> {
     Ok(words.into_iter().map(|word| word.text).collect())
 }
 
-/// Whether a line wants a stop: whatever follows, in Russian, or with the keyboard's layout not
-/// switched.
+/// Whether a line asks for a stop: with any arguments, in Russian, or typed in the wrong keyboard
+/// layout.
 pub fn is_stop(line: &str) -> bool {
     let first = split(line).into_iter().next();
     first.is_some_and(|word| ["stop", "стоп", "ыещз"].contains(&word.text.to_lowercase().as_str()))

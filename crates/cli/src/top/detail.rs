@@ -1,4 +1,4 @@
-//! One monitor: its axes between their limits, valves, programs, hotbeds, climate.
+//! One monitor: its axes between their limits, valves, programs, fire spots, climate.
 
 use lafet_proto::SubsystemId;
 use lafet_proto::answer::Reply;
@@ -17,10 +17,10 @@ use crate::describe::{self, tenths};
 use crate::lang::pick;
 use crate::out::columns;
 
-/// Columns of an axis beside its bar.
+/// Columns of an axis row without its bar.
 const BESIDE_BAR: usize = 58;
 const BAR_MAX: usize = 60;
-/// Columns of a subsystem's name.
+/// Columns for the name of a subsystem.
 const NAME: usize = 12;
 
 /// Draws the page.
@@ -54,7 +54,7 @@ fn lines(seen: &Seen, width: usize) -> Vec<Line<'static>> {
     if !seen.hotbeds.is_empty() {
         lines.extend(hotbeds(seen));
     }
-    lines.push(Line::styled(pick("What is not as it should be", "Что не так"), bold));
+    lines.push(Line::styled(pick("Problems", "Что не так"), bold));
     lines.extend(fault_lines(seen));
     lines.extend(climate(seen));
     let links = [
@@ -82,14 +82,14 @@ fn title(seen: &Seen) -> Line<'static> {
     Line::from(spans)
 }
 
-/// A drive between its limits, and what its flags say.
+/// A drive between its limits, and its flags.
 fn axis(seen: &Seen, who: SubsystemId, width: usize) -> Vec<Line<'static>> {
     let Some((at, current, speed)) = seen.drive(who) else {
         return subsystem(seen, who).into_iter().collect();
     };
     let limits = seen.limits.iter().find(|(id, _)| *id == who).map(|(_, limits)| limits);
     let bar_width = width.saturating_sub(BESIDE_BAR).min(BAR_MAX);
-    // Positive is left (§3.1): what is left on the monitor is left on the screen.
+    // Positive is left (§3.1): the bar shows the left of the monitor on the left.
     let mirrored = who == SubsystemId::HORIZONTAL;
     let (first, last, bar) = match limits {
         Some(limits) => {
@@ -124,7 +124,8 @@ fn axis(seen: &Seen, who: SubsystemId, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// Where a drive is between its limits: `├──●─────┤`; mirrored with the greater one at the left.
+/// Position of a drive between its limits: `├──●─────┤`; mirrored with the greater limit at the
+/// left.
 fn bar(limits: &Limits, at: i32, width: usize, mirrored: bool) -> String {
     let inside = width.saturating_sub(2);
     let span = i64::from(limits.max) - i64::from(limits.min);
@@ -151,7 +152,7 @@ fn flag_spans(seen: &Seen, who: SubsystemId) -> Vec<Span<'static>> {
     set.chain(unnamed).collect()
 }
 
-/// A subsystem in a line: its flags, then its values; none when it does not exist.
+/// A subsystem in one line: its flags, then its values; `None` if it does not exist.
 fn subsystem(seen: &Seen, who: SubsystemId) -> Option<Line<'static>> {
     let answer = seen.answers.iter().find(|answer| answer.from() == who)?;
     let mut spans = vec![Span::raw(left(&who.to_string(), NAME)), Span::raw(" ")];

@@ -1,4 +1,4 @@
-//! The links behind the dashboard: connected in the background, subscribed, and kept so.
+//! The links of the dashboard: connected and kept open in the background.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -19,28 +19,28 @@ use crate::connect::Connection;
 use crate::failure::Failure;
 use crate::lang::current;
 
-/// How soon a link that cannot be made is tried again.
+/// Pause before a failed link is tried again.
 const AGAIN: Duration = Duration::from_secs(2);
-/// Limits and hotbeds change seldom.
+/// Polling interval of limits and hotbeds, which change seldom.
 const SELDOM: Duration = Duration::from_secs(3);
-/// Round trips that are kept: a column each.
+/// Most round trips kept: one per column.
 const ROUND_TRIPS_MAX: usize = 400;
 
-/// A monitor, and what keeps it in view.
+/// A monitor, and what keeps its state up to date.
 pub struct Feed {
     name: String,
     url: String,
     slot: Arc<Mutex<Slot>>,
 }
 
-/// A monitor of a line, and where what is known of it goes.
+/// A monitor of a line, and the slot for its state.
 type Member = (Endpoint, Arc<Mutex<Slot>>);
 
-/// What the background knows of a monitor.
+/// State of a monitor, as the background task knows it.
 #[derive(Default)]
 struct Slot {
     connected: Connected,
-    /// The link will not be made: the URL makes no sense.
+    /// Why the link will never be made: the URL is not valid.
     hopeless: Option<Failure>,
     open: Option<Open>,
     figures: Option<LinkStatistics>,
@@ -50,12 +50,12 @@ struct Slot {
 struct Open {
     monitor: Monitor,
     state: Subscription,
-    /// Asked for as long as somebody looks at them.
+    /// Subscriptions to limits and hotbeds, while they are shown.
     details: Option<(Subscription, Subscription)>,
 }
 
 impl Feed {
-    /// Feeds of several monitors. Those on the same line share it.
+    /// Starts feeds of several monitors. Those on the same line share its connection.
     pub fn start(urls: &[Endpoint], global: &Global, period: Duration) -> Vec<Self> {
         let mut groups: Vec<(Option<Endpoint>, Vec<Member>)> = Vec::new();
         let mut feeds = Vec::new();
@@ -76,7 +76,7 @@ impl Feed {
         feeds
     }
 
-    /// A feed over a connection that is there already.
+    /// A feed over an existing connection.
     pub fn over(connection: &Connection, period: Duration) -> Result<Self, Failure> {
         let client = connection.client.clone();
         let url = client.endpoint().to_owned();
@@ -87,7 +87,7 @@ impl Feed {
         Ok(Self { name, url, slot })
     }
 
-    /// What is known now.
+    /// A copy of the current state.
     pub fn seen(&self) -> Seen {
         let slot = lock(&self.slot);
         let mut seen = Seen {
@@ -102,7 +102,7 @@ impl Feed {
         seen.own = open.monitor.client().stats();
         seen.error = open.state.error().map(|error| error.localized(current()));
         if let Some(sample) = open.state.latest() {
-            // One refusal is that of the whole request.
+            // A single refusal applies to the whole request.
             match sample.answers().clone().accepted() {
                 Err(error) if sample.answers().len() == 1 => {
                     seen.error = Some(error.localized(current()));
@@ -118,7 +118,7 @@ impl Feed {
         seen
     }
 
-    /// Asks for limits and hotbeds, or does so no more.
+    /// Starts or stops polling limits and hotbeds.
     pub fn look_closer(&self, closer: bool) {
         let mut slot = lock(&self.slot);
         let Some(open) = &mut slot.open else { return };
@@ -129,7 +129,7 @@ impl Feed {
         }
     }
 
-    /// Whether everything that was asked for is there, or will not be.
+    /// Whether everything requested has arrived, or will not.
     pub fn is_settled(&self, closer: bool, figures: bool) -> bool {
         let slot = lock(&self.slot);
         if matches!(slot.connected, Connected::Down(_)) {
@@ -153,7 +153,7 @@ impl Feed {
         lock(&self.slot).open.as_ref().map(|open| open.monitor.clone())
     }
 
-    /// Its short name.
+    /// Short name of the monitor.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -163,7 +163,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Connects, and connects again until that has succeeded; then the client keeps the link itself.
+/// Connects, retrying until it succeeds; afterwards the client keeps the link itself.
 async fn keep(members: Vec<Member>, global: Global, period: Duration) {
     let Some((first, _)) = members.first() else { return };
     let global = Global { connect: Some(first.to_string()), open: None, ..global };
@@ -209,10 +209,10 @@ fn details(client: &Client) -> Result<(Subscription, Subscription), lafet_client
     Ok((client.subscribe(&limits, SELDOM)?, client.subscribe(&hotbeds, SELDOM)?))
 }
 
-/// Hears of the link: lost, made again, and its figures.
+/// Follows the events of the link: lost, restored, and its statistics.
 async fn listen(client: Client, slots: Vec<Arc<Mutex<Slot>>>) {
     let mut events = client.events();
-    // Monitors that are shown keep the link open; this must not.
+    // The monitors shown keep the link open; this task must not.
     drop(client);
     loop {
         let event = match events.recv().await {
@@ -259,7 +259,7 @@ fn all_hotbeds(answers: &Answers) -> Vec<lafet_proto::status::Hotbed> {
     decoded.and_then(|answer| Some(answer.hotbeds()?.collect())).unwrap_or_default()
 }
 
-/// What the monitors of a line have in common; none where each has a line of its own.
+/// What the monitors of a line have in common; `None` where each has a line of its own.
 fn line(endpoint: &Endpoint) -> Option<Endpoint> {
     if endpoint.framing() == Framing::Records {
         return None;
@@ -274,7 +274,7 @@ fn line(endpoint: &Endpoint) -> Option<Endpoint> {
     Some(line)
 }
 
-/// A name as short as it stays clear: `10.0.0.5:10485/1`, `ttyUSB0/12`, `sim/1`.
+/// A name as short as it remains unambiguous: `10.0.0.5:10485/1`, `ttyUSB0/12`, `sim/1`.
 fn name(endpoint: &Endpoint) -> String {
     let place = match endpoint {
         Endpoint::Tcp { host, port, .. } | Endpoint::Udp { host, port, .. } => {
@@ -315,7 +315,7 @@ mod tests {
         assert!(line_of(a).is_some());
         assert_eq!(line_of(a), line_of(b));
         assert_ne!(line_of(a), line_of("serial:///dev/ttyUSB1?addr=1"));
-        // Bare records name no monitor, and each simulator is one of its own.
+        // Bare records carry no addresses, and each simulator is separate.
         assert_eq!(line_of("tcp://h:1?framing=records"), None);
         assert_eq!(line_of("sim:"), None);
     }

@@ -1,4 +1,4 @@
-//! The screen around the pages: title, keys, and Stop, which is always there.
+//! The frame around the pages: title, keys, and Stop, which is always visible.
 
 use lafet_proto::flags::Severity;
 use ratatui::backend::TestBackend;
@@ -13,10 +13,10 @@ use super::words::cut;
 use super::{detail, link, list};
 use crate::lang::pick;
 
-/// Draws everything.
+/// Draws the whole screen.
 pub fn render(frame: &mut Frame<'_>, scene: &Scene) {
     let area = frame.area();
-    // Stop first: a terminal of one line shows it alone.
+    // Stop first: a terminal of one line shows only that.
     let [above, stop] = Layout::vertical([Constraint::Min(0), Constraint::Length(1)]).areas(area);
     frame.render_widget(stop_line(scene, stop.width), stop);
     let notice = u16::from(scene.notice.is_some());
@@ -43,9 +43,9 @@ pub fn render(frame: &mut Frame<'_>, scene: &Scene) {
     }
 }
 
-/// One picture as text, without the blanks at the ends of lines.
+/// One picture as text, without trailing blanks.
 pub fn plain(scene: &Scene, width: u16, height: u16) -> String {
-    // It draws into memory: nothing can fail.
+    // Drawing to memory cannot fail.
     let Ok(mut terminal) = Terminal::new(TestBackend::new(width, height));
     let Ok(_) = terminal.draw(|frame| render(frame, scene));
     let buffer = terminal.backend().buffer();
@@ -107,13 +107,13 @@ fn help(frame: &mut Frame<'_>, page: Rect) {
     let lines = pick(
         [
             "s            Stop All for the selected monitor, on every page",
-            "↑ ↓  k j     the monitor before, the next one",
-            "Tab Shift+Tab  the next page, the one before",
+            "↑ ↓  k j     previous, next monitor",
+            "Tab Shift+Tab  next, previous page",
             "1 2 3        list, monitor, link;  Enter: monitor,  Esc: list",
             "PgUp PgDn    scroll what does not fit",
-            "q  Ctrl-C    quit; nothing is stopped by that",
+            "q  Ctrl-C    quit; this stops nothing",
             "",
-            "!  warning   !! alarm   grey: stale, it may not be so any more",
+            "!  warning   !! alarm   grey: stale, may have changed since",
             "Stop is the only request of this screen that changes anything.",
         ],
         [

@@ -1,4 +1,4 @@
-//! The link in figures, as `LinkStatistics` has them.
+//! Statistics of the link, from `LinkStatistics`.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use super::scene::{Connected, Scene, Seen};
 use super::words::{left, right, style};
 use crate::lang::pick;
 
-/// Columns of a count's name.
+/// Columns for the name of a counter.
 const NAME: usize = 36;
 const COUNT: usize = 12;
 
@@ -54,7 +54,8 @@ fn lines(seen: &Seen) -> Vec<Line<'static>> {
     let title = vec![Span::styled(format!("{}  ", seen.url), bold), Span::styled(state, look)];
     let mut lines = vec![Line::from(title)];
     let Some(figures) = &seen.figures else {
-        let wait = pick("The first figures come after a second.", "Первые цифры — через секунду.");
+        let wait =
+            pick("The first figures appear after a second.", "Первые цифры — через секунду.");
         lines.push(Line::raw(wait));
         return lines;
     };
@@ -74,7 +75,7 @@ fn lines(seen: &Seen) -> Vec<Line<'static>> {
         let permille = stats.loss_permille();
         format!("{}.{} %", permille / 10, permille % 10)
     };
-    let name = pick("frames sent that nobody answered", "запросы, оставшиеся без ответа");
+    let name = pick("frames sent without an answer", "запросы, оставшиеся без ответа");
     let cells = [name.into(), loss(&figures.last), loss(&figures.total), loss(&seen.own)];
     lines.push(row(cells, Style::new()));
     lines.push(round_trip(&figures.total));
@@ -87,21 +88,21 @@ fn row(cells: [String; 4], look: Style) -> Line<'static> {
     Line::styled(format!("{}{}", left(&name, NAME), counts.concat()), look)
 }
 
-/// The counts of a link, and whether they tell of trouble.
+/// Names of the counters, and whether each indicates a problem.
 fn names() -> [(&'static str, bool); 12] {
     [
         (pick("frames sent", "кадров послано"), false),
         (pick("frames received", "кадров принято"), false),
-        (pick("answers believed", "ответов принято к делу"), false),
+        (pick("answers accepted", "ответов принято"), false),
         (pick("frames with errors (CRC, form)", "кадров с ошибками (CRC, формат)"), true),
         (pick("answers not in time", "ответов не в срок"), true),
-        (pick("frames sent again", "повторов"), true),
+        (pick("frames repeated", "повторов"), true),
         (pick("late answers", "запоздалых ответов"), true),
         (pick("answers twice", "ответов повторно"), true),
-        (pick("frames of others", "чужих кадров"), false),
-        (pick("answers to nothing", "ответов ни на что"), true),
+        (pick("frames of other devices", "кадров других устройств"), false),
+        (pick("answers to no request", "ответов без запроса"), true),
         (pick("collisions, echoes missing", "столкновений, нет эха"), true),
-        (pick("connection made again", "соединений заново"), true),
+        (pick("reconnections", "повторных соединений"), true),
     ]
 }
 

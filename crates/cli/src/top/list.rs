@@ -1,4 +1,4 @@
-//! The list of monitors, and what is wrong with the selected one.
+//! The list of monitors, and the problems of the selected one.
 
 use lafet_proto::SubsystemId;
 use lafet_proto::answer::Reply;
@@ -14,11 +14,11 @@ use super::words::{BAD, GREY, age, cut, left, mark, position, right, style, trou
 use crate::describe::tenths;
 use crate::lang::pick;
 
-/// Lines of a monitor: its values, and its flags.
+/// Lines per monitor: its values, and its flags.
 const ENTRY: usize = 2;
 /// Columns of everything but the name.
 const VALUES: usize = 61;
-/// The panel below gets at least this many lines.
+/// Least lines of the panel below.
 const PANEL_MIN: u16 = 6;
 
 /// Draws the list.
@@ -29,7 +29,7 @@ pub fn render(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
     let [list, panel] = rows.areas(area);
     let width = usize::from(list.width);
     let room = (usize::from(list.height).saturating_sub(1) / ENTRY).max(1);
-    // The selected one is always in sight.
+    // The selected one is always visible.
     let first = (scene.selected + 1).saturating_sub(room);
     let mut lines = vec![header(width)];
     for (index, seen) in scene.monitors.iter().enumerate().skip(first).take(room) {
@@ -69,7 +69,7 @@ fn columns(select: &str, mark: &str, cells: [&str; 8], width: usize) -> String {
 }
 
 fn entry(seen: &Seen, selected: bool, width: usize) -> [Line<'static>; ENTRY] {
-    // What is bad is no number that somebody could read in passing.
+    // An invalid value is not shown as a number, which could be misread in passing.
     let shown = |who, field, text: String| if seen.is_bad(who, field) { BAD.into() } else { text };
     let at = |who| {
         let known = seen.drive(who);
@@ -103,7 +103,7 @@ fn entry(seen: &Seen, selected: bool, width: usize) -> [Line<'static>; ENTRY] {
     [Line::styled(left(&text, width), look), flags(seen, width)]
 }
 
-/// What is set, the worst first; or why nothing is known.
+/// The flags that are set, the worst first; or why the state is not known.
 fn flags(seen: &Seen, width: usize) -> Line<'static> {
     let mut spans = vec![Span::raw("     ")];
     let mut left = width.saturating_sub(5);
@@ -126,13 +126,13 @@ fn flags(seen: &Seen, width: usize) -> Line<'static> {
 }
 
 fn faults(frame: &mut Frame<'_>, scene: &Scene, seen: &Seen, area: Rect) {
-    let title = format!(" {}: {} ", seen.name, pick("what is not as it should be", "что не так"));
+    let title = format!(" {}: {} ", seen.name, pick("problems", "что не так"));
     let block = Block::new().borders(Borders::TOP).title(title);
     let text = Paragraph::new(fault_lines(seen)).wrap(Wrap { trim: true });
     frame.render_widget(text.scroll((scene.scroll, 0)).block(block), area);
 }
 
-/// The faults in words, and what is to be done.
+/// The faults, with what to do about them.
 pub fn fault_lines(seen: &Seen) -> Vec<Line<'static>> {
     let look = |severity| if seen.stale { GREY } else { style(severity) };
     let mut lines = Vec::new();
@@ -144,7 +144,7 @@ pub fn fault_lines(seen: &Seen) -> Vec<Line<'static>> {
     }
     if lines.is_empty() && seen.is_known() {
         let nothing =
-            pick("Nothing: no flag tells of a fault.", "Ничего: флагов неисправности нет.");
+            pick("None: no flag reports a fault.", "Нет: флаги неисправности не установлены.");
         lines.push(Line::raw(nothing));
     }
     lines

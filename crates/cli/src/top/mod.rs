@@ -1,10 +1,10 @@
 //! The dashboard of `lafet top`.
 //!
 //! ```text
-//! feed: links, subscriptions ─▶ scene: what is known, in words ─▶ frame ─▶ list | detail | link
+//! feed: links, subscriptions ─▶ scene: known state ─▶ frame ─▶ list | detail | link
 //! ```
 //!
-//! A scene is plain data, so that every picture can be drawn without a link and without a terminal.
+//! A scene is plain data, so every picture can be drawn without a link and without a terminal.
 
 mod detail;
 pub mod feed;

@@ -1,4 +1,4 @@
-//! What the dashboard shows, as plain data.
+//! The data shown by the dashboard.
 
 use std::time::Duration;
 
@@ -19,15 +19,15 @@ use crate::lang::pick;
 pub struct Scene {
     /// The monitors, in the order of the command line.
     pub monitors: Vec<Seen>,
-    /// The one that Stop goes to.
+    /// Index of the selected monitor, to which Stop goes.
     pub selected: usize,
-    /// What is shown.
+    /// Page shown.
     pub page: Page,
-    /// Lines of the page that have gone up out of sight.
+    /// Lines scrolled past the top.
     pub scroll: u16,
-    /// The keys are explained.
+    /// Whether the keys are explained.
     pub help: bool,
-    /// What the last key has led to.
+    /// Outcome of the last key press.
     pub notice: Option<String>,
 }
 
@@ -37,55 +37,55 @@ pub enum Page {
     /// All monitors.
     #[default]
     List,
-    /// One of them.
+    /// The selected monitor.
     Detail,
     /// Its link.
     Link,
 }
 
-/// Whether there is a connection.
+/// State of the connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Connected {
-    /// Not yet.
+    /// Not connected yet.
     #[default]
     Soon,
-    /// There is.
+    /// Connected.
     Up,
-    /// There is none, and why.
+    /// Not connected; the text says why.
     Down(String),
 }
 
-/// What is known of a monitor.
+/// Known state of a monitor.
 #[derive(Debug, Default)]
 pub struct Seen {
-    /// A short name of the place: `10.0.0.5:10485/1`.
+    /// Short name: `10.0.0.5:10485/1`.
     pub name: String,
-    /// The URL.
+    /// URL of the monitor.
     pub url: String,
-    /// The connection.
+    /// State of the connection.
     pub connected: Connected,
-    /// The latest state, an answer for each subsystem.
+    /// The latest state, one answer per subsystem.
     pub answers: Vec<AnswerBuf>,
-    /// How old it is.
+    /// Age of the state.
     pub age: Duration,
-    /// It was not to be had since.
+    /// Whether later polls have failed.
     pub stale: bool,
-    /// Why not.
+    /// Why they failed.
     pub error: Option<String>,
     /// Limits of the drives.
     pub limits: Vec<(SubsystemId, Limits)>,
-    /// What the last search has found.
+    /// Fire spots found by the last search.
     pub hotbeds: Vec<Hotbed>,
-    /// The link in figures.
+    /// Statistics of the link.
     pub figures: Option<LinkStatistics>,
-    /// What was exchanged with this monitor alone.
+    /// Statistics of the exchange with this monitor alone.
     pub own: Stats,
-    /// Round trips of the last seconds, microseconds; 0 where none was measured.
+    /// Round trips of the last seconds, µs; 0 where none was measured.
     pub round_trips: Vec<u64>,
 }
 
-/// Flags that are no fault where they are set: the end switch at which a deployed or stowed barrel
-/// rests (§3.3.8), and an interface over which no client controls at present (§3.3.9).
+/// Flags that do not count as problems: the end switch at which a deployed or stowed barrel rests
+/// (§3.3.8), and an interface over which no client currently controls (§3.3.9).
 fn usual(who: SubsystemId, bits: u32) -> u32 {
     let flags = DeployerFlags::from_bits_retain(bits);
     match who {
@@ -108,23 +108,23 @@ impl Scene {
 }
 
 impl Seen {
-    /// The state of a subsystem that told one.
+    /// The state of a subsystem, if it reported one.
     pub fn of(&self, who: SubsystemId) -> Option<Answer<'_>> {
         let answer = self.answers.iter().find(|answer| answer.from() == who)?;
         if answer.status().is_success() { answer.decode().ok() } else { None }
     }
 
-    /// The status word of a subsystem; none when it does not exist.
+    /// The status word of a subsystem; 0 if it does not exist.
     pub fn flags(&self, who: SubsystemId) -> u32 {
         self.of(who).and_then(|answer| answer.data.flags_bits()).unwrap_or(0)
     }
 
-    /// Whether a flag says that a value is not to be believed.
+    /// Whether a flag marks a value as invalid.
     pub fn is_bad(&self, who: SubsystemId, field: &str) -> bool {
         dictionary::invalid(who, self.flags(who)).any(|(bad, _)| bad == field)
     }
 
-    /// Position, current and speed of a drive.
+    /// Position, current and speed of a drive, as on the wire.
     pub fn drive(&self, who: SubsystemId) -> Option<(i32, u8, u8)> {
         match self.of(who)?.data {
             Reply::Drive(s) => Some((s.position.into(), s.current, s.speed)),
@@ -133,12 +133,12 @@ impl Seen {
         }
     }
 
-    /// Whether anything of its state is known.
+    /// Whether any of its state is known.
     pub fn is_known(&self) -> bool {
         !self.answers.is_empty()
     }
 
-    /// What it does, in a word.
+    /// What the monitor does, in one word.
     pub fn condition(&self) -> &'static str {
         if !self.is_known() {
             return match (&self.connected, &self.error) {
@@ -171,7 +171,7 @@ impl Seen {
         }
     }
 
-    /// How bad the worst of it is.
+    /// Severity of the worst flag.
     pub fn severity(&self) -> Severity {
         let of = |answer: &AnswerBuf| match answer.decode() {
             _ if !answer.status().is_success() => Severity::Warning,
@@ -185,12 +185,12 @@ impl Seen {
         self.answers.iter().map(of).max().unwrap_or(unknown)
     }
 
-    /// Flags by their names, the worst first: `Detector Found`.
+    /// Flags by name, the worst first: `Detector Found`.
     pub fn flag_names(&self) -> Vec<(Severity, String)> {
         self.each_flag(Severity::Info, |who, flag| format!("{who} {flag}"))
     }
 
-    /// What is not as it should be, in words, the worst first; and what to do.
+    /// Problems as text, the worst first, with what to do.
     pub fn faults(&self) -> Vec<(Severity, String)> {
         self.each_flag(Severity::Notice, |who, flag| format!("{who} {}", flag_line(flag)))
     }
@@ -209,7 +209,7 @@ impl Seen {
                 continue;
             }
             let bits = decoded.data.flags_bits().unwrap_or(0);
-            // The list of all flags leaves nothing out; the list of faults, what is as it should be.
+            // The list of all flags omits nothing; the list of faults omits the usual ones.
             let usual = if least == Severity::Info { 0 } else { usual(who, bits) };
             let set = flags_of(who).set(bits & !usual);
             let set = set.filter(|flag| flag.severity() >= least);

@@ -1,4 +1,4 @@
-//! Pictures of scenes, drawn into memory.
+//! Draws scenes into memory and checks the pictures.
 
 use std::time::Duration;
 
@@ -26,7 +26,7 @@ fn drive(who: SubsystemId, flags: u32, position: i16) -> AnswerBuf {
     answer(who, &data)
 }
 
-/// A monitor that quenches nothing and turns, with 6.3 atm.
+/// A monitor that does not extinguish; its barrel moves, at 6.3 atm.
 fn monitor(name: &str) -> Seen {
     let mut general = GeneralFlags::empty().bits().to_le_bytes().to_vec();
     general.extend([24, 0, 63, 0, 20, 0]);
@@ -62,7 +62,7 @@ fn shows(picture: &str, words: &[&str]) {
 }
 
 #[test]
-fn the_list_tells_state_position_pressure_and_faults() {
+fn the_list_shows_state_position_pressure_and_faults() {
     let found = with(monitor("b:1/2"), SubsystemId::DETECTOR, DetectorFlags::FOUND.bits());
     let silent = Seen {
         name: "c:1/3".into(),
@@ -76,15 +76,15 @@ fn the_list_tells_state_position_pressure_and_faults() {
     shows(&line("a:1/1"), &["moving", "30.0°", "-1.0°", "30 mm", "6.3", "20", "0.3 s"]);
     assert!(!line("a:1/1").contains('!'), "{picture}");
     shows(&picture, &["▶ !! b:1/2", "!!Detector Found", "no link", "refused", "2 of 3"]);
-    // The fault in words, with what to do, is that of the selected one.
-    shows(&picture, &["b:1/2: what is not as it should be", "Detector Found [alarm]:"]);
+    // The faults shown are those of the selected monitor.
+    shows(&picture, &["b:1/2: problems", "Detector Found [alarm]:"]);
     shows(&picture, &["STOP ALL: b:1/2", "alarms: 2", "stale: 1"]);
     assert_eq!(picture.lines().count(), 24, "{picture}");
 }
 
-/// What a broken sensor measures is no value.
+/// The reading of a broken sensor is not shown as a value.
 #[test]
-fn what_is_bad_is_no_number() {
+fn an_invalid_value_is_not_shown_as_a_number() {
     let mut broken = monitor("a:1/1");
     let encoder = DriveFlags::POS_ENCODER_FAULT.bits();
     broken.answers[1] = drive(SubsystemId::VERTICAL, encoder, -60);
@@ -132,7 +132,7 @@ fn a_page_for_one_monitor() {
     let picture = plain(&scene(vec![seen], Page::Detail), 80, 24);
     shows(&picture, &["60.0° ├", "●", "┤ -60.0°", "2.1 A", "10 °/s", "Move"]);
     shows(&picture, &["Valve1       Open", "24 V, 6.3 atm, 20 l/s", "1400", "STOP ALL: a:1/1"]);
-    // Left of the middle, as on the monitor: 30° of 60…−60°.
+    // Left of the middle, as on the monitor: 30° between 60° and −60°.
     let bar = picture.split(['├', '┤']).nth(1).unwrap().chars().position(|c| c == '●').unwrap();
     assert!((2..10).contains(&bar), "{picture}");
 }
@@ -154,9 +154,9 @@ fn a_page_for_the_link() {
     shows(&picture, &["17", "4711", "333", "11.7 %", "last 12.3 ms", "longest: 12.3 ms", "█"]);
 }
 
-/// On every page, at every size, with the keys explained, with a notice.
+/// On every page, at every size, with the keys explained and with a notice.
 #[test]
-fn stop_is_always_in_sight() {
+fn stop_is_always_visible() {
     for page in [Page::List, Page::Detail, Page::Link] {
         for (width, height) in [(20, 1), (20, 3), (40, 8), (80, 24), (120, 40), (300, 100)] {
             for help in [false, true] {

@@ -1,4 +1,4 @@
-//! Small pieces of text and colour that several pages have in common.
+//! Pieces of text and style that several pages share.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use super::scene::{Connected, Seen};
 use crate::angle;
 use crate::lang::pick;
 
-/// How a severity looks.
+/// Style of a severity.
 pub const fn style(severity: Severity) -> Style {
     match severity {
         Severity::Info => Style::new(),
@@ -20,10 +20,10 @@ pub const fn style(severity: Severity) -> Style {
     }
 }
 
-/// How what may not be so any more looks.
+/// Style of stale values.
 pub const GREY: Style = Style::new().fg(Color::DarkGray);
 
-/// A severity without colour.
+/// Mark of a severity, readable without colour.
 pub const fn mark(severity: Severity) -> &'static str {
     match severity {
         Severity::Info | Severity::Notice => "",
@@ -32,10 +32,10 @@ pub const fn mark(severity: Severity) -> &'static str {
     }
 }
 
-/// Instead of a value that a flag says is not to be believed.
+/// Shown instead of a value that a flag marks as invalid.
 pub const BAD: &str = "??";
 
-/// A position as short as it can be understood.
+/// A position in its shortest clear form.
 pub fn position(who: SubsystemId, position: i32) -> String {
     match who {
         SubsystemId::NOZZLE => angle::show(who, position),
@@ -43,7 +43,7 @@ pub fn position(who: SubsystemId, position: i32) -> String {
     }
 }
 
-/// How old something is.
+/// An age as text.
 pub fn age(age: Duration) -> String {
     let (s, min, h) = pick(("s", "min", "h"), ("с", "мин", "ч"));
     match age.as_secs() {
@@ -54,7 +54,7 @@ pub fn age(age: Duration) -> String {
     }
 }
 
-/// Why the monitor cannot be heard.
+/// Why the monitor does not answer.
 pub fn silence(seen: &Seen) -> Option<&str> {
     match (&seen.connected, &seen.error) {
         (Connected::Down(why), _) => Some(why),
@@ -64,7 +64,7 @@ pub fn silence(seen: &Seen) -> Option<&str> {
     }
 }
 
-/// Why what is shown may not be so any more, or is not there.
+/// Why the state shown is stale or missing.
 pub fn trouble(seen: &Seen) -> Option<String> {
     let why = silence(seen)?;
     let stale = if seen.is_known() { pick("stale", "устарело") } else { "" };
@@ -82,12 +82,12 @@ pub fn cut(text: &str, width: usize) -> String {
     short.chars().take(width).collect()
 }
 
-/// Text in a number of columns, to the left.
+/// Text left-aligned in a number of columns.
 pub fn left(text: &str, width: usize) -> String {
     format!("{:<width$}", cut(text, width))
 }
 
-/// Text in a number of columns, to the right.
+/// Text right-aligned in a number of columns.
 pub fn right(text: &str, width: usize) -> String {
     format!("{:>width$}", cut(text, width))
 }

@@ -1,5 +1,5 @@
-//! The line is cut in each phase of each command that moves or opens, in three ways, on virtual
-//! time; the commands are those of the program, the monitor is the simulated one.
+//! Cuts the line in each phase of each command that moves or opens, in two ways, on virtual time;
+//! the commands are the real ones, the monitor is simulated.
 
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,9 +25,9 @@ use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::{dispatch, help};
 
 const URL: &str = "tcp://monitor.example:10485";
-/// For how long a line is cut that comes back: longer than a read is repeated.
+/// For how long a line that comes back is cut: longer than the repetitions of a read take.
 const AWAY: Duration = Duration::from_secs(6);
-/// Longer than any of it takes, in virtual time.
+/// Longer than any test takes, in virtual time.
 const NEVER: Duration = Duration::from_secs(3600);
 
 /// How the line is cut.
@@ -35,34 +35,34 @@ const NEVER: Duration = Duration::from_secs(3600);
 enum Cut {
     /// The stream ends.
     End,
-    /// Nothing passes any more, and nothing says so.
+    /// Nothing passes any more, and no error is reported.
     Silence,
 }
 
-/// When it is cut.
+/// When the line is cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// The request has gone out and does not arrive.
+    /// The request was sent and does not arrive.
     BeforeArrival,
     /// The request has arrived, its answer does not.
     BeforeAnswer,
-    /// So many answers have come.
+    /// This many answers have arrived.
     After(u32),
-    /// What was started is at rest again, which nobody has seen.
+    /// What was started is at rest again, unseen by the command.
     AtTheEnd,
 }
 
-/// A command, and what the monitor does before it.
+/// A command, and the preparation of the monitor.
 struct Case {
     words: &'static [&'static str],
     before: &'static [Body<'static>],
-    /// What the user is warned of.
+    /// The warning shown to the user.
     risk: &'static str,
     /// Number of exchanges before the request that starts something.
     reads: u32,
-    /// The command ends with the answer.
+    /// Whether the command ends with the answer.
     brief: bool,
-    /// It goes on until it is stopped, or has nothing to find here.
+    /// Whether it continues until it is stopped, or has nothing to find here.
     endless: bool,
 }
 
@@ -130,7 +130,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// What a relay between the program and the monitor does.
+/// When and how the relay cuts the line.
 #[derive(Clone, Copy, Debug)]
 struct Plan {
     cut: Cut,
@@ -139,7 +139,7 @@ struct Plan {
     away: Duration,
 }
 
-/// The line between them, cut once.
+/// The line between program and monitor, cut once.
 struct Line {
     shared: Shared,
     plan: Option<Plan>,
@@ -168,7 +168,7 @@ impl Line {
         }
     }
 
-    /// A frame of the program has come; whether it reaches the monitor.
+    /// A frame of the program has arrived; returns whether to pass it on.
     fn asked(&mut self) -> bool {
         if let Some(Plan { phase: Phase::BeforeArrival, reads, .. }) = self.plan
             && self.answers == reads
@@ -178,7 +178,7 @@ impl Line {
         !self.is_cut()
     }
 
-    /// The monitor has answered; whether that reaches the program.
+    /// The monitor has answered; returns whether to pass the answer on.
     fn answered(&mut self) -> bool {
         match self.plan {
             Some(Plan { phase: Phase::BeforeAnswer, reads, .. }) if self.answers == reads => {
@@ -201,7 +201,7 @@ impl Line {
     }
 }
 
-/// No drive turns and no valve's motor runs.
+/// Whether no drive turns and no valve's motor runs.
 fn is_at_rest(shared: &Shared) -> bool {
     shared.lock().world().outputs().is_still()
 }
@@ -235,7 +235,7 @@ async fn relay(line: Wired, mut ours: DuplexStream, mut monitor: DuplexStream) {
     }
 }
 
-/// The connection of the program, over the line.
+/// Connects the program over the line.
 async fn connect(line: &Wired) -> Connection {
     let dial = {
         let line = line.clone();
@@ -270,7 +270,7 @@ fn prepared(before: &[Body<'static>]) -> sim::Sim {
             _ => SubsystemId::DEPLOYER,
         };
         sim.ask(to, *body, |answer| assert!(answer.status.is_success(), "{body:?}"));
-        // Until it is done.
+        // Wait until it is completed.
         for _ in 0..600 {
             sim.advance_ms(100);
             if sim.world().outputs().is_still() {
@@ -290,7 +290,7 @@ fn parsed(words: &[&str]) -> Cli {
     Cli::from_arg_matches_mut(&mut matches).unwrap()
 }
 
-/// What came of a command.
+/// Outcome of a command.
 struct Run {
     outcome: Outcome,
     warned: Vec<String>,
@@ -307,7 +307,7 @@ impl Run {
         self.outcome.as_ref().err().map_or_else(String::new, Failure::message)
     }
 
-    /// Every valve that this command may have opened is closed, and nothing turns.
+    /// Whether every valve that this command may have opened is closed, and nothing turns.
     fn is_undone(&self) -> bool {
         let mut closed = true;
         for valve in [SubsystemId::VALVE1, SubsystemId::VALVE2] {
@@ -332,7 +332,7 @@ async fn run_with<F: Future<Output = ()>>(
     let cut = watch::Sender::new(false);
     let line = Line { shared: shared.clone(), plan, answers: 0, since: None, cut };
     let line = Arc::new(Mutex::new(line));
-    // Where nothing is seen of the monitor any more, it may as well be slow.
+    // If the monitor is never seen again, it need not be fast.
     let seen = plan.is_none_or(|plan| plan.away < NEVER);
     tokio::spawn(pace(shared.clone(), if seen { 1.0 } else { 0.02 }));
     let connection = connect(&line).await;
@@ -342,7 +342,7 @@ async fn run_with<F: Future<Output = ()>>(
     let mut out = Out::new(true);
     let work = dispatch(command, &global, &mut out);
     let (outcome, ()) = tokio::join!(work, fingers(line.clone()));
-    // Nothing that is still under way sets it in motion again.
+    // No delayed frame sets it in motion again.
     sleep(Duration::from_millis(300)).await;
     let was_cut = with(&line, |line| line.since.is_some());
     Run { outcome, warned: warned(), shared, was_cut }
@@ -385,7 +385,7 @@ async fn what_was_started_is_at_rest_when_the_line_returns() {
             let run = run(&case, &monitor, Some(plan)).await;
             let what = format!("{:?} {plan:?}: {} {:?}", case.words, run.message(), run.warned);
             assert!(run.was_cut, "{what}");
-            // A Close that was sent again is what was wanted.
+            // A repeated Close reaches its own goal.
             let done = case.words == ["close"];
             assert_eq!(run.code(), if done { 0 } else { 1 }, "{what}");
             let warned = run.warned.join("\n");
@@ -403,7 +403,7 @@ async fn what_was_started_is_at_rest_when_the_line_returns() {
 async fn where_the_line_stays_cut_the_emergency_stop_is_named_in_time() {
     for (index, case) in cases().into_iter().enumerate() {
         let monitor = prepared(case.before);
-        // Which way it is cut makes no difference to what comes after.
+        // The kind of cut makes no difference to what follows.
         for cut in [[Cut::End, Cut::Silence][index % 2]] {
             let phase = Phase::BeforeAnswer;
             let plan = Plan { cut, phase, reads: case.reads, away: NEVER };
@@ -418,7 +418,7 @@ async fn where_the_line_stays_cut_the_emergency_stop_is_named_in_time() {
     }
 }
 
-/// Waits until the line is cut, and a little longer.
+/// Waits until the line is cut, plus a pause.
 async fn after_the_cut(line: &Wired, pause: Duration) {
     let mut cut = with(line, |line| line.cut.subscribe());
     cut.wait_for(|cut| *cut).await.unwrap();
@@ -432,7 +432,7 @@ async fn ctrl_c_with_the_line_cut() {
         let monitor = prepared(case.before);
         let plan =
             |away| Plan { cut: Cut::Silence, phase: Phase::After(7), reads: case.reads, away };
-        // It is not noticed yet that the line is cut: Stop goes out when it is back.
+        // The cut is not noticed yet: Stop is sent once the line is back.
         let run = run_with(&case, &monitor, Some(plan(AWAY)), |line| async move {
             after_the_cut(&line, soon).await;
             press();
@@ -442,7 +442,7 @@ async fn ctrl_c_with_the_line_cut() {
         assert_eq!(run.code(), 130, "{what}");
         assert!(run.warned.join("\n").contains(case.risk), "{what}");
         assert!(run.is_undone() && run.message().contains("at rest now"), "{what}");
-        // Ctrl-C once more gives up at once, and says so.
+        // Another Ctrl-C gives up at once, and says so.
         let run = run_with(&case, &monitor, Some(plan(NEVER)), |line| async move {
             after_the_cut(&line, soon).await;
             press();
@@ -454,7 +454,7 @@ async fn ctrl_c_with_the_line_cut() {
         let run = run.await;
         let what = format!("{:?}: {}", case.words, run.message());
         assert_eq!(run.code(), 4, "{what}");
-        assert!(run.message().contains("Given up"), "{what}");
+        assert!(run.message().contains("Gave up"), "{what}");
         assert!(run.message().contains("Use the emergency stop"), "{what}");
         assert!(began.elapsed() < REACH * 3, "{what}");
     }

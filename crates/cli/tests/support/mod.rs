@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-/// Longer than anything here takes: a hang becomes a failure.
+/// Longer than anything here takes, so that a hang becomes a failure.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The program with an environment of its own.
+/// The program in a clean environment.
 pub fn lafet() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lafet"));
     for name in ["LAFET_CONNECT", "LC_ALL", "LC_MESSAGES", "LANG"] {
@@ -20,7 +20,7 @@ pub fn lafet() -> Command {
     command
 }
 
-/// What a run of the program came to.
+/// Result of a run of the program.
 #[derive(Debug)]
 pub struct Run {
     /// Exit code.
@@ -32,17 +32,17 @@ pub struct Run {
 }
 
 impl Run {
-    /// Runs it with these words.
+    /// Runs the program with these arguments.
     pub fn of(arguments: &[&str]) -> Self {
         Self::output(lafet().args(arguments).output().expect("it starts"))
     }
 
-    /// Runs this very command.
+    /// Runs this command.
     pub fn of_command(command: &mut Command) -> Self {
         Self::output(command.output().expect("it starts"))
     }
 
-    /// Runs it with something on standard input.
+    /// Runs the program with bytes on standard input.
     pub fn fed(arguments: &[&str], input: &[u8]) -> Self {
         let mut child = lafet()
             .args(arguments)
@@ -52,7 +52,7 @@ impl Run {
             .spawn()
             .expect("it starts");
         let mut stdin = child.stdin.take().unwrap();
-        // It writes while it reads; so must we.
+        // The program writes while it reads, so the output must be read meanwhile.
         std::thread::scope(|scope| {
             scope.spawn(move || stdin.write_all(input).expect("it reads"));
             Self::output(child.wait_with_output().expect("it ends"))
@@ -65,14 +65,14 @@ impl Run {
         Self { code, out: text(output.stdout), err: text(output.stderr) }
     }
 
-    /// The JSON of each line.
+    /// Each output line parsed as JSON.
     pub fn json(&self) -> Vec<Value> {
         let parse = |line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {self:?}"));
         self.out.lines().map(parse).collect()
     }
 }
 
-/// A child whose lines are read as they come.
+/// A child process whose output is read line by line.
 pub struct Running {
     /// The process.
     pub child: Child,
@@ -95,19 +95,19 @@ impl Running {
         Self { child, lines }
     }
 
-    /// The next line.
+    /// The next line of output.
     pub fn line(&self) -> String {
         self.lines.recv_timeout(PATIENCE).expect("another line")
     }
 
-    /// Sends a signal by its name.
+    /// Sends a signal by name.
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let sent = Command::new("kill").args([&format!("-{name}"), &id]).status();
         assert!(sent.expect("kill is there").success());
     }
 
-    /// Waits for the end; the exit code.
+    /// Waits for the end; returns the exit code.
     pub fn code(&mut self) -> Option<i32> {
         self.child.wait().expect("it ends").code()
     }
@@ -137,17 +137,17 @@ fn lines(input: impl Read + Send + 'static) -> Receiver<String> {
 pub struct Sim {
     /// The process.
     pub running: Running,
-    /// What clients connect to, in the order of `--listen`.
+    /// URLs for clients, in the order of `--listen`.
     pub urls: Vec<String>,
 }
 
 impl Sim {
-    /// Listens on a free TCP port.
+    /// Starts it on a free TCP port.
     pub fn start(arguments: &[&str]) -> Self {
         Self::listening(&["tcp://127.0.0.1:0"], arguments)
     }
 
-    /// Listens at these places.
+    /// Starts it with these listeners.
     pub fn listening(places: &[&str], arguments: &[&str]) -> Self {
         let mut command = lafet();
         command.arg("sim").args(arguments);
@@ -163,12 +163,12 @@ impl Sim {
         Self { running, urls }
     }
 
-    /// Where it listens first.
+    /// The URL of its first listener.
     pub fn url(&self) -> &str {
         &self.urls[0]
     }
 
-    /// Host and port of the first place.
+    /// Host and port of the first listener.
     pub fn place(&self) -> &str {
         self.url().split_once("://").unwrap().1
     }
@@ -180,14 +180,14 @@ impl Sim {
         Run::of(&all)
     }
 
-    /// Runs a command that has to be done.
+    /// Runs a command that has to succeed.
     pub fn done(&self, arguments: &[&str]) -> Run {
         let run = self.run(arguments);
         assert_eq!(run.code, 0, "{arguments:?}: {run:?}");
         run
     }
 
-    /// Runs a command that has to be done, and reads its only object.
+    /// Runs a command that has to succeed, and parses its only object.
     pub fn value(&self, arguments: &[&str]) -> Value {
         let mut all = vec!["--json"];
         all.extend(arguments);
@@ -196,7 +196,7 @@ impl Sim {
         values.remove(0)
     }
 
-    /// The flags of a subsystem.
+    /// The flags of a subsystem, by name.
     pub fn flags(&self, subsystem: &str) -> Vec<String> {
         let status = self.value(&["status", subsystem]);
         let flags = status.as_object().unwrap().values().next().unwrap()["flags"].clone();

@@ -1,4 +1,4 @@
-//! §3.3 The flags that the tests look at.
+//! §3.3 Flags that the tests use.
 
 use lafet_proto::flags::{
     ClimaticsFlags, CommonFlags, ControlFlags, DeployerFlags, DetectorFlags, DriveFlags,
@@ -40,5 +40,5 @@ pub const DEPLOYED: u32 = DeployerFlags::DEPLOYED.bits();
 pub const DEPLOYING: u32 = DeployerFlags::DEPLOYING.bits();
 pub const WRAPPED: u32 = DeployerFlags::WRAPPED.bits();
 pub const WRAPPING: u32 = DeployerFlags::WRAPPING.bits();
-/// The four states of Deployer.
+/// The four state flags of Deployer.
 pub const FOLD: u32 = DEPLOYED | DEPLOYING | WRAPPED | WRAPPING;

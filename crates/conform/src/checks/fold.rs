@@ -1,4 +1,4 @@
-//! §3.10, §3.11, and what Deployer forbids.
+//! §3.10, §3.11, and the requests that Deployer intercepts.
 
 use lafet_proto::id::key;
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
@@ -46,7 +46,7 @@ pub fn move_wrapped(b: &mut Bench<'_>) -> Step {
     must(state(b)? == bits::WRAPPED, "it stays wrapped", "остаётся свёрнутым", "")
 }
 
-/// §1/11: interceptors before the size.
+/// §1/11: interception comes before the check of the size.
 pub fn size_after_interceptor(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     let id = b.one_of(&AIMING)?;
@@ -60,7 +60,7 @@ pub fn close_wrapped(b: &mut Bench<'_>) -> Step {
     b.done(R::CLOSE, valve, &key::CLOSE.to_le_bytes())
 }
 
-/// §3.2/1: Stop All in standby is no error and changes nothing.
+/// §3.2/1: Stop All in standby is not an error and changes nothing.
 pub fn stop_wrapped(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
@@ -102,7 +102,7 @@ pub fn deploy(b: &mut Bench<'_>) -> Step {
     })
 }
 
-/// §3.1/1, §3.2/2 while it deploys
+/// §3.1/1, §3.2/2 while it deploys.
 pub fn while_deploying(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     b.folds();
@@ -111,7 +111,7 @@ pub fn while_deploying(b: &mut Bench<'_>) -> Step {
     denied_aiming(b)?;
     must(state(b)? == bits::DEPLOYING, "it goes on deploying", "продолжает разворачиваться", "")?;
     reaches(b, bits::DEPLOYED)?;
-    // What was denied is not made up for.
+    // A denied request is not executed later.
     b.moves(&[]);
     b.wait(500)?;
     b.watch()
@@ -163,7 +163,7 @@ pub fn in_between(b: &mut Bench<'_>) -> Step {
     reaches(b, bits::WRAPPED)
 }
 
-/// §3.2/1: Stop All ends it in every state.
+/// §3.2/1: Stop All ends deploying and stowing in every state.
 pub fn stop_all_while_folding(b: &mut Bench<'_>) -> Step {
     for (start, request, moving) in
         [(bits::WRAPPED, R::DEPLOY, bits::DEPLOYING), (bits::DEPLOYED, R::WRAP, bits::WRAPPING)]
@@ -220,7 +220,7 @@ pub fn wrap(b: &mut Bench<'_>) -> Step {
     reaches(b, bits::WRAPPED)
 }
 
-/// §3.10/3, §3.11/3: MaxCurrent so low that Deployer cannot start.
+/// §3.10/3, §3.11/3: with MaxCurrent so low that Deployer cannot start.
 fn faulty(b: &mut Bench<'_>, request: R) -> Step {
     b.set(S::DEPLOYER, "MaxCurrent", 1)?;
     b.folds();
@@ -253,7 +253,7 @@ pub fn wrap_faulty(b: &mut Bench<'_>) -> Step {
     super::service::clean(b).and(step)
 }
 
-/// §3.11/1, §3.10/1: each turns the other round.
+/// §3.11/1, §3.10/1: each request reverses the other.
 pub fn turn_round(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     b.folds();

@@ -1,4 +1,5 @@
-//! §3.17: limits switched off, taken where the drive is, and switched on; with the valves closed.
+//! §3.17: limits switched off, set to the present position, and switched on; with the valves
+//! closed.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
@@ -9,7 +10,7 @@ use crate::raw::range;
 use crate::safety::Undo;
 use crate::verdict::{Step, must, not_applicable};
 
-/// The kind of a drive: 0 encoder, 1 remote, 2 limit switches.
+/// A drive of one of these types (0 encoder, 1 remote, 2 limit switches), and its type.
 fn kind(b: &mut Bench<'_>, wanted: &[i32]) -> Step<(S, i32)> {
     b.deployed()?;
     for id in [S::HORIZONTAL, S::VERTICAL, S::NOZZLE] {
@@ -74,7 +75,7 @@ pub fn limits_off(b: &mut Bench<'_>) -> Step {
     b.until_flags(id, bits::LIMITLESS, 0, 1000)?;
     must(
         limits(b, id)? == before,
-        "the limits of before are told",
+        "the previous limits are reported",
         "сообщаются прежние пределы",
         "",
     )?;
@@ -83,7 +84,7 @@ pub fn limits_off(b: &mut Bench<'_>) -> Step {
     must(limits(b, id)? == before, "the same limits again", "те же пределы снова", "")
 }
 
-/// A limit that was taken at the present position.
+/// A limit that was set to the present position.
 struct Taken {
     id: S,
     before: (i32, i32),
@@ -91,7 +92,7 @@ struct Taken {
     at: i32,
 }
 
-/// §3.17/2, §3.17/3: a limit taken while they are off comes into force with On, not with Reject.
+/// §3.17/2, §3.17/3: a limit set while limits are off comes into force with On, not with Reject.
 fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<Taken> {
     let (id, _) = kind(b, &[0, 1])?;
     let before = limits(b, id)?;

@@ -1,4 +1,4 @@
-//! §L, §C: the frame and its carriage. Bytes only; nothing here can move anything.
+//! §L, §C: the frame and its transport. Bytes only; nothing here can move anything.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
@@ -6,25 +6,25 @@ use crate::bench::Bench;
 use crate::raw::{self, Incoming, Rec};
 use crate::verdict::{Step, must, not_applicable};
 
-/// How long silence must last to count as such, ms.
+/// Silence after which a frame counts as not answered, ms.
 const SILENCE_MS: u64 = 400;
-/// Frames that must each be answered at the first try.
+/// Frames in a row that must each be answered at the first try.
 const IN_A_ROW: usize = 40;
-/// §L/6 The largest payload.
+/// §L/6 Largest payload, bytes.
 const PAYLOAD_MAX: usize = 512;
-/// §L/8 Probes answered at once, and the time after which one more is, ms.
+/// §L/8 Number of probes answered at once, and the time after which one more is answered, ms.
 const PROBES_AT_ONCE: u64 = 255;
 const PROBE_AGAIN_MS: u64 = 512;
-/// Who answers so many does not stop.
+/// A monitor that answers this many probes never stops.
 const PROBES_MAX: u64 = 400;
-/// An answer to a probe takes no longer, ms.
+/// Longest time for an answer to a probe, ms.
 const PROBE_MS: u64 = 200;
 
 fn status_of(id: S) -> Vec<u8> {
     Rec::new(R::GET_STATUS, id, &[]).bytes()
 }
 
-/// Frames from this monitor: on a line with others, those may answer too.
+/// Frames from this monitor: on a shared line, others may answer too.
 fn from_monitor(b: &Bench<'_>, incoming: Vec<Incoming>) -> Vec<Incoming> {
     let monitor = b.options.monitor;
     let ours = |i: &Incoming| !matches!(i, Incoming::Frame { src, .. } if *src != monitor);
@@ -47,7 +47,7 @@ fn silent(b: &mut Bench<'_>, wire: &[u8], what: (&str, &str)) -> Step {
     answered(b, &good, ("to a good frame after it", "на верный кадр после него"))
 }
 
-/// §L/1 Ids made of C0 and DB go there and come back escaped.
+/// §L/1 Ids made of C0 and DB are escaped in both directions.
 pub fn escapes(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     for id in [raw::END, raw::ESC, 0xDC, 0xDD] {
@@ -71,7 +71,7 @@ pub fn checksum(b: &mut Bench<'_>) -> Step {
     let mut bad = vec![swapped];
     for at in [0, 1, 2, 5, last - 1, last] {
         let mut body = good.clone();
-        // The lowest bit of an address would make it another monitor's.
+        // Changing the lowest bit of an address would address another monitor.
         body[at] ^= 0x10;
         if at == 0 {
             body[1] ^= 0x10;
@@ -150,7 +150,7 @@ fn device(incoming: &Incoming) -> Option<S> {
 /// §L/4
 pub fn bad_escape(b: &mut Bench<'_>) -> Step {
     b.framed()?;
-    // A receiver that takes DB 00 for some byte finds the CRC right for it.
+    // A receiver that takes DB 00 for one of these bytes would find the CRC correct.
     for taken in [0x00, raw::ESC, raw::END] {
         let mut payload = status_of(S::GENERAL);
         payload[2] = taken;
@@ -178,7 +178,11 @@ pub fn short_frame(b: &mut Bench<'_>) -> Step {
     }
     let good = b.framed_bytes(&status_of(S::GENERAL));
     let wire = [&[raw::END, 1, 2, 3][..], &good[1..]].concat();
-    answered(b, &wire, ("C0 after three bytes begins anew", "C0 после трёх байт начинает заново"))
+    answered(
+        b,
+        &wire,
+        ("C0 after three bytes starts a new frame", "C0 после трёх байт начинает новый кадр"),
+    )
 }
 
 /// §L/5
@@ -227,7 +231,7 @@ pub fn too_long(b: &mut Bench<'_>) -> Step {
     silent(b, &wire, ("a frame over the payload limit", "кадр длиннее предела"))
 }
 
-/// §L/8 Who speaks in the monitor's name makes another one answer it: that answer is no request.
+/// §L/8 A frame in the monitor's name makes another one answer it; that answer is not a request.
 pub fn answer_to_another(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     let (monitor, source) = (b.options.monitor, b.options.source);
@@ -241,14 +245,14 @@ pub fn answer_to_another(b: &mut Bench<'_>) -> Step {
     silent(b, &answer, ("what answers a probe in its name", "ответ на пробу от его имени"))
 }
 
-/// §L/8 A monitor answers probes from addresses of monitors, but not without end.
+/// §L/8 A monitor answers probes from addresses of monitors, but not endlessly.
 pub fn probes_end(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     let monitor = b.options.monitor;
     let probe = raw::frame(monitor, another(monitor), &[]);
     let began_ms = b.now_ms();
     let (mut answered, mut missed) = (0, 0);
-    // One frame may be lost; two in a row are silence.
+    // One frame may be lost; two in a row count as silence.
     while missed < 2 && answered < PROBES_MAX {
         let heard = !b.exchange(&probe, 1, PROBE_MS)?.is_empty();
         missed = if heard { 0 } else { missed + 1 };
@@ -265,7 +269,7 @@ pub fn probes_end(b: &mut Bench<'_>) -> Step {
     self::answered(b, &good, ("a request after the probes", "запрос после проб"))
 }
 
-/// An address at which another monitor could be.
+/// The address of another possible monitor.
 const fn another(monitor: u8) -> u8 {
     if monitor == 127 { 126 } else { 127 }
 }
@@ -324,7 +328,7 @@ pub fn one_answer_each(b: &mut Bench<'_>) -> Step {
     )
 }
 
-/// §1/10 A request that repeats itself is answered each time.
+/// §1/10 A repeated request is answered each time.
 pub fn repeated(b: &mut Bench<'_>) -> Step {
     let wire = b.framed_bytes(&status_of(S::GENERAL));
     for _ in 0..5 {

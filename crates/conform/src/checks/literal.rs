@@ -1,5 +1,5 @@
-//! Requests as the document writes them, byte by byte: the tester must not ask with the numbers of
-//! the code that it may be testing.
+//! Requests as the document writes them, byte by byte: the tester must not use the constants of the
+//! code that it may be testing.
 
 /// §2, §3.3
 pub const GET_STATUS_GENERAL: [u8; 4] = [0xD4, 0xC2, 0x00, 0x00];

@@ -1,4 +1,4 @@
-//! §3.19: the memory is erased and written back from a copy.
+//! §3.19: erases the memory and restores it from a copy.
 
 use lafet_proto::id::key;
 use lafet_proto::param::{Access, Param, Storage};
@@ -9,7 +9,7 @@ use crate::bench::{Bench, param_data};
 use crate::raw::{Rec, several};
 use crate::verdict::{Step, must, not_applicable};
 
-/// What was seen while the memory was empty.
+/// Observations while the memory was erased.
 #[derive(Clone, Debug, Default)]
 pub struct Erased {
     answer: Option<Rec>,
@@ -82,7 +82,7 @@ pub fn layout(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.19/1: erases, looks, writes back, verifies.
+/// §3.19/1: erases, observes, restores, verifies.
 pub fn erase(b: &mut Bench<'_>) -> Step {
     let copy = copy(b)?;
     let mut erased = Erased::default();
@@ -90,7 +90,7 @@ pub fn erase(b: &mut Bench<'_>) -> Step {
     let done = answer.status.is_success();
     erased.answer = Some(answer.clone());
     let seen = if done { look(b, &copy, &mut erased) } else { Ok(()) };
-    // Whatever was seen, the copy goes back.
+    // The copy is restored, whatever was observed.
     b.restoring = true;
     let back = write_back(b, &copy, &mut erased);
     b.restoring = false;
@@ -124,7 +124,7 @@ fn look(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
 }
 
 fn write_back(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
-    // Kinds of drives first: what follows may have to go to their units.
+    // Types of drives first: later values may have to go to their remote units.
     for round in 0..3 {
         let mut wrong = None;
         for (param, values) in copy {
@@ -171,7 +171,7 @@ fn facts(b: &Bench<'_>) -> Step<Erased> {
 
 fn status(rec: Option<&Rec>, wanted: Status) -> Step {
     let Some(rec) = rec else {
-        return not_applicable("there was nothing to ask", "спрашивать было нечего");
+        return not_applicable("there was nothing to ask", "запрашивать было нечего");
     };
     let name = wanted.name().unwrap_or_default();
     must(rec.status == wanted, name, name, rec.words(true))
@@ -210,7 +210,7 @@ pub fn incomplete(b: &mut Bench<'_>) -> Step {
     status(erased.last_set.as_ref(), Status::ACCEPTED)
 }
 
-/// §3.6/1: a table of zeros; what was there before is lost, as by the erasure.
+/// §3.6/1: a table of zeros; the earlier table is lost, as by the erasure.
 pub fn table(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     let data = [0, 0, 0, 0];

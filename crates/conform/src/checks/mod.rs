@@ -1,4 +1,4 @@
-//! The tests, by what they need; the table is in the order in which they run.
+//! The tests, by what they need; the table has them in the order of execution.
 
 pub mod bits;
 mod fold;
@@ -27,23 +27,23 @@ pub use table::TESTS;
 /// A test.
 #[derive(Clone, Copy)]
 pub struct Test {
-    /// The item that it tests.
+    /// Item that it tests.
     pub item: &'static str,
-    /// Its own name.
+    /// Name of the test.
     pub name: &'static str,
-    /// What it needs to be allowed.
+    /// Level that permits it.
     pub level: Level,
-    /// It asks for a detail of ours in an item that is the document's.
+    /// It tests a detail of ours in an item of the document.
     pub ours: bool,
     pub run: fn(&mut Bench<'_>) -> Step,
 }
 
-/// A number as it travels.
+/// A 16-bit number in wire order (little-endian).
 pub fn le(value: i32) -> [u8; 2] {
     i16::try_from(value).unwrap_or(if value < 0 { i16::MIN } else { i16::MAX }).to_le_bytes()
 }
 
-/// Numbers as they travel.
+/// 16-bit numbers in wire order (little-endian).
 pub fn les(values: &[i32]) -> Vec<u8> {
     values.iter().flat_map(|value| le(*value)).collect()
 }

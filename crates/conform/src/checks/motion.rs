@@ -1,4 +1,4 @@
-//! §3.1, §3.2, §3.7, §3.17: drives, a little and slowly, with the valves closed.
+//! §3.1, §3.2, §3.7, §3.17: short, slow motions of drives, with the valves closed.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
@@ -8,17 +8,17 @@ use crate::raw::Rec;
 use crate::safety::{AIMING, REST_MS, VALVES};
 use crate::verdict::{Step, must, not_applicable};
 
-/// "Very far": the document's own number.
+/// "Very far": the document's own value, arc-minutes.
 pub const FAR: i32 = 21_600;
 const SOON_MS: u64 = 400;
 pub const STOP_MS: u64 = 3000;
 
-/// Step of a small move, ' or mm, and how exactly it must be reached.
+/// Step of a small move and its tolerance, arc-minutes or mm.
 pub fn small(id: S) -> (i32, i32) {
     if id == S::NOZZLE { (6, 2) } else { (150, 12) }
 }
 
-/// A drive that aims, in working position, allowed to move.
+/// An aiming drive, in working position, allowed to move.
 pub fn aimed(b: &mut Bench<'_>) -> Step<S> {
     let id = b.one_of(&AIMING)?;
     b.deployed()?;
@@ -31,7 +31,7 @@ pub fn limits(b: &mut Bench<'_>, id: S) -> Step<(i32, i32)> {
     Ok((rec.i32_at(0).unwrap_or(0), rec.i32_at(4).unwrap_or(0)))
 }
 
-/// The direction in which there is room, and where the drive is.
+/// Direction in which there is room, and position of the drive.
 pub fn room(b: &mut Bench<'_>, id: S) -> Step<(i32, i32)> {
     let (_, position) = b.drive(id)?;
     let (min, max) = limits(b, id)?;
@@ -44,8 +44,8 @@ pub fn go(b: &mut Bench<'_>, id: S, to: i32) -> Step {
 }
 
 pub fn arrives(b: &mut Bench<'_>, id: S, at: i32, tolerance: i32) -> Step {
-    let en = format!("at {at} ± {tolerance}, standing");
-    let ru = format!("в {at} ± {tolerance}, стоит");
+    let en = format!("at {at} ± {tolerance}, at rest");
+    let ru = format!("в {at} ± {tolerance}, в покое");
     b.until(REST_MS, &en, &ru, |b| {
         let (flags, position) = b.drive(id)?;
         Ok(flags & bits::MOVE == 0 && position.abs_diff(at) <= tolerance.unsigned_abs())
@@ -58,7 +58,7 @@ fn nothing_moves(b: &mut Bench<'_>) -> Step {
     b.watch()
 }
 
-/// §3.1/4, and the sign of §3.1/7: each drive there and back.
+/// §3.1/4, and the sign of §3.1/7: each drive moves there and back.
 pub fn moves(b: &mut Bench<'_>) -> Step {
     aimed(b)?;
     for id in AIMING {
@@ -135,7 +135,7 @@ pub fn move_all(b: &mut Bench<'_>) -> Step {
     nothing_moves(b)
 }
 
-/// Brings the limits close to where the drive stands, in both directions.
+/// Brings the limits close to the drive's position, in both directions.
 pub fn narrow(b: &mut Bench<'_>, id: S) -> Step<(i32, i32, i32)> {
     let (step, _) = small(id);
     b.param(id, "MinLimit")?;
@@ -148,7 +148,7 @@ pub fn narrow(b: &mut Bench<'_>, id: S) -> Step<(i32, i32, i32)> {
     Ok((min, position, max))
 }
 
-/// §3.1/7, §3.3.4/2: there and no further.
+/// §3.1/7, §3.3.4/2: up to the limit and no further.
 pub fn to_the_limit(b: &mut Bench<'_>) -> Step {
     aimed(b)?;
     for id in AIMING {
@@ -166,7 +166,7 @@ pub fn to_the_limit(b: &mut Bench<'_>) -> Step {
             b.wait(SOON_MS)?;
             arrives(b, id, limit, tolerance)?;
         }
-        // Off both limits neither flag is set.
+        // Away from both limits, neither flag is set.
         let middle = (min + max) / 2;
         go(b, id, middle)?;
         arrives(b, id, middle, tolerance)?;
@@ -190,13 +190,13 @@ pub fn stop_drive(b: &mut Bench<'_>) -> Step {
     let (_, later) = b.drive(id)?;
     must(
         at.abs_diff(later) <= 2,
-        "it stays where it stopped",
+        "it stays at rest",
         "стоит, где остановлен",
         format!("{at}, {later}"),
     )
 }
 
-/// §3.2/5: the others go on.
+/// §3.2/5: the other drives go on.
 pub fn stop_one_of_two(b: &mut Bench<'_>) -> Step {
     b.deployed()?;
     b.needs(S::HORIZONTAL)?;
@@ -257,7 +257,7 @@ pub fn stop_motors(b: &mut Bench<'_>) -> Step {
     b.until_flags(id, 0, bits::MOVE, STOP_MS)
 }
 
-/// §1/9: what finds no room is not executed, but for Stop All.
+/// §1/9: requests without room for an answer are not executed, except Stop All.
 pub fn no_room(b: &mut Bench<'_>) -> Step {
     b.several()?;
     let id = aimed(b)?;
@@ -280,7 +280,7 @@ pub fn no_room(b: &mut Bench<'_>) -> Step {
     b.until_flags(id, 0, bits::MOVE, STOP_MS)
 }
 
-/// §1/8, §2/2: in their order, and nothing after a cut.
+/// §1/8, §2/2: in their order, and nothing after a cut record.
 pub fn in_order(b: &mut Bench<'_>) -> Step {
     b.several()?;
     let id = aimed(b)?;
@@ -309,7 +309,7 @@ pub fn cut_move(b: &mut Bench<'_>) -> Step {
     nothing_moves(b)
 }
 
-/// §3.1/4: the later Move replaces the earlier (ours).
+/// §3.1/4: a later Move replaces an earlier one (ours).
 pub fn replaced(b: &mut Bench<'_>) -> Step {
     let id = aimed(b)?;
     let (step, tolerance) = small(id);
@@ -328,7 +328,7 @@ pub fn overload(b: &mut Bench<'_>) -> Step {
     super::service::clean(b).and(step)
 }
 
-/// What a drive draws while it moves, 0.1 A.
+/// Current of a drive while it moves, 0.1 A.
 fn drawn(b: &mut Bench<'_>, id: S, to: i32) -> Step<i32> {
     go(b, id, to)?;
     let mut drawn = 0;
@@ -344,7 +344,7 @@ fn drawn(b: &mut Bench<'_>, id: S, to: i32) -> Step<i32> {
     Ok(drawn)
 }
 
-/// MaxCurrent below what a motion draws, so that any motion is an overload.
+/// With MaxCurrent below the current of a motion, so that any motion is an overload.
 fn overloaded(b: &mut Bench<'_>) -> Step {
     let id = aimed(b)?;
     b.param(id, "MaxCurrent")?;
@@ -381,7 +381,7 @@ fn overloaded(b: &mut Bench<'_>) -> Step {
     b.until_flags(id, 0, bits::OVERLOAD, 2500)
 }
 
-/// §3.9/3, §3.9/4, §3.10/4…: addressees that do not have the request, and absent ones.
+/// §3.9/3, §3.9/4, §3.10/4…: addressees that do not support the request, and absent ones.
 pub fn close_wrong_addressee(b: &mut Bench<'_>) -> Step {
     b.deployed()?;
     let data = lafet_proto::id::key::CLOSE.to_le_bytes();
@@ -417,14 +417,14 @@ pub fn close_layout(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.9/2 of a valve that is closed.
+/// §3.9/2 with a closed valve.
 pub fn close_closed(b: &mut Bench<'_>) -> Step {
     let id = b.one_of(&VALVES)?;
     b.done(R::CLOSE, id, &lafet_proto::id::key::CLOSE.to_le_bytes())?;
     b.until_flags(id, bits::CLOSED, bits::OPEN, 30_000)
 }
 
-/// §1/4 and the codes of §1: each request of the table is known to the monitor.
+/// §1/4 and the codes of §1: the monitor supports each request of the table.
 pub fn requests_known(b: &mut Bench<'_>) -> Step {
     b.deployed()?;
     for (request, to) in [
@@ -440,7 +440,7 @@ pub fn requests_known(b: &mut Bench<'_>) -> Step {
         (R::SWITCH_LIMITS, S::HORIZONTAL),
     ] {
         if b.has(to) {
-            // One byte is the wrong size for each of them, so none does anything.
+            // One byte is a wrong size for all of them, so none is executed.
             b.refused(request, to, &[0], to, Status::WRONG_DATA)?;
         }
     }

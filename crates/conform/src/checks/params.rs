@@ -1,4 +1,4 @@
-//! §3.5, §3.3.1/4, §3.3.3/1: parameters change, act, and change back.
+//! §3.5, §3.3.1/4, §3.3.3/1: parameters are changed, take effect, and are restored.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
@@ -6,7 +6,7 @@ use super::{bits, le};
 use crate::bench::{Bench, param_data};
 use crate::verdict::{Step, must, not_applicable};
 
-/// A parameter of ours that moves nothing, in the order of preference.
+/// A parameter of ours that moves nothing, in order of preference.
 fn spare(b: &mut Bench<'_>) -> Step<(S, &'static str, i32)> {
     for (of, name) in
         [(S::DETECTOR, "Threshold"), (S::CONTROL, "Height"), (S::GENERAL, "MainVoltageMax")]
@@ -31,7 +31,7 @@ pub fn set_and_read(b: &mut Bench<'_>) -> Step {
     must(read == value + 1, "and later", "и позже", format!("{read}"))
 }
 
-/// §3.5/1, negative and large values keep their sign and their four bytes.
+/// §3.5/1: negative and large values keep their sign and their four bytes.
 pub fn wide_values(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     for value in [-9_999, 9_998, -1] {
@@ -42,7 +42,7 @@ pub fn wide_values(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.5/1, an array.
+/// §3.5/1: an array.
 pub fn arrays(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     let Some(old) = b.get(S::CONTROL, "Program7")? else {
@@ -164,7 +164,7 @@ pub fn after_restart(b: &mut Bench<'_>) -> Step {
     let address = b.param(S::GENERAL, "Address")?;
     let other = if address == 1 { 2 } else { 1 };
     b.put(S::GENERAL, "Address", other)?;
-    // It must still be there to be told its address again.
+    // It must still answer, so that its address can be restored.
     let read = b.param(S::GENERAL, "Address");
     b.put(S::GENERAL, "Address", address)?;
     must(read? == other, "the new value is read", "читается новое значение", "")
@@ -228,7 +228,7 @@ pub fn not_in_motion(b: &mut Bench<'_>) -> Step {
     })
 }
 
-/// §3.3.1/4: limits of the supply on the wrong side of it.
+/// §3.3.1/4: a supply voltage outside the limits set.
 pub fn bad_power(b: &mut Bench<'_>) -> Step {
     let rec = b.read(R::GET_STATUS, S::GENERAL, &[])?;
     let volts = i32::from(rec.i16_at(4).unwrap_or(0));
@@ -264,7 +264,7 @@ pub fn heating(b: &mut Bench<'_>) -> Step {
     b.until_flags(S::CLIMATICS, 0, bits::BOX_HEAT, 3000)
 }
 
-/// §3.6, §3.6/2: tables that are refused; a good one could not be put back.
+/// §3.6, §3.6/2: tables that are refused; a valid one could not be undone.
 pub fn correction_table(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     b.refused(R::SETUP_CORRECTION_TABLE, S::CONTROL, &[], S::CONTROL, Status::WRONG_DATA)?;
@@ -278,7 +278,7 @@ pub fn correction_table(b: &mut Bench<'_>) -> Step {
     )
 }
 
-/// §3.6: an addressee that has none.
+/// §3.6: an addressee without a table.
 pub fn correction_addressee(b: &mut Bench<'_>) -> Step {
     let data = [0, 0];
     b.refused(R::SETUP_CORRECTION_TABLE, S::GENERAL, &data, S::GENERAL, Status::WRONG_REQUEST)?;

@@ -1,4 +1,4 @@
-//! §3.14, §3.15: extinguishing by a sector and along a trajectory. Nothing here opens a valve.
+//! §3.14, §3.15: extinguishing in a sector and along a trajectory. Nothing here opens a valve.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
@@ -21,7 +21,7 @@ pub fn centre(b: &mut Bench<'_>) -> Step<(i32, i32)> {
     Ok((h.clamp(h_min + 400, h_max - 400), v.clamp(v_min + 300, v_max - 300)))
 }
 
-/// The seven numbers of a full StartQuench; the last two are bytes.
+/// Data of a full StartQuench: seven numbers, of which the last two are bytes.
 pub fn program(h: i32, v: i32, width: i32, height: i32, step: u8, distance: u8) -> Vec<u8> {
     let mut data = les(&[h, v, 30, width, height]);
     data.extend([step, distance]);
@@ -32,7 +32,7 @@ pub fn movers(b: &mut Bench<'_>) {
     b.moves(&[S::HORIZONTAL, S::VERTICAL, S::NOZZLE, S::DEPLOYER]);
 }
 
-/// A program that runs.
+/// Starts a program; returns its centre.
 pub fn quench(b: &mut Bench<'_>) -> Step<(i32, i32)> {
     b.needs(S::CONTROL)?;
     b.deployed()?;
@@ -49,7 +49,7 @@ pub fn ends(b: &mut Bench<'_>) -> Step {
     b.until_flags(S::CONTROL, 0, bits::QUENCH | bits::TRAJECTORY, START_MS)
 }
 
-/// §3.14/1: the jet goes over the sector.
+/// §3.14/1: the jet covers the sector.
 pub fn quench_scans(b: &mut Bench<'_>) -> Step {
     let (h, v) = quench(b)?;
     let (mut left, mut right, mut low, mut high) = (i32::MIN, i32::MAX, i32::MAX, i32::MIN);
@@ -142,13 +142,13 @@ pub fn simplified(b: &mut Bench<'_>) -> Step {
     ends(b)
 }
 
-/// §3.14/3: distance 0 aims along the line, a distance raises the barrel; a table too.
+/// §3.14/3: distance 0 aims along the line of sight, a distance raises the barrel; so does a table.
 pub fn elevation(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     b.deployed()?;
     let (h, v) = centre(b)?;
     movers(b);
-    // A correction of 5° whatever the pressure: one entry is the last for all.
+    // A correction of 5° at any pressure: the last entry applies to all higher ones.
     let mut data = les(&[h, v, 30, 0, 0]);
     data.push(0);
     data.extend([5, 5]);
@@ -160,7 +160,7 @@ pub fn elevation(b: &mut Bench<'_>) -> Step {
     ends(b)
 }
 
-/// §3.14/1: step 0, no size: the centre.
+/// §3.14/1: with step 0 and no size, the centre.
 pub fn aims_at_centre(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     b.deployed()?;
@@ -226,7 +226,7 @@ pub fn pause(b: &mut Bench<'_>) -> Step {
     ends(b)
 }
 
-/// §3.1/3: the addressee moves.
+/// §3.1/3: the addressee of Move moves.
 pub fn pause_moves(b: &mut Bench<'_>) -> Step {
     let (h, _) = quench(b)?;
     b.wait(1000)?;

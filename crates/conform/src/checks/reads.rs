@@ -34,7 +34,7 @@ pub fn sizes(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.3/1 What All says is what each says.
+/// §3.3/1 GetStatus All returns what each subsystem returns alone.
 pub fn same_as_alone(b: &mut Bench<'_>) -> Step {
     let records = b.frame(&Rec::new(R::GET_STATUS, S::ALL, &[]).bytes())?;
     for rec in records {
@@ -60,7 +60,7 @@ pub fn same_as_alone(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.3.1 to §3.3.9: bits that have no meaning are 0.
+/// §3.3.1 to §3.3.9: unused bits are 0.
 fn unused(b: &mut Bench<'_>, ids: &[S], used: u32) -> Step {
     let mut any = false;
     for id in ids.iter().copied() {
@@ -184,7 +184,7 @@ pub fn at_rest(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.3.9, §3.3.9/1: Stop is an attempt to control, reads are none.
+/// §3.3.9, §3.3.9/1: Stop counts as control, reads do not.
 fn lost(b: &mut Bench<'_>) -> Step<Vec<S>> {
     let mut lost = Vec::new();
     for id in [S::EXTERNAL_CONN, S::RADIO] {
@@ -222,7 +222,7 @@ pub fn conn_lost(b: &mut Bench<'_>) -> Step {
     )?;
     b.wait(timeout_ms / 2)?;
     let before = lost(b)?.len();
-    // A line that is slow, or stalls, cannot tell.
+    // A slow or stalling line proves nothing.
     let in_time = b.now_ms() - asked_ms < timeout_ms;
     must(
         before < ids || !in_time,
@@ -234,8 +234,8 @@ pub fn conn_lost(b: &mut Bench<'_>) -> Step {
     let later = lost(b)?.len();
     must(
         later == ids,
-        "ConnLost when nobody has controlled for 3 s",
-        "ConnLost, когда 3 с никто не управлял",
+        "ConnLost after 3 s without control",
+        "ConnLost после 3 с без управления",
         "",
     )
 }
@@ -248,8 +248,8 @@ pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
     let ids = [S::EXTERNAL_CONN, S::RADIO].into_iter().filter(|id| b.has(*id)).count();
     must(
         before.len() == ids,
-        "ConnLost, as nobody has controlled",
-        "ConnLost: никто не управлял",
+        "ConnLost, as there was no control",
+        "ConnLost: управления не было",
         several(&before),
     )?;
     for _ in 0..5 {
@@ -294,7 +294,7 @@ pub fn unknown_param(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.4/1 "with the id" is ours.
+/// §3.4/1; "with the id" is ours.
 pub fn unknown_param_id(b: &mut Bench<'_>) -> Step {
     let rec = b.ask(R::GET_PARAM, S::GENERAL, &[0x34, 0x12])?;
     must(
@@ -333,7 +333,7 @@ pub fn dictionary(b: &mut Bench<'_>) -> Step {
             continue;
         }
         let Some(values) = b.get(spec.subsystem, param.name())? else {
-            // TrvPosition and the like are answered by monitors that have them stored.
+            // Parameters such as TrvPosition exist only in monitors that store them.
             return must(
                 !spec.required,
                 "every parameter of the table",
@@ -370,8 +370,8 @@ pub fn limits(b: &mut Bench<'_>) -> Step {
         if let (Some(low), Some(high)) = known {
             must(
                 low.first().copied() == min && high.first().copied() == max,
-                "the limits that the parameters say",
-                "пределы, о которых говорят параметры",
+                "the limits set by the parameters",
+                "пределы, заданные параметрами",
                 rec.words(true),
             )?;
         }
@@ -417,7 +417,7 @@ pub fn crash_param(b: &mut Bench<'_>) -> Step {
     )
 }
 
-/// §3.21, §3.21/1: literal bytes of the document.
+/// §3.21, §3.21/1: with the literal bytes of the document.
 pub fn hotbeds(b: &mut Bench<'_>) -> Step {
     b.needs(S::DETECTOR)?;
     let records = b.frame(&super::literal::GET_HOTBEDS)?;

@@ -1,4 +1,4 @@
-//! §1, §2: the chain and the record, by reads alone.
+//! §1, §2: the chain and the record, by reads only.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 
@@ -7,7 +7,7 @@ use crate::bench::{Bench, list};
 use crate::raw::Rec;
 use crate::verdict::{Step, must, not_applicable};
 
-/// Ids that no table knows.
+/// Ids that are in no table.
 pub const UNKNOWN_DEVICES: [S; 4] = [S(0x00), S(0x01), S(0xFE), S(0xFF)];
 const UNKNOWN_REQUESTS: [R; 3] = [R(0x00), R(0x01), R(0xFF)];
 
@@ -28,7 +28,7 @@ fn group(b: &mut Bench<'_>, request: R, to: S) -> Step<Vec<Rec>> {
     Ok(records)
 }
 
-/// §1 Whoever answers to All has an id of the table, and answers under it.
+/// §1 Subsystems that answer All have an id of the table, and answer under it.
 pub fn ids(b: &mut Bench<'_>) -> Step {
     let all = group(b, R::GET_STATUS, S::ALL)?;
     let found = devices(&all);
@@ -61,7 +61,7 @@ pub fn absent(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §1/3, an id that no table knows (ours).
+/// §1/3: an id that is in no table (ours).
 pub fn unknown_device(b: &mut Bench<'_>) -> Step {
     for id in UNKNOWN_DEVICES {
         b.refused(R::GET_STATUS, id, &[], id, Status::MODULE_NOT_EXIST)?;
@@ -191,7 +191,7 @@ pub fn wrong_addressee(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §2 Literal bytes, not made by any encoder.
+/// §2 With literal bytes, not made by any encoder.
 pub fn layout(b: &mut Bench<'_>) -> Step {
     for (request, en, ru) in [
         (GET_STATUS_GENERAL, "D4 C2 00 0A and 10 bytes", "D4 C2 00 0A и 10 байт"),
@@ -262,7 +262,7 @@ pub fn wrong_size(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §2/5 Every answer was looked at; here a sweep over what could have a strange one.
+/// §2/5 All answers are checked; this test covers those most likely to have a wrong status.
 pub fn statuses(b: &mut Bench<'_>) -> Step {
     for id in b.found.present.clone() {
         for request in [R::GET_STATUS, R::GET_PARAM, R::RETRIEVE_LIMITS, R::GET_HOTBED] {
@@ -278,7 +278,7 @@ pub fn statuses(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §1/12 The addressee of a request that others have.
+/// §1/12 Addressees that do not support Stop.
 pub fn stop_addressees(b: &mut Bench<'_>) -> Step {
     for id in [S::GENERAL, S::CLIMATICS, S::EXTERNAL_CONN, S::RADIO, S::BUTTONS, S::EXT_BUTTONS] {
         if b.has(id) {
@@ -306,7 +306,7 @@ pub fn stop_layout(b: &mut Bench<'_>) -> Step {
     b.refused(R::STOP, one, &[0], one, Status::WRONG_DATA)
 }
 
-/// §3.2/1 at rest: every handler answers, none of the others.
+/// §3.2/1 at rest: every subsystem that handles Stop answers, and no other.
 pub fn stop_all_at_rest(b: &mut Bench<'_>) -> Step {
     b.needs_release()?;
     let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;

@@ -17,7 +17,7 @@ fn sector(b: &mut Bench<'_>, width: i32, height: i32) -> Step<Vec<i32>> {
     Ok(vec![h - width / 2, h + width / 2, v - height / 2, v + height / 2, 0])
 }
 
-/// A search that runs.
+/// Starts a search.
 fn seek(b: &mut Bench<'_>, width: i32, height: i32) -> Step {
     b.needs(S::DETECTOR)?;
     b.deployed()?;
@@ -43,7 +43,7 @@ pub fn seek_to_end(b: &mut Bench<'_>) -> Step {
     must(flags & bits::CANCELED == 0, "not Canceled", "без Canceled", format!("{flags:#010x}"))
 }
 
-/// §3.1/2, §3.2/3, §3.8/2, §3.9/1, §3.14/6, §3.11/7 each ask for one thing while it searches.
+/// §3.1/2, §3.2/3, §3.8/2, §3.9/1, §3.14/6, §3.11/7 each send one request while it searches.
 fn while_seeking(b: &mut Bench<'_>, ask: impl Fn(&mut Bench<'_>) -> Step) -> Step {
     seek(b, 3000, 600)?;
     ask(b)?;
@@ -246,7 +246,7 @@ pub fn justify_wrapped(b: &mut Bench<'_>) -> Step {
 pub fn while_justifying(b: &mut Bench<'_>) -> Step {
     b.needs(S::DETECTOR)?;
     b.deployed()?;
-    // Off the target it must turn first, so that there is time to ask.
+    // Away from the target it must turn first, which leaves time for requests.
     movers(b);
     let (sign, at) = room(b, S::HORIZONTAL)?;
     b.done(R::MOVE, S::HORIZONTAL, &le(at + sign * 600))?;

@@ -118,7 +118,7 @@ pub fn lockout_denies(b: &mut Bench<'_>) -> Step {
     b.watch()
 }
 
-/// §1/11 under lockout: before anything else.
+/// §1/11 under lockout: refused before anything else is checked.
 pub fn lockout_first(b: &mut Bench<'_>) -> Step {
     locked(b)?;
     b.refused(R(0x00), S::GENERAL, &[], S::GENERAL, Status::DENIED)?;
@@ -217,20 +217,20 @@ fn restart(b: &mut Bench<'_>) -> Step<Vec<Rec>> {
     b.frame(&Rec::new(R::RESTART, S::ALL, &[]).bytes())
 }
 
-/// What a drive was found guilty of stays until the next start: a test that provokes it restarts.
+/// Some fault flags of a drive stay until the next start, so a test that provokes one restarts.
 pub fn clean(b: &mut Bench<'_>) -> Step {
     b.put_back()?;
     restart(b)?;
     back(b)
 }
 
-/// Until it is back and everything stands.
+/// Waits until the monitor is back and everything is at rest.
 pub fn back(b: &mut Bench<'_>) -> Step {
     answers_again(b)?;
     b.rest()
 }
 
-/// Until it has been away, or long enough for that, and answers again without Restarting.
+/// Waits until it was away, or long enough for that, and answers again without Restarting.
 fn answers_again(b: &mut Bench<'_>) -> Step {
     let end = b.line.now_ms() + RESET_MS;
     b.line.recv(700).map_err(Halt::Link)?;
@@ -318,8 +318,8 @@ pub fn inert(b: &mut Bench<'_>) -> Step {
         let flags = b.flags(S::DEPLOYER)?;
         must(
             flags & bits::DEPLOYED != 0,
-            "the sensors tell that it is deployed",
-            "датчики говорят: развёрнут",
+            "the sensors show that it is deployed",
+            "датчики показывают: развёрнут",
             format!("{flags:#010x}"),
         )?;
     }

@@ -1,4 +1,4 @@
-//! Every test, in the order of running: reads, then what is done wrapped, deployed, with water.
+//! Every test, in order of execution: reads, then tests while stowed, deployed, with water.
 
 use super::Test;
 use crate::Level::{Erase, Full, Motion, ReadOnly};
@@ -16,12 +16,12 @@ const fn t(item: &'static str, name: &'static str, level: crate::Level, run: Run
     Test { item, name, level, ours: false, run }
 }
 
-/// A detail of ours in an item of the document.
+/// A test of a detail of ours in an item of the document.
 const fn o(item: &'static str, name: &'static str, level: crate::Level, run: Run) -> Test {
     Test { item, name, level, ours: true, run }
 }
 
-/// The tests.
+/// All tests.
 #[rustfmt::skip]
 pub const TESTS: &[Test] = &[
     t("§1/10", "one-answer-each", ReadOnly, link::one_answer_each),

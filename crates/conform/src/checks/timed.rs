@@ -8,10 +8,10 @@ use crate::bench::{Bench, list, param_data};
 use crate::raw::Rec;
 use crate::verdict::{Step, must};
 
-/// MoveHold of the test, ms, and when it is renewed.
+/// MoveHold of the test, ms; also the interval of its renewal.
 const HOLD_MS: u64 = 1000;
 const RENEW_MS: u64 = 600;
-/// What a drive takes to stop.
+/// Time for a drive to stop, ms.
 const STOP_MS: u64 = 3000;
 
 /// §D/4
@@ -37,7 +37,7 @@ pub fn move_timeout(b: &mut Bench<'_>) -> Step {
     arrives(b, id, from, small(id).1)
 }
 
-/// §D/4 The Move lasts as long as MoveHold in its frame is renewed; a renewal starts nothing.
+/// §D/4 The Move lasts as long as the MoveHold in its frame is renewed; a renewal starts nothing.
 pub fn move_hold(b: &mut Bench<'_>) -> Step {
     b.several()?;
     let id = aimed(b)?;

@@ -22,7 +22,7 @@ fn open(b: &mut Bench<'_>, id: S) -> Step {
     b.want(R::OPEN, id, &key::OPEN.to_le_bytes(), id, &[Status::ACCEPTED, Status::OK]).map(|_| ())
 }
 
-/// A valve that is open, or on its way.
+/// A valve that is open, or opening.
 pub fn opened(b: &mut Bench<'_>) -> Step<S> {
     let id = valve(b)?;
     open(b, id)?;
@@ -41,7 +41,7 @@ fn stays_closed(b: &mut Bench<'_>, id: S) -> Step {
     )
 }
 
-/// §3.8/1: the most dangerous of all.
+/// §3.8/1: the most dangerous request of all.
 pub fn open_wrapped(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     let id = b.one_of(&VALVES)?;
@@ -100,7 +100,7 @@ pub fn open_absent(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.8/3, §3.9/2: each valve opens and closes, and the other stays.
+/// §3.8/3, §3.9/2: each valve opens and closes, and the other does not move.
 pub fn open_and_close(b: &mut Bench<'_>) -> Step {
     b.deployed()?;
     b.one_of(&VALVES)?;
@@ -124,7 +124,7 @@ pub fn open_and_close(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.9/5 of an open valve.
+/// §3.9/5 with an open valve.
 pub fn close_key_open(b: &mut Bench<'_>) -> Step {
     let id = opened(b)?;
     b.refused(R::CLOSE, id, &key::OPEN.to_le_bytes(), id, Status::NEED_CONFIRM)?;
@@ -149,7 +149,7 @@ pub fn stop_valve(b: &mut Bench<'_>) -> Step {
     let flags = b.flags(id)?;
     must(
         flags & bits::OPEN == 0,
-        "it stays where it stopped",
+        "it stays at rest",
         "стоит, где остановлен",
         format!("{flags:#010x}"),
     )
@@ -210,7 +210,7 @@ pub fn move_deployer_open(b: &mut Bench<'_>) -> Step {
     b.refused(R::MOVE, S::DEPLOYER, &les(&[2000]), id, Status::DENIED)
 }
 
-/// §3.14/7: neither start, pause nor end of a program touches the valve.
+/// §3.14/7: start, pause and end of a program leave the valve as it is.
 pub fn program_leaves_valve(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     let id = opened(b)?;

@@ -1,4 +1,4 @@
-//! The report as one page that needs nothing but a browser, for reading and for printing.
+//! The report as a self-contained HTML page, for reading and printing.
 
 use std::fmt::Write;
 
@@ -30,7 +30,7 @@ const fn class(outcome: Outcome) -> &'static str {
     }
 }
 
-/// The page.
+/// The HTML page.
 pub fn html(report: &Report, lang: Lang) -> String {
     let title = pick(lang, "Conformance of a fire monitor", "Проверка лафетного ствола");
     let mut page = format!(
@@ -80,7 +80,7 @@ fn tests(page: &mut String, report: &Report, lang: Lang) {
         pick(lang, "Statement", "Утверждение"),
         pick(lang, "Result", "Итог"),
     );
-    // What failed comes first: it is what the page is opened for.
+    // Failures come first: they are what the page is opened for.
     for outcome in OUTCOMES {
         for test in report.tests.iter().filter(|test| test.outcome == outcome) {
             row(page, test, lang);

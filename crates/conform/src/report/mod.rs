@@ -1,4 +1,4 @@
-//! What a run has found, and how it is told: text, JSON, JUnit, HTML.
+//! The results of a run, and their forms: text, JSON, JUnit, HTML.
 
 mod html;
 mod text;
@@ -13,55 +13,55 @@ use crate::{Level, Options};
 pub use html::html;
 pub use text::{json, junit, summary, test_lines, text};
 
-/// How a test ended.
+/// Result of a test.
 #[derive(Clone, Debug)]
 pub struct TestReport {
-    /// Its name.
+    /// Name of the test.
     pub name: &'static str,
-    /// The item that it tests.
+    /// Item that it tests.
     pub item: &'static str,
-    /// Whose statement it is.
+    /// Source of the item.
     pub label: Label,
-    /// The level it needs.
+    /// Level that it needs.
     pub level: Level,
-    /// How it ended.
+    /// Outcome of the test.
     pub outcome: Outcome,
-    /// What should have been.
+    /// What the item requires.
     pub expected: Note,
-    /// What was, or why there is nothing to test.
+    /// What was observed, or why there is nothing to test.
     pub found: Note,
-    /// What travelled.
+    /// Exchanges with the monitor.
     pub log: Vec<Exchange>,
-    /// How long it took, ms of the monitor's clock.
+    /// Duration, ms of the monitor's clock.
     pub took_ms: u64,
 }
 
-/// What a run has found.
+/// Results of a run.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// Which monitor: for people, whatever names it.
+    /// The monitor: its URL or another name for the user.
     pub url: String,
-    /// What was allowed.
+    /// Level that was permitted.
     pub level: Level,
     /// Differences from our rulings count as failures.
     pub strict: bool,
-    /// Each test.
+    /// Results of the tests, in order of execution.
     pub tests: Vec<TestReport>,
     /// Subsystems of the monitor.
     pub present: Vec<SubsystemId>,
-    /// Why it ended early.
+    /// Why the run ended early.
     pub aborted: Option<Note>,
-    /// What could not be put back.
+    /// What could not be restored.
     pub not_restored: Option<Note>,
-    /// The way to it was lost at the end: what was started was not seen at rest.
+    /// The connection was lost at the end: what was started was not seen at rest.
     pub cut: bool,
-    /// It never answered.
+    /// The monitor never answered.
     pub unreachable: bool,
-    /// Frames sent, and those repeated because no answer came.
+    /// Number of frames sent, including those repeated.
     pub frames: u64,
-    /// Frames repeated.
+    /// Number of frames repeated because no answer came.
     pub repeats: u64,
-    /// Time of the whole run, ms of the monitor's clock.
+    /// Duration of the run, ms of the monitor's clock.
     pub took_ms: u64,
 }
 
@@ -84,12 +84,12 @@ impl Report {
         }
     }
 
-    /// How many tests ended so.
+    /// Number of tests with this outcome.
     pub fn count(&self, outcome: Outcome) -> usize {
         self.tests.iter().filter(|test| test.outcome == outcome).count()
     }
 
-    /// What failed; with --strict, what differs too.
+    /// Failed tests; with --strict, also those that differ.
     pub fn failures(&self) -> impl Iterator<Item = &TestReport> {
         self.tests.iter().filter(|test| match test.outcome {
             Outcome::Fail => true,
@@ -98,17 +98,17 @@ impl Report {
         })
     }
 
-    /// What no test can see, and why.
+    /// Items that no test can observe, and why.
     pub fn unseen(&self) -> &'static [Unseen] {
         crate::spec::unseen()
     }
 
-    /// Nothing failed, everything was tried and put back.
+    /// Whether nothing failed, and everything was tried and restored.
     pub fn is_good(&self) -> bool {
         self.failures().next().is_none() && self.aborted.is_none() && self.not_restored.is_none()
     }
 
-    /// 0 nothing failed; 1 something did, or the run was broken off; 3 nobody answers; 4 it may still
+    /// 0 nothing failed; 1 a test failed, or the run was broken off; 3 no answer; 4 it may still
     /// move or flow.
     pub fn exit_code(&self) -> u8 {
         match () {

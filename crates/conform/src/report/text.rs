@@ -1,4 +1,4 @@
-//! The report as a person reads it in a terminal, as a file for programs, and as JUnit.
+//! The report as text for a terminal, as JSON for programs, and as JUnit XML.
 
 use std::fmt::Write;
 
@@ -10,10 +10,10 @@ use crate::raw::{self, hex};
 use crate::spec;
 use crate::verdict::{Note, Outcome};
 
-/// Exchanges that a failure shows: what led to it.
+/// Exchanges shown with a failure: the last ones before it.
 const SHOWN: usize = 4;
 
-/// A sentence in a language.
+/// A sentence in the given language.
 pub fn said(note: &Note, lang: Lang) -> &str {
     match lang {
         Lang::En => &note.en,
@@ -21,7 +21,7 @@ pub fn said(note: &Note, lang: Lang) -> &str {
     }
 }
 
-/// The statement of an item.
+/// Statement of an item.
 pub fn statement(id: &str, lang: Lang) -> &'static str {
     spec::item(id).map_or("", |item| match lang {
         Lang::En => item.text,
@@ -29,18 +29,18 @@ pub fn statement(id: &str, lang: Lang) -> &'static str {
     })
 }
 
-/// How a test ended, in a word.
+/// Outcome of a test, in one word.
 pub const fn word(outcome: Outcome, lang: Lang) -> &'static str {
     match (outcome, lang) {
         (outcome, Lang::En) => outcome.name(),
-        (Outcome::Pass, Lang::Ru) => "верно",
+        (Outcome::Pass, Lang::Ru) => "соответствует",
         (Outcome::Fail, Lang::Ru) => "ошибка",
         (Outcome::Differs, Lang::Ru) => "иначе",
         (Outcome::NotApplicable, Lang::Ru) => "неприменимо",
     }
 }
 
-/// One line of a test, and what is wrong with it.
+/// One line for a test, followed by the details of a failure.
 pub fn test_lines(test: &TestReport, lang: Lang) -> String {
     let mut text = format!("{:<11}  {:<8} {}", word(test.outcome, lang), test.item, test.name);
     match test.outcome {
@@ -73,7 +73,7 @@ fn failure_lines(test: &TestReport, lang: Lang) -> String {
     text
 }
 
-/// What the run comes to.
+/// Summary of the run.
 pub fn summary(report: &Report, lang: Lang) -> String {
     let count = |outcome| report.count(outcome);
     let (pass, fail) = (count(Outcome::Pass), count(Outcome::Fail));
@@ -87,13 +87,13 @@ pub fn summary(report: &Report, lang: Lang) -> String {
              {not} not applicable; {frames} frames ({repeats} repeated) in {s} s"
         ),
         Lang::Ru => format!(
-            "--{level}: верно {pass}, ошибок {fail}, отличий от наших толкований {differs}, \
-             неприменимо {not}; кадров {frames} (повторено {repeats}) за {s} с"
+            "--{level}: соответствует {pass}, ошибок {fail}, отличий от наших толкований \
+             {differs}, неприменимо {not}; кадров {frames} (повторено {repeats}) за {s} с"
         ),
     };
     let (ended, left) = match lang {
-        Lang::En => ("Broken off", "NOT PUT BACK"),
-        Lang::Ru => ("Прервано", "НЕ ВОЗВРАЩЕНО"),
+        Lang::En => ("Broken off", "NOT RESTORED"),
+        Lang::Ru => ("Прервано", "НЕ ВОССТАНОВЛЕНО"),
     };
     for (what, note) in [(ended, &report.aborted), (left, &report.not_restored)] {
         if let Some(note) = note {
@@ -110,7 +110,7 @@ pub fn text(report: &Report, lang: Lang) -> String {
     lines.join("\n") + "\n"
 }
 
-/// The whole report as JSON; the keys are English, the sentences those of the language.
+/// The whole report as JSON; keys are English, sentences in the given language.
 pub fn json(report: &Report, lang: Lang) -> Value {
     let count = |outcome| report.count(outcome);
     json!({
@@ -160,8 +160,8 @@ fn test_json(test: &TestReport, lang: Lang) -> Value {
     })
 }
 
-/// The whole report as JUnit's XML, which build servers show. What differs from a ruling of ours is
-/// skipped there, unless it counts.
+/// The whole report as JUnit XML, which build servers display. A difference from a ruling of ours
+/// is reported as skipped, unless it counts as a failure.
 pub fn junit(report: &Report, lang: Lang) -> String {
     let failures = report.failures().count();
     let errors = usize::from(report.aborted.is_some()) + usize::from(report.not_restored.is_some());
@@ -201,14 +201,15 @@ pub fn junit(report: &Report, lang: Lang) -> String {
             let told = escape(said(note, lang));
             let _ = writeln!(
                 xml,
-                "<testcase classname=\"lafet\" name=\"{name}\"><error message=\"{told}\"/></testcase>"
+                "<testcase classname=\"lafet\" name=\"{name}\"><error \
+                 message=\"{told}\"/></testcase>"
             );
         }
     }
     xml + "</testsuite>\n</testsuites>\n"
 }
 
-/// Text that may stand in XML and in HTML.
+/// Escapes text for XML and HTML.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

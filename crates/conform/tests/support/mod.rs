@@ -1,4 +1,4 @@
-//! A simulated monitor on virtual time, with a place between it and the tester where any rule can
+//! A simulated monitor on virtual time, with a layer between it and the tester where any rule can
 //! be broken.
 
 use std::io;
@@ -9,17 +9,17 @@ use lafet_device::Source;
 use lafet_sim::sim::{Config, Sim};
 use lafet_sim::world::STEP_MS;
 
-/// Simulated time before anybody can ask.
+/// Simulated time before the first request, ms.
 const POWER_UP_MS: u64 = 200;
-/// An answer needs this long.
+/// Time that an answer takes, steps.
 const ANSWER_STEPS: u64 = 2;
 /// §L/6
 const PAYLOAD_MAX: usize = 512;
-/// §L/8 Probes answered at once, and the time after which one more is, ms.
+/// §L/8 Number of probes answered at once, and the time after which one more is answered, ms.
 const PROBES_AT_ONCE: u64 = 255;
 const PROBE_AGAIN_MS: u64 = 512;
 
-/// A monitor as it is built in a profile.
+/// A monitor with the configuration of a profile.
 pub fn monitor(profile: &str) -> Sim {
     let mut config = Config::default();
     config.profile(profile).expect("a known profile");
@@ -28,11 +28,11 @@ pub fn monitor(profile: &str) -> Sim {
     sim
 }
 
-/// What lies between the bytes and the monitor.
+/// The layer between the bytes and the monitor.
 pub trait Between {
-    /// Bytes have come; what goes back.
+    /// Bytes have arrived; returns the answer.
     fn receive(&mut self, sim: &mut Sim, bytes: &[u8]) -> Vec<u8>;
-    /// A step of time has passed; what is said unasked.
+    /// A step of time has passed; returns what is sent unasked.
     fn tick(&mut self, _sim: &mut Sim) -> Vec<u8> {
         Vec::new()
     }
@@ -82,23 +82,23 @@ impl<B: Between> Line for SimLine<B> {
     }
 }
 
-/// §L/8 Which frames are answered, as the monitor's own ear has it.
+/// §L/8 Decides which frames are answered, like the monitor's own port.
 #[derive(Default)]
 pub struct Ear {
-    /// Whom somebody has asked in the monitor's name.
+    /// The monitor that was addressed in this monitor's name.
     asked: Option<u8>,
-    /// Probes answered without a pause.
+    /// Number of probes answered without a pause.
     probes: u64,
     probed_ms: u64,
 }
 
 impl Ear {
-    /// Somebody spoke in the monitor's name to another one.
+    /// Another device addressed `other` in the monitor's name.
     pub const fn note_asked(&mut self, other: u8) {
         self.asked = Some(other);
     }
 
-    /// Whether this is what the other one answers.
+    /// Whether a frame from `src` is that answer.
     pub fn is_answer(&mut self, src: u8) -> bool {
         self.asked.take_if(|other| *other == src).is_some()
     }
@@ -114,8 +114,8 @@ impl Ear {
     }
 }
 
-/// Frames cut and made by the tester's own code, records handled by the monitor: the place where a
-/// wrong monitor differs.
+/// Frames handled by the tester's own code, records by the monitor: the place where a wrong monitor
+/// differs.
 #[derive(Default)]
 pub struct Frames {
     splitter: Splitter,
@@ -123,7 +123,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// The frames in some bytes that concern this monitor: who asked, and what.
+    /// The frames in these bytes that are for this monitor: sender and payload.
     pub fn take(&mut self, sim: &Sim, bytes: &[u8]) -> Vec<(u8, Vec<u8>)> {
         let mut taken = Vec::new();
         for incoming in bytes.iter().filter_map(|byte| self.splitter.push(*byte)) {
@@ -144,7 +144,7 @@ impl Frames {
     }
 }
 
-/// Asks the monitor itself.
+/// Sends a payload to the monitor itself.
 pub fn ask(sim: &mut Sim, payload: &[u8]) -> Vec<u8> {
     sim.request(Source::ExternalConn, payload)
 }

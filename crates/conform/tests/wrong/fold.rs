@@ -63,7 +63,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.1/1",
-        "in between one may aim",
+        "aiming is allowed in between",
         Frame(|_, sim, asked| {
             let between = is(sim, F::empty());
             instead(sim, asked, |rec| between && rec.request == R::MOVE, Status::ACCEPTED)
@@ -71,7 +71,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§1/11",
-        "the size of Move is looked at before the interceptors",
+        "the size of Move is checked before interception",
         Answer(|_, asked, answers| {
             if asked[0].request == R::MOVE && asked[0].data.len() != 2 {
                 answers[0] = says(&asked[0], asked[0].device, Status::WRONG_DATA);
@@ -126,14 +126,14 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.10/1",
-        "Deploying is not told",
+        "Deploying is not reported",
         Answer(|_, _, answers| {
             reflag(answers, S::DEPLOYER, |flags| flags & !F::DEPLOYING.bits());
         }),
     ),
     wrong(
         "§3.10/1",
-        "Deployed is told while it deploys",
+        "Deployed is reported while it deploys",
         Answer(|_, _, answers| {
             reflag(answers, S::DEPLOYER, |flags| match flags & F::DEPLOYING.bits() {
                 0 => flags,
@@ -241,7 +241,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.2/2",
-        "stopped in between it is told as wrapped",
+        "stopped in between, it is reported as wrapped",
         Answer(|_, _, answers| {
             reflag(answers, S::DEPLOYER, |flags| match flags & FOUR {
                 0 => flags | F::WRAPPED.bits(),
@@ -273,7 +273,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3.8/1",
-        "Deploying and Wrapping are told together",
+        "Deploying and Wrapping are reported together",
         Answer(|_, _, answers| {
             reflag(answers, S::DEPLOYER, |flags| match flags & F::WRAPPING.bits() {
                 0 => flags,
@@ -298,7 +298,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3",
-        "Deployer tells no position",
+        "Deployer reports no position",
         Answer(|_, _, answers| {
             each(answers, R::GET_STATUS, |rec| {
                 if rec.device == S::DEPLOYER {

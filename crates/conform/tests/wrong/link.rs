@@ -6,7 +6,7 @@ use lafet_sim::sim::Sim;
 use super::{Rule, Wrong, wrong};
 use crate::support::{Ear, ask};
 
-/// What the link does wrong.
+/// The rule that the link breaks.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Loose {
     CrcUnchecked,
@@ -51,16 +51,16 @@ pub const WRONG: &[Wrong] = &[
     link("§L/2", "the CRC of a frame is not checked", L::CrcUnchecked),
     link("§L/2", "only the low byte of the CRC is checked", L::CrcLowByteOnly),
     link("§L/2", "the CRC is sent high byte first", L::CrcSwapped),
-    link("§L/2", "the CRC begins with 0", L::CrcOther),
+    link("§L/2", "the CRC starts from 0", L::CrcOther),
     link("§L/1", "escapes in a frame are not undone", L::NoUnescape),
     link("§L/4", "DB 00 is taken for some byte", L::BadEscapeTaken),
     link("§L/6", "frames for other addresses are answered", L::AnyAddress),
     link("§L/6", "address 0 is taken for a broadcast", L::Broadcast),
     link("§L/6", "a frame with the own address as src is answered", L::OwnSource),
     link("§L/6", "a frame over the payload limit is answered", L::LongTaken),
-    link("§L/3", "noise before a frame spoils it", L::NoiseKills),
+    link("§L/3", "noise before a frame corrupts it", L::NoiseKills),
     link("§L/3", "a frame that comes in parts is forgotten", L::ForgetsParts),
-    link("§L/3", "of two frames at once only the first is answered", L::OneFrameARead),
+    link("§L/3", "only the first of two frames at once is answered", L::OneFrameARead),
     link("§L/4", "C0 after three bytes does not begin a frame", L::ShortEndsFrame),
     link("§L/5", "a probe is not answered", L::ProbeSilent),
     link("§L/5", "a probe is answered without swapping the addresses", L::ProbeAnsweredTwice),
@@ -74,9 +74,9 @@ pub const WRONG: &[Wrong] = &[
     link("§L/6", "dst and src of the answer are those of the request", L::NotSwapped),
     link("§L/6", "src of the answer is 0", L::SourceZero),
     link("§2", "the last byte of an answer is missing", L::CutAnswer),
-    link("§1/10", "it speaks without being asked", L::Unsolicited),
+    link("§1/10", "it sends frames unasked", L::Unsolicited),
     link("§L/2", "a frame with a wrong CRC is answered with WrongData", L::AnswersBadCrc),
-    link("§L/8", "what another monitor answers is answered", L::AnswersAnswers),
+    link("§L/8", "another monitor's answer is answered", L::AnswersAnswers),
     link("§L/8", "probes are answered without end", L::ProbesWithoutEnd),
     wrong(
         "§L/7",
@@ -102,7 +102,7 @@ pub const WRONG: &[Wrong] = &[
     ),
 ];
 
-/// What a frame with CRC-32C carries, whatever its CRC; none of these needs an escape.
+/// Payload of a frame with CRC-32C, whatever its CRC; none of these needs an escape.
 fn crc32c_payload(bytes: &[u8]) -> Option<(u8, u8, Vec<u8>)> {
     let body = bytes.strip_prefix(&[0xFF, END, ESC, 0xDE])?;
     let [dst, src, payload @ .., _, _, _, _, END] = body else { return None };

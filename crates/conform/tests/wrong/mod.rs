@@ -1,4 +1,4 @@
-//! Wrong monitors: the right one with one rule broken each.
+//! Wrong monitors: the correct one with one rule broken each.
 
 mod fold;
 mod link;
@@ -20,33 +20,33 @@ use lafet_sim::sim::Sim;
 use crate::support::{Between, Frames, ask};
 pub use link::Loose;
 
-/// What a wrong monitor remembers.
+/// State of a wrong monitor.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     /// A latch.
     pub on: bool,
     /// A time, ms.
     pub at_ms: u64,
-    /// The last request worth keeping.
+    /// A request kept for later.
     pub kept: Option<Rec>,
-    /// How often it had been reset then.
+    /// Number of resets at that time.
     pub resets: u32,
 }
 
 /// How a rule is broken.
 #[derive(Clone, Copy)]
 pub enum Rule {
-    /// The link.
+    /// In the link.
     Link(Loose),
-    /// A request is changed before the monitor sees it.
+    /// A request is changed before the monitor receives it.
     Request(fn(&mut Memory, &mut Rec)),
     /// The answers are changed.
     Answer(fn(&mut Memory, &[Rec], &mut Vec<Rec>)),
-    /// The whole frame is handled otherwise.
+    /// The whole frame is handled differently.
     Frame(fn(&mut Memory, &mut Sim, &[Rec]) -> Vec<Rec>),
-    /// The bytes are changed before the monitor's own port sees them.
+    /// The bytes are changed before the monitor's own port receives them.
     Port(fn(&[u8]) -> Vec<u8>),
-    /// The payload is handled otherwise.
+    /// The payload is handled differently.
     Raw(fn(&mut Memory, &mut Sim, &[u8]) -> Vec<u8>),
 }
 
@@ -55,9 +55,9 @@ pub enum Rule {
 pub struct Wrong {
     /// What it does wrong.
     pub name: &'static str,
-    /// Against which item.
+    /// Item that it violates.
     pub item: &'static str,
-    /// In which profile it lives.
+    /// Profile of the monitor.
     pub profile: &'static str,
     pub rule: Rule,
 }
@@ -67,12 +67,12 @@ pub const fn wrong(item: &'static str, name: &'static str, rule: Rule) -> Wrong 
     Wrong { name, item, profile: "full", rule }
 }
 
-/// One of another profile.
+/// A wrong monitor of another profile.
 pub const fn in_profile(profile: &'static str, wrong: Wrong) -> Wrong {
     Wrong { profile, ..wrong }
 }
 
-/// All of them.
+/// All wrong monitors.
 pub fn all() -> Vec<Wrong> {
     [
         link::WRONG,
@@ -89,18 +89,18 @@ pub fn all() -> Vec<Wrong> {
     .concat()
 }
 
-/// Hands records to the monitor; its answers.
+/// Passes records to the monitor; returns its answers.
 pub fn pass(sim: &mut Sim, asked: &[Rec]) -> Vec<Rec> {
     let payload: Vec<u8> = asked.iter().flat_map(Rec::bytes).collect();
     Rec::all(&ask(sim, &payload)).unwrap_or_default()
 }
 
-/// Asks the monitor for something of its own.
+/// Sends the monitor a request that the tester does not see.
 pub fn secretly(sim: &mut Sim, request: R, to: S, data: &[u8]) -> Vec<Rec> {
     pass(sim, &[Rec::new(request, to, data)])
 }
 
-/// Answers so what is wanted so, and does not do it; the rest is done as usual.
+/// Answers the wanted request like this without executing it; executes the others.
 pub fn instead(
     sim: &mut Sim,
     asked: &[Rec],
@@ -113,35 +113,35 @@ pub fn instead(
     }
 }
 
-/// Where a drive is.
+/// Position of a drive.
 pub fn position(sim: &mut Sim, of: S) -> i32 {
     let answers = secretly(sim, R::GET_STATUS, of, &[]);
     answers.first().and_then(|rec| rec.i16_at(4)).unwrap_or(0).into()
 }
 
-/// The limits of a drive.
+/// Limits of a drive.
 pub fn limits(sim: &mut Sim, of: S) -> (i32, i32) {
     let answers = secretly(sim, R::RETRIEVE_LIMITS, of, &[]);
     let at = |at| answers.first().and_then(|rec| rec.i32_at(at)).unwrap_or(0);
     (at(0), at(4))
 }
 
-/// Where a Move is to go.
+/// Destination of a Move.
 pub fn destination(rec: &Rec) -> Option<i16> {
     rec.i16_at(0).filter(|_| rec.request == R::MOVE && rec.data.len() == 2)
 }
 
-/// The flags of a subsystem.
+/// Flags of a subsystem.
 pub fn flags(sim: &mut Sim, of: S) -> u32 {
     secretly(sim, R::GET_STATUS, of, &[]).first().and_then(Rec::flags).unwrap_or(0)
 }
 
-/// An answer of this status.
+/// An answer with this status.
 pub fn says(to: &Rec, from: S, status: Status) -> Rec {
     Rec { request: to.request, device: from, status, data: Vec::new() }
 }
 
-/// Whether the frame asks for this.
+/// Whether the frame contains this request.
 pub fn asks(asked: &[Rec], request: R) -> bool {
     asked.iter().any(|rec| rec.request == request)
 }
@@ -160,7 +160,7 @@ pub fn restate(answers: &mut [Rec], request: R, from: Status, to: Status) {
     });
 }
 
-/// Changes the flags that a subsystem tells.
+/// Changes the flags that a subsystem reports.
 pub fn reflag(answers: &mut [Rec], of: S, change: impl Fn(u32) -> u32) {
     each(answers, R::GET_STATUS, |rec| {
         if rec.device == of
@@ -171,7 +171,7 @@ pub fn reflag(answers: &mut [Rec], of: S, change: impl Fn(u32) -> u32) {
     });
 }
 
-/// The wire of a wrong monitor.
+/// The line to a wrong monitor.
 pub struct Breaking {
     rule: Rule,
     memory: Memory,
@@ -203,7 +203,7 @@ impl Breaking {
         if let Rule::Frame(frame) = self.rule {
             return frame(&mut self.memory, sim, &asked).iter().flat_map(Rec::bytes).collect();
         }
-        // The status of a request is handed on as it came.
+        // The status of a request is passed on as received.
         let mut bytes = payload.to_vec();
         if let Rule::Request(change) = self.rule {
             asked.iter_mut().for_each(|rec| change(&mut self.memory, rec));

@@ -1,4 +1,4 @@
-//! Drives that do not do as they are told.
+//! Drives that do not do what they were commanded to.
 
 use lafet_conform::raw::Rec;
 use lafet_proto::flags::DriveFlags as D;
@@ -32,7 +32,7 @@ fn to_drive(rec: &Rec, request: R) -> bool {
     rec.request == request && rec.device.is_drive() && rec.device != S::DEPLOYER
 }
 
-/// The frame with this destination instead.
+/// Executes the frame with this destination instead.
 fn sent_to(sim: &mut Sim, rec: &Rec, to: i32) -> Vec<Rec> {
     let to = i16::try_from(to).unwrap_or(0).to_le_bytes();
     pass(sim, &[Rec { data: to.to_vec(), ..rec.clone() }])
@@ -187,7 +187,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.1/8",
-        "limits off: a drive stops all the same",
+        "limits off: a drive stops at them anyway",
         Frame(|memory, sim, asked| {
             let rec = &asked[0];
             let answers = pass(sim, asked);
@@ -321,7 +321,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§2/2",
-        "what stands before a cut record is not executed",
+        "the records before a cut record are not executed",
         Raw(|_, sim, payload| match Rec::all(payload) {
             Some(_) => ask(sim, payload),
             None => says(&Rec::new(R(payload[0]), S::GENERAL, &[]), S::GENERAL, Status::WRONG_DATA)
@@ -367,7 +367,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.17/1",
-        "Off: the limits are told as ±32767",
+        "Off: the limits are reported as ±32767",
         Frame(|_, sim, asked| {
             let mut answers = pass(sim, asked);
             if asked[0].request == R::RETRIEVE_LIMITS
@@ -380,7 +380,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.17/1",
-        "Limitless is not told",
+        "Limitless is not reported",
         Answer(|_, _, answers| {
             all_drives(answers, |flags| flags & !LIMITLESS);
         }),
@@ -464,7 +464,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§D/4",
-        "a renewed MoveHold sets a drive in motion that stands",
+        "a renewed MoveHold sets a drive at rest in motion",
         Frame(|memory, sim, asked| {
             if let [_, rec] = asked
                 && rec.request == R::MOVE
@@ -482,7 +482,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3.4/1",
-        "AmperageOverload is not told",
+        "AmperageOverload is not reported",
         Answer(|_, _, answers| {
             all_drives(answers, |flags| flags & !OVERLOAD);
         }),

@@ -1,4 +1,4 @@
-//! Parameters that are not what was set.
+//! Parameters that differ from what was set.
 
 use lafet_conform::raw::Rec;
 use lafet_proto::flags::{ClimaticsFlags, CommonFlags, DriveFlags};
@@ -108,7 +108,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.5/1",
-        "of an array only the first value is kept",
+        "only the first value of an array is kept",
         Request(|_, rec| {
             if rec.request == R::SET_PARAM && rec.data.len() > 6 {
                 rec.data[6..].fill(0);
@@ -138,7 +138,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.5/3",
-        "a value out of range is brought into it",
+        "a value out of range is clamped",
         Request(|_, rec| {
             if is(rec, R::SET_PARAM, "MoveTimeout") && rec.data.len() == 6 {
                 let value = i32::from_le_bytes(rec.data[2..].try_into().unwrap_or_default());
@@ -225,7 +225,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3.1/4",
-        "BadPower looks at the lower limit only",
+        "BadPower checks the lower limit only",
         Request(|_, rec| {
             if is(rec, R::SET_PARAM, "MainVoltageMax") && rec.data.len() == 6 {
                 rec.data[2..].copy_from_slice(&100_i32.to_le_bytes());
@@ -268,7 +268,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.6/2",
-        "a table beyond its end begins anew",
+        "a table beyond its end wraps around",
         Request(|_, rec| {
             if rec.request == R::SETUP_CORRECTION_TABLE && rec.data.len() == 3 {
                 rec.data[0] = 0;
@@ -350,7 +350,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.19/3",
-        "ConfigInvalid is not told",
+        "ConfigInvalid is not reported",
         Answer(|_, _, answers| {
             reflag(answers, S::GENERAL, |flags| flags & !CommonFlags::CONFIG_INVALID.bits());
         }),

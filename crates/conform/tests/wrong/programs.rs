@@ -1,4 +1,4 @@
-//! Programs that do not extinguish as they were told.
+//! Programs that do not extinguish as they were commanded to.
 
 use lafet_conform::raw::Rec;
 use lafet_proto::flags::{ControlFlags as C, DeployerFlags, DriveFlags};
@@ -22,7 +22,7 @@ fn hide(answers: &mut [Rec], flag: C) {
     reflag(answers, S::CONTROL, |flags| flags & !flag.bits());
 }
 
-/// Changes a full StartQuench.
+/// Changes the data of a full StartQuench.
 fn full(rec: &mut Rec, change: impl Fn(&mut Vec<u8>)) {
     if rec.request == R::START_QUENCH && rec.data.len() == 12 {
         change(&mut rec.data);
@@ -71,7 +71,7 @@ pub const WRONG: &[Wrong] = &[
             });
         }),
     ),
-    wrong("§3.14/1", "Quench is not told", Answer(|_, _, answers| hide(answers, C::QUENCH))),
+    wrong("§3.14/1", "Quench is not reported", Answer(|_, _, answers| hide(answers, C::QUENCH))),
     wrong(
         "§3.14/1",
         "StartQuench is Accepted and nothing runs",
@@ -180,17 +180,21 @@ pub const WRONG: &[Wrong] = &[
             restate(answers, R::START_QUENCH, Status::INVALID_VALUE, Status::ACCEPTED);
         }),
     ),
-    wrong("§3.14/8", "ModeFault is not told", Answer(|_, _, answers| hide(answers, C::MODE_FAULT))),
+    wrong(
+        "§3.14/8",
+        "ModeFault is not reported",
+        Answer(|_, _, answers| hide(answers, C::MODE_FAULT)),
+    ),
     wrong(
         "§3.3.6/3",
-        "OutsideLimits is not told",
+        "OutsideLimits is not reported",
         Answer(|_, _, answers| {
             hide(answers, C::OUTSIDE_LIMITS);
         }),
     ),
     wrong(
         "§3.3.6/4",
-        "OutsideLimits goes out with the program",
+        "OutsideLimits clears with the program",
         Frame(|_, sim, asked| {
             let over = !runs(sim);
             let mut answers = pass(sim, asked);
@@ -215,7 +219,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3.6/2",
-        "RangeFault is told without ballistics",
+        "RangeFault is reported without ballistics",
         Answer(|_, _, answers| {
             reflag(answers, S::CONTROL, |flags| match flags & RUNS {
                 0 => flags,
@@ -469,7 +473,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§D/1",
-        "a program goes on after a reset",
+        "a program continues after a reset",
         Frame(|memory, sim, asked| {
             if asks(asked, R::RESTART) {
                 (memory.on, memory.resets) = (true, sim.resets());

@@ -87,7 +87,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3.2",
-        "the supply is told as 0 V",
+        "the supply is reported as 0 V",
         Answer(|_, _, answers| {
             each(answers, R::GET_STATUS, |rec| {
                 if rec.device == S::GENERAL {
@@ -141,7 +141,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3.8",
-        "wrapped is told as deployed too",
+        "wrapped is reported as deployed too",
         Answer(|_, _, answers| {
             reflag(answers, S::DEPLOYER, |flags| flags | 1 << 28);
         }),
@@ -180,7 +180,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3.10",
-        "the buttons are told in single bits",
+        "the buttons are reported in single bits",
         Answer(|_, _, answers| {
             reflag(answers, S::BUTTONS, |flags| flags | 0x0055_0000);
         }),

@@ -64,7 +64,7 @@ pub const WRONG: &[Wrong] = &[
             "an absent subsystem answers WrongRequest",
             Answer(|_, asked, answers| {
                 for rec in answers {
-                    // Its GetStatus still tells that it is absent.
+                    // Its GetStatus still reports that it is absent.
                     if rec.status == Status::MODULE_NOT_EXIST && !asks(asked, R::GET_STATUS) {
                         rec.status = Status::WRONG_REQUEST;
                     }
@@ -234,7 +234,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§1/8",
-        "of several requests only the first is executed",
+        "only the first of several requests is executed",
         Frame(|_, sim, asked| pass(sim, &asked[..1])),
     ),
     wrong(
@@ -278,7 +278,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§1/9",
-        "what found no room is executed",
+        "requests without room are executed",
         Frame(|_, sim, asked| {
             let answers = pass(sim, asked);
             if answers.iter().any(|rec| rec.status == Status::NO_ROOM) {
@@ -303,7 +303,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§1/11",
-        "the size is looked at before the addressee",
+        "the size is checked before the addressee",
         Answer(|_, asked, answers| {
             if asked[0].request == R::GET_HOTBED && !asked[0].data.is_empty() {
                 answers.iter_mut().for_each(|rec| rec.status = Status::WRONG_DATA);
@@ -312,7 +312,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§1/11",
-        "the addressee is looked for before the request",
+        "the addressee is checked before the request",
         Answer(|_, asked, answers| {
             if asked[0].request.name().is_none() && asked[0].device == S(0) {
                 answers[0] = says(&asked[0], S(0), Status::MODULE_NOT_EXIST);

@@ -16,7 +16,7 @@ fn hide(answers: &mut [Rec], flag: D) {
     reflag(answers, S::DETECTOR, |flags| flags & !flag.bits());
 }
 
-/// While it searches, Detector lets these pass: Accepted, and nothing happens.
+/// While it searches, Detector does not intercept these: Accepted, and nothing happens.
 fn lets(sim: &mut Sim, asked: &[Rec], wanted: fn(&Rec) -> bool) -> Vec<Rec> {
     let busy = state(sim).intersects(D::SEARCHING | D::JUSTIFYING);
     instead(sim, asked, |rec| busy && wanted(rec), Status::ACCEPTED)
@@ -45,17 +45,21 @@ pub const WRONG: &[Wrong] = &[
             }
         }),
     ),
-    wrong("§3.16/1", "Searching is not told", Answer(|_, _, answers| hide(answers, D::SEARCHING))),
     wrong(
         "§3.16/1",
-        "Found is told without hotbeds",
+        "Searching is not reported",
+        Answer(|_, _, answers| hide(answers, D::SEARCHING)),
+    ),
+    wrong(
+        "§3.16/1",
+        "Found is reported without hotbeds",
         Answer(|_, _, answers| {
             reflag(answers, S::DETECTOR, |flags| flags | D::FOUND.bits());
         }),
     ),
     wrong(
         "§3.16/1",
-        "a search begins again and again",
+        "a search starts again and again",
         Frame(|memory, sim, asked| {
             if asks(asked, R::START_SEEK) {
                 memory.kept = Some(asked[0].clone());
@@ -71,7 +75,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.16/1",
-        "a search to its end is told as Canceled",
+        "a search to its end is reported as Canceled",
         Answer(|memory, _, answers| {
             for rec in answers.iter().filter(|rec| rec.device == S::DETECTOR) {
                 memory.on |= rec.flags().unwrap_or(0) & D::SEARCHING.bits() != 0;
@@ -91,7 +95,11 @@ pub const WRONG: &[Wrong] = &[
             restate(answers, R::START_SEEK, Status::INVALID_VALUE, Status::ACCEPTED);
         }),
     ),
-    wrong("§3.16/2", "BadSector is not told", Answer(|_, _, answers| hide(answers, D::BAD_SECTOR))),
+    wrong(
+        "§3.16/2",
+        "BadSector is not reported",
+        Answer(|_, _, answers| hide(answers, D::BAD_SECTOR)),
+    ),
     wrong(
         "§3.16/2",
         "a turned sector is InvalidValue",
@@ -139,14 +147,18 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.16/6",
-        "of analyse only the low byte is looked at",
+        "only the low byte of analyse is checked",
         Request(|_, rec| {
             if rec.request == R::START_SEEK && rec.data.len() == 10 {
                 rec.data[9] = 0;
             }
         }),
     ),
-    wrong("§3.16/7", "Canceled is not told", Answer(|_, _, answers| hide(answers, D::CANCELED))),
+    wrong(
+        "§3.16/7",
+        "Canceled is not reported",
+        Answer(|_, _, answers| hide(answers, D::CANCELED)),
+    ),
     wrong(
         "§3.16/7",
         "Canceled stays for good",

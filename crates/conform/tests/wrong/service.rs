@@ -25,13 +25,13 @@ fn is_off(asked: &[Rec]) -> bool {
         && asked[0].data == key::DISABLE.to_le_bytes()
 }
 
-/// Everybody says Ok, nothing is done.
+/// All subsystems answer Ok, nothing is executed.
 fn chain_says_ok(sim: &mut Sim, to: &Rec) -> Vec<Rec> {
     let chain = secretly(sim, R::GET_STATUS, S::ALL, &[]);
     chain.iter().map(|rec| says(to, rec.device, Status::OK)).collect()
 }
 
-/// Under lockout this request is answered so.
+/// Under lockout this request gets this answer.
 fn locked_says(sim: &mut Sim, asked: &[Rec], request: R, from: S, status: Status) -> Vec<Rec> {
     if locked(sim) && asks(asked, request) {
         return vec![says(&asked[0], from, status)];
@@ -39,7 +39,7 @@ fn locked_says(sim: &mut Sim, asked: &[Rec], request: R, from: S, status: Status
     pass(sim, asked)
 }
 
-/// The lockout is told, but not there.
+/// The lockout is reported, but not in force.
 fn for_show(memory: &mut Memory, sim: &mut Sim, asked: &[Rec]) -> Vec<Rec> {
     if is_on(asked) || is_off(asked) {
         memory.on = is_on(asked);
@@ -94,7 +94,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.18/1",
-        "LockedOut is not told",
+        "LockedOut is not reported",
         Answer(|_, _, answers| {
             reflag(answers, S::GENERAL, |flags| flags & !GeneralFlags::LOCKED_OUT.bits());
         }),
@@ -253,7 +253,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.12/2",
-        "Restarting is not told",
+        "Restarting is not reported",
         Answer(|_, _, answers| {
             reflag(answers, S::GENERAL, |flags| flags & !CommonFlags::RESTARTING.bits());
         }),
@@ -305,7 +305,7 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§D/1",
-        "a motion goes on after a reset",
+        "a motion continues after a reset",
         Frame(|memory, sim, asked| {
             if asks(asked, R::MOVE) {
                 memory.kept = Some(asked[0].clone());

@@ -1,4 +1,4 @@
-//! Valves that do not do as they are told.
+//! Valves that do not do what they were commanded to.
 
 use lafet_conform::raw::Rec;
 use lafet_proto::flags::{DeployerFlags, ValveFlags as F};
@@ -141,14 +141,14 @@ pub const WRONG: &[Wrong] = &[
     ),
     wrong(
         "§3.3.5",
-        "Opening is not told",
+        "Opening is not reported",
         Answer(|_, _, answers| {
             both(answers, |flags| flags & !F::OPENING.bits());
         }),
     ),
     wrong(
         "§3.3.5",
-        "Open is told while it opens",
+        "Open is reported while it opens",
         Answer(|_, _, answers| {
             both(answers, |flags| match flags & F::OPENING.bits() {
                 0 => flags,

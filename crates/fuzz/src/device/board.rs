@@ -1,5 +1,5 @@
-//! The hardware under the fuzzed monitor: it follows the outputs where it is let, senses anything
-//! it is told to, and its memory fails when it is told to.
+//! The hardware under the fuzzed monitor: it follows the outputs where permitted, and reports any
+//! inputs and memory failures that the input of the fuzzer selects.
 
 use std::collections::BTreeMap;
 
@@ -14,39 +14,39 @@ use lafet_device::image::{
 };
 use lafet_proto::flags::ButtonState;
 
-/// Where the barrel is unfolded.
+/// Position of the deployed barrel, arc-minutes.
 const DEPLOYED_ARCMIN: i64 = 5_400;
-/// From closed to open.
+/// Time from closed to open, ms.
 const VALVE_MS: i64 = 4_000;
 
 #[derive(Clone, Debug, Default)]
 pub struct Board {
     pub inputs: Inputs,
-    /// What the device has sampled last.
+    /// Inputs last sampled by the device.
     pub sampled: Inputs,
-    /// What has been driven since it was last looked at.
+    /// Outputs driven since this was last read.
     pub written: Vec<Outputs>,
     pub memory: BTreeMap<u16, Vec<u8>>,
     pub load_fails: bool,
     pub store_fails: bool,
     pub erase_fails: bool,
     pub reset: bool,
-    /// An erase has failed since it was last looked at.
+    /// Whether an erase has failed since this was last read.
     pub erase_failed: bool,
-    /// Calls of the HAL.
+    /// Number of calls of the HAL.
     pub calls: u64,
     outputs: Outputs,
-    /// Thousandths of ' or mm.
+    /// Positions, thousandths of an arc-minute or mm.
     positions: [i64; AXES],
     openings_ms: [i64; VALVES],
-    /// What still follows the outputs; the rest stays as it was set.
+    /// Drives that follow the outputs; the others keep the values that were set.
     follows: [bool; AXES],
     valves_follow: bool,
     units_answer: bool,
 }
 
 impl Board {
-    /// At rest: folded or not, closed, warm, its memory empty.
+    /// At rest: stowed or deployed, valves closed, warm, the memory empty.
     pub fn new(composition: &Composition, is_deployed: bool) -> Self {
         let mut board = Self {
             follows: [true; AXES],
@@ -72,7 +72,7 @@ impl Board {
         board
     }
 
-    /// Time passes with the outputs as they are.
+    /// Advances time with the present outputs.
     pub fn advance(&mut self, dt_ms: u32) {
         let dt_ms = i64::from(dt_ms);
         for (axis, output) in Axis::ALL.into_iter().zip(self.outputs.drives) {
@@ -116,7 +116,7 @@ impl Board {
         }
     }
 
-    /// Something is sensed that may be absurd, or a part follows the outputs again.
+    /// Sets inputs, possibly to absurd values, or lets a part follow the outputs again.
     pub fn disturb(&mut self, feed: &mut Feed<'_>) {
         let inputs = &mut self.inputs;
         match feed.u8() % 24 {
@@ -170,7 +170,7 @@ impl Board {
             6 => drive.motor_open = feed.chance(),
             7 => drive.position_sensor_fault = feed.chance(),
             8 => drive.speed_sensor_fault = feed.chance(),
-            // It is put somewhere, and goes on from there.
+            // The drive is put at a position, and moves on from there.
             _ => {
                 self.follows[index] = true;
                 self.positions[index] = i64::from(feed.number()) * 1_000;
@@ -191,7 +191,7 @@ impl Board {
         }
     }
 
-    /// What is stored changes, or stops being readable or writable.
+    /// Changes stored contents, or makes the memory unreadable or unwritable.
     pub fn disturb_memory(&mut self, feed: &mut Feed<'_>) {
         let key = 1 + feed.u16() % 40;
         match feed.u8() % 6 {

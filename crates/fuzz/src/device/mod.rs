@@ -1,5 +1,5 @@
-//! A monitor with time: frames, bytes, buttons, sensors that say anything, a clock that jumps and
-//! wraps, a memory that fails. Answers are whole, outputs are legal, and nothing panics.
+//! A monitor over time: frames, bytes, buttons, sensors with any values, a clock that jumps and
+//! wraps, a memory that fails. Answers must be whole, outputs legal, and nothing may panic.
 
 mod board;
 mod rules;
@@ -21,12 +21,12 @@ use rules::Said;
 
 const ADDRESS: u8 = 1;
 const CLIENT: u8 = 200;
-/// Steps of an input at most.
+/// Most steps of an input.
 const STEPS: u32 = 1_000;
-/// Power-up is over after this, at the soonest.
+/// Earliest end of power-up, ms.
 const SETTLE_MS: u64 = 100;
 
-/// Requests that lead somewhere; the bytes of others come from the input.
+/// Requests that are accepted in some state; other requests come from the bytes of the input.
 const USUAL: [&str; 40] = [
     "Deploy",
     "Wrap",
@@ -85,9 +85,9 @@ struct Run {
     board: Board,
     composition: Composition,
     now_ms: u32,
-    /// The clock at the last step.
+    /// Clock of the last step, ms.
     stepped_ms: u32,
-    /// Since power-up, as the steps have it; a clock that jumps makes it long.
+    /// Time since power-up as the steps see it, ms; a jump of the clock lengthens it.
     powered_ms: u64,
     steps: u32,
     ports: [Port; 2],
@@ -151,7 +151,7 @@ impl Run {
         }
     }
 
-    /// One step, and all that can be asked of it.
+    /// Runs one step, and checks everything that can be checked after it.
     fn step(&mut self, dt_ms: u32) -> Outputs {
         if self.steps >= STEPS {
             return Outputs::default();
@@ -171,7 +171,7 @@ impl Run {
             assert_eq!(written[1..], [Outputs::default()], "§D/1: not inert before a reset");
             self.start(None);
         } else if core::mem::take(&mut self.board.erase_failed) {
-            // Inert while the flash was at work; the reset itself does not follow.
+            // Outputs were inert during the erase; the reset itself does not follow.
             assert_eq!(written[1..], [Outputs::default()], "not inert before an erase");
         } else {
             assert_eq!(written.len(), 1, "driven more than once");
@@ -179,7 +179,7 @@ impl Run {
         *outputs
     }
 
-    /// What the monitor says of itself; also that it says the same twice, and all of it makes sense.
+    /// What the monitor reports about itself; checks that two reads agree and are valid.
     fn said(&mut self) -> Said {
         const QUESTIONS: [u8; 8] = [
             RequestId::GET_STATUS.0,
@@ -194,12 +194,12 @@ impl Run {
         let (mut first, mut second) = ([0; PAYLOAD_MAX], [0; PAYLOAD_MAX]);
         let len = self.device.handle(self.now_ms, Source::Radio, &QUESTIONS, &mut first);
         let again = self.device.handle(self.now_ms, Source::Radio, &QUESTIONS, &mut second);
-        assert_eq!(first[..len], second[..again], "a question has changed something");
+        assert_eq!(first[..len], second[..again], "a read has changed something");
         let mut said = Said::default();
         let mut limitless = [false; AXES];
         for record in Records::new(&first[..len]) {
             let record = record.expect("whole records");
-            let answer = Answer::decode(&record).expect("an answer that makes sense");
+            let answer = Answer::decode(&record).expect("a valid answer");
             let axis = Axis::ALL.into_iter().find(|axis| axis.id() == answer.from);
             match (answer.data, axis) {
                 (Reply::General(status), _) => {
@@ -217,7 +217,7 @@ impl Run {
         said
     }
 
-    /// One request that leads somewhere, or any header with any data.
+    /// A request from [`USUAL`], or any header with any data.
     fn record(feed: &mut Feed<'_>, payload: &mut Vec<u8>) {
         let choice = usize::from(feed.u8());
         let mut buffer = [0; text::BUFFER_SIZE];
@@ -261,7 +261,7 @@ impl Run {
         self.handle(&payload, PAYLOAD_MAX, Source::ExternalConn);
     }
 
-    /// Several records, perhaps cut short, and less room for the answers.
+    /// Several records, possibly cut short, and a smaller buffer for the answers.
     fn frame(&mut self, feed: &mut Feed<'_>) {
         let mut payload = Vec::new();
         let count = feed.below(12);
@@ -322,7 +322,7 @@ impl Run {
         self.stream(port, bytes);
     }
 
-    /// Bytes of a connection: each answer of link frames is one frame.
+    /// Bytes of a connection: each answer to link frames is one frame.
     fn stream(&mut self, port: usize, mut bytes: &[u8]) {
         let mut out = [0; WIRE_MAX];
         while !bytes.is_empty() {
@@ -341,12 +341,12 @@ impl Run {
         }
     }
 
-    /// §3.2/1 After Stop All nothing is driven in the very next step, whatever went on.
+    /// §3.2/1 After Stop All nothing is driven in the very next step, whatever was going on.
     fn stop_all(&mut self) {
         let mut payload = Vec::new();
         push(&mut payload, &Request::new(SubsystemId::ALL, Body::Stop));
-        // A button pressed since the last step is a new command, and the answer to Stop does not
-        // hear of it.
+        // A button pressed since the last step is a new command, not yet sampled when Stop is
+        // answered.
         let is_same = self.board.inputs.buttons == self.board.sampled.buttons;
         self.handle(&payload, PAYLOAD_MAX, Source::ExternalConn);
         if self.steps >= STEPS {
@@ -383,7 +383,7 @@ fn push(payload: &mut Vec<u8>, request: &Request<'_>) {
     payload.extend_from_slice(writer.written());
 }
 
-/// §1/10 Something is answered to everything, in whole records that make sense.
+/// §1/10 Everything is answered, in whole and valid records.
 fn whole_answer(payload: &[u8], answer: &[u8]) {
     assert_eq!(payload.is_empty(), answer.is_empty(), "§1/10: {payload:02x?} → {answer:02x?}");
     for record in Records::new(answer) {

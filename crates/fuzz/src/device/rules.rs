@@ -1,5 +1,5 @@
-//! What outputs are legal, told again from the document and not from `guard`: one rule at a time,
-//! from the inputs that were sampled and from what the monitor itself answers.
+//! Rules for legal outputs, written from the document independently of `guard`: one rule at a time,
+//! from the sampled inputs and the monitor's own answers.
 
 use lafet_device::Device;
 use lafet_device::image::{AXES, Axis, DriveInput, Inputs, Outputs, VALVES, ValveNo, ValveOutput};
@@ -7,10 +7,10 @@ use lafet_proto::param::DriveParam;
 use lafet_proto::status::Limits;
 use lafet_proto::{SubsystemId, param::Param};
 
-/// What a drive needs to arrive at a limit, ' or mm.
+/// Distance beyond a limit that a drive may need to stop, arc-minutes or mm.
 const ALLOWANCE: i64 = 2;
 
-/// What the monitor says of itself.
+/// What the monitor reports about itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Said {
     pub is_locked: bool,
@@ -18,7 +18,7 @@ pub struct Said {
     pub limits: [Option<Limits>; AXES],
 }
 
-/// Panics on the first output that must not be.
+/// Panics on the first illegal output.
 pub fn check(device: &Device, said: &Said, is_settled: bool, inputs: &Inputs, outputs: &Outputs) {
     if !is_settled {
         let inert = Outputs { units: outputs.units, ..Outputs::default() };
@@ -50,7 +50,7 @@ fn speed(outputs: &Outputs, axis: Axis) -> i16 {
     outputs.drives[axis as usize].speed_tenths
 }
 
-/// What is not in the chain is never driven.
+/// An absent subsystem is never driven.
 fn absent(device: &Device, outputs: &Outputs) {
     for axis in Axis::ALL.into_iter().filter(|axis| !device.has(axis.id())) {
         assert_eq!(speed(outputs, axis), 0, "§1: {axis:?} is not in the chain");
@@ -63,7 +63,7 @@ fn absent(device: &Device, outputs: &Outputs) {
     }
 }
 
-/// §3.3.4: not further out, as long as limits are on. Deployment ends at its switches.
+/// §3.3.4: no further out while limits are on. Deployment ends at its switches.
 fn within_limits(device: &Device, said: &Said, axis: Axis, input: &DriveInput, speed: i16) {
     let Some(Limits { min, max }) = said.limits[axis as usize] else { return };
     if axis == Axis::Deployer {
@@ -94,7 +94,7 @@ fn valves(device: &Device, said: &Said, works: bool, inputs: &Inputs, outputs: &
     assert!(!(folds && water), "§3.11/5: folds with water in the barrel");
 }
 
-/// A parameter that the monitor stores, any of them.
+/// A parameter that the monitor stores, chosen by `index`.
 pub fn param(index: usize) -> Param {
     Param::ALL[index % Param::COUNT]
 }

@@ -1,4 +1,4 @@
-//! Monitors with something wrong with them: a device, and around it what is broken.
+//! Faulty monitors: a device, and around it a defect.
 #![allow(dead_code, reason = "a module of interlock.rs; by itself it has no tests")]
 
 use lafet_device::guard::Passed;
@@ -13,35 +13,35 @@ use lafet_proto::request::Body;
 use lafet_proto::{Answer, Request, RequestId, Status, SubsystemId};
 use std::fmt::Debug;
 
-/// What is wrong. Every default is as it should be.
+/// A defect. By default nothing is wrong.
 pub trait Defect: Clone + Copy + Debug + Default + PartialEq + Send + Sync + 'static {
-    /// A request, before the device gets it; `false` when the device does not get it.
+    /// Called with a request before the device; `false` keeps it from the device.
     fn hears(&mut self, _body: &Body<'_>) -> bool {
         true
     }
 
-    /// Its own answer instead of the device's.
+    /// An answer instead of the device's.
     fn answers(&self, _body: &Body<'_>) -> Option<Status> {
         None
     }
 
-    /// What the device senses.
+    /// Changes what the device senses.
     fn sensed(&self, _inputs: &mut Inputs) {}
 
-    /// What is driven; the inputs are true.
+    /// Changes the outputs; the inputs are the true ones.
     fn driven(&self, _inputs: &Inputs, _outputs: &mut Outputs) {}
 
-    /// What it asks for by itself.
+    /// A request made by the monitor itself.
     fn asks(&mut self) -> Option<Request<'static>> {
         None
     }
 
-    /// Whether a value of this length is still in the memory.
+    /// Whether a value of this length survives in the memory.
     fn remembers(&self, _len: usize) -> bool {
         true
     }
 
-    /// What it remembers.
+    /// State besides the device.
     fn extra(&self) -> u32 {
         0
     }
@@ -106,7 +106,7 @@ impl<D: Defect> Monitor for Broken<D> {
 
     fn handle(&mut self, now_ms: u32, payload: &[u8], out: &mut [u8]) -> usize {
         let request = Records::new(payload).flatten().next().map(|record| {
-            (record, Request::decode(&record).expect("the model asks nothing wrong"))
+            (record, Request::decode(&record).expect("the model's requests are valid"))
         });
         let Some((record, request)) = request else { return 0 };
         if let Some(status) = self.defect.answers(&request.body) {
@@ -168,7 +168,7 @@ defect! {
 }
 
 defect! {
-    /// Says yes to Lockout, and that is all.
+    /// Answers Ok to Lockout without executing it.
     IgnoresLockout LockoutUnheard {
         fn hears(&mut self, body: &Body<'_>) -> bool {
             body.id() != RequestId::LOCKOUT
@@ -180,14 +180,14 @@ defect! {
     /// Its memory loses the lockout.
     ForgetsLockout LockoutLost {
         fn remembers(&self, len: usize) -> bool {
-            // The lockout is the only value as short as this.
+            // The lockout is the only value this short.
             len > 4
         }
     }
 }
 
 defect! {
-    /// Turns on, whatever is driven, as long as it senses current speed.
+    /// Keeps turning, whatever the outputs, as long as there was motion before.
     RunsOn Inertia {
         fn driven(&self, inputs: &Inputs, outputs: &mut Outputs) {
             let horizontal = Axis::Horizontal as usize;
@@ -200,7 +200,7 @@ defect! {
 }
 
 defect! {
-    /// Says Ok to Stop All and goes on.
+    /// Answers Ok to Stop All and continues.
     NeverStops StopUnheard {
         fn hears(&mut self, body: &Body<'_>) -> bool {
             *body != Body::Stop
@@ -209,7 +209,7 @@ defect! {
 }
 
 defect! {
-    /// Believes that it is deployed.
+    /// Always senses that it is deployed.
     AlwaysDeployed SwitchIgnored {
         fn sensed(&self, inputs: &mut Inputs) {
             let deployer = &mut inputs.drives[Axis::Deployer as usize];
@@ -219,7 +219,7 @@ defect! {
 }
 
 defect! {
-    /// Believes that every valve is closed.
+    /// Always senses that every valve is closed.
     SeesNoWater WaterIgnored {
         fn sensed(&self, inputs: &mut Inputs) {
             for valve in &mut inputs.valves {
@@ -243,7 +243,7 @@ defect! {
 }
 
 defect! {
-    /// Does not stop at a limit but at the end switch.
+    /// Stops not at a limit but at the end switch.
     Overruns LimitIgnored {
         fn driven(&self, inputs: &Inputs, outputs: &mut Outputs) {
             let horizontal = Axis::Horizontal as usize;
@@ -265,7 +265,7 @@ defect! {
     }
 }
 
-/// Starts the last program once more after a lockout.
+/// Restarts the last program after a lockout.
 pub type Resumes = Broken<Comeback>;
 
 /// The defect of [`Resumes`].

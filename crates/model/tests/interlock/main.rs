@@ -1,4 +1,4 @@
-//! The device keeps every law and does what it is for; what does not is found out.
+//! The device keeps every law and shows the expected behaviour; a faulty one is found out.
 
 mod broken;
 
@@ -11,7 +11,7 @@ use lafet_model::report::{Effort, Outcome, run};
 use lafet_model::world::{Action, World};
 use stateright::Model;
 
-/// Waits after which a monitor that nobody touches has come to rest.
+/// Waits after which an undisturbed monitor has come to rest.
 const SETTLED: usize = 20;
 
 fn small<M: Monitor>(states: usize, until: Option<Law>) -> Outcome {
@@ -19,7 +19,7 @@ fn small<M: Monitor>(states: usize, until: Option<Law>) -> Outcome {
     run::<M>(configuration, Effort { states: Some(states), until, ..Effort::ALL })
 }
 
-/// The way to a broken law, which must be this one.
+/// The path to a broken law, which must be this one.
 #[track_caller]
 fn way_to<M: Monitor>(law: Law) -> Vec<String> {
     let outcome = small::<M>(120_000, Some(law));
@@ -34,8 +34,8 @@ fn the_device_keeps_the_laws_and_does_what_it_is_for() {
     assert!(outcome.unique > 10_000 && outcome.depth > 8, "{outcome}");
 }
 
-/// A field of the device that counts time or requests and enters the fingerprint makes states without
-/// end, and the check would cover less without a word.
+/// A field that counts time or requests and enters the fingerprint would make the number of states
+/// infinite, and silently reduce the coverage of the check.
 #[test]
 fn idle_time_adds_no_state() {
     for configuration in configuration::ALL {
@@ -49,7 +49,7 @@ fn idle_time_adds_no_state() {
             for _ in 0..SETTLED {
                 let next = wait(&world);
                 let name = configuration.name;
-                assert!(next == world, "{name}: leave what counts up out of fingerprint.rs");
+                assert!(next == world, "{name}: leave counters out of fingerprint.rs");
                 world = next;
             }
         }

@@ -69,7 +69,7 @@ export interface Measured {
 const KEY = 'lafet.units';
 let chosen: Partial<Record<Quantity, string>> = read();
 
-/** Told after a unit has changed. */
+/** Called after a unit has changed. */
 export const unitsChanged = new EventTarget();
 
 /** The quantities that have a choice, with their units. */
@@ -129,7 +129,7 @@ export function digitsOf(quantity: Quantity): number {
   return unitOf(quantity).digits;
 }
 
-/** What somebody has typed, with a comma or a point; null when it is no number. */
+/** Parses typed text, with a comma or a point; null if it is not a number. */
 export function parse(quantity: Quantity, text: string): number | null {
   const clean = text.trim().replace(',', '.').replace('−', '-');
   if (clean === '' || !Number.isFinite(Number(clean))) return null;

@@ -1,5 +1,5 @@
-// Commands to monitors. What a command has brought is told to the caller and to the shell, which
-// shows it; nothing here changes what is shown of the monitor.
+// Commands to monitors. The outcome goes to the caller and to the shell, which shows it; nothing here
+// changes the displayed state of the monitor.
 import { HubError, NOT_LINKED, REPLAYED } from './errors';
 import { http } from './http';
 import { socket, type Answered } from './socket';
@@ -104,7 +104,7 @@ class Commands {
     return () => this.outcomes.delete(fn);
   }
 
-  /** Told before a Stop or Lockout leaves: what is held ends. */
+  /** Called before a Stop or Lockout is sent: held motions end. */
   onStop(fn: (monitor: string | null) => void): () => void {
     this.stops.add(fn);
     return () => this.stops.delete(fn);

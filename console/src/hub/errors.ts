@@ -26,7 +26,7 @@ export class HubError extends Error {
   }
 }
 
-/** What stands between the page and the hub answers without its texts: a proxy, a server that is full. */
+/** An error without the hub's texts, from something between page and hub: a proxy, an overloaded server. */
 const BY_STATUS: Record<number, Text> = {
   413: { en: 'Too large to be taken.', ru: 'Слишком велико: не принято.' },
   429: { en: 'Too fast. Wait a moment and try again.', ru: 'Слишком часто. Подождите и повторите.' },

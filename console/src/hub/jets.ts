@@ -43,7 +43,7 @@ const JETS_MAX = 16;
 const PAUSE_MS = 40;
 /** After a question that failed. */
 const RETRY_MS = 1000;
-/** A former answer is drawn for so long while the next one is on its way; nothing is aimed by it. */
+/** The previous answer is drawn for this time while the next one is awaited; it is never used to aim. */
 const HELD_MS = 500;
 
 /** Before the id of a monitor: of its usual water. No id has it. */
@@ -125,7 +125,7 @@ export class Jets {
   }
 }
 
-/** Whoever shows a monitor sees its jet arrive as one of its topics. */
+/** Elements that show a monitor receive its jet as one of its topics. */
 export const jets = new Jets(
   (list) => http.post<Jet[]>('/api/jets', { jets: list }),
   (monitor) => store.announce(`monitors/${monitor}/jet`),

@@ -1,5 +1,5 @@
-// A motion that somebody holds (docs/hub-api.md, Jog): beats from the main thread while the control
-// is held, and an end for every way in which a hand can leave it.
+// A held motion (docs/hub-api.md, Jog): heartbeats from the main thread while the control is held, and
+// an end for every way in which it can be released.
 import { commands } from './commands';
 import { socket } from './socket';
 import { LINKED, store } from './store';
@@ -43,7 +43,7 @@ export class Jog {
 
   constructor(private readonly ways: JogWays) {}
 
-  /** Begins to move a drive for as long as it is held. `hold.end()` lets go. */
+  /** Starts to move a drive for as long as it is held. `hold.end()` releases it. */
   hold(monitor: string, drive: Drive, toward: Toward, onState?: (s: HoldState) => void): Hold {
     const hold = new Hold(monitor, drive, toward, this, onState);
     const before = this.holds.get(key(hold));
@@ -59,7 +59,7 @@ export class Jog {
     return hold;
   }
 
-  /** Lets go of everything, or of one monitor: blur, a hidden page, a dialog, STOP. */
+  /** Releases everything, or one monitor: blur, a hidden page, a dialog, STOP. */
   endAll(why: 'left' | 'link' = 'left', monitor?: string): void {
     for (const hold of [...this.holds.values()]) {
       if (!monitor || hold.monitor === monitor) this.release(hold, why);
@@ -77,7 +77,7 @@ export class Jog {
     hold.onState?.({ state: 'ended', end: why, text: null });
   }
 
-  /** What the hub says of a motion. After `ended` the hold is over: the hand has to let go first. */
+  /** The hub's report of a motion. After `ended` the hold is over: the control must be released first. */
   heard(message: JogSeen): void {
     const hold = this.holds.get(key(message));
     if (!hold) return;

@@ -60,7 +60,7 @@ export function stateAt(lines: readonly Line[], at_ms: number): Map<string, unkn
   return state;
 }
 
-/** What has to be told to go from one state to the other. */
+/** The messages that lead from one state to the other. */
 export function difference(
   from: ReadonlyMap<string, unknown>,
   to: ReadonlyMap<string, unknown>,
@@ -287,7 +287,7 @@ class Replay extends EventTarget {
     state: Map<string, unknown>,
   ): void {
     this.fed = state;
-    // The site is not recorded: it stands where it stood.
+    // The site is not recorded: it stays as it is.
     const hub = store.hello?.hub;
     if (hub && !store.get('hub')) change.set.hub = hub;
     store.replay({ now_ms: at_ms, ...change });
@@ -320,7 +320,7 @@ class Replay extends EventTarget {
     }
   }
 
-  /** Commands stand in the audit log, for those who may read it. */
+  /** Commands come from the audit log, for users who may read it. */
   private async commandMarks(source: Source, turn: number): Promise<void> {
     const log = await told<{ entries?: AuditEntry[] }>('/api/audit', source);
     if (turn !== this.turn) return;
@@ -349,7 +349,7 @@ class Replay extends EventTarget {
   }
 
   private mark(more: ReplayMark[]): void {
-    // The two sources of alarms may tell their moments a little apart.
+    // The times of the two sources of alarms may differ slightly.
     const key = ({ at_ms, kind, text }: ReplayMark): string =>
       `${kind === 'alarm' ? Math.round(at_ms / 5000) : at_ms} ${kind} ${text}`;
     const known = new Map([...this.marks, ...more].map((mark) => [key(mark), mark]));

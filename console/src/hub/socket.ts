@@ -17,7 +17,7 @@ interface Waiting {
 
 const RETRY_FIRST_MS = 250;
 const RETRY_MOST_MS = 4000;
-/** The hub speaks each second; so long without a word means that the way to it is broken. */
+/** The hub sends something each second; this long without a message means that the link is broken. */
 const SILENT_MS = 2500;
 const LISTEN_MS = 500;
 const RESUME_KEY = 'lafet.resume';
@@ -77,12 +77,12 @@ class Socket {
     this.ws?.close();
   }
 
-  /** Whether this tab has been connected before, and nobody has logged out. */
+  /** Whether this tab was connected before, without a logout since. */
   get resumes(): boolean {
     return sessionStorage.getItem(RESUME_KEY) !== null;
   }
 
-  /** Breaks the connection for so long: shows what a lost link is like. */
+  /** Breaks the connection for this time, to demonstrate a lost link. */
   interrupt(for_ms: number): void {
     const dead = this.ws;
     this.ws = null;

@@ -1,4 +1,4 @@
-// What the hub has told, by topic. A replay feeds the same store.
+// The values received from the hub, by topic. A replay feeds the same store.
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { Alarm, Hello, Status, TopicOf } from './types';
 
@@ -10,7 +10,7 @@ export interface Change {
 
 type Listener = (topic: string) => void;
 
-/** Pseudo topics: told to everybody who subscribes to them. */
+/** Pseudo topics: every subscriber gets them. */
 export const LINKED = '$linked';
 export const SECOND = '$second';
 /** What the hub sends of monitors that a page does not name. */
@@ -25,7 +25,7 @@ export class Store {
   private second = 0;
 
   hello: Hello | null = null;
-  /** Whether the hub has told its state: before that nothing is known, not even that there is no alarm. */
+  /** Whether the hub has sent its state: before that nothing is known, not even that there is no alarm. */
   known = false;
   /** Whether the hub is heard; false also before its first word. */
   linked = false;
@@ -107,7 +107,7 @@ export class Store {
     this.tell(LINKED);
   }
 
-  /** Everything anew, live. */
+  /** Replaces everything, live. */
   replace(state: Change): void {
     this.clock(state.now_ms);
     this.known = true;
@@ -212,9 +212,9 @@ function whole(known: Map<string, unknown>, topic: string, value: unknown): [str
 export const store = new Store();
 
 /**
- * Renders its host anew when a topic changes that begins with one of the prefixes, once a frame at
- * most; also when the link to the hub comes or goes. `SECOND` among the prefixes: each second. `seen` is what
- * of it all the host shows, in one text: while that stays, so does what is rendered.
+ * Renders its host again when a topic changes that starts with one of the prefixes, at most once per
+ * frame; also when the link to the hub is lost or restored. `SECOND` among the prefixes: each second.
+ * `seen` is the displayed part as one text: while it is equal, nothing is rendered.
  */
 export class TopicController implements ReactiveController {
   private ends: (() => void)[] = [];

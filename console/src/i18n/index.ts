@@ -17,7 +17,7 @@ const loaders: Record<Lang, () => Promise<{ default: Dictionary }>> = {
 let now: Lang = first();
 let texts: Partial<Dictionary> = {};
 
-/** Told after the language has changed. */
+/** Called after the language has changed. */
 export const langChanged = new EventTarget();
 
 export function lang(): Lang {

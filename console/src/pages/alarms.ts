@@ -1,4 +1,4 @@
-// Alarms after ISA-18.2: what needs somebody, what was put aside, what has been.
+// Alarms after ISA-18.2: those that need action, those shelved, the history.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -23,7 +23,7 @@ import { countOf, inOrder, matching, PRIORITIES, waits } from './alarms/model';
 import { askShelve } from './alarms/shelve';
 import { alarmStyle } from './alarms/style';
 
-/** A hand that has not moved for so long does not aim at anything. */
+/** A pointer that has not moved for this time is not aiming at anything. */
 const REST_MS = 4000;
 const DAY_MS = 86_400_000;
 const MOST = 60;
@@ -40,7 +40,7 @@ export class LfPageAlarms extends LitElement {
   @state() private open = new Set<string>();
   /** The order that stays while a hand is over the list. */
   @state() private held: string[] | null = null;
-  /** The most urgent; a list that nobody reads to its end need not be in the page. */
+  /** The most urgent ones; the rest of a long list need not be in the page. */
   @state() private most = MOST;
   private restTimer = 0;
 

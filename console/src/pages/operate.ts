@@ -123,7 +123,7 @@ export class PageOperate extends LitElement {
         display: grid;
         min-width: 0;
       }
-      /* As high as what stands beside it, however much is in it: the plan keeps its size under a hand that draws. */
+      /* As high as its neighbour, whatever its content: the plan keeps its size while the operator draws. */
       .side {
         grid-area: side;
         display: flex;
@@ -399,7 +399,7 @@ export class PageOperate extends LitElement {
     await this.showPanel();
   }
 
-  /** Once, not while somebody types in it. */
+  /** Once, not while the user types in it. */
   private async showPanel(): Promise<void> {
     await this.updateComplete;
     await this.automatic?.updateComplete;
@@ -461,7 +461,7 @@ export class PageOperate extends LitElement {
     toast({ kind, text: `${monitor} · ${text}` });
   }
 
-  /** Without a valid pressure nothing is aimed by the jet, unless somebody says which to assume. */
+  /** Without a valid pressure nothing is aimed by the jet, unless the operator gives one to assume. */
   private assumed(monitor: string): Promise<boolean> {
     const pressure = show('pressure', USUAL_PRESSURE_DATM);
     return confirmDialog({
@@ -503,7 +503,7 @@ export class PageOperate extends LitElement {
 
 const SCENES = import.meta.glob('../parts/lf-scene.ts');
 
-/** The site as it is configured; a monitor whose place is not known stands alone in it. */
+/** The site as configured; a monitor without a known place is alone in it. */
 function siteOf(): Site {
   const site = (store.get('hub') ?? store.hello?.hub)?.site ?? null;
   return standAlone(site, store.monitors());

@@ -19,7 +19,7 @@ import { valueOf } from './operate/value';
 const VIEW_KEY = 'lafet.overview';
 /** More than so many monitors begin as a table. */
 const CARDS_MOST = 9;
-/** More than so many stand in two columns on a wide screen. */
+/** More than this many are shown in two columns on a wide screen. */
 const COLUMN_MOST = 5;
 
 type View = 'cards' | 'table';

@@ -50,7 +50,7 @@ import { programsStyle } from './programs/style';
 import { thumb } from './programs/thumb';
 
 const SELECTED_KEY = 'lafet.programs.selected';
-/** Where nobody has said how far it is. */
+/** Distance, m, where none was given. */
 const DISTANCE_M = 25;
 
 @customElement('lf-page-programs')

@@ -41,7 +41,7 @@ export class PageTraining extends LitElement {
   @state() private placing = false;
   @state() private kind: (typeof KINDS)[number] = 'pool';
   @state() private fireSize = 2;
-  /** What a POST has answered, until the topic tells it too. */
+  /** The answer of a POST, until the topic has it too. */
   @state() private answered: SimState | null = null;
 
   constructor() {

@@ -56,7 +56,7 @@ export class Blocks<T> implements ReactiveController {
   }
 
   hostUpdated(): void {
-    // Between two elements of a shadow tree the focus is not told outside of it; the same listener is added once.
+    // A focus change between two elements of a shadow tree is not visible outside; the same listener is added once.
     this.host.renderRoot.addEventListener('focusin', this.focus);
     const found = new Map(
       [...this.host.renderRoot.querySelectorAll('[data-block]')].map((one) => [one, Number(one.getAttribute('data-block'))]),

@@ -1,9 +1,9 @@
-// How far a hotbed is that the search has found: a detector tells a direction, no distance. What
-// stands in that direction tells it, or the height of the nozzle over the ground and how far down the
-// foot of the fire is seen. The flatter that is, the more a wrong height makes of it.
+// Distance of a found fire spot: a detector reports a direction, not a distance. It follows from the
+// tank in that direction, or from the height of the nozzle above the ground and the angle at which the
+// foot of the fire is seen. The flatter the angle, the larger the effect of a wrong height.
 import { bearingOf, bearingTo, DISTANCE_MAX_M, distanceTo, placeAt, signedDegrees, type Place, type Tank } from './geometry';
 
-/** As GetHotbed tells them: arc-minutes. */
+/** As in the answer to GetHotbed: arc-minutes. */
 export interface HotbedBox {
   x1: number;
   x2: number;
@@ -13,7 +13,7 @@ export interface HotbedBox {
 }
 
 export interface Sight {
-  /** Middle, and foot: where the flames stand on what burns. */
+  /** Centre, and foot: where the flames meet the burning surface. */
   horizontal_arcmin: number;
   foot_arcmin: number;
 }
@@ -38,7 +38,7 @@ export function sightOfBox(box: HotbedBox): Sight {
   return { horizontal_arcmin: Math.round((box.x1 + box.x2) / 2), foot_arcmin: Math.min(box.y1, box.y2) };
 }
 
-/** `height_m` null: nobody has told how high it stands. */
+/** `height_m` null: the height of the nozzle is unknown. */
 export function reckon(
   stand: { at: Place; heading: number; height_m: number | null },
   box: HotbedBox,
@@ -60,7 +60,7 @@ export function reckon(
   return { ...sight, how: 'height', distance_m: ground_m, give_m, height_m };
 }
 
-/** Half a metre of height makes so much of it that nobody should rely on it. */
+/** An error of half a metre in height changes it so much that it is not reliable. */
 export function isDoubtful(of: Reckoned): boolean {
   return of.how === 'height' && of.give_m > of.distance_m * DOUBTFUL;
 }

@@ -79,7 +79,7 @@ export interface Wall {
   height: number;
 }
 
-/** Height of what stands at a place: the roof of a tank, else the ground. */
+/** Height of the surface at a place: the roof of a tank, else the ground. */
 export function groundAt(place: Place, tanks: readonly Tank[]): number {
   const under = tanks.filter((tank) => distanceTo(tank.at, place) <= tank.diameter / 2);
   return under.reduce((height, tank) => Math.max(height, tank.height), 0);
@@ -100,7 +100,7 @@ export interface QuenchSector {
   width_arcmin: number;
   height_arcmin: number;
   distance_m: number;
-  /** A part lies beyond the limits and will be left out (OutsideLimits). */
+  /** A part is beyond the limits and will be skipped (OutsideLimits). */
   clipped: boolean;
   sector: Sector;
 }
@@ -136,8 +136,8 @@ export interface Stand {
 }
 
 /**
- * From a drawing to the request: the centre is the line of sight to the middle, the height is what
- * lies between the lines of sight to the near and to the far edge.
+ * From a drawing to the request: the centre is the line of sight to the middle, the height is the angle
+ * between the lines of sight to the near and to the far edge.
  */
 export function quenchSector(
   stand: Stand,

@@ -15,7 +15,7 @@ export interface Holding {
   Nozzle?: Toward;
 }
 
-/** What has to be told when the held drives change from one to the other; ends come first. */
+/** The messages for a change of the held drives; ends come first. */
 export function changes(
   from: Holding,
   to: Holding,

@@ -116,7 +116,7 @@ export class LfHold extends LitElement {
     if (!event.repeat) this.begin();
   }
 
-  /** A finger that slides off the button lets go. */
+  /** A finger that slides off the button releases it. */
   private moved(event: PointerEvent): void {
     if (!this.holding) return;
     const at = this.getBoundingClientRect();

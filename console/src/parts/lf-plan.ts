@@ -174,7 +174,7 @@ export class LfPlan extends LitElement {
     const [width, height] = this.size;
     const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
     const box = boundsOf(placesOf(known, null));
-    // What stands at the edge is not to lie under the buttons.
+    // Nothing at the edge may be covered by the buttons.
     const aside = this.mode === 'full' && width > ZOOM_PX * 4 ? ZOOM_PX : 0;
     const view = fit(box, width - aside, height - this.above, margin);
     const { scale } = view;
@@ -576,7 +576,7 @@ export class LfPlan extends LitElement {
   }
 }
 
-/** Without a description of the site each monitor stands alone in its own plan. */
+/** Without a description of the site each monitor is alone in its own plan. */
 function siteOf(monitors: readonly PlanMonitor[]): PlanSite {
   return {
     monitors: Object.fromEntries(monitors.map((monitor) => [monitor.id, monitor])),

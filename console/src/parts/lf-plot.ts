@@ -223,7 +223,7 @@ export class LfPlot extends LitElement {
     this.draw();
   }
 
-  /** All values anew: [time, value] of each series. */
+  /** Replaces all values: [time, value] of each series. */
   fill(values: Readonly<Record<string, readonly (readonly [number, Value])[]>>): void {
     this.fitted().fill(this.series.map(({ id }) => values[id] ?? []));
     this.empty = this.columns.length === 0;
@@ -275,7 +275,7 @@ export class LfPlot extends LitElement {
     if (changed.has('series')) this.fitted();
   }
 
-  /** The columns belong to these series; others begin anew. */
+  /** The columns belong to these series; other series start with new columns. */
   private fitted(): Columns {
     const ids = [this.banded, ...this.series.map(({ id }) => id)].join();
     if (ids !== this.ids) {
@@ -505,7 +505,7 @@ export class LfPlot extends LitElement {
     return [now - this.minutes * 60, now];
   }
 
-  /** Drawn ten times a second at most, and not at all when nobody sees it. */
+  /** Drawn at most ten times a second, and not at all while it is invisible. */
   private draw(): void {
     if (this.frame || !this.seen || !this.isConnected) return;
     this.frame = requestAnimationFrame((at) => {

@@ -31,7 +31,7 @@ export class LfScene extends LitElement {
   declare scene: PlanScene | null;
   declare selected: string;
   declare preset: Preset;
-  /** Stands still (a paused simulation or replay). */
+  /** Nothing moves (a paused simulation or replay). */
   declare paused: boolean;
   declare state: 'idle' | 'loading' | 'drawing' | 'unable';
 
@@ -262,7 +262,7 @@ export class LfScene extends LitElement {
     if (this.clientWidth) this.world?.resize(this.clientWidth, this.clientHeight);
   }
 
-  /** Frames come only while somebody can see them. */
+  /** Frames are drawn only while they are visible. */
   private readonly run = (): void => {
     const wanted = this.seen && this.world && document.visibilityState === 'visible';
     if (!wanted) {

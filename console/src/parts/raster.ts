@@ -51,7 +51,7 @@ export function clip(area: Area, limits: DriveLimits | null | undefined): Area |
   };
 }
 
-/** How a sector lies to the limits. */
+/** Whether a sector is within the limits. */
 export function reach(sector: Sector, limits: DriveLimits | null | undefined): 'inside' | 'partly' | 'outside' {
   const area = areaOf(sector);
   const inside = clip(area, limits);

@@ -9,7 +9,7 @@ class Styled extends Directive {
 
   constructor(part: PartInfo) {
     super(part);
-    if (part.type !== PartType.ELEMENT) throw new Error('styled() stands in a tag, outside of attributes');
+    if (part.type !== PartType.ELEMENT) throw new Error('styled() must be in a tag, outside of attributes');
   }
 
   override render(_styles: Styles) {

@@ -1,4 +1,4 @@
-// Texts of parts in the operator's language and units; a part that shows any renders anew when
+// Texts of parts in the operator's language and units; a part that shows any renders again when
 // these change.
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import { langChanged, num } from '../i18n';

@@ -255,7 +255,7 @@ export class LfApp extends LitElement {
     return keyed(`${name} ${monitor}`, staticHtml`<${tag} .monitor=${monitor}></${tag}>`);
   }
 
-  /** In the demo, until somebody has seen it. */
+  /** In the demo, until the user has seen it. */
   private guided(): boolean {
     if (!store.hello?.hub.demo || store.source === 'replay' || !guideIsWanted()) return false;
     void import('./guide');
@@ -312,7 +312,7 @@ export class LfApp extends LitElement {
       this.enter(await http.session());
     } catch (cause) {
       const error = HubError.of(cause);
-      // Asked before there was anybody to tell.
+      // The first query, before a login.
       if (error.code === 'login_needed') return this.leave(error.details.setup_needed === true ? 'setup' : 'login');
       this.phase = 'unreachable';
       window.setTimeout(() => void this.begin(), 2000);
@@ -359,7 +359,7 @@ export class LfApp extends LitElement {
     if (this.phase === 'on') fetchPages();
   }
 
-  /** Everything is made anew: texts and units stand in all parts. */
+  /** Renders everything again: all parts contain texts and units. */
   private anew(): void {
     this.version += 1;
   }

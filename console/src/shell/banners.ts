@@ -133,7 +133,7 @@ export class LfBanners extends LitElement {
       ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
   }
 
-  /** What of all states the strip tells; ages and countdowns besides. */
+  /** The part of all states that the strip shows, without ages and countdowns. */
   private seen(): string {
     const { monitor } = this.route;
     const of = monitor && [

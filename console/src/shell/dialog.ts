@@ -10,7 +10,7 @@ import { base, fields, table } from '../theme/shared';
 
 export interface DialogOptions<T> {
   title: string;
-  /** What stands in it; `close(value)` ends it. */
+  /** Its content; `close(value)` ends it. */
   content: (close: (value?: T) => void) => TemplateResult;
   /** Buttons at its foot; a single Close without. */
   actions?: (close: (value?: T) => void) => TemplateResult;
@@ -51,7 +51,7 @@ class Dialogs extends EventTarget {
     while (this.stack.length > 0) this.close();
   }
 
-  /** Renders the open dialog anew. */
+  /** Renders the open dialog again. */
   update(): void {
     this.changed();
   }
@@ -65,13 +65,13 @@ export const dialog = new Dialogs();
 
 export interface ConfirmOptions {
   title: string;
-  /** As a function: asked anew as things change. */
+  /** As a function: called again when something changes. */
   text: string | TemplateResult | (() => string | TemplateResult);
   yes: string;
   danger?: boolean;
   /** Seconds that the button has to be held. */
   hold?: number;
-  /** Why it cannot be done now, asked anew as things change. */
+  /** Why it cannot be done now; called again when something changes. */
   why?: () => string;
   /** What has to be typed first, e.g. the monitor's id. */
   typed?: string;

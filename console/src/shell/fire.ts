@@ -1,4 +1,4 @@
-// The fire alarm of the site: what detectors have found, on every page; and its sound, where somebody wants it.
+// The fire alarm of the site: what detectors have found, on every page; and its sound, where it is switched on.
 import { store } from '../hub/store';
 import type { Alarm } from '../hub/types';
 

@@ -12,11 +12,11 @@ import { base } from '../theme/shared';
 import { takeControl } from './authority';
 import { confirmDialog, dialog } from './dialog';
 
-/** A longer name of a monitor stands below the word, and a very long one without its middle. */
+/** A longer name of a monitor is below the word, a very long one without its middle. */
 const BESIDE_MOST = 4;
 const SHOWN_MOST = 16;
 
-/** LOCKOUT is held for so long; by the keyboard it is pressed again within the time that it asks for. */
+/** LOCKOUT is held for this time, ms; on the keyboard it is pressed again within the time shown. */
 const HOLD_MS = 500;
 const ASKS_MS = 3000;
 /** From STOP, so that a hand that misses one does not hit the other; the bar's own gap is beside it. */
@@ -385,12 +385,12 @@ export class LfStop extends LitElement {
   };
 }
 
-/** Begin and end tell monitors apart. */
+/** Start and end distinguish monitors. */
 function inShort(id: string): string {
   return id.length > SHOWN_MOST ? `${id.slice(0, SHOWN_MOST / 2 - 1)}…${id.slice(-SHOWN_MOST / 2)}` : id;
 }
 
-/** Of the live monitor: a recording must not say that somebody is locked out who is not. */
+/** Of the live monitor: a recording must not show a lockout that is not in force. */
 function locked(monitor: string): boolean {
   const status = store.getLive(`monitors/${monitor}/status`);
   return status?.subsystems.General?.flags.includes('LockedOut') ?? false;

@@ -237,7 +237,7 @@ export class LfTopbar extends LitElement {
     if (!worst) {
       return html`<a class="quiet" href="#/alarms" aria-label=${t('topbar.no_alarms')}>${icon('check')}<span class="text">${t('topbar.no_alarms')}</span></a>`;
     }
-    // What has gone by itself waits for somebody who reads it; nothing holds any more.
+    // An alarm that cleared by itself waits to be read; its condition has ended.
     // The fire has its own place; this one has the colour of the worst of the others.
     const others = all.filter(({ priority, active }) => active && priority !== 'fire');
     const holds = others.some(({ state }) => state !== 'ack');

@@ -21,7 +21,7 @@ export function magnification(wanted: Display, width: number, height: number): n
   return Math.floor((wanted === 'wall' ? most : Math.min(LARGE, most)) * 100) / 100;
 }
 
-/** Told after the page has become larger or smaller. */
+/** Called after the page has become larger or smaller. */
 export const displayChanged = new EventTarget();
 let now = 1;
 

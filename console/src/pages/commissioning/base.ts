@@ -214,7 +214,7 @@ export class Step extends LitElement {
     }
   }
 
-  /** What will move, and that nobody is to be there. */
+  /** What will move, and that people must keep clear. */
   protected moves(text: string): TemplateResult {
     return html`<p class="moves">${icon('warning', 24)}<span>${text} ${t('commissioning.area')}</span></p>`;
   }

@@ -144,7 +144,7 @@ export class StepLimits extends Teaching {
       const at = this.position(drive);
       if (!limits || at === null || this.has(drive, 'Limitless')) continue;
       const of = this.taught(drive);
-      // Verified is what the monitor says when it stands at its limit.
+      // A limit is verified when the monitor reports that it is at it.
       if (!of.seenMax && this.has(drive, 'MaxLimitReached') && near(drive, at, limits.max)) this.note(drive, { seenMax: true });
       if (!of.seenMin && this.has(drive, 'MinLimitReached') && near(drive, at, limits.min)) this.note(drive, { seenMin: true });
     }

@@ -20,7 +20,7 @@ export type StepId = (typeof STEPS)[number];
 /** Without these nothing goes on: they cannot be put off with a reason. */
 export const BLOCKING: readonly StepId[] = ['prepare', 'stop', 'directions'];
 
-/** What is measured anew when a step is done again. */
+/** What is measured again when a step is repeated. */
 const UPON: Partial<Record<StepId, readonly StepId[]>> = {
   directions: ['zero', 'limits'],
   zero: ['limits'],
@@ -126,11 +126,11 @@ export function writeProgress(monitor: string, progress: Progress | null): void 
     if (progress) localStorage.setItem(key(monitor), JSON.stringify(progress));
     else localStorage.removeItem(key(monitor));
   } catch {
-    // The page goes on without; a reload would begin anew.
+    // The page works without it; a reload would start over.
   }
 }
 
-/** The test of STOP: something moves, STOP is pressed, and the monitor says that it stands. */
+/** The test of STOP: something moves, STOP is pressed, and the monitor reports that it is at rest. */
 export interface StopTest {
   phase: 'idle' | 'moving' | 'stopping' | 'passed' | 'failed';
   why?: 'let_go' | 'moves_on';
@@ -139,7 +139,7 @@ export interface StopTest {
   took_ms?: number;
 }
 
-/** So long may it take until the monitor tells that it stands. */
+/** Time within which the monitor must report that it is at rest. */
 export const STOP_MOST_MS = 2000;
 
 export type StopSeen =
@@ -193,7 +193,7 @@ export function leastWay(drive: string): number {
 
 export type Way = 'right' | 'wrong' | 'little';
 
-/** Did the position go the way it was told to? */
+/** Whether the position changed in the commanded direction. */
 export function wayOf(drive: string, toward: 'min' | 'max', from: number, to: number): Way {
   const delta = to - from;
   if (Math.abs(delta) < leastWay(drive)) return 'little';

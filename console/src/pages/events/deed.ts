@@ -1,4 +1,4 @@
-// A line of the audit log, and what stands behind it.
+// A line of the audit log, with its details.
 import { html, nothing } from 'lit';
 import type { AuditEntry, SubsystemStatus } from '../../hub/types';
 import { dateTime, t, time, type Key } from '../../i18n';

@@ -124,7 +124,7 @@ export class LfAuditLog extends LitElement {
 
   private matching(): Deed[] {
     const filter = {
-      // The hub has looked for it in what stands in the log; for the words of the page, the page does.
+      // The hub searches the entries of the log; the page searches its own texts.
       text: this.asksHub() ? '' : this.text,
       kind: this.kind,
       ...this.range(),

@@ -5,7 +5,7 @@ import type { AuditEntry } from '../../hub/types';
 export type Kind = 'command' | 'jog' | 'authority' | 'alarm' | 'access';
 export type Fate = 'done' | 'open' | 'refused' | 'failed';
 
-/** What somebody did: one entry, or the two or three of a command. */
+/** One action of a user: one entry, or the two or three of a command. */
 export interface Deed {
   /** Number of its first entry that is known. */
   n: number;

@@ -145,7 +145,7 @@ export class LfFrameList extends LitElement {
   @property() label = '';
   private top = 0;
   @state() private height = 400;
-  /** It follows what is new until somebody scrolls back. */
+  /** The list follows new frames until the user scrolls back. */
   @state() private following = true;
   private seen = 0;
   private resize = new ResizeObserver(([entry]) => {

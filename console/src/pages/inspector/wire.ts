@@ -10,11 +10,11 @@ export interface WireField {
   text: Text | null;
   unit: Text | null;
   type: string;
-  /** Where its bytes stand in the frame. */
+  /** Position of its bytes in the frame. */
   from: number;
   to: number;
   value: number;
-  /** Names of what the value stands for: flags that are set, a parameter, a status. */
+  /** Names of what the value means: flags that are set, a parameter, a status. */
   names: string[];
 }
 

@@ -10,7 +10,7 @@ import { bearingText, lengthText } from '../../parts/words';
 import { show } from '../../units';
 import { field, limits } from './state';
 
-/** An answer that took longer is not followed by a motion: nobody expects it any more. */
+/** An answer that took longer, ms, causes no motion: the operator no longer expects it. */
 export const SOLVED_MOST_MS = 1000;
 
 export interface Aimed {
@@ -21,7 +21,7 @@ export interface Aimed {
   kind: 'ok' | 'info' | 'warning';
 }
 
-/** The pressure has no valid value: nothing is aimed before somebody gives one. */
+/** The pressure has no valid value: nothing is aimed until the operator gives one. */
 export const UNKNOWN = 'pressure_unknown';
 
 /** Whether there is a jet that is aimed. */

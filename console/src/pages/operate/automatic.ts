@@ -17,7 +17,7 @@ import { parse, show, unitText } from '../../units';
 import { wholeLength } from './found';
 import { exists, limits, position, posture } from './state';
 
-/** 60 mm is the narrowest of the usual nozzle; the limits tell that of this one. */
+/** 60 mm is the narrowest position of the usual nozzle; the limits have that of this one. */
 const NOZZLE_USUAL_MM = 60;
 const STEP_USUAL_DEG = 2;
 /** What burns on the ground near a high barrel is far below it. */
@@ -368,7 +368,7 @@ export class LfAutomatic extends LitElement {
   }
 }
 
-/** What keeps the monitor from reckoning the jet: then it aims direct (§3.3.6/5). */
+/** What prevents the monitor from computing the jet: then it aims directly (§3.3.6/5). */
 const UNRECKONED = ['TrajectoryPressureFault', 'TrajectoryRangeFault', 'TrajectoryAngleFault'];
 
 function directAim(monitor: string): string {

@@ -141,7 +141,7 @@ export class LfParamFile extends LitElement {
 
   override willUpdate(changed: Map<string, unknown>): void {
     if (changed.has('file')) this.compare(true);
-    // What the monitor has may have been read anew; outcomes of a restore stay to be read.
+    // The monitor's values may have been read again; outcomes of a restore stay visible.
     else if (!this.editing.busy && !this.lines.some((line) => line.outcome)) this.compare(false);
   }
 
@@ -261,7 +261,7 @@ export class LfParamFile extends LitElement {
       file: values,
       before: monitor,
     }));
-    // What was begun may read as it should and not be stored: it is written again.
+    // A value whose write was started may read back correctly without being stored: it is written again.
     for (const title of file.journal?.begun ?? []) {
       const values = file.backup.values.get(title);
       const known = this.lines.some((line) => titleOf(line.param) === title);

@@ -8,7 +8,7 @@ import { same, titleOf } from './model';
 
 /** What became of a value. */
 export type Saved =
-  /** It stands in non-volatile memory. */
+  /** It is in non-volatile memory. */
   | 'stored'
   /** It is in force; nothing has said that it is stored. */
   | 'unconfirmed'
@@ -111,7 +111,7 @@ export function inOrder(items: readonly Item[]): Item[] {
 }
 
 /**
- * Writes parameters one after another and reads them again. `tell` hears what becomes of each;
+ * Writes parameters one after another and reads them again. `tell` is called with the outcome of each;
  * `stopped` ends it before the next one.
  */
 export async function saveAll(

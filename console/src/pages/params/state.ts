@@ -47,7 +47,7 @@ export class Editing extends EventTarget {
     return params?.values[param.subsystem]?.[param.name]?.values;
   }
 
-  /** What stands in the field. */
+  /** Content of the field. */
   text(param: DictParam): string {
     return this.edits.get(titleOf(param))?.text ?? textOf(param, this.value(param));
   }
@@ -133,7 +133,7 @@ export class Editing extends EventTarget {
     await this.save(items);
   }
 
-  /** Writes given values; `tell` hears of each. */
+  /** Writes given values; `tell` is called for each. */
   async save(
     items: readonly Item[],
     tell: (title: string, outcome: Outcome) => void = () => {},

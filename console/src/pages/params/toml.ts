@@ -12,7 +12,7 @@ export class TomlError extends Error {
   }
 }
 
-/** Tables by name; what stands before the first one is in the table ''. */
+/** Tables by name; the lines before the first one are in the table ''. */
 export function readToml(text: string): Map<string, TomlTable> {
   const reader = new Reader(text);
   const tables = new Map<string, TomlTable>([['', new Map()]]);

@@ -78,7 +78,7 @@ export function isEmpty(kind: Kind, values: readonly number[]): boolean {
   return kind === 'Trajectory' ? values.length === 0 : values.every((value) => value === 0);
 }
 
-/** The part of a program that stands first in words: about a place that it aims at. */
+/** The part of a program that its text starts with: the place it aims at. */
 export interface Facts {
   lines: number;
   /** Arc-minutes. */

@@ -1,4 +1,4 @@
-// What lies on the plan, layer by layer, as SVG. Pure: a camera and things in, templates out.
+// The contents of the plan, layer by layer, as SVG. Pure: a camera and objects in, templates out.
 import { nothing, svg, type SVGTemplateResult } from 'lit';
 import { num } from '../../i18n';
 import {
@@ -49,7 +49,7 @@ export const DROP_LIFE_MS = 2400;
 
 const px = (camera: Camera, place: Place): Place =>
   toScreen(camera.view, camera.width, camera.height, place);
-/** Where the barrel points to; ahead, as long as nobody knows. */
+/** Where the barrel points to; straight ahead while unknown. */
 const barrelOf = (monitor: PlanMonitor): number => bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
 const f = (value: number): string => value.toFixed(1);
 

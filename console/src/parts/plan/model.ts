@@ -45,7 +45,7 @@ export interface PlanMonitor {
   horizontal_arcmin: number | null;
   vertical_arcmin: number | null;
   nozzle_mm: number | null;
-  /** Where it was told to point. */
+  /** Commanded direction. */
   target_arcmin?: number | null;
   limits?: { Horizontal?: Limits; Vertical?: Limits } | null;
   /** What the jet reaches at this pressure, else at the usual one. */
@@ -67,7 +67,7 @@ export interface Hotbed {
   bearing: number;
   width: number;
   distance_m: number;
-  /** The distance is a guess: nothing tells it. */
+  /** The distance is only an estimate. */
   guessed?: boolean;
   brightness: number;
 }
@@ -78,9 +78,9 @@ interface StatusLike {
   subsystems: Record<string, { flags?: string[]; severity?: string } & Record<string, unknown>>;
 }
 
-/** At this pressure the reach is told while no water flows: 0.8 MPa. */
+/** Pressure for which the reach is shown while no water flows: 0.8 MPa. */
 export const USUAL_PRESSURE_DATM = 79;
-/** A pressure above this stands before the closed valve: the reach is the one that it will give. */
+/** A pressure above this is before the closed valve: the reach shown is the one that it will give. */
 const PRESSED_DATM = 20;
 const HOTBED_UNKNOWN_M = 25;
 /** Less than this is what drips. */
@@ -150,7 +150,7 @@ export function jetAsked(
     pressure_datm: water || pressure > PRESSED_DATM ? pressure : USUAL_PRESSURE_DATM,
     nozzle_mm: of('Nozzle', 'position') ?? 60,
     height_cm: Math.round(stand.height * 100),
-    // The reach does not depend on it: nothing is asked anew while a dry barrel moves.
+    // The reach does not depend on it: no new query while a dry barrel moves.
     elevation_arcmin: water ? (of('Vertical', 'position') ?? 0) : 0,
     live: water,
   };
@@ -176,13 +176,13 @@ function simulatedLanding(id: string, scene: PlanScene): Place | null {
   return [mean(0), mean(1)];
 }
 
-/** Where the jet comes down by calculation, as a real site does not tell. */
+/** Computed landing of the jet: a real site does not report it. */
 function landing({ flight, horizontal_arcmin, at, heading }: PlanMonitor): Place | null {
   if (!flight || horizontal_arcmin === null) return null;
   return placeAt(at, bearingOf(heading, horizontal_arcmin), flight.lands_m);
 }
 
-/** Where a hotbed is drawn: as far as it can be reckoned (found.ts). */
+/** Where a fire spot is drawn, if its distance can be computed (found.ts). */
 export function hotbedOf(
   stand: { at: Place; heading: number; height: number },
   box: HotbedBox,

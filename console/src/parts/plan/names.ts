@@ -1,5 +1,5 @@
-// Where the names of the monitors stand on the plan: behind the barrel, where nothing of interest
-// is; where monitors crowd or the picture ends, at that side where most of them can be read.
+// Placement of the monitors' names on the plan: behind the barrel, where nothing of interest is; near
+// other monitors or the edge of the picture, on the side where most of them can be read.
 import type { Place } from '../geometry';
 
 /** What of a monitor its name has to know. */
@@ -56,7 +56,7 @@ export function namePlaces(
   return places;
 }
 
-/** How much of it lies over others or outside the picture. */
+/** How much of it covers others or is outside the picture. */
 export function hidden(own: Box, taken: readonly Box[], [wide, high]: Place): number {
   const outside = own.wide * own.high - shared(own, { x: 0, y: 0, wide, high });
   return outside + taken.reduce((sum, other) => sum + shared(own, other), 0);

@@ -1,4 +1,4 @@
-// Where the distances of the rings stand: on the ring, near the barrel's direction, over nothing else.
+// Placement of the distances of the rings: on the ring, near the barrel's direction, covering nothing else.
 import type { Place } from '../geometry';
 import { box, hidden, type Box } from './names';
 

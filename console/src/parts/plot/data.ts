@@ -2,7 +2,7 @@
 
 export type Value = number | null;
 
-/** Without a value for so long, the line has a gap. */
+/** Without a value for this time, the line has a gap. */
 export const GAP_MS = 3000;
 const ROWS_MAX = 20_000;
 
@@ -72,7 +72,7 @@ export class Columns {
     this.trim(at_ms);
   }
 
-  /** Everything anew, from series of their own times, each value held until the next one. */
+  /** Replaces everything, from series with times of their own; each value holds until the next one. */
   fill(series: readonly (readonly (readonly [number, Value])[])[]): void {
     this.clear();
     const times = [...new Set(series.flatMap((points) => points.map(([at]) => at)))];

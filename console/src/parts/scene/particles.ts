@@ -31,7 +31,7 @@ interface Body {
   size: number;
   grow: number;
   alpha: number;
-  /** Where it ends: height of what lies below. */
+  /** Where it ends: height of the surface below. */
   floor: number;
   /** The way of water, the direction that it strays in, and how far of the distance flown. */
   track: Track | null;
@@ -112,7 +112,7 @@ export class Particles {
     this.geometry.setDrawRange(0, 0);
   }
 
-  /** Moves everything on; tells where water came down. */
+  /** Advances everything; reports where water landed. */
   step(
     seconds: number,
     wind: readonly [number, number],

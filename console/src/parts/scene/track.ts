@@ -49,7 +49,7 @@ export class Track {
     this.end_s = this.points[this.points.length - 1]!.s;
   }
 
-  /** Where the water is that left the mouth so long ago. */
+  /** Where the water is that left the nozzle this long ago. */
   at(seconds: number): At {
     const { points } = this;
     let next = 1;

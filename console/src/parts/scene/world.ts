@@ -48,11 +48,11 @@ const FLIGHT_S = 0.6;
 const LABEL_PX = 27;
 /** A tank that looks smaller has no name. */
 const NAMED_PX = 58;
-/** Part of the picture that the site may fill, and what stands above the ground. */
+/** Part of the picture that the site and everything above the ground may fill. */
 const FILLED = 0.9;
 const ROOM_ABOVE_M = 10;
 const AWAY_MAX_M = 250;
-/** Slope of the view from which on the roofs bear the names. */
+/** Slope of the view from which on the names are on the roofs. */
 const STEEP = 1.6;
 /** From where the site is looked at. */
 const FROM: Record<Preset, Vector3> = {

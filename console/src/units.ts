@@ -1,4 +1,4 @@
-// What is shown in which unit. On the wire angles are arc-minutes, pressure is 0.1 atm, flow l/s,
+// Units of displayed values. On the wire angles are arc-minutes, pressure is 0.1 atm, flow l/s,
 // the nozzle mm, currents 0.1 A, temperatures 0.1 °C.
 import { lang, num } from './i18n';
 
@@ -72,7 +72,7 @@ let chosen: Partial<Record<Quantity, string>> = read();
 /** Called after a unit has changed. */
 export const unitsChanged = new EventTarget();
 
-/** The quantities that have a choice, with their units. */
+/** The quantities with selectable units, and these units. */
 export function choices(): { quantity: Quantity; units: { id: string; text: string }[] }[] {
   return (Object.keys(UNITS) as Quantity[])
     .map((quantity) => ({

@@ -7,12 +7,12 @@ import type { Drive, JogSeen, JogState, Text, Toward } from './types';
 
 export interface HoldState {
   state: JogState;
-  /** Why it ended, when the hub says so. */
+  /** Why it ended, if the hub reported it. */
   end: JogSeen['end'] | 'link' | 'left';
   text: Text | null;
 }
 
-/** What jog needs of the page; a test has its own. */
+/** The functions of the page that jog needs; tests use their own. */
 export interface JogWays {
   send: (message: object) => boolean;
   now: () => number;
@@ -21,7 +21,7 @@ export interface JogWays {
 }
 
 export class Hold {
-  /** Held no more, whatever the drive does; a new motion needs a new hold, after letting go. */
+  /** No longer held, whatever the drive does; a new motion needs a new hold after a release. */
   ended = false;
 
   constructor(
@@ -83,7 +83,7 @@ export class Jog {
     if (!hold) return;
     if (message.state === 'ended' || message.state === 'stopping') {
       this.forget(hold);
-      // Beats that are on their way already are not to begin another motion.
+      // Heartbeats in flight must not start another motion.
       this.ways.send({ type: 'jog_end', monitor: hold.monitor, drive: hold.drive });
     }
     hold.onState?.({ state: message.state, end: message.end, text: message.text });
@@ -124,7 +124,7 @@ export const jog = new Jog({
   allowed: () => store.linked && store.source === 'live' && !document.hidden,
 });
 
-/** Every way in which a hand leaves a control without its release being seen. */
+/** Every way in which a control is released without a release event. */
 export function guardJog(): void {
   socket.on('jog', (message) => jog.heard(message));
   const leave = () => jog.endAll();

@@ -2,7 +2,7 @@
 // the hub, which sees every Move.
 import { store } from './store';
 
-/** Milliseconds until the program goes on; null: none is paused. */
+/** Milliseconds until the program resumes; null: none is paused. */
 export function resumesIn(monitor: string): number | null {
   const status = store.get(`monitors/${monitor}/status`);
   if (!status?.subsystems.Control?.flags.includes('Paused')) return null;

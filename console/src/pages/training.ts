@@ -1,4 +1,4 @@
-// Exercises on the simulated site: choose one, hinder the trainee, see what came of it.
+// Exercises on the simulated site: choose one, inject faults, see the result.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { HubError } from '../hub/errors';

@@ -27,11 +27,11 @@ export type Reckoned = Sight &
     | { how: 'far'; distance_m: number; height_m: number }
   );
 
-/** What a height is known to, at best. */
+/** Best accuracy of a known height, m. */
 export const HEIGHT_GIVE_M = 0.5;
-/** From so much of the distance on, it is a guess. */
+/** From this relative error on, the distance is only an estimate. */
 const DOUBTFUL = 0.25;
-/** Flatter than this height says nothing. */
+/** At flatter angles the height gives no distance. */
 const FLATTEST = (1 / 180) * Math.PI;
 
 export function sightOfBox(box: HotbedBox): Sight {
@@ -77,7 +77,7 @@ function tankAt(stand: { at: Place; heading: number }, horizontal_arcmin: number
     .sort((a, b) => a.range - b.range)[0];
 }
 
-/** A fire that detectors have found: where it is as far as they can know, and who sees it. */
+/** A fire that detectors have found: its computed place, and the monitors that see it. */
 export interface Spot {
   at: Place;
   seen_by: string[];
@@ -90,11 +90,11 @@ export interface Seen {
   id: string;
   at: Place;
   bearing: number;
-  /** As computed from one monitor; null: not known. */
+  /** As computed from one monitor; null: unknown. */
   distance_m: number | null;
 }
 
-/** Lines that are nearer to parallel say nothing of the distance. */
+/** Lines closer to parallel than this give no distance. */
 const CROSSING_LEAST_DEG = 12;
 /** Crossings this close to one another, or to a distance that one monitor gives, are one fire. */
 const SAME_FIRE_M = 8;

@@ -1,4 +1,4 @@
-// What pulling at a drawn sector makes of it. Pure.
+// Changes of a drawn sector by dragging. Pure.
 import { areaOf, type Direction, type Sector } from './raster';
 
 export type SectorGrip = 'move' | 'left' | 'right' | 'top' | 'bottom';

@@ -383,12 +383,12 @@ function round(value: number): number {
   return Math.round(value * 10) / 10;
 }
 
-/** Of whole degrees the tenths say nothing. */
+/** Whole degrees need no tenths. */
 function short(arcmin: number): string {
   return angleText(arcmin).replace(/[.,]0(?=°)/, '');
 }
 
-/** Lines of the grid so far apart, arc-minutes: 1, 5, 10, 15, 30, 45, 90 degrees. */
+/** Distance of the lines of the grid, arc-minutes: 1, 5, 10, 15, 30, 45, 90 degrees. */
 function stepFor(least: number): number {
   const steps = [60, 120, 300, 600, 900, 1800, 2700, 5400];
   return steps.find((step) => step >= least) ?? 10800;

@@ -26,11 +26,11 @@ export class LfJoystick extends LitElement {
 
   declare variant: 'stick' | 'buttons';
   declare disabled: boolean;
-  /** Why it is disabled, or any other word below it. */
+  /** Why it is disabled, or another text below it. */
   declare reason: string;
   /** Drives that are at a limit, by their ends: {Vertical: 'max'}. */
   declare at: Holding;
-  /** What the monitor says it moves, to be shown beside what is held. */
+  /** The drives that the monitor reports as moving, shown with the held ones. */
   declare moving: Holding;
   declare held: Holding;
   declare stick: { right: number; up: number } | null;

@@ -14,7 +14,7 @@ export interface PlotSeries {
   digits?: number;
   /** Series of one scale share an axis; the first scale is on the left, the second on the right. */
   scale?: string;
-  /** Least range of the scale. */
+  /** Minimum range of the scale. */
   range?: readonly [number, number];
   /** Name of a colour token, without `--p-`. */
   colour?: string;
@@ -213,7 +213,7 @@ export class LfPlot extends LitElement {
     `,
   ];
 
-  /** Adds values by the ids of their series; what is missing is not known at that time. */
+  /** Adds values by the ids of their series; missing ones are unknown at that time. */
   push(at_ms: number, values: Readonly<Record<string, Value | undefined>>): void {
     this.fitted().push(
       at_ms,
@@ -323,7 +323,7 @@ export class LfPlot extends LitElement {
     </li>`;
   }
 
-  /** The least and the greatest of the time under the pointer. */
+  /** Minimum and maximum at the time under the pointer. */
   private band(series: PlotSeries, index: number): string {
     const count = this.series.length;
     const [low, high] = [this.read.values[count + index], this.read.values[2 * count + index]];
@@ -483,7 +483,7 @@ export class LfPlot extends LitElement {
     }));
   }
 
-  /** Whether the hour of the day does not say when. */
+  /** Whether the time of day alone is ambiguous. */
   private isLong(): boolean {
     return this.span !== null && this.span[1] - this.span[0] > DAY_MS;
   }
@@ -516,7 +516,7 @@ export class LfPlot extends LitElement {
         this.plot.setData(this.columns.table as uPlot.AlignedData, true);
         this.pointed(this.plot);
       }
-      // The window rolls on also when nothing comes, so that a gap is seen.
+      // The window also moves on without new values, so that a gap is visible.
       if (!this.span && this.columns.length) this.draw();
     });
   }

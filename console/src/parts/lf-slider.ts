@@ -26,7 +26,7 @@ export class LfSlider extends LitElement {
     wish: { state: true },
   };
 
-  /** What the monitor says; null: unknown. */
+  /** The reported position; null: unknown. */
   declare value: number | null;
   /** Commanded position. */
   declare target: number | null;

@@ -11,7 +11,7 @@ import { toast } from './toasts';
 
 const REASON_LEAST = 5;
 
-/** Who asks this page for a monitor. */
+/** The user who asks this page for a monitor. */
 export const asked = new Map<string, AskedSeen>();
 export const askedChanged = new EventTarget();
 

@@ -26,7 +26,7 @@ interface Open {
 class Dialogs extends EventTarget {
   stack: Open[] = [];
 
-  /** Opens a dialog; the promise gives what it was closed with, undefined when it was dismissed. */
+  /** Opens a dialog; resolves to the value it was closed with, undefined if it was dismissed. */
   open<T>(options: DialogOptions<T>): Promise<T | undefined> {
     jog.endAll();
     return new Promise((resolve) => {
@@ -69,15 +69,15 @@ export interface ConfirmOptions {
   text: string | TemplateResult | (() => string | TemplateResult);
   yes: string;
   danger?: boolean;
-  /** Seconds that the button has to be held. */
+  /** Time that the button must be held, s. */
   hold?: number;
   /** Why it cannot be done now; called again when something changes. */
   why?: () => string;
-  /** What has to be typed first, e.g. the monitor's id. */
+  /** Text that must be typed first, e.g. the monitor's id. */
   typed?: string;
 }
 
-/** Asks whether it is to be done. */
+/** Asks for a confirmation. */
 export async function confirmDialog(options: ConfirmOptions): Promise<boolean> {
   let typed = '';
   const missing = () =>

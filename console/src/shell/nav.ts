@@ -1,4 +1,4 @@
-// Where one can go. A rail on wide screens, a drawer on narrow ones.
+// Navigation. A rail on wide screens, a drawer on narrow ones.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { session } from '../hub/me';
@@ -87,7 +87,7 @@ export class LfNav extends LitElement {
         background: var(--surface);
         color: var(--text);
       }
-      /* Beside a scroll bar the longest name has room too. */
+      /* The longest name fits beside a scroll bar too. */
       :host([rail]) {
         padding: var(--s2) 3px;
         scrollbar-width: thin;

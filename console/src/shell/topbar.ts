@@ -1,4 +1,4 @@
-// The bar at the top: where we are, how many alarms, how good the link is, the time, settings.
+// The bar at the top: the page, the number of alarms, the quality of the link, the time, settings.
 // The place at its right end is that of STOP, which is above everything (stop.ts).
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
@@ -42,7 +42,7 @@ export class LfTopbar extends LitElement {
         overflow: hidden;
         text-overflow: ellipsis;
       }
-      /* A long name gives way to that of the page. */
+      /* A long name is truncated before that of the page. */
       .where .page {
         flex-shrink: 0;
       }
@@ -225,7 +225,7 @@ export class LfTopbar extends LitElement {
     }
     const all = store.alarms().filter((alarm) => alarm.state !== 'shelved');
     const worst = all[0];
-    // What was heard before the link was lost says nothing of now.
+    // Values from before the loss of the link are not current.
     const old = !store.linked && store.source === 'live';
     if (old) {
       const told = worst ? plural(all.length, 'topbar.alarms') : t('topbar.no_alarms');
@@ -254,7 +254,7 @@ export class LfTopbar extends LitElement {
     </a>`;
   }
 
-  /** On every page, whatever else there is: something burns. */
+  /** On every page, above all other alarms: something burns. */
   private fire() {
     const fires = firesNow();
     if (!fires.length || (!store.linked && store.source === 'live')) return nothing;

@@ -31,9 +31,9 @@ export interface WireRecord {
   /** The layout that fits; null: none does. */
   layout: string | null;
   fields: WireField[];
-  /** Bytes that no layout explains. */
+  /** Bytes that are in no layout. */
   rest: { from: number; to: number } | null;
-  /** Cut short. */
+  /** Truncated. */
   broken: boolean;
 }
 
@@ -168,7 +168,7 @@ export function flagNames(bits: number, flags: DictFlag[], dict: Dictionary): st
   });
 }
 
-/** A frame that only asks for the state, or answers that: the poll of the hub. */
+/** A frame that only asks for the state, or its answer: the hub's poll. */
 export function isPoll(bytes: number[], dict: Dictionary): boolean {
   const poll = dict.requests.find((r) => r.name === 'GetStatus')?.id;
   for (let at = 0; at < bytes.length; ) {

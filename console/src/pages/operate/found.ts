@@ -13,9 +13,9 @@ import { base, fields } from '../../theme/shared';
 import { fromWire, parse, show, unitText } from '../../units';
 import { limits } from './state';
 
-/** A hotbed is seen smaller than what burns; the jet is to fall around it. */
+/** A fire spot looks smaller than the fire; the jet must also fall around it. */
 const LEAST_ARCMIN = 60;
-/** The monitor's own height and the hub's may differ by so much. */
+/** Permitted difference between the monitor's own height and the hub's, m. */
 const SAME_HEIGHT_M = 0.25;
 const CM = 100;
 
@@ -71,7 +71,7 @@ export class LfFound extends LitElement {
   ];
 
   @property() monitor = '';
-  /** Of the hotbeds, the brightest first. */
+  /** Of the fire spots, the brightest first. */
   @state() private chosen = 0;
   /** What the operator has entered; null: the computed value counts. */
   @state() private typed: string | null = null;
@@ -200,7 +200,7 @@ export class LfFound extends LitElement {
   }
 }
 
-/** Whole metres go over the wire, and nothing here is known better. */
+/** The wire has whole metres, and nothing here is more precise. */
 export function wholeLength(distance_m: number): string {
   return `${num(fromWire('length', distance_m))}\u202f${unitText('length')}`;
 }
@@ -222,7 +222,7 @@ function configured(): Site | null {
   return (store.get('hub') ?? store.hello?.hub)?.site ?? null;
 }
 
-/** The monitor's parameter Height, which its own ballistics take, where it has been read. */
+/** The monitor's parameter Height, which its own ballistics use, if it has been read. */
 function ownHeight_m(monitor: string): number | null {
   const cm = store.get(`monitors/${monitor}/params`)?.values.Control?.Height?.values?.[0];
   return cm === undefined ? null : cm / CM;

@@ -18,7 +18,7 @@ export class OnPlan {
     });
   }
 
-  /** What the programs scan that run, as far as the hub knows their numbers. */
+  /** The sectors of running programs, if the hub knows their numbers. */
   running(site: Site, ids: readonly string[]): Record<string, Sector> {
     return Object.fromEntries(
       ids.flatMap((id) => {

@@ -1,4 +1,4 @@
-// A file beside the monitor: what differs, what to restore, and what became of each.
+// A file compared with the monitor: what differs, what to restore, and the outcome of each.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { param as paramOf, type DictParam, type Dictionary } from '../../hub/dictionary';
@@ -20,7 +20,7 @@ export interface OpenFile {
   name: string;
   text: string;
   backup: Backup;
-  /** It goes on with a restore that was interrupted. */
+  /** It continues an interrupted restore. */
   journal: Journal | null;
 }
 
@@ -132,7 +132,7 @@ export class LfParamFile extends LitElement {
   @property({ attribute: false }) editing!: Editing;
   @property({ attribute: false }) present: readonly string[] = [];
   @property() why = '';
-  /** Changes with everything that is shown. */
+  /** Changes whenever something shown changes. */
   @property({ type: Number }) turn = 0;
   @state() private chosen = new Set<string>();
   @state() private lines: Line[] = [];
@@ -305,7 +305,7 @@ export class LfParamFile extends LitElement {
     await this.go(lines);
   };
 
-  /** Writes; the journal in the browser knows at any moment what is not known to be stored. */
+  /** Writes; the journal in the browser always lists what is not known to be stored. */
   async go(lines: readonly Line[] = this.toDo()): Promise<void> {
     const { editing, file } = this;
     const { monitor } = editing;

@@ -28,6 +28,6 @@ export function writeJournal(monitor: string, journal: Journal | null, storage: 
     if (journal) storage.setItem(key(monitor), JSON.stringify(journal));
     else storage.removeItem(key(monitor));
   } catch {
-    // Without it the restore goes on; only its resumption knows less.
+    // The restore continues without it; only a later resumption has less data.
   }
 }

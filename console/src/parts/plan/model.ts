@@ -48,7 +48,7 @@ export interface PlanMonitor {
   /** Commanded direction. */
   target_arcmin?: number | null;
   limits?: { Horizontal?: Limits; Vertical?: Limits } | null;
-  /** What the jet reaches at this pressure, else at the usual one. */
+  /** Reach of the jet at this pressure, else at the usual one. */
   reach_m?: number | null;
   lands?: Place | null;
   /** The present flight of the jet, while water flows and its values are known. */
@@ -83,7 +83,7 @@ export const USUAL_PRESSURE_DATM = 79;
 /** A pressure above this is before the closed valve: the reach shown is the one that it will give. */
 const PRESSED_DATM = 20;
 const HOTBED_UNKNOWN_M = 25;
-/** Less than this is what drips. */
+/** Less flow than this only drips. */
 const SPLASH_LEAST_L = 0.3;
 
 export function planMonitor(
@@ -95,7 +95,7 @@ export function planMonitor(
     hotbeds?: { list: readonly HotbedBox[] } | null;
     scene?: PlanScene | null;
     down?: boolean;
-    /** What the hub has computed for `jetAsked`. */
+    /** The hub's answer to `jetAsked`. */
     jet?: Jet | null;
   },
 ): PlanMonitor | null {
@@ -133,7 +133,7 @@ export function planMonitor(
   return monitor;
 }
 
-/** What the hub is asked about a monitor's jet; null: nothing is known of it. */
+/** The query for a monitor's jet; null: nothing is known of it. */
 export function jetAsked(
   stand: { height: number } | undefined,
   status: StatusLike | null | undefined,
@@ -166,7 +166,7 @@ function worst(status: StatusLike | null | undefined): Concern {
   return found;
 }
 
-/** Where water has just come down, which may be a roof on the way; else where it would. */
+/** Where water has just landed, which may be a roof in between; else where it would land. */
 function simulatedLanding(id: string, scene: PlanScene): Place | null {
   const fallen = scene.splashes.filter(({ monitor }) => monitor === id);
   const litres = fallen.reduce((sum, splash) => sum + splash.litres, 0);
@@ -198,7 +198,7 @@ export function hotbedOf(
   };
 }
 
-/** The fires that detectors have found, for a site where no simulation knows them. */
+/** The fires that detectors have found, for a site without a simulation. */
 export function foundFires(monitors: readonly PlanMonitor[]): Spot[] {
   const seen = monitors.flatMap(({ id, at, hotbeds }) =>
     hotbeds.map(({ bearing, distance_m, guessed }) => ({ id, at, bearing, distance_m: guessed ? null : distance_m })),
@@ -206,7 +206,7 @@ export function foundFires(monitors: readonly PlanMonitor[]): Spot[] {
   return spotsOf(seen);
 }
 
-/** Everything that has to be in the picture, with its radius. */
+/** Everything that must be in the picture, with its radius. */
 export function placesOf(
   site: PlanSite | null,
   scene: PlanScene | null,
@@ -220,7 +220,7 @@ export function placesOf(
   ];
 }
 
-/** What a fire is called: the tank that it is on, else its number. */
+/** Name of a fire: the tank that it is on, else its number. */
 export function fireTitle(name: string, fires: readonly { name: string; at: Place }[], tanks: readonly Tank[]): string {
   const n = fires.findIndex((fire) => fire.name === name);
   const at = fires[n]?.at;

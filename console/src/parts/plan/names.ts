@@ -2,7 +2,7 @@
 // other monitors or the edge of the picture, on the side where most of them can be read.
 import type { Place } from '../geometry';
 
-/** What of a monitor its name has to know. */
+/** The data of a monitor that place its name. */
 export interface Named {
   id: string;
   /** On the screen. */
@@ -13,9 +13,9 @@ export interface Named {
 
 export const NAME_PX = 20;
 const BODY_PX = 24;
-/** In a crowd a name may come so near its own monitor. */
+/** Minimum distance of a name from its own monitor in a crowd, px. */
 const CLOSE_PX = 17;
-/** So near another monitor a name would be in the way of its name. */
+/** Closer than this to another monitor, px, a name would cover that one's name. */
 const CROWD_PX = 130;
 /** Clockwise from above, the sides before the corners. */
 const SIDES = [0, 90, 180, 270, 45, 135, 225, 315];
@@ -62,7 +62,7 @@ export function hidden(own: Box, taken: readonly Box[], [wide, high]: Place): nu
   return outside + taken.reduce((sum, other) => sum + shared(own, other), 0);
 }
 
-/** The first one of which there is no better. */
+/** The first of the best ones. */
 function least(places: readonly Place[], cost: (place: Place) => number): Place {
   let best: { place: Place; cost: number } | null = null;
   for (const place of places) {

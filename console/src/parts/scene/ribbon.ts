@@ -14,7 +14,7 @@ import type { Track } from './track';
 const POINTS = 36;
 const MOUTH_M = 0.13;
 const WIDEST_M = 2.4;
-/** How solid the strip is at the mouth, and where it comes down. */
+/** Opacity of the strip at the nozzle, and where it lands. */
 const ALPHA = [0.85, 0.12] as const;
 
 export class Ribbon {

@@ -20,7 +20,7 @@ function alarm(id: string, change: Partial<Alarm> = {}): Alarm {
     shelved: null,
     what: text('The drive is overloaded.', 'Перегрузка привода.'),
     cause: text('Ice.', 'Лёд.'),
-    consequence: text('It stands.', 'Он стоит.'),
+    consequence: text('It does not move.', 'Он не движется.'),
     remedy: text('Free it.', 'Освободите его.'),
     ...change,
   };

@@ -1,4 +1,4 @@
-// All parts on one page, with values that move: for looking at them while they are made. Not built
+// All parts on one page, with changing values: for their development. Not built
 // into the console. gallery.html?theme=night&lang=ru&only=plan
 import type { Jet } from './hub/jets';
 import { css, html, LitElement, type TemplateResult } from 'lit';

@@ -9,7 +9,7 @@ import { applyTheme } from './shell/settings';
 
 applyTheme();
 applyDisplay();
-// Who sits here is asked, and the page's code comes, while the texts do.
+// The session, the page's code and the texts are loaded at the same time.
 http.early();
 loadPage(router.route.page).catch(() => {});
 await loadLang();

@@ -1,4 +1,4 @@
-// What is shown in which unit. On the wire angles are arc-minutes, pressure is 0.1 atm, flow l/s,
+// Units of displayed values. On the wire angles are arc-minutes, pressure is 0.1 atm, flow l/s,
 // the nozzle mm, currents 0.1 A, temperatures 0.1 °C.
 import { lang, num } from './i18n';
 
@@ -69,10 +69,10 @@ export interface Measured {
 const KEY = 'lafet.units';
 let chosen: Partial<Record<Quantity, string>> = read();
 
-/** Told after a unit has changed. */
+/** Called after a unit has changed. */
 export const unitsChanged = new EventTarget();
 
-/** The quantities that have a choice, with their units. */
+/** The quantities with selectable units, and these units. */
 export function choices(): { quantity: Quantity; units: { id: string; text: string }[] }[] {
   return (Object.keys(UNITS) as Quantity[])
     .map((quantity) => ({
@@ -129,7 +129,7 @@ export function digitsOf(quantity: Quantity): number {
   return unitOf(quantity).digits;
 }
 
-/** What somebody has typed, with a comma or a point; null when it is no number. */
+/** Parses typed text, with a comma or a point; null if it is not a number. */
 export function parse(quantity: Quantity, text: string): number | null {
   const clean = text.trim().replace(',', '.').replace('−', '-');
   if (clean === '' || !Number.isFinite(Number(clean))) return null;

@@ -40,6 +40,7 @@ mod stops;
 mod swarm;
 mod test;
 mod thumb;
+mod words;
 mod years;
 
 use std::process::ExitCode;
@@ -75,7 +76,7 @@ const TASKS: &[Task] = &[
         arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
-                  only those: console, lock, licences, fmt, clippy, doc, no-std, test, firmware, \
+                  only those: console, lock, licences, words, fmt, clippy, doc, no-std, test, \
                   model, dissector, swarm, api, hub, bindings, bench, demo, browser.",
         run: ci::ci,
     },
@@ -283,6 +284,14 @@ const TASKS: &[Task] = &[
         about: "the licences and sources of all dependencies against deny.toml",
         details: "Reads the same deny.toml that cargo-deny reads; needs no cargo-deny.",
         run: licences::licences,
+    },
+    Task {
+        name: "words",
+        arguments: "",
+        about: "words that read translated, in prose, comments and texts",
+        details: "xtask/words.txt has the words, what to write instead, and the areas that are free of \
+                  them.",
+        run: words::words,
     },
     Task {
         name: "dissector",

@@ -1,5 +1,5 @@
-// Commands to monitors. What a command has brought is told to the caller and to the shell, which
-// shows it; nothing here changes what is shown of the monitor.
+// Commands to monitors. The outcome goes to the caller and to the shell, which shows it; nothing here
+// changes the displayed state of the monitor.
 import { HubError, NOT_LINKED, REPLAYED } from './errors';
 import { http } from './http';
 import { socket, type Answered } from './socket';
@@ -12,25 +12,25 @@ export interface Outcome {
   what: string;
   result?: Result;
   error?: HubError;
-  /** Monitors to which it is sent and that have not answered yet. */
+  /** Monitors that it was sent to and that have not answered yet. */
   waiting?: string[];
-  /** Of a command to all monitors: who has not carried it out. */
+  /** For a command to all monitors: those that have not executed it. */
   failed?: { monitor: string; error: HubError }[];
 }
 
 export interface Options {
-  /** The monitor's id again, for what the hub wants confirmed. */
+  /** The monitor's id again, for requests that need a confirmation. */
   confirm?: string;
   /** The caller shows the outcome itself. */
   quiet?: boolean;
-  /** A parameter is waited for until it is stored: `saved` of the result. */
+  /** Waits until the parameter is stored: `saved` of the result. */
   save?: boolean;
 }
 
 export type AuthorityAction = 'take' | 'release' | 'request' | 'grant' | 'deny' | 'force';
 export type Results = Record<string, Result | { error: ApiError } | { pending: true }>;
 
-/** A Stop that has no answer by then goes the other way as well. */
+/** A Stop without an answer after this time, ms, is also sent by the other path. */
 const STOP_AGAIN_MS = 400;
 
 class Commands {
@@ -87,7 +87,7 @@ class Commands {
     return this.told(monitor, `authority ${action}`, {}, this.live(send));
   }
 
-  /** Frames of a monitor's link as they pass. Returns what ends it. */
+  /** Frames of a monitor's link as they pass. Returns the function that ends it. */
   watchFrames(monitor: string, fn: (frame: FrameSeen) => void): () => void {
     const all = this.watched.get(monitor) ?? new Set();
     this.watched.set(monitor, all.add(fn));
@@ -104,7 +104,7 @@ class Commands {
     return () => this.outcomes.delete(fn);
   }
 
-  /** Told before a Stop or Lockout leaves: what is held ends. */
+  /** Called before a Stop or Lockout is sent: held motions end. */
   onStop(fn: (monitor: string | null) => void): () => void {
     this.stops.add(fn);
     return () => this.stops.delete(fn);
@@ -145,7 +145,7 @@ class Commands {
         .then((answer) => resolve(resultsOf(answer, monitor)))
         .catch((error: unknown) => {
           const told = HubError.of(error);
-          // The monitor or the hub has answered: another way would bring the same.
+          // The monitor or the hub has answered: the other path would give the same result.
           if (told.code !== NOT_LINKED.code && told.code !== 'outcome_unknown') reject(told);
           else fail(error);
         })
@@ -180,7 +180,7 @@ function resultsOf(answer: Answered, monitor?: string): Results {
   return answer.result && monitor ? { [monitor]: answer.result } : {};
 }
 
-/** What a result says, or those of several monitors: one that has failed is never passed over. */
+/** The outcome of a result, or of those of several monitors: a failed one is never omitted. */
 export function outcomeOf(value: unknown): Pick<Outcome, 'result' | 'failed' | 'waiting'> {
   if (!value || typeof value !== 'object') return {};
   if ('answers' in value) return { result: value as Result };

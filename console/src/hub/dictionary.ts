@@ -1,4 +1,4 @@
-// GET /api/dictionary: what subsystems, flags, parameters, requests and statuses are called.
+// GET /api/dictionary: names of subsystems, flags, parameters, requests and statuses.
 import { http } from './http';
 import type { Severity, Text } from './types';
 
@@ -101,7 +101,7 @@ export function dictionary(): Promise<Dictionary> {
   return loaded;
 }
 
-/** What is known of the dictionary by now: null until it has been fetched. */
+/** The dictionary; null until it has been fetched. */
 export function dictionaryNow(): Dictionary | null {
   return known;
 }

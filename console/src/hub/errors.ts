@@ -1,6 +1,6 @@
 import type { ApiError, Text } from './types';
 
-/** An error of the hub, or of the way to it, with texts for people in both languages. */
+/** An error of the hub, or of the link to it, with texts in both languages. */
 export class HubError extends Error {
   readonly code: string;
   readonly details: Record<string, unknown>;
@@ -26,7 +26,7 @@ export class HubError extends Error {
   }
 }
 
-/** What stands between the page and the hub answers without its texts: a proxy, a server that is full. */
+/** An error without the hub's texts, from something between page and hub: a proxy, an overloaded server. */
 const BY_STATUS: Record<number, Text> = {
   413: { en: 'Too large to be taken.', ru: 'Слишком велико: не принято.' },
   429: { en: 'Too fast. Wait a moment and try again.', ru: 'Слишком часто. Подождите и повторите.' },
@@ -35,7 +35,7 @@ const BY_STATUS: Record<number, Text> = {
   504: { en: 'The hub does not answer behind its proxy.', ru: 'Центр управления за посредником не отвечает.' },
 };
 
-/** An answer that the hub itself has not written. */
+/** An answer that did not come from the hub itself. */
 export function ofStatus(status: number): ApiError {
   const code = `HTTP ${status}`;
   const text = BY_STATUS[status];

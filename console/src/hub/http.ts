@@ -20,13 +20,13 @@ class Http {
 
   private asked: Promise<Session> | null = null;
 
-  /** Asks for the session before there is a page that waits for it. */
+  /** Requests the session before a page needs it. */
   early(): void {
     this.asked = this.get<Session>('/api/session');
     this.asked.catch(() => {});
   }
 
-  /** The session, whose CSRF token goes with everything from now on. */
+  /** The session, whose CSRF token is sent with every request from now on. */
   async session(): Promise<Session> {
     const asked = this.asked ?? this.get<Session>('/api/session');
     this.asked = null;
@@ -58,7 +58,7 @@ class Http {
         method,
         headers,
         body: body === undefined || body instanceof Blob ? body : JSON.stringify(body),
-        // A Stop that is under way outlives the page.
+        // A Stop in flight survives the end of the page.
         keepalive: path.endsWith('/stop') || path.endsWith('/lockout'),
       });
     } catch {

@@ -1,5 +1,5 @@
-// Where jets go. The hub computes it with the monitor's own law; here the latest answers are kept, and one
-// question of all monitors is under way at most, about what is shown now.
+// Trajectories of jets. The hub computes them with the monitor's own code; this file keeps the latest
+// answers and has at most one query for all monitors in flight, about what is displayed now.
 import { http } from './http';
 import { store } from './store';
 
@@ -9,7 +9,7 @@ export interface JetAsked {
   nozzle_mm: number;
   height_cm: number;
   elevation_arcmin: number;
-  /** Of the water that flows now, not of what would flow. */
+  /** For the water that flows now, not for what would flow. */
   live: boolean;
 }
 
@@ -19,7 +19,7 @@ export interface Flight {
   /** Level distance from the nozzle and height above it, m; time from the nozzle, s. */
   points: [way_m: number, rise_m: number, at_s: number][];
   lands_m: number;
-  /** Path after which the jet has broken up, m. */
+  /** Distance after which the jet has broken up, m. */
   core_m: number;
   speed_mps: number;
 }
@@ -37,16 +37,16 @@ export interface Aimed {
   fault: NoJet | null;
 }
 
-/** As the hub bounds a request. */
+/** The hub's limit for one request. */
 const JETS_MAX = 16;
-/** Between two questions. */
+/** Between two queries, ms. */
 const PAUSE_MS = 40;
-/** After a question that failed. */
+/** After a failed query, ms. */
 const RETRY_MS = 1000;
-/** A former answer is drawn for so long while the next one is on its way; nothing is aimed by it. */
+/** The previous answer is drawn for this time while the next one is awaited; it is never used to aim. */
 const HELD_MS = 500;
 
-/** Before the id of a monitor: of its usual water. No id has it. */
+/** Prefix of a monitor's id for its jet at the usual pressure. No id contains it. */
 const USUAL = '/';
 
 interface Slot {
@@ -125,7 +125,7 @@ export class Jets {
   }
 }
 
-/** Whoever shows a monitor sees its jet arrive as one of its topics. */
+/** Elements that show a monitor receive its jet as one of its topics. */
 export const jets = new Jets(
   (list) => http.post<Jet[]>('/api/jets', { jets: list }),
   (monitor) => store.announce(`monitors/${monitor}/jet`),

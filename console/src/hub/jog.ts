@@ -1,5 +1,5 @@
-// A motion that somebody holds (docs/hub-api.md, Jog): beats from the main thread while the control
-// is held, and an end for every way in which a hand can leave it.
+// A held motion (docs/hub-api.md, Jog): heartbeats from the main thread while the control is held, and
+// an end for every way in which it can be released.
 import { commands } from './commands';
 import { socket } from './socket';
 import { LINKED, store } from './store';
@@ -7,12 +7,12 @@ import type { Drive, JogSeen, JogState, Text, Toward } from './types';
 
 export interface HoldState {
   state: JogState;
-  /** Why it ended, when the hub says so. */
+  /** Why it ended, if the hub reported it. */
   end: JogSeen['end'] | 'link' | 'left';
   text: Text | null;
 }
 
-/** What jog needs of the page; a test has its own. */
+/** The functions of the page that jog needs; tests use their own. */
 export interface JogWays {
   send: (message: object) => boolean;
   now: () => number;
@@ -21,7 +21,7 @@ export interface JogWays {
 }
 
 export class Hold {
-  /** Held no more, whatever the drive does; a new motion needs a new hold, after letting go. */
+  /** No longer held, whatever the drive does; a new motion needs a new hold after a release. */
   ended = false;
 
   constructor(
@@ -43,7 +43,7 @@ export class Jog {
 
   constructor(private readonly ways: JogWays) {}
 
-  /** Begins to move a drive for as long as it is held. `hold.end()` lets go. */
+  /** Starts to move a drive for as long as it is held. `hold.end()` releases it. */
   hold(monitor: string, drive: Drive, toward: Toward, onState?: (s: HoldState) => void): Hold {
     const hold = new Hold(monitor, drive, toward, this, onState);
     const before = this.holds.get(key(hold));
@@ -59,7 +59,7 @@ export class Jog {
     return hold;
   }
 
-  /** Lets go of everything, or of one monitor: blur, a hidden page, a dialog, STOP. */
+  /** Releases everything, or one monitor: blur, a hidden page, a dialog, STOP. */
   endAll(why: 'left' | 'link' = 'left', monitor?: string): void {
     for (const hold of [...this.holds.values()]) {
       if (!monitor || hold.monitor === monitor) this.release(hold, why);
@@ -77,13 +77,13 @@ export class Jog {
     hold.onState?.({ state: 'ended', end: why, text: null });
   }
 
-  /** What the hub says of a motion. After `ended` the hold is over: the hand has to let go first. */
+  /** The hub's report of a motion. After `ended` the hold is over: the control must be released first. */
   heard(message: JogSeen): void {
     const hold = this.holds.get(key(message));
     if (!hold) return;
     if (message.state === 'ended' || message.state === 'stopping') {
       this.forget(hold);
-      // Beats that are on their way already are not to begin another motion.
+      // Heartbeats in flight must not start another motion.
       this.ways.send({ type: 'jog_end', monitor: hold.monitor, drive: hold.drive });
     }
     hold.onState?.({ state: message.state, end: message.end, text: message.text });
@@ -124,7 +124,7 @@ export const jog = new Jog({
   allowed: () => store.linked && store.source === 'live' && !document.hidden,
 });
 
-/** Every way in which a hand leaves a control without its release being seen. */
+/** Every way in which a control is released without a release event. */
 export function guardJog(): void {
   socket.on('jog', (message) => jog.heard(message));
   const leave = () => jog.endAll();

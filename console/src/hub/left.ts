@@ -1,9 +1,9 @@
-// What is left of a session that has ended: the page promises no more than the hub keeps.
+// What still works after a session has ended: the page offers no more than the hub accepts.
 import { t } from '../i18n';
 import type { HubError } from './errors';
 
 export interface Left {
-  /** The hub takes STOP of this page; `null`: it is not known. */
+  /** The hub accepts STOP from this page; `null`: unknown. */
   stop: boolean | null;
   /** And LOCKOUT and Close. */
   lockout: boolean;
@@ -14,7 +14,7 @@ export interface Left {
 /** Until the hub has answered, and while it does not. */
 export const UNKNOWN: Left = { stop: null, lockout: true, minutes: 0 };
 
-/** Of the refusal of `/api/session`. */
+/** From the refusal of `/api/session`. */
 export function leftOf(error: HubError): Left {
   if (error.code !== 'login_needed') return UNKNOWN;
   const minutes = Math.ceil(Number(error.details.left_ms ?? 0) / 60_000);

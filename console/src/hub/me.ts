@@ -1,4 +1,4 @@
-// The session that the hub gave this page.
+// The session of this page.
 import type { Session } from './types';
 
 let now: Session | null = null;

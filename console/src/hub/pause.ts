@@ -1,8 +1,8 @@
-// A program that Move has paused goes on 3 s after the last Move (§3.1/3): how long until then, as the
-// hub tells it, who knows of every Move.
+// A program paused by Move resumes 3 s after the last Move (§3.1/3): the time until then, as reported by
+// the hub, which sees every Move.
 import { store } from './store';
 
-/** Milliseconds until the program goes on; null: none is paused. */
+/** Milliseconds until the program resumes; null: none is paused. */
 export function resumesIn(monitor: string): number | null {
   const status = store.get(`monitors/${monitor}/status`);
   if (!status?.subsystems.Control?.flags.includes('Paused')) return null;

@@ -1,5 +1,5 @@
-// A value of a monitor and what it is worth. A flag of the dictionary says that a value is bad (a broken sensor, a
-// lost unit); what is bad is shown as such, and nothing computes with it.
+// A value of a monitor and its quality. A flag of the dictionary marks a value as bad (a broken sensor, a
+// lost unit); a bad value is shown as such, and nothing is computed from it.
 import { lang } from '../i18n';
 import { flag } from './dictionary';
 import { store } from './store';
@@ -8,7 +8,7 @@ import type { SubsystemStatus } from './types';
 export interface Reading {
   /** In the unit of the wire; null: unknown. */
   value: number | null;
-  /** The flag that says that the value is bad; null: none does. */
+  /** The flag that marks the value as bad; null: it is good. */
   bad: string | null;
 }
 
@@ -19,7 +19,7 @@ export function readingOf(state: Known | SubsystemStatus | undefined, field: str
   return { value: typeof value === 'number' ? value : null, bad: state?.bad?.[field] ?? null };
 }
 
-/** The value, where it may be computed with. */
+/** The value, if it may be used for computing. */
 export function validOf(state: Known | SubsystemStatus | undefined, field: string): number | null {
   const { value, bad } = readingOf(state, field);
   return bad === null ? value : null;
@@ -29,7 +29,7 @@ export function reading(monitor: string, subsystem: string, field: string): Read
   return readingOf(store.get(`monitors/${monitor}/status`)?.subsystems[subsystem], field);
 }
 
-/** Why a value is bad, in words; empty where it is not. */
+/** Why a value is bad, as text; empty if it is good. */
 export function badText(subsystem: string, { bad }: Reading): string {
   if (bad === null) return '';
   return flag(subsystem, bad)?.meaning[lang()] ?? bad;

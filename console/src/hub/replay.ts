@@ -1,5 +1,5 @@
-// Plays a recording, or a part of the history, into the store. What is shown is fetched in pieces
-// of two minutes, as a day of it would be too much to keep (each may be some megabytes).
+// Plays a recording, or a part of the history, into the store. It is fetched in pieces of two
+// minutes, because a whole day would not fit into memory (each piece may be some megabytes).
 import { HubError, ofStatus } from './errors';
 import { store } from './store';
 import type { Alarm, AuditEntry } from './types';
@@ -42,14 +42,14 @@ export interface ReplayMark {
 
 export const PIECE_MS = 2 * 60_000;
 const PIECES_KEPT = 5;
-/** Recordings up to this are fetched as a whole, for their marks. */
+/** Recordings up to this length are fetched as a whole, for their marks. */
 const WHOLE_MS = 10 * 60_000;
 const TICK_MS = 50;
-/** So many pieces are looked through for something to show. */
+/** Number of pieces that are searched for something to show. */
 const BEGIN_PIECES_MAX = 30;
 const MARKS_MAX = 400;
 
-/** Everything as it is at a time, from a piece that begins with everything. */
+/** The complete state at a time, from a piece that starts with a complete state. */
 export function stateAt(lines: readonly Line[], at_ms: number): Map<string, unknown> {
   const state = new Map<string, unknown>();
   for (const line of lines) {
@@ -60,7 +60,7 @@ export function stateAt(lines: readonly Line[], at_ms: number): Map<string, unkn
   return state;
 }
 
-/** What has to be told to go from one state to the other. */
+/** The messages that lead from one state to the other. */
 export function difference(
   from: ReadonlyMap<string, unknown>,
   to: ReadonlyMap<string, unknown>,
@@ -89,7 +89,7 @@ export function marksOf(lines: readonly Line[]): ReplayMark[] {
   return marks;
 }
 
-/** Lines of JSON; a last one that was cut off is left out. */
+/** Lines of JSON; a truncated last line is ignored. */
 export function parseLines(text: string): Line[] {
   const lines: Line[] = [];
   for (const row of text.split('\n')) {
@@ -105,7 +105,7 @@ export function parseLines(text: string): Line[] {
 
 type Phase = 'off' | 'loading' | 'on';
 
-/** Events: `change`, at most some times a second while it plays. */
+/** Events: `change`, at most a few times a second while it plays. */
 class Replay extends EventTarget {
   phase: Phase = 'off';
   source: Source | null = null;
@@ -155,7 +155,7 @@ class Replay extends EventTarget {
     if (source.to_ms - source.from_ms <= WHOLE_MS) void this.loadAll(turn);
   }
 
-  /** Back to what is live. */
+  /** Back to live values. */
   close(): void {
     this.turn++;
     this.pause();
@@ -205,7 +205,7 @@ class Replay extends EventTarget {
     this.changed();
   }
 
-  /** Before the hub ran there is nothing to see: begins where there is. */
+  /** Before the hub ran there is nothing to show: starts at the first data. */
   private async findBegin(source: Source): Promise<void> {
     for (let index = 0; index < BEGIN_PIECES_MAX; index++) {
       const lines = await this.load(index);
@@ -213,7 +213,7 @@ class Replay extends EventTarget {
       if (!first && source.from_ms + (index + 1) * PIECE_MS < source.to_ms) continue;
       if (first && index > 0) {
         source.from_ms = first.at_ms;
-        // Pieces are counted from the beginning.
+        // Pieces are counted from the start.
         this.pieces.clear();
       }
       return;
@@ -224,7 +224,7 @@ class Replay extends EventTarget {
     return Math.floor((at_ms - this.source!.from_ms) / PIECE_MS);
   }
 
-  /** Makes a piece the present one; false when something else was wanted meanwhile. */
+  /** Makes a piece the current one; false if another one was requested meanwhile. */
   private async enter(index: number, at: number): Promise<boolean> {
     if (index === this.piece) return true;
     this.waiting = true;
@@ -287,7 +287,7 @@ class Replay extends EventTarget {
     state: Map<string, unknown>,
   ): void {
     this.fed = state;
-    // The site is not recorded: it stands where it stood.
+    // The site is not recorded: it stays as it is.
     const hub = store.hello?.hub;
     if (hub && !store.get('hub')) change.set.hub = hub;
     store.replay({ now_ms: at_ms, ...change });
@@ -320,7 +320,7 @@ class Replay extends EventTarget {
     }
   }
 
-  /** Commands stand in the audit log, for those who may read it. */
+  /** Commands come from the audit log, for users who may read it. */
   private async commandMarks(source: Source, turn: number): Promise<void> {
     const log = await told<{ entries?: AuditEntry[] }>('/api/audit', source);
     if (turn !== this.turn) return;
@@ -335,7 +335,7 @@ class Replay extends EventTarget {
     );
   }
 
-  /** What the hub's own alarms did; a recording from elsewhere has its own. */
+  /** Changes of the hub's own alarms; a recording from another hub has its own. */
   private async alarmMarks(source: Source, turn: number): Promise<void> {
     if (!source.path.startsWith('/api/history')) return;
     type Entry = { at_ms: number; id: string; to: string };
@@ -349,7 +349,7 @@ class Replay extends EventTarget {
   }
 
   private mark(more: ReplayMark[]): void {
-    // The two sources of alarms may tell their moments a little apart.
+    // The times of the two sources of alarms may differ slightly.
     const key = ({ at_ms, kind, text }: ReplayMark): string =>
       `${kind === 'alarm' ? Math.round(at_ms / 5000) : at_ms} ${kind} ${text}`;
     const known = new Map([...this.marks, ...more].map((mark) => [key(mark), mark]));
@@ -366,7 +366,7 @@ function within({ from_ms, to_ms }: Source, at_ms: number): boolean {
   return at_ms >= from_ms && at_ms <= to_ms;
 }
 
-/** What a log says of this time; null when it does not, as marks are not worth an error. */
+/** Entries of a log for this time; null on failure: missing marks are not worth an error. */
 async function told<T>(path: string, { from_ms, to_ms, monitor }: Source): Promise<T | null> {
   const query = new URLSearchParams({
     limit: String(MARKS_MAX),
@@ -399,7 +399,7 @@ async function fetchLines(source: Source, from: number, to: number): Promise<Lin
   try {
     error = JSON.parse(text).error ?? error;
   } catch {
-    // Not from the hub: the status says what there is to say.
+    // Not from the hub: only the status is known.
   }
   throw new HubError(error);
 }

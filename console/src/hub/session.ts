@@ -1,4 +1,4 @@
-// Who sits here, and what that person may do now: one place that says why a control does nothing.
+// The user of this page, and what that user may do now: the one place that says why a control is disabled.
 import { t, type Key } from '../i18n';
 import { session } from './me';
 import { store } from './store';
@@ -27,7 +27,7 @@ export function has(monitor: string, subsystem: string, flag: string): boolean {
 }
 
 export interface Wants {
-  /** The least role; operator without it. */
+  /** The lowest sufficient role; default: operator. */
   role?: Role;
   /** False: it needs no authority (reading, Stop). */
   authority?: boolean;
@@ -37,13 +37,13 @@ export interface Wants {
   subsystem?: string;
 }
 
-/** What is known of the link to a monitor besides its state; a recording has nothing of it. */
+/** Data of the link to a monitor besides its state; not in a recording. */
 export function linkFigures(monitor: string): LinkFigures | null {
   const link = store.get(`monitors/${monitor}/link`);
   return link && 'last' in link ? link : null;
 }
 
-/** Why a command to this monitor would not be done; empty: nothing is in its way. */
+/** Why a command to this monitor would be refused; empty: it is possible. */
 export function whyNot(monitor: string, wants: Wants = {}): string {
   const least = wants.role ?? 'operator';
   if (store.source === 'replay') return t('why.replay');

@@ -1,9 +1,9 @@
-// The WebSocket: hello, resume, reconnecting, answers by id. What it brings goes to the store.
+// The WebSocket: hello, resume, reconnecting, answers by id. Its values go to the store.
 import { HubError, NOT_LINKED, OUTCOME_UNKNOWN } from './errors';
 import { store } from './store';
 import type { ApiError, Authority, Hello, Messages, Result } from './types';
 
-/** What an answer holds beside its id: one of these. */
+/** The content of an answer besides its id: one of these. */
 export interface Answered {
   result?: Result;
   results?: Record<string, Result | { error: ApiError }>;
@@ -17,7 +17,7 @@ interface Waiting {
 
 const RETRY_FIRST_MS = 250;
 const RETRY_MOST_MS = 4000;
-/** The hub speaks each second; so long without a word means that the way to it is broken. */
+/** The hub sends something each second; this long without a message means that the link is broken. */
 const SILENT_MS = 2500;
 const LISTEN_MS = 500;
 const RESUME_KEY = 'lafet.resume';
@@ -33,18 +33,18 @@ class Socket {
   private nextId = 1;
   private readonly waiting = new Map<number, Waiting>();
   private readonly listeners = new Map<string, Set<(message: never) => void>>();
-  /** The monitors of which every change is wanted; null: of all. */
+  /** The monitors whose every change is subscribed to; null: all. */
   private looked: string[] | null = null;
   onSessionEnded: () => void = () => {};
 
-  /** Of which monitors every change is shown: of the others the hub sends news once a second. */
+  /** Sets the monitors whose every change is sent: for the others the hub sends updates once a second. */
   look(monitors: string[] | null): void {
     if (this.looked?.join('\n') === monitors?.join('\n')) return;
     this.looked = monitors;
     this.subscribe();
   }
 
-  /** Whether every change of a monitor is heard. */
+  /** Whether every change of a monitor is received. */
   hears(monitor: string): boolean {
     return this.looked === null || this.looked.includes(monitor);
   }
@@ -77,12 +77,12 @@ class Socket {
     this.ws?.close();
   }
 
-  /** Whether this tab has been connected before, and nobody has logged out. */
+  /** Whether this tab was connected before, without a logout since. */
   get resumes(): boolean {
     return sessionStorage.getItem(RESUME_KEY) !== null;
   }
 
-  /** Breaks the connection for so long: shows what a lost link is like. */
+  /** Breaks the connection for this time, to demonstrate a lost link. */
   interrupt(for_ms: number): void {
     const dead = this.ws;
     this.ws = null;
@@ -95,7 +95,7 @@ class Socket {
     this.retryTimer = window.setTimeout(() => this.open(), for_ms);
   }
 
-  /** Messages that are not topics: `socket.on('event', fn)`. Returns what ends it. */
+  /** Messages that are not topics: `socket.on('event', fn)`. Returns the function that ends it. */
   on<K extends keyof Messages>(type: K, fn: (message: Messages[K]) => void): () => void {
     const all = this.listeners.get(type) ?? new Set();
     this.listeners.set(type, all);
@@ -103,7 +103,7 @@ class Socket {
     return () => all.delete(fn as (message: never) => void);
   }
 
-  /** Says something that has no answer; false when there is no connection. */
+  /** Sends a message without an answer; false if there is no connection. */
   send(message: object): boolean {
     if (this.ws?.readyState !== WebSocket.OPEN) return false;
     this.ws.send(JSON.stringify(message));
@@ -139,7 +139,7 @@ class Socket {
     this.open();
   }
 
-  /** A connection that says nothing is given up before the browser would. */
+  /** A silent connection is closed before the browser would close it. */
   private listen(): void {
     store.tick();
     if (!this.ws || performance.now() - this.heard_ms < SILENT_MS) return;

@@ -1,4 +1,4 @@
-// What the hub has told, by topic. A replay feeds the same store.
+// The values received from the hub, by topic. A replay feeds the same store.
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { Alarm, Hello, Status, TopicOf } from './types';
 
@@ -10,10 +10,10 @@ export interface Change {
 
 type Listener = (topic: string) => void;
 
-/** Pseudo topics: told to everybody who subscribes to them. */
+/** Pseudo topics: every subscriber gets them. */
 export const LINKED = '$linked';
 export const SECOND = '$second';
-/** What the hub sends of monitors that a page does not name. */
+/** What the hub sends for monitors that a page does not name. */
 const SUMMARY = '/summary';
 
 export class Store {
@@ -25,11 +25,11 @@ export class Store {
   private second = 0;
 
   hello: Hello | null = null;
-  /** Whether the hub has told its state: before that nothing is known, not even that there is no alarm. */
+  /** Whether the hub has sent its state: before that nothing is known, not even that there is no alarm. */
   known = false;
-  /** Whether the hub is heard; false also before its first word. */
+  /** Whether the hub's messages arrive; false also before the first one. */
   linked = false;
-  /** When it was last heard, by this page's clock. */
+  /** When its last message arrived, by this page's clock. */
   lostAt_ms = 0;
 
   get source(): 'live' | 'replay' {
@@ -40,12 +40,12 @@ export class Store {
     return this.topics.get(topic) as TopicOf<K> | undefined;
   }
 
-  /** What is live, also while a recording is shown: for STOP and LOCKOUT. */
+  /** Live values, also while a recording is shown: for STOP and LOCKOUT. */
   getLive<K extends string>(topic: K): TopicOf<K> | undefined {
     return this.live.get(topic) as TopicOf<K> | undefined;
   }
 
-  /** What is asked for at every change, and changes seldom: kept until a topic comes or goes. */
+  /** Queried at every change but rarely different: cached until a topic appears or disappears. */
   private readonly kept = new Map<string, unknown>();
 
   private keep<T>(name: string, make: () => T): T {
@@ -77,7 +77,7 @@ export class Store {
     return this.keep(`alarms ${monitor}`, () => all.filter((alarm) => alarm.monitor === monitor)).slice();
   }
 
-  /** `fn` is called for each change of a topic that begins with this. Returns what ends it. */
+  /** `fn` is called for each change of a topic that starts with this. Returns the function that ends it. */
   subscribe(prefix: string, fn: Listener): () => void {
     const entry = { prefix, fn };
     this.listeners.add(entry);
@@ -89,7 +89,7 @@ export class Store {
     return this.replayed ? this.replay_now_ms : Date.now() + this.offset_ms;
   }
 
-  /** Whether a monitor's values are not to be taken for the present ones. */
+  /** Whether a monitor's values are out of date. */
   stale(monitor: string): boolean {
     const status = this.get(`monitors/${monitor}/status`);
     return !status || status.stale || status.at_ms === null || (!this.linked && !this.replayed);
@@ -107,7 +107,7 @@ export class Store {
     this.tell(LINKED);
   }
 
-  /** Everything anew, live. */
+  /** Replaces everything, live. */
   replace(state: Change): void {
     this.clock(state.now_ms);
     this.known = true;
@@ -127,17 +127,17 @@ export class Store {
     this.tell(SECOND);
   }
 
-  /** What belongs to a topic has changed, though the hub does not publish it: what was asked for. */
+  /** Data of a topic has changed that the hub does not publish: the answer to a query. */
   announce(topic: string): void {
     this.tell(topic);
   }
 
-  /** Ages grow also while the hub says nothing. */
+  /** Ages grow also while the hub is silent. */
   tick(): void {
     if (!this.linked && !this.replayed) this.tell(SECOND);
   }
 
-  /** From now on the store shows a recording; live values are kept aside. */
+  /** From now on the store shows a recording; live values are kept separately. */
   beginReplay(): void {
     this.kept.clear();
     const before = [...this.topics.keys()];
@@ -168,7 +168,7 @@ export class Store {
 
   private clock(now_ms: number): void {
     const offset = now_ms - Date.now();
-    // The quickest message has the truest time; a drifting or changed clock is followed slowly.
+    // The quickest message has the most accurate time; a drifting or changed clock is followed slowly.
     this.offset_ms =
       this.offset_ms === 0 || Math.abs(offset - this.offset_ms) > 2000
         ? offset
@@ -212,9 +212,9 @@ function whole(known: Map<string, unknown>, topic: string, value: unknown): [str
 export const store = new Store();
 
 /**
- * Renders its host anew when a topic changes that begins with one of the prefixes, once a frame at
- * most; also when the link to the hub comes or goes. `SECOND` among the prefixes: each second. `seen` is what
- * of it all the host shows, in one text: while that stays, so does what is rendered.
+ * Renders its host again when a topic changes that starts with one of the prefixes, at most once per
+ * frame; also when the link to the hub is lost or restored. `SECOND` among the prefixes: each second.
+ * `seen` is the displayed part as one text: while it is equal, nothing is rendered.
  */
 export class TopicController implements ReactiveController {
   private ends: (() => void)[] = [];

@@ -1,5 +1,5 @@
-// The shapes of the hub's API, as the pages call them. They come from its description (api.ts); what is more than that is
-// what the description does not know: fields of the dictionary, recordings, the simulator.
+// The types of the hub's API, under the pages' names. They come from its description (api.ts); added is only what the
+// description does not contain: fields of the dictionary, recordings, the simulator.
 import type * as api from './api';
 
 import type { Act } from './api';
@@ -17,20 +17,20 @@ export type Info = api.Info;
 
 /**
  * What GetStatus reports of a subsystem; the other fields are those of the dictionary, in units of the wire. They are read
- * by hub/readings.ts, which knows whether a value may be computed with.
+ * by hub/readings.ts, which says whether a value may be used for computing.
  */
 export interface SubsystemStatus {
   bits: number;
   flags: string[];
   severity: Severity;
-  /** Fields whose values are bad, with the flags that say so. */
+  /** Fields whose values are bad, with the flags that mark them. */
   bad?: Record<string, string>;
   [field: string]: unknown;
 }
 
 export interface Status extends Omit<api.Status, 'subsystems' | 'resumes_ms'> {
   subsystems: Record<string, SubsystemStatus>;
-  /** While Control is paused: when the program goes on (§3.1/3). Recordings do not have it. */
+  /** While Control is paused: when the program resumes (§3.1/3). Not in recordings. */
   resumes_ms?: number | null;
 }
 
@@ -40,7 +40,7 @@ export type LinkState = Pick<api.Link, 'state'>;
 
 export type LinkFigures = api.Link;
 
-/** Of a recording the state alone is known: `linkFigures`. */
+/** A recording has only the state: `linkFigures`. */
 export type Link = LinkState | LinkFigures;
 
 export type Person = api.Seat & { since_ms?: number };
@@ -62,7 +62,7 @@ export interface Params extends Omit<api.Params, 'values'> {
   values: Record<string, Record<string, ParamValue>>;
 }
 
-/** What a monitor carries out by itself. */
+/** What a monitor executes by itself. */
 export type Program = api.Program;
 
 export interface Monitor extends Info {
@@ -89,7 +89,7 @@ export interface ApiError extends Text {
 }
 
 export type AuditEntry = Omit<api.Entry, 'act'> & {
-  /** What it is about; absent in entries of earlier versions of the hub. */
+  /** The typed act; absent in entries of earlier versions of the hub. */
   act?: Act & { v: number };
 };
 
@@ -134,7 +134,7 @@ export type JogSeen = Of<'jog'>;
 export type AskedSeen = Of<'asked'>;
 export type LostSeen = Of<'authority_lost'>;
 export type EventSeen = Of<'event'>;
-/** What is known of a Stop, Close or Lockout before its answer. */
+/** The progress of a Stop, Close or Lockout before its answer. */
 export type ProgressSeen = Of<'progress'>;
 
 /** Messages of the hub that are not topics. */

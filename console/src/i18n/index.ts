@@ -1,4 +1,4 @@
-// Texts in two languages. Only the one that is read is loaded; changing it loads the other.
+// Texts in two languages. Only the current one is loaded; changing it loads the other.
 import type en from './en';
 import type { Text } from '../hub/types';
 
@@ -17,7 +17,7 @@ const loaders: Record<Lang, () => Promise<{ default: Dictionary }>> = {
 let now: Lang = first();
 let texts: Partial<Dictionary> = {};
 
-/** Told after the language has changed. */
+/** Called after the language has changed. */
 export const langChanged = new EventTarget();
 
 export function lang(): Lang {
@@ -47,7 +47,7 @@ export function t(key: Key, args?: Record<string, string | number>): string {
   );
 }
 
-/** A text that the hub gives in both languages; also a plain one. */
+/** A text that the hub sends in both languages; also a plain one. */
 export function tt(text: Text | string | null | undefined): string {
   if (!text) return '';
   return typeof text === 'string' ? text : text[now];
@@ -104,7 +104,7 @@ function locale(): string {
   return now === 'en' ? 'en-GB' : 'ru';
 }
 
-/** Formatters are dear to make, and asked for at every change of a value. */
+/** Formatters are expensive to create, and used at every change of a value. */
 function made<F>(key: string, make: () => F): F {
   const whole = `${now} ${key}`;
   const found = (formatters.get(whole) ?? make()) as F;

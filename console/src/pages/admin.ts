@@ -1,4 +1,4 @@
-// Users, tokens, one's own session, the hub, and what the roles may.
+// Users, tokens, the user's own session, the hub, and the permissions of the roles.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { may } from '../hub/session';

@@ -1,4 +1,4 @@
-// Alarms after ISA-18.2: what needs somebody, what was put aside, what has been.
+// Alarms after ISA-18.2: those that need action, those shelved, the history.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -23,7 +23,7 @@ import { countOf, inOrder, matching, PRIORITIES, waits } from './alarms/model';
 import { askShelve } from './alarms/shelve';
 import { alarmStyle } from './alarms/style';
 
-/** A hand that has not moved for so long does not aim at anything. */
+/** A pointer that has not moved for this time is not aiming at anything. */
 const REST_MS = 4000;
 const DAY_MS = 86_400_000;
 const MOST = 60;
@@ -38,9 +38,9 @@ export class LfPageAlarms extends LitElement {
   @state() private monitor = hashQuery().get('monitor') ?? '';
   @state() private text = '';
   @state() private open = new Set<string>();
-  /** The order that stays while a hand is over the list. */
+  /** The order, which does not change while the pointer is over the list. */
   @state() private held: string[] | null = null;
-  /** The most urgent; a list that nobody reads to its end need not be in the page. */
+  /** The most urgent ones; the rest of a long list need not be in the page. */
   @state() private most = MOST;
   private restTimer = 0;
 
@@ -310,7 +310,7 @@ export class LfPageAlarms extends LitElement {
     return this.tell('/api/alarms/unshelve', { id: alarm.id }, '');
   }
 
-  /** What is shown changes when the hub says so, by the topics. */
+  /** The list changes only with the hub's topics. */
   private async tell(path: string, body: unknown, done: string): Promise<void> {
     try {
       await http.post(path, body);
@@ -321,7 +321,7 @@ export class LfPageAlarms extends LitElement {
   }
 }
 
-/** With the day when it was not today. */
+/** With the day if it was not today. */
 function clock(at_ms: number, now_ms: number): string {
   return Math.abs(now_ms - at_ms) < DAY_MS / 2 ? time(at_ms) : dateTime(at_ms);
 }

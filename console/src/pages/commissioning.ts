@@ -297,7 +297,7 @@ export class PageCommissioning extends LitElement {
       this.progress = readProgress(this.monitor) ?? begun(store.now());
       this.placed = false;
     }
-    // Which steps there are is known when the monitor has said what it consists of.
+    // The steps are known once the monitor has reported its subsystems.
     if (this.placed || !this.isKnown()) return;
     this.placed = true;
     this.shown = nextOf(this.progress, this.steps()) ?? 'report';

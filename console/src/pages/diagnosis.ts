@@ -248,7 +248,7 @@ export class LfPageDiagnosis extends LitElement {
     </section>`;
   }
 
-  /** Nothing is said to be in order of which nothing is known. */
+  /** Unknown things are never shown as in order. */
   private renderNoFaults(stale: boolean, never: boolean) {
     if (never) {
       return html`<lf-blank icon="unlinked" .head=${t('diagnosis.unknown')} .text=${t('diagnosis.never')}></lf-blank>`;

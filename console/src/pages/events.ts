@@ -1,4 +1,4 @@
-// The audit log, and what has happened.
+// The audit log and the events.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -162,7 +162,7 @@ function whose(event: Happened): string {
   return event.monitor ?? t('events.hub');
 }
 
-/** For who does not see the list grow. */
+/** An event as a line, for screen readers. */
 function lineOf(event: Happened): string {
   return `${whose(event)}: ${tt(event.what)}`;
 }

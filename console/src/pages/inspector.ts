@@ -1,4 +1,4 @@
-// The protocol as it passes: frames as text and bytes, taken apart, and requests of one's own.
+// The protocol as it passes: frames as text and bytes, decoded, and requests typed by the user.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
@@ -280,7 +280,7 @@ export class LfPageInspector extends LitElement {
     saveFile(`lafet-${this.monitor}-${stamp(store.now())}.txt`, 'text/plain;charset=utf-8', text);
   }
 
-  /** Once a frame of the screen, however many frames of the line come. */
+  /** Once per frame of the screen, however many frames of the line arrive. */
   private draw(): void {
     if (this.drawn) return;
     this.drawn = requestAnimationFrame(() => {

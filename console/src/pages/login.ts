@@ -1,4 +1,4 @@
-// Logging in: at first, and again when the session has ended in the middle of work.
+// Login: at the start, and again when the session has ended during work.
 import { html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { http } from '../hub/http';
@@ -10,9 +10,9 @@ import { Entrance } from './login/entrance';
 
 @customElement('lf-page-login')
 export class PageLogin extends Entrance {
-  /** The session has ended in the middle of work: what is left of it. */
+  /** The session has ended during work: what still works. */
   @property({ attribute: false }) left: Left | null = null;
-  /** A set-up link was opened, of which there is no more use. */
+  /** A set-up link was opened that is no longer valid. */
   private readonly setUp = location.pathname === '/setup';
 
   override render() {

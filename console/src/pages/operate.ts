@@ -1,4 +1,4 @@
-// One monitor: where it points, what flows, moving it by hand, what it does by itself.
+// One monitor: its direction, pressure and flow, motion by hand, automatic programs.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
@@ -31,9 +31,9 @@ import { valueOf } from './operate/value';
 import './operate/valves';
 
 const VIEW_KEY = 'lafet.view';
-/** How far the buttons on the plan reach down. */
+/** Height that the buttons on the plan take, px. */
 const TOOLS_PX = 60;
-/** Narrower than this everything is below one another. */
+/** Narrower than this, px, everything is in one column. */
 const STACKED_PX = 860;
 
 @customElement('lf-page-operate')
@@ -50,7 +50,7 @@ export class PageOperate extends LitElement {
         gap: var(--s2);
         padding: var(--s2);
         grid-template-columns: minmax(0, 1fr) 352px;
-        /* The picture is the page: all of it that is seen at once; the trends are below. */
+        /* The picture fills the visible page; the trends are below. */
         grid-template-rows: minmax(340px, calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - var(--guide-height, 0px) - 2 * var(--s2))) auto;
         grid-template-areas: 'view side' 'below below';
       }
@@ -123,7 +123,7 @@ export class PageOperate extends LitElement {
         display: grid;
         min-width: 0;
       }
-      /* As high as what stands beside it, however much is in it: the plan keeps its size under a hand that draws. */
+      /* As high as its neighbour, whatever its content: the plan keeps its size while the operator draws. */
       .side {
         grid-area: side;
         display: flex;
@@ -194,7 +194,7 @@ export class PageOperate extends LitElement {
   private readonly onPlan = new OnPlan();
   @state() private tool: Tool = 'look';
   @state() private sector: QuenchSector | null = null;
-  /** The sector is a hotbed that the search has found. */
+  /** The sector is a found fire spot. */
   @state() private taking = false;
   @state() private view: 'plan' | 'scene' = localStorage.getItem(VIEW_KEY) === 'scene' ? 'scene' : 'plan';
   @state() private sceneLoaded = false;
@@ -256,7 +256,7 @@ export class PageOperate extends LitElement {
     </div>`;
   }
 
-  /** Whether the values lie on the picture; on a phone they are above it. */
+  /** Whether the values are on the picture; on a phone they are above it. */
   private beside(): boolean {
     return this.offsetWidth > STACKED_PX;
   }
@@ -392,14 +392,14 @@ export class PageOperate extends LitElement {
     if (tool !== 'look') void this.showTool();
   }
 
-  /** The plan, to draw on; and what goes with the drawing, as far as the column beside it scrolls. */
+  /** Shows the plan to draw on, and the part of the scrolling column that belongs to the drawing. */
   private async showTool(): Promise<void> {
     await this.updateComplete;
     this.renderRoot.querySelector('.view')?.scrollIntoView({ block: 'nearest' });
     await this.showPanel();
   }
 
-  /** Once, not while somebody types in it. */
+  /** Once, not while the user types in it. */
   private async showPanel(): Promise<void> {
     await this.updateComplete;
     await this.automatic?.updateComplete;
@@ -420,13 +420,13 @@ export class PageOperate extends LitElement {
     void this.showPanel();
   };
 
-  /** A hotbed becomes the sector, once its distance is known. */
+  /** A fire spot becomes the sector, once its distance is known. */
   private takenFound(sector: QuenchSector | null): void {
     this.sector = sector;
     if (this.plan) this.plan.sector = sector?.sector ?? null;
   }
 
-  /** Both drives go where the operator has pointed last. */
+  /** Both drives move to where the operator pointed last. */
   private async aim(at: AimDetail): Promise<void> {
     const { monitor } = this;
     const turn = ++this.aims;
@@ -461,7 +461,7 @@ export class PageOperate extends LitElement {
     toast({ kind, text: `${monitor} · ${text}` });
   }
 
-  /** Without a valid pressure nothing is aimed by the jet, unless somebody says which to assume. */
+  /** Without a valid pressure nothing is aimed by the jet, unless the operator gives one to assume. */
   private assumed(monitor: string): Promise<boolean> {
     const pressure = show('pressure', USUAL_PRESSURE_DATM);
     return confirmDialog({
@@ -503,7 +503,7 @@ export class PageOperate extends LitElement {
 
 const SCENES = import.meta.glob('../parts/lf-scene.ts');
 
-/** The site as it is configured; a monitor whose place is not known stands alone in it. */
+/** The site as configured; a monitor without a known place is alone in it. */
 function siteOf(): Site {
   const site = (store.get('hub') ?? store.hello?.hub)?.site ?? null;
   return standAlone(site, store.monitors());

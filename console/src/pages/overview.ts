@@ -17,9 +17,9 @@ import { exists, posture } from './operate/state';
 import { valueOf } from './operate/value';
 
 const VIEW_KEY = 'lafet.overview';
-/** More than so many monitors begin as a table. */
+/** More than this many monitors are first shown as a table. */
 const CARDS_MOST = 9;
-/** More than so many stand in two columns on a wide screen. */
+/** More than this many are shown in two columns on a wide screen. */
 const COLUMN_MOST = 5;
 
 type View = 'cards' | 'table';
@@ -96,7 +96,7 @@ export class PageOverview extends LitElement {
       .one > header lf-chip {
         flex: none;
       }
-      /* The id is never cut, the name gives way. */
+      /* The id is never truncated, the name is. */
       .one h2 {
         flex: 1;
         min-width: min-content;
@@ -340,7 +340,7 @@ export class PageOverview extends LitElement {
   }
 }
 
-/** Coloured by the worst that holds now. */
+/** Coloured by the worst active alarm. */
 function alarmChip([worst]: Alarm[], text: string) {
   const kind = worst!.active ? worst!.priority : 'normal';
   return html`<lf-chip kind=${kind} icon=${kind === 'fire' ? 'fire' : 'warning'}>${text}</lf-chip>`;

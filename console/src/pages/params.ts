@@ -1,4 +1,4 @@
-// All parameters of a monitor: look, search, edit, write, save to a file, compare, restore.
+// All parameters of a monitor: view, search, edit, write, save to a file, compare, restore.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -28,7 +28,7 @@ import { showWire, wireShown } from './params/words';
 const FILTERS = ['all', 'edited', 'changed', 'unset', 'restart'] as const;
 type Filter = (typeof FILTERS)[number];
 
-/** After these the monitor may not be reached any more. */
+/** After a change of these the monitor may be unreachable. */
 const RISKY = ['General.Address', 'General.Chain', 'ExternalConn.Check', 'Radio.Check'];
 
 @customElement('lf-page-params')
@@ -133,7 +133,7 @@ export class PageParams extends LitElement {
     </div>`;
   }
 
-  /** What wants to be known before the list. */
+  /** Notes above the list. */
   private notes() {
     const { editing: now, monitor } = this;
     const journal = this.file || now.busy ? null : readJournal(monitor);
@@ -336,7 +336,7 @@ export class PageParams extends LitElement {
     if (await this.sure(params)) await this.editing.write(params);
   }
 
-  /** What could shut us out is asked about first. */
+  /** Parameters that could cut the connection need a confirmation first. */
   private async sure(params: readonly DictParam[]): Promise<boolean> {
     const risky = params.map(titleOf).filter((title) => RISKY.includes(title));
     if (!risky.length) return true;

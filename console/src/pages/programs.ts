@@ -1,4 +1,4 @@
-// The programs and trajectories that a monitor keeps: see, draw, store, run.
+// The programs and trajectories stored in a monitor: view, draw, store, run.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { dictionary, param, type Dictionary } from '../hub/dictionary';
@@ -50,7 +50,7 @@ import { programsStyle } from './programs/style';
 import { thumb } from './programs/thumb';
 
 const SELECTED_KEY = 'lafet.programs.selected';
-/** Where nobody has said how far it is. */
+/** Distance, m, where none was given. */
 const DISTANCE_M = 25;
 
 @customElement('lf-page-programs')
@@ -66,7 +66,7 @@ export class PagePrograms extends LitElement {
   @state() private adding = false;
   @query('lf-aim-chart') private chart?: LfAimChart;
   private drafts!: Drafts;
-  /** As it was drawn on the plan, whose near and far edges a program does not keep. */
+  /** As drawn on the plan: a program does not store its near and far edges. */
   private onPlan: { values: string; sector: Sector } | null = null;
   private outcomes = new Map<string, Outcome>();
 
@@ -399,7 +399,7 @@ export class PagePrograms extends LitElement {
     this.change(valuesOfProgram({ ...programOf(this.drafts.values(this.which)), centre, width, height }));
   };
 
-  /** Drawn on the plan: the distance comes with it; a program that was empty gets lines. */
+  /** Drawn on the plan, with the distance; an empty program gets a scan step. */
   private readonly planned = (event: CustomEvent<QuenchSector | null>): void => {
     if (!event.detail) return;
     const before = programOf(this.drafts.values(this.which));

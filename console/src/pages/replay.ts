@@ -1,4 +1,4 @@
-// Recordings and the history, played on the pages that also show what is live.
+// Recordings and the history, played on the pages for live values.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionary } from '../hub/dictionary';
@@ -395,7 +395,7 @@ export class PageReplay extends LitElement {
       this.error = '';
     } catch (cause) {
       const error = HubError.of(cause);
-      // A hub without recordings, or an older one, whose pages answer with something else.
+      // A hub without recordings, or an older one, which answers with something else.
       if (error.code === 'not_found' || error.code === 'HTTP 404' || error.code === 'page') this.off = true;
       else this.error = error.text(lang());
     }
@@ -495,7 +495,7 @@ export class PageReplay extends LitElement {
   }
 }
 
-/** What the alarm is called; whose it was, where the recording has others as well. */
+/** Name of the alarm; with its monitor, if the recording has several. */
 function alarmText({ alarm, monitors }: Recording): string {
   const { monitor, subsystem } = partsOf(alarm ?? '');
   return [monitors.length > 1 ? monitor : '', subsystemText(subsystem), titleOf(alarm ?? '')].filter(Boolean).join(' · ');

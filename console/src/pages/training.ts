@@ -1,4 +1,4 @@
-// Exercises on the simulated site: choose one, hinder the trainee, see what came of it.
+// Exercises on the simulated site: choose one, inject faults, see the result.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { HubError } from '../hub/errors';
@@ -41,7 +41,7 @@ export class PageTraining extends LitElement {
   @state() private placing = false;
   @state() private kind: (typeof KINDS)[number] = 'pool';
   @state() private fireSize = 2;
-  /** What a POST has answered, until the topic tells it too. */
+  /** The answer of a POST, until the topic has it too. */
   @state() private answered: SimState | null = null;
 
   constructor() {

@@ -1,13 +1,13 @@
-// Long lists: the rows in blocks, of which only those in sight and near it are made; the others keep their
-// room. Ten thousand rows then cost as much as fifty, and the page scrolls as one that has them all.
+// Long lists: the rows in blocks, of which only visible ones and their neighbours are rendered; the others
+// keep their space. Ten thousand rows then cost as much as fifty, and the page scrolls as if it had them all.
 import { html, type LitElement, type ReactiveController } from 'lit';
 import { magnified } from '../theme/display';
 import { styled } from './styled';
 
 const ROWS = 25;
-/** So many heights of what scrolls, above and below, are made beforehand. */
+/** Rendered in advance above and below, in heights of the scrolling element. */
 const AHEAD = '100%';
-/** Until it is known where the sight is. */
+/** Until the visible part is known. */
 const FIRST = 2;
 
 export interface Block<T> {
@@ -15,9 +15,9 @@ export interface Block<T> {
   /** The place of its first row in the whole list. */
   from: number;
   items: readonly T[];
-  /** Whether its rows are to be made. */
+  /** Whether its rows are rendered. */
   near: boolean;
-  /** The room of those that are not. */
+  /** The height of those that are not. */
   height: number;
 }
 
@@ -56,7 +56,7 @@ export class Blocks<T> implements ReactiveController {
   }
 
   hostUpdated(): void {
-    // Between two elements of a shadow tree the focus is not told outside of it; the same listener is added once.
+    // A focus change between two elements of a shadow tree is not visible outside; the same listener is added once.
     this.host.renderRoot.addEventListener('focusin', this.focus);
     const found = new Map(
       [...this.host.renderRoot.querySelectorAll('[data-block]')].map((one) => [one, Number(one.getAttribute('data-block'))]),
@@ -81,7 +81,7 @@ export class Blocks<T> implements ReactiveController {
     this.focused = null;
   }
 
-  /** What comes above or below moves no row to another block. */
+  /** New rows above or below move no row to another block. */
   private anchored(items: readonly T[]): number {
     const at = items.findIndex((item) => this.keyOf(item) === this.anchor);
     if (at >= 0) return at;
@@ -90,7 +90,7 @@ export class Blocks<T> implements ReactiveController {
     return 0;
   }
 
-  /** The block keeps its rows until another one has the focus: what loses it for a moment gets it back. */
+  /** The block keeps its rows until another one has the focus: a row that loses it for a moment gets it back. */
   private readonly focus = (): void => {
     const key = this.host.shadowRoot?.activeElement?.closest('[data-block]')?.getAttribute('data-block');
     const focused = key ? Number(key) : this.focused;
@@ -116,7 +116,7 @@ export class Blocks<T> implements ReactiveController {
   };
 }
 
-/** In a table, the room of the rows of a block that are not made. */
+/** In a table, the space of the rows of a block that is not rendered. */
 export function room({ key, height }: Block<unknown>, columns: number) {
   return html`<tbody data-block=${key} aria-hidden="true">
     <tr class="room">

@@ -1,9 +1,9 @@
-// How far a hotbed is that the search has found: a detector tells a direction, no distance. What
-// stands in that direction tells it, or the height of the nozzle over the ground and how far down the
-// foot of the fire is seen. The flatter that is, the more a wrong height makes of it.
+// Distance of a found fire spot: a detector reports a direction, not a distance. It follows from the
+// tank in that direction, or from the height of the nozzle above the ground and the angle at which the
+// foot of the fire is seen. The flatter the angle, the larger the effect of a wrong height.
 import { bearingOf, bearingTo, DISTANCE_MAX_M, distanceTo, placeAt, signedDegrees, type Place, type Tank } from './geometry';
 
-/** As GetHotbed tells them: arc-minutes. */
+/** As in the answer to GetHotbed: arc-minutes. */
 export interface HotbedBox {
   x1: number;
   x2: number;
@@ -13,7 +13,7 @@ export interface HotbedBox {
 }
 
 export interface Sight {
-  /** Middle, and foot: where the flames stand on what burns. */
+  /** Centre, and foot: where the flames meet the burning surface. */
   horizontal_arcmin: number;
   foot_arcmin: number;
 }
@@ -27,18 +27,18 @@ export type Reckoned = Sight &
     | { how: 'far'; distance_m: number; height_m: number }
   );
 
-/** What a height is known to, at best. */
+/** Best accuracy of a known height, m. */
 export const HEIGHT_GIVE_M = 0.5;
-/** From so much of the distance on, it is a guess. */
+/** From this relative error on, the distance is only an estimate. */
 const DOUBTFUL = 0.25;
-/** Flatter than this height says nothing. */
+/** At flatter angles the height gives no distance. */
 const FLATTEST = (1 / 180) * Math.PI;
 
 export function sightOfBox(box: HotbedBox): Sight {
   return { horizontal_arcmin: Math.round((box.x1 + box.x2) / 2), foot_arcmin: Math.min(box.y1, box.y2) };
 }
 
-/** `height_m` null: nobody has told how high it stands. */
+/** `height_m` null: the height of the nozzle is unknown. */
 export function reckon(
   stand: { at: Place; heading: number; height_m: number | null },
   box: HotbedBox,
@@ -60,7 +60,7 @@ export function reckon(
   return { ...sight, how: 'height', distance_m: ground_m, give_m, height_m };
 }
 
-/** Half a metre of height makes so much of it that nobody should rely on it. */
+/** An error of half a metre in height changes it so much that it is not reliable. */
 export function isDoubtful(of: Reckoned): boolean {
   return of.how === 'height' && of.give_m > of.distance_m * DOUBTFUL;
 }
@@ -77,7 +77,7 @@ function tankAt(stand: { at: Place; heading: number }, horizontal_arcmin: number
     .sort((a, b) => a.range - b.range)[0];
 }
 
-/** A fire that detectors have found: where it is as far as they can know, and who sees it. */
+/** A fire that detectors have found: its computed place, and the monitors that see it. */
 export interface Spot {
   at: Place;
   seen_by: string[];
@@ -90,11 +90,11 @@ export interface Seen {
   id: string;
   at: Place;
   bearing: number;
-  /** As computed from one monitor; null: not known. */
+  /** As computed from one monitor; null: unknown. */
   distance_m: number | null;
 }
 
-/** Lines that are nearer to parallel say nothing of the distance. */
+/** Lines closer to parallel than this give no distance. */
 const CROSSING_LEAST_DEG = 12;
 /** Crossings this close to one another, or to a distance that one monitor gives, are one fire. */
 const SAME_FIRE_M = 8;

@@ -6,11 +6,11 @@ export type Place = readonly [east: number, north: number];
 
 const RADIANS = Math.PI / 180;
 export const ARCMIN = 60;
-/** A record says the distance as an int8: §3.14. */
+/** A record has the distance as an int8: §3.14. */
 export const DISTANCE_MAX_M = 127;
 /** A sector is 16 bits wide on the wire, and no wider than a turn. */
 export const WIDTH_MAX_ARCMIN = 360 * ARCMIN;
-/** The least height of a drawn sector: a roof that is seen edge-on is a line otherwise. */
+/** Minimum height of a drawn sector: a roof seen edge-on would be a line. */
 export const HEIGHT_LEAST_ARCMIN = 60;
 
 /** Into −180 (excluded) … 180. */
@@ -79,7 +79,7 @@ export interface Wall {
   height: number;
 }
 
-/** Height of what stands at a place: the roof of a tank, else the ground. */
+/** Height of the surface at a place: the roof of a tank, else the ground. */
 export function groundAt(place: Place, tanks: readonly Tank[]): number {
   const under = tanks.filter((tank) => distanceTo(tank.at, place) <= tank.diameter / 2);
   return under.reduce((height, tank) => Math.max(height, tank.height), 0);
@@ -94,13 +94,13 @@ export interface Sector {
   far_m: number;
 }
 
-/** What StartQuench Control wants (§3.14): the numbers of a sector. */
+/** The arguments of StartQuench Control (§3.14): the numbers of a sector. */
 export interface QuenchSector {
   centre_arcmin: [horizontal: number, vertical: number];
   width_arcmin: number;
   height_arcmin: number;
   distance_m: number;
-  /** A part lies beyond the limits and will be left out (OutsideLimits). */
+  /** A part is beyond the limits and will be skipped (OutsideLimits). */
   clipped: boolean;
   sector: Sector;
 }
@@ -122,7 +122,7 @@ export function sectorMiddle(sector: Sector): number {
   return (sector.near_m + sector.far_m) / 2;
 }
 
-/** Is the place in the sector? */
+/** Whether the place is in the sector. */
 export function inSector(from: Place, sector: Sector, place: Place): boolean {
   const range = distanceTo(from, place);
   const off = Math.abs(signedDegrees(bearingTo(from, place) - sector.bearing));
@@ -136,8 +136,8 @@ export interface Stand {
 }
 
 /**
- * From a drawing to the request: the centre is the line of sight to the middle, the height is what
- * lies between the lines of sight to the near and to the far edge.
+ * From a drawing to the request: the centre is the line of sight to the middle, the height is the angle
+ * between the lines of sight to the near and to the far edge.
  */
 export function quenchSector(
   stand: Stand,
@@ -184,7 +184,7 @@ export interface Box {
   north: number;
 }
 
-/** What a plan shows to show everything, with a margin; never narrower than `least_m`. */
+/** The view that shows everything, with a margin; never narrower than `least_m`. */
 export function boundsOf(places: readonly (readonly [Place, number])[], least_m = 20): Box {
   if (!places.length) return { west: -least_m, south: -least_m, east: least_m, north: least_m };
   const box = { west: Infinity, south: Infinity, east: -Infinity, north: -Infinity };
@@ -204,7 +204,7 @@ export function boundsOf(places: readonly (readonly [Place, number])[], least_m 
   };
 }
 
-/** Where a plan looks at: its middle, and how many pixels a metre has. */
+/** The view of a plan: its centre, and pixels per metre. */
 export interface View {
   east: number;
   north: number;

@@ -1,5 +1,5 @@
-// Which drives are held, and how a hold ends. Pure: the joystick and the buttons feed it, it says
-// what began and what ended. Nothing may stay held by accident.
+// Which drives are held, and how a hold ends. Pure: the joystick and the buttons feed it, it returns
+// what started and what ended. Nothing may stay held by accident.
 
 export type Drive = 'Horizontal' | 'Vertical' | 'Nozzle';
 export type Toward = 'min' | 'max';
@@ -15,7 +15,7 @@ export interface Holding {
   Nozzle?: Toward;
 }
 
-/** What has to be told when the held drives change from one to the other; ends come first. */
+/** The messages for a change of the held drives; ends come first. */
 export function changes(
   from: Holding,
   to: Holding,
@@ -31,11 +31,11 @@ export function changes(
   return { ended, begun };
 }
 
-/** A stick has to be pulled this far, of its whole way, before anything moves … */
+/** A stick must be pulled this far, of its whole travel, before anything moves … */
 export const DEAD_ZONE = 0.28;
-/** … and let back this far before it stops, so that it does not flutter at the edge. */
+/** … and returned this far before it stops, as hysteresis. */
 export const DEAD_ZONE_BACK = 0.2;
-/** Of two axes the lesser counts only when it is at least this part of the greater: tan 22.5°. */
+/** Of two axes the smaller counts only if it is at least this part of the larger: tan 22.5°. */
 export const DIAGONAL = 0.4142;
 
 /** Drives that a stick moves: right and up positive, −1 … 1. */

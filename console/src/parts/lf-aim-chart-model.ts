@@ -1,8 +1,8 @@
-// What pulling at a drawn sector makes of it. Pure.
+// Changes of a drawn sector by dragging. Pure.
 import { areaOf, type Direction, type Sector } from './raster';
 
 export type SectorGrip = 'move' | 'left' | 'right' | 'top' | 'bottom';
-/** `sector` when a drawing is let go, `sector-change` meanwhile. */
+/** `sector` when the pointer is released, `sector-change` meanwhile. */
 export type SectorDetail = Pick<Sector, 'centre' | 'width' | 'height'>;
 
 /** An angle is 16 bits wide on the wire. */

@@ -63,7 +63,7 @@ export class LfAimChart extends LitElement {
   declare repeat: boolean;
   /** A press where nothing is adds a point: `point-add`. */
   declare adding: boolean;
-  /** What is shown; when it changes, the view is fitted anew. */
+  /** What is shown; when it changes, the view is fitted again. */
   declare subject: string;
   declare view: View | null;
   declare size: [number, number];
@@ -148,7 +148,7 @@ export class LfAimChart extends LitElement {
       ${this.way()} ${this.mark()}`;
   }
 
-  /** What lies beyond the limits is hatched. */
+  /** The area beyond the limits is hatched. */
   private outside(): unknown {
     const [width, height] = this.size;
     const { Horizontal: h, Vertical: v } = this.limits ?? {};
@@ -204,7 +204,7 @@ export class LfAimChart extends LitElement {
 
   private grip(grip: SectorGrip, at: Direction): unknown {
     const { width, height, centre } = this.sector!;
-    // Grips of a narrow sector would lie on each other: they stand off.
+    // Grips of a narrow sector would overlap: they are moved apart.
     const away = 26;
     const [dx, dy] = [
       grip === 'left' ? -Math.max(0, away - (width / 2) * this.view!.scale) : grip === 'right' ? Math.max(0, away - (width / 2) * this.view!.scale) : 0,
@@ -383,12 +383,12 @@ function round(value: number): number {
   return Math.round(value * 10) / 10;
 }
 
-/** Of whole degrees the tenths say nothing. */
+/** Whole degrees need no tenths. */
 function short(arcmin: number): string {
   return angleText(arcmin).replace(/[.,]0(?=°)/, '');
 }
 
-/** Lines of the grid so far apart, arc-minutes: 1, 5, 10, 15, 30, 45, 90 degrees. */
+/** Distance of the lines of the grid, arc-minutes: 1, 5, 10, 15, 30, 45, 90 degrees. */
 function stepFor(least: number): number {
   const steps = [60, 120, 300, 600, 900, 1800, 2700, 5400];
   return steps.find((step) => step >= least) ?? 10800;

@@ -1,4 +1,4 @@
-// What stands where a list has nothing: why, and what to do.
+// Shown in place of an empty list: why it is empty, and what to do.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { base } from '../theme/shared';

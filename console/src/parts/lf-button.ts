@@ -1,4 +1,4 @@
-// A button. With `why` it does nothing and says why: on hover, focus and touch.
+// A button. With `why` it is disabled and says why: on hover, focus and touch.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { base } from '../theme/shared';
@@ -87,9 +87,9 @@ export class LfButton extends LitElement {
 
   @property() kind: ButtonKind = 'normal';
   @property() icon: IconName | '' = '';
-  /** Why it does nothing now; empty: it works. */
+  /** Why it is disabled; empty: it is enabled. */
   @property() why = '';
-  /** The name, where only an icon is shown. */
+  /** The name, if only an icon is shown. */
   @property() label = '';
   /** A switch: pressed or not. */
   @property({ type: Boolean }) on?: boolean;

@@ -36,7 +36,7 @@ export class LfDial extends LitElement {
   /** The control of the limits is off. */
   declare offlimits: boolean;
   declare label: string;
-  /** Only the picture: the number stands elsewhere. */
+  /** Only the picture: the number is shown elsewhere. */
   declare bare: boolean;
 
   constructor() {

@@ -1,4 +1,4 @@
-// A field to search in what is shown. `find` brings the text, 120 ms after the last key.
+// A field to search in what is shown. The event `find` has the text, 120 ms after the last key.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { base, fields } from '../theme/shared';

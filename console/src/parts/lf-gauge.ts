@@ -4,7 +4,7 @@ import { partStyle } from './part-style';
 import { Words } from './words';
 import { styled } from './styled';
 
-/** A value as a quiet bar with the band where it usually is; grey unless it leaves the band. */
+/** A value as a bar with its usual band; grey unless it leaves the band. */
 export class LfGauge extends LitElement {
   static override properties = {
     label: {},
@@ -29,7 +29,7 @@ export class LfGauge extends LitElement {
   declare text: (value: number) => string;
   declare unit: string;
   declare stale: boolean;
-  /** Nothing is expected now (valves closed): the band does not judge. */
+  /** Nothing is expected now (valves closed): the band is not applied. */
   declare idle: boolean;
   declare note: string;
 

@@ -1,4 +1,4 @@
-// A button that has to be held: `held` is sent when it has been, and nothing before.
+// A button that must be held: `held` is sent at the end of the time, and nothing before.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
@@ -116,7 +116,7 @@ export class LfHold extends LitElement {
     if (!event.repeat) this.begin();
   }
 
-  /** A finger that slides off the button lets go. */
+  /** A finger that slides off the button releases it. */
   private moved(event: PointerEvent): void {
     if (!this.holding) return;
     const at = this.getBoundingClientRect();
@@ -146,7 +146,7 @@ export class LfHold extends LitElement {
   private readonly abort = (): void => {
     clearTimeout(this.timer);
     this.holding = false;
-    // Why it does nothing stays to be read.
+    // The reason why it is disabled stays readable.
     if (!this.why) hideWhy(this);
   };
 }

@@ -26,11 +26,11 @@ export class LfJoystick extends LitElement {
 
   declare variant: 'stick' | 'buttons';
   declare disabled: boolean;
-  /** Why it is disabled, or any other word below it. */
+  /** Why it is disabled, or another text below it. */
   declare reason: string;
-  /** Drives that stand at a limit, by their ends: {Vertical: 'max'}. */
+  /** Drives that are at a limit, by their ends: {Vertical: 'max'}. */
   declare at: Holding;
-  /** What the monitor says it moves, to be shown beside what is held. */
+  /** The drives that the monitor reports as moving, shown with the held ones. */
   declare moving: Holding;
   declare held: Holding;
   declare stick: { right: number; up: number } | null;
@@ -234,7 +234,7 @@ export class LfJoystick extends LitElement {
     if (changed.has('variant') && changed.get('variant') !== undefined) this.letGo();
   }
 
-  /** Ends everything that is held. Whoever holds has to let go before it moves again. */
+  /** Ends everything that is held. The control must be released before it moves again. */
   readonly letGo = (): void => {
     this.pointer = null;
     this.keys.clear();
@@ -363,7 +363,7 @@ export class LfJoystick extends LitElement {
 
   private move(event: PointerEvent): void {
     if (event.pointerId !== this.pointer) return;
-    // A button that was let go outside of the window is told by no pointerup.
+    // No pointerup comes for a button that was released outside of the window.
     if (event.buttons === 0) this.letGo();
     else this.pull(event);
   }
@@ -387,7 +387,7 @@ export class LfJoystick extends LitElement {
     if (!ofKey(event.key) || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     event.stopPropagation();
-    // A key that repeats was pressed before: after a letGo it must be pressed anew.
+    // A repeating key was pressed before: after a letGo it must be pressed again.
     if (this.disabled || event.repeat || this.pointer !== null) return;
     this.keys.add(event.key);
     this.fromKeys();

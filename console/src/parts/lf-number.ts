@@ -1,5 +1,5 @@
-// A number with its unit: typed in the operator's unit, kept as a whole number of the wire. What is
-// no number, or beyond the range, is said at the field.
+// A number with its unit: typed in the operator's unit, stored as a whole number of the wire. An
+// invalid number, or one out of range, is reported at the field.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { lang, t } from '../i18n';
@@ -68,12 +68,12 @@ export class LfNumber extends LitElement {
   @property({ type: Number }) min = -32767;
   @property({ type: Number }) max = 32767;
   @property({ attribute: false }) scale: Scale = { factor: 1, digits: 0, unit: '' };
-  /** The label is only heard. */
+  /** The label is for screen readers only. */
   @property({ type: Boolean, reflect: true }) bare = false;
   @state() private typed: string | null = null;
 
   override willUpdate(changed: Map<string, unknown>): void {
-    // What is being typed stays, as long as it means the value.
+    // Typed text stays while it means the same value.
     if (changed.has('value') && this.typed !== null && fromField(this.typed, this.scale) !== this.value) {
       this.typed = null;
     }

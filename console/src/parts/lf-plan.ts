@@ -39,7 +39,7 @@ export interface AimDetail {
   horizontal_arcmin: number;
   /** Line of sight, without regard to the fall of the jet. */
   sight_arcmin: number;
-  /** Height of the place over the nozzle: the roof of a tank, else the ground. */
+  /** Height of the place above the nozzle: the roof of a tank, else the ground. */
   rise_m: number;
 }
 
@@ -56,7 +56,7 @@ interface Drag {
 
 const MARGIN_PX = 56;
 const MARGIN_MINI_PX = 26;
-/** Room that the buttons take on the right. */
+/** Space that the buttons take on the right. */
 const ZOOM_PX = 64;
 const DRAG_LEAST_PX = 6;
 const SPLASHES_MAX = 60;
@@ -99,14 +99,14 @@ export class LfPlan extends LitElement {
   declare tool: 'look' | 'sector' | 'aim';
   /** The drawing; the page may set it. */
   declare sector: Sector | null;
-  /** What a program that runs scans, by monitor. */
+  /** The sector of a running program, by monitor. */
   declare running: Readonly<Record<string, Sector>>;
   /** Places of a trajectory. */
   declare points: readonly Place[];
   declare pointSelected: number;
-  /** Said instead of the plan's own hint. */
+  /** Shown instead of the plan's own hint. */
   declare note: string;
-  /** So many pixels at the upper edge lie under buttons of the page. */
+  /** Number of pixels at the upper edge that buttons of the page cover. */
   declare above: number;
   declare view: View | null;
   declare size: Place;
@@ -174,7 +174,7 @@ export class LfPlan extends LitElement {
     const [width, height] = this.size;
     const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
     const box = boundsOf(placesOf(known, null));
-    // What stands at the edge is not to lie under the buttons.
+    // Nothing at the edge may be covered by the buttons.
     const aside = this.mode === 'full' && width > ZOOM_PX * 4 ? ZOOM_PX : 0;
     const view = fit(box, width - aside, height - this.above, margin);
     const { scale } = view;
@@ -576,7 +576,7 @@ export class LfPlan extends LitElement {
   }
 }
 
-/** Without a description of the site each monitor stands alone in its own plan. */
+/** Without a description of the site each monitor is alone in its own plan. */
 function siteOf(monitors: readonly PlanMonitor[]): PlanSite {
   return {
     monitors: Object.fromEntries(monitors.map((monitor) => [monitor.id, monitor])),

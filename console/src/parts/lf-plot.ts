@@ -14,7 +14,7 @@ export interface PlotSeries {
   digits?: number;
   /** Series of one scale share an axis; the first scale is on the left, the second on the right. */
   scale?: string;
-  /** Least range of the scale. */
+  /** Minimum range of the scale. */
   range?: readonly [number, number];
   /** Name of a colour token, without `--p-`. */
   colour?: string;
@@ -213,7 +213,7 @@ export class LfPlot extends LitElement {
     `,
   ];
 
-  /** Adds values by the ids of their series; what is missing is not known at that time. */
+  /** Adds values by the ids of their series; missing ones are unknown at that time. */
   push(at_ms: number, values: Readonly<Record<string, Value | undefined>>): void {
     this.fitted().push(
       at_ms,
@@ -223,7 +223,7 @@ export class LfPlot extends LitElement {
     this.draw();
   }
 
-  /** All values anew: [time, value] of each series. */
+  /** Replaces all values: [time, value] of each series. */
   fill(values: Readonly<Record<string, readonly (readonly [number, Value])[]>>): void {
     this.fitted().fill(this.series.map(({ id }) => values[id] ?? []));
     this.empty = this.columns.length === 0;
@@ -275,7 +275,7 @@ export class LfPlot extends LitElement {
     if (changed.has('series')) this.fitted();
   }
 
-  /** The columns belong to these series; others begin anew. */
+  /** The columns belong to these series; other series start with new columns. */
   private fitted(): Columns {
     const ids = [this.banded, ...this.series.map(({ id }) => id)].join();
     if (ids !== this.ids) {
@@ -323,7 +323,7 @@ export class LfPlot extends LitElement {
     </li>`;
   }
 
-  /** The least and the greatest of the time under the pointer. */
+  /** Minimum and maximum at the time under the pointer. */
   private band(series: PlotSeries, index: number): string {
     const count = this.series.length;
     const [low, high] = [this.read.values[count + index], this.read.values[2 * count + index]];
@@ -483,7 +483,7 @@ export class LfPlot extends LitElement {
     }));
   }
 
-  /** Whether the hour of the day does not say when. */
+  /** Whether the time of day alone is ambiguous. */
   private isLong(): boolean {
     return this.span !== null && this.span[1] - this.span[0] > DAY_MS;
   }
@@ -505,7 +505,7 @@ export class LfPlot extends LitElement {
     return [now - this.minutes * 60, now];
   }
 
-  /** Drawn ten times a second at most, and not at all when nobody sees it. */
+  /** Drawn at most ten times a second, and not at all while it is invisible. */
   private draw(): void {
     if (this.frame || !this.seen || !this.isConnected) return;
     this.frame = requestAnimationFrame((at) => {
@@ -516,7 +516,7 @@ export class LfPlot extends LitElement {
         this.plot.setData(this.columns.table as uPlot.AlignedData, true);
         this.pointed(this.plot);
       }
-      // The window rolls on also when nothing comes, so that a gap is seen.
+      // The window also moves on without new values, so that a gap is visible.
       if (!this.span && this.columns.length) this.draw();
     });
   }

@@ -31,7 +31,7 @@ export class LfScene extends LitElement {
   declare scene: PlanScene | null;
   declare selected: string;
   declare preset: Preset;
-  /** Stands still (a paused simulation or replay). */
+  /** Nothing moves (a paused simulation or replay). */
   declare paused: boolean;
   declare state: 'idle' | 'loading' | 'drawing' | 'unable';
 
@@ -130,7 +130,7 @@ export class LfScene extends LitElement {
     `,
   ];
 
-  /** What the last frame cost, for measurements. */
+  /** Draw calls and particles of the last frame, for measurements. */
   get figures(): { calls: number; particles: number; share: number } | null {
     return this.world?.figures ?? null;
   }
@@ -234,7 +234,7 @@ export class LfScene extends LitElement {
     this.world = null;
   }
 
-  /** A new theme: everything is made again, on a new canvas, as the old one's context is gone. */
+  /** A new theme: everything is created again, on a new canvas, because the old context is lost. */
   private again(): void {
     if (!this.world) return;
     this.end();
@@ -262,7 +262,7 @@ export class LfScene extends LitElement {
     if (this.clientWidth) this.world?.resize(this.clientWidth, this.clientHeight);
   }
 
-  /** Frames come only while somebody can see them. */
+  /** Frames are drawn only while they are visible. */
   private readonly run = (): void => {
     const wanted = this.seen && this.world && document.visibilityState === 'visible';
     if (!wanted) {

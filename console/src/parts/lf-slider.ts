@@ -6,8 +6,8 @@ import { Words } from './words';
 import { styled } from './styled';
 
 /**
- * Position of the nozzle, from spray to jet. What is dragged is a wish (`set` {value} when it is
- * let go, `set-change` meanwhile); the filled part is what the monitor says.
+ * Position of the nozzle, from spray to jet. Dragging sets the requested value (`set` {value} on
+ * release, `set-change` meanwhile); the filled part is the reported position.
  */
 export class LfSlider extends LitElement {
   static override properties = {
@@ -26,9 +26,9 @@ export class LfSlider extends LitElement {
     wish: { state: true },
   };
 
-  /** What the monitor says; null: unknown. */
+  /** The reported position; null: unknown. */
   declare value: number | null;
-  /** Where it was told to go. */
+  /** Commanded position. */
   declare target: number | null;
   declare limits: Limits | null;
   declare step: number;
@@ -38,7 +38,7 @@ export class LfSlider extends LitElement {
   declare highText: string;
   declare disabled: boolean;
   declare reason: string;
-  /** The reason stands beside it already: it is for screen readers alone. */
+  /** The reason is already visible next to it: this one is for screen readers only. */
   declare quiet: boolean;
   declare stale: boolean;
   declare wish: number | null;

@@ -16,7 +16,7 @@ export class LfSparkline extends LitElement {
   declare points: readonly (readonly [number, Value])[];
   /** Length of the window; it ends at the last point. */
   declare seconds: number;
-  /** Least range. */
+  /** Minimum range. */
   declare min: number;
   declare max: number;
   declare label: string;

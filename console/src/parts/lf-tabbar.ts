@@ -7,7 +7,7 @@ export interface Tab {
   id: string;
   text: string;
   count?: string;
-  /** The count is of something that waits for somebody. */
+  /** The count is of items that need action. */
   urgent?: boolean;
 }
 

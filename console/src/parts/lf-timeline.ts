@@ -16,7 +16,7 @@ const KEY_MS = 1000;
 const NEAR_PX = 10;
 
 /**
- * Where in a recording one is. Events: `play`, `pause`, `speed` {speed}, `seek` {at_ms}.
+ * The position in a recording. Events: `play`, `pause`, `speed` {speed}, `seek` {at_ms}.
  */
 export class LfTimeline extends LitElement {
   static override properties = {

@@ -1,4 +1,4 @@
-// A small curve over the last minutes, with its greatest value and the one under the pointer.
+// A small curve over the last minutes, with its maximum and the value under the pointer.
 import { LitElement, css, html, nothing, svg } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { num, time } from '../i18n';

@@ -1,5 +1,5 @@
-// A measured value with its unit and what it is worth: greyed with its age when it is not the present one, struck
-// out with the reason when a flag says that it is bad.
+// A measured value with its unit and quality: grey with its age if it is stale, struck out with the reason if a
+// flag marks it as bad.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { age, t } from '../i18n';
@@ -88,10 +88,10 @@ export class LfValue extends LitElement {
   /** Why the value is bad, in words; empty: it is not. */
   @property() bad = '';
   @property({ type: Boolean }) stale = false;
-  /** How old it is; shown when stale. */
+  /** Its age; shown when stale. */
   @property({ type: Number }) age_ms: number | null = null;
   @property({ type: Boolean }) small = false;
-  /** It is out of the ordinary. */
+  /** It is unusual. */
   @property({ type: Boolean }) matters = false;
 
   override render() {

@@ -1,4 +1,4 @@
-// What all parts look like: one set of names for their colours, taken from the page's tokens.
+// The common style of all parts: one set of names for their colours, taken from the page's tokens.
 import { css } from 'lit';
 
 export const partStyle = css`

@@ -1,4 +1,4 @@
-// The way of the jet over a sector (docs/protocol.md §3.14): horizontal lines, to and fro, a step
+// The path of the jet over a sector (docs/protocol.md §3.14): horizontal lines, back and forth, a step
 // apart, as many as fit, in the middle of the sector; from the corner nearest to the barrel. Pure.
 import type { Limits } from './geometry';
 
@@ -51,7 +51,7 @@ export function clip(area: Area, limits: DriveLimits | null | undefined): Area |
   };
 }
 
-/** How a sector lies to the limits. */
+/** Whether a sector is within the limits. */
 export function reach(sector: Sector, limits: DriveLimits | null | undefined): 'inside' | 'partly' | 'outside' {
   const area = areaOf(sector);
   const inside = clip(area, limits);
@@ -89,7 +89,7 @@ export function passOver(
   return points;
 }
 
-/** Length of a way, arc-minutes. */
+/** Length of a path, arc-minutes. */
 export function lengthOf(points: readonly Direction[]): number {
   let sum = 0;
   for (let n = 1; n < points.length; n += 1) {

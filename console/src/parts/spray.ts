@@ -1,4 +1,4 @@
-// How wide a spray is drawn, by the position of the nozzle: for the eye.
+// How wide a spray is drawn, by the position of the nozzle: for display only.
 const NARROWEST_MM = 60;
 
 /** 0 a jet, 1 the widest cone. */

@@ -1,4 +1,4 @@
-// A plan needs places. A monitor whose place nobody has configured gets one of its own, apart.
+// A plan needs places. A monitor without a configured place gets one of its own, apart from the others.
 import type { Site } from '../hub/types';
 
 const APART_M = 80;

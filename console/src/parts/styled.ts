@@ -1,4 +1,4 @@
-// Sizes and places that are computed. They are set one by one: the page's policy takes no style attribute.
+// Computed sizes and places. They are set one by one: the page's policy allows no style attribute.
 import { nothing, noChange } from 'lit';
 import { Directive, directive, type ElementPart, type PartInfo, PartType } from 'lit/directive.js';
 
@@ -9,7 +9,7 @@ class Styled extends Directive {
 
   constructor(part: PartInfo) {
     super(part);
-    if (part.type !== PartType.ELEMENT) throw new Error('styled() stands in a tag, outside of attributes');
+    if (part.type !== PartType.ELEMENT) throw new Error('styled() must be in a tag, outside of attributes');
   }
 
   override render(_styles: Styles) {

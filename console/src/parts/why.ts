@@ -1,4 +1,4 @@
-// One bubble for the whole page that says why a control does nothing, or how it is used.
+// One bubble for the whole page that says why a control is disabled, or how it is used.
 import { magnified } from '../theme/display';
 
 let bubble: HTMLElement | null = null;

@@ -1,4 +1,4 @@
-// Texts of parts in the operator's language and units; a part that shows any renders anew when
+// Texts of parts in the operator's language and units; a part that shows any renders again when
 // these change.
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import { langChanged, num } from '../i18n';
@@ -22,7 +22,7 @@ export class Words implements ReactiveController {
   private readonly changed = (): void => this.host.requestUpdate();
 }
 
-/** 10 m, 4.5 m, 33 ft: tenths only where they say something. */
+/** 10 m, 4.5 m, 33 ft: tenths only where they matter. */
 export function lengthText(metres: number): string {
   const shown = fromWire('length', metres);
   const digits = shown >= 20 || Math.abs(shown - Math.round(shown)) < 0.05 ? 0 : 1;

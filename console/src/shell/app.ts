@@ -1,4 +1,4 @@
-// The whole: the bar, the strip, the rail, the page; or login, or setup.
+// The whole console: the bar, the strip, the rail, the page; or login, or setup.
 import { LitElement, css, html, nothing } from 'lit';
 import { state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
@@ -34,7 +34,7 @@ import './toasts';
 import './topbar';
 
 const RETRY_MS = 2000;
-/** What is left of a session is asked for this often. */
+/** Interval of queries for what still works of a session, ms. */
 const LOOK_MS = 20_000;
 
 type Phase = 'boot' | 'unreachable' | 'login' | 'setup' | 'on';
@@ -42,7 +42,7 @@ type Phase = 'boot' | 'unreachable' | 'login' | 'setup' | 'on';
 /** Pages to which a summary of each monitor, once a second, is enough. */
 const SUMMARIES = ['overview', 'alarms', 'events'];
 
-/** Of which monitors a page shows each change; null: of all. */
+/** The monitors of which a page shows each change; null: all. */
 function lookedAt({ page, monitor }: Route): string[] | null {
   if (monitor) return [monitor];
   return SUMMARIES.includes(page) ? [] : null;
@@ -170,7 +170,7 @@ export class LfApp extends LitElement {
   @state() private route = router.route;
   @state() private loaded = '';
   @state() private version = 0;
-  /** What is left of a session that has ended; null: there was none. */
+  /** What still works after a session has ended; null: there was none. */
   @state() private left: Left | null = null;
   private leftTimer = 0;
   @state() private missing = false;
@@ -255,14 +255,14 @@ export class LfApp extends LitElement {
     return keyed(`${name} ${monitor}`, staticHtml`<${tag} .monitor=${monitor}></${tag}>`);
   }
 
-  /** In the demo, until somebody has seen it. */
+  /** In the demo, until the user has seen it. */
   private guided(): boolean {
     if (!store.hello?.hub.demo || store.source === 'replay' || !guideIsWanted()) return false;
     void import('./guide');
     return true;
   }
 
-  /** Where what is shown is worth more than the names of the pages. */
+  /** Where the content needs the space of the pages' names. */
   private onWall(): boolean {
     return display() === 'wall' && magnified() > 1;
   }
@@ -273,7 +273,7 @@ export class LfApp extends LitElement {
     return html`<lf-stop .monitor=${known ? monitor : null} .only=${this.left !== null && !this.left.lockout}></lf-stop>`;
   }
 
-  /** STOP stays where a session has ended, and the page says what it still does. */
+  /** STOP stays after a session has ended, and the page says what still works. */
   private alone(name: 'login' | 'setup') {
     void this.load(name);
     const tag = unsafeStatic(`lf-page-${name}`);
@@ -312,7 +312,7 @@ export class LfApp extends LitElement {
       this.enter(await http.session());
     } catch (cause) {
       const error = HubError.of(cause);
-      // Asked before there was anybody to tell.
+      // The first query, before a login.
       if (error.code === 'login_needed') return this.leave(error.details.setup_needed === true ? 'setup' : 'login');
       this.phase = 'unreachable';
       window.setTimeout(() => void this.begin(), 2000);
@@ -342,7 +342,7 @@ export class LfApp extends LitElement {
     void this.load(this.route.page);
   }
 
-  /** A page that cannot be fetched is asked for again; once the hub is there it is a new hub with other files. */
+  /** A page that cannot be fetched is requested again; if the hub answers, it is a new hub with other files. */
   private async load(name: string): Promise<void> {
     const wanted = () => name === this.route.page || name === this.phase;
     try {
@@ -359,7 +359,7 @@ export class LfApp extends LitElement {
     if (this.phase === 'on') fetchPages();
   }
 
-  /** Everything is made anew: texts and units stand in all parts. */
+  /** Renders everything again: all parts contain texts and units. */
   private anew(): void {
     this.version += 1;
   }

@@ -11,11 +11,11 @@ import { toast } from './toasts';
 
 const REASON_LEAST = 5;
 
-/** Who asks this page for a monitor. */
+/** The user who asks this page for a monitor. */
 export const asked = new Map<string, AskedSeen>();
 export const askedChanged = new EventTarget();
 
-/** Takes a monitor that is free; asks, where somebody holds it. */
+/** Takes a monitor that is free; requests it if another user holds it. */
 export async function takeControl(monitor: string): Promise<void> {
   const holder = store.get(`monitors/${monitor}/authority`)?.holder;
   if (!holder || holder.seat === store.hello?.seat) {

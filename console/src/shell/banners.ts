@@ -1,4 +1,4 @@
-// What must not be overlooked, in one strip under the bar; it is as high whatever it says.
+// What must not be overlooked, in one strip under the bar; its height never changes.
 import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { resumesIn } from '../hub/pause';
@@ -77,7 +77,7 @@ export class LfBanners extends LitElement {
           flex-wrap: wrap;
           overflow: visible;
         }
-        /* What comes and goes under a working hand moves nothing. */
+        /* Texts that appear and disappear must not move the controls. */
         .passing {
           position: absolute;
           inset: 100% 0 auto 0;
@@ -133,7 +133,7 @@ export class LfBanners extends LitElement {
       ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
   }
 
-  /** What of all states the strip tells; ages and countdowns besides. */
+  /** The part of all states that the strip shows, without ages and countdowns. */
   private seen(): string {
     const { monitor } = this.route;
     const of = monitor && [
@@ -229,7 +229,7 @@ export class LfBanners extends LitElement {
 
   private readonly again = (): void => this.requestUpdate();
 
-  /** Countdowns move between the words of the hub. */
+  /** Countdowns run between the messages of the hub. */
   private readonly tick = (): void => {
     const { monitor } = this.route;
     if (asked.size > 0 || (monitor && resumesIn(monitor) !== null)) this.requestUpdate();
@@ -243,7 +243,7 @@ function holders(): [monitor: string, user: string][] {
   });
 }
 
-/** The plan shows what burns in the simulation; the alarm is that of the detectors, which see what they look at. */
+/** The plan shows what burns in the simulation; the alarm comes from detectors, which see only where they point. */
 function unreported(): boolean {
   const reported = store.alarms().some(({ priority, active }) => priority === 'fire' && active);
   return !reported && (store.get('scene')?.fires ?? []).some(({ burns }) => burns);

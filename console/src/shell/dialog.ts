@@ -10,7 +10,7 @@ import { base, fields, table } from '../theme/shared';
 
 export interface DialogOptions<T> {
   title: string;
-  /** What stands in it; `close(value)` ends it. */
+  /** Its content; `close(value)` ends it. */
   content: (close: (value?: T) => void) => TemplateResult;
   /** Buttons at its foot; a single Close without. */
   actions?: (close: (value?: T) => void) => TemplateResult;
@@ -26,7 +26,7 @@ interface Open {
 class Dialogs extends EventTarget {
   stack: Open[] = [];
 
-  /** Opens a dialog; the promise gives what it was closed with, undefined when it was dismissed. */
+  /** Opens a dialog; resolves to the value it was closed with, undefined if it was dismissed. */
   open<T>(options: DialogOptions<T>): Promise<T | undefined> {
     jog.endAll();
     return new Promise((resolve) => {
@@ -51,7 +51,7 @@ class Dialogs extends EventTarget {
     while (this.stack.length > 0) this.close();
   }
 
-  /** Renders the open dialog anew. */
+  /** Renders the open dialog again. */
   update(): void {
     this.changed();
   }
@@ -65,19 +65,19 @@ export const dialog = new Dialogs();
 
 export interface ConfirmOptions {
   title: string;
-  /** As a function: asked anew as things change. */
+  /** As a function: called again when something changes. */
   text: string | TemplateResult | (() => string | TemplateResult);
   yes: string;
   danger?: boolean;
-  /** Seconds that the button has to be held. */
+  /** Time that the button must be held, s. */
   hold?: number;
-  /** Why it cannot be done now, asked anew as things change. */
+  /** Why it cannot be done now; called again when something changes. */
   why?: () => string;
-  /** What has to be typed first, e.g. the monitor's id. */
+  /** Text that must be typed first, e.g. the monitor's id. */
   typed?: string;
 }
 
-/** Asks whether it is to be done. */
+/** Asks for a confirmation. */
 export async function confirmDialog(options: ConfirmOptions): Promise<boolean> {
   let typed = '';
   const missing = () =>

@@ -1,4 +1,4 @@
-// The fire alarm of the site: what detectors have found, on every page; and its sound, where somebody wants it.
+// The fire alarm of the site: what detectors have found, on every page; and its sound, where it is switched on.
 import { store } from '../hub/store';
 import type { Alarm } from '../hub/types';
 
@@ -9,7 +9,7 @@ const TONE_S = 0.22;
 const LOUDNESS = 0.2;
 const AGAIN_MS = 2000;
 
-/** Fires that burn now, as far as detectors see; shelved ones are left out. */
+/** Fires that detectors see now; without shelved ones. */
 export function firesNow(): Alarm[] {
   return store.alarms().filter(({ priority, state, active }) => priority === 'fire' && active && state !== 'shelved');
 }
@@ -18,7 +18,7 @@ export function soundWanted(): boolean {
   return localStorage.getItem(SOUND_KEY) === 'on';
 }
 
-/** By a press, without which a browser lets no page sound. */
+/** On a press: without one a browser lets no page play sound. */
 export function setSound(on: boolean): void {
   localStorage.setItem(SOUND_KEY, on ? 'on' : 'off');
   if (on) sound();

@@ -1,4 +1,4 @@
-// Whether the newcomer's guide is still wanted in this browser.
+// Whether this browser still shows the newcomer's guide.
 export const GUIDE_KEY = 'lafet.guide';
 
 export function guideIsWanted(): boolean {

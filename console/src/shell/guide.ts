@@ -17,7 +17,7 @@ import { router } from './router';
 
 interface Step {
   name: 'welcome' | 'control' | 'deploy' | 'move' | 'open' | 'fire' | 'auto' | 'link' | 'end';
-  /** What to look at. */
+  /** The element to point at. */
   at?: string[];
   done?: () => boolean;
 }
@@ -161,7 +161,7 @@ export class LfGuide extends LitElement {
     document.documentElement.style.removeProperty('--guide-height');
   }
 
-  /** It has a row of its own: pages are as much lower, notes as much higher. */
+  /** It has a row of its own: pages move down and notes move up by its height. */
   override updated(): void {
     document.documentElement.style.setProperty('--guide-height', `${this.offsetHeight}px`);
   }
@@ -215,7 +215,7 @@ export class LfGuide extends LitElement {
       </section>`;
   }
 
-  /** A step whose words depend on whether something burns. */
+  /** A step whose text depends on whether something burns. */
   private text(step: Step, part = ''): string {
     const calm = (step.name === 'welcome' || step.name === 'fire') && !this.burns();
     return t(`guide.${step.name}${calm ? '_calm' : ''}${part}` as Key);
@@ -244,7 +244,7 @@ export class LfGuide extends LitElement {
     this.advancing = 0;
     if (this.at === 0) router.go('operate', MONITOR);
     this.at = Math.min(this.at + 1, this.steps.length - 1);
-    // What was done before is not asked for again.
+    // Steps done before are skipped.
     while (['control', 'deploy', 'open'].includes(this.steps[this.at]!.name) && this.steps[this.at]!.done!()) {
       this.at += 1;
     }

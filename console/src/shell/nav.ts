@@ -1,4 +1,4 @@
-// Where one can go. A rail on wide screens, a drawer on narrow ones.
+// Navigation. A rail on wide screens, a drawer on narrow ones.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { session } from '../hub/me';
@@ -87,7 +87,7 @@ export class LfNav extends LitElement {
         background: var(--surface);
         color: var(--text);
       }
-      /* Beside a scroll bar the longest name has room too. */
+      /* The longest name fits beside a scroll bar too. */
       :host([rail]) {
         padding: var(--s2) 3px;
         scrollbar-width: thin;
@@ -130,7 +130,7 @@ export class LfNav extends LitElement {
       :host([rail]) select {
         padding: 0 4px;
       }
-      /* All pages of a tablet that lies on its side, without scrolling. */
+      /* All pages on a tablet in landscape format, without scrolling. */
       :host([rail][dense]) {
         padding: 4px 3px;
         gap: 0;
@@ -180,7 +180,7 @@ export class LfNav extends LitElement {
   }
 
   private pages(scope: PageInfo['scope'], monitor: string | null) {
-    // Until it is known who sits here and before what, a page that not everybody has keeps its place.
+    // Until user and site are known, a page that not all users have keeps its place.
     const nobody = !store.hello && !session();
     const hub = store.hello?.hub;
     const allowed = (p: PageInfo) => !p.role || nobody || may(p.role);

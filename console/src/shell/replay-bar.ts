@@ -1,4 +1,4 @@
-// While a recording plays: where in it one is, on every page.
+// The position in a recording while it plays, on every page.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import { replay, type ReplayMark } from '../hub/replay';
@@ -136,7 +136,7 @@ export class LfReplayBar extends LitElement {
   };
 }
 
-/** What the history knows by its id alone has the name that the dictionary gives it. */
+/** A series that the history has only by its id gets its name from the dictionary. */
 function alarmText(alarm: Alarm | undefined, id: string): string {
   const monitor = alarm?.monitor ?? partsOf(id).monitor;
   return [monitor, alarm ? tt(alarm.what) : titleOf(id)].filter(Boolean).join(': ');

@@ -1,10 +1,10 @@
-// A request in its text form (docs/send.md) in the operator's words and units.
+// A request in its text form (docs/send.md), in the operator's language and units.
 import { dictionaryNow, param, subsystem } from '../hub/dictionary';
 import { lang, num, t, tt, type Key } from '../i18n';
 import { toldOf } from '../pages/params/words';
 import { show } from '../units';
 
-/** What a subsystem is called. */
+/** Name of a subsystem. */
 export function subsystemName(name: string): string {
   return subsystem(name)?.[lang()] ?? name;
 }
@@ -56,7 +56,7 @@ function paramWords(to: string, [name = '', ...values]: string[]): string {
   return values.length ? `${name} = ${toldOf(found, values.map(Number))}` : name;
 }
 
-/** Parts like `centre=1200,300`, those that are named here, each in its quantity. */
+/** Arguments like `centre=1200,300`, those named here, each with its quantity. */
 function named(data: string[], wanted: Record<string, '' | Parameters<typeof show>[0]>): string {
   const parts = data.map((part) => part.split('='));
   return Object.entries(wanted)

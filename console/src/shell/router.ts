@@ -1,5 +1,5 @@
-// Where we are: `#/overview`, `#/m/M1/operate`. A page is a file in src/pages; it is loaded when it
-// is first opened, and a file that is not there is not listed.
+// The current page: `#/overview`, `#/m/M1/operate`. A page is a file in src/pages; it is loaded when it
+// is first opened, and only existing files are listed.
 import type { IconName } from '../parts/icons';
 import type { Role } from '../hub/types';
 
@@ -7,7 +7,7 @@ export interface PageInfo {
   name: string;
   icon: IconName;
   scope: 'site' | 'monitor';
-  /** The least role that has any use of it. */
+  /** The lowest role that can use it. */
   role?: Role;
   /** Only where the hub simulates the site. */
   demo?: boolean;
@@ -35,7 +35,7 @@ const KNOWN: PageInfo[] = [
 
 const modules = import.meta.glob('../pages/*.ts');
 
-/** The pages there are, in their order. */
+/** All pages, in order. */
 export const PAGES = KNOWN.filter((page) => `../pages/${page.name}.ts` in modules);
 
 export function loadPage(name: string): Promise<unknown> {
@@ -45,7 +45,7 @@ export function loadPage(name: string): Promise<unknown> {
 const FETCH_AFTER_MS = 3000;
 let fetched = false;
 
-/** Brings the other pages while nothing else is to be done: without a link none could be opened. */
+/** Loads the other pages while idle: without a link none could be opened. */
 export function fetchPages(): void {
   if (fetched) return;
   fetched = true;
@@ -79,7 +79,7 @@ export function parseRoute(hash: string): Route {
 
 class Router extends EventTarget {
   route = parseRoute(location.hash);
-  /** The monitor that was last looked at. */
+  /** The monitor that was shown last. */
   lastMonitor: string | null = this.route.monitor;
 
   constructor() {

@@ -1,4 +1,4 @@
-// Language, theme, units; who sits here; help with the keys.
+// Language, theme, units; the user; help with the keys.
 import { html, nothing } from 'lit';
 import { http } from '../hub/http';
 import { session } from '../hub/me';

@@ -1,6 +1,6 @@
 // STOP and LOCKOUT: on every page, above everything, first in the order of Tab. STOP acts on the press
-// itself, not on its release, and asks nothing. LOCKOUT also shuts the water and takes long to undo, so it
-// is held for half a second, well apart from STOP; by the keyboard it is pressed twice.
+// itself, not on its release, without confirmation. LOCKOUT also shuts off the water and takes long to undo,
+// so it is held for half a second, well apart from STOP; on the keyboard it is pressed twice.
 import { LitElement, css, html, nothing, unsafeCSS } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
@@ -12,14 +12,14 @@ import { base } from '../theme/shared';
 import { takeControl } from './authority';
 import { confirmDialog, dialog } from './dialog';
 
-/** A longer name of a monitor stands below the word, and a very long one without its middle. */
+/** A longer name of a monitor is below the word, a very long one without its middle. */
 const BESIDE_MOST = 4;
 const SHOWN_MOST = 16;
 
-/** LOCKOUT is held for so long; by the keyboard it is pressed again within the time that it asks for. */
+/** LOCKOUT is held for this time, ms; on the keyboard it is pressed again within the time shown. */
 const HOLD_MS = 500;
 const ASKS_MS = 3000;
-/** From STOP, so that a hand that misses one does not hit the other; the bar's own gap is beside it. */
+/** Distance from STOP, px, so that a press that misses one does not hit the other; without the bar's own gap. */
 const APART_PX = 20;
 
 /** Pause; F9 and Shift+Escape for keyboards without it. None of them types anything. */
@@ -129,7 +129,7 @@ export class LfStop extends LitElement {
       .lockout > * {
         position: relative;
       }
-      /* How much of the time it has been held. */
+      /* The part of the time that it has been held. */
       .lockout::before {
         content: '';
         position: absolute;
@@ -203,10 +203,10 @@ export class LfStop extends LitElement {
   ];
 
   @property() monitor: string | null = null;
-  /** LOCKOUT is being held; or was pressed too shortly, and says how it is done. */
+  /** LOCKOUT is being held; or was released too early, and says how to use it. */
   @state() private lockoutIs: 'idle' | 'held' | 'asks' = 'idle';
   private lockoutTimer = 0;
-  /** STOP alone: the hub does not take LOCKOUT of this page. */
+  /** STOP alone: the hub does not accept LOCKOUT from this page. */
   @property({ type: Boolean }) only = false;
 
   constructor() {
@@ -214,7 +214,7 @@ export class LfStop extends LitElement {
     new TopicController(this, () => ['monitors/', SECOND], () => JSON.stringify(lockedNow()));
   }
 
-  /** The bar keeps this place free, from the first picture on. */
+  /** The bar keeps this place free, from the first frame on. */
   private readonly keepPlace = (): void =>
     document.documentElement.style.setProperty('--stop-width', `${this.offsetWidth + 8}px`);
   private readonly sized = new ResizeObserver(this.keepPlace);
@@ -320,7 +320,7 @@ export class LfStop extends LitElement {
     if (then) this.lockoutTimer = window.setTimeout(then, after_ms);
   }
 
-  /** A finger or a mouse: at once. Its click is not a second one. */
+  /** A finger or a mouse: at once. The click that follows is not a second press. */
   private press(event: PointerEvent, act: () => void): void {
     if (event.button === 0) act();
   }
@@ -373,7 +373,7 @@ export class LfStop extends LitElement {
     if (this.isConnected && !this.matches(':popover-open')) this.showPopover();
   }
 
-  /** Whatever else enters the top layer, this goes above it again. */
+  /** Moves above anything else that enters the top layer. */
   private readonly covered = (event: Event): void => {
     const { target, newState } = event as ToggleEvent;
     if (newState !== 'open' || target === this || this.contains(target as Node)) return;
@@ -385,18 +385,18 @@ export class LfStop extends LitElement {
   };
 }
 
-/** Begin and end tell monitors apart. */
+/** Start and end distinguish monitors. */
 function inShort(id: string): string {
   return id.length > SHOWN_MOST ? `${id.slice(0, SHOWN_MOST / 2 - 1)}…${id.slice(-SHOWN_MOST / 2)}` : id;
 }
 
-/** Of the live monitor: a recording must not say that somebody is locked out who is not. */
+/** Of the live monitor: a recording must not show a lockout that is not in force. */
 function locked(monitor: string): boolean {
   const status = store.getLive(`monitors/${monitor}/status`);
   return status?.subsystems.General?.flags.includes('LockedOut') ?? false;
 }
 
-/** Which of the live monitors there are, and whether they are locked out. */
+/** The live monitors, and whether they are locked out. */
 function lockedNow(): [string, boolean][] {
   return store.liveMonitors().map((id) => [id, locked(id)]);
 }

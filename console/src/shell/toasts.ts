@@ -1,4 +1,4 @@
-// What commands have brought, and notes of pages: `toast({kind, text})`.
+// Outcomes of commands, and notes of pages: `toast({kind, text})`.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -38,7 +38,7 @@ export function toast(note: Toast): void {
   events.dispatchEvent(new CustomEvent('toast', { detail: note }));
 }
 
-/** What an outcome says to people; nothing for what is seen anyway. */
+/** The text of an outcome; none if the effect is visible anyway. */
 export function noteOf(outcome: Outcome): Toast | null {
   const who = outcome.monitor ?? t('shell.all_monitors');
   if (outcome.error) {

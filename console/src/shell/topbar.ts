@@ -1,4 +1,4 @@
-// The bar at the top: where we are, how many alarms, how good the link is, the time, settings.
+// The bar at the top: the page, the number of alarms, the quality of the link, the time, settings.
 // The place at its right end is that of STOP, which is above everything (stop.ts).
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
@@ -42,7 +42,7 @@ export class LfTopbar extends LitElement {
         overflow: hidden;
         text-overflow: ellipsis;
       }
-      /* A long name gives way to that of the page. */
+      /* A long name is truncated before that of the page. */
       .where .page {
         flex-shrink: 0;
       }
@@ -225,7 +225,7 @@ export class LfTopbar extends LitElement {
     }
     const all = store.alarms().filter((alarm) => alarm.state !== 'shelved');
     const worst = all[0];
-    // What was heard before the link was lost says nothing of now.
+    // Values from before the loss of the link are not current.
     const old = !store.linked && store.source === 'live';
     if (old) {
       const told = worst ? plural(all.length, 'topbar.alarms') : t('topbar.no_alarms');
@@ -237,7 +237,7 @@ export class LfTopbar extends LitElement {
     if (!worst) {
       return html`<a class="quiet" href="#/alarms" aria-label=${t('topbar.no_alarms')}>${icon('check')}<span class="text">${t('topbar.no_alarms')}</span></a>`;
     }
-    // What has gone by itself waits for somebody who reads it; nothing holds any more.
+    // An alarm that cleared by itself waits to be read; its condition has ended.
     // The fire has its own place; this one has the colour of the worst of the others.
     const others = all.filter(({ priority, active }) => active && priority !== 'fire');
     const holds = others.some(({ state }) => state !== 'ack');
@@ -254,7 +254,7 @@ export class LfTopbar extends LitElement {
     </a>`;
   }
 
-  /** On every page, whatever else there is: something burns. */
+  /** On every page, above all other alarms: something burns. */
   private fire() {
     const fires = firesNow();
     if (!fires.length || (!store.linked && store.source === 'live')) return nothing;

@@ -1,12 +1,12 @@
-// How large everything is drawn: at a desk, from farther away, on a wall. The whole page is magnified, as
-// far as the screen has the room that its layout for a desk needs; a tablet and a telephone stay as they are.
+// Display size: at a desk, from farther away, on a wall. The whole page is magnified, as far as
+// the screen has the space that its desk layout needs; tablets and phones do not change.
 export type Display = 'normal' | 'large' | 'wall';
 
 export const DISPLAYS: readonly Display[] = ['normal', 'large', 'wall'];
 const KEY = 'lafet.display';
 const LARGE = 1.25;
 const WALL_MOST = 3;
-/** What the layout for a desk needs. */
+/** Size that the desk layout needs, px. */
 const ROOM_PX = { width: 1360, height: 760 };
 
 export function display(): Display {
@@ -14,18 +14,18 @@ export function display(): Display {
   return kept && DISPLAYS.includes(kept) ? kept : 'normal';
 }
 
-/** How many times larger on a screen of so many pixels. */
+/** Magnification on a screen of this size. */
 export function magnification(wanted: Display, width: number, height: number): number {
   const most = Math.max(1, Math.min(width / ROOM_PX.width, height / ROOM_PX.height, WALL_MOST));
   if (wanted === 'normal') return 1;
   return Math.floor((wanted === 'wall' ? most : Math.min(LARGE, most)) * 100) / 100;
 }
 
-/** Told after the page has become larger or smaller. */
+/** Called after the page has become larger or smaller. */
 export const displayChanged = new EventTarget();
 let now = 1;
 
-/** How many times larger the page is drawn now. */
+/** The current magnification of the page. */
 export function magnified(): number {
   return now;
 }

@@ -123,7 +123,7 @@ export const page = css`
     .page {
       padding: var(--s3);
     }
-    /* The bar has said which page it is. */
+    /* The bar already shows which page it is. */
     .head > h1:not(.says) {
       position: absolute;
       width: 1px;

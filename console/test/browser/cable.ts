@@ -17,7 +17,7 @@ export class Cable {
     return cable;
   }
 
-  /** Nothing passes, and nobody is told: as when a cable is pulled. */
+  /** Nothing passes, without an error: as when a cable is pulled. */
   freeze(): void {
     this.frozen = true;
     for (const end of this.ends) end.pause();

@@ -5,7 +5,7 @@ import type { Page } from 'playwright-core';
 import { Demo } from './demo';
 import { take, until } from './site';
 
-/** On the ground, 35 m from M1, which stands 6 m high. */
+/** On the ground, 35 m from M1, which is 6 m high. */
 const FIRE = [-12, 14];
 const AWAY_M = 35;
 
@@ -47,7 +47,7 @@ describe('a hotbed that the search has found', () => {
     await page.locator('#draw').click();
     await page.locator('#found').click();
 
-    // The brightest burns on a tank: the plan knows where that stands.
+    // The brightest burns on a tank, whose place is on the plan.
     await page.locator('lf-found #how').getByText('T-1 is in that direction').waitFor();
     expect(await distance(page)).toBe('28');
 

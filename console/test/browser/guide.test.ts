@@ -21,7 +21,7 @@ async function step(page: Page, title: string, within_ms = 20_000): Promise<void
 async function hold(page: Page, selector: string, by: [number, number], until_it: () => Promise<boolean>): Promise<void> {
   const box = (await page.locator(selector).boundingBox())!;
   const [x, y] = [box.x + box.width / 2, box.y + Math.min(box.height / 2, 104)];
-  // On a busy machine the page's beats may be late; the motion ends then, as it has to, and the hand holds anew.
+  // On a busy machine the page's heartbeats may be late; then the motion ends, as it must, and is held again.
   for (let tries = 1; ; tries += 1) {
     await page.mouse.move(x, y);
     await page.mouse.down();

@@ -27,7 +27,7 @@ afterEach(async () => {
   for (const page of pages.splice(0)) await page.context().close();
 });
 
-/** A page at the guarded hub, before anybody has logged in. */
+/** A page at the guarded hub, before a login. */
 async function outside(lang = 'en', size = SIZES[1]): Promise<Page> {
   const page = await site.open('#/overview', lang, size);
   pages.push(page);

@@ -344,7 +344,7 @@ describe('administration', () => {
 });
 
 describe('with login', () => {
-  test('an observer reads alarms and is told why the rest is not for observers', async () => {
+  test('an observer reads alarms and sees why the rest is not for observers', async () => {
     const guarded = await Guarded.start();
     try {
       const page = await site.open('#/alarms', 'en', undefined);

@@ -268,7 +268,7 @@ describe('commissioning', () => {
     await holdUntil(page, box.locator('lf-move').first(), async () => (await site.position('M1')) > from + 300);
     await until(async () => !(await site.moves('M1')));
     const at = await site.position('M1');
-    // The page hears later than the monitor stands.
+    // The page learns later that the monitor is at rest.
     await box.locator('lf-button', { hasText: 'Set as limit: left' }).locator('button:not([aria-disabled])').click();
     await box.getByText(/^Set: /).waitFor();
     await box.locator('lf-button', { hasText: 'Limits on: take effect' }).locator('button:not([aria-disabled])').click();

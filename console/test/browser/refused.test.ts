@@ -82,13 +82,13 @@ test('a monitor that another one holds, and commands that come too fast', async 
   await page.goto(`${demo.url}/?again#/m/M1/operate`);
   await page.locator('#take').click();
   await page.locator('lf-toasts .error').getByText(`Take control: ${HELD.en}`).waitFor();
-  expect(await page.locator('#take').isVisible(), 'nobody has it by refusal').toBe(true);
+  expect(await page.locator('#take').isVisible(), 'a refusal gives control to no client').toBe(true);
   refusal = { code: 'slow_down', ...FAST };
   await page.locator('#take').click();
   await page.locator('lf-toasts .error').getByText(FAST.en).waitFor();
 });
 
-test('STOP of monitors that are locked out: they stand', async () => {
+test('STOP of monitors that are locked out: they are at rest', async () => {
   page = await demo.open('#/m/M1/operate');
   const note = page.locator('lf-toasts .toast').last();
   await demo.post('/api/lockout');

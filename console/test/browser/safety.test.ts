@@ -5,7 +5,7 @@ import { heldUntil, press, pressUntil, Site, take, until } from './site';
 
 const PAD_STOP = 1;
 const FAR_ARCMIN = 5000;
-/** So far a drive stops from where it was told to go, at least, when something has stopped it. */
+/** A drive that something has stopped is at least this far from its target. */
 const SHORT_ARCMIN = 60;
 
 let site: Site;
@@ -73,7 +73,7 @@ async function pressKey(key: string): Promise<void> {
   );
 }
 
-/** It stands, and not because it has come to where it was sent. */
+/** It is at rest, and not because it has reached its target. */
 async function stoppedShortOf(target: number, id = 'M1', where = ''): Promise<void> {
   expect(await site.stands(id), where).toBe(true);
   expect(Math.abs((await site.position(id)) - target), where).toBeGreaterThan(SHORT_ARCMIN);
@@ -239,7 +239,7 @@ describe('STOP', () => {
     await stoppedShortOf(-9000, 'M2');
   });
 
-  test('of somebody who holds nothing stops what another one holds', async () => {
+  test('of a user without control stops what another one holds', async () => {
     await take(page);
     const other = await site.open('#/overview');
     others.push(other);
@@ -258,8 +258,8 @@ describe('STOP', () => {
 });
 
 /**
- * Presses shorter than `limit_ms`, by the page's own clock, so that what comes of it later can be looked at. A
- * machine that is too busy to let go in time has held long enough: that is undone, and it is pressed anew.
+ * Presses shorter than `limit_ms`, by the page's own clock, so that the later effect can be checked. A
+ * machine that is too busy to release in time has held long enough: that is undone, and pressed again.
  */
 async function tooShort(button: Locator, for_ms: number, limit_ms: number, undo: () => Promise<void>): Promise<void> {
   for (let n = 0; n < 5; n += 1) {
@@ -343,7 +343,7 @@ describe('two operators', () => {
     expect(await site.stands('M1')).toBe(true);
   });
 
-  test('taken by force in the middle of a motion: it ends, and the former holder is told why', async () => {
+  test('taken by force in the middle of a motion: it ends, and the former holder sees why', async () => {
     await take(page);
     const other = await site.open('#/m/M1/operate');
     others.push(other);
@@ -428,7 +428,7 @@ describe('hands of other kinds', () => {
     await pad([0, 0]);
   });
 
-  test('a finger that the system takes away lets go', async () => {
+  test('a touch that the system cancels is a release', async () => {
     await page.context().close();
     page = await site.open('#/m/M1/operate', 'en', { width: 1024, height: 1100 }, true);
     await take(page);

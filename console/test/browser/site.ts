@@ -105,7 +105,7 @@ export class Site {
     return ['Horizontal', 'Vertical', 'Nozzle'].some((drive) => now[drive]?.flags.includes('Move'));
   }
 
-  /** The drives stand, and stay so for as many answers of the monitor as make half a second. */
+  /** The drives are at rest, and stay so for half a second of the monitor's answers. */
   async stands(id: string, within_ms = 10_000): Promise<boolean> {
     await until(async () => !(await this.moves(id)), within_ms);
     const stopped = await this.position(id);
@@ -133,7 +133,7 @@ export class Site {
     return `tcp://127.0.0.1:${this.monitors[n - 1]}?addr=${n}`;
   }
 
-  /** Starts the program and returns the port that it tells. */
+  /** Starts the program and returns the port that it prints. */
   private program(args: string[]): Promise<number> {
     const child = spawn(LAFET, args, { stdio: ['ignore', 'pipe', 'pipe'] });
     this.children.push(child);
@@ -166,8 +166,8 @@ export async function take(page: Page): Promise<void> {
 }
 
 /**
- * Presses a button for at least so long and lets go; returns how long the page itself has seen it
- * pressed. On a busy machine that is longer than it was meant to be, and it is what counts.
+ * Presses a button for at least this time and releases it; returns how long the page itself has seen it
+ * pressed. On a busy machine that is longer than intended, and it is what counts.
  */
 export async function press(page: Page, button: Locator, for_ms: number): Promise<number> {
   await button.scrollIntoViewIfNeeded();
@@ -190,8 +190,9 @@ export async function press(page: Page, button: Locator, for_ms: number): Promis
 }
 
 /**
- * Holds until it is so; the hand stays where it is. On a busy machine the page's beats may be late, and the
- * motion ends, as it has to: then the hand lets go, which the page has to see, and holds anew.
+ * Holds until the condition is true; the pointer stays where it is. On a busy machine the page's heartbeats
+ * may be late, and the motion ends, as it must: then the button is released, which the page must see, and
+ * held again.
  */
 export async function heldUntil(
   page: Page,
@@ -212,7 +213,7 @@ export async function heldUntil(
   throw new Error(`nothing comes of what the hand holds: ${sign}`);
 }
 
-/** Holds a button until it is so, then lets go. */
+/** Holds a button until the condition is true, then releases it. */
 export async function holdUntil(page: Page, button: Locator, sign: () => Promise<boolean>): Promise<void> {
   const hold = async () => {
     await button.hover();
@@ -222,7 +223,7 @@ export async function holdUntil(page: Page, button: Locator, sign: () => Promise
   await page.mouse.up();
 }
 
-/** Presses until it is so, then lets go. */
+/** Presses until the condition is true, then releases. */
 export async function pressUntil(page: Page, button: Locator, so: () => Promise<boolean>): Promise<void> {
   await button.scrollIntoViewIfNeeded();
   const box = (await button.boundingBox())!;

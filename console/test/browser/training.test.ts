@@ -23,7 +23,7 @@ const sim = async () => (await demo.get<Simulation>('/api/sim')).state;
 
 describe('training', () => {
   test('a fault is put in and taken out', async () => {
-    const jam = page.getByRole('switch', { name: 'Jammed: does not move' }).first();
+    const jam = page.getByRole('switch', { name: /^Jammed/ }).first();
     await jam.click();
     await until(async () => (await sim()).monitors.M1!.faults.includes('vertical-jam'));
     await until(async () => (await jam.getAttribute('aria-checked')) === 'true');
@@ -32,7 +32,7 @@ describe('training', () => {
     await until(async () => (await jam.getAttribute('aria-checked')) === 'false');
   });
 
-  test('a link is cut and mended', async () => {
+  test('a link is cut and restored', async () => {
     await page.getByRole('tab', { name: 'M2' }).click();
     await page.getByText('Cut the connection').click();
     await until(async () => (await sim()).monitors.M2!.link === 'lost');
@@ -51,7 +51,7 @@ describe('training', () => {
     await demo.post('/api/sim/speed', { speed: 1 });
   });
 
-  test('time stands while it is paused', async () => {
+  test('time does not run while it is paused', async () => {
     await page.locator('#pause').click();
     await until(async () => (await sim()).paused);
     const stopped = (await sim()).t_s;

@@ -42,7 +42,7 @@ describe('administration', () => {
     expect(isLastAdministrator([...users, user('c', 'administrator')], 'a')).toBe(false);
   });
 
-  it('says that everybody may stop', () => {
+  it('says that all roles may stop', () => {
     expect(RIGHTS.find(([name]) => name === 'stop')?.[1]).toBe('observer');
     expect(new Set(RIGHTS.map(([name]) => name)).size).toBe(RIGHTS.length);
   });

@@ -20,7 +20,7 @@ function alarm(id: string, change: Partial<Alarm> = {}): Alarm {
     shelved: null,
     what: text('The drive is overloaded.', 'Перегрузка привода.'),
     cause: text('Ice.', 'Лёд.'),
-    consequence: text('It stands.', 'Он стоит.'),
+    consequence: text('It does not move.', 'Он не движется.'),
     remedy: text('Free it.', 'Освободите его.'),
     ...change,
   };
@@ -90,7 +90,7 @@ it('the history keeps what was read beyond its first page when something new com
   const known = [step(5), step(4), step(3)];
   expect(newer(known, [step(7), step(6), step(5), step(4)])).toEqual([step(7), step(6), step(5), step(4), step(3)]);
   expect(newer(known, [step(5), step(4)])).toEqual(known);
-  // So much is new that they do not meet: the page begins anew.
+  // Too much is new for the pages to overlap: the list starts over.
   expect(newer(known, [step(9), step(8)])).toBe(null);
   expect(newer([], [step(1)])).toBe(null);
 });

@@ -43,7 +43,7 @@ describe('a file of `lafet param backup`', () => {
     expect(again).toEqual(backup);
   });
 
-  it('tells what could not be read as a remark', () => {
+  it('writes what could not be read as a comment', () => {
     const backup = fromText('format = 1\n[Vertical]\nSpeed = 12', dictionary);
     backup.unread.set('Vertical.MinLimit', 'IncompleteConfig');
     expect(toToml(backup, dictionary)).toContain('\n# MinLimit: not set (IncompleteConfig)\n');

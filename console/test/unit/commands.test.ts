@@ -6,13 +6,13 @@ import type { Result } from '../../src/hub/types';
 const done: Result = { ok: true, request: 'Stop All', took_ms: 4, audit: 1, answers: [] };
 const away = { error: { code: 'not_connected', en: 'M2 is not connected.', ru: 'M2 не подключён.' } };
 
-test('of a STOP to all it is told who has not carried it out', () => {
+test('a STOP to all reports the monitors that have not executed it', () => {
   const { failed, result } = outcomeOf({ M1: done, M2: away, M3: done });
   expect(failed?.map(({ monitor, error }) => `${monitor} ${error.code}`)).toEqual(['M2 not_connected']);
   expect(result).toBeUndefined();
 });
 
-test('of one monitor its answers are told', () => {
+test('a STOP to one monitor reports its answers', () => {
   expect(outcomeOf({ M1: done })).toEqual({ result: done });
   expect(outcomeOf(done)).toEqual({ result: done });
   expect(outcomeOf({ M1: done, M2: done })).toEqual({});

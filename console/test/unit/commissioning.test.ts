@@ -84,7 +84,7 @@ describe('the test of STOP', () => {
   const status = (moving: boolean, at_ms: number) => ({ kind: 'status', moving, at_ms }) as const;
   const stop = (at_ms: number) => ({ kind: 'stop', at_ms }) as const;
 
-  it('passes when the monitor stands after STOP', () => {
+  it('passes when the monitor is at rest after STOP', () => {
     const test = run(status(true, 100), stop(150), status(true, 140), status(true, 200), status(false, 300));
     expect(test).toMatchObject({ phase: 'passed', took_ms: 150 });
   });
@@ -104,14 +104,14 @@ describe('the test of STOP', () => {
 });
 
 describe('what is seen', () => {
-  it('tells directions', () => {
+  it('detects directions', () => {
     expect(wayOf('Horizontal', 'max', 0, 90)).toBe('right');
     expect(wayOf('Horizontal', 'min', 0, 90)).toBe('wrong');
     expect(wayOf('Vertical', 'min', 0, -59)).toBe('little');
     expect(wayOf('Nozzle', 'min', 60, 57)).toBe('right');
   });
 
-  it('tells buttons', () => {
+  it('detects buttons', () => {
     const flags = ['LeftButtonState=Pressed', 'OpenButtonState=Open', 'UpButtonState=Short'];
     expect(buttonState(flags, 'Left')).toBe('Pressed');
     expect(buttonState(flags, 'Open')).toBe('Open');

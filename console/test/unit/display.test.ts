@@ -19,7 +19,7 @@ test('large is a quarter more, where there is the room', () => {
   expect(magnification('large', 1440, 900)).toBe(1.05);
 });
 
-test('tablets and telephones stay as they are', () => {
+test('tablets and phones do not change', () => {
   for (const wanted of ['large', 'wall'] as const) {
     expect(magnification(wanted, 1024, 768)).toBe(1);
     expect(magnification(wanted, 390, 844)).toBe(1);

@@ -5,7 +5,7 @@ import type { Place, Tank } from '../../src/parts/geometry';
 const TANK: Tank = { name: 'T-1', at: [0, 0], diameter: 10, height: 6 };
 /** 6 m above the ground, looking north-east at the tank. */
 const stand = (height_m: number | null) => ({ at: [-20, -20] as Place, heading: 45, height_m });
-/** Seen so far down, arc-minutes; the flames stand 3° above their foot. */
+/** Seen this far down, arc-minutes; the flames reach 3° above their foot. */
 const box = (foot: number, horizontal = 3000): HotbedBox => ({
   x1: horizontal + 60,
   x2: horizontal - 60,
@@ -26,7 +26,7 @@ describe('how far a hotbed is', () => {
     const angle = down(1.0, 25);
     const told = reckon(stand(1.0), box(angle), []);
     const higher = reckon(stand(1.5), box(angle), []);
-    if (told.how !== 'height' || higher.how !== 'height') throw new Error('not reckoned');
+    if (told.how !== 'height' || higher.how !== 'height') throw new Error('not computed');
     expect(told.distance_m).toBeCloseTo(25, 0);
     expect(higher.distance_m).toBeCloseTo(37.5, 0);
     expect(told.distance_m + told.give_m).toBeCloseTo(higher.distance_m, 5);
@@ -35,14 +35,14 @@ describe('how far a hotbed is', () => {
     expect(isDoubtful(high)).toBe(false);
   });
 
-  it('takes the tank that stands there, unless the fire is in front of it', () => {
+  it('takes the tank in that direction, unless the fire is in front of it', () => {
     expect(reckon(stand(6), box(0, 0), [TANK])).toMatchObject({ how: 'tank', tank: 'T-1', give_m: 5 });
     const before = reckon(stand(6), box(down(6, 12), 0), [TANK]);
     expect(before.how).toBe('height');
     expect(reckon(stand(null), box(0, 0), [TANK])).toMatchObject({ how: 'tank' });
   });
 
-  it('does not reckon what cannot be reckoned', () => {
+  it('computes nothing where it cannot', () => {
     expect(reckon(stand(6), box(0), []).how).toBe('level');
     expect(reckon(stand(6), box(300), []).how).toBe('level');
     expect(reckon(stand(0), box(-300), []).how).toBe('level');

@@ -43,7 +43,7 @@ describe('bearing and Horizontal', () => {
     const beyond = { min: 0, max: 21_600 };
     expect(horizontalOf(0, 10, beyond)).toBe(21_600 - 600);
     expect(horizontalOf(0, 10, { min: -900, max: 900 })).toBe(-600);
-    // Nothing does: the nearest, for the caller to see that it lies beyond.
+    // No turn within the limits does: the nearest one, so that the caller sees that it is beyond them.
     expect(horizontalOf(0, 90, { min: -900, max: 900 })).toBe(-5400);
   });
 
@@ -69,7 +69,7 @@ describe('sectors', () => {
     expect(sectorBetween([0, 0], other, one)).toEqual(sector);
   });
 
-  it('tells what lies in it', () => {
+  it('finds what is in it', () => {
     const sector = { bearing: 5, width: 30, near_m: 20, far_m: 30 };
     expect(inSector([0, 0], sector, placeAt([0, 0], 351, 25))).toBe(true);
     expect(inSector([0, 0], sector, placeAt([0, 0], 349, 25))).toBe(false);
@@ -105,7 +105,7 @@ describe('sectors', () => {
     expect(sectorMiddle(at(45, 20).sector)).toBe(15);
   });
 
-  it('knows what stands at a place', () => {
+  it('knows the surface at a place', () => {
     expect(groundAt([4.9, 0], tanks)).toBe(6);
     expect(groundAt([5.1, 0], tanks)).toBe(0);
   });

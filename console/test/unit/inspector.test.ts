@@ -57,7 +57,7 @@ describe('frames taken apart', () => {
     expect(hotbeds).toMatchObject({ requestName: 'GetHotbed', layout: 'Hotbeds' });
   });
 
-  it('what nobody knows, what does not fit, what is cut short', () => {
+  it('unknown, malformed and truncated frames', () => {
     const [unknown] = records('12 34 00 01 aa', true);
     expect(unknown).toMatchObject({ requestName: '0x12', deviceName: '0x34', layout: null, rest: { from: 4, to: 5 } });
     expect(records('4d 0d 00 03 01 02 03', true)[0]).toMatchObject({ layout: null, rest: { from: 4, to: 7 } });
@@ -142,7 +142,7 @@ describe('the list', () => {
     ...change,
   });
 
-  it('tells how long an answer took, and only of answers', () => {
+  it('shows how long an answer took, and only for answers', () => {
     const frames = new Frames();
     frames.add(frame(100, 'out'));
     frames.add(frame(105, 'in', { verdict: 'foreign', src: 7 }));

@@ -9,7 +9,7 @@ const asked = (elevation_arcmin: number): JetAsked => ({
   live: true,
 });
 
-/** What the hub would say: the elevation, to be told apart. */
+/** The hub's answer: the elevation, to distinguish the answers. */
 const answer = (one: { elevation_arcmin: number }): Jet => ({
   pressure_datm: 79,
   reach_m: one.elevation_arcmin,
@@ -41,7 +41,7 @@ describe('jets', () => {
     await vi.advanceTimersByTimeAsync(0);
   };
 
-  it('asks once for all monitors, and tells when the answer is there', async () => {
+  it('asks once for all monitors, and reports when the answer is there', async () => {
     expect(jets.of('M1', asked(1))).toBeUndefined();
     expect(jets.of('M2', asked(2))).toBeUndefined();
     await vi.advanceTimersByTimeAsync(0);

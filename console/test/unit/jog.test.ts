@@ -31,7 +31,7 @@ afterEach(() => vi.useRealTimers());
 
 const types = () => sent.map((message) => message.type);
 
-test('beats from the first moment until it is let go, then says so once', () => {
+test('sends heartbeats from the first moment until release, then one end', () => {
   const hold = jog.hold('M1', 'Vertical', 'max');
   expect(types()).toEqual(['jog']);
   vi.advanceTimersByTime(180);
@@ -99,7 +99,7 @@ test('does not begin without a link or on a hidden page', () => {
   expect(sent).toEqual([]);
 });
 
-test('endAll lets go of everything, or of one monitor', () => {
+test('endAll releases everything, or one monitor', () => {
   jog.hold('M1', 'Vertical', 'max');
   jog.hold('M2', 'Vertical', 'max');
   jog.endAll('left', 'M1');

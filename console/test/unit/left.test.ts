@@ -7,7 +7,7 @@ import ru from '../../src/i18n/ru/login';
 const refused = (details: object) =>
   leftOf(new HubError({ code: 'login_needed', en: 'Log in first.', ru: 'Сначала войдите.', ...details } as never));
 
-/** No language is loaded here: the key stands for its text. */
+/** No language is loaded here: the key is used as the text. */
 const said = (left: Left) => {
   const key = leftInWords(left) as keyof typeof en;
   return { en: en[key], ru: ru[key] };

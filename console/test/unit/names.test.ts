@@ -17,7 +17,7 @@ function overlap(a: Place, [wa, ha]: Place, b: Place, [wb, hb]: Place): boolean 
 }
 
 describe('names on the plan', () => {
-  it('stand behind the barrel when there is room', () => {
+  it('are behind the barrel if there is room', () => {
     const places = namePlaces([named(1, [200, 200]), named(2, [600, 200], 270)], SCREEN, CLEAR);
     const [x, y] = places.get('M1')!;
     expect([Math.round(x), Math.round(y)]).toEqual([0, CLEAR + NAME_PX / 2]);

@@ -86,7 +86,7 @@ describe('values', () => {
   });
 });
 
-/** A monitor that answers as it is told, and notes what it was asked. */
+/** A monitor with given answers, which records its requests. */
 function monitor(
   answers: (text: string, n: number) => string | { values: number[] },
   saved: Result['saved'] = 'stored',
@@ -114,7 +114,7 @@ function monitor(
 describe('writing', () => {
   const speed = param('Vertical.Speed');
 
-  it('tells what became of it, by the word of the hub', async () => {
+  it('reports the outcome that the hub reports', async () => {
     const ways = monitor(() => 'Ok');
     expect(await save(ways, speed, [13])).toBe('stored');
     expect(ways.asked).toEqual(['SetParam Vertical Speed 13']);
@@ -159,7 +159,7 @@ describe('writing', () => {
     expect([...last.values()].every((o) => o.state === 'saved' && o.saved === 'stored')).toBe(true);
   });
 
-  it('tells of a value that reads back otherwise, and stops when nobody hears', async () => {
+  it('reports a value that reads back differently, and stops when the connection is lost', async () => {
     const items = [{ param: speed, wanted: [13], before: [12] }];
     const told: Outcome[] = [];
     await saveAll(monitor((t) => (t.startsWith('Get') ? { values: [12] } : 'Ok')), items, (_, o) => told.push(o));

@@ -7,7 +7,7 @@ import { dragged, gripAt, GRIPS, keyed, tidy, usualSector } from '../../src/part
 import { Columns, curveOf } from '../../src/parts/plot/data';
 
 describe('hold', () => {
-  it('has a dead zone, and lets go later than it takes hold', () => {
+  it('has a dead zone with hysteresis', () => {
     expect(ofStick(0.25, 0, {})).toEqual({});
     expect(ofStick(0.3, 0, {})).toEqual({ Horizontal: 'min' });
     expect(ofStick(0.25, 0, { Horizontal: 'min' })).toEqual({ Horizontal: 'min' });
@@ -91,7 +91,7 @@ describe('plot', () => {
     expect(columns.at(500)).toEqual([null]);
   });
 
-  it('tells an unknown value from one that was not told', () => {
+  it('distinguishes an unknown value from one that was not sent', () => {
     const columns = new Columns(2, 60_000);
     columns.fill([
       [[1000, 1], [2000, null]],
@@ -151,7 +151,7 @@ describe('plan model', () => {
     },
   });
 
-  it('puts a hotbed on the tank that stands there', () => {
+  it('puts a fire spot on the tank in its direction', () => {
     const box = { x1: -60, x2: 60, y1: 0, y2: 30, brightness: 9 };
     expect(hotbedOf(site.monitors.M1, box, site.tanks).distance_m).toBeCloseTo(28.28, 1);
     const ground = { ...box, x1: 3000, x2: 3060, y1: -1200, y2: -1200 };

@@ -32,7 +32,7 @@ describe('programs', () => {
     expect(isEmpty('Trajectory', [0, 0, 0, 0])).toBe(false);
   });
 
-  it('tell how long they take, and how they lie to the limits', () => {
+  it('show how long they take, and whether they are within the limits', () => {
     const facts = factsOfProgram(programOf(PROGRAM), LIMITS, { h: 0, v: 0 });
     // Four lines of 720′ and three ways of 120′ between them, at 300′ a second.
     expect(facts).toEqual({ lines: 4, length: 3240, seconds: 10.8, lies: 'inside' });

@@ -35,7 +35,7 @@ describe('lines of a recording', () => {
     expect(stateAt(lines, 0).get('a')).toBe(1);
   });
 
-  it('tell what has to change', () => {
+  it('list what has to change', () => {
     const change = difference(stateAt(lines, 250), stateAt(lines, 400));
     expect(change).toEqual({ set: { a: 3 }, gone: ['alarms/x', 'b'] });
     expect(difference(stateAt(lines, 250), stateAt(lines, 260))).toEqual({ set: {}, gone: [] });
@@ -176,14 +176,14 @@ describe('a replay', () => {
 });
 
 describe('timeline', () => {
-  it('jumps to the next mark, not to the one it stands at', () => {
+  it('jumps to the next mark, not to the current one', () => {
     const marks = [{ at_ms: 1000 }, { at_ms: 5000 }, { at_ms: 9000 }];
     expect(nextMark(marks, 5000, 1)).toBe(9000);
     expect(nextMark(marks, 5000, -1)).toBe(1000);
     expect(nextMark(marks, 9000, 1)).toBeNull();
   });
 
-  it('tells spans', () => {
+  it('formats durations', () => {
     expect([0, 59_600, 187_000, 3_729_000].map(span)).toEqual(['0:00', '1:00', '3:07', '1:02:09']);
   });
 });

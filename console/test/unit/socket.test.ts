@@ -17,7 +17,7 @@ class Wire {
 }
 const wires: Wire[] = [];
 
-test('the hub is told of which monitors every change is shown, also after a reconnection', async () => {
+test('subscribes to the monitors shown in full, also after a reconnection', async () => {
   const items = new Map<string, string>();
   vi.stubGlobal('sessionStorage', {
     getItem: (key: string) => items.get(key) ?? null,

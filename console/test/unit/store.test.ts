@@ -13,7 +13,7 @@ test('monitors are in the order of their numbers', () => {
   expect(filled().monitors()).toEqual(['M2', 'M10']);
 });
 
-test('a change replaces whole topics, removes what is gone, and tells who has asked', () => {
+test('a change replaces whole topics, removes what is gone, and notifies its subscribers', () => {
   const store = filled();
   const told: string[] = [];
   const end = store.subscribe('monitors/M2/', (topic) => told.push(topic));
@@ -58,7 +58,7 @@ test('the clock is that of the hub', () => {
   vi.useRealTimers();
 });
 
-test('a second is told once', () => {
+test('a second is notified once', () => {
   const store = filled();
   let seconds = 0;
   store.subscribe(SECOND, () => (seconds += 1));

@@ -18,7 +18,7 @@ beforeAll(async () => {
   await loadLang();
 });
 
-test('every text stands in both languages, with the same names to fill in', () => {
+test('every text is in both languages, with the same names to fill in', () => {
   const names = (text: string) => [...text.matchAll(/\{(\w+)\}/g)].map((match) => match[1]).sort();
   for (const [key, text] of Object.entries(en) as [keyof typeof en, string][]) {
     expect(ru[key], key).toBeTruthy();
@@ -72,7 +72,7 @@ test('what is unknown is a dash', () => {
   expect(measured('flow', NaN).value).toBe('—');
 });
 
-test('numbers that somebody types, with a comma or a minus sign of either kind', () => {
+test('typed numbers, with a comma or a minus sign of either kind', () => {
   expect(parse('angle', ' 12,5 ')).toBe(750);
   expect(parse('angle', '−15')).toBe(-900);
   expect(parse('angle', 'x')).toBeNull();

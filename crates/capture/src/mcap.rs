@@ -48,8 +48,10 @@ impl<W: Write + Seek> Writer<W> {
         let options = WriteOptions::new()
             .compression(Some(Compression::Zstd))
             .chunk_size(Some(CHUNK))
-            // Threads of its own would cost each recorder megabytes; chunks are small.
+            // A hub writes sixteen recordings at a time: threads or a window of megabytes are too much
+            // for chunks of this size.
             .compression_threads(0)
+            .compression_level(1)
             // Chunks are built in memory, so that the file receives them whole.
             .disable_seeking(true)
             .profile("")

@@ -1,4 +1,4 @@
-// Each page has its own file; keys begin with the page's name.
+// Each page has its own file; keys start with the page's name.
 import shell from './shell';
 import parts from './parts';
 import login from './login';

@@ -18,7 +18,7 @@ import replay from './replay';
 import training from './training';
 import admin from './admin';
 
-// The type checker wants every key of the English ones here.
+// The type checker requires every key of the English texts here.
 const ru: Dictionary = {
   ...shell,
   ...parts,

@@ -1,4 +1,4 @@
-// The hub itself, and what the roles may.
+// The hub itself, and the permissions of the roles.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
@@ -20,7 +20,7 @@ interface Health {
   storage: 'ok' | 'failing';
 }
 
-/** Figures of /metrics that say something to people. */
+/** Values of /metrics that are useful to people. */
 const FIGURES = [
   'lafet_websockets',
   'lafet_connections',

@@ -1,4 +1,4 @@
-// What is asked for when a user or a token is made or changed.
+// Forms to create or change a user or a token.
 import { html, nothing } from 'lit';
 import { HubError } from '../../hub/errors';
 import type { Role } from '../../hub/types';
@@ -21,7 +21,7 @@ interface Form {
   name: { label: string; taken: string[] } | null;
   role: Role | null;
   password: boolean;
-  /** Does it; what it throws is shown, and the form stays. */
+  /** The action; an error that it throws is shown, and the form stays. */
   send: (wanted: Wanted) => Promise<void>;
 }
 
@@ -119,7 +119,7 @@ export async function copy(text: string): Promise<void> {
   }
 }
 
-/** A token is shown this once. */
+/** A token is shown only once. */
 export function showToken(name: string, token: string): Promise<void | undefined> {
   return dialog.open<void>({
     title: t('admin.token_title', { name }),

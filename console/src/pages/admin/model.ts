@@ -1,4 +1,4 @@
-// What the page of administration knows without a screen.
+// The logic of the administration page. Pure.
 import type { Role, Session } from '../../hub/types';
 
 export const ROLES: readonly Role[] = ['observer', 'operator', 'engineer', 'administrator'];
@@ -34,7 +34,7 @@ export interface SessionSeen {
   seats: { seat: string; from: string; since_ms: number }[];
 }
 
-/** What a role may, as docs/hub-api.md says; keys `admin.may_…`, with the least role. */
+/** Permissions, as in docs/hub-api.md; keys `admin.may_…`, with the lowest sufficient role. */
 export const RIGHTS: readonly (readonly [string, Role])[] = [
   ['stop', 'observer'],
   ['read', 'observer'],
@@ -70,7 +70,7 @@ const LETTERS = 'abcdefghjkmnpqrstuvwxyzABCDEFGHJKLMNPQRSTUVWXYZ23456789';
 /** A password that can be read out: groups of four without letters that look alike. */
 export function suggestPassword(random: (count: number) => Uint8Array): string {
   const letters: string[] = [];
-  // Bytes that would make some letters likelier are thrown away.
+  // Bytes that would make some letters more likely are discarded.
   const limit = 256 - (256 % LETTERS.length);
   while (letters.length < 16) {
     for (const byte of random(32)) if (byte < limit && letters.length < 16) letters.push(LETTERS[byte % LETTERS.length]!);

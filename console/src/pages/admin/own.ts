@@ -1,4 +1,4 @@
-// Who sits here: the session, the password.
+// The user of this page: session and password.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';

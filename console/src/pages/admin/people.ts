@@ -44,7 +44,7 @@ abstract class List<T> extends LitElement {
     return this.error ? failedNotice(this.error, () => this.load()) : nothing;
   }
 
-  /** What the list is, and what adds to it. */
+  /** The bar above a list: what the list is, and the button that adds to it. */
   protected renderBar(text: string, id: string, word: string, add: () => void) {
     return html`<div class="bar">
       <p>${text}</p>
@@ -52,7 +52,7 @@ abstract class List<T> extends LitElement {
     </div>`;
   }
 
-  /** `late`: columns that narrow screens leave out. */
+  /** `late`: columns that narrow screens omit. */
   protected renderTable(columns: { text: string; late?: boolean }[], rows: TemplateResult[]) {
     return html`<section class="card flat stack">
       <table>

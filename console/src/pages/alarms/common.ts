@@ -6,7 +6,7 @@ import type { Priority, Role } from '../../hub/types';
 import { t, tt, type Key } from '../../i18n';
 import '../../parts/lf-button';
 
-/** Why something of the hub cannot be done now; empty: it can. */
+/** Why an action of the hub is not possible now; empty: it is. */
 export function whyNotHere(least: Role): string {
   if (store.source === 'replay') return t('why.replay');
   if (!store.linked) return t('why.hub');
@@ -24,7 +24,7 @@ export function hashQuery(): URLSearchParams {
   return new URLSearchParams(location.hash.split('?')[1] ?? '');
 }
 
-/** Gives the reader a file. */
+/** Downloads a file. */
 export function saveFile(name: string, kind: string, text: string): void {
   const url = URL.createObjectURL(new Blob([text], { type: kind }));
   const link = document.createElement('a');
@@ -81,7 +81,7 @@ export const markStyle = css`
   }
 `;
 
-/** What could not be read, and a way to try it again. */
+/** What could not be read, with a button to try again. */
 export function failedNotice(text: string, again: () => unknown) {
   return html`<div class="notice bad" role="alert">
     <span class="grow">${text}</span>
@@ -89,7 +89,7 @@ export function failedNotice(text: string, again: () => unknown) {
   </div>`;
 }
 
-/** A strip that says that what is below is not the present. */
+/** A strip that says that the values below are not current. */
 export const notice = css`
   .notice {
     display: flex;

@@ -1,4 +1,4 @@
-// What alarms did: came, were acknowledged, went.
+// The history of alarms: raised, acknowledged, cleared.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -161,7 +161,7 @@ export class LfAlarmHistory extends LitElement {
     });
   }
 
-  /** `newer`: what was read before stays, also what was asked for beyond the first page. */
+  /** `newer`: entries read before stay, also those beyond the first page. */
   private async load(part: 'all' | 'earlier' | 'newer' = 'all'): Promise<void> {
     const turn = ++this.turn;
     const query = new URLSearchParams({ limit: String(LIMIT) });

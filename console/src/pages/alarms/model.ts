@@ -1,4 +1,4 @@
-// What the page of alarms knows without a screen: filters, counts, the order that stays under a hand.
+// The logic of the alarms page: filters, counts, an order that does not change under the pointer. Pure.
 import type { Alarm, Priority } from '../../hub/types';
 
 export interface Filter {
@@ -15,7 +15,7 @@ export interface AlarmStep {
   reason: string | null;
 }
 
-/** What a step of an alarm means to people; keys `alarms.step_…`. */
+/** Meaning of a change of an alarm's state; keys `alarms.step_…`. */
 export type StepName =
   | 'came'
   | 'again'
@@ -67,8 +67,8 @@ export function countOf(alarms: Alarm[]): Counts {
 }
 
 /**
- * While a hand is over the list nothing may move under it: what was there keeps its place, what is
- * new waits. `held` is the order so far; null: the order of urgency.
+ * While the pointer is over the list, nothing may move under it: existing entries keep their places, new
+ * ones wait. `held` is the order so far; null: the order of urgency.
  */
 export function inOrder(alarms: Alarm[], held: string[] | null): { shown: Alarm[]; fresh: Alarm[] } {
   if (!held) return { shown: alarms, fresh: [] };
@@ -87,7 +87,7 @@ export function stepOf({ from, to }: Pick<AlarmStep, 'from' | 'to'>): StepName {
   return from === 'rtn_unack' ? 'acked_cleared' : 'cleared';
 }
 
-/** `M1/Vertical/AmperageOverload` apart; of the hub's own the monitor is empty. */
+/** The parts of `M1/Vertical/AmperageOverload`; the monitor of the hub's own alarms is empty. */
 export function partsOf(id: string): { monitor: string; subsystem: string; flag: string } {
   const parts = id.split('/');
   if (parts.length < 3) return { monitor: '', subsystem: 'Hub', flag: parts.at(-1) ?? '' };
@@ -105,7 +105,7 @@ export function csv(rows: (string | number)[][]): string {
   return rows.map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n';
 }
 
-/** What is known with what has come since; null: they do not meet. */
+/** The known entries with those that came since; null: they do not overlap. */
 export function newer(known: AlarmStep[], latest: AlarmStep[]): AlarmStep[] | null {
   const top = known[0];
   const met = top ? latest.findIndex(({ at_ms, id, to }) => at_ms === top.at_ms && id === top.id && to === top.to) : -1;

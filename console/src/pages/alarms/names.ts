@@ -1,9 +1,9 @@
-// What alarms are called.
+// Names of alarms.
 import { flag, subsystem } from '../../hub/dictionary';
 import { lang, t, tt, type Key } from '../../i18n';
 import { partsOf } from './model';
 
-/** What an alarm is called, from the dictionary; of the hub's own from here. */
+/** Name of an alarm, from the dictionary; of the hub's own alarms from here. */
 export function titleOf(id: string): string {
   const { subsystem: of, flag: name } = partsOf(id);
   const known = tt(flag(of, name)?.meaning);

@@ -188,7 +188,7 @@ export const alarmStyle = css`
     font-size: 14px;
   }
   .fresh {
-    /* Below the list: above it, it would push away what a hand aims at. */
+    /* Below the list: above it, it would move the target of the pointer. */
     position: sticky;
     bottom: var(--s2);
     z-index: 2;
@@ -250,7 +250,7 @@ export const alarmStyle = css`
       gap: 4px 12px;
     }
   }
-  /* On a tablet a flood is to be seen, not a few. */
+  /* A tablet must show a flood of alarms, not a few. */
   @media (min-width: 721px) and (max-width: 1180px) {
     .acts .word {
       position: absolute;

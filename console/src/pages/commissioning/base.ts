@@ -181,7 +181,7 @@ export class Step extends LitElement {
     return store.get(`monitors/${this.monitor}/params`)?.values[subsystem]?.[name]?.values?.[0];
   }
 
-  /** Why a motion would not be done. */
+  /** Why a motion would be refused. */
   protected why(wants: Wants = {}): string {
     const why = whyNot(this.monitor, { role: 'engineer', ...wants });
     if (why) return why;
@@ -198,7 +198,7 @@ export class Step extends LitElement {
     return t('commissioning.why_wrapped');
   }
 
-  /** Sends what a step is about; a refusal is shown in the step as well. */
+  /** Sends the request of a step; a refusal is shown in the step as well. */
   protected async send(text: string, confirm?: string): Promise<Result | null> {
     this.busy = true;
     this.failure = null;
@@ -214,7 +214,7 @@ export class Step extends LitElement {
     }
   }
 
-  /** What will move, and that nobody is to be there. */
+  /** What will move, and that people must keep clear. */
   protected moves(text: string): TemplateResult {
     return html`<p class="moves">${icon('warning', 24)}<span>${text} ${t('commissioning.area')}</span></p>`;
   }

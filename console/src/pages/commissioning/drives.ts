@@ -13,12 +13,12 @@ import { WAYS } from './move';
 const TURNED = ['Horizontal', 'Vertical'] as const;
 const LIMITED = ['Horizontal', 'Vertical', 'Nozzle'] as const;
 type Limited = (typeof LIMITED)[number];
-/** A remote unit takes its limits after a while: Busy is asked again. */
+/** A remote unit accepts its limits after a while: Busy is asked again. */
 const TRIES = 20;
 const PAUSE_MS = 150;
 const SETTLE_MS = 400;
 
-/** With what switches limits, and takes positions. */
+/** A step that switches limits and takes positions. */
 class Teaching extends Step {
   @state() protected error = '';
 
@@ -126,7 +126,7 @@ export class StepZero extends Teaching {
   }
 }
 
-/** Taken ends while limits are off, and ends that were driven to with limits on. */
+/** Ends set while limits are off, and ends that were driven to with limits on. */
 interface Taught {
   max?: number;
   min?: number;
@@ -144,7 +144,7 @@ export class StepLimits extends Teaching {
       const at = this.position(drive);
       if (!limits || at === null || this.has(drive, 'Limitless')) continue;
       const of = this.taught(drive);
-      // Verified is what the monitor says when it stands at its limit.
+      // A limit is verified when the monitor reports that it is at it.
       if (!of.seenMax && this.has(drive, 'MaxLimitReached') && near(drive, at, limits.max)) this.note(drive, { seenMax: true });
       if (!of.seenMin && this.has(drive, 'MinLimitReached') && near(drive, at, limits.min)) this.note(drive, { seenMin: true });
     }

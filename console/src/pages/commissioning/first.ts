@@ -145,7 +145,7 @@ export class StepStop extends Step {
 interface Tried {
   delta: number;
   way: 'right' | 'wrong' | 'little';
-  /** What the person saw. */
+  /** What the engineer saw. */
   seen?: boolean;
 }
 
@@ -154,7 +154,7 @@ export class StepDirections extends Step {
   @state() private from: { key: string; at: number } | null = null;
 
   override willUpdate(): void {
-    // The way is taken when the drive has come to rest.
+    // The distance is measured when the drive is at rest.
     const { from } = this;
     if (!from) return;
     const [drive, toward] = from.key.split(' ') as [Drive, Toward];

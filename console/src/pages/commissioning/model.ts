@@ -1,4 +1,4 @@
-// The order of commissioning, and what is kept of it in the browser. Pure.
+// The order of commissioning, and what the browser stores of it. Pure.
 import type { Key } from '../../i18n';
 
 export const STEPS = [
@@ -17,10 +17,10 @@ export const STEPS = [
 ] as const;
 export type StepId = (typeof STEPS)[number];
 
-/** Without these nothing goes on: they cannot be put off with a reason. */
+/** The procedure cannot continue without these: they cannot be skipped with a reason. */
 export const BLOCKING: readonly StepId[] = ['prepare', 'stop', 'directions'];
 
-/** What is measured anew when a step is done again. */
+/** What is measured again when a step is repeated. */
 const UPON: Partial<Record<StepId, readonly StepId[]>> = {
   directions: ['zero', 'limits'],
   zero: ['limits'],
@@ -89,7 +89,7 @@ export function finish(progress: Progress, id: StepId, done: Done): Progress {
   return { ...progress, steps: { ...progress.steps, [id]: done } };
 }
 
-/** Forgets a step, and those that rest upon it. */
+/** Resets a step, and those that depend on it. */
 export function redo(progress: Progress, id: StepId): Progress {
   const gone = [id, ...(UPON[id] ?? [])];
   const kept = <T extends object>(all: T): T =>
@@ -126,11 +126,11 @@ export function writeProgress(monitor: string, progress: Progress | null): void 
     if (progress) localStorage.setItem(key(monitor), JSON.stringify(progress));
     else localStorage.removeItem(key(monitor));
   } catch {
-    // The page goes on without; a reload would begin anew.
+    // The page works without it; a reload would start over.
   }
 }
 
-/** The test of STOP: something moves, STOP is pressed, and the monitor says that it stands. */
+/** The test of STOP: something moves, STOP is pressed, and the monitor reports that it is at rest. */
 export interface StopTest {
   phase: 'idle' | 'moving' | 'stopping' | 'passed' | 'failed';
   why?: 'let_go' | 'moves_on';
@@ -139,7 +139,7 @@ export interface StopTest {
   took_ms?: number;
 }
 
-/** So long may it take until the monitor tells that it stands. */
+/** Time within which the monitor must report that it is at rest. */
 export const STOP_MOST_MS = 2000;
 
 export type StopSeen =
@@ -160,7 +160,7 @@ export function stopTest(test: StopTest, seen: StopSeen): StopTest {
       return moving ? test : { phase: 'idle', why: 'let_go' };
     default: {
       const took_ms = at_ms - (test.pressed_ms ?? at_ms);
-      // What the monitor said before STOP was pressed says nothing of it.
+      // Reports from before STOP was pressed do not count.
       if (took_ms < 0) return test;
       if (!moving) return { phase: 'passed', pressed_ms: test.pressed_ms, took_ms };
       return took_ms > STOP_MOST_MS ? { phase: 'failed', why: 'moves_on' } : test;
@@ -168,12 +168,12 @@ export function stopTest(test: StopTest, seen: StopSeen): StopTest {
   }
 }
 
-/** A drive that may turn less than this is taught wrongly: 5°, or 5 mm. */
+/** Limits closer than this are wrong: 5°, or 5 mm. */
 export function leastTravel(drive: string): number {
   return drive === 'Nozzle' ? 5 : 300;
 }
 
-/** What is wrong with taken limits, together with those that stay; empty: they may be put in force. */
+/** What is wrong with the new limits, together with the unchanged ones; empty: they may be switched on. */
 export function whyNotLimits(
   drive: string,
   taken: { min?: number; max?: number },
@@ -186,21 +186,21 @@ export function whyNotLimits(
   return max - min < leastTravel(drive) ? 'narrow' : '';
 }
 
-/** Least way of a drive that says which way it went: 1°, or 2 mm. */
+/** Smallest travel that shows the direction of a drive: 1°, or 2 mm. */
 export function leastWay(drive: string): number {
   return drive === 'Nozzle' ? 2 : 60;
 }
 
 export type Way = 'right' | 'wrong' | 'little';
 
-/** Did the position go the way it was told to? */
+/** Whether the position changed in the commanded direction. */
 export function wayOf(drive: string, toward: 'min' | 'max', from: number, to: number): Way {
   const delta = to - from;
   if (Math.abs(delta) < leastWay(drive)) return 'little';
   return delta > 0 === (toward === 'max') ? 'right' : 'wrong';
 }
 
-/** The same place, as far as a drive can stop there. */
+/** Whether two positions are equal within the stopping accuracy of a drive. */
 export function near(drive: string, a: number, b: number): boolean {
   return Math.abs(a - b) <= (drive === 'Nozzle' ? 1 : 30);
 }

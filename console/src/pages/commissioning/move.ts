@@ -111,7 +111,7 @@ export class LfMove extends LitElement {
 
   private told(state: HoldState): void {
     this.requestUpdate();
-    // At a limit it stands, and says so itself; any other end wants a new hold.
+    // At a limit it stops and reports so itself; any other end needs a new hold.
     const silent = state.end === 'left' || state.end === 'standing' || state.end === null;
     if (state.state === 'ended' && (state.text || !silent)) {
       showWhy(this, tt(state.text) || t('commissioning.ended'));

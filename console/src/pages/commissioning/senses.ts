@@ -1,4 +1,4 @@
-// What the monitor feels: sensors, end switches, button posts, temperatures.
+// Inputs of the monitor: sensors, end switches, button posts, temperatures.
 import { css, html, nothing, svg, type TemplateResult } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
@@ -14,7 +14,7 @@ interface Row {
   id: string;
   name: string;
   value: string;
-  /** Flags that say that it is faulty. */
+  /** Flags that mark it as faulty. */
   faults: { subsystem: string; flags: string[] };
   note?: string;
 }

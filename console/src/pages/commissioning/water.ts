@@ -20,7 +20,7 @@ interface Travel {
 
 @customElement('lf-step-valves')
 export class StepValves extends Step {
-  /** When a travel began, by the hub's clock, and where to. */
+  /** When a travel started, by the hub's clock, and its target. */
   private began: Partial<Record<Valve, { to: 'Open' | 'Closed'; at_ms: number }>> = {};
 
   override willUpdate(): void {

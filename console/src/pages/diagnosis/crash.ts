@@ -1,4 +1,4 @@
-// What the last hardware fault has left, in words.
+// The record of the last hardware fault, as text.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionaryNow } from '../../hub/dictionary';

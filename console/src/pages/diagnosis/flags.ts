@@ -1,4 +1,4 @@
-// Every flag of every subsystem: what it means, why it comes, what to do.
+// Every flag of every subsystem: meaning, cause, remedy.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -195,7 +195,7 @@ export class LfAllFlags extends LitElement {
 
   @property({ attribute: false }) flags: FlagSeen[] = [];
   @property({ type: Boolean }) stale = false;
-  /** Nothing was ever heard of the monitor. */
+  /** The monitor has never answered. */
   @property({ type: Boolean }) never = false;
   @state() private text = '';
   @state() private open = new Set<string>();
@@ -223,7 +223,7 @@ export class LfAllFlags extends LitElement {
     </section>`;
   }
 
-  /** Only what is open is in the page: there are hundreds of flags. */
+  /** Only open sections are in the page: there are hundreds of flags. */
   private toggled(name: string, event: Event): void {
     if (this.text.trim() !== '') return;
     const open = new Set(this.open);

@@ -22,7 +22,7 @@ const COUNTS = [
   'reconnects',
 ] as const;
 
-/** What is nothing to worry about in any number. */
+/** Counters that are harmless at any value. */
 const USUAL = new Set<string>(['sent', 'received']);
 
 const TRENDS: { measure: Measure; digits: number }[] = [

@@ -1,4 +1,4 @@
-// What the page of diagnosis knows without a screen: flags in order, what to try, the report.
+// The logic of the diagnosis page: flags in order, what to try, the report. Pure.
 import type { DictFlag, Dictionary } from '../../hub/dictionary';
 import type { LinkFigures, Readiness, Severity, Status, Text } from '../../hub/types';
 
@@ -20,7 +20,7 @@ const HARMLESS = new Set(['Pressed', 'Released']);
 
 /**
  * Every flag of every subsystem that the monitor has, in the dictionary's order; of a monitor that
- * was never heard those of all subsystems.
+ * has never answered those of all subsystems.
  */
 export function flagsOf(status: Status | undefined, dict: Dictionary): FlagSeen[] {
   const heard = status?.at_ms != null;
@@ -54,7 +54,7 @@ export function matchingFlags(flags: FlagSeen[], text: string, lang: 'en' | 'ru'
   );
 }
 
-/** Something to do, and what speaks for it. */
+/** A suggested action, and the evidence for it. */
 export interface Try {
   /** A key `diagnosis.try_…`, or the text of the dictionary. */
   key: 'loss' | 'errors' | 'late' | 'collisions' | 'strays' | 'doctor' | 'crash' | null;
@@ -115,7 +115,7 @@ export interface Crash {
   bits: { register: string; bit: number; name: string; meaning: Text; remedy: Text }[];
   unknown: { register: string; bits: number }[];
   notes: { register: string; text: Text }[];
-  /** What the processor was at. */
+  /** What the processor was executing. */
   running: { what: Text; number: number | null } | null;
   /** When no bit says why. */
   summary: Text | null;

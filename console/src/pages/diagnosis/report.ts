@@ -1,4 +1,4 @@
-// A file for service: everything that is known of a monitor at this moment.
+// A file for service: all current data of a monitor.
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
@@ -7,7 +7,7 @@ import { toast } from '../../shell/toasts';
 import { saveFile, stamp } from '../alarms/common';
 import { samplesOf } from './samples';
 
-/** What could be read, or why not: a report without one part is better than none. */
+/** The data, or why they could not be read: a report without one part is better than none. */
 async function part(path: string): Promise<unknown> {
   try {
     return await http.get(path);

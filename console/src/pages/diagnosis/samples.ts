@@ -1,4 +1,4 @@
-// Link statistics of the last minutes, of every monitor: what the hub has kept, then as they come.
+// Link statistics of the last minutes, of every monitor: the hub's history, then new values as they arrive.
 import { http } from '../../hub/http';
 import { linkFigures } from '../../hub/session';
 import { socket } from '../../hub/socket';
@@ -69,7 +69,7 @@ export function samplesOf(monitor: string): Sample[] {
 
 const SERIES = ['sent', 'received', 'retries', 'timeouts', 'errors', 'rtt_ms'] as const;
 
-/** What the hub has kept from before this page was opened, once. */
+/** Reads the hub's history from before this page was opened, once. */
 export async function fillSamples(monitor: string): Promise<void> {
   if (filled.has(monitor) || store.source === 'replay') return;
   filled.add(monitor);
@@ -118,7 +118,7 @@ export function points(monitor: string, measure: Measure): Point[] {
   return samplesOf(monitor).map((sample) => ({ t: sample.t, v: sample[measure] }));
 }
 
-/** How far back curves go that are so old: 1, 2, 5, 10 or 15 minutes. */
+/** Time span of a curve of this age: 1, 2, 5, 10 or 15 minutes. */
 export function spanOf(age_ms: number): number {
   return ([1, 2, 5, 10].find((minutes) => age_ms <= minutes * 60_000) ?? 15) * 60_000;
 }

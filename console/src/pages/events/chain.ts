@@ -1,4 +1,4 @@
-// Whether the audit log is as it was written, and a copy of it.
+// Verification of the audit log, and a copy of it.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
@@ -103,7 +103,7 @@ export class LfAuditChain extends LitElement {
     toast({ kind: 'ok', text: t('events.copied') });
   };
 
-  /** The browser takes it in pieces: a long log does not have to fit into the page. */
+  /** The browser receives it in pieces: a long log need not fit into the page. */
   private readonly save = (): void => {
     const link = document.createElement('a');
     link.href = '/api/audit/export';

@@ -1,4 +1,4 @@
-// A line of the audit log, and what stands behind it.
+// A line of the audit log, with its details.
 import { html, nothing } from 'lit';
 import type { AuditEntry, SubsystemStatus } from '../../hub/types';
 import { dateTime, t, time, type Key } from '../../i18n';
@@ -15,7 +15,7 @@ function named(key: string, other: string): string {
   return text === key ? other : text;
 }
 
-/** `row`: its number in the table, for who does not see it. */
+/** `row`: its number in the table, for screen readers. */
 export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: number) {
   const { first } = deed;
   const words = wordsOf(first);

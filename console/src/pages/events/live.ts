@@ -1,14 +1,14 @@
-// What has happened: from the hub's store, and on as it happens.
+// Events: from the hub's store, then as they happen.
 import { http } from '../../hub/http';
 import { socket } from '../../hub/socket';
 import type { EventSeen } from '../../hub/types';
 
-/** So many are kept. */
+/** Number of events in memory. */
 const MOST = 30_000;
 const LIMIT = 200;
 
 export interface Happened {
-  /** Null: heard just now; the store has its number. */
+  /** Null: just received; the store has its number. */
   n: number | null;
   at_ms: number;
   monitor: string | null;
@@ -20,7 +20,7 @@ interface Wanted {
   text: string;
 }
 
-/** As the hub looks: in both languages, capital and small letters alike. */
+/** Searches as the hub does: in both languages, case-insensitively. */
 export function fits({ monitor, what }: Happened, wanted: Wanted): boolean {
   const text = wanted.text.trim().toLocaleLowerCase();
   const found = [what.en, what.ru].some((one) => one.toLocaleLowerCase().includes(text));
@@ -29,7 +29,7 @@ export function fits({ monitor, what }: Happened, wanted: Wanted): boolean {
 
 export class Happenings extends EventTarget {
   events: Happened[] = [];
-  /** Where older ones begin; null: there are none. */
+  /** Where older ones start; null: there are none. */
   next: number | null = null;
   private filter: Wanted = { monitor: '', text: '' };
   private end: (() => void) | null = null;

@@ -1,4 +1,4 @@
-// The entries of the audit log, a command in a line.
+// The entries of the audit log, one command per line.
 import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -24,7 +24,7 @@ import { learnSimulation, wordsOf } from './words';
 
 const LIMIT = 200;
 const FOLLOW_MS = 2000;
-/** So many entries are kept at once; who reads on leaves the newest behind. */
+/** Number of entries in memory; reading on drops the newest. */
 const MOST = 30_000;
 const ROW_PX = 60;
 
@@ -61,9 +61,9 @@ export class LfAuditLog extends LitElement {
   @state() private text = '';
   @state() private entries: AuditEntry[] | null = null;
   @state() private waiting = 0;
-  /** Where older ones begin; null: there are none. */
+  /** Where older ones start; null: there are none. */
   @state() private next: number | null = null;
-  /** The newest are not in the page any more. */
+  /** The newest are no longer in the page. */
   @state() private left = false;
   @state() private error = '';
   @state() private busy = false;
@@ -124,7 +124,7 @@ export class LfAuditLog extends LitElement {
 
   private matching(): Deed[] {
     const filter = {
-      // The hub has looked for it in what stands in the log; for the words of the page, the page does.
+      // The hub searches the entries of the log; the page searches its own texts.
       text: this.asksHub() ? '' : this.text,
       kind: this.kind,
       ...this.range(),
@@ -260,7 +260,7 @@ export class LfAuditLog extends LitElement {
     </div>`;
   }
 
-  /** The log is in the words of the protocol; what is typed in others is looked for in what is shown. */
+  /** The log uses the words of the protocol; other words are searched for in the displayed texts. */
   private asksHub(): boolean {
     return /^[ -~]*[!-~][ -~]*$/.test(this.text);
   }
@@ -302,7 +302,7 @@ export class LfAuditLog extends LitElement {
     this.next = got.next;
   }
 
-  /** What is new comes by itself. */
+  /** New entries arrive by themselves. */
   private async follow(): Promise<void> {
     if (document.hidden || !this.entries || !store.linked || this.left || this.busy) return;
     const turn = this.turn;

@@ -5,14 +5,14 @@ import type { AuditEntry } from '../../hub/types';
 export type Kind = 'command' | 'jog' | 'authority' | 'alarm' | 'access';
 export type Fate = 'done' | 'open' | 'refused' | 'failed';
 
-/** What somebody did: one entry, or the two or three of a command. */
+/** One action of a user: one entry, or the two or three of a command. */
 export interface Deed {
   /** Number of its first entry that is known. */
   n: number;
   /** Null: an entry of another version of the hub. */
   kind: Kind | null;
   first: AuditEntry;
-  /** With what it ended; null: nothing is known yet. */
+  /** Its outcome; null: unknown yet. */
   answer: AuditEntry | null;
   effect: AuditEntry | null;
   entries: AuditEntry[];
@@ -20,18 +20,18 @@ export interface Deed {
 
 export interface LogFilter {
   text: string;
-  /** `bad`: what did not go as wanted, of any kind. */
+  /** `bad`: failures of any kind. */
   kind: Kind | 'bad' | '';
   from_ms: number | null;
   to_ms: number | null;
 }
 
 const GOOD = new Set(['Ok', 'Accepted', 'Cached', 'stopped', 'standing', 'replaced', 'repeated', 'effect']);
-/** Version of the acts that this page knows. */
+/** Version of the acts that this page supports. */
 const VERSION = 1;
 const ALARMS = ['acknowledge', 'shelve', 'unshelve'];
 
-/** What an entry is about; null: it has only its text. */
+/** The typed act of an entry; null: it has only its text. */
 export function actOf({ act }: AuditEntry): Act | null {
   return act?.v === VERSION ? act : null;
 }
@@ -49,7 +49,7 @@ function number(entry: AuditEntry, name: string): number | null {
   return typeof value === 'number' ? value : null;
 }
 
-/** Entries in any order to deeds, the latest first. */
+/** Groups entries in any order into actions, the latest first. */
 export function deedsOf(entries: AuditEntry[]): Deed[] {
   const askedBy = new Map<number, number>();
   for (const entry of entries) {
@@ -107,8 +107,8 @@ export function matches(deed: Deed, filter: LogFilter, title: string): boolean {
 }
 
 /**
- * New entries before those that are known; null: there is a gap, everything has to be read again.
- * `filtered`: numbers are missing because others are not asked for.
+ * New entries before the known ones; null: there is a gap, everything has to be read again.
+ * `filtered`: numbers are missing because of the filter.
  */
 export function joined(known: AuditEntry[], latest: AuditEntry[], filtered: boolean): AuditEntry[] | null {
   const top = known[0]?.n ?? 0;
@@ -125,7 +125,7 @@ export function fieldTime(value: string): number | null {
   return Number.isFinite(at) ? at : null;
 }
 
-/** Details that are shown as name and value; what is shown otherwise is left out. */
+/** Details that are shown as name and value; those shown in another way are omitted. */
 export function plainDetails(entry: AuditEntry): [string, string][] {
   const apart = new Set(['answers', 'state', 'asked', 'answered', 'at_ms', 'stale']);
   return Object.entries(entry.details ?? {})

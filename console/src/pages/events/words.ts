@@ -1,5 +1,5 @@
-// What entries of the audit log say, in words. They are made from the typed act; an entry without one, of an earlier
-// version of the hub or of a later one, is shown as its text.
+// Texts of entries of the audit log. They are made from the typed act; an entry without one, or of a later version of
+// the hub, is shown as its own text.
 import type { Act, JogEnding, Role, SimAct } from '../../hub/api';
 import { dictionaryNow, flag } from '../../hub/dictionary';
 import { badText, readingOf } from '../../hub/readings';
@@ -11,7 +11,7 @@ import { titleOf } from '../alarms/names';
 import type { Simulation } from '../training/model';
 import { actOf } from './model';
 
-/** What scenarios and faults of the simulation are called. */
+/** Names of scenarios and faults of the simulation. */
 let simulation: Pick<Simulation, 'scenarios' | 'faults'> = { scenarios: [], faults: [] };
 
 export function learnSimulation(known: Pick<Simulation, 'scenarios' | 'faults'>): void {
@@ -32,7 +32,7 @@ export function wordsOf(entry: AuditEntry): string {
   return act ? actWords(act, entry.what) : entry.what;
 }
 
-/** Every kind that the hub writes: the type is made from the hub's own description. */
+/** Every kind that the hub writes: the type comes from the hub's own description. */
 function actWords(act: Act, what: string): string {
   switch (act.type) {
     case 'request':
@@ -143,7 +143,7 @@ function endWords(end: JogEnding, at: (position: number) => string): string {
   }
 }
 
-/** Ok, Denied …: what it means. */
+/** Meaning of Ok, Denied … */
 export function outcomeWords(outcome: string): string {
   return known(`events.outcome_${outcome.replaceAll(' ', '_')}`) ?? outcome;
 }
@@ -153,7 +153,7 @@ export function outcomeMeaning(outcome: string): string {
   return status && !status.success ? tt(status.meaning) : '';
 }
 
-/** The state of a subsystem in a line: position, flags; `brief`: without what the position says. */
+/** The state of a subsystem in a line: position, flags; `brief`: without flags that the position implies. */
 export function stateWords(name: string, state: SubsystemStatus, brief = false): string {
   const parts: string[] = [];
   const value = (quantity: Parameters<typeof show>[0], field: 'position' | 'pressure' | 'flowrate') => {

@@ -4,16 +4,16 @@ import type { DictParam, Dictionary, DictRequest } from '../../hub/dictionary';
 import type { Role, Text } from '../../hub/types';
 
 export interface Offer {
-  /** What is put in place of the word that is being written. */
+  /** The replacement of the word being typed. */
   insert: string;
   text: Text | null;
-  /** A space may follow: there is more to write. */
+  /** A space may follow: more words are expected. */
   more: boolean;
 }
 
 export interface Completed {
   offers: Offer[];
-  /** Where the word begins that is being written. */
+  /** Where the word being typed starts. */
   from: number;
 }
 
@@ -26,7 +26,7 @@ const WORDS: Record<string, string[]> = {
   GetLog: ['first=', 'count='],
 };
 
-/** What the data of a request look like; shown where nothing can be completed. */
+/** The format of a request's data; shown where nothing can be completed. */
 const SHAPES: Record<string, string> = {
   Move: '1200',
   SetParam: '-900',
@@ -73,7 +73,7 @@ function candidates(words: string[], dict: Dictionary, has: (subsystem: string) 
 }
 
 function addressees(request: DictRequest, dict: Dictionary, has: (subsystem: string) => boolean): Offer[] {
-  // A request without a list goes to any subsystem, a parameter's to those that have parameters.
+  // A request without a list may go to any subsystem, one for a parameter to those that have parameters.
   const own = new Set(dict.params.map((p) => p.subsystem));
   const named = request.addressees.length > 0 ? new Set(request.addressees) : null;
   const asks = request.name === 'GetParam' || request.name === 'SetParam';
@@ -111,7 +111,7 @@ function fieldText(request: DictRequest, word: string): Text | null {
   return null;
 }
 
-/** What begins with the word first, then what has it inside; in any case of letters. */
+/** Entries that start with the word first, then those that contain it; case-insensitively. */
 function ranked(offers: Offer[], word: string): Offer[] {
   const wanted = word.toLowerCase();
   if (!wanted) return offers;
@@ -133,7 +133,7 @@ export interface Needs {
 const READS = new Set(['GetStatus', 'GetParam', 'RetrieveLimits', 'GetHotbed', 'GetCrashData', 'GetNetworkStatus', 'GetLog']);
 const OPERATES = new Set(['Move', 'Open', 'Deploy', 'Wrap', 'StartSeek', 'StartQuench', 'StartTrajectory']);
 
-/** What the hub will want of a request (docs/hub-api.md, Who may speak), to say it before it is sent. */
+/** What the hub requires for a request (docs/hub-api.md, Access), to show it before it is sent. */
 export function needsOf(text: string, dict: Dictionary): Needs {
   const words = text.trim().split(/\s+/);
   const name = requestOf(text, dict)?.name ?? words[0] ?? '';

@@ -1,4 +1,4 @@
-// A frame taken apart: records, headers, fields, each with its bytes.
+// A decoded frame: records, headers, fields, each with its bytes.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionaryNow } from '../../hub/dictionary';

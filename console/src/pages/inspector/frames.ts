@@ -1,7 +1,7 @@
-// The frames that have passed, and which of them are shown.
+// The captured frames, and which of them are shown.
 import type { FrameSeen } from '../../hub/types';
 
-/** A frame as it is kept: numbered, with the time since the request it answers. */
+/** A captured frame: numbered, with the time since the request it answers. */
 export interface Kept extends FrameSeen {
   n: number;
   took_ms: number | null;
@@ -45,7 +45,7 @@ export class Frames {
   }
 }
 
-/** Of each frame once: a text of some kilobytes is not searched again at each new frame. */
+/** Once per frame: a text of some kilobytes is not searched again at each new frame. */
 let searched = { wanted: '', found: new WeakMap<Kept, boolean>() };
 
 function finds(frame: Kept, wanted: string): boolean {
@@ -65,7 +65,7 @@ export function shownFrames(list: Kept[], filter: FrameFilter, isPoll: (frame: K
   });
 }
 
-/** Which rows of a list are in sight, with some beside them. */
+/** Which rows of a list are visible, with some neighbours. */
 export function slice(scrollTop: number, height: number, row: number, count: number): [number, number] {
   const beside = 6;
   const first = Math.max(0, Math.min(Math.floor(scrollTop / row) - beside, count - 1));

@@ -1,4 +1,4 @@
-// The frames as they pass, each in two lines. Only what is in sight is in the page.
+// The frames as they pass, each in two lines. Only visible rows are in the page.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
@@ -11,7 +11,7 @@ import { slice, type Kept } from './frames';
 import { styled } from '../../parts/styled';
 
 const ROW = 52;
-/** More of a text is cut off anyway, and dear to lay out. */
+/** A longer text is cut off anyway, and expensive to lay out. */
 const LINE_MOST = 400;
 
 @customElement('lf-frame-list')
@@ -145,7 +145,7 @@ export class LfFrameList extends LitElement {
   @property() label = '';
   private top = 0;
   @state() private height = 400;
-  /** It follows what is new until somebody scrolls back. */
+  /** The list follows new frames until the user scrolls back. */
   @state() private following = true;
   private seen = 0;
   private resize = new ResizeObserver(([entry]) => {
@@ -232,7 +232,7 @@ export class LfFrameList extends LitElement {
     </div>`;
   }
 
-  /** Goes on following; also after a filter has changed. */
+  /** Continues following; also after a filter has changed. */
   readonly follow = (): void => {
     this.following = true;
   };

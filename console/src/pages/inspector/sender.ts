@@ -1,4 +1,4 @@
-// Sends a request as text, completed from the dictionary while it is written.
+// Sends a request as text, completed from the dictionary while it is typed.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
@@ -22,7 +22,7 @@ interface Outcome {
   head: string;
   text: string;
   answers: Answer[];
-  /** Where in the text it was not understood. */
+  /** Position of the error in the text. */
   column: number | null;
 }
 

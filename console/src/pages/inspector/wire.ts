@@ -10,11 +10,11 @@ export interface WireField {
   text: Text | null;
   unit: Text | null;
   type: string;
-  /** Where its bytes stand in the frame. */
+  /** Position of its bytes in the frame. */
   from: number;
   to: number;
   value: number;
-  /** Names of what the value stands for: flags that are set, a parameter, a status. */
+  /** Names of what the value means: flags that are set, a parameter, a status. */
   names: string[];
 }
 
@@ -31,9 +31,9 @@ export interface WireRecord {
   /** The layout that fits; null: none does. */
   layout: string | null;
   fields: WireField[];
-  /** Bytes that no layout explains. */
+  /** Bytes that are in no layout. */
   rest: { from: number; to: number } | null;
-  /** Cut short. */
+  /** Truncated. */
   broken: boolean;
 }
 
@@ -168,7 +168,7 @@ export function flagNames(bits: number, flags: DictFlag[], dict: Dictionary): st
   });
 }
 
-/** A frame that only asks for the state, or answers that: the poll of the hub. */
+/** A frame that only asks for the state, or its answer: the hub's poll. */
 export function isPoll(bytes: number[], dict: Dictionary): boolean {
   const poll = dict.requests.find((r) => r.name === 'GetStatus')?.id;
   for (let at = 0; at < bytes.length; ) {

@@ -1,5 +1,5 @@
-// What the two pages before the console share: a form alone in the middle, that says in the page's own
-// words what is wrong with each field, and how long to wait after a wrong try.
+// Shared by the two pages before the console: a single form, which says what is wrong with each field, and
+// how long to wait after a failed attempt.
 import { LitElement, css, html, nothing } from 'lit';
 import { state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
@@ -108,7 +108,7 @@ export abstract class Entrance extends LitElement {
     `,
   ];
 
-  /** Of the whole try; of single fields by name. */
+  /** Errors of the whole attempt, and of single fields by name. */
   @state() protected error = '';
   @state() protected wrong: Record<string, string> = {};
   @state() protected busy = false;
@@ -117,11 +117,11 @@ export abstract class Entrance extends LitElement {
   @state() private capitals = false;
   private timer = 0;
 
-  /** Tries it: rejects with a HubError. */
+  /** The attempt: rejects with a HubError. */
   protected abstract enter(data: Record<string, string>): Promise<Session>;
-  /** What is wrong before it is tried, by the names of fields. */
+  /** Errors that are visible before the attempt, by the names of fields. */
   protected abstract check(data: Record<string, string>): Record<string, string>;
-  /** What the hub's refusal means here; else its own words are shown. */
+  /** The meaning of the hub's refusal here; else its own text is shown. */
   protected abstract refusal(code: string): string;
 
   override firstUpdated(): void {

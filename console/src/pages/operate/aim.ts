@@ -1,6 +1,6 @@
-// Where a press on the plan aims: by the jet when water flows, else by the line of sight. The monitor itself
-// corrects a program so (§3.14), and aims direct while it has no pressure to compute with (§3.3.6/5); a Move it
-// takes as it is, so the hub is asked, which computes it with the monitor's own law.
+// Where a press on the plan aims: by the jet while water flows, else by the line of sight. The monitor itself
+// corrects a program in this way (§3.14), and aims directly without a valid pressure (§3.3.6/5). It executes a
+// Move uncorrected, so the hub computes the elevation, with the monitor's own code.
 import { jets, solve, type NoJet } from '../../hub/jets';
 import { store } from '../../hub/store';
 import type { Site } from '../../hub/types';
@@ -10,21 +10,21 @@ import { bearingText, lengthText } from '../../parts/words';
 import { show } from '../../units';
 import { field, limits } from './state';
 
-/** An answer that took longer is not followed by a motion: nobody expects it any more. */
+/** An answer that took longer, ms, causes no motion: the operator no longer expects it. */
 export const SOLVED_MOST_MS = 1000;
 
 export interface Aimed {
   Horizontal: number;
   Vertical: number;
-  /** What has been computed, in words. */
+  /** The computed aim, as text. */
   text: string;
   kind: 'ok' | 'info' | 'warning';
 }
 
-/** The pressure has no valid value: nothing is aimed before somebody gives one. */
+/** The pressure has no valid value: nothing is aimed until the operator gives one. */
 export const UNKNOWN = 'pressure_unknown';
 
-/** Whether there is a jet that is aimed. */
+/** Whether there is a jet to aim. */
 export function flows(monitor: string, site: Site): boolean {
   const asked = jetAsked(site.monitors[monitor], store.get(`monitors/${monitor}/status`));
   if (!asked || asked.pressure_datm !== field(monitor, 'General', 'pressure')) return false;

@@ -1,4 +1,4 @@
-// What the monitor does by itself: deploy, wrap, search, extinguish by a drawn sector, by a stored
+// Automatic operations of the monitor: deploy, stow, search, extinguish a drawn sector, by a stored
 // program, along stored trajectories.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
@@ -17,10 +17,10 @@ import { parse, show, unitText } from '../../units';
 import { wholeLength } from './found';
 import { exists, limits, position, posture } from './state';
 
-/** 60 mm is the narrowest of the usual nozzle; the limits tell that of this one. */
+/** 60 mm is the narrowest position of the usual nozzle; the limits have that of this one. */
 const NOZZLE_USUAL_MM = 60;
 const STEP_USUAL_DEG = 2;
-/** What burns on the ground near a high barrel is far below it. */
+/** A fire on the ground near a high barrel is far below it. */
 const SEEK_USUAL = { from: -5400, to: 5400, low: -1800, high: 600 };
 const PROGRAMS = 8;
 
@@ -54,7 +54,7 @@ export class LfAutomatic extends LitElement {
         font-size: 12.5px;
         letter-spacing: -0.01em;
       }
-      /* A tablet on its side shows all of them without scrolling. */
+      /* A tablet in landscape format shows all of them without scrolling. */
       @media (max-height: 820px) {
         .card {
           padding: 8px 12px;
@@ -100,7 +100,7 @@ export class LfAutomatic extends LitElement {
 
   @property() monitor = '';
   @property() tool: Tool = 'look';
-  /** How many hotbeds the last search has found; whether one of them is taken as the sector. */
+  /** Number of fire spots of the last search; whether one of them is used as the sector. */
   @property({ type: Number }) found = 0;
   @property({ type: Boolean }) taking = false;
   @property({ attribute: false }) sector: QuenchSector | null = null;
@@ -368,7 +368,7 @@ export class LfAutomatic extends LitElement {
   }
 }
 
-/** What keeps the monitor from reckoning the jet: then it aims direct (§3.3.6/5). */
+/** What prevents the monitor from computing the jet: then it aims directly (§3.3.6/5). */
 const UNRECKONED = ['TrajectoryPressureFault', 'TrajectoryRangeFault', 'TrajectoryAngleFault'];
 
 function directAim(monitor: string): string {

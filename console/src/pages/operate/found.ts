@@ -1,5 +1,5 @@
-// What the search has found becomes a sector to extinguish: which hotbed, how far it is, where that
-// comes from and what it is worth. Nothing is commanded by a distance that nobody has seen.
+// A found fire spot becomes a sector to extinguish: which one, its distance, how the distance was
+// computed and how reliable it is. No command uses a distance that the operator has not seen.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { store, TopicController } from '../../hub/store';
@@ -13,13 +13,13 @@ import { base, fields } from '../../theme/shared';
 import { fromWire, parse, show, unitText } from '../../units';
 import { limits } from './state';
 
-/** A hotbed is seen smaller than what burns; the jet is to fall around it. */
+/** A fire spot looks smaller than the fire; the jet must also fall around it. */
 const LEAST_ARCMIN = 60;
-/** The monitor's own height and the hub's may differ by so much. */
+/** Permitted difference between the monitor's own height and the hub's, m. */
 const SAME_HEIGHT_M = 0.25;
 const CM = 100;
 
-/** How high the nozzle stands, and who says so; null: nobody does. */
+/** Height of the nozzle and its source; null: unknown. */
 export interface Height {
   height_m: number;
   from: 'hub' | 'monitor';
@@ -71,9 +71,9 @@ export class LfFound extends LitElement {
   ];
 
   @property() monitor = '';
-  /** Of the hotbeds, the brightest first. */
+  /** Of the fire spots, the brightest first. */
   @state() private chosen = 0;
-  /** What the operator has written; null: what is reckoned counts. */
+  /** What the operator has entered; null: the computed value counts. */
   @state() private typed: string | null = null;
   private told = '';
 
@@ -157,7 +157,7 @@ export class LfFound extends LitElement {
     return box ? reckonFor(this.monitor, box) : null;
   }
 
-  /** What stands in the field before anybody has written there: nothing, where it is a guess. */
+  /** Initial content of the field: empty if the distance is only an estimate. */
   private offered(of: Reckoned): string {
     if (!('distance_m' in of) || of.how === 'far' || isDoubtful(of)) return '';
     return fromWire('length', Math.round(of.distance_m)).toFixed(0);
@@ -200,7 +200,7 @@ export class LfFound extends LitElement {
   }
 }
 
-/** Whole metres go over the wire, and nothing here is known better. */
+/** The wire has whole metres, and nothing here is more precise. */
 export function wholeLength(distance_m: number): string {
   return `${num(fromWire('length', distance_m))}\u202f${unitText('length')}`;
 }
@@ -222,7 +222,7 @@ function configured(): Site | null {
   return (store.get('hub') ?? store.hello?.hub)?.site ?? null;
 }
 
-/** The monitor's parameter Height, which its own ballistics take, where it has been read. */
+/** The monitor's parameter Height, which its own ballistics use, if it has been read. */
 function ownHeight_m(monitor: string): number | null {
   const cm = store.get(`monitors/${monitor}/params`)?.values.Control?.Height?.values?.[0];
   return cm === undefined ? null : cm / CM;

@@ -1,4 +1,4 @@
-// Moving by hand: stick on screen, keyboard, gamepad; nozzle. Hold to move.
+// Motion by hand: stick on screen, keyboard, gamepad; nozzle. Hold to move.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
@@ -220,7 +220,7 @@ export class LfHand extends LitElement {
     return '';
   }
 
-  /** What the monitor says it moves; the way is that of the hand, as the flag has none. */
+  /** The drives that the monitor reports as moving; the direction is that of the control, as the flag has none. */
   private moving(): Holding {
     const moving: Holding = {};
     for (const drive of AIMED) {

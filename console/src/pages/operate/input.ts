@@ -1,4 +1,4 @@
-// Which drives hands want moved: stick on screen, keyboard and gamepad together. Pure.
+// Which drives to move: stick on screen, keyboard and gamepad together. Pure.
 import { ofStick, type Holding } from '../../parts/hold';
 
 const KEYS: Record<string, Holding> = {
@@ -49,7 +49,7 @@ export function ofPad(pad: PadLike, held: Holding): Holding {
 /** B of a gamepad. */
 export const PAD_STOP = 1;
 
-/** The first source that wants a drive has it. */
+/** The first source that requests a drive gets it. */
 export function together(sources: Iterable<Holding>): Holding {
   const sum: Holding = {};
   for (const source of sources) {

@@ -1,5 +1,5 @@
-// The monitors as the plan shows them. Made anew for those alone of which something has changed: with a
-// hundred of them each change would be dear otherwise.
+// The monitors as the plan shows them. Rebuilt only for those that have changed: with a hundred monitors
+// each change would be expensive otherwise.
 import { jets, type Jet } from '../../hub/jets';
 import { store } from '../../hub/store';
 import type { Scene, Site } from '../../hub/types';
@@ -18,7 +18,7 @@ export class OnPlan {
     });
   }
 
-  /** What the programs scan that run, as far as the hub knows their numbers. */
+  /** The sectors of running programs, if the hub knows their numbers. */
   running(site: Site, ids: readonly string[]): Record<string, Sector> {
     return Object.fromEntries(
       ids.flatMap((id) => {

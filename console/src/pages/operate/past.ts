@@ -1,4 +1,4 @@
-// Hours and days of a few values, from the history: the mean of each span as a line, least to greatest as an area.
+// Hours and days of a few values, from the history: the mean of each interval as a line, minimum to maximum as an area.
 import { LitElement, css, html, nothing, type PropertyValues } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
@@ -11,9 +11,9 @@ import { base } from '../../theme/shared';
 import { fromWire } from '../../units';
 import type { Source } from './sources';
 
-/** As many spans as a wide picture has room for. */
+/** Number of intervals that fit into a wide picture. */
 const POINTS = 600;
-/** Of changes the hub keeps the extremes of a quarter as many parts. */
+/** For changes the hub keeps the extremes of a quarter as many parts. */
 const CHANGES = 4 * POINTS;
 const AGAIN_MS = 30_000;
 
@@ -58,7 +58,7 @@ export class LfPast extends LitElement {
   @state() private resolution_ms = 0;
   @state() private fault = '';
   @query('lf-plot') private plot!: LfPlot;
-  /** Only the latest question counts. */
+  /** Only the latest query counts. */
   private asked = 0;
   private timer = 0;
 

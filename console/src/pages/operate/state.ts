@@ -1,4 +1,4 @@
-// What the operate page reads of a monitor, and why its controls would do nothing.
+// What the operate page reads from a monitor, and why its controls are disabled.
 import { validOf } from '../../hub/readings';
 import { has, whyNot } from '../../hub/session';
 import { store } from '../../hub/store';
@@ -7,12 +7,12 @@ import { t } from '../../i18n';
 import type { QuenchSector } from '../../parts/geometry';
 import type { Holding } from '../../parts/hold';
 
-/** Where a program is drawn that does not say how far it is. */
+/** Where a program without a distance is drawn, m. */
 const UNKNOWN_M = 25;
 
 export const AIMED = ['Horizontal', 'Vertical', 'Nozzle'] as const;
 
-/** A value to compute with: null also where a flag says that it is bad. */
+/** A value to compute with: null also if a flag marks it as bad. */
 export function field(monitor: string, subsystem: string, name: string): number | null {
   return validOf(store.get(`monitors/${monitor}/status`)?.subsystems[subsystem], name);
 }
@@ -25,7 +25,7 @@ export function limits(monitor: string, drive: 'Horizontal' | 'Vertical' | 'Nozz
   return store.get(`monitors/${monitor}/limits`)?.[drive] ?? null;
 }
 
-/** Whether it has a subsystem; one that has never answered is taken to have all. */
+/** Whether it has a subsystem; a monitor that has never answered is assumed to have all. */
 export function exists(monitor: string, subsystem: string): boolean {
   const status = store.get(`monitors/${monitor}/status`);
   return status?.at_ms ? subsystem in status.subsystems : true;
@@ -72,7 +72,7 @@ export function quenchOf(request: string | null | undefined): Omit<QuenchSector,
   };
 }
 
-/** Drives that move, and where to as far as it is known. */
+/** Drives that move, and their targets if known. */
 export function limitsReached(monitor: string): Holding {
   const at: Holding = {};
   for (const drive of AIMED) {

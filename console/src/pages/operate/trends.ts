@@ -1,4 +1,4 @@
-// Pressure and flow, and the currents of the drives: as they come, or over hours and days from the history.
+// Pressure, flow and the currents of the drives: as they arrive, or over hours and days from the history.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
@@ -18,7 +18,7 @@ const MINUTE_MS = 60_000;
 const HOUR_MS = 60 * MINUTE_MS;
 const DAY_MS = 24 * HOUR_MS;
 const PAST_MS = 15 * MINUTE_MS;
-/** As they come, up to so much; the longer ones are read from the history. */
+/** Live values up to this span; longer ones are read from the history. */
 const SPANS_MS = [1, 5, 15].map((n) => n * MINUTE_MS);
 const LONG_MS = [HOUR_MS, 8 * HOUR_MS, DAY_MS, 7 * DAY_MS, 31 * DAY_MS];
 
@@ -153,7 +153,7 @@ export class LfTrends extends LitElement {
     )}</div>`;
   }
 
-  /** A recording has no more than it shows. */
+  /** A recording has no other data. */
   private choice() {
     const all = store.source === 'replay' ? SPANS_MS : [...SPANS_MS, ...LONG_MS];
     return html`<select
@@ -167,7 +167,7 @@ export class LfTrends extends LitElement {
 
   private readonly made = new Map<What, PlotSeries[]>();
 
-  /** Once: a new list would clear the plot. */
+  /** Created once: a new list would clear the plot. */
   private series(what: What): PlotSeries[] {
     const made = this.made.get(what) ?? seriesOf(what);
     this.made.set(what, made);
@@ -188,7 +188,7 @@ export class LfTrends extends LitElement {
     }
   }
 
-  /** What was before the page was opened, from the history. */
+  /** Values from before the page was opened, from the history. */
   private async past(): Promise<void> {
     if (store.source === 'replay') return;
     const to = store.now();

@@ -1,4 +1,4 @@
-// A value of a monitor as the pages show it: with its age's look, and struck out where a flag says that it is bad.
+// A value of a monitor as the pages show it: grey if it is stale, struck out if a flag marks it as bad.
 import { html } from 'lit';
 import { badText, reading } from '../../hub/readings';
 import { store } from '../../hub/store';

@@ -130,7 +130,7 @@ export class LfValves extends LitElement {
     const going = state === 'Opening' || state === 'Closing';
     const kind = `${state === 'Open' ? 'open' : ''} ${going ? 'going' : ''} ${foam ? 'foam' : ''}`;
     const why = state === 'Open' ? t('operate.valve_is_open') : whyNotWork(monitor, valve);
-    // Close is refused to nobody, and tried whatever is known of the link.
+    // Close is never refused, and tried whatever the state of the link.
     const whyClose = store.source === 'replay' ? t('why.replay') : '';
     return html`<div class="valve ${kind}" id=${valve}>
       <div class="name">

@@ -24,7 +24,7 @@ export interface Backup {
   unread: Map<string, string>;
 }
 
-/** Why a file is no backup: a text of the console with its parts. */
+/** Why a file is not a backup: a text of the console with its parts. */
 export class FileError extends Error {
   constructor(
     readonly key: Key,
@@ -178,11 +178,11 @@ function aboutOf(table: Map<string, TomlValue> | undefined): About {
 export interface Difference {
   title: string;
   file: number[];
-  /** Of the monitor; undefined: unset, or not read. */
+  /** The monitor's value; undefined: unset, or not read. */
   monitor: number[] | undefined;
 }
 
-/** What a restore would write, in the dictionary's order; and what the monitor does not have. */
+/** What a restore would write, in the dictionary's order; and the parameters that the monitor does not have. */
 export function differences(
   backup: Backup,
   dictionary: Dictionary,
@@ -204,7 +204,7 @@ export function differences(
   return { differ, same: equal, absent };
 }
 
-/** Is the file of a monitor with other subsystems? */
+/** Whether the file is from a monitor with other subsystems. */
 export function otherKind(backup: Backup, present: readonly string[]): boolean {
   const of = backup.about.subsystems;
   return of.length > 0 && (of.length !== present.length || of.some((n) => !present.includes(n)));

@@ -1,4 +1,4 @@
-// A file beside the monitor: what differs, what to restore, and what became of each.
+// A file compared with the monitor: what differs, what to restore, and the outcome of each.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { param as paramOf, type DictParam, type Dictionary } from '../../hub/dictionary';
@@ -20,7 +20,7 @@ export interface OpenFile {
   name: string;
   text: string;
   backup: Backup;
-  /** It goes on with a restore that was interrupted. */
+  /** It continues an interrupted restore. */
   journal: Journal | null;
 }
 
@@ -132,7 +132,7 @@ export class LfParamFile extends LitElement {
   @property({ attribute: false }) editing!: Editing;
   @property({ attribute: false }) present: readonly string[] = [];
   @property() why = '';
-  /** Changes with everything that is shown. */
+  /** Changes whenever something shown changes. */
   @property({ type: Number }) turn = 0;
   @state() private chosen = new Set<string>();
   @state() private lines: Line[] = [];
@@ -141,7 +141,7 @@ export class LfParamFile extends LitElement {
 
   override willUpdate(changed: Map<string, unknown>): void {
     if (changed.has('file')) this.compare(true);
-    // What the monitor has may have been read anew; outcomes of a restore stay to be read.
+    // The monitor's values may have been read again; outcomes of a restore stay visible.
     else if (!this.editing.busy && !this.lines.some((line) => line.outcome)) this.compare(false);
   }
 
@@ -261,7 +261,7 @@ export class LfParamFile extends LitElement {
       file: values,
       before: monitor,
     }));
-    // What was begun may read as it should and not be stored: it is written again.
+    // A value whose write was started may read back correctly without being stored: it is written again.
     for (const title of file.journal?.begun ?? []) {
       const values = file.backup.values.get(title);
       const known = this.lines.some((line) => titleOf(line.param) === title);
@@ -305,7 +305,7 @@ export class LfParamFile extends LitElement {
     await this.go(lines);
   };
 
-  /** Writes; the journal in the browser knows at any moment what is not known to be stored. */
+  /** Writes; the journal in the browser always lists what is not known to be stored. */
   async go(lines: readonly Line[] = this.toDo()): Promise<void> {
     const { editing, file } = this;
     const { monitor } = editing;

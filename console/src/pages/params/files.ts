@@ -9,7 +9,7 @@ export function download(name: string, text: string, type = 'text/plain'): void 
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
 
-/** The file that was chosen in a field; the same one may be chosen again. */
+/** The file chosen in a field; the same one may be chosen again. */
 export async function opened(event: Event): Promise<{ name: string; text: string } | null> {
   const field = event.target as HTMLInputElement;
   const file = field.files?.[0];

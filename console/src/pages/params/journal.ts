@@ -1,5 +1,5 @@
-// What a restore has begun and what is known to be stored, kept in the browser: after a broken
-// connection or a closed page the same restore goes on with what is missing.
+// What a restore has started and what is known to be stored, in the browser's storage: after a broken
+// connection or a closed page the same restore continues with what is missing.
 
 export interface Journal {
   /** The file, as it was read. */
@@ -8,7 +8,7 @@ export interface Journal {
   at_ms: number;
   /** Titles that were ticked. */
   chosen: string[];
-  /** Begun and not known to be stored: written again even when they read as they should. */
+  /** Started and not known to be stored: written again even if they read back correctly. */
   begun: string[];
 }
 
@@ -28,6 +28,6 @@ export function writeJournal(monitor: string, journal: Journal | null, storage: 
     if (journal) storage.setItem(key(monitor), JSON.stringify(journal));
     else storage.removeItem(key(monitor));
   } catch {
-    // Without it the restore goes on; only its resumption knows less.
+    // The restore continues without it; only a later resumption has less data.
   }
 }

@@ -8,7 +8,7 @@ export function titleOf(param: { subsystem: string; name: string }): string {
   return `${param.subsystem}.${param.name}`;
 }
 
-/** What a backup has: everything that is stored and may be set. */
+/** The content of a backup: everything that is stored and may be set. */
 export function isKept(param: DictParam): boolean {
   return param.storage === 'stored' && param.access === 'read-write';
 }
@@ -29,7 +29,7 @@ export function rangeOf(param: DictParam, at: number): { min: number; max: numbe
   return elements.length ? elements[at % elements.length]! : param;
 }
 
-/** What is wrong with values, as a monitor would see it (§3.5/3, /4). */
+/** What is wrong with values, by the monitor's checks (§3.5/3, /4). */
 export function check(param: DictParam, values: readonly number[]): Problem | null {
   const { min, max, step } = param.len;
   const fits = values.length >= min && values.length <= max && values.length % step === 0;
@@ -49,7 +49,7 @@ export function same(a: readonly number[] | undefined, b: readonly number[] | un
   return a.length === b.length && a.every((value, at) => value === b[at]);
 }
 
-/** The default as values: a trajectory's is no point, a program's seven zeros. */
+/** The default as values: no point for a trajectory, seven zeros for a program. */
 export function defaultOf(param: DictParam): number[] {
   return new Array<number>(param.len.min).fill(param.default);
 }
@@ -80,7 +80,7 @@ const PLAIN: Plain = {
 /** The scale of a unit that the operator can choose: angle or pressure. */
 export type Chosen = (quantity: 'angle' | 'pressure') => Scale;
 
-/** How a parameter's single value is shown; `wire`: in the monitor's own numbers. */
+/** Scale of a parameter's single value; `wire`: in the monitor's own numbers. */
 export function scaleOf(param: DictParam, lang: 'en' | 'ru', wire: boolean, chosen: Chosen): Scale {
   if (wire) return { ...AS_IS, unit: param.unit[lang].replace("'", '′') };
   // One more digit than elsewhere: no arc-minute may be lost between showing and typing.
@@ -96,7 +96,7 @@ function finer(scale: Scale): Scale {
   return { ...scale, digits: scale.factor === 1 ? 0 : Math.max(digits, scale.digits) };
 }
 
-/** For a field: no more digits than are needed to get the same number back. */
+/** For a field: only the digits that are needed to get the same number back. */
 export function toField(value: number, scale: Scale): string {
   for (let digits = 0; digits < scale.digits; digits += 1) {
     const text = (value * scale.factor).toFixed(digits);
@@ -106,17 +106,17 @@ export function toField(value: number, scale: Scale): string {
   return clean((value * scale.factor).toFixed(scale.digits));
 }
 
-/** What was typed, as a value of the wire; null when it is no number. */
+/** Typed text as a value of the wire; null if it is not a number. */
 export function fromField(text: string, scale: Scale): number | null {
   const plain = text.trim().replace('−', '-').replace(',', '.');
   if (!/^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain)) return null;
   const wire = Number(plain) / scale.factor;
-  // In the monitor's own numbers a fraction is a mistake, not a matter of rounding.
+  // In the monitor's own numbers a fraction is an error and is not rounded.
   if (scale.factor === 1 && !Number.isInteger(wire)) return null;
   return Math.round(wire);
 }
 
-/** A list of numbers: `1800, −120; 60`. Null when something of it is no whole number. */
+/** A list of numbers: `1800, −120; 60`. Null if any is not a whole number. */
 export function fromList(text: string): number[] | null {
   const words = text.replaceAll('−', '-').split(/[\s,;]+/).filter((word) => word !== '');
   if (!words.every((word) => /^[+-]?\d+$/.test(word))) return null;
@@ -146,7 +146,7 @@ export function groups(
     .filter((group) => group.params.length > 0);
 }
 
-/** Does a parameter answer to what was typed into the search? Every word has to be somewhere. */
+/** Whether a parameter matches the search: every word must occur somewhere. */
 export function matches(param: DictParam, subsystem: Text, search: string): boolean {
   const words = search.toLocaleLowerCase().split(/\s+/).filter(Boolean);
   if (!words.length) return true;

@@ -1,4 +1,4 @@
-// One parameter: its name and meaning, the field, what the monitor has, and what became of writing.
+// One parameter: name and meaning, the field, the monitor's value, the outcome of writing.
 import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { DictParam } from '../../hub/dictionary';
@@ -23,7 +23,7 @@ export class LfParamRow extends LitElement {
   @property({ attribute: false }) editing!: Editing;
   /** Why nothing can be written now. */
   @property() why = '';
-  /** Changes with everything that is shown. */
+  /** Changes whenever something shown changes. */
   @property({ type: Number }) turn = 0;
 
   override render() {
@@ -65,7 +65,7 @@ export class LfParamRow extends LitElement {
       : nothing}${changed ? html`<span class="mark strong">${t('params.not_default')}</span>` : nothing}`;
   }
 
-  /** Kept on a remote unit, where there is one. */
+  /** Stored on a remote unit, if there is one. */
   private onUnit(): boolean {
     const { param, editing } = this;
     if (param.placement !== 'unit') return false;

@@ -1,26 +1,26 @@
-// Writing parameters: the hub waits until each is stored (§3.5/9). A busy monitor is asked again; what an
-// incomplete set holds back is written once more at the end.
+// Writing parameters: the hub waits until each is stored (§3.5/9). A busy monitor is asked again; values
+// held back by an incomplete set are written once more at the end.
 import { commands } from '../../hub/commands';
 import type { DictParam } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
 import type { Answer, Result } from '../../hub/types';
 import { same, titleOf } from './model';
 
-/** What became of a value. */
+/** Outcome of writing a value. */
 export type Saved =
-  /** It stands in non-volatile memory. */
+  /** It is in non-volatile memory. */
   | 'stored'
-  /** It is in force; nothing has said that it is stored. */
+  /** It is in force; that it is stored is unconfirmed. */
   | 'unconfirmed'
-  /** It is in force until the next reset: the memory takes nothing. */
+  /** It is in force until the next reset: the memory rejects writes. */
   | 'write_failed'
-  /** Kept in the working memory until the subsystem's set is complete. */
+  /** In RAM until the subsystem's set is complete. */
   | 'incomplete';
 
-/** What writing needs of the console; a test has its own. */
+/** The functions of the console that writing needs; tests use their own. */
 export interface Ways {
   send: (text: string) => Promise<Result>;
-  /** Sets a parameter, and is answered when it is stored. */
+  /** Sets a parameter; resolves when it is stored. */
   save: (text: string) => Promise<Result>;
   pause: (ms: number) => Promise<void>;
 }
@@ -40,7 +40,7 @@ export function requestOf(param: DictParam, values: readonly number[]): string {
   return ['SetParam', param.subsystem, param.name, ...values].join(' ');
 }
 
-/** Writes a parameter and waits until it is stored. Rejects when it was not taken. */
+/** Writes a parameter and waits until it is stored. Rejects if it was refused. */
 export async function save(ways: Ways, param: DictParam, values: readonly number[]): Promise<Saved> {
   const text = requestOf(param, values);
   for (let tries = 1; ; tries += 1) {
@@ -78,7 +78,7 @@ function refusal(error: HubError): string {
   return error.code === 'refused' ? (answers?.[0]?.status ?? '') : '';
 }
 
-/** A value that is set twice is the same value: these may be tried again. */
+/** Setting a value twice is harmless: these may be tried again. */
 function passes(error: HubError): boolean {
   const codes = ['no_answer', 'outcome_unknown', 'not_sent', 'slow_down'];
   return codes.includes(error.code) || ['Busy', 'NotCached', 'Cached'].includes(refusal(error));
@@ -92,7 +92,7 @@ function pauseOf(error: HubError): number {
 export interface Item {
   param: DictParam;
   wanted: number[];
-  /** What the monitor had; undefined: unset. */
+  /** The previous value; undefined: unset. */
   before: number[] | undefined;
 }
 
@@ -102,7 +102,7 @@ export type Outcome =
   | { state: 'other'; values: number[] | null }
   | { state: 'failed'; error: HubError };
 
-/** What could shut us out comes last: who talks to the monitor, and how. */
+/** Parameters that could cut the connection come last. */
 export function inOrder(items: readonly Item[]): Item[] {
   const last = ['General.Address', 'General.Chain', 'ExternalConn.Check', 'Radio.Check'];
   return [...items].sort(
@@ -111,7 +111,7 @@ export function inOrder(items: readonly Item[]): Item[] {
 }
 
 /**
- * Writes parameters one after another and reads them again. `tell` hears what becomes of each;
+ * Writes parameters one after another and reads them again. `tell` is called with the outcome of each;
  * `stopped` ends it before the next one.
  */
 export async function saveAll(
@@ -134,14 +134,14 @@ export async function saveAll(
     } catch (cause) {
       const error = HubError.of(cause);
       tell(title, { state: 'failed', error });
-      // Nothing will go through to a monitor or a hub that cannot be reached.
+      // The monitor or the hub is unreachable: further writes would fail.
       return !['not_linked', 'no_authority', 'not_connected', 'role'].includes(error.code);
     }
   };
   for (const item of inOrder(items)) {
     if (stopped() || !(await write(item, false))) break;
   }
-  // The monitor has kept them, and stores them with the last one of the set (§3.5/6).
+  // The monitor has them in RAM, and stores them with the last one of the set (§3.5/6).
   for (const item of held) {
     if (stopped() || !(await write(item, true))) break;
   }

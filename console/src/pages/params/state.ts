@@ -1,4 +1,4 @@
-// What is being edited, by monitor: it outlives the page, so that looking elsewhere loses nothing.
+// The values being edited, by monitor: they outlive the page, so that nothing is lost on another page.
 import { dictionaryNow, type DictParam } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
@@ -19,9 +19,9 @@ import { scaleFor, textOf } from './words';
 export type Typed = { values: number[] } | { problem: Problem };
 
 export class Editing extends EventTarget {
-  /** What was typed, in whole numbers of the wire where it is one, by title. */
+  /** Typed values by title, as whole numbers of the wire if valid. */
   private readonly edits = new Map<string, { text: string; typed: Typed }>();
-  /** Read back after writing; the hub's own reading follows a little later. */
+  /** Read back after writing; the hub's own read follows a little later. */
   private readonly fresh = new Map<string, { values: number[]; at_ms: number }>();
   readonly outcomes = new Map<string, Outcome>();
   /** Written, and in force only after a restart. */
@@ -39,7 +39,7 @@ export class Editing extends EventTarget {
     return store.get(`monitors/${this.monitor}/params`);
   }
 
-  /** The monitor's value, as last heard. */
+  /** The monitor's value, as last read. */
   value(param: DictParam): number[] | undefined {
     const params = this.params();
     const fresh = this.fresh.get(titleOf(param));
@@ -47,7 +47,7 @@ export class Editing extends EventTarget {
     return params?.values[param.subsystem]?.[param.name]?.values;
   }
 
-  /** What stands in the field. */
+  /** Content of the field. */
   text(param: DictParam): string {
     return this.edits.get(titleOf(param))?.text ?? textOf(param, this.value(param));
   }
@@ -81,7 +81,7 @@ export class Editing extends EventTarget {
     this.changed();
   }
 
-  /** Shows typed values in the units that are chosen now. */
+  /** Shows typed values in the units that are selected now. */
   reshow(): void {
     for (const param of this.edited()) {
       const edit = this.edits.get(titleOf(param))!;
@@ -95,7 +95,7 @@ export class Editing extends EventTarget {
     return all.filter((param) => isKept(param) && this.edits.has(titleOf(param)));
   }
 
-  /** Everything that the monitor has a value of, by title. */
+  /** All known values of the monitor, by title. */
   read(title: string): number[] | undefined {
     const param = dictionaryNow()?.params.find((p) => titleOf(p) === title);
     return param && this.value(param);
@@ -121,7 +121,7 @@ export class Editing extends EventTarget {
     }
   }
 
-  /** Writes what was typed: one parameter, or all that are changed and sound. */
+  /** Writes typed values: one parameter, or all that are changed and valid. */
   async write(params: readonly DictParam[]): Promise<void> {
     const items: Item[] = [];
     for (const param of params) {
@@ -133,7 +133,7 @@ export class Editing extends EventTarget {
     await this.save(items);
   }
 
-  /** Writes given values; `tell` hears of each. */
+  /** Writes given values; `tell` is called for each. */
   async save(
     items: readonly Item[],
     tell: (title: string, outcome: Outcome) => void = () => {},

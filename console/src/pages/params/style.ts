@@ -32,7 +32,7 @@ export const rowStyle = [
     }
     .row {
       display: grid;
-      /* On a wide screen a value stays near its name. */
+      /* On a wide screen a value is near its name. */
       grid-template-columns: minmax(200px, 640px) 240px 176px 208px;
       gap: 4px var(--s3);
       align-items: start;

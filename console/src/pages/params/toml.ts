@@ -1,10 +1,10 @@
-// TOML as far as a file of parameters needs it: tables, whole numbers, strings, truth values, and
-// lists of them. Everything else is read as `null`: the caller says what it wanted instead.
+// The part of TOML that a file of parameters needs: tables, integers, strings, booleans, and
+// arrays of them. Everything else is read as `null`: the caller says what it expected instead.
 
 export type TomlValue = number | string | boolean | null | TomlValue[];
 export type TomlTable = Map<string, TomlValue>;
 
-/** Not TOML, with the line where that was seen. */
+/** Not TOML, with the line of the error. */
 export class TomlError extends Error {
   constructor(readonly line: number) {
     super(`line ${line}`);
@@ -12,7 +12,7 @@ export class TomlError extends Error {
   }
 }
 
-/** Tables by name; what stands before the first one is in the table ''. */
+/** Tables by name; the lines before the first one are in the table ''. */
 export function readToml(text: string): Map<string, TomlTable> {
   const reader = new Reader(text);
   const tables = new Map<string, TomlTable>([['', new Map()]]);
@@ -37,7 +37,7 @@ export function readToml(text: string): Map<string, TomlTable> {
   return tables;
 }
 
-/** A string as TOML has it; what cannot be seen becomes a space. */
+/** A TOML string; control characters become spaces. */
 export function quoted(text: string): string {
   const safe = text.replace(/["\\]/g, (c) => `\\${c}`).replace(/\p{Cc}/gu, ' ');
   return `"${safe}"`;
@@ -52,7 +52,7 @@ class Reader {
     return new TomlError(this.text.slice(0, this.at).split('\n').length);
   }
 
-  /** To the next line that says something; false at the end. */
+  /** To the next line that is not empty; false at the end. */
   skipToLine(): boolean {
     this.blank();
     return this.at < this.text.length;
@@ -84,7 +84,7 @@ class Reader {
     if (word === 'true' || word === 'false') return word === 'true';
     if (/^[+-]?(0|[1-9](_?\d)*)$/.test(word)) return Number(word.replaceAll('_', ''));
     if (/^0x[0-9A-Fa-f](_?[0-9A-Fa-f])*$/.test(word)) return Number(word.replaceAll('_', ''));
-    // Fractions, dates, inline tables: sound perhaps, and nothing that a parameter could be.
+    // Fractions, dates, inline tables: perhaps valid, but never a parameter.
     if (/^[+-]?(\d|inf|nan)/.test(word)) return null;
     throw this.error();
   }
@@ -142,7 +142,7 @@ class Reader {
     return meant;
   }
 
-  /** White space, line ends and remarks. */
+  /** White space, line ends and comments. */
   private blank(): void {
     this.match(/(?:\s|#[^\n]*)*/y);
   }

@@ -1,4 +1,4 @@
-// Values of parameters in words and units.
+// Values of parameters as text with units.
 import { dictionaryNow, type DictParam } from '../../hub/dictionary';
 import { lang, t, type Key } from '../../i18n';
 import { digitsOf, fromWire, unitText } from '../../units';
@@ -38,7 +38,7 @@ export function withUnit(param: DictParam, text: string): string {
   return /^[°′]$/.test(unit) ? text + unit : `${text} ${unit}`.trim();
 }
 
-/** Values for people: with the unit, a choice by its name. */
+/** Values for display: with the unit, a choice by its name. */
 export function toldOf(param: DictParam, values: readonly number[] | null | undefined): string {
   if (!values) return t('params.file_unset');
   if (values.length === 0) return '[ ]';

@@ -1,5 +1,5 @@
-// Programs and trajectories that a monitor keeps (docs/protocol.md §3.14, §3.15): their values as
-// things with names, what is wrong with them, and their files.
+// Programs and trajectories stored in a monitor (docs/protocol.md §3.14, §3.15): their values by
+// name, what is wrong with them, and their files.
 import type { DictParam, Dictionary } from '../../hub/dictionary';
 import {
   inLimits,
@@ -78,12 +78,12 @@ export function isEmpty(kind: Kind, values: readonly number[]): boolean {
   return kind === 'Trajectory' ? values.length === 0 : values.every((value) => value === 0);
 }
 
-/** The part of a program that stands first in words: about a place that it aims at. */
+/** The part of a program that its text starts with: the place it aims at. */
 export interface Facts {
   lines: number;
   /** Arc-minutes. */
   length: number;
-  /** One pass or one walk. */
+  /** One pass of the sector or of the trajectory. */
   seconds: number;
   lies: 'inside' | 'partly' | 'outside';
 }
@@ -116,7 +116,7 @@ export function problemOf(param: DictParam, values: readonly number[]): Problem 
   return check(param, values);
 }
 
-/** What is asked of the monitor to run what it has stored. */
+/** The request that runs a stored program or trajectory. */
 export function runRequest(which: Which, stored: readonly number[], run: { repeat: boolean; ballistics: boolean }): string {
   if (which.kind === 'Trajectory') {
     const words = ['StartTrajectory Control'];
@@ -128,7 +128,7 @@ export function runRequest(which: Which, stored: readonly number[], run: { repea
   return `StartQuench Control program=${which.number} centre=${centre.h},${centre.v} nozzle=${nozzle}`;
 }
 
-/** A file with programs only: that of `lafet param backup` with nothing but these, or JSON. */
+/** A file with programs only: that of `lafet param backup` with only these, or JSON. */
 export function toFile(
   kind: 'toml' | 'json',
   values: ReadonlyMap<string, number[]>,
@@ -139,7 +139,7 @@ export function toFile(
   return kind === 'toml' ? toToml(backup, dictionary) : toJson(backup);
 }
 
-/** Programs and trajectories of a file; other parameters in it are left alone. */
+/** Programs and trajectories of a file; its other parameters are ignored. */
 export function fromFile(text: string, dictionary: Dictionary): Map<string, number[]> {
   const { values } = fromText(text, dictionary);
   const titles = dictionary.params.filter(isProgram).map(titleOf);

@@ -1,4 +1,4 @@
-// Running what a monitor has stored: what will happen is said first.
+// Runs a stored program, after saying what will happen.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
@@ -99,7 +99,7 @@ export class LfProgramRun extends LitElement {
   @property({ attribute: false }) which: Which = { kind: 'Program', number: 0 };
   @property({ attribute: false }) stored: readonly number[] | null = null;
   @property({ type: Boolean }) unsaved = false;
-  /** Changes with everything that is shown. */
+  /** Changes whenever something shown changes. */
   @property({ type: Number }) turn = 0;
   @state() private repeat = false;
   @state() private ballistics = true;
@@ -205,7 +205,7 @@ export class LfProgramRun extends LitElement {
 
   private facts(program: Program) {
     const [h, v] = [position(this.monitor, 'Horizontal'), position(this.monitor, 'Vertical')];
-    // From where it is not known, the way to the centre is left out.
+    // Without a known position, the path to the centre is omitted.
     return factsOfProgram(program, limitsOf(this.monitor), h === null || v === null ? program.centre : { h, v });
   }
 

@@ -19,7 +19,7 @@ export class Drafts {
     return found && editing(this.monitor).value(found);
   }
 
-  /** What is edited, or stored, or nothing at all. */
+  /** The edited values, else the stored ones, else empty. */
   values(which: Which): number[] {
     const empty = which.kind === 'Program' ? new Array<number>(7).fill(0) : [];
     return this.drafts.get(titleFor(which)) ?? this.stored(which) ?? empty;

@@ -31,18 +31,18 @@ function picture(which: Which, values: readonly number[]): unknown {
   const at = fit(corners);
   const [x, y] = at(corners[0]!);
   const [x1, y1] = at(corners[1]!);
-  // Of a fine raster no more lines than can be seen apart.
+  // A fine raster gets no more lines than can be distinguished.
   const step = Math.max(program.step, program.height / 60 / LINES_MOST);
   const pass = program.step ? passOver({ ...program, step }, null, { h: 0, v: -99999 }) : [];
   const path = pass.map((p, n) => `${n ? 'L' : 'M'}${at(p).join(' ')}`).join('');
-  // What is being written may be less than nothing for a while.
+  // A value being typed may be negative for a moment.
   const [wide, high] = [Math.max(x1 - x, 0), Math.max(y1 - y, 0)];
   return svg`<rect class="area" x=${x} y=${y} width=${wide} height=${high}></rect>
     ${path ? svg`<path class="way" d=${path}></path>` : nothing}
     <circle class="dot" cx=${at(program.centre)[0]} cy=${at(program.centre)[1]} r="2.5"></circle>`;
 }
 
-/** Into the frame, as large as it goes. */
+/** Scales to fit the frame. */
 function fit(points: readonly Direction[]): (p: Direction) => [number, number] {
   const [hs, vs] = [points.map(({ h }) => h), points.map(({ v }) => v)];
   const [h0, h1] = [Math.min(...hs), Math.max(...hs)];

@@ -7,7 +7,7 @@ export type Check = api.SimCheck;
 export type SimState = api.SimState;
 export type Simulation = api.Catalogue;
 
-/** Faults by group, in their order; only those that have the words in them. */
+/** Faults by group, in their order; only those that contain the words. */
 export function grouped(faults: readonly Fault[], words: string, lang: 'en' | 'ru'): [string, Fault[]][] {
   const wanted = words.trim().toLocaleLowerCase().split(/\s+/).filter(Boolean);
   const groups = new Map<string, [string, Fault[]]>();
@@ -21,7 +21,7 @@ export function grouped(faults: readonly Fault[], words: string, lang: 'en' | 'r
   return [...groups.values()];
 }
 
-/** What failed first, then what is open, then what is done; each in its order. */
+/** Failed expectations first, then open, then passed ones; each in its order. */
 export function ordered(checks: readonly Check[]): Check[] {
   const rank = { failed: 0, open: 1, passed: 2 };
   return checks

@@ -1,4 +1,4 @@
-// What lies on the plan, layer by layer, as SVG. Pure: a camera and things in, templates out.
+// The contents of the plan, layer by layer, as SVG. Pure: a camera and objects in, templates out.
 import { nothing, svg, type SVGTemplateResult } from 'lit';
 import { num } from '../../i18n';
 import {
@@ -24,7 +24,7 @@ export interface Camera {
   width: number;
   height: number;
   mini: boolean;
-  /** So many pixels at the upper edge lie under the page's buttons. */
+  /** Number of pixels at the upper edge that the page's buttons cover. */
   above: number;
 }
 
@@ -38,9 +38,9 @@ export interface Drop {
 const RING_PX = 30;
 /** Narrower than this the buttons of a page take the whole upper edge. */
 const NARROW_PX = 430;
-/** The page's own buttons leave no room for words beside the compass. */
+/** The page's own buttons leave no space for text beside the compass. */
 const TIGHT_PX = 620;
-/** What the wind takes beside the compass. */
+/** Width of the wind beside the compass, px. */
 const WIND_PX = 140;
 const RING_MINI_PX = 19;
 const CLEAR_PX = RING_PX + 5;
@@ -49,7 +49,7 @@ export const DROP_LIFE_MS = 2400;
 
 const px = (camera: Camera, place: Place): Place =>
   toScreen(camera.view, camera.width, camera.height, place);
-/** Where the barrel points to; ahead, as long as nobody knows. */
+/** Where the barrel points to; straight ahead while unknown. */
 const barrelOf = (monitor: PlanMonitor): number => bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
 const f = (value: number): string => value.toFixed(1);
 
@@ -107,7 +107,7 @@ export function fires(camera: Camera, scene: PlanScene): SVGTemplateResult {
     })}`;
 }
 
-/** What detectors have found, where it is computed to be: dashed, for it is not seen. */
+/** Fires found by detectors, at their computed places: dashed, because their distance is not measured. */
 export function found(camera: Camera, spots: readonly Spot[]): SVGTemplateResult {
   return svg`${spots.map((spot) => {
     const [x, y] = px(camera, spot.at);
@@ -185,7 +185,7 @@ export function rangeNames(
   )}`;
 }
 
-/** What no words are to lie upon: tanks, monitors and their names, and what is at the edges. */
+/** What no text may cover: tanks, monitors and their names, and the controls at the edges. */
 export function taken(camera: Camera, site: PlanSite | null, monitors: readonly PlanMonitor[], names: ReadonlyMap<string, Place>): Box[] {
   const tanks = (site?.tanks ?? []).map(({ at, diameter }) => box(px(camera, at), diameter * camera.view.scale, diameter * camera.view.scale));
   const marks = monitors.flatMap((monitor) => {
@@ -224,7 +224,7 @@ function forbidden(monitor: PlanMonitor, radius: number): SVGTemplateResult | ty
   return svg`<path class="forbidden" d=${ringPath(middle, 360 - open, 0, radius)}></path>`;
 }
 
-/** Direction of the barrel over the site, its goal, and what the detector has seen. */
+/** Direction of the barrel over the site, its target, and what the detector has seen. */
 export function aims(camera: Camera, monitor: PlanMonitor): SVGTemplateResult | typeof nothing {
   if (monitor.horizontal_arcmin === null) return nothing;
   const bearing = bearingOf(monitor.heading, monitor.horizontal_arcmin);
@@ -319,7 +319,7 @@ function concernMark(monitor: PlanMonitor, size: number): SVGTemplateResult {
   return svg`<circle class="pin" r=${f(3.2 * size)}></circle>`;
 }
 
-/** The arc that Horizontal may travel, with its ends; a full turn has a stop behind instead. */
+/** The arc that Horizontal may travel, with its ends; a full turn has a stop at the back instead. */
 function travel(monitor: PlanMonitor, ring: number): SVGTemplateResult | typeof nothing {
   const limits = monitor.limits?.Horizontal;
   if (!limits) return nothing;

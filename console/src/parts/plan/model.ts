@@ -45,10 +45,10 @@ export interface PlanMonitor {
   horizontal_arcmin: number | null;
   vertical_arcmin: number | null;
   nozzle_mm: number | null;
-  /** Where it was told to point. */
+  /** Commanded direction. */
   target_arcmin?: number | null;
   limits?: { Horizontal?: Limits; Vertical?: Limits } | null;
-  /** What the jet reaches at this pressure, else at the usual one. */
+  /** Reach of the jet at this pressure, else at the usual one. */
   reach_m?: number | null;
   lands?: Place | null;
   /** The present flight of the jet, while water flows and its values are known. */
@@ -67,7 +67,7 @@ export interface Hotbed {
   bearing: number;
   width: number;
   distance_m: number;
-  /** The distance is a guess: nothing tells it. */
+  /** The distance is only an estimate. */
   guessed?: boolean;
   brightness: number;
 }
@@ -78,12 +78,12 @@ interface StatusLike {
   subsystems: Record<string, { flags?: string[]; severity?: string } & Record<string, unknown>>;
 }
 
-/** At this pressure the reach is told while no water flows: 0.8 MPa. */
+/** Pressure for which the reach is shown while no water flows: 0.8 MPa. */
 export const USUAL_PRESSURE_DATM = 79;
-/** A pressure above this stands before the closed valve: the reach is the one that it will give. */
+/** A pressure above this is before the closed valve: the reach shown is the one that it will give. */
 const PRESSED_DATM = 20;
 const HOTBED_UNKNOWN_M = 25;
-/** Less than this is what drips. */
+/** Less flow than this only drips. */
 const SPLASH_LEAST_L = 0.3;
 
 export function planMonitor(
@@ -95,7 +95,7 @@ export function planMonitor(
     hotbeds?: { list: readonly HotbedBox[] } | null;
     scene?: PlanScene | null;
     down?: boolean;
-    /** What the hub has computed for `jetAsked`. */
+    /** The hub's answer to `jetAsked`. */
     jet?: Jet | null;
   },
 ): PlanMonitor | null {
@@ -133,7 +133,7 @@ export function planMonitor(
   return monitor;
 }
 
-/** What the hub is asked about a monitor's jet; null: nothing is known of it. */
+/** The query for a monitor's jet; null: nothing is known of it. */
 export function jetAsked(
   stand: { height: number } | undefined,
   status: StatusLike | null | undefined,
@@ -150,7 +150,7 @@ export function jetAsked(
     pressure_datm: water || pressure > PRESSED_DATM ? pressure : USUAL_PRESSURE_DATM,
     nozzle_mm: of('Nozzle', 'position') ?? 60,
     height_cm: Math.round(stand.height * 100),
-    // The reach does not depend on it: nothing is asked anew while a dry barrel moves.
+    // The reach does not depend on it: no new query while a dry barrel moves.
     elevation_arcmin: water ? (of('Vertical', 'position') ?? 0) : 0,
     live: water,
   };
@@ -166,7 +166,7 @@ function worst(status: StatusLike | null | undefined): Concern {
   return found;
 }
 
-/** Where water has just come down, which may be a roof on the way; else where it would. */
+/** Where water has just landed, which may be a roof in between; else where it would land. */
 function simulatedLanding(id: string, scene: PlanScene): Place | null {
   const fallen = scene.splashes.filter(({ monitor }) => monitor === id);
   const litres = fallen.reduce((sum, splash) => sum + splash.litres, 0);
@@ -176,13 +176,13 @@ function simulatedLanding(id: string, scene: PlanScene): Place | null {
   return [mean(0), mean(1)];
 }
 
-/** Where the jet comes down by calculation, as a real site does not tell. */
+/** Computed landing of the jet: a real site does not report it. */
 function landing({ flight, horizontal_arcmin, at, heading }: PlanMonitor): Place | null {
   if (!flight || horizontal_arcmin === null) return null;
   return placeAt(at, bearingOf(heading, horizontal_arcmin), flight.lands_m);
 }
 
-/** Where a hotbed is drawn: as far as it can be reckoned (found.ts). */
+/** Where a fire spot is drawn, if its distance can be computed (found.ts). */
 export function hotbedOf(
   stand: { at: Place; heading: number; height: number },
   box: HotbedBox,
@@ -198,7 +198,7 @@ export function hotbedOf(
   };
 }
 
-/** The fires that detectors have found, for a site where no simulation knows them. */
+/** The fires that detectors have found, for a site without a simulation. */
 export function foundFires(monitors: readonly PlanMonitor[]): Spot[] {
   const seen = monitors.flatMap(({ id, at, hotbeds }) =>
     hotbeds.map(({ bearing, distance_m, guessed }) => ({ id, at, bearing, distance_m: guessed ? null : distance_m })),
@@ -206,7 +206,7 @@ export function foundFires(monitors: readonly PlanMonitor[]): Spot[] {
   return spotsOf(seen);
 }
 
-/** Everything that has to be in the picture, with its radius. */
+/** Everything that must be in the picture, with its radius. */
 export function placesOf(
   site: PlanSite | null,
   scene: PlanScene | null,
@@ -220,7 +220,7 @@ export function placesOf(
   ];
 }
 
-/** What a fire is called: the tank that it is on, else its number. */
+/** Name of a fire: the tank that it is on, else its number. */
 export function fireTitle(name: string, fires: readonly { name: string; at: Place }[], tanks: readonly Tank[]): string {
   const n = fires.findIndex((fire) => fire.name === name);
   const at = fires[n]?.at;

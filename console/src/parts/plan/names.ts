@@ -1,8 +1,8 @@
-// Where the names of the monitors stand on the plan: behind the barrel, where nothing of interest
-// is; where monitors crowd or the picture ends, at that side where most of them can be read.
+// Placement of the monitors' names on the plan: behind the barrel, where nothing of interest is; near
+// other monitors or the edge of the picture, on the side where most of them can be read.
 import type { Place } from '../geometry';
 
-/** What of a monitor its name has to know. */
+/** The data of a monitor that place its name. */
 export interface Named {
   id: string;
   /** On the screen. */
@@ -13,9 +13,9 @@ export interface Named {
 
 export const NAME_PX = 20;
 const BODY_PX = 24;
-/** In a crowd a name may come so near its own monitor. */
+/** Minimum distance of a name from its own monitor in a crowd, px. */
 const CLOSE_PX = 17;
-/** So near another monitor a name would be in the way of its name. */
+/** Closer than this to another monitor, px, a name would cover that one's name. */
 const CROWD_PX = 130;
 /** Clockwise from above, the sides before the corners. */
 const SIDES = [0, 90, 180, 270, 45, 135, 225, 315];
@@ -56,13 +56,13 @@ export function namePlaces(
   return places;
 }
 
-/** How much of it lies over others or outside the picture. */
+/** How much of it covers others or is outside the picture. */
 export function hidden(own: Box, taken: readonly Box[], [wide, high]: Place): number {
   const outside = own.wide * own.high - shared(own, { x: 0, y: 0, wide, high });
   return outside + taken.reduce((sum, other) => sum + shared(own, other), 0);
 }
 
-/** The first one of which there is no better. */
+/** The first of the best ones. */
 function least(places: readonly Place[], cost: (place: Place) => number): Place {
   let best: { place: Place; cost: number } | null = null;
   for (const place of places) {

@@ -1,4 +1,4 @@
-// Where the distances of the rings stand: on the ring, near the barrel's direction, over nothing else.
+// Placement of the distances of the rings: on the ring, near the barrel's direction, covering nothing else.
 import type { Place } from '../geometry';
 import { box, hidden, type Box } from './names';
 
@@ -10,12 +10,12 @@ export interface RangeName {
 }
 
 const HIGH_PX = 16;
-/** Of 11 px letters, and a little room beside. */
+/** For 11 px letters, with a margin. */
 const LETTER_PX = 6.8;
-/** From the barrel outwards, in turn to the right and to the left; not upon the line in which it points. */
+/** From the barrel outwards, alternately to the right and to the left; not on the line of the barrel. */
 const TURNS = [24, 32, 40, 50, 60, 75, 90, 110, 130, 150, 170].flatMap((turn) => [turn, -turn]);
 
-/** Those that find room. `on` is the place of a ring at so many degrees from the barrel. */
+/** Those that fit. `on` is the place of a ring at a number of degrees from the barrel. */
 export function rangePlaces(
   wanted: readonly RangeName[],
   on: (range: number, turn: number) => Place,

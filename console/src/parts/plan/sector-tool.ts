@@ -20,7 +20,7 @@ const WIDTH_MAX = 350;
 const DEPTH_MIN_M = 0.5;
 const NEAR_MIN_M = 1;
 const FAR_MAX_M = 150;
-/** What a click without a drag makes, and Enter. */
+/** The sector of a click without a drag, and of Enter. */
 export const USUAL: Pick<Sector, 'width'> & { depth_m: number } = { width: 6, depth_m: 4 };
 
 export function usualSector(from: Place, at: Place): Sector {
@@ -33,7 +33,7 @@ export function usualSector(from: Place, at: Place): Sector {
   });
 }
 
-/** What a drag from one place to another draws: never a mere line. */
+/** The sector of a drag from one place to another: never only a line. */
 export function drawnSector(from: Place, one: Place, other: Place): Sector {
   const sector = sectorBetween(from, one, other);
   const middle = sectorMiddle(sector);

@@ -2,11 +2,11 @@
 
 export type Value = number | null;
 
-/** Without a value for so long, the line has a gap. */
+/** Without a value for this time, the line has a gap. */
 export const GAP_MS = 3000;
 const ROWS_MAX = 20_000;
 
-/** What is drawn of a series over a long time: a line, and the area of least to greatest around it. */
+/** Drawing of a series over a long time: a line, and the area from minimum to maximum around it. */
 export interface Curve {
   value: readonly (readonly [number, Value])[];
   low: readonly (readonly [number, Value])[];
@@ -14,8 +14,8 @@ export interface Curve {
 }
 
 /**
- * Spans of the history, [begin, mean, least, greatest], as a curve: each over its own length; where one is
- * missing the curve has a gap.
+ * Intervals of the history, [begin, mean, minimum, maximum], as a curve: each over its own length; a missing
+ * one is a gap.
  */
 export function curveOf(spans: readonly (readonly [number, number, number, number])[], step_ms: number): Curve {
   const curve = { value: [] as [number, Value][], low: [] as [number, Value][], high: [] as [number, Value][] };
@@ -63,7 +63,7 @@ export class Columns {
     return this.times.length ? this.times[0]! * 1000 : null;
   }
 
-  /** Adds a row; one that is not later than the last is left out. */
+  /** Adds a row; one that is not later than the last is ignored. */
   push(at_ms: number, values: readonly (Value | undefined)[]): void {
     const last = this.last_ms;
     if (last !== null && at_ms <= last) return;
@@ -72,7 +72,7 @@ export class Columns {
     this.trim(at_ms);
   }
 
-  /** Everything anew, from series of their own times, each value held until the next one. */
+  /** Replaces everything, from series with times of their own; each value holds until the next one. */
   fill(series: readonly (readonly (readonly [number, Value])[])[]): void {
     this.clear();
     const times = [...new Set(series.flatMap((points) => points.map(([at]) => at)))];

@@ -27,7 +27,7 @@ const RADIANS = Math.PI / 180;
 /** Drawn larger than it is, to be seen across a site. */
 const BARREL_M = 3;
 const WRAPPED_DEGREES = -78;
-/** How quickly the picture follows the values: most of the way in a fifth of a second. */
+/** How quickly the picture follows the values: most of the distance in a fifth of a second. */
 const FOLLOW_PER_S = 14;
 
 export interface Pose {

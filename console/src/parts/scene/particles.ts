@@ -31,15 +31,15 @@ interface Body {
   size: number;
   grow: number;
   alpha: number;
-  /** Where it ends: height of what lies below. */
+  /** Where it ends: height of the surface below. */
   floor: number;
-  /** The way of water, the direction that it strays in, and how far of the distance flown. */
+  /** The path of water, the direction of its scatter, and the scatter as a part of the distance flown. */
   track: Track | null;
   stray: readonly [number, number, number];
   foam: number;
 }
 
-/** How high a splash springs, m. */
+/** Height of a splash, m. */
 const SPLASH_M = 0.6;
 /** Drawn in this order: smoke behind flames behind water. */
 const ORDER = [Kind.Smoke, Kind.Flame, Kind.Splash, Kind.Water];
@@ -53,7 +53,7 @@ export type Palette = Record<'water' | 'foam' | 'smoke' | 'flame' | 'ember', [nu
 export class Particles {
   readonly points: Points;
   palette: Palette;
-  /** Part of the particles that is made, less on weak machines. */
+  /** Part of the particles that is drawn, less on weak machines. */
   share = 1;
   private bodies: Body[] = [];
   private spare: Body[] = [];
@@ -112,7 +112,7 @@ export class Particles {
     this.geometry.setDrawRange(0, 0);
   }
 
-  /** Moves everything on; tells where water came down. */
+  /** Advances everything; reports where water landed. */
   step(
     seconds: number,
     wind: readonly [number, number],
@@ -209,7 +209,7 @@ const BLANK: Omit<Body, 'kind'> = {
   foam: 0,
 };
 
-/** Along the flight that was computed for it, astray as spray is. */
+/** Along its computed flight, scattered as spray. */
 function fly(body: Body): void {
   if (!body.track) return;
   const [x, y, z] = body.track.at(body.age);
@@ -222,7 +222,7 @@ function fly(body: Body): void {
   body.vy = body.age >= body.track.end_s ? -1 : body.y - before;
 }
 
-/** Up and down once in its life. */
+/** Up and down once in its lifetime. */
 function spring(body: Body, seconds: number): void {
   const part = Math.min(body.age / body.life, 1);
   body.x += body.vx * seconds;

@@ -14,7 +14,7 @@ import type { Track } from './track';
 const POINTS = 36;
 const MOUTH_M = 0.13;
 const WIDEST_M = 2.4;
-/** How solid the strip is at the mouth, and where it comes down. */
+/** Opacity of the strip at the nozzle, and where it lands. */
 const ALPHA = [0.85, 0.12] as const;
 
 export class Ribbon {
@@ -27,7 +27,7 @@ export class Ribbon {
     geometry.setAttribute('position', this.places.setUsage(DynamicDrawUsage));
     geometry.setAttribute('color', this.colours.setUsage(DynamicDrawUsage));
     const faces: number[] = [];
-    // Two strips across each other: one lies flat, one stands, so that it is seen from everywhere.
+    // Two crossed strips, one horizontal and one vertical, so that it is visible from every side.
     for (const strip of [0, 2]) {
       for (let point = 0; point < POINTS - 1; point++) {
         const [a, b] = [point * 4 + strip, point * 4 + strip + 1];

@@ -1,4 +1,4 @@
-// What stands still: ground, tanks, walls. Everything that is there more than once is one mesh.
+// What does not move: ground, tanks, walls. Everything that exists more than once is one mesh.
 import {
   BoxGeometry,
   BufferGeometry,

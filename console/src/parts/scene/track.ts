@@ -1,5 +1,5 @@
-// The way that water takes in the picture: the flight that the hub has computed, from the mouth of the barrel as it
-// is drawn to the place where the plan shows the landing.
+// The path of water in the picture: the flight computed by the hub, from the nozzle as drawn to the place
+// where the plan shows the landing.
 import type { Flight } from '../../hub/jets';
 import type { Place } from '../geometry';
 
@@ -8,20 +8,20 @@ export type At = [x: number, y: number, z: number];
 
 export interface TrackOf {
   flight: Flight;
-  /** The nozzle over the site: what the flight begins at. */
+  /** The nozzle over the site: where the flight starts. */
   nozzle: { at: Place; height: number };
   /** Degrees from north. */
   bearing: number;
   /** The mouth as drawn: larger than it is. */
   mouth: At;
-  /** Where the water comes down, as the plan shows it; null: where the flight ends. */
+  /** Where the water lands, as on the plan; null: where the flight ends. */
   lands: Place | null;
-  /** Height of what is there. */
+  /** Height of the surface there, m. */
   floor: number;
 }
 
 export class Track {
-  /** When the water comes down, s. */
+  /** When the water lands, s. */
   readonly end_s: number;
   private readonly points: readonly { at: At; s: number }[];
 
@@ -35,7 +35,7 @@ export class Track {
     const shift = lands ? [lands[0] - x - ahead_x * whole, -lands[1] - z - ahead_z * whole] : [0, 0];
     this.points = cut.map(([way, rise, s]) => {
       const part = whole > 0 ? way / whole : 1;
-      // What is drawn too far ahead at the mouth is made good on the way; what the wind does grows along it.
+      // The offset of the enlarged nozzle decreases along the path; the effect of the wind increases along it.
       const [before, after] = [1 - part, part * part];
       return {
         at: [
@@ -49,7 +49,7 @@ export class Track {
     this.end_s = this.points[this.points.length - 1]!.s;
   }
 
-  /** Where the water is that left the mouth so long ago. */
+  /** Where the water is that left the nozzle this long ago. */
   at(seconds: number): At {
     const { points } = this;
     let next = 1;
@@ -60,7 +60,7 @@ export class Track {
   }
 }
 
-/** The flight up to where it comes down to a height over the nozzle. */
+/** The flight down to a height above the nozzle. */
 function cutAt({ points }: Flight, rise_m: number): Flight['points'] {
   const kept: Flight['points'] = [points[0]!];
   for (let index = 1; index < points.length; index++) {

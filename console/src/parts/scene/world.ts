@@ -46,15 +46,15 @@ const FRAMES_JUDGED = 45;
 const SHARE_LEAST = 0.3;
 const FLIGHT_S = 0.6;
 const LABEL_PX = 27;
-/** A tank that looks smaller has no name. */
+/** A tank that looks smaller than this has no name. */
 const NAMED_PX = 58;
-/** Part of the picture that the site may fill, and what stands above the ground. */
+/** Part of the picture that the site and everything above the ground may fill. */
 const FILLED = 0.9;
 const ROOM_ABOVE_M = 10;
 const AWAY_MAX_M = 250;
-/** Slope of the view from which on the roofs bear the names. */
+/** Slope of the view from which on the names are on the roofs. */
 const STEEP = 1.6;
-/** From where the site is looked at. */
+/** The point of view. */
 const FROM: Record<Preset, Vector3> = {
   eye: new Vector3(-0.55, 0.48, 0.7),
   orbit: new Vector3(-0.55, 0.48, 0.7),
@@ -108,7 +108,7 @@ export class World {
     this.camera.position.set(-60, 45, 60);
   }
 
-  /** What the last frame cost. */
+  /** Draw calls, number of particles and their share in the last frame. */
   get figures(): { calls: number; particles: number; share: number } {
     const { calls } = this.renderer.info.render;
     return { calls, particles: this.particles.count, share: this.particles.share };
@@ -238,7 +238,7 @@ export class World {
     return [middle.clone().addScaledVector(from, this.distance(middle, from)), middle];
   }
 
-  /** How far away everything is in the picture. */
+  /** Distance at which everything is in the picture. */
   private distance(middle: Vector3, from: Vector3): number {
     const across = new Vector3(0, 1, 0).cross(from).normalize();
     const up = from.clone().cross(across);
@@ -276,7 +276,7 @@ export class World {
     }
   }
 
-  /** Whole particles for a rate, the rest is owed to the next frame. */
+  /** Whole particles for a rate; the fraction is carried over to the next frame. */
   private due(key: string, per_s: number, seconds: number): number {
     const sum = (this.owed.get(key) ?? 0) + per_s * this.particles.share * seconds;
     this.owed.set(key, sum % 1);
@@ -319,7 +319,7 @@ export class World {
         y,
         z,
         age: early,
-        // It ends where it comes down.
+        // It ends where it lands.
         life: track.end_s + 1,
         size: 0.34,
         grow: 0.55 + wide * 0.9,
@@ -331,7 +331,7 @@ export class World {
     }
   }
 
-  /** What water falls on: the ground or a roof; only what is low enough is looked up. */
+  /** The surface that water falls on: the ground or a roof; only low enough water is looked up. */
   private readonly floorAt = (x: number, y: number, z: number): number =>
     y > this.tallest ? 0 : groundAt([x, -z], this.shown.site?.tanks ?? []);
 
@@ -432,7 +432,7 @@ export class World {
       label.sprite.position.copy(at);
     };
     for (const { id, at, height } of monitors) {
-      // Through one's own eye one does not see one's own name.
+      // Seen from a monitor, its own name is hidden.
       if (id === selected && this.preset === 'eye') continue;
       put(`m/${id}`, id, new Vector3(at[0], height + 2.2, -at[1]), id === selected);
     }
@@ -440,7 +440,7 @@ export class World {
       // On the side of the shell that is seen, where other tanks may hide it; on the roof from above.
       const middle = new Vector3(at[0], 0, -at[1]);
       const toward = this.camera.position.clone().sub(middle);
-      // Its name is not to be wider than the tank.
+      // Its name must not be wider than the tank.
       if ((diameter / toward.length()) * (LABEL_PX / size) < NAMED_PX) continue;
       const above = toward.y > Math.hypot(toward.x, toward.z) * STEEP;
       const place = above

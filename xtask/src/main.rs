@@ -77,7 +77,7 @@ const TASKS: &[Task] = &[
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
                   only those: console, lock, licences, words, fmt, clippy, doc, no-std, test, \
-                  model, dissector, swarm, api, hub, bindings, bench, demo, browser.",
+                  firmware, model, dissector, swarm, api, hub, bindings, bench, demo, browser.",
         run: ci::ci,
     },
     Task {

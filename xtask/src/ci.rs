@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
 use crate::{
     TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
-    model, no_std, setup, swarm,
+    model, no_std, package, setup, swarm,
 };
 
 /// How the README's test command begins.
@@ -23,10 +23,11 @@ const SMOKE_TIMEOUT: Duration = Duration::from_secs(900);
 type CiStep = (&'static str, &'static str, fn() -> StepResult);
 
 /// The console comes first, for the hub has it built in.
-const STEPS: [CiStep; 18] = [
+const STEPS: [CiStep; 19] = [
     ("console", "the console: types, unit tests, build", console::check),
     ("lock", "lock file is up to date", lock_file),
     ("licences", "licences and sources of the dependencies", licences::check),
+    ("package", "packages that can be published", package::check),
     ("fmt", "format", format),
     ("clippy", "lints", lints),
     ("doc", "reference documentation", reference),

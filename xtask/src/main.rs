@@ -27,6 +27,7 @@ mod metadata;
 mod model;
 mod mutants;
 mod no_std;
+mod package;
 mod physics;
 mod pictures;
 mod run;
@@ -74,17 +75,17 @@ const TASKS: &[Task] = &[
         arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, only \
-                  those: console, lock, licences, fmt, clippy, doc, no-std, test, firmware, model, \
-                  dissector, swarm, api, hub, bindings, bench, demo, browser.",
+                  those: console, lock, licences, package, fmt, clippy, doc, no-std, test, firmware, \
+                  model, dissector, swarm, api, hub, bindings, bench, demo, browser.",
         run: ci::ci,
     },
     Task {
         name: "spec",
         arguments: "[--check]",
         about: "the matrix § × code × test",
-        details: "Sections come from conformance/spec.txt. Code is cited in comments of proto and \
-                  device; tests in test code and in conformance/scenarios. With --check, fails on a \
-                  section without code or test and on a citation of a section that does not exist.",
+        details: "Sections come from crates/conform/src/spec.txt. Code is cited in comments of proto \
+                  and device; tests in test code and in conformance/scenarios. With --check, fails on \
+                  a section without code or test and on a citation of a section that does not exist.",
         run: spec::spec,
     },
     Task {
@@ -276,6 +277,14 @@ const TASKS: &[Task] = &[
         about: "the licences and sources of all dependencies against deny.toml",
         details: "Reads the same deny.toml that cargo-deny reads; needs no cargo-deny.",
         run: licences::licences,
+    },
+    Task {
+        name: "package",
+        arguments: "",
+        about: "what the crates for other people's programs need to be published",
+        details: "Manifests, licence files, READMEs whose examples are tested, and no file that is read \
+                  from outside of its package.",
+        run: package::package,
     },
     Task {
         name: "dissector",

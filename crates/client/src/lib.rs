@@ -135,3 +135,8 @@ pub use status::{MonitorStatus, StatusSample, StatusSubscription, StatusUpdate};
 pub use subscription::{Sample, Subscription, UPDATES_MAX, Update};
 pub use transport::port::PortError;
 pub use url::{Addresses, Echo, Endpoint, Framing, Manner, Role, Rs485, SerialLine, UrlError};
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -41,3 +41,8 @@ pub use cause::{Cause, Causes};
 pub use composition::Composition;
 pub use device::Device;
 pub use subsystem::conn::Source;
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

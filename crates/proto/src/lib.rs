@@ -48,3 +48,8 @@ pub use id::{ParamId, RequestId, Status, SubsystemId};
 pub use ints::{Bytes, Ints};
 pub use record::Record;
 pub use request::Request;
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

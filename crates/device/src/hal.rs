@@ -45,6 +45,7 @@ pub const VALUE_MAX: usize = 264;
 
 /// The memory failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StorageError {
     /// Reading failed or what was read is damaged (ConfigFault).
     Read,

@@ -23,6 +23,7 @@ pub struct Answer<'a> {
 
 /// Data of an answer. An answer that refuses a request mostly has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reply<'a> {
     /// No data.
     None,

@@ -296,6 +296,7 @@ const fn first_special(bytes: &[u8; WORD]) -> Option<usize> {
 
 /// What a decoder has seen on its medium since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Counters {
     /// Frames received without errors.
     pub frames: u64,
@@ -322,6 +323,7 @@ pub trait Tally {
 
 /// What a decoder sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Seen {
     /// A frame without errors.
     Frame,

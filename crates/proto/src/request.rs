@@ -15,6 +15,7 @@ pub struct Request<'a> {
 
 /// What a request asks for (§3.1–§3.21), or one of the bus controller's services (observed).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Body<'a> {
     /// §3.1 Move a drive.
     Move {

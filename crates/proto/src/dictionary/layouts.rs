@@ -11,6 +11,7 @@ use crate::status::{
 
 /// What a field is; everything is little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Kind {
     /// Unsigned, 1 byte.
     U8,
@@ -56,6 +57,7 @@ impl Kind {
 
 /// A field of a structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Field {
     /// Its name.
     pub name: &'static str,
@@ -69,6 +71,7 @@ pub struct Field {
 
 /// The structure of data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Layout {
     /// Its name.
     pub name: &'static str,

@@ -19,6 +19,7 @@ pub const MAX_VALUES: usize = 63;
 /// What a value is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Unit {
     /// A plain number, or values of different units (see [`ParamSpec::elements`]).
     None,
@@ -134,6 +135,7 @@ pub enum Placement {
 
 /// Range and unit of one element of a parameter whose elements differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub struct Element {
     /// What the element is measured in.
     pub unit: Unit,
@@ -145,6 +147,7 @@ pub struct Element {
 
 /// Everything about a parameter but its name and text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ParamSpec {
     /// The subsystem it belongs to.
     pub subsystem: SubsystemId,

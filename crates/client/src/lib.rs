@@ -85,6 +85,8 @@
 //! # }
 //! ```
 
+#![warn(clippy::missing_errors_doc)]
+
 mod answers;
 pub mod backup;
 mod batch;

@@ -238,11 +238,19 @@ impl Session {
     }
 
     /// Queues requests that go out in one frame; none: a presence probe (observed).
+    ///
+    /// # Errors
+    ///
+    /// [`QueueFull`] when [`QUEUE_MAX`] requests wait already, or [`URGENT_MAX`] urgent ones.
     pub fn submit(&mut self, now: Now, requests: Vec<RequestBuf>) -> Result<Ticket, QueueFull> {
         self.submit_on(now, Terms::default(), requests)
     }
 
     /// The same, on terms.
+    ///
+    /// # Errors
+    ///
+    /// As [`Session::submit`].
     pub fn submit_on(
         &mut self,
         now: Now,

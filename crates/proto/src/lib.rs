@@ -10,6 +10,7 @@
 //! no path that panics; `docs/protocol.md` describes the protocol section by section.
 #![no_std]
 #![forbid(unsafe_code)]
+#![warn(clippy::missing_errors_doc)]
 #![cfg_attr(
     not(test),
     deny(

@@ -597,6 +597,12 @@ pub fn check_of(datagram: &[u8]) -> Check {
 
 /// §C/1 Reads a datagram that is one frame (ours: one UDP datagram = one frame); `body` takes the
 /// unescaped bytes.
+///
+/// # Errors
+///
+/// [`DecodeError`] with the offset in the datagram: no frame start, a wrong escape, no end or bytes
+/// after it, a frame longer than `body`. For a wrong check the offset is that of the check in the
+/// unescaped bytes.
 pub fn decode_datagram<'b>(datagram: &[u8], body: &'b mut [u8]) -> Result<Frame<'b>, DecodeError> {
     let error = |offset, expected, got: u8| DecodeError { offset, expected, got: got.into() };
     let mut bytes = datagram.iter().copied().enumerate().peekable();

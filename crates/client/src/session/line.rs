@@ -87,6 +87,11 @@ impl Line {
     }
 
     /// Queues requests to the monitor at an address.
+    ///
+    /// # Errors
+    ///
+    /// [`QueueFull`] when [`QUEUE_MAX`](super::QUEUE_MAX) requests to this monitor wait already, or
+    /// [`URGENT_MAX`](super::URGENT_MAX) urgent ones.
     pub fn submit(
         &mut self,
         now: Now,

@@ -164,6 +164,11 @@ mod unix {
 
     impl Claim {
         /// Locks a port, before it is opened for use.
+        ///
+        /// # Errors
+        ///
+        /// A [`PortError`] inside: another program has the port, permission lacks, or it does not
+        /// exist.
         pub fn lock(path: &Path, shared: bool) -> io::Result<Self> {
             let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
             let opened = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path);
@@ -180,6 +185,10 @@ mod unix {
         }
 
         /// Once it is open: keeps out who does not lock.
+        ///
+        /// # Errors
+        ///
+        /// That of the system: it is no terminal.
         pub fn keep_others_out(&mut self) -> io::Result<()> {
             ioctl_tiocexcl(&self.file)?;
             self.exclusive = true;
@@ -281,11 +290,19 @@ mod elsewhere {
 
     impl Claim {
         /// Nothing to lock.
+        ///
+        /// # Errors
+        ///
+        /// None.
         pub fn lock(_: &Path, _: bool) -> io::Result<Self> {
             Ok(Self)
         }
 
         /// Nothing to mark.
+        ///
+        /// # Errors
+        ///
+        /// None.
         pub fn keep_others_out(&mut self) -> io::Result<()> {
             Ok(())
         }

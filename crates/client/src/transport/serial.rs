@@ -19,6 +19,12 @@ pub struct Serial {
 impl Serial {
     /// Opens a port, for this program alone unless the line is shared. When the kernel is to switch the direction of an RS-485 transceiver and the
     /// port's driver cannot, that is an error: the bus would hear nothing, or nothing else.
+    ///
+    /// # Errors
+    ///
+    /// That of the system; a [`PortError`](super::port::PortError) inside where another program has
+    /// the port, permission lacks or it does not exist; [`CannotSwitch`] inside where the driver
+    /// cannot switch the direction.
     pub fn open(path: &Path, line: &SerialLine) -> io::Result<Self> {
         let mut claim = Claim::lock(path, line.shared)?;
         let port = SerialPort::open(path, |mut settings: Settings| {
@@ -40,11 +46,19 @@ impl Serial {
     }
 
     /// Sends all bytes.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost.
     pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes).await
     }
 
     /// Waits for bytes.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost; `UnexpectedEof` at its end.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         super::not_ended(self.port.read(buffer).await?)
     }

@@ -200,6 +200,11 @@ impl ParamSpec {
 
     /// Checks the values of SetParam (§3.5): WrongData for a wrong number of them, InvalidValue for
     /// one out of range.
+    ///
+    /// # Errors
+    ///
+    /// `Status::WRONG_DATA` for a wrong number of values, `Status::INVALID_VALUE` for one out of
+    /// range (§3.5/3, §3.5/4).
     pub fn check(&self, values: impl Iterator<Item = i32>) -> Result<(), Status> {
         let mut len = 0usize;
         let mut in_range = true;

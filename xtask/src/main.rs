@@ -282,8 +282,8 @@ const TASKS: &[Task] = &[
         name: "package",
         arguments: "",
         about: "what the crates for other people's programs need to be published",
-        details: "Manifests, licence files, READMEs whose examples are tested, and no file that is read \
-                  from outside of its package.",
+        details: "Manifests, licence files, READMEs whose examples are tested, no file that is read from \
+                  outside of its package; and the client's session without Tokio.",
         run: package::package,
     },
     Task {

@@ -21,13 +21,33 @@ const CATEGORIES_MAX: usize = 5;
 /// Macros that read a file when a package is built.
 const INCLUDES: [&str; 2] = ["include_str!(", "include_bytes!("];
 
+/// What the session of the client needs besides the standard library.
+const SESSION_NEEDS: [&str; 5] = ["lafet-client", "lafet-proto", "bitflags", "crc", "crc-catalog"];
+
 pub fn package(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
-    check().map(|()| ExitCode::SUCCESS)
+    all().map(|()| ExitCode::SUCCESS)
+}
+
+/// Everything that is checked of them.
+pub fn all() -> StepResult {
+    check()?;
+    session_alone()
+}
+
+/// The client without its features is built, and needs no more than it says.
+fn session_alone() -> StepResult {
+    run::show(&mut run::cargo(&["check", "--package", "lafet-client", "--no-default-features"]))?;
+    let tree = ["tree", "--package=lafet-client", "--no-default-features", "--edges=normal"];
+    let tree = run::output(run::cargo(&tree).args(["--prefix=none", "--format={p}"]))?;
+    let names: BTreeSet<&str> = tree.lines().filter_map(|line| line.split(' ').next()).collect();
+    let more = names.into_iter().filter(|name| !SESSION_NEEDS.contains(name));
+    let more: Vec<String> = more.map(String::from).collect();
+    run::verdict("the client without features needs", &more)
 }
 
 /// Fails on a package that lacks something, and on a file that is read from outside of its package.
-pub fn check() -> StepResult {
+fn check() -> StepResult {
     let text = run::output(&mut run::cargo(&["metadata", "--format-version=1", "--no-deps"]))?;
     let json: Value = serde_json::from_str(&text).map_err(|e| format!("cargo metadata: {e}"))?;
     let packages: Vec<&Value> = json["packages"].as_array().into_iter().flatten().collect();

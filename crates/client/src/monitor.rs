@@ -107,8 +107,8 @@ impl Monitor {
     ///
     /// # Errors
     ///
-    /// As [`Client::request`]. Subsystems that refuse or that the monitor does not have are left
-    /// empty.
+    /// As [`Client::request`]; [`Error::Refused`] when General refuses for all. What a single
+    /// subsystem refuses is among [`MonitorStatus::others`].
     pub async fn status_all(&self) -> Result<MonitorStatus, Error> {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
         MonitorStatus::of_all(self.client.request(&request).await?)

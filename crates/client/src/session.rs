@@ -23,6 +23,7 @@ mod input;
 pub mod jog;
 pub mod line;
 pub(crate) mod matching;
+pub mod medium;
 mod operation;
 mod receive;
 mod send;
@@ -40,13 +41,13 @@ use lafet_proto::link::Check;
 
 use crate::answers::RequestBuf;
 use crate::deviation::Deviation;
-use crate::url::Framing;
 pub use check::CheckMode;
 use check::Negotiation;
 pub use config::{Config, LATE_DEFAULT};
 use doubt::{Suspicion, Tag, Tags};
 use input::Input;
 pub use matching::Slot;
+use medium::Framing;
 use operation::{Echo, Operation, Outstanding, Recent};
 pub use stats::{Direction, Stats, Traced, Verdict};
 

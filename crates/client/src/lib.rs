@@ -152,7 +152,7 @@ pub use error::{Cause, Error, Lang};
 pub use find_out::find_out;
 pub use mistake::mistake;
 pub use os_text::os_text;
-pub use port_error::PortError;
+pub use port_error::{CannotSwitch, Holder, PortError};
 pub use session::jog::{Hold, JogEnd, Reason, Toward};
 pub use session::medium::{Addresses, Echo, Framing, Role};
 pub use session::statistics::LinkStatistics;

@@ -283,7 +283,8 @@ const TASKS: &[Task] = &[
         arguments: "",
         about: "what the crates for other people's programs need to be published",
         details: "Manifests, licence files, READMEs whose examples are tested, no file that is read from \
-                  outside of its package; and the client's session without Tokio.",
+                  outside of its package; the client's session without Tokio; and all of them with the \
+                  oldest compiler that they name, where rustup can get it.",
         run: package::package,
     },
     Task {

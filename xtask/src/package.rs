@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 use serde_json::Value;
 
@@ -31,8 +31,25 @@ pub fn package(arguments: &[String]) -> TaskResult {
 
 /// Everything that is checked of them.
 pub fn all() -> StepResult {
-    check()?;
-    session_alone()
+    let published = check()?;
+    session_alone()?;
+    oldest_compiler(&published)
+}
+
+/// The packages are built by the oldest compiler that they name, where rustup can get it. Elsewhere
+/// the lint `clippy::incompatible_msrv` alone looks after them.
+fn oldest_compiler(published: &Published) -> StepResult {
+    let version = &published.rust_version;
+    let install = ["toolchain", "install", version, "--profile=minimal", "--no-self-update"];
+    if let Err(why) = run::output(Command::new("rustup").args(install)) {
+        println!("   not built by Rust {version}, which is not to be had: {why}");
+        return Ok(());
+    }
+    let mut build = Command::new("rustup");
+    build.args(["run", version, "cargo", "check", "--locked"]).current_dir(run::root());
+    build.args(published.names.iter().flat_map(|name| ["--package", name]));
+    // A folder of its own: the two compilers do not take what the other has made.
+    run::show(build.env("CARGO_TARGET_DIR", run::target().join("oldest")))
 }
 
 /// The client without its features is built, and needs no more than it says.
@@ -46,8 +63,14 @@ fn session_alone() -> StepResult {
     run::verdict("the client without features needs", &more)
 }
 
+/// The packages that are published, and the oldest compiler for all of them.
+struct Published {
+    names: Vec<String>,
+    rust_version: String,
+}
+
 /// Fails on a package that lacks something, and on a file that is read from outside of its package.
-fn check() -> StepResult {
+fn check() -> Result<Published, String> {
     let text = run::output(&mut run::cargo(&["metadata", "--format-version=1", "--no-deps"]))?;
     let json: Value = serde_json::from_str(&text).map_err(|e| format!("cargo metadata: {e}"))?;
     let packages: Vec<&Value> = json["packages"].as_array().into_iter().flatten().collect();
@@ -64,7 +87,9 @@ fn check() -> StepResult {
     problems.extend(includes()?);
     run::verdict("packages that cannot be published", &problems)?;
     println!("   {} packages have what a registry and their users need", published.len());
-    Ok(())
+    let versions = published.iter().filter_map(|package| package["rust_version"].as_str());
+    let rust_version = versions.max().unwrap_or_default().to_owned();
+    Ok(Published { names: names.into_iter().map(String::from).collect(), rust_version })
 }
 
 fn name(package: &Value) -> &str {

@@ -136,7 +136,7 @@ const fn size(mut fields: &[Field]) -> usize {
 /// The names of the first fields; empty behind the last.
 pub(crate) const fn names<const N: usize>(mut fields: &[Field]) -> [&'static str; N] {
     let mut names = [""; N];
-    let mut places = names.as_mut_slice();
+    let mut places: &mut [&'static str] = &mut names;
     while let ([first, rest @ ..], [place, others @ ..]) = (fields, places) {
         *place = first.name;
         (fields, places) = (rest, others);

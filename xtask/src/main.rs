@@ -284,7 +284,8 @@ const TASKS: &[Task] = &[
         about: "what the crates for other people's programs need to be published",
         details: "Manifests, licence files, READMEs whose examples are tested, no file that is read from \
                   outside of its package; the client's session without Tokio; and all of them with the \
-                  oldest compiler that they name, where rustup can get it.",
+                  oldest compiler that they name, where rustup can get it; and each is packed as it \
+                  would be published.",
         run: package::package,
     },
     Task {

@@ -33,7 +33,16 @@ pub fn package(arguments: &[String]) -> TaskResult {
 pub fn all() -> StepResult {
     let published = check()?;
     session_alone()?;
-    oldest_compiler(&published)
+    oldest_compiler(&published)?;
+    rehearse()
+}
+
+/// Makes every package as it would be published, in the order of their dependencies. They are not
+/// built again from their archives: what could differ there, a file from outside, is looked for
+/// above, and the workspace builds the rest.
+fn rehearse() -> StepResult {
+    let publish = ["publish", "--workspace", "--dry-run", "--no-verify", "--allow-dirty"];
+    run::show(&mut run::cargo(&publish))
 }
 
 /// The packages are built by the oldest compiler that they name, where rustup can get it. Elsewhere

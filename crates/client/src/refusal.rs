@@ -391,25 +391,7 @@ fn invalid_id(request: RequestId) -> Option<Reason> {
 
 fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
     match request {
-        RequestId::SET_PARAM if to.is_drive() => because(
-            "§3.17/5",
-            (
-                "The value is out of range; or limits are off, and then a limit or the zero point \
-                 takes the present position only.",
-                "Значение вне диапазона; либо пределы выключены, и тогда предел и ноль принимают \
-                 только текущее положение.",
-            ),
-            (
-                "See the range of the parameter; switch the limits on, or teach the limit.",
-                "Посмотрите диапазон параметра; включите пределы либо задайте предел по текущему \
-                 положению.",
-            ),
-        ),
-        RequestId::SET_PARAM => because(
-            "§3.5/3",
-            ("The value is out of the parameter's range.", "Значение вне диапазона параметра."),
-            ("See the range of the parameter.", "Посмотрите диапазон параметра."),
-        ),
+        RequestId::SET_PARAM => invalid_param(to),
         RequestId::START_SEEK => because(
             "§3.16/2",
             (
@@ -463,6 +445,31 @@ fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
         ),
         _ => None,
     }
+}
+
+/// A value that a parameter does not take.
+fn invalid_param(of: SubsystemId) -> Option<Reason> {
+    if !of.is_drive() {
+        return because(
+            "§3.5/3",
+            ("The value is out of the parameter's range.", "Значение вне диапазона параметра."),
+            ("See the range of the parameter.", "Посмотрите диапазон параметра."),
+        );
+    }
+    because(
+        "§3.17/5",
+        (
+            "The value is out of range; or limits are off, and then a limit or the zero point takes \
+             the present position only.",
+            "Значение вне диапазона; либо пределы выключены, и тогда предел и ноль принимают только \
+             текущее положение.",
+        ),
+        (
+            "See the range of the parameter; switch the limits on, or teach the limit.",
+            "Посмотрите диапазон параметра; включите пределы либо задайте предел по текущему \
+             положению.",
+        ),
+    )
 }
 
 /// What the status says by itself.

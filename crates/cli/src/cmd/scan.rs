@@ -151,32 +151,8 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         rows.push(row(&at, present, &consists));
         devices.push(device_json(&at, present, &consists));
     }
-    if scan.held_back && scan.speakers.is_empty() {
-        return Err(Failure::Ended(
-            pick(
-                "Bytes come on this line that are no frames: others at another speed (baud=), or noise. \
-                 A probe could collide with a Stop of theirs, so nothing was probed. `lafet doctor` \
-                 listens at the other speeds; --insist probes all the same.",
-                "На линии идут байты, которые не складываются в кадры: другие на другой скорости (baud=) \
-                 или помехи. Проба могла бы столкнуться с их Stop, поэтому проб не было. `lafet doctor` \
-                 прослушает другие скорости; --insist всё же выполнит пробы.",
-            )
-            .into(),
-        ));
-    }
     if scan.held_back {
-        let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
-        return Err(Failure::Ended(pick(
-            format!(
-                "Others speak on this line ({who}); a probe could collide with a Stop of theirs, so \
-                 nothing was probed. --insist probes all the same; a bus controller knows who is \
-                 there."
-            ),
-            format!(
-                "На линии говорят другие ({who}); проба могла бы столкнуться с их Stop, поэтому проб \
-                 не было. --insist всё же выполнит их; кто есть на линии, знает контроллер сети."
-            ),
-        )));
+        return Err(Failure::Ended(why_held_back(&scan)));
     }
     if scan.present.is_empty() {
         out.say(nobody(&args.addresses))?;
@@ -198,6 +174,33 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         out.show(text, json)?;
     }
     found(!scan.present.is_empty())
+}
+
+/// Why nothing was probed.
+fn why_held_back(scan: &Scan) -> String {
+    if scan.speakers.is_empty() {
+        return pick(
+            "Bytes come on this line that are no frames: others at another speed (baud=), or noise. \
+             A probe could collide with a Stop of theirs, so nothing was probed. `lafet doctor` \
+             listens at the other speeds; --insist probes all the same.",
+            "На линии идут байты, которые не складываются в кадры: другие на другой скорости (baud=) \
+             или помехи. Проба могла бы столкнуться с их Stop, поэтому проб не было. `lafet doctor` \
+             прослушает другие скорости; --insist всё же выполнит пробы.",
+        )
+        .into();
+    }
+    let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+    pick(
+        format!(
+            "Others speak on this line ({who}); a probe could collide with a Stop of theirs, so \
+             nothing was probed. --insist probes all the same; a bus controller knows who is \
+             there."
+        ),
+        format!(
+            "На линии говорят другие ({who}); проба могла бы столкнуться с их Stop, поэтому проб \
+             не было. --insist всё же выполнит их; кто есть на линии, знает контроллер сети."
+        ),
+    )
 }
 
 async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {

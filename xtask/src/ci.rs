@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
 use crate::{
     TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
-    model, no_std, setup, swarm, words,
+    model, no_std, package, setup, swarm, words,
 };
 
 /// Start of the README's test command.
@@ -23,11 +23,12 @@ const SMOKE_TIMEOUT: Duration = Duration::from_secs(900);
 type CiStep = (&'static str, &'static str, fn() -> StepResult);
 
 /// The console comes first because it is built into the hub.
-const STEPS: [CiStep; 19] = [
+const STEPS: [CiStep; 20] = [
     ("console", "the console: types, unit tests, build", console::check),
     ("lock", "lock file is up to date", lock_file),
     ("licences", "licences and sources of the dependencies", licences::check),
     ("words", "words that must not appear", words::check),
+    ("package", "packages that can be published", package::all),
     ("fmt", "format", format),
     ("clippy", "lints", lints),
     ("doc", "reference documentation", reference),

@@ -27,6 +27,7 @@ mod metadata;
 mod model;
 mod mutants;
 mod no_std;
+mod package;
 mod physics;
 mod pictures;
 mod run;
@@ -76,16 +77,16 @@ const TASKS: &[Task] = &[
         arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
-                  only those: console, lock, licences, words, fmt, clippy, doc, no-std, test, \
-                  firmware, model, dissector, swarm, api, hub, bindings, bench, demo, browser.",
+                  only those: console, lock, licences, words, package, fmt, clippy, doc, no-std, \
+                  test, firmware, model, dissector, swarm, api, hub, bindings, bench, demo, browser.",
         run: ci::ci,
     },
     Task {
         name: "spec",
         arguments: "[--check]",
         about: "the matrix § × code × test",
-        details: "Sections come from conformance/spec.txt. Code is cited in comments of proto and \
-                  device; tests in test code and in conformance/scenarios. With --check, fails on \
+        details: "Sections come from crates/conform/src/spec.txt. Code is cited in comments of \
+                  proto and device; tests in test code and in conformance/scenarios. With --check, fails on \
                   a section without code or test and on a citation of a section that does not \
                   exist.",
         run: spec::spec,
@@ -292,6 +293,16 @@ const TASKS: &[Task] = &[
         details: "xtask/words.txt has the words, what to write instead, and the areas that are free of \
                   them.",
         run: words::words,
+    },
+    Task {
+        name: "package",
+        arguments: "",
+        about: "what the crates for other people's programs need to be published",
+        details: "Manifests, licence files, READMEs whose examples are tested, no file that is read from \
+                  outside of its package; the client's session without Tokio; and all of them with the \
+                  oldest compiler that they name, where rustup can get it; and each is packed as it \
+                  would be published.",
+        run: package::package,
     },
     Task {
         name: "dissector",

@@ -9,7 +9,7 @@ const HEAD: &str = "# Sections of the protocol, code and tests
 
 Written by `cargo xtask docs --tables` from the citations (`§3.1/4`) in code, tests and scenarios; `cargo xtask spec` prints the same
 with line numbers, and fails in CI when a section has no code or no test. The statements are those of
-[conformance/spec.txt](../conformance/spec.txt), the protocol is described in [protocol.md](protocol.md). `read` is what the document
+[crates/conform/src/spec.txt](../crates/conform/src/spec.txt), the protocol is described in [protocol.md](protocol.md). `read` is what the document
 says, `ours` what it leaves open and we decided ([questions.md](questions.md)).
 ";
 

@@ -8,7 +8,7 @@ use crate::sections::{self, Row};
 use crate::source::{self, File};
 use crate::{TaskResult, flag, run};
 
-const SPEC: &str = "conformance/spec.txt";
+const SPEC: &str = "crates/conform/src/spec.txt";
 const SCENARIOS: &str = "conformance/scenarios";
 /// Crates whose product code implements the document's own sections.
 const IMPLEMENTATION: [&str; 2] = ["proto", "device"];
@@ -281,7 +281,7 @@ mod tests {
                 "§3.1/1: no test (A drive moves)",
                 "§3.1/2: no code (Denied)",
                 "§3.3.4: neither code nor test (Flags)",
-                "§3.99: not in conformance/spec.txt, yet cited by device/src/a.rs:2",
+                "§3.99: not in crates/conform/src/spec.txt, yet cited by device/src/a.rs:2",
             ]
         );
     }

@@ -114,26 +114,22 @@ pub struct lafet_outputs {
 
 pub(crate) fn sense(from: &lafet_inputs, to: &mut Inputs) {
     for (to, from) in to.drives.iter_mut().zip(&from.drives) {
-        *to = image::DriveInput {
-            position: from.position,
-            speed_tenths: from.speed_tenths,
-            current_da: from.current_da,
-            min_switch: from.min_switch,
-            max_switch: from.max_switch,
-            motor_open: from.motor_open,
-            position_sensor_fault: from.position_sensor_fault,
-            speed_sensor_fault: from.speed_sensor_fault,
-        };
+        to.position = from.position;
+        to.speed_tenths = from.speed_tenths;
+        to.current_da = from.current_da;
+        to.min_switch = from.min_switch;
+        to.max_switch = from.max_switch;
+        to.motor_open = from.motor_open;
+        to.position_sensor_fault = from.position_sensor_fault;
+        to.speed_sensor_fault = from.speed_sensor_fault;
     }
     for (to, from) in to.valves.iter_mut().zip(&from.valves) {
-        *to = image::ValveInput {
-            open_switch: from.open_switch,
-            close_switch: from.close_switch,
-            open_sensor_fault: from.open_sensor_fault,
-            close_sensor_fault: from.close_sensor_fault,
-            current_da: from.current_da,
-            blocked: from.blocked,
-        };
+        to.open_switch = from.open_switch;
+        to.close_switch = from.close_switch;
+        to.open_sensor_fault = from.open_sensor_fault;
+        to.close_sensor_fault = from.close_sensor_fault;
+        to.current_da = from.current_da;
+        to.blocked = from.blocked;
     }
     let places = from.temperatures_dc.iter().zip(&from.heater_faults);
     for (to, (temperature, fault)) in to.places.iter_mut().zip(places) {

@@ -153,3 +153,8 @@ impl<W: Write + Seek> Recorder<W> {
         }
     }
 }
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -41,6 +41,8 @@ fn expected_ru(error: &DecodeError) -> String {
         }
         Expected::FrameEnd => "кадр не завершён байтом C0".into(),
         Expected::Room => format!("кадр длиннее {got} байт, которые хранит приёмник"),
+        // A later version of the protocol crate may expect more.
+        _ => format!("байты не соответствуют протоколу ({got})"),
     }
 }
 

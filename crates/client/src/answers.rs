@@ -24,6 +24,10 @@ pub struct RequestBuf {
 
 impl RequestBuf {
     /// Encodes a request.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsendable`] for more than 255 bytes of data (63 values of a parameter).
     pub fn new(request: &Request<'_>) -> Result<Self, Error> {
         let mut buffer = [0; RECORD_MAX];
         let mut writer = Writer::new(&mut buffer);
@@ -160,6 +164,11 @@ impl AnswerBuf {
     }
 
     /// The answer, typed.
+    ///
+    /// # Errors
+    ///
+    /// [`DecodeError`] when the data have a size that an answer of this subsystem to this request
+    /// cannot have.
     pub fn decode(&self) -> Result<Answer<'_>, DecodeError> {
         Answer::decode(&self.record())
     }
@@ -195,6 +204,10 @@ impl Answers {
     }
 
     /// The answers, if none of them refuses.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Refused`] with the status and the sender of the first answer that refuses.
     pub fn accepted(self) -> Result<Self, Error> {
         match self.refusal() {
             None => Ok(self),

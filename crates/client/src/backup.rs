@@ -93,6 +93,11 @@ pub fn is_kept(param: Param) -> bool {
 impl Monitor {
     /// §3.4 Reads every parameter that is stored. Subsystems that the monitor does not have are left
     /// out.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Client::request`](crate::Client::request) but for refusals: a parameter that is
+    /// refused is listed in [`Backup::unread`].
     pub async fn backup(&self, progress: impl FnMut(Progress)) -> Result<Backup, Error> {
         let status = self.status_all().await?;
         let present: Vec<SubsystemId> = status.present().collect();

@@ -87,11 +87,19 @@ pub struct Client {
 
 impl Client {
     /// Connects.
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Client::connect`]; [`Error::Link`] also when no thread can be started.
     pub fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
         Self::connect_with(endpoint, Config::default())
     }
 
     /// Connects with timeouts and bounds of your own.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::connect`].
     pub fn connect_with(endpoint: &Endpoint, config: Config) -> Result<Self, Error> {
         let thread = Background::start().map_err(|source| Error::Link {
             endpoint: endpoint.to_string().into(),
@@ -102,6 +110,10 @@ impl Client {
     }
 
     /// The client of another monitor on the same link: see [`crate::Client::at`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Client::at`].
     pub fn at(&self, address: u8) -> Result<Self, Error> {
         Ok(Self { inner: self.inner.at(address)?, thread: self.thread.clone() })
     }
@@ -117,6 +129,10 @@ impl Client {
     }
 
     /// See [`crate::Client::request`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Client::request`].
     pub fn request(&self, request: &Request<'_>) -> Result<Answers, Error> {
         self.thread.wait(self.inner.request(request))
     }
@@ -136,6 +152,10 @@ impl Client {
     }
 
     /// See [`crate::Client::probe`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Client::probe`].
     pub fn probe(&self) -> Result<(), Error> {
         self.thread.wait(self.inner.probe())
     }
@@ -152,6 +172,10 @@ pub struct Monitor {
 macro_rules! waits {
     ($($section:literal $name:ident($($argument:ident: $type:ty),*) -> $result:ty;)*) => {$(
         #[doc = concat!($section, " See [`crate::Monitor::", stringify!($name), "`].")]
+        ///
+        /// # Errors
+        ///
+        #[doc = concat!("As [`crate::Monitor::", stringify!($name), "`].")]
         pub fn $name(&self $(, $argument: $type)*) -> Result<$result, Error> {
             self.client.thread.wait(self.inner.$name($($argument),*))
         }
@@ -165,6 +189,10 @@ impl Monitor {
     }
 
     /// Connects.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::connect`].
     pub fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
         Client::connect(endpoint).map(Self::new)
     }
@@ -175,6 +203,10 @@ impl Monitor {
     }
 
     /// Another monitor on the same link.
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Client::at`].
     pub fn at(&self, address: u8) -> Result<Self, Error> {
         self.client.at(address).map(Self::new)
     }
@@ -195,6 +227,10 @@ impl Monitor {
     }
 
     /// The state, kept up to date: see [`crate::Monitor::watch`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Monitor::watch`].
     pub fn watch(&self, period: Duration) -> Result<Watch, Error> {
         let _inside = self.client.thread.handle.enter();
         let inner = self.inner.watch(period)?;
@@ -247,31 +283,55 @@ pub struct Drive {
 
 impl Drive {
     /// §3.1 See [`crate::Drive::move_to`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Drive::move_to`].
     pub fn move_to(&self, position: i16) -> Result<Status, Error> {
         self.thread.wait(self.inner.move_to(position))
     }
 
     /// §3.2 See [`crate::Drive::stop`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Drive::stop`].
     pub fn stop(&self) -> Result<Answers, Error> {
         self.thread.wait(self.inner.stop())
     }
 
     /// §3.3 See [`crate::Drive::status`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Drive::status`].
     pub fn status(&self) -> Result<DriveStatus, Error> {
         self.thread.wait(self.inner.status())
     }
 
     /// §3.7 See [`crate::Drive::limits`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Drive::limits`].
     pub fn limits(&self) -> Result<Limits, Error> {
         self.thread.wait(self.inner.limits())
     }
 
     /// Moves as long as the caller holds it: see [`crate::Drive::jog`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Drive::jog`].
     pub fn jog(&self, toward: Toward) -> Result<Jog, Error> {
         self.jog_with(toward, Hold::default())
     }
 
     /// The same with times of your own.
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Drive::jog`].
     pub fn jog_with(&self, toward: Toward, hold: Hold) -> Result<Jog, Error> {
         let _inside = self.thread.handle.enter();
         let inner = self.inner.jog_with(toward, hold)?;

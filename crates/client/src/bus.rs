@@ -14,6 +14,7 @@
 
 mod config;
 mod controller;
+#[cfg(feature = "client")]
 mod driver;
 mod gateway;
 mod journal;
@@ -21,6 +22,7 @@ mod roster;
 
 pub use config::{ControllerConfig, Port, Ports, Repeat};
 pub use controller::{BusStats, Controller, Transmit};
+#[cfg(feature = "client")]
 pub use driver::{Driver, DriverConfig, Event};
 pub use gateway::{Gateway, LENT, PROGRAMS_MAX};
 pub use journal::{Entry, Journal};

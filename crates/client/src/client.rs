@@ -37,12 +37,20 @@ pub struct Client {
 
 impl Client {
     /// Connects. Call it inside a Tokio runtime: the client's task runs there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Link`] when there is no connection within 5 s, [`Error::NeedsStream`] for `sim:`.
     pub async fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
         Self::connect_with(endpoint, Config::default()).await
     }
 
     /// Connects with timeouts and bounds of your own; addresses, framing and the kind of line are
     /// the endpoint's.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::connect`].
     pub async fn connect_with(endpoint: &Endpoint, config: Config) -> Result<Self, Error> {
         if matches!(endpoint, Endpoint::Sim { .. }) {
             return Err(Error::NeedsStream);
@@ -75,6 +83,10 @@ impl Client {
     }
 
     /// Talks over streams that `dial` opens: now, and again each time one has ended.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Link`] when `dial` fails the first time; later it is called again.
     pub async fn dial<S, D, F>(name: &str, mut dial: D, config: Config) -> Result<Self, Error>
     where
         S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
@@ -105,6 +117,11 @@ impl Client {
 
     /// The client of another monitor on the same link. The monitors share the line fairly; each
     /// has its own queue, timeouts and numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Address`] for 0, 255 and this side's own address, and for any other monitor where
+    /// the link carries bare records.
     pub fn at(&self, address: u8) -> Result<Self, Error> {
         let own = self.config.addresses.source;
         let alone = self.config.framing == Framing::Records && address != self.address;
@@ -166,16 +183,34 @@ impl Client {
 
     /// Sends a request and waits for its answers. A refusal is an answer: [`Answers::accepted`]
     /// makes an error of it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsendable`] for more than 255 bytes of data. Without an answer that can be
+    /// believed: for a request that only reads [`Error::NoAnswer`], [`Error::Link`] or
+    /// [`Error::Protocol`]; for any other [`Error::OutcomeUnknown`] if it may have been executed
+    /// and [`Error::NotSent`] if it certainly was not. [`Error::Closed`] when the task of the
+    /// client has ended.
     pub async fn request(&self, request: &Request<'_>) -> Result<Answers, Error> {
         self.run_one(RequestBuf::new(request)?).await
     }
 
     /// The same for a request that owns its bytes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`], but for [`Error::Unsendable`].
     pub async fn send(&self, request: RequestBuf) -> Result<Answers, Error> {
         self.run_one(request).await
     }
 
     /// Asks whether somebody is there (observed: an empty frame is answered by an empty frame).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Absent`] when no probe is answered, [`Error::NotProbed`] when none may be sent (a
+    /// bus controller, a check that is insisted on), [`Error::Link`] without a connection,
+    /// [`Error::Closed`] when the task of the client has ended.
     pub async fn probe(&self) -> Result<(), Error> {
         probed(&self.endpoint, self.exchange(vec![], None, None).await)
     }

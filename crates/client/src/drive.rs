@@ -29,17 +29,29 @@ impl Drive {
 
     /// §3.1 Moves to a position, arc-minutes (nozzle: mm); beyond the limits means as far as it
     /// goes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::move_to`].
     pub async fn move_to(&self, position: i16) -> Result<Status, Error> {
         self.monitor.move_to(self.id, position).await
     }
 
     /// §3.2 Stops. It may be denied while the monitor deploys, searches or extinguishes: `stop(ALL)`
     /// of the monitor never is.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::stop`].
     pub async fn stop(&self) -> Result<Answers, Error> {
         self.monitor.stop(self.id).await
     }
 
     /// §3.3 Where it is, and its flags.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::status`].
     pub async fn status(&self) -> Result<DriveStatus, Error> {
         let answer = self.monitor.status(self.id).await?;
         match typed(&answer)? {
@@ -49,17 +61,30 @@ impl Drive {
     }
 
     /// §3.7 Its limits.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::limits`].
     pub async fn limits(&self) -> Result<Limits, Error> {
         self.monitor.limits(self.id).await
     }
 
     /// Moves as long as the caller holds it (ours): see [`Jog`]. The lease is 300 ms, and runs from
     /// now on. Call it inside a Tokio runtime.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsendable`] cannot come of this request: what goes wrong later is the
+    /// [`JogEnd`](crate::JogEnd).
     pub fn jog(&self, toward: Toward) -> Result<Jog, Error> {
         self.jog_with(toward, Hold::default())
     }
 
     /// The same with times of your own.
+    ///
+    /// # Errors
+    ///
+    /// As [`Drive::jog`].
     pub fn jog_with(&self, toward: Toward, hold: Hold) -> Result<Jog, Error> {
         Jog::start(self.monitor.client(), self.id, toward, hold)
     }

@@ -9,10 +9,9 @@ use lafet_proto::{RequestId, Status, SubsystemId};
 use crate::deviation::Deviation;
 use crate::find_out::find_out;
 use crate::os_text::os_text;
+use crate::port_error::{CannotSwitch, PortError};
 use crate::refusal::{Reason, reason};
-use crate::transport::port::PortError;
-use crate::transport::serial::CannotSwitch;
-use crate::url::UrlError;
+use crate::url_error::UrlError;
 
 /// A language of the messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

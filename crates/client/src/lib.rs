@@ -12,6 +12,12 @@
 //! believed: it can be driven on virtual time, or by another runtime. [`blocking`] is the same
 //! for programs without async.
 //!
+//! # Features
+//!
+//! Without any, there is the core alone ([`session`], and [`bus`] without its driver), which needs
+//! `lafet-proto` and the standard library. `client`: everything that does I/O, on Tokio. `backup`:
+//! parameters of a monitor as a TOML file. Both are on by default.
+//!
 //! # A monitor
 //!
 //! ```no_run
@@ -85,53 +91,89 @@
 //! # }
 //! ```
 
+#![warn(clippy::missing_errors_doc)]
+
 mod answers;
-pub mod backup;
-mod batch;
-pub mod blocking;
 pub mod bus;
-mod client;
 mod deviation;
-pub mod doctor;
-mod drive;
 mod error;
 mod find_out;
-mod jog;
 mod mistake;
-mod monitor;
 mod os_text;
-mod plan;
-pub mod ports;
-pub mod prober;
+mod port_error;
 pub mod refusal;
-mod saving;
-pub mod scan;
 pub mod session;
+mod url_error;
+
+#[cfg(feature = "backup")]
+pub mod backup;
+#[cfg(feature = "client")]
+mod batch;
+#[cfg(feature = "client")]
+pub mod blocking;
+#[cfg(feature = "client")]
+mod client;
+#[cfg(feature = "client")]
+pub mod doctor;
+#[cfg(feature = "client")]
+mod drive;
+#[cfg(feature = "client")]
+mod jog;
+#[cfg(feature = "client")]
+mod monitor;
+#[cfg(feature = "client")]
+mod plan;
+#[cfg(feature = "client")]
+pub mod ports;
+#[cfg(feature = "client")]
+pub mod prober;
+#[cfg(feature = "client")]
+mod saving;
+#[cfg(feature = "client")]
+pub mod scan;
+#[cfg(feature = "client")]
 mod shared;
+#[cfg(feature = "client")]
 mod status;
+#[cfg(feature = "client")]
 mod subscription;
+#[cfg(feature = "client")]
 mod task;
+#[cfg(feature = "client")]
 pub mod teach;
+#[cfg(feature = "client")]
 pub mod transport;
+#[cfg(feature = "client")]
 pub mod url;
 
 pub use answers::{AnswerBuf, Answers, RequestBuf};
-pub use batch::Progress;
-pub use client::Client;
 pub use deviation::Deviation;
-pub use drive::Drive;
 pub use error::{Cause, Error, Lang};
 pub use find_out::find_out;
-pub use jog::Jog;
 pub use mistake::mistake;
-pub use monitor::Monitor;
 pub use os_text::os_text;
-pub use saving::Saved;
+pub use port_error::{CannotSwitch, Holder, PortError};
 pub use session::jog::{Hold, JogEnd, Reason, Toward};
+pub use session::medium::{Addresses, Echo, Framing, Role};
 pub use session::statistics::LinkStatistics;
 pub use session::{CheckMode, Config, Direction, Stats, Traced, Verdict};
-pub use shared::{LinkEvent, LinkState};
-pub use status::{MonitorStatus, StatusSample, StatusSubscription, StatusUpdate};
-pub use subscription::{Sample, Subscription, UPDATES_MAX, Update};
-pub use transport::port::PortError;
-pub use url::{Addresses, Echo, Endpoint, Framing, Manner, Role, Rs485, SerialLine, UrlError};
+pub use url_error::UrlError;
+
+#[cfg(feature = "client")]
+pub use {
+    batch::Progress,
+    client::Client,
+    drive::Drive,
+    jog::Jog,
+    monitor::Monitor,
+    saving::Saved,
+    shared::{LinkEvent, LinkState},
+    status::{MonitorStatus, StatusSample, StatusSubscription, StatusUpdate},
+    subscription::{Sample, Subscription, UPDATES_MAX, Update},
+    url::{Endpoint, Manner, Rs485, SerialLine},
+};
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -54,6 +54,8 @@ fn wanted_ru(wanted: &Wanted) -> String {
         Wanted::Hex => "ожидаются байты в шестнадцатеричном виде, например `de ad be`".into(),
         Wanted::End => "здесь запрос должен закончиться".into(),
         Wanted::FewerData => "слишком много данных: запрос вмещает не более 255 байт".into(),
+        // A later version of the protocol crate may expect more.
+        _ => "запрос записан неверно".into(),
     }
 }
 

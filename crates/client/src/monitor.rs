@@ -33,6 +33,10 @@ impl Monitor {
     }
 
     /// Connects: see [`Client::connect`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::connect`].
     pub async fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
         Client::connect(endpoint).await.map(Self::new)
     }
@@ -43,6 +47,10 @@ impl Monitor {
     }
 
     /// Another monitor on the same link: see [`Client::at`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::at`].
     pub fn at(&self, address: u8) -> Result<Self, Error> {
         self.client.at(address).map(Self::new)
     }
@@ -64,6 +72,11 @@ impl Monitor {
 
     /// §3.3 The state of every subsystem, read again every `period`: the latest with its age, and
     /// what is new. It goes on when the connection was lost and made again.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotARead`] and [`Error::Unsendable`] cannot come of this request. What goes wrong
+    /// later comes as an update.
     pub fn watch(&self, period: Duration) -> Result<StatusSubscription, Error> {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
         self.client.subscribe(&request, period).map(StatusSubscription::new)
@@ -71,33 +84,63 @@ impl Monitor {
 
     /// §3.1 Moves a drive to a position, arc-minutes (nozzle: mm); beyond the limits means as far
     /// as it goes. Positive is up and left.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `DENIED` while the monitor is not deployed
+    /// or searches, `MODULE_FAULT` of a faulty drive (§3.1).
     pub async fn move_to(&self, drive: SubsystemId, position: i16) -> Result<Status, Error> {
         self.command(drive, Body::Move { destination: position }).await
     }
 
     /// §3.2 Stops what a subsystem does; All: everything that moves.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `DENIED` for a single subsystem while the
+    /// monitor deploys, wraps, searches or extinguishes (§3.2); Stop to All is never refused.
     pub async fn stop(&self, who: SubsystemId) -> Result<Answers, Error> {
         self.ask(who, Body::Stop).await
     }
 
     /// §3.3 The state of every subsystem of the monitor.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] when General refuses for all. What a single
+    /// subsystem refuses is among [`MonitorStatus::others`].
     pub async fn status_all(&self) -> Result<MonitorStatus, Error> {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
         MonitorStatus::of_all(self.client.request(&request).await?)
     }
 
     /// §3.3 The state of one subsystem; its answer is decoded by [`AnswerBuf::decode`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `MODULE_NOT_EXIST` when the monitor does not
+    /// have the subsystem.
     pub async fn status(&self, who: SubsystemId) -> Result<AnswerBuf, Error> {
         Ok(self.ask(who, Body::GetStatus).await?.first().clone())
     }
 
     /// §3.4 The values of a parameter by its name, or by its id written as `0x23FE`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::param_id`].
     pub async fn param(&self, who: SubsystemId, name: &str) -> Result<Vec<i32>, Error> {
         self.param_id(who, param_id(name)).await
     }
 
     /// §3.4 The values of a parameter. While they have to be fetched from a remote unit (NotCached),
     /// they are asked for again, for `Config::resume` at most.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `INVALID_ID` for a parameter that it does
+    /// not have, `INCOMPLETE_CONFIG` for one that is not set, `NOT_CACHED` when the remote unit
+    /// does not give it in time (§3.4).
     pub async fn param_id(&self, who: SubsystemId, id: ParamId) -> Result<Vec<i32>, Error> {
         values(self.insist(who, Body::GetParam { id }).await?.first())
     }
@@ -128,6 +171,13 @@ impl Monitor {
     /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`. As long as a remote unit
     /// has not taken it (Cached), it is set again, for `Config::resume` at most. Accepted is not yet
     /// stored: see [`Monitor::save_param`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `INVALID_ID`, `INVALID_VALUE` (out of
+    /// range), `WRONG_DATA` (number of values), `ACCESS_DENIED` (read-only), `INCOMPLETE_CONFIG`
+    /// (kept until the set of the subsystem is complete) or `CACHED` (the remote unit has not taken
+    /// it) (§3.5).
     pub async fn set_param(
         &self,
         who: SubsystemId,
@@ -141,6 +191,12 @@ impl Monitor {
 
     /// §3.6 Stores corrections of elevation, degrees, one for each 0.1 atm from index `first` on
     /// (format: ours). Long tables are sent in pieces; the first refusal ends it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `INVALID_VALUE` when `first` and the number
+    /// of corrections exceed 256, `WRONG_DATA` without corrections (§3.6). Pieces before the
+    /// refusal are stored.
     pub async fn correction_table(&self, first: u8, corrections: &[i8]) -> Result<Status, Error> {
         let bytes: Vec<u8> = corrections.iter().map(|value| value.to_le_bytes()[0]).collect();
         let (mut first, mut rest) = (first, &bytes[..]);
@@ -156,11 +212,20 @@ impl Monitor {
     }
 
     /// §3.7 The limits of a drive.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `WRONG_REQUEST` of a subsystem that is no
+    /// drive, `MODULE_NOT_EXIST` of one that is absent (§3.7).
     pub async fn limits(&self, drive: SubsystemId) -> Result<Limits, Error> {
         limits(self.ask(drive, Body::RetrieveLimits).await?.first())
     }
 
     /// §3.7 The limits of every drive that has them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] when General refuses for all.
     pub async fn limits_all(&self) -> Result<Vec<(SubsystemId, Limits)>, Error> {
         let request = Request::new(SubsystemId::ALL, Body::RetrieveLimits);
         let answers = self.client.request(&request).await?;
@@ -170,51 +235,104 @@ impl Monitor {
     }
 
     /// §3.8 Opens a valve.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `DENIED` while the monitor is not deployed
+    /// or searches, `MODULE_FAULT` of a faulty valve (§3.8).
     pub async fn open(&self, valve: SubsystemId) -> Result<Status, Error> {
         self.command(valve, Body::Open { key: key::OPEN }).await
     }
 
     /// §3.9 Closes a valve.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `DENIED` during a search, `MODULE_FAULT` of
+    /// a faulty valve (§3.9).
     pub async fn close(&self, valve: SubsystemId) -> Result<Status, Error> {
         self.command(valve, Body::Close { key: key::CLOSE }).await
     }
 
     /// §3.10 Deploys to the working position. Ok: it is there already.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `MODULE_FAULT` of a faulty Deployer,
+    /// `MODULE_NOT_EXIST` without one (§3.10).
     pub async fn deploy(&self) -> Result<Status, Error> {
         self.command(SubsystemId::DEPLOYER, Body::Deploy).await
     }
 
     /// §3.11 Wraps to the standby position. Ok: it is there already.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `DENIED` while a valve is not closed or the
+    /// monitor searches, `MODULE_FAULT` of a faulty Deployer, `MODULE_NOT_EXIST` without one
+    /// (§3.11).
     pub async fn wrap(&self) -> Result<Status, Error> {
         self.command(SubsystemId::DEPLOYER, Body::Wrap).await
     }
 
     /// §3.12 Restarts the program: parameters that wait for it take effect.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `DENIED` under lockout, `BUSY` while it
+    /// restarts already (§3.12).
     pub async fn restart(&self) -> Result<Answers, Error> {
         self.ask(SubsystemId::ALL, Body::Restart).await
     }
 
     /// §3.13 Starts the alignment of detector and barrel.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `DENIED` while the monitor is not deployed,
+    /// searches or extinguishes (§3.13).
     pub async fn justify(&self) -> Result<Status, Error> {
         self.command(SubsystemId::DETECTOR, Body::StartJustify).await
     }
 
     /// §3.14 Starts extinguishing. The valves stay as they are.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `INVALID_VALUE` for a program, nozzle or
+    /// step out of range and for a sector wholly outside the limits, `DENIED` during a search
+    /// (§3.14).
     pub async fn quench(&self, quench: Quench<'_>) -> Result<Status, Error> {
         self.command(SubsystemId::CONTROL, Body::StartQuench(quench)).await
     }
 
     /// §3.15 Starts extinguishing along trajectories (format: ours).
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `INVALID_VALUE` for a number out of range,
+    /// `INVALID_ID` for a stored trajectory that is empty, `DENIED` during a search (§3.15).
     pub async fn trajectory(&self, trajectory: Trajectory<'_>) -> Result<Status, Error> {
         self.command(SubsystemId::CONTROL, Body::StartTrajectory(trajectory)).await
     }
 
     /// §3.16 Starts the search for fire in a sector.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `INVALID_VALUE` for a sector that is not
+    /// wholly inside the limits, `DENIED` while the monitor extinguishes or a valve is not closed
+    /// (§3.16).
     pub async fn seek(&self, seek: Seek) -> Result<Status, Error> {
         self.command(SubsystemId::DETECTOR, Body::StartSeek(seek)).await
     }
 
     /// §3.17 Switches the control of limits off, on, or rejects their change.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `NOT_SUPPORTED` of a drive with limit
+    /// switches, `INVALID_VALUE` when the limits taken cross (§3.17).
     pub async fn switch_limits(
         &self,
         who: SubsystemId,
@@ -229,16 +347,30 @@ impl Monitor {
     }
 
     /// §3.18 Locks the monitor out (everything stops, valves close), or releases it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] by the first subsystem that does. No state of the
+    /// monitor refuses it (§3.18).
     pub async fn lockout(&self, on: bool) -> Result<Answers, Error> {
         self.client.request(&Request::lockout(on)).await?.accepted()
     }
 
     /// §3.19 Erases the non-volatile memory and restarts.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `DENIED` under lockout, `BUSY` during a
+    /// restart (§3.19).
     pub async fn clean_flash(&self) -> Result<Status, Error> {
         self.command(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH }).await
     }
 
     /// §3.20 What the last hardware fault left.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; reading is not refused by any state of the monitor (§3.20).
     pub async fn crash_data(&self) -> Result<FaultInfo, Error> {
         let answers = self.ask(SubsystemId::GENERAL, Body::GetCrashData).await?;
         match typed(answers.first())? {
@@ -248,6 +380,11 @@ impl Monitor {
     }
 
     /// §3.21 The hotbeds found, the brightest first.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`]; [`Error::Refused`] with `MODULE_NOT_EXIST` without a Detector
+    /// (§3.21).
     pub async fn hotbeds(&self) -> Result<Vec<Hotbed>, Error> {
         let body = Body::GetParam { id: ParamId::HOTBEDS };
         let answers = self.ask(SubsystemId::DETECTOR, body).await?;

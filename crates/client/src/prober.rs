@@ -86,12 +86,20 @@ impl Prober {
     }
 
     /// Hears for a while.
+    ///
+    /// # Errors
+    ///
+    /// That of the link when it is lost.
     pub async fn listen(&mut self, time: Duration) -> io::Result<Heard> {
         self.hear(time, |_| false).await
     }
 
     /// Sends a frame (a presence probe when `payload` is empty), and hears until its receiver has
     /// answered, or for `time`.
+    ///
+    /// # Errors
+    ///
+    /// That of the link when it is lost; `InvalidInput` for more than 512 bytes of payload.
     pub async fn ask(
         &mut self,
         dst: u8,
@@ -110,6 +118,10 @@ impl Prober {
     }
 
     /// Sends bytes as they are, and hears for `time`.
+    ///
+    /// # Errors
+    ///
+    /// That of the link when it is lost.
     pub async fn say(&mut self, bytes: &[u8], time: Duration) -> io::Result<Heard> {
         self.sent = None;
         self.link.send(bytes).await?;

@@ -48,6 +48,11 @@ impl Saved {
 impl Monitor {
     /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`, and waits until it is
     /// stored: see [`Monitor::save`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::set_param`], for the first request. That nothing says whether it is stored is
+    /// no error: [`Saved::Unconfirmed`].
     pub async fn save_param(
         &self,
         who: SubsystemId,
@@ -58,6 +63,11 @@ impl Monitor {
     }
 
     /// The same, by the id.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::set_param`], for the first request. That nothing says whether it is stored is
+    /// no error: [`Saved::Unconfirmed`].
     pub async fn save_param_id(
         &self,
         who: SubsystemId,
@@ -70,6 +80,10 @@ impl Monitor {
 
     /// §3.18 Locks the monitor out, or releases it, and waits until a power loss would not change
     /// that. The answers are those to the first request, which is what stops the monitor.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::lockout`], for the first request.
     pub async fn save_lockout(&self, on: bool) -> Result<(Answers, Saved), Error> {
         self.saved(&Request::lockout(on)).await
     }
@@ -82,6 +96,10 @@ impl Monitor {
     /// Sends a request that changes what is stored (SetParam, Lockout), and waits until it is
     /// stored: two seconds at most, with three repetitions at most. A parameter of a remote unit
     /// is repeated until the unit has taken it. The answers are the first ones; `None`: refused.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`](crate::Client::request), for the first request.
     pub async fn save(&self, request: &Request<'_>) -> Result<(Answers, Option<Saved>), Error> {
         let mut tries = 0;
         let answers = loop {

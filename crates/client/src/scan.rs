@@ -85,6 +85,10 @@ pub struct Scan {
 ///
 /// On a bus with a controller or another console nobody else may speak unasked.
 /// [`Scan::speakers`] tells whether there was one.
+///
+/// # Errors
+///
+/// That of the link when it is lost: what was found until then is lost too.
 pub async fn scan(
     link: Link,
     source: u8,

@@ -23,6 +23,7 @@ mod input;
 pub mod jog;
 pub mod line;
 pub(crate) mod matching;
+pub mod medium;
 mod operation;
 mod receive;
 mod send;
@@ -40,13 +41,13 @@ use lafet_proto::link::Check;
 
 use crate::answers::RequestBuf;
 use crate::deviation::Deviation;
-use crate::url::Framing;
 pub use check::CheckMode;
 use check::Negotiation;
 pub use config::{Config, LATE_DEFAULT};
 use doubt::{Suspicion, Tag, Tags};
 use input::Input;
 pub use matching::Slot;
+use medium::Framing;
 use operation::{Echo, Operation, Outstanding, Recent};
 pub use stats::{Direction, Stats, Traced, Verdict};
 
@@ -238,11 +239,19 @@ impl Session {
     }
 
     /// Queues requests that go out in one frame; none: a presence probe (observed).
+    ///
+    /// # Errors
+    ///
+    /// [`QueueFull`] when [`QUEUE_MAX`] requests wait already, or [`URGENT_MAX`] urgent ones.
     pub fn submit(&mut self, now: Now, requests: Vec<RequestBuf>) -> Result<Ticket, QueueFull> {
         self.submit_on(now, Terms::default(), requests)
     }
 
     /// The same, on terms.
+    ///
+    /// # Errors
+    ///
+    /// As [`Session::submit`].
     pub fn submit_on(
         &mut self,
         now: Now,

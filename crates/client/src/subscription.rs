@@ -105,6 +105,11 @@ impl Client {
     /// Keeps the answers to a request that changes nothing up to date: asks for them every
     /// `period`, and goes on when the connection was lost and made again. Several subscriptions of
     /// the same request share its answers.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotARead`] for a request that changes something, [`Error::Unsendable`] for one of
+    /// more than 255 bytes of data. What goes wrong later comes as an [`Update`].
     pub fn subscribe(
         &self,
         request: &Request<'_>,

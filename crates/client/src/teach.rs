@@ -99,6 +99,11 @@ impl Monitor {
     /// Takes the present position of a drive as its limit. Limits that are on are switched off for
     /// it and on again; when that fails, the old ones stay (Reject). The drive has to stand: Busy
     /// otherwise.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::switch_limits`] and [`Monitor::set_param`]: `BUSY` while the drive moves,
+    /// `INVALID_VALUE` for a position that has changed meanwhile or limits that cross.
     pub async fn take_limit(&self, side: Side) -> Result<Taken, Error> {
         let drive = side.drive();
         let was_off = self.drive_now(drive).await?.1;
@@ -115,6 +120,10 @@ impl Monitor {
 
     /// Switches limits on: those that were taken come into force. A remote unit that has not got them
     /// yet answers Busy, and is asked again.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::switch_limits`]; `BUSY` when the remote unit has not taken a limit within 3 s.
     pub async fn confirm_limits(&self, drive: SubsystemId) -> Result<(), Error> {
         let mut tries = 0;
         loop {

@@ -3,7 +3,7 @@
 //! The schemes and their options are ours; the addresses and the speed of the line are the bus's
 //! (observed).
 
-mod error;
+mod config;
 mod manner;
 mod serial;
 
@@ -18,10 +18,11 @@ use url::{Host, Url};
 
 #[cfg(test)]
 use crate::error::Lang;
-pub use error::UrlError;
-use error::{FRAMINGS, MONITOR_ADDRESSES, PORTS, SOURCE_ADDRESSES};
-pub use manner::{Manner, Role};
-pub use serial::{Echo, Rs485, SerialLine};
+pub use crate::session::medium::{Addresses, Echo, Framing, Role};
+pub use crate::url_error::UrlError;
+use crate::url_error::{FRAMINGS, MONITOR_ADDRESSES, PORTS, SOURCE_ADDRESSES};
+pub use manner::Manner;
+pub use serial::{Rs485, SerialLine};
 
 /// Where a monitor is and how it is reached.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,31 +71,6 @@ pub enum Endpoint {
         /// How this side behaves.
         manner: Manner,
     },
-}
-
-/// Bus addresses (observed): monitors 1…127, the controller 128, consoles 129…254.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Addresses {
-    /// The monitor, `addr=`.
-    pub monitor: u8,
-    /// This side, `src=`.
-    pub source: u8,
-}
-
-impl Default for Addresses {
-    fn default() -> Self {
-        Self { monitor: *bus::MONITORS.start(), source: *bus::CONSOLES.start() }
-    }
-}
-
-/// What travels over a TCP connection.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Framing {
-    /// Link frames, as on every other medium.
-    #[default]
-    Link,
-    /// §C/3 Bare records, one monitor a connection.
-    Records,
 }
 
 impl Endpoint {

@@ -96,3 +96,8 @@ impl Default for Options {
         }
     }
 }
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -1,8 +1,8 @@
-//! The normative items of the protocol: `conformance/spec.txt`, in Russian `spec.ru.txt`.
+//! The normative items of the protocol: `spec.txt`, in Russian `spec.ru.txt`.
 
 use std::sync::OnceLock;
 
-const ENGLISH: &str = include_str!("../../../conformance/spec.txt");
+const ENGLISH: &str = include_str!("spec.txt");
 const RUSSIAN: &str = include_str!("spec.ru.txt");
 const UNSEEN: &str = include_str!("unseen.txt");
 
@@ -118,30 +118,6 @@ mod tests {
         }
         for test in TESTS {
             assert!(item(test.item).is_some(), "{}: {}", test.name, test.item);
-        }
-    }
-
-    /// The figures in docs/conform.md, in both languages.
-    #[test]
-    fn the_page_has_the_figures() {
-        let (all, unseen) = (items().len(), unseen().len());
-        let upto = |level| TESTS.iter().filter(|test| test.level <= level).count();
-        for (page, sentence) in [
-            (
-                include_str!("../../../docs/conform.md"),
-                format!("Of the {all} items {} are tested; the other {unseen} ", all - unseen),
-            ),
-            (
-                include_str!("../../../docs/conform.ru.md"),
-                format!("Из {all} пунктов проверяются {}; остальные {unseen} ", all - unseen),
-            ),
-        ] {
-            assert!(page.contains(&sentence), "{sentence}");
-            for level in crate::Level::ALL {
-                let row = format!("| `--{}`", level.name());
-                let row = page.lines().find(|line| line.starts_with(&row)).expect("a row");
-                assert!(row.ends_with(&format!("| {} |", upto(level))), "{} {row}", upto(level));
-            }
         }
     }
 

@@ -92,6 +92,7 @@ pub(crate) const fn table_index(id: SubsystemId) -> Option<u8> {
 
 /// How a drive is connected (parameter DriveType; §3.17 tells the three apart).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum DriveKind {
     /// 0: driven by the control system, with an encoder.
     Encoder,

@@ -132,6 +132,11 @@ impl Device {
     }
 
     /// Stores the parameters with which a monitor of this composition leaves the factory.
+    ///
+    /// # Errors
+    ///
+    /// [`StorageError`] of the first value that the memory does not take; values before it are
+    /// stored.
     pub fn provision(
         storage: &mut impl Storage,
         composition: &Composition,

@@ -22,6 +22,11 @@ pub trait Hal: Storage {
 /// A value is replaced as a whole or not at all, also when power fails in between.
 pub trait Storage {
     /// Reads a value into `buffer`; `Ok(None)` when the key is unset.
+    ///
+    /// # Errors
+    ///
+    /// [`StorageError::Read`] when the memory cannot be read, when the value is damaged, or when
+    /// `buffer` is too small for it. Values have [`VALUE_MAX`] bytes at most.
     fn load<'b>(
         &mut self,
         key: Key,
@@ -30,9 +35,18 @@ pub trait Storage {
 
     /// Writes a value. When it returns `Ok`, the value survives power loss. It may take as long as
     /// flash takes to be erased: the device calls it at rest only (§3.5/10).
+    ///
+    /// # Errors
+    ///
+    /// [`StorageError::Write`] when the value is not known to survive power loss; what was there
+    /// before is unchanged.
     fn store(&mut self, key: Key, value: &[u8]) -> Result<(), StorageError>;
 
     /// Erases everything (§3.19).
+    ///
+    /// # Errors
+    ///
+    /// [`StorageError::Write`] when not everything is erased.
     fn erase(&mut self) -> Result<(), StorageError>;
 }
 
@@ -45,6 +59,7 @@ pub const VALUE_MAX: usize = 264;
 
 /// The memory failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StorageError {
     /// Reading failed or what was read is damaged (ConfigFault).
     Read,

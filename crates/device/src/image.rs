@@ -134,6 +134,7 @@ pub const SPOTS: usize = 4;
 
 /// What the monitor senses.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Inputs {
     /// Drives, by [`Axis`].
     pub drives: [DriveInput; AXES],
@@ -159,6 +160,7 @@ pub struct Inputs {
 
 /// One drive as sensed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct DriveInput {
     /// Position from the encoder's own zero, arc-minutes or mm.
     pub position: i32,
@@ -180,6 +182,7 @@ pub struct DriveInput {
 
 /// One valve as sensed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ValveInput {
     /// Limit switch "open".
     pub open_switch: bool,
@@ -197,6 +200,7 @@ pub struct ValveInput {
 
 /// One temperature as sensed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct PlaceInput {
     /// Temperature, 0.1 °C; `None` when the sensor is faulty.
     pub temperature_dc: Option<i16>,
@@ -206,6 +210,7 @@ pub struct PlaceInput {
 
 /// The fire detector as sensed. It looks along the barrel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct DetectorInput {
     /// The detector answers and its self-test passes.
     pub ready: bool,
@@ -232,6 +237,7 @@ pub struct Spot {
 
 /// A remote unit as its side of the internal bus shows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct UnitInput {
     /// Answers arrive in time.
     pub online: bool,
@@ -254,6 +260,7 @@ pub struct UnitReply {
 
 /// Why a remote unit refused a parameter (§3.3.1 RemotePa*).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum UnitError {
     /// RemotePaIncomplete.
     Incomplete,
@@ -267,6 +274,7 @@ pub enum UnitError {
 
 /// What the monitor drives. The default is inert: nothing moves, nothing opens.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Outputs {
     /// Drives, by [`Axis`].
     pub drives: [DriveOutput; AXES],

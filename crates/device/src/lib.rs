@@ -5,6 +5,7 @@
 //! touches the wire.
 #![no_std]
 #![forbid(unsafe_code)]
+#![warn(clippy::missing_errors_doc)]
 #![cfg_attr(
     not(test),
     deny(
@@ -41,3 +42,8 @@ pub use cause::{Cause, Causes};
 pub use composition::Composition;
 pub use device::Device;
 pub use subsystem::conn::Source;
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

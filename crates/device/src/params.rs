@@ -110,6 +110,10 @@ impl Params {
     }
 
     /// Stores the factory's values of a composition: what a new monitor leaves the factory with.
+    ///
+    /// # Errors
+    ///
+    /// [`StorageError`] of the first group of values that the memory does not take.
     pub fn provision(
         storage: &mut impl Storage,
         composition: &Composition,

@@ -42,3 +42,9 @@ pub use error::ApiError;
 pub use hub::Hub;
 pub use publish::topics;
 pub use server::Server;
+
+/// A configuration to start with, as TOML with comments: English, Russian.
+pub const EXAMPLES: [&str; 2] =
+    [include_str!("../hub.example.toml"), include_str!("../hub.example.ru.toml")];
+/// The unit with which systemd runs `lafet serve`.
+pub const UNIT: &str = include_str!("../lafet-hub.service");

@@ -2,14 +2,21 @@
 
 mod support;
 
+use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use lafet_hub::access::Role;
 use lafet_hub::{Clock, ManualTime, TlsConfig};
+use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
 use serde_json::json;
 use support::{PASSWORD, Reply, Site, http_over, until};
 use tokio::net::TcpStream;
+use tokio_rustls::TlsConnector;
+use tokio_rustls::client::TlsStream;
+use tokio_rustls::rustls::pki_types::{PrivateKeyDer, ServerName};
+use tokio_rustls::rustls::{ClientConfig, RootCertStore, crypto};
 
 async fn log_in(site: &Site, user: &str, password: &str) -> Reply {
     let body = json!({ "user": user, "password": password }).to_string();
@@ -281,42 +288,52 @@ async fn many_requests_are_slowed_down_but_never_stop() {
     assert!(site.hub.count_of_commands() >= 250);
 }
 
-#[tokio::test]
-async fn certificates_of_our_own_and_of_clients() {
-    use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
-    use tokio_rustls::TlsConnector;
-    use tokio_rustls::rustls::pki_types::{PrivateKeyDer, ServerName};
-    use tokio_rustls::rustls::{ClientConfig, RootCertStore, crypto};
+/// An authority for certificates of a test.
+struct Authority {
+    certificate: rcgen::Certificate,
+    issuer: Issuer<'static, KeyPair>,
+}
 
-    let folder = std::env::temp_dir().join(format!("lafet-tls-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let mut params = CertificateParams::new(vec![]).unwrap();
-    params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
-    let ca_key = KeyPair::generate().unwrap();
-    let ca = params.self_signed(&ca_key).unwrap();
-    let issuer = Issuer::new(params, ca_key);
-    let leaf = |name: &str| {
+impl Authority {
+    fn new() -> Self {
+        let mut params = CertificateParams::new(vec![]).unwrap();
+        params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        let key = KeyPair::generate().unwrap();
+        let certificate = params.self_signed(&key).unwrap();
+        Self { certificate, issuer: Issuer::new(params, key) }
+    }
+
+    /// A certificate with its key.
+    fn leaf(&self, name: &str) -> (rcgen::Certificate, KeyPair) {
         let key = KeyPair::generate().unwrap();
         let mut params = CertificateParams::new(vec!["localhost".into()]).unwrap();
         params.distinguished_name.push(DnType::CommonName, name);
-        (params.signed_by(&key, &issuer).unwrap(), key)
-    };
-    let (server, server_key) = leaf("hub");
-    std::fs::write(folder.join("ca.pem"), ca.pem()).unwrap();
-    std::fs::write(folder.join("cert.pem"), server.pem()).unwrap();
-    std::fs::write(folder.join("key.pem"), server_key.serialize_pem()).unwrap();
-    let site = Site::with(1, |config| {
-        config.tls = Some(TlsConfig {
-            cert: folder.join("cert.pem"),
-            key: folder.join("key.pem"),
-            client_ca: Some(folder.join("ca.pem")),
+        (params.signed_by(&key, &self.issuer).unwrap(), key)
+    }
+
+    /// The files of a hub, in a folder.
+    fn write(&self, folder: &Path) -> TlsConfig {
+        let file = |name: &str, text: String| {
+            std::fs::write(folder.join(name), text).unwrap();
+            folder.join(name)
+        };
+        let (server, key) = self.leaf("hub");
+        TlsConfig {
+            cert: file("cert.pem", server.pem()),
+            key: file("key.pem", key.serialize_pem()),
+            client_ca: Some(file("ca.pem", self.certificate.pem())),
             client_roles: [("scada".to_owned(), Role::Operator)].into(),
-        });
-    })
-    .await;
-    let connect = |client: Option<&str>| {
+        }
+    }
+
+    /// A connection, with a certificate of this name if there is one.
+    async fn connect(
+        &self,
+        address: SocketAddr,
+        client: Option<&str>,
+    ) -> std::io::Result<TlsStream<TcpStream>> {
         let mut roots = RootCertStore::empty();
-        roots.add(ca.der().clone()).unwrap();
+        roots.add(self.certificate.der().clone()).unwrap();
         let builder =
             ClientConfig::builder_with_provider(Arc::new(crypto::ring::default_provider()))
                 .with_safe_default_protocol_versions()
@@ -325,19 +342,25 @@ async fn certificates_of_our_own_and_of_clients() {
         let config = match client {
             None => builder.with_no_client_auth(),
             Some(name) => {
-                let (certificate, key) = leaf(name);
+                let (certificate, key) = self.leaf(name);
                 let key = PrivateKeyDer::try_from(key.serialize_der()).unwrap();
                 builder.with_client_auth_cert(vec![certificate.der().clone()], key).unwrap()
             }
         };
-        let address = site.address;
-        async move {
-            let stream = TcpStream::connect(address).await.unwrap();
-            let name = ServerName::try_from("localhost").unwrap();
-            TlsConnector::from(Arc::new(config)).connect(name, stream).await
-        }
-    };
-    let stream = connect(Some("scada")).await.unwrap();
+        let stream = TcpStream::connect(address).await.unwrap();
+        let name = ServerName::try_from("localhost").unwrap();
+        TlsConnector::from(Arc::new(config)).connect(name, stream).await
+    }
+}
+
+#[tokio::test]
+async fn certificates_of_our_own_and_of_clients() {
+    let folder = std::env::temp_dir().join(format!("lafet-tls-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let authority = Authority::new();
+    let tls = authority.write(&folder);
+    let site = Site::with(1, |config| config.tls = Some(tls)).await;
+    let stream = authority.connect(site.address, Some("scada")).await.unwrap();
     let reply = http_over(stream, "localhost", "GET", "/api/session", &[], "").await;
     assert_eq!(
         (&reply.body["user"], &reply.body["kind"]),
@@ -348,29 +371,29 @@ async fn certificates_of_our_own_and_of_clients() {
     let policy = reply.header("content-security-policy").unwrap();
     assert!(policy.contains("style-src 'self';") && !policy.contains("unsafe"), "{policy}");
     for (origin, status) in [("https://localhost", 200), ("http://localhost", 403)] {
-        let stream = connect(Some("scada")).await.unwrap();
+        let stream = authority.connect(site.address, Some("scada")).await.unwrap();
         let headers = [("Origin", origin)];
         let reply = http_over(stream, "localhost", "GET", "/api/session", &headers, "").await;
         assert_eq!(reply.status, status, "{origin}");
     }
     site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     let body = json!({ "user": "anna", "password": PASSWORD }).to_string();
-    let stream = connect(Some("stranger")).await.unwrap();
+    let stream = authority.connect(site.address, Some("stranger")).await.unwrap();
     let login = http_over(stream, "localhost", "POST", "/api/login", &[], &body).await;
     let cookie = login.header("set-cookie").unwrap();
     assert!(cookie.starts_with("__Host-lafet_session=") && cookie.ends_with("; Secure"));
     let value = cookie.split(';').next().unwrap();
     for (cookie, status) in [(value, 200), (value.trim_start_matches("__Host-"), 401)] {
-        let stream = connect(Some("stranger")).await.unwrap();
+        let stream = authority.connect(site.address, Some("stranger")).await.unwrap();
         let headers = [("Cookie", cookie)];
         let reply = http_over(stream, "localhost", "GET", "/api/session", &headers, "").await;
         assert_eq!(reply.status, status, "{cookie}");
     }
-    let stream = connect(Some("stranger")).await.unwrap();
+    let stream = authority.connect(site.address, Some("stranger")).await.unwrap();
     let reply = http_over(stream, "localhost", "GET", "/api/session", &[], "").await;
     assert_eq!(reply.code(), "login_needed");
     // Without a certificate the connection ends, at the latest when it is used.
-    if let Ok(stream) = connect(None).await {
+    if let Ok(stream) = authority.connect(site.address, None).await {
         assert_eq!(http_over(stream, "localhost", "GET", "/health", &[], "").await.status, 0);
     }
     std::fs::remove_dir_all(&folder).unwrap();

@@ -65,36 +65,32 @@ fn sql(folder: &Path, name: &str, sql: &str) {
 
 const UNLOCK: &str = "DROP TRIGGER audit_stays; DROP TRIGGER audit_is_fixed;";
 
-#[tokio::test]
-async fn what_is_lost_or_changed_shows_at_the_start() {
+type Damage = Box<dyn Fn(&Path)>;
+/// What is done to the folder, to which file of it, and what is said of that file.
+type Case = (&'static str, Damage, StateFile, fn(&Fault) -> bool);
+
+fn gone(name: &'static str) -> Damage {
+    Box::new(move |to| remove(to, name))
+}
+
+fn run(name: &'static str, text: String) -> Damage {
+    Box::new(move |to| sql(to, name, &text))
+}
+
+/// The file of another folder takes its place.
+fn from(from: &Path, name: &'static str) -> Damage {
+    let from = from.to_owned();
+    Box::new(move |to: &Path| {
+        remove(to, name);
+        for end in ["", "-wal"] {
+            _ = fs::copy(from.join(format!("{name}{end}")), to.join(format!("{name}{end}")));
+        }
+    })
+}
+
+fn cases(older: &Path, other: &Path) -> Vec<Case> {
     use StateFile::{Audit, Events, History, Hub, Site};
-    let (good, older, other) = (folder("good"), folder("older"), folder("other"));
-    let damaged = folder("damaged");
-    fill(&good).await;
-    copy(&good, &older);
-    let hub = open(&good, &[]).unwrap();
-    hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
-    for _ in 0..3 {
-        hub.audit().note(hub.record_of_end()).await.unwrap();
-    }
-    hub.note_state().await.unwrap();
-    end(hub, &good).await;
-    fill(&other).await;
-    let from = |from: &Path, name: &'static str| {
-        let from = from.to_owned();
-        Box::new(move |to: &Path| {
-            remove(to, name);
-            for end in ["", "-wal"] {
-                _ = fs::copy(from.join(format!("{name}{end}")), to.join(format!("{name}{end}")));
-            }
-        })
-    };
-    type Damage = Box<dyn Fn(&Path)>;
-    type Case = (&'static str, Damage, StateFile, fn(&Fault) -> bool);
-    let gone = |name: &'static str| -> Damage { Box::new(move |to| remove(to, name)) };
-    let run =
-        |name: &'static str, text: String| -> Damage { Box::new(move |to| sql(to, name, &text)) };
-    let cases: Vec<Case> = vec![
+    vec![
         ("no hub.db", gone("hub.db"), Hub, |it| *it == Fault::Missing),
         (
             "hub.db emptied",
@@ -106,11 +102,11 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
             |it| *it == Fault::Missing,
         ),
         ("no users", run("hub.db", "DELETE FROM user".into()), Hub, |it| *it == Fault::Emptied),
-        ("an older hub.db", from(&older, "hub.db"), Hub, |it| matches!(it, Fault::Older { .. })),
-        ("another hub.db", from(&other, "hub.db"), Hub, |it| *it == Fault::Foreign),
+        ("an older hub.db", from(older, "hub.db"), Hub, |it| matches!(it, Fault::Older { .. })),
+        ("another hub.db", from(other, "hub.db"), Hub, |it| *it == Fault::Foreign),
         ("no audit.db", gone("audit.db"), Audit, |it| *it == Fault::Missing),
-        ("another audit.db", from(&other, "audit.db"), Audit, |it| *it == Fault::Foreign),
-        ("an older audit.db", from(&older, "audit.db"), Audit, |it| {
+        ("another audit.db", from(other, "audit.db"), Audit, |it| *it == Fault::Foreign),
+        ("an older audit.db", from(older, "audit.db"), Audit, |it| {
             *it == Fault::Older { noted: 8, found: 5 }
         }),
         (
@@ -128,43 +124,62 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
         ("no events.db", gone("events.db"), Events, |it| *it == Fault::Missing),
         ("no history.db", gone("history.db"), History, |it| *it == Fault::Missing),
         ("no site.json", gone("site.json"), Site, |it| *it == Fault::Missing),
-    ];
-    for (what, damage, file, fault) in cases {
-        copy(&good, &damaged);
-        let hub = open(&damaged, &[]).unwrap_or_else(|error| panic!("undamaged: {error}"));
-        end(hub, &damaged).await;
-        copy(&good, &damaged);
-        damage(&damaged);
-        let grave = matches!(file, Hub | Audit);
-        let hub = match open(&damaged, &[]) {
-            Err(StoreError::Lost(losses)) => {
-                assert!(grave, "{what}: {losses:?}");
-                let right = |it: &Loss| it.file == file && fault(&it.fault);
-                assert!(losses.iter().any(right), "{what}: {losses:?}");
-                open(&damaged, &[Hub, Audit]).unwrap()
-            }
-            Ok(hub) => {
-                assert!(!grave, "{what}: the hub starts as if nothing were amiss");
-                hub
-            }
-            Err(error) => panic!("{what}: {error}"),
-        };
-        let losses = hub.integrity().losses();
-        assert!(losses.iter().any(|it| it.file == file && fault(&it.fault)), "{what}: {losses:?}");
-        until("it is recorded", || hub.audit().waiting() == 0).await;
-        let log = hub.audit().latest(None, 5, None, None).await.unwrap();
-        let recorded =
-            |act: &serde_json::Value| act["type"] == "state_lost" && act["file"] == file.word();
-        assert!(
-            log.iter().any(|it| it.record.act.as_ref().is_some_and(recorded)),
-            "{what}: {log:?}"
-        );
-        let users_lost = file == Hub
-            && losses.iter().all(|it| !matches!(it.fault, Fault::Older { .. } | Fault::Foreign));
-        assert_eq!(hub.access().is_empty(), users_lost, "{what}");
-        end(hub, &damaged).await;
-        let hub = open(&damaged, &[]).unwrap_or_else(|error| panic!("{what}, accepted: {error}"));
-        end(hub, &damaged).await;
+    ]
+}
+
+/// Damages a copy of a good folder: the hub says so, and starts when that is accepted.
+async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
+    use StateFile::{Audit, Hub};
+    copy(good, damaged);
+    let hub = open(damaged, &[]).unwrap_or_else(|error| panic!("undamaged: {error}"));
+    end(hub, damaged).await;
+    copy(good, damaged);
+    damage(damaged);
+    let grave = matches!(file, Hub | Audit);
+    let hub = match open(damaged, &[]) {
+        Err(StoreError::Lost(losses)) => {
+            assert!(grave, "{what}: {losses:?}");
+            let right = |it: &Loss| it.file == file && fault(&it.fault);
+            assert!(losses.iter().any(right), "{what}: {losses:?}");
+            open(damaged, &[Hub, Audit]).unwrap()
+        }
+        Ok(hub) => {
+            assert!(!grave, "{what}: the hub starts as if nothing were amiss");
+            hub
+        }
+        Err(error) => panic!("{what}: {error}"),
+    };
+    let losses = hub.integrity().losses();
+    assert!(losses.iter().any(|it| it.file == file && fault(&it.fault)), "{what}: {losses:?}");
+    until("it is recorded", || hub.audit().waiting() == 0).await;
+    let log = hub.audit().latest(None, 5, None, None).await.unwrap();
+    let recorded =
+        |act: &serde_json::Value| act["type"] == "state_lost" && act["file"] == file.word();
+    assert!(log.iter().any(|it| it.record.act.as_ref().is_some_and(recorded)), "{what}: {log:?}");
+    let users_lost = file == Hub
+        && losses.iter().all(|it| !matches!(it.fault, Fault::Older { .. } | Fault::Foreign));
+    assert_eq!(hub.access().is_empty(), users_lost, "{what}");
+    end(hub, damaged).await;
+    let hub = open(damaged, &[]).unwrap_or_else(|error| panic!("{what}, accepted: {error}"));
+    end(hub, damaged).await;
+}
+
+#[tokio::test]
+async fn what_is_lost_or_changed_shows_at_the_start() {
+    let (good, older, other) = (folder("good"), folder("older"), folder("other"));
+    let damaged = folder("damaged");
+    fill(&good).await;
+    copy(&good, &older);
+    let hub = open(&good, &[]).unwrap();
+    hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    for _ in 0..3 {
+        hub.audit().note(hub.record_of_end()).await.unwrap();
+    }
+    hub.note_state().await.unwrap();
+    end(hub, &good).await;
+    fill(&other).await;
+    for case in cases(&older, &other) {
+        shows(&good, &damaged, case).await;
     }
     // Half of it is no database any more.
     copy(&good, &damaged);

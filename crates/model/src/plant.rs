@@ -4,8 +4,8 @@ use lafet_device::composition::DriveKind;
 use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{
-    AXES, Axis, DriveInput, Inputs, Outputs, PlaceInput, Spot, UNITS, Unit, UnitInput, VALVES,
-    ValveInput, ValveNo, ValveOutput,
+    AXES, Axis, DriveInput, Inputs, Outputs, Spot, UNITS, Unit, UnitInput, VALVES, ValveInput,
+    ValveNo, ValveOutput,
 };
 use lafet_device::{Composition, Device};
 use lafet_proto::SubsystemId;
@@ -214,26 +214,25 @@ impl Plant {
         let jammed = self.fault == Some(Fault::Jam(axis));
         let broken = self.fault == Some(Fault::Encoder(axis));
         let still = jammed || self.fault == Some(Fault::Motor(axis));
-        DriveInput {
-            position: self.frozen.filter(|_| broken).unwrap_or(self.position(axis)),
-            speed_tenths: if still { 0 } else { fed },
-            current_da: if jammed && fed != 0 { JAMMED_DA } else { 0 },
-            min_switch: place <= low,
-            max_switch: place >= high,
-            motor_open: self.fault == Some(Fault::Motor(axis)),
-            position_sensor_fault: broken,
-            speed_sensor_fault: false,
-        }
+        let mut input = DriveInput::default();
+        input.position = self.frozen.filter(|_| broken).unwrap_or(self.position(axis));
+        input.speed_tenths = if still { 0 } else { fed };
+        input.current_da = if jammed && fed != 0 { JAMMED_DA } else { 0 };
+        input.min_switch = place <= low;
+        input.max_switch = place >= high;
+        input.motor_open = self.fault == Some(Fault::Motor(axis));
+        input.position_sensor_fault = broken;
+        input.speed_sensor_fault = false;
+        input
     }
 
     fn valve_input(&self, valve: ValveNo) -> ValveInput {
         let place = self.valves[valve as usize];
-        ValveInput {
-            open_switch: place >= OPEN,
-            close_switch: place <= 0,
-            blocked: self.fault == Some(Fault::ValveBlocked(valve)),
-            ..ValveInput::default()
-        }
+        let mut input = ValveInput::default();
+        input.open_switch = place >= OPEN;
+        input.close_switch = place <= 0;
+        input.blocked = self.fault == Some(Fault::ValveBlocked(valve));
+        input
     }
 
     fn spot(&self) -> Option<Spot> {
@@ -282,7 +281,9 @@ impl Hal for Plant {
         let online = |unit: Unit| {
             let remote = self.remote[unit as usize];
             let online = remote && self.fault != Some(Fault::Offline(unit));
-            UnitInput { online, ..UnitInput::default() }
+            let mut input = UnitInput::default();
+            input.online = online;
+            input
         };
         let mut buttons = [[ButtonState::Released; 8]; 2];
         if let Some(button) = self.held {
@@ -290,25 +291,21 @@ impl Hal for Plant {
         }
         let mut spots = [None; 4];
         spots[0] = self.spot();
-        *inputs = Inputs {
-            drives: Axis::ALL.map(|axis| self.drive_input(axis)),
-            valves: ValveNo::ALL.map(|valve| self.valve_input(valve)),
-            places: [PlaceInput { temperature_dc: Some(200), heater_fault: false }; 5],
-            humidity_percent: Some(40),
-            main_voltage_dv: 240,
-            pressure_ua: if self.pressure { PRESSURE_UA } else { 0 },
-            flow_lps: 0,
-            buttons,
-            units: [
-                online(Unit::Vertical),
-                online(Unit::Horizontal),
-                online(Unit::Nozzle),
-                online(Unit::Deployer),
-                online(Unit::Valve1),
-                online(Unit::Valve2),
-            ],
-            ..Inputs::default()
-        };
+        inputs.drives = Axis::ALL.map(|axis| self.drive_input(axis));
+        inputs.valves = ValveNo::ALL.map(|valve| self.valve_input(valve));
+        inputs.places.iter_mut().for_each(|place| place.temperature_dc = Some(200));
+        inputs.humidity_percent = Some(40);
+        inputs.main_voltage_dv = 240;
+        inputs.pressure_ua = if self.pressure { PRESSURE_UA } else { 0 };
+        inputs.buttons = buttons;
+        inputs.units = [
+            online(Unit::Vertical),
+            online(Unit::Horizontal),
+            online(Unit::Nozzle),
+            online(Unit::Deployer),
+            online(Unit::Valve1),
+            online(Unit::Valve2),
+        ];
         inputs.detector.ready = self.fault != Some(Fault::Detector);
         inputs.detector.spots = spots;
     }

@@ -401,21 +401,7 @@ impl<M: Monitor> World<M> {
         happened.note(Event::RecoveredDeployed, *mended && deployed);
         happened.note(Event::RecoveredAimed, *mended && aimed);
         happened.note(Event::RecoveredWater, *mended && opened(ValveNo::Valve1));
-        let told = |view: &View| {
-            view.drive(Axis::Horizontal).intersects(
-                DriveFlags::POS_ENCODER_FAULT
-                    | DriveFlags::MOTOR_BROKEN
-                    | DriveFlags::AMPERAGE_OVERLOAD
-                    | DriveFlags::INTERNAL_FAULT
-                    | DriveFlags::CONN_LOST,
-            ) || view.general().contains(GeneralFlags::CONFIG_WRITE_FAULT)
-                || view.detector().contains(DetectorFlags::DEVICE_FAULT)
-                || view.valve(ValveNo::Valve1).intersects(
-                    ValveFlags::INTERNAL_FAULT | ValveFlags::BLOCKED | ValveFlags::CONN_LOST,
-                )
-                || view.deployer().contains(DeployerFlags::INTERNAL_FAULT)
-        };
-        happened.note(Event::ToldFault, is_new(told(before), told(now)));
+        happened.note(Event::ToldFault, is_new(reports_fault(before), reports_fault(now)));
     }
 
     fn note_disturbance(&mut self, disturbance: Disturbance) {
@@ -448,4 +434,20 @@ impl<M: Monitor> World<M> {
             Activity::Limitless => view.is_limitless(),
         }
     }
+}
+
+/// Whether a flag is set that the faults of the plant raise.
+fn reports_fault(view: &View) -> bool {
+    view.drive(Axis::Horizontal).intersects(
+        DriveFlags::POS_ENCODER_FAULT
+            | DriveFlags::MOTOR_BROKEN
+            | DriveFlags::AMPERAGE_OVERLOAD
+            | DriveFlags::INTERNAL_FAULT
+            | DriveFlags::CONN_LOST,
+    ) || view.general().contains(GeneralFlags::CONFIG_WRITE_FAULT)
+        || view.detector().contains(DetectorFlags::DEVICE_FAULT)
+        || view
+            .valve(ValveNo::Valve1)
+            .intersects(ValveFlags::INTERNAL_FAULT | ValveFlags::BLOCKED | ValveFlags::CONN_LOST)
+        || view.deployer().contains(DeployerFlags::INTERNAL_FAULT)
 }

@@ -263,3 +263,8 @@ fn framed<const N: usize>(
 
 #[cfg(test)]
 mod tests;
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

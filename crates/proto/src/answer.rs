@@ -23,6 +23,7 @@ pub struct Answer<'a> {
 
 /// Data of an answer. An answer that refuses a request mostly has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reply<'a> {
     /// No data.
     None,
@@ -70,6 +71,12 @@ impl<'a> Answer<'a> {
     }
 
     /// Reads the answer of a record.
+    ///
+    /// # Errors
+    ///
+    /// [`DecodeError`] with `Expected::Size` when the data have a size that an answer of this
+    /// subsystem to this request cannot have. Data of unknown requests and subsystems are never
+    /// wrong: [`Reply::Raw`].
     // The caller mostly looks at one kind of data: only in its place is the rest left out.
     #[inline(always)]
     pub fn decode(record: &Record<'a>) -> Result<Self, DecodeError> {
@@ -78,6 +85,11 @@ impl<'a> Answer<'a> {
     }
 
     /// Appends the answer to a frame's payload.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`], and nothing is written, when the data take more than 255 bytes or the record
+    /// does not fit what is left of the payload.
     // The caller mostly knows the kind of data: only in its place is the rest left out.
     #[inline(always)]
     pub fn encode(&self, out: &mut Writer<'_>) -> Result<(), NoRoom> {

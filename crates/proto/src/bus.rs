@@ -177,6 +177,11 @@ impl<'a> Log<'a> {
 
 impl LogLine<'_> {
     /// Appends the line to the data of a GetLog answer.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`] when the line does not fit what is left of the 255 bytes of a record, or of the
+    /// payload.
     pub fn encode(&self, data: &mut crate::record::Data<'_>) -> Result<(), NoRoom> {
         let size = u8::try_from(self.record.data.len()).map_err(|_| NoRoom)?;
         data.put(&self.time_s.to_le_bytes())?;

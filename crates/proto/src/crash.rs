@@ -8,6 +8,7 @@ use crate::status::{FaultArch, FaultInfo};
 
 /// A bit of a fault register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FaultBit {
     /// The register, as `FaultInfo::NAMES` names it.
     pub register: &'static str,
@@ -372,6 +373,7 @@ impl FaultInfo {
 
 /// What the processor was doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Context {
     /// The program itself, not an interrupt.
     Program,

@@ -15,6 +15,7 @@ pub struct DecodeError {
 
 /// What the decoder expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Expected {
     /// The four bytes of a record header (§2).
     Header,

@@ -10,6 +10,7 @@
 //! no path that panics; `docs/protocol.md` describes the protocol section by section.
 #![no_std]
 #![forbid(unsafe_code)]
+#![warn(clippy::missing_errors_doc)]
 #![cfg_attr(
     not(test),
     deny(
@@ -48,3 +49,8 @@ pub use id::{ParamId, RequestId, Status, SubsystemId};
 pub use ints::{Bytes, Ints};
 pub use record::Record;
 pub use request::Request;
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -296,6 +296,7 @@ const fn first_special(bytes: &[u8; WORD]) -> Option<usize> {
 
 /// What a decoder has seen on its medium since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Counters {
     /// Frames received without errors.
     pub frames: u64,
@@ -322,6 +323,7 @@ pub trait Tally {
 
 /// What a decoder sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Seen {
     /// A frame without errors.
     Frame,
@@ -594,6 +596,12 @@ pub fn check_of(datagram: &[u8]) -> Check {
 }
 
 /// §C/1 Reads a datagram that is one frame (ours: one UDP datagram = one frame); `body` takes the
+/// unescaped bytes.
+///
+/// # Errors
+///
+/// [`DecodeError`] with the offset in the datagram: no frame start, a wrong escape, no end or bytes
+/// after it, a frame longer than `body`. For a wrong check the offset is that of the check in the
 /// unescaped bytes.
 pub fn decode_datagram<'b>(datagram: &[u8], body: &'b mut [u8]) -> Result<Frame<'b>, DecodeError> {
     let error = |offset, expected, got: u8| DecodeError { offset, expected, got: got.into() };

@@ -141,6 +141,11 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes a whole record, or nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`], and nothing is written, for more than 255 bytes of data or more than the buffer
+    /// has room for.
     #[inline]
     pub fn push(&mut self, record: &Record<'_>) -> Result<(), NoRoom> {
         self.push_bytes(record.request, record.device, record.status, record.data)
@@ -166,6 +171,10 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes a record whose data `fill` puts in place, or nothing if they do not fit.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`], and nothing is written: what `fill` returns, or that the record does not fit.
     #[inline]
     pub fn push_with(
         &mut self,
@@ -195,6 +204,10 @@ pub struct Data<'a> {
 
 impl Data<'_> {
     /// Appends bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`] when the record would have more than 255 bytes of data, or the buffer is full.
     #[inline]
     pub fn put(&mut self, bytes: &[u8]) -> Result<(), NoRoom> {
         let end = self.len.checked_add(bytes.len()).ok_or(NoRoom)?;
@@ -205,18 +218,30 @@ impl Data<'_> {
     }
 
     /// Appends 16-bit values.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`] when the record would have more than 255 bytes of data, or the buffer is full.
     #[inline]
     pub fn put_i16(&mut self, value: i16) -> Result<(), NoRoom> {
         self.put(&value.to_le_bytes())
     }
 
     /// Appends a 16-bit value.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`] when the record would have more than 255 bytes of data, or the buffer is full.
     #[inline]
     pub fn put_u16(&mut self, value: u16) -> Result<(), NoRoom> {
         self.put(&value.to_le_bytes())
     }
 
     /// Appends 32-bit values.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`] when the record would have more than 255 bytes of data, or the buffer is full.
     #[inline]
     pub fn put_ints(&mut self, values: impl Iterator<Item = i32>) -> Result<(), NoRoom> {
         for value in values {

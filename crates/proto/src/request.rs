@@ -15,6 +15,7 @@ pub struct Request<'a> {
 
 /// What a request asks for (§3.1–§3.21), or one of the bus controller's services (observed).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Body<'a> {
     /// §3.1 Move a drive.
     Move {
@@ -314,12 +315,22 @@ impl<'a> Request<'a> {
     }
 
     /// Reads the request of a record. `status` is ignored: a request has none (§2).
+    ///
+    /// # Errors
+    ///
+    /// [`DecodeError`] with `Expected::Size` when the data have a size that the request cannot
+    /// have: see [`Body::decode`].
     #[inline]
     pub fn decode(record: &Record<'a>) -> Result<Self, DecodeError> {
         Ok(Self { to: record.device, body: Body::decode(record.request, record.data)? })
     }
 
     /// Appends the request to a frame's payload.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`], and nothing is written, when the data take more than 255 bytes or the record
+    /// does not fit what is left of the payload.
     pub fn encode(&self, out: &mut Writer<'_>) -> Result<(), NoRoom> {
         self.body.encode(self.to, out)
     }
@@ -358,6 +369,11 @@ impl<'a> Body<'a> {
     }
 
     /// Reads the data of a request. Ranges are left to the addressee; only sizes matter here.
+    ///
+    /// # Errors
+    ///
+    /// [`DecodeError`] with `Expected::Size` when the data have a size that this request cannot
+    /// have. Unknown requests are never wrong: [`Body::Unknown`].
     pub fn decode(request: RequestId, data: &'a [u8]) -> Result<Self, DecodeError> {
         Ok(match request {
             RequestId::MOVE => Self::Move { destination: i16::from_le_bytes(exact(data)?) },

@@ -321,6 +321,7 @@ fn answer_fields(reply: &Reply<'_>) -> Value {
         Reply::Network(status) => json!({ "addresses": status.iter().collect::<Vec<u8>>() }),
         Reply::Log(Log { first, count, .. }) => json!({ "first": first, "count": count }),
         Reply::Raw(data) => json!({ "data": hex(data) }),
+        other => panic!("no vector has {other:?}"),
     }
 }
 

@@ -173,7 +173,7 @@ impl Pair {
         let info = self.crash_data()?;
         let [_, _, _, _, hfsr, _, _, cfsr, ..] = match info.arch {
             FaultArch::CortexM3(words) => words,
-            FaultArch::Arm7Tdmi(_) => return Err(io::Error::other("not a Cortex-M3's record")),
+            _ => return Err(io::Error::other("not a Cortex-M3's record")),
         };
         println!("{failure:?}: {stepped:?}, pc {:#x}, hfsr {hfsr:#x}, cfsr {cfsr:#x}", info.pc);
         let told = match failure {

@@ -44,7 +44,8 @@ impl Airborne {
 
     /// The next portion that has reached the ground.
     pub fn land(&mut self, now_ms: u64) -> Option<Portion> {
-        self.0.pop_front_if(|(lands_ms, _)| *lands_ms <= now_ms).map(|(_, portion)| portion)
+        self.0.front().filter(|(lands_ms, _)| *lands_ms <= now_ms)?;
+        self.0.pop_front().map(|(_, portion)| portion)
     }
 }
 

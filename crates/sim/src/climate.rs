@@ -112,10 +112,10 @@ impl Climate {
             let place = Place::ALL[index];
             let broken = faults.has(Fault::Temperature(place));
             let tenths = libm::round(self.places_c[index] * 10.0) as i16;
-            PlaceInput {
-                temperature_dc: (!broken).then_some(tenths),
-                heater_fault: heaters[index] && faults.has(Fault::Heater(place)),
-            }
+            let mut input = PlaceInput::default();
+            input.temperature_dc = (!broken).then_some(tenths);
+            input.heater_fault = heaters[index] && faults.has(Fault::Heater(place));
+            input
         })
     }
 

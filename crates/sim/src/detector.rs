@@ -14,7 +14,7 @@
 //! False sources ([`Glare`]: the sun, a hot machine) are spots like fires. Walls ([`Wall`]) hide the
 //! fires behind them whose middle lies below their edge. Smoke and the jet do not hide anything.
 
-use lafet_device::image::{DetectorInput, SPOTS, Spot};
+use lafet_device::image::{DetectorInput, Spot};
 
 use crate::fault::{Faults, SingleFault};
 use crate::fire::Fire;
@@ -171,7 +171,8 @@ impl Detector {
         if faults.single(SingleFault::DetectorDead) {
             return DetectorInput::default();
         }
-        let mut picture = DetectorInput { ready: true, dirty_lens, spots: [None; SPOTS] };
+        let mut picture = DetectorInput::default();
+        (picture.ready, picture.dirty_lens) = (true, dirty_lens);
         if !aim.deployed {
             return picture;
         }
@@ -258,6 +259,7 @@ mod tests {
     use super::*;
     use crate::fault::Fault;
     use crate::fire::FireSpec;
+    use lafet_device::image::SPOTS;
 
     fn fire(azimuth_deg: f64, range_m: f64, size_m: f64) -> Fire {
         Fire::new(FireSpec { azimuth_deg, range_m, size_m, ..FireSpec::default() })

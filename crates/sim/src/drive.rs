@@ -187,16 +187,16 @@ impl Drive {
         if has(DriveFault::SpeedDead) {
             speed = 0.0;
         }
-        DriveInput {
-            position: libm::round(position) as i32,
-            speed_tenths: libm::round(speed) as i16,
-            current_da: libm::round(self.current_a * 10.0) as u16,
-            min_switch: self.position <= spec.switches.0 || has(DriveFault::MinSwitch),
-            max_switch: self.position >= spec.switches.1 || has(DriveFault::MaxSwitch),
-            motor_open: has(DriveFault::MotorOpen),
-            position_sensor_fault: has(DriveFault::EncoderFault),
-            speed_sensor_fault: has(DriveFault::SpeedFault),
-        }
+        let mut input = DriveInput::default();
+        input.position = libm::round(position) as i32;
+        input.speed_tenths = libm::round(speed) as i16;
+        input.current_da = libm::round(self.current_a * 10.0) as u16;
+        input.min_switch = self.position <= spec.switches.0 || has(DriveFault::MinSwitch);
+        input.max_switch = self.position >= spec.switches.1 || has(DriveFault::MaxSwitch);
+        input.motor_open = has(DriveFault::MotorOpen);
+        input.position_sensor_fault = has(DriveFault::EncoderFault);
+        input.speed_sensor_fault = has(DriveFault::SpeedFault);
+        input
     }
 }
 

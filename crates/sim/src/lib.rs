@@ -47,3 +47,8 @@ pub mod valve;
 pub mod water;
 pub mod world;
 pub mod years;
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -144,12 +144,12 @@ impl RemoteUnit {
     /// Its side of the internal bus.
     pub fn sense(&self, now_ms: u64, faults: &Faults) -> UnitInput {
         let online = self.answered_ms.is_some_and(|at| now_ms - at <= ONLINE_MS);
-        UnitInput {
-            online,
-            protocol_fault: online && self.protocol_fault,
-            watchdog_reset: online && faults.has(Fault::Unit(self.unit, UnitFault::Watchdog)),
-            reply: self.reply,
-        }
+        let mut input = UnitInput::default();
+        input.online = online;
+        input.protocol_fault = online && self.protocol_fault;
+        input.watchdog_reset = online && faults.has(Fault::Unit(self.unit, UnitFault::Watchdog));
+        input.reply = self.reply;
+        input
     }
 }
 

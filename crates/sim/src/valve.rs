@@ -80,14 +80,14 @@ impl Valve {
     pub fn sense(&self, faults: &Faults) -> ValveInput {
         let open_fault = faults.valve(self.number, ValveFault::OpenSwitch);
         let close_fault = faults.valve(self.number, ValveFault::CloseSwitch);
-        ValveInput {
-            open_switch: !open_fault && self.opening >= 1.0 - SWITCH_ZONE,
-            close_switch: !close_fault && self.opening <= SWITCH_ZONE,
-            open_sensor_fault: open_fault,
-            close_sensor_fault: close_fault,
-            current_da: libm::round(self.current_a * 10.0) as u16,
-            blocked: faults.valve(self.number, ValveFault::Blocked),
-        }
+        let mut input = ValveInput::default();
+        input.open_switch = !open_fault && self.opening >= 1.0 - SWITCH_ZONE;
+        input.close_switch = !close_fault && self.opening <= SWITCH_ZONE;
+        input.open_sensor_fault = open_fault;
+        input.close_sensor_fault = close_fault;
+        input.current_da = libm::round(self.current_a * 10.0) as u16;
+        input.blocked = faults.valve(self.number, ValveFault::Blocked);
+        input
     }
 }
 

@@ -469,7 +469,11 @@ impl World {
         let faults = &self.faults;
         for (index, unit) in self.units.iter().enumerate() {
             let input = match unit {
-                None => UnitInput { online: true, ..UnitInput::default() },
+                None => {
+                    let mut present = UnitInput::default();
+                    present.online = true;
+                    present
+                }
                 Some(unit) => unit.sense(self.now_ms, faults),
             };
             let fresh = unit.is_none()

@@ -213,7 +213,7 @@ impl Tables {
     }
 
     fn field(&mut self, field: &Field) {
-        let Field { name, kind, unit, text } = field;
+        let Field { name, kind, unit, text, .. } = field;
         let mut line = format!("      {{ name = \"{name}\", kind = \"{kind:?}\"");
         let text = quoted(self.say(text));
         let shown = self.say(&unit.name());

@@ -117,7 +117,11 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     let ends = let_go(hands, &mut keys, &mut interrupt, out).await;
     drop(keys);
     drop(keyboard);
-    let ends = ends?;
+    report(&ends?, out)
+}
+
+/// How what was held has ended.
+fn report(ends: &[(SubsystemId, JogEnd)], out: &mut Out) -> Outcome {
     let unknown = |end: &JogEnd| matches!(end, JogEnd::Unknown(_) | JogEnd::StillMoving(_));
     if ends.iter().any(|(_, end)| unknown(end)) {
         let texts: Vec<String> = ends.iter().map(|(drive, end)| tell(*drive, end)).collect();

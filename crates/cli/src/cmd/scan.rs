@@ -152,33 +152,8 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         rows.push(row(&at, present, &consists));
         devices.push(device_json(&at, present, &consists));
     }
-    if scan.held_back && scan.speakers.is_empty() {
-        return Err(Failure::Ended(
-            pick(
-                "Bytes arrive on this line that are not frames: devices at another speed (baud=), \
-                 or noise. A probe could collide with another client's Stop, so nothing was \
-                 probed. `lafet doctor` listens at the other speeds; --insist probes anyway.",
-                "На линии идут байты, которые не складываются в кадры: обмен на другой скорости \
-                 (baud=) или помехи. Проба могла бы столкнуться с чужим Stop, поэтому проб не \
-                 было. `lafet doctor` прослушает другие скорости; --insist всё же выполнит пробы.",
-            )
-            .into(),
-        ));
-    }
     if scan.held_back {
-        let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
-        return Err(Failure::Ended(pick(
-            format!(
-                "Others talk on this line ({who}); a probe could collide with another client's \
-                 Stop, so nothing was probed. --insist probes anyway; a bus controller knows the \
-                 addresses present."
-            ),
-            format!(
-                "На линии идёт чужой обмен ({who}); проба могла бы столкнуться с чужим Stop, \
-                 поэтому проб не было. --insist всё же выполнит их; кто есть на линии, знает \
-                 контроллер сети."
-            ),
-        )));
+        return Err(Failure::Ended(why_held_back(&scan)));
     }
     if scan.present.is_empty() {
         out.say(nobody(&args.addresses))?;
@@ -200,6 +175,33 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         out.show(text, json)?;
     }
     found(!scan.present.is_empty())
+}
+
+/// Why nothing was probed.
+fn why_held_back(scan: &Scan) -> String {
+    if scan.speakers.is_empty() {
+        return pick(
+            "Bytes arrive on this line that are not frames: devices at another speed (baud=), or \
+             noise. A probe could collide with another client's Stop, so nothing was probed. `lafet \
+             doctor` listens at the other speeds; --insist probes anyway.",
+            "На линии идут байты, которые не складываются в кадры: обмен на другой скорости (baud=) \
+             или помехи. Проба могла бы столкнуться с чужим Stop, поэтому проб не было. `lafet \
+             doctor` прослушает другие скорости; --insist всё же выполнит пробы.",
+        )
+        .into();
+    }
+    let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+    pick(
+        format!(
+            "Others talk on this line ({who}); a probe could collide with another client's Stop, so \
+             nothing was probed. --insist probes anyway; a bus controller knows the addresses \
+             present."
+        ),
+        format!(
+            "На линии идёт чужой обмен ({who}); проба могла бы столкнуться с чужим Stop, поэтому \
+             проб не было. --insist всё же выполнит их; кто есть на линии, знает контроллер сети."
+        ),
+    )
 }
 
 async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {

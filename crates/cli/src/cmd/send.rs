@@ -157,6 +157,8 @@ fn records<'a>(text: &str, bytes: &'a [u8]) -> Result<Vec<Request<'a>>, Failure>
 
 #[cfg(test)]
 mod tests {
+    use std::sync::LazyLock;
+
     use super::*;
 
     fn spelt(arguments: &[&str]) -> Vec<String> {
@@ -187,11 +189,16 @@ mod tests {
         assert!(matches!(odd[..], [Request { body: Body::Unknown { .. }, .. }]));
     }
 
+    /// The page that describes the grammar.
+    static PAGE: LazyLock<String> = LazyLock::new(|| {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/send.md");
+        std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{path}: {error}"))
+    });
+
     /// Lines of the named block of the page that describes the grammar.
     fn block(name: &str) -> impl Iterator<Item = &'static str> {
-        let page = include_str!("../../../../docs/send.md");
         let start = format!("```{name}\n");
-        let (_, rest) = page.split_once(start.as_str()).expect("the page has the block");
+        let (_, rest) = PAGE.split_once(start.as_str()).expect("the page has the block");
         rest.split_once("\n```").expect("it ends").0.lines()
     }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lafet_hub::store::StateFile;
-use lafet_hub::{Config, Overrides};
+use lafet_hub::{Config, EXAMPLES, Overrides, UNIT};
 use serde_json::json;
 
 use crate::failure::{Failure, Outcome};
@@ -16,13 +16,6 @@ use crate::out::Out;
 
 /// Where the configuration is looked for, in this order.
 const FILES: [&str; 2] = ["hub.toml", "/etc/lafet/hub.toml"];
-/// Example configuration, English and Russian.
-const EXAMPLES: [&str; 2] = [
-    include_str!("../../../hub/hub.example.toml"),
-    include_str!("../../../hub/hub.example.ru.toml"),
-];
-/// Unit file for systemd.
-const UNIT: &str = include_str!("../../../hub/lafet-hub.service");
 
 /// Arguments of `lafet serve`.
 #[derive(Debug, Args)]

@@ -125,6 +125,13 @@ enum SimCommand {
     Run(exercise::RunArgs),
 }
 
+/// Parameters accepted at rest are stored before the power is cut.
+fn keep_last(sim: &Shared, path: &Path) -> Outcome {
+    sim.lock().advance_ms(LAST_MS);
+    let image = sim.lock().world().flash.to_bytes();
+    store(path, &image).map_err(|error| cannot_keep(path, error))
+}
+
 /// Runs `lafet sim` until SIGINT or SIGTERM.
 pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
     if let Some(seed) = args.replay {
@@ -147,10 +154,7 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         return emulate(firmware, &args, out).await;
     }
     let mut interrupt = Interrupt::catch()?;
-    let flash = match &args.flash {
-        Some(path) => load(path)?,
-        None => None,
-    };
+    let flash = args.flash.as_deref().map_or(Ok(None), load)?;
     let sim = Shared::new(simulator::power_up(Config {
         seed: args.seed.unwrap_or(SEED),
         composition: args.profile,
@@ -192,10 +196,7 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         Some(ended) = tasks.join_next() => Err(ended),
     };
     if let Some(path) = &args.flash {
-        // Parameters accepted at rest are stored before the power is cut.
-        sim.lock().advance_ms(LAST_MS);
-        let image = sim.lock().world().flash.to_bytes();
-        store(path, &image).map_err(|error| cannot_keep(path, error))?;
+        keep_last(&sim, path)?;
     }
     match ended {
         Ok(()) => Ok(()),

@@ -152,6 +152,10 @@ impl Backup {
 
     /// Reads a file: every parameter of it has to be one of the dictionary, with values in range.
     /// What is left out is left alone.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] for the first thing in the text that is wrong.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: Table = text
             .parse()

@@ -73,6 +73,11 @@ impl Monitor {
     /// were known to be stored.
     ///
     /// A dropped future leaves the parameters that were written; calling it again goes on.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::request`](crate::Client::request) while the present values are read and at the
+    /// end; a parameter that cannot be written is a [`Verdict`] and no error.
     pub async fn restore(
         &self,
         wanted: &[(Param, Vec<i32>)],

@@ -56,11 +56,19 @@ pub struct Direct {
 
 impl Direct {
     /// Connects.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Link`] when there is no connection, or for a scheme that this client does not have.
     pub fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
         Self::connect_with(endpoint, Config::default())
     }
 
     /// Connects with timeouts and bounds of your own; addresses and framing are the endpoint's.
+    ///
+    /// # Errors
+    ///
+    /// As [`Direct::connect`].
     pub fn connect_with(endpoint: &Endpoint, config: Config) -> Result<Self, Error> {
         let name: Arc<str> = endpoint.to_string().into();
         let link = Link::open(endpoint)
@@ -78,6 +86,10 @@ impl Direct {
     }
 
     /// Sends a request and waits for its answers: see [`crate::Client::request`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Client::request`].
     pub fn request(&mut self, request: &Request<'_>) -> Result<Answers, Error> {
         let request = RequestBuf::new(request)?;
         let mut first = None;
@@ -96,6 +108,10 @@ impl Direct {
     }
 
     /// Asks whether somebody is there: see [`crate::Client::probe`].
+    ///
+    /// # Errors
+    ///
+    /// As [`crate::Client::probe`].
     pub fn probe(&mut self) -> Result<(), Error> {
         let ended = self.exchange(vec![], None);
         probed(&self.name, Some(ended))

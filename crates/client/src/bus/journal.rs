@@ -61,6 +61,10 @@ impl Journal {
 
     /// The answer to GetLog: as many of the lines asked for as a record takes. Line 0 is the oldest
     /// one kept.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRoom`], and nothing is written, when the record does not fit what is left of `out`.
     pub fn answer(&self, first: u16, count: u16, out: &mut Writer<'_>) -> Result<(), NoRoom> {
         let asked = self.lines.iter().skip(first.into()).take(count.into());
         let mut room = usize::from(u8::MAX) - RANGE;

@@ -142,6 +142,18 @@ async fn look(
             return Ok(());
         }
     }
+    look_elsewhere(evidence, options, dial, progress).await
+}
+
+/// At the other addresses, and at other speeds of the line.
+async fn look_elsewhere(
+    evidence: &mut Evidence,
+    options: &Options,
+    dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
+    progress: &mut impl FnMut(&'static str, &'static str),
+) -> io::Result<()> {
+    let endpoint = evidence.endpoint.clone();
+    let Addresses { monitor, source } = endpoint.addresses();
     progress("trying the other addresses", "пробую другие адреса");
     let addresses =
         ScanOptions { wait: options.probe_wait, tries: 1, crc32c: false, ..ScanOptions::default() };

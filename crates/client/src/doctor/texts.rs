@@ -36,7 +36,7 @@ pub fn remedy(finding: &Finding, evidence: &Evidence, lang: Lang) -> String {
 fn seen_en(finding: &Finding, evidence: &Evidence) -> String {
     let Evidence { probes, answered, .. } = evidence;
     let monitor = evidence.endpoint.addresses().monitor;
-    let (quiet, probed) = (&evidence.quiet, &evidence.probed);
+    let probed = &evidence.probed;
     match finding {
         Finding::Well => format!("The monitor answers{}.", exchange(evidence, Lang::En)),
         Finding::NoLink => format!(
@@ -44,11 +44,7 @@ fn seen_en(finding: &Finding, evidence: &Evidence) -> String {
             evidence.endpoint,
             evidence.lost.as_deref().unwrap_or_default()
         ),
-        Finding::Nothing => format!(
-            "The link is open, but not one byte has come: {} s of listening, {probes} probes to \
-             address {monitor}, probes to all other addresses.",
-            evidence.quiet_for.as_secs_f32()
-        ),
+        Finding::Nothing => nothing(evidence, Lang::En),
         Finding::Echo { .. } => format!(
             "{} frames came back just as they were sent.",
             probed.echoes + evidence.exchange.as_ref().map_or(0, |e| e.heard.echoes)
@@ -63,30 +59,12 @@ fn seen_en(finding: &Finding, evidence: &Evidence) -> String {
             probed.bytes,
             sample(evidence, Lang::En)
         ),
-        Finding::Noise => {
-            let total = total(evidence);
-            format!(
-                "{} broken frames and {} bytes that belong to no frame{}{}.",
-                total.broken,
-                total.stray_bytes,
-                if quiet.bytes > 0 && quiet.frames.is_empty() {
-                    format!("; {} bytes came when nobody had asked", quiet.bytes)
-                } else {
-                    String::new()
-                },
-                exchange(evidence, Lang::En)
-            )
-        }
+        Finding::Noise => noise(evidence, Lang::En),
         Finding::Loss => format!(
             "{answered} of {probes} probes were answered{}; nothing else was heard.",
             exchange(evidence, Lang::En)
         ),
-        Finding::OtherSpeakers { addresses } => format!(
-            "Somebody else speaks on this line: {}. {} of their frames were heard.{}",
-            list(addresses, Lang::En),
-            quiet.frames.len() + strangers(evidence) + elsewhere(evidence),
-            if evidence.held_back { " So nothing was asked (--insist asks)." } else { "" }
-        ),
+        Finding::OtherSpeakers { addresses } => speakers(addresses, evidence, Lang::En),
         Finding::OurAddressTaken => format!(
             "Frames from or to our own address {} were heard that we have not sent or asked for.",
             evidence.endpoint.addresses().source
@@ -125,23 +103,122 @@ fn seen_en(finding: &Finding, evidence: &Evidence) -> String {
     }
 }
 
+/// What was seen where not one byte came.
+fn nothing(evidence: &Evidence, lang: Lang) -> String {
+    let (probes, listened_s) = (evidence.probes, evidence.quiet_for.as_secs_f32());
+    let monitor = evidence.endpoint.addresses().monitor;
+    match lang {
+        Lang::En => format!(
+            "The link is open, but not one byte has come: {listened_s} s of listening, {probes} \
+             probes to address {monitor}, probes to all other addresses."
+        ),
+        Lang::Ru => format!(
+            "Линия открыта, но не пришло ни одного байта: прослушивание {listened_s} с, проб по \
+             адресу {monitor}: {probes}, пробы по всем остальным адресам."
+        ),
+    }
+}
+
+/// What was seen of noise.
+fn noise(evidence: &Evidence, lang: Lang) -> String {
+    let Heard { broken, stray_bytes, .. } = total(evidence);
+    let quiet = &evidence.quiet;
+    let unasked = match lang {
+        _ if quiet.bytes == 0 || !quiet.frames.is_empty() => String::new(),
+        Lang::En => format!("; {} bytes came when nobody had asked", quiet.bytes),
+        Lang::Ru => format!("; байт, пришедших без запроса: {}", quiet.bytes),
+    };
+    let exchange = exchange(evidence, lang);
+    match lang {
+        Lang::En => format!(
+            "{broken} broken frames and {stray_bytes} bytes that belong to no \
+             frame{unasked}{exchange}."
+        ),
+        Lang::Ru => format!(
+            "Испорченных кадров: {broken}, байт вне кадров: {stray_bytes}{unasked}{exchange}."
+        ),
+    }
+}
+
+/// What was seen of others on the line.
+fn speakers(addresses: &[u8], evidence: &Evidence, lang: Lang) -> String {
+    let who = list(addresses, lang);
+    let frames = evidence.quiet.frames.len() + strangers(evidence) + elsewhere(evidence);
+    let held_back = match lang {
+        _ if !evidence.held_back => "",
+        Lang::En => " So nothing was asked (--insist asks).",
+        Lang::Ru => " Поэтому ничего не спрошено (--insist спросит).",
+    };
+    match lang {
+        Lang::En => format!(
+            "Somebody else speaks on this line: {who}. {frames} of their frames were \
+             heard.{held_back}"
+        ),
+        Lang::Ru => {
+            format!("На линии говорит кто-то ещё: {who}. Услышано кадров: {frames}.{held_back}")
+        }
+    }
+}
+
+/// What to look at where the link cannot be used.
+const fn of_link(serial: bool) -> Text {
+    if serial {
+        return Text::new(
+            "Check the name of the port, that the adapter is plugged in, that you may use it (group \
+             dialout) and that no other program has it open.",
+            "Проверьте имя порта, подключён ли адаптер, есть ли права на него (группа dialout) и не \
+             занят ли он другой программой.",
+        );
+    }
+    Text::new(
+        "Check host and port, that the monitor or the serial server is on, the network cable and \
+         the firewall; `lafet scan HOST` looks for open ports.",
+        "Проверьте узел и порт, включён ли ствол или сервер последовательных портов, сетевой кабель \
+         и межсетевой экран; `lafet scan УЗЕЛ` ищет открытые порты.",
+    )
+}
+
+/// What to look at where nothing is heard.
+const fn of_silence(serial: bool) -> Text {
+    if serial {
+        return Text::new(
+            "Check the monitor's power, that A and B are not swapped, the ground wire, that the \
+             adapter switches its direction (rs485=rts if it does not do so by itself).",
+            "Проверьте питание ствола, не перепутаны ли A и B, общий провод, переключает ли адаптер \
+             направление (rs485=rts, если сам не умеет).",
+        );
+    }
+    Text::new(
+        "Check the monitor's power and its wires behind the serial server; a UDP port says nothing \
+         also when nobody listens there.",
+        "Проверьте питание ствола и его провода за сервером последовательных портов; порт UDP \
+         молчит и тогда, когда его никто не слушает.",
+    )
+}
+
+/// What to look at where the speed seems wrong.
+const fn of_speed(serial: bool) -> Text {
+    if serial {
+        return Text::new(
+            "Check baud= (19200, 57600 and 115200 are in use), 8N1, and that A and B are not \
+             swapped.",
+            "Проверьте baud= (встречаются 19200, 57600 и 115200), 8N1 и не перепутаны ли A и B.",
+        );
+    }
+    Text::new(
+        "Set the serial server's speed to that of the monitor (19200, 57600 and 115200 are in use), \
+         8N1.",
+        "Установите в сервере последовательных портов скорость ствола (встречаются 19200, 57600 и \
+         115200), 8N1.",
+    )
+}
+
 fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
     let serial = matches!(evidence.endpoint, Endpoint::Serial { .. });
     match finding {
         Finding::Well => "Nothing to do.".into(),
-        Finding::NoLink if serial => "Check the name of the port, that the adapter is plugged in, \
-            that you may use it (group dialout) and that no other program has it open."
-            .into(),
-        Finding::NoLink => "Check host and port, that the monitor or the serial server is on, the \
-            network cable and the firewall; `lafet scan HOST` looks for open ports."
-            .into(),
-        Finding::Nothing if serial => "Check the monitor's power, that A and B are not swapped, \
-            the ground wire, that the adapter switches its direction (rs485=rts if it does not do \
-            so by itself)."
-            .into(),
-        Finding::Nothing => "Check the monitor's power and its wires behind the serial server; a \
-            UDP port says nothing also when nobody listens there."
-            .into(),
+        Finding::NoLink => of_link(serial).en.into(),
+        Finding::Nothing => of_silence(serial).en.into(),
         Finding::Echo { told: true } => "Nothing to do: the URL says so.".into(),
         Finding::Echo { told: false } if serial => "It does no harm to lafet. With echo=strip in \
             the URL it is taken away; with echo=verify a difference also tells collisions. Or \
@@ -156,12 +233,7 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
         Finding::WrongSpeed { answers_at: Some(baud) } => {
             format!("Write baud={baud} into the URL.")
         }
-        Finding::WrongSpeed { answers_at: None } if serial => "Check baud= (19200, 57600 and \
-            115200 are in use), 8N1, and that A and B are not swapped."
-            .into(),
-        Finding::WrongSpeed { answers_at: None } => "Set the serial server's speed to that of the \
-            monitor (19200, 57600 and 115200 are in use), 8N1."
-            .into(),
+        Finding::WrongSpeed { answers_at: None } => of_speed(serial).en.into(),
         Finding::Noise => "Check termination (120 Ω at both ends only), bias resistors, ground, \
             shield and the way of the cable beside motors; try a lower speed. Check = 1 of \
             ExternalConn makes the monitor take CRC-32C only."
@@ -225,7 +297,7 @@ fn speakers_remedy_en(addresses: &[u8]) -> String {
 fn seen_ru(finding: &Finding, evidence: &Evidence) -> String {
     let Evidence { probes, answered, .. } = evidence;
     let monitor = evidence.endpoint.addresses().monitor;
-    let (quiet, probed) = (&evidence.quiet, &evidence.probed);
+    let probed = &evidence.probed;
     match finding {
         Finding::Well => format!("Ствол отвечает{}.", exchange(evidence, Lang::Ru)),
         Finding::NoLink => format!(
@@ -233,11 +305,7 @@ fn seen_ru(finding: &Finding, evidence: &Evidence) -> String {
             evidence.endpoint,
             evidence.lost.as_deref().unwrap_or_default()
         ),
-        Finding::Nothing => format!(
-            "Линия открыта, но не пришло ни одного байта: прослушивание {} с, проб по адресу \
-             {monitor}: {probes}, пробы по всем остальным адресам.",
-            evidence.quiet_for.as_secs_f32()
-        ),
+        Finding::Nothing => nothing(evidence, Lang::Ru),
         Finding::Echo { .. } => format!(
             "Кадров, вернувшихся точно такими, как отправлены: {}.",
             probed.echoes + evidence.exchange.as_ref().map_or(0, |e| e.heard.echoes)
@@ -252,34 +320,12 @@ fn seen_ru(finding: &Finding, evidence: &Evidence) -> String {
             probed.bytes,
             sample(evidence, Lang::Ru)
         ),
-        Finding::Noise => {
-            let total = total(evidence);
-            format!(
-                "Испорченных кадров: {}, байт вне кадров: {}{}{}.",
-                total.broken,
-                total.stray_bytes,
-                if quiet.bytes > 0 && quiet.frames.is_empty() {
-                    format!("; байт, пришедших без запроса: {}", quiet.bytes)
-                } else {
-                    String::new()
-                },
-                exchange(evidence, Lang::Ru)
-            )
-        }
+        Finding::Noise => noise(evidence, Lang::Ru),
         Finding::Loss => format!(
             "Ответов на пробы: {answered} из {probes}{}; больше ничего не слышно.",
             exchange(evidence, Lang::Ru)
         ),
-        Finding::OtherSpeakers { addresses } => format!(
-            "На линии говорит кто-то ещё: {}. Услышано кадров: {}.{}",
-            list(addresses, Lang::Ru),
-            quiet.frames.len() + strangers(evidence) + elsewhere(evidence),
-            if evidence.held_back {
-                " Поэтому ничего не спрошено (--insist спросит)."
-            } else {
-                ""
-            }
-        ),
+        Finding::OtherSpeakers { addresses } => speakers(addresses, evidence, Lang::Ru),
         Finding::OddAnswers => format!(
             "Ствол отвечает на GetStatus General, но не по протоколу: {}.",
             odd(evidence, Lang::Ru)
@@ -321,18 +367,8 @@ fn remedy_ru(finding: &Finding, evidence: &Evidence) -> String {
     let serial = matches!(evidence.endpoint, Endpoint::Serial { .. });
     match finding {
         Finding::Well => "Делать ничего не нужно.".into(),
-        Finding::NoLink if serial => "Проверьте имя порта, подключён ли адаптер, есть ли права на \
-            него (группа dialout) и не занят ли он другой программой."
-            .into(),
-        Finding::NoLink => "Проверьте узел и порт, включён ли ствол или сервер последовательных \
-            портов, сетевой кабель и межсетевой экран; `lafet scan УЗЕЛ` ищет открытые порты."
-            .into(),
-        Finding::Nothing if serial => "Проверьте питание ствола, не перепутаны ли A и B, общий \
-            провод, переключает ли адаптер направление (rs485=rts, если сам не умеет)."
-            .into(),
-        Finding::Nothing => "Проверьте питание ствола и его провода за сервером последовательных \
-            портов; порт UDP молчит и тогда, когда его никто не слушает."
-            .into(),
+        Finding::NoLink => of_link(serial).ru.into(),
+        Finding::Nothing => of_silence(serial).ru.into(),
         Finding::Echo { told: true } => "Делать ничего не нужно: это сказано в URL.".into(),
         Finding::Echo { told: false } if serial => {
             "Работе lafet оно не мешает. С echo=strip в URL \
@@ -347,14 +383,7 @@ fn remedy_ru(finding: &Finding, evidence: &Evidence) -> String {
         Finding::WrongSpeed { answers_at: Some(baud) } => {
             format!("Впишите в URL baud={baud}.")
         }
-        Finding::WrongSpeed { answers_at: None } if serial => {
-            "Проверьте baud= (встречаются 19200, \
-            57600 и 115200), 8N1 и не перепутаны ли A и B."
-                .into()
-        }
-        Finding::WrongSpeed { answers_at: None } => "Установите в сервере последовательных портов \
-            скорость ствола (встречаются 19200, 57600 и 115200), 8N1."
-            .into(),
+        Finding::WrongSpeed { answers_at: None } => of_speed(serial).ru.into(),
         Finding::Noise => "Проверьте согласующие резисторы (120 Ом только на двух концах), \
             смещение, общий провод, экран и не идёт ли кабель рядом с двигателями; попробуйте \
             меньшую скорость. Check = 1 у ExternalConn оставляет только кадры с CRC-32C."

@@ -10,9 +10,9 @@ use lafet_proto::bus::{CONTROLLER, ProbeLimit};
 
 use super::input::Incoming;
 use super::line::Line;
+use super::medium::{Framing, Role};
 use super::{Now, Outcome};
 use crate::bus::{Word, nothing_from, wanted};
-use crate::url::{Framing, Role};
 
 /// A grant is for now: the controller waits 30 ms for a frame to begin (observed).
 const GRANT_LIFE: Duration = Duration::from_millis(25);

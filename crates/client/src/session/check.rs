@@ -17,9 +17,9 @@ use std::time::Duration;
 use lafet_proto::link::{self, Check, Frame};
 
 use super::input::Incoming;
+use super::medium::{Addresses, Framing};
 use super::operation::Outstanding;
 use super::{Now, Outcome, Session, Verdict};
-use crate::url::{Addresses, Framing};
 
 /// Which check frames bear, `check=`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -8,7 +8,7 @@
 use std::borrow::Cow;
 use std::collections::VecDeque;
 
-use crate::url::Echo;
+use super::medium::Echo;
 
 /// Bytes sent whose echo has not come; those of several frames, if nobody answers.
 const PENDING_MAX: usize = 8 * lafet_proto::link::WIRE_MAX;

@@ -8,7 +8,7 @@ use lafet_proto::{Expected, Record};
 
 use super::Stats;
 use super::doubt::{Tag, looks_like_tag};
-use crate::url::Framing;
+use super::medium::Framing;
 
 /// Bare records that are kept while the end of the answer has not come.
 const RECORDS_MAX: usize = 4096;

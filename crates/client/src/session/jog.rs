@@ -178,6 +178,10 @@ pub enum Before {
 
 impl Next {
     /// The requests of the frame.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsendable`] for a request that fits no record; those of a motion do.
     pub fn requests(&self, drive: SubsystemId) -> Result<Vec<RequestBuf>, Error> {
         let mut all = Vec::with_capacity(3);
         match self.before {

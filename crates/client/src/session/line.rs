@@ -15,10 +15,10 @@ use lafet_proto::bus::CONTROLLER;
 use super::bus_ear::BusEar;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
+use super::medium::{Addresses, Framing, Role};
 use super::operation::Haste;
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
 use crate::answers::RequestBuf;
-use crate::url::{Addresses, Framing, Role};
 
 /// A controller has tried three times by then: 150, 300 and 600 ms (observed), and the frames.
 const CONTROLLER_GIVES_UP: Duration = Duration::from_millis(1200);
@@ -87,6 +87,11 @@ impl Line {
     }
 
     /// Queues requests to the monitor at an address.
+    ///
+    /// # Errors
+    ///
+    /// [`QueueFull`] when [`QUEUE_MAX`](super::QUEUE_MAX) requests to this monitor wait already, or
+    /// [`URGENT_MAX`](super::URGENT_MAX) urgent ones.
     pub fn submit(
         &mut self,
         now: Now,

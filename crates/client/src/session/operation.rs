@@ -4,10 +4,10 @@ use lafet_proto::RequestId;
 
 use super::check::Forms;
 use super::doubt::Tag;
+use super::medium::Framing;
 use super::{Now, Ticket};
 use crate::answers::RequestBuf;
 use crate::deviation::Deviation;
-use crate::url::Framing;
 
 /// Requests that go out in one frame. None at all: a presence probe.
 #[derive(Debug)]

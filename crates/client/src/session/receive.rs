@@ -5,11 +5,11 @@ use lafet_proto::{Record, RequestId, SubsystemId};
 
 use super::input::Incoming;
 use super::matching::deal;
+use super::medium::Addresses;
 use super::operation::{Echo, Operation, Outstanding, Recent};
 use super::{Now, Outcome, Session, Tag, Verdict};
 use crate::answers::records;
 use crate::deviation::mismatch;
-use crate::url::Addresses;
 
 impl Session {
     pub(super) fn handle_input(&mut self, now: Now) {

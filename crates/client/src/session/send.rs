@@ -6,10 +6,10 @@ use lafet_proto::link::{Check, compose, wire_max};
 
 use super::check::Forms;
 use super::doubt::{Tag, looks_like_tag};
+use super::medium::{Addresses, Framing};
 use super::operation::{Echo, Haste, Operation, Outstanding};
 use super::{Now, Session, Verdict};
 use crate::answers::RequestBuf;
-use crate::url::{Addresses, Framing};
 
 impl Session {
     /// Bytes to send, if any.

@@ -3,10 +3,10 @@
 
 use std::time::Duration;
 
+use super::medium::Role;
 use super::operation::{Haste, Operation, Outstanding};
 use super::{Now, Outcome, Session, Ticket, URGENT_MAX};
 use crate::answers::RequestBuf;
-use crate::url::Role;
 
 /// Frames in a row without answer after which a monitor is taken for absent.
 const ABSENT_MISSES: u32 = 2;

@@ -23,12 +23,20 @@ impl Memory {
     }
 
     /// Sends all bytes.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost.
     pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.0.write_all(bytes).await?;
         self.0.flush().await
     }
 
     /// Waits for bytes.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost; `UnexpectedEof` at its end.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         super::not_ended(self.0.read(buffer).await?)
     }

@@ -29,6 +29,12 @@ pub enum Link {
 
 impl Link {
     /// Opens the way that an endpoint names.
+    ///
+    /// # Errors
+    ///
+    /// That of the system; `TimedOut` after [`CONNECT_TIMEOUT`]; `Unsupported` for `sim:`. Of a
+    /// serial port: a [`PortError`](port::PortError) inside where another program has it,
+    /// permission lacks or it does not exist.
     pub async fn open(endpoint: &Endpoint) -> io::Result<Self> {
         let opening = async {
             match endpoint {
@@ -58,6 +64,10 @@ impl Link {
     }
 
     /// Sends a whole frame.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost.
     pub async fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         match self {
             Self::Tcp(link) => link.send(frame).await,
@@ -70,6 +80,10 @@ impl Link {
     /// Waits for bytes, or for a datagram. At the end of a stream: UnexpectedEof.
     ///
     /// When the future is dropped, nothing is lost.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost; `UnexpectedEof` at the end of a stream.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
             Self::Tcp(link) => link.recv(buffer).await,

@@ -6,6 +6,7 @@ use std::path::Path;
 use serial2_tokio::{CharSize, FlowControl, Parity, SerialPort, Settings, StopBits};
 
 use super::port::Claim;
+pub use crate::port_error::CannotSwitch;
 use crate::url::SerialLine;
 
 /// A port.
@@ -17,8 +18,15 @@ pub struct Serial {
 }
 
 impl Serial {
-    /// Opens a port, for this program alone unless the line is shared. When the kernel is to switch the direction of an RS-485 transceiver and the
-    /// port's driver cannot, that is an error: the bus would hear nothing, or nothing else.
+    /// Opens a port, for this program alone unless the line is shared. When the kernel is to switch
+    /// the direction of an RS-485 transceiver and the port's driver cannot, that is an error: the bus
+    /// would hear nothing, or nothing else.
+    ///
+    /// # Errors
+    ///
+    /// That of the system; a [`PortError`](super::port::PortError) inside where another program has
+    /// the port, permission lacks or it does not exist; [`CannotSwitch`] inside where the driver
+    /// cannot switch the direction.
     pub fn open(path: &Path, line: &SerialLine) -> io::Result<Self> {
         let mut claim = Claim::lock(path, line.shared)?;
         let port = SerialPort::open(path, |mut settings: Settings| {
@@ -40,11 +48,19 @@ impl Serial {
     }
 
     /// Sends all bytes.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost.
     pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes).await
     }
 
     /// Waits for bytes.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost; `UnexpectedEof` at its end.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         super::not_ended(self.port.read(buffer).await?)
     }
@@ -74,18 +90,6 @@ fn switch_direction(_: &SerialPort, line: &SerialLine) -> io::Result<()> {
         Some(_) => Err(cannot_switch(io::ErrorKind::Unsupported.into())),
     }
 }
-
-/// The driver of the port cannot switch the direction of an RS-485 transceiver.
-#[derive(Debug)]
-pub struct CannotSwitch(io::Error);
-
-impl std::fmt::Display for CannotSwitch {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-impl std::error::Error for CannotSwitch {}
 
 fn cannot_switch(error: io::Error) -> io::Error {
     io::Error::new(error.kind(), CannotSwitch(error))

@@ -11,6 +11,10 @@ pub struct Tcp(TcpStream);
 
 impl Tcp {
     /// Connects.
+    ///
+    /// # Errors
+    ///
+    /// That of the system: the name is unknown, or no address of it takes the connection.
     pub async fn connect(host: &str, port: u16) -> io::Result<Self> {
         let stream = TcpStream::connect((host, port)).await?;
         // A frame is a whole thought: waiting for more of it only adds latency.
@@ -24,11 +28,19 @@ impl Tcp {
     }
 
     /// Sends all bytes.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost.
     pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.0.write_all(bytes).await
     }
 
     /// Waits for bytes.
+    ///
+    /// # Errors
+    ///
+    /// That of the system when the connection is lost; `UnexpectedEof` at its end.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         super::not_ended(self.0.read(buffer).await?)
     }

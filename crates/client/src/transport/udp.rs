@@ -10,6 +10,10 @@ pub struct Udp(UdpSocket);
 
 impl Udp {
     /// Takes a free port and the first address of the host that can be reached.
+    ///
+    /// # Errors
+    ///
+    /// That of the system: the name is unknown, or no address of it can be reached from here.
     pub async fn connect(host: &str, port: u16) -> io::Result<Self> {
         let mut last = io::Error::from(io::ErrorKind::NotFound);
         for peer in lookup_host((host, port)).await? {
@@ -28,6 +32,11 @@ impl Udp {
     }
 
     /// Sends a datagram.
+    ///
+    /// # Errors
+    ///
+    /// That of the system. That no program listens at the other side is no error: it may be
+    /// starting.
     pub async fn send(&mut self, datagram: &[u8]) -> io::Result<()> {
         match self.0.send(datagram).await {
             Err(error) if nobody_listens(&error) => Ok(()),
@@ -36,6 +45,10 @@ impl Udp {
     }
 
     /// Waits for a datagram.
+    ///
+    /// # Errors
+    ///
+    /// As [`Udp::send`].
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             match self.0.recv(buffer).await {

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use lafet_proto::bus::CONTROLLER;
 
-use super::error::{CHECKS, CONSOLE_ADDRESSES, LATES, ROLES};
-use super::{Addresses, Options, UrlError};
+use super::{Addresses, Options, Role, UrlError};
 use crate::session::CheckMode;
+use crate::url_error::{CHECKS, CONSOLE_ADDRESSES, LATES, ROLES};
 
 /// How this side behaves on a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,16 +19,6 @@ pub struct Manner {
     /// How late an answer can come, `late=` s; zero: the way ends with this program, so there are no
     /// answers to others.
     pub late: Option<Duration>,
-}
-
-/// What a client is on its bus.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Role {
-    /// Alone with its monitors: it speaks when it wants to.
-    #[default]
-    Direct,
-    /// A console on a bus with a controller (observed): it speaks when it has access.
-    Active,
 }
 
 const CHECK_NAMES: &[(&str, CheckMode)] =

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use lafet_proto::bus;
 
-use super::error::{BAUDS, DELAYS, ECHOES, RS485, SHARED, SWITCH, WITH_RS485};
-use super::{Options, UrlError};
+use super::{Echo, Options, UrlError};
+use crate::url_error::{BAUDS, DELAYS, ECHOES, RS485, SHARED, SWITCH, WITH_RS485};
 
 /// The options of `serial:` URLs.
 pub const OPTIONS: [&str; 13] = [
@@ -68,18 +68,6 @@ pub struct Rs485 {
     pub after: Duration,
     /// Switch on the terminating resistor, if the port has one, `terminate=on`.
     pub terminate: bool,
-}
-
-/// What is done about bytes that come back because the receiver hears its own sender.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Echo {
-    /// None comes.
-    #[default]
-    Off,
-    /// It comes and is taken away.
-    Strip,
-    /// It comes, is taken away, and has to be what was sent: if not, two speak at once.
-    Verify,
 }
 
 impl SerialLine {

@@ -113,6 +113,10 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
     ///
     /// For a moment in which nothing moves: it erases one page at most. `false` when there was
     /// nothing to do. It costs one erase in each power-up in which it is called.
+    ///
+    /// # Errors
+    ///
+    /// [`StorageError::Write`] when the flash cannot be read or a page cannot be erased.
     pub fn prepare(&mut self) -> Result<bool, StorageError> {
         self.ready()?;
         let need = self.size(Entry { key: 0, len: VALUE_MAX as u16 });

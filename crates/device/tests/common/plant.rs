@@ -5,8 +5,7 @@ use lafet_device::composition::DriveKind;
 use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{
-    AXES, Axis, Inputs, Outputs, PlaceInput, UNITS, UnitError, UnitInput, UnitReply, VALVES,
-    ValveOutput,
+    AXES, Axis, Inputs, Outputs, UNITS, UnitError, UnitReply, VALVES, ValveOutput,
 };
 use std::collections::BTreeMap;
 
@@ -122,7 +121,7 @@ impl Plant {
         for (unit, remote) in plant.units.iter_mut().zip(remote) {
             unit.remote = remote;
         }
-        plant.inputs.places.fill(PlaceInput { temperature_dc: Some(200), heater_fault: false });
+        plant.inputs.places.iter_mut().for_each(|place| place.temperature_dc = Some(200));
         plant.inputs.humidity_percent = Some(40);
         plant.inputs.main_voltage_dv = 240;
         plant.inputs.pressure_ua = 4000;
@@ -202,8 +201,7 @@ impl Plant {
             input.current_da = if fed { valve.current_da } else { 0 };
         }
         for (unit, input) in self.units.iter().zip(&mut self.inputs.units) {
-            *input =
-                UnitInput { online: unit.remote && !unit.offline, reply: unit.reply, ..*input };
+            (input.online, input.reply) = (unit.remote && !unit.offline, unit.reply);
         }
     }
 

@@ -58,6 +58,14 @@ pub struct Tally {
 }
 
 impl Tally {
+    /// A case of this kind has been tried.
+    fn count(&mut self, what: Kind) {
+        self.cases += 1;
+        self.stops += u64::from(what == Kind::Stop);
+        self.lockouts += u64::from(what == Kind::Lockout);
+        self.restarts += u64::from(what == Kind::Restart);
+    }
+
     pub fn add(&mut self, other: &Self) {
         self.cases += other.cases;
         self.running += other.running;
@@ -290,6 +298,17 @@ enum Kind {
     Restart,
 }
 
+impl Kind {
+    /// Whether the valves close; `keep`: a restart leaves them as they are.
+    const fn closes(self, keep: bool) -> bool {
+        match self {
+            Self::Stop => false,
+            Self::Lockout => true,
+            Self::Restart => !keep,
+        }
+    }
+}
+
 /// The frame of a case.
 struct Command {
     kind: Kind,
@@ -351,15 +370,7 @@ fn is_running(outputs: &Outputs) -> bool {
 fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, name: &str) {
     let activity = &ACTIVITIES[life.activity];
     let locked = activity.name == "locked out";
-    let period_us = 1000 * (1 + random.below(10));
-    let mut firmware = Firmware::new(life, period_us);
-    let keep = random.one_in(2) && !locked;
-    firmware.rig.set(Param::GeneralResetValves, keep.into());
-    // Dirty groups wait for a rest to be stored.
-    for _ in 0..random.below(4) {
-        let request = set(random);
-        firmware.rig.handle(&payload(&[request]));
-    }
+    let (mut firmware, keep) = provided(life, locked, random);
     let mut last_us = random.below(1000);
     for _ in 0..random.below(6) {
         firmware.step(last_us, random);
@@ -373,14 +384,8 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
 
     let port = random.below(2) as usize;
     let command = command(random, locked);
-    let (full_buffer, mut waiting) = (random.one_in(2), Vec::new());
-    while full_buffer && waiting.len() < BUFFER {
-        waiting.extend(random.of(frames));
-        if random.one_in(3) {
-            noise(random, &mut waiting);
-        }
-    }
-    noise(random, &mut waiting);
+    let full_buffer = random.one_in(2);
+    let waiting = waiting(frames, full_buffer, random);
     let other: &[u8] = if random.one_in(2) { random.of::<Vec<u8>>(frames) } else { &[] };
     let ran = firmware.driven.last().is_some_and(|(_, outputs)| is_running(outputs));
     let before = firmware.driven.last().map(|(_, outputs)| *outputs).unwrap_or_default();
@@ -388,22 +393,15 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     firmware.receive(1 - port, other);
     firmware.receive(port, &waiting);
     firmware.receive(port, &command.bytes);
-    // Another button pressed meanwhile is part of the same moment: it does not act.
     if random.one_in(4) {
-        let post = random.below(2) as usize;
-        let button = random.below(OPEN as u64) as usize;
-        firmware.rig.plant.inputs.buttons[post][button] = ButtonState::Pressed;
+        press(&mut firmware, random);
     }
     firmware.step(next_us, random);
     let stored_after = firmware.stored;
     let (off_us, outputs) = *firmware.driven.last().unwrap();
     assert_eq!(off_us, next_us, "{name}");
     let what = command.kind;
-    let closing = match what {
-        Kind::Stop => false,
-        Kind::Lockout => true,
-        Kind::Restart => !keep,
-    };
+    let closing = what.closes(keep);
     let rig = &firmware.rig;
     assert!(
         is_off(rig, closing, &outputs),
@@ -418,16 +416,7 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     let closing_us = if closing && !closing_before { since_us } else { 0 };
     let flash_us = if in_flash { 2 * ERASE_US } else { 0 };
     assert!(closing_us <= 10_000 + flash_us, "{name}: closes after {closing_us} µs");
-    // It stays so.
-    let mut at_us = next_us;
-    for _ in 0..3 {
-        at_us = firmware.next_step_us(at_us);
-        firmware.step(at_us, random);
-        let (_, outputs) = *firmware.driven.last().unwrap();
-        let off = is_off(&firmware.rig, closing, &outputs);
-        assert!(off, "{name}: {what:?} while {}, later: {outputs:?}", activity.name);
-    }
-
+    stays_off(&mut firmware, next_us, closing, random, name);
     if what == Kind::Restart && random.one_in(4) {
         let open = firmware.rig.device.inputs().valves[0].close_switch;
         let left = firmware.through_reset(true, random, name);
@@ -435,10 +424,7 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
         tally.valves_left += u64::from(left && !open);
     }
 
-    tally.cases += 1;
-    tally.stops += u64::from(what == Kind::Stop);
-    tally.lockouts += u64::from(what == Kind::Lockout);
-    tally.restarts += u64::from(what == Kind::Restart);
+    tally.count(what);
     tally.behind_full_answers += u64::from(command.full_answers);
     tally.behind_full_buffer += u64::from(full_buffer);
     tally.during_flash += u64::from(in_flash);
@@ -452,6 +438,58 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
         if let Some(count) = tally.histogram.get_mut(latency_us.div_ceil(1000) as usize) {
             *count += 1;
         }
+    }
+}
+
+/// A monitor in the middle of its life, with parameters that wait for a rest to be stored; and
+/// whether its valves stay as they are over a reset.
+fn provided(life: &Life, locked: bool, random: &mut Random) -> (Firmware, bool) {
+    let period_us = 1000 * (1 + random.below(10));
+    let mut firmware = Firmware::new(life, period_us);
+    let keep = random.one_in(2) && !locked;
+    firmware.rig.set(Param::GeneralResetValves, keep.into());
+    for _ in 0..random.below(4) {
+        let request = set(random);
+        firmware.rig.handle(&payload(&[request]));
+    }
+    (firmware, keep)
+}
+
+/// Bytes that wait on the line before the command: frames, a buffer full of them or none, and noise.
+fn waiting(frames: &[Vec<u8>], full: bool, random: &mut Random) -> Vec<u8> {
+    let mut waiting = Vec::new();
+    while full && waiting.len() < BUFFER {
+        waiting.extend(random.of(frames));
+        if random.one_in(3) {
+            noise(random, &mut waiting);
+        }
+    }
+    noise(random, &mut waiting);
+    waiting
+}
+
+/// Another button pressed meanwhile is part of the same moment: it does not act.
+fn press(firmware: &mut Firmware, random: &mut Random) {
+    let post = random.below(2) as usize;
+    let button = random.below(OPEN as u64) as usize;
+    firmware.rig.plant.inputs.buttons[post][button] = ButtonState::Pressed;
+}
+
+/// What is off stays off in the steps that follow.
+fn stays_off(
+    firmware: &mut Firmware,
+    since_us: u64,
+    closing: bool,
+    random: &mut Random,
+    name: &str,
+) {
+    let mut at_us = since_us;
+    for _ in 0..3 {
+        at_us = firmware.next_step_us(at_us);
+        firmware.step(at_us, random);
+        let (_, outputs) = *firmware.driven.last().unwrap();
+        let off = is_off(&firmware.rig, closing, &outputs);
+        assert!(off, "{name}: on again: {outputs:?}");
     }
 }
 

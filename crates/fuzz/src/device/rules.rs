@@ -21,7 +21,8 @@ pub struct Said {
 /// Panics on the first illegal output.
 pub fn check(device: &Device, said: &Said, is_settled: bool, inputs: &Inputs, outputs: &Outputs) {
     if !is_settled {
-        let inert = Outputs { units: outputs.units, ..Outputs::default() };
+        let mut inert = Outputs::default();
+        inert.units = outputs.units;
         assert_eq!(*outputs, inert, "§D/1: driven before it has settled");
     }
     absent(device, outputs);

@@ -249,10 +249,22 @@ const BUTTON: (&str, &str) = (
     "Эта кнопка поста не действует; остальные работают.",
 );
 
-/// What a flag leads to.
-pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) {
-    let deployer = id == SubsystemId::DEPLOYER;
-    match flag {
+/// What a flag leads to, in English and Russian.
+type Consequence = (&'static str, &'static str);
+
+/// What a flag leads to; empty for one that only informs.
+pub fn consequence(id: SubsystemId, flag: &str) -> Consequence {
+    of_unit(flag)
+        .or_else(|| of_monitor(flag))
+        .or_else(|| of_motion(id, flag))
+        .or_else(|| of_program(flag))
+        .or_else(|| flag.ends_with("ButtonState").then_some(BUTTON))
+        .unwrap_or_default()
+}
+
+/// Flags of the parameters, the supply and the electronics of any subsystem.
+fn of_unit(flag: &str) -> Option<Consequence> {
+    Some(match flag {
         "ConfigFault" => (
             "The subsystem works with default values: limits and zero point may be wrong.",
             "Подсистема работает с исходными значениями: пределы и нулевая точка могут быть неверны.",
@@ -285,6 +297,13 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
         "ProtocolFault" => {
             ("Some commands do not reach the unit.", "Часть команд не доходит до устройства.")
         }
+        _ => return None,
+    })
+}
+
+/// Flags of the monitor as a whole and of its heating.
+fn of_monitor(flag: &str) -> Option<Consequence> {
+    Some(match flag {
         "PressureSensorBreak" | "PressureSensorShort" => (
             "The pressure is not known; programs aim without ballistics, the jet may fall short.",
             "Давление неизвестно; программы наводят без баллистики, возможен недолёт струи.",
@@ -305,6 +324,14 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
             "Heating of this part is not controlled: in frost it may freeze.",
             "Обогрев этого узла не регулируется: на морозе он может замёрзнуть.",
         ),
+        _ => return None,
+    })
+}
+
+/// Flags of drives and valves.
+fn of_motion(id: SubsystemId, flag: &str) -> Option<Consequence> {
+    let deployer = id == SubsystemId::DEPLOYER;
+    Some(match flag {
         "AmperageOverload" if id.is_valve() => (
             "The valve has stopped midway: it may be partly open.",
             "Затвор остановился в пути: он может быть открыт не полностью или не закрыт.",
@@ -330,6 +357,13 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
             "It is not known whether the valve is open or closed.",
             "Неизвестно, открыт затвор или закрыт.",
         ),
+        _ => return None,
+    })
+}
+
+/// Flags of programs and of the search.
+fn of_program(flag: &str) -> Option<Consequence> {
+    Some(match flag {
         "OutsideLimits" => {
             ("Part of the fire is not reached by the jet.", "Часть очага не орошается.")
         }
@@ -351,9 +385,8 @@ pub fn consequence(id: SubsystemId, flag: &str) -> (&'static str, &'static str) 
             "Small or distant fires may be overlooked.",
             "Небольшие или далёкие очаги могут быть не замечены.",
         ),
-        name if name.ends_with("ButtonState") => BUTTON,
-        _ => ("", ""),
-    }
+        _ => return None,
+    })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use lafet_client::Lang;
 
-use super::file::{File, Tls};
+use super::file::{File, Recording, Tls};
 use super::places::site;
 use super::{Config, LISTEN, Overrides, RecordingConfig, TlsConfig};
 use crate::store::Address;
@@ -63,33 +63,7 @@ pub fn check(
     let mut check = Check { file, text, folder, problems: Vec::new(), warnings: Vec::new() };
     let listen = check.listen(&read, overrides);
     let login = *read.server.login.get_ref();
-    if !login && !listen.ip().is_loopback() {
-        check.say(
-            read.server.login.span().start,
-            both(
-                format!("login = false, but {listen} can be reached from other machines."),
-                format!("login = false, но {listen} доступен с других машин."),
-            ),
-            both(
-                "Set login = true, or listen on 127.0.0.1.",
-                "Задайте login = true или слушайте на 127.0.0.1.",
-            ),
-        );
-    }
-    if read.tls.is_none() && !listen.ip().is_loopback() && !read.server.plain_http {
-        let at = read.server.listen.as_ref().map_or(0, |listen| listen.span().start);
-        check.say(
-            at,
-            both(
-                format!("Passwords would travel in the clear to {listen}."),
-                format!("Пароли передавались бы на {listen} открыто."),
-            ),
-            both(
-                "Add [tls] with cert and key; or, behind a proxy that has TLS, plain_http = true.",
-                "Добавьте [tls] с cert и key либо, за прокси с TLS, plain_http = true.",
-            ),
-        );
-    }
+    check.exposure(&read, listen);
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
     let postgres = check.postgres(&read.history);
@@ -106,17 +80,7 @@ pub fn check(
     check.places(&read.monitor, &read.tank, &read.wall);
     let data = overrides.data.clone().or(read.server.data).map(|path| folder.join(path));
     let data = data.unwrap_or_else(|| folder.join("lafet-data"));
-    let recording = RecordingConfig {
-        folder: Some(match read.recording.folder {
-            Some(path) => folder.join(path),
-            None => data.join("recordings"),
-        }),
-        alarms: read.recording.alarms,
-        before_s: read.recording.before_s.into_inner(),
-        after_s: read.recording.after_s.into_inner(),
-        keep_days: read.recording.keep_days.into_inner(),
-        keep_mb: read.recording.keep_mb.into_inner(),
-    };
+    let recording = recording(read.recording, folder, &data);
     let config = Config {
         listen,
         names,
@@ -142,7 +106,52 @@ pub fn check(
     if check.problems.is_empty() { Ok(config) } else { Err(check.problems) }
 }
 
+fn recording(read: Recording, folder: &Path, data: &Path) -> RecordingConfig {
+    RecordingConfig {
+        folder: Some(match read.folder {
+            Some(path) => folder.join(path),
+            None => data.join("recordings"),
+        }),
+        alarms: read.alarms,
+        before_s: read.before_s.into_inner(),
+        after_s: read.after_s.into_inner(),
+        keep_days: read.keep_days.into_inner(),
+        keep_mb: read.keep_mb.into_inner(),
+    }
+}
+
 impl Check<'_> {
+    /// What can be reached from other machines needs a login, and TLS.
+    fn exposure(&mut self, read: &File, listen: SocketAddr) {
+        if !*read.server.login.get_ref() && !listen.ip().is_loopback() {
+            self.say(
+                read.server.login.span().start,
+                both(
+                    format!("login = false, but {listen} can be reached from other machines."),
+                    format!("login = false, но {listen} доступен с других машин."),
+                ),
+                both(
+                    "Set login = true, or listen on 127.0.0.1.",
+                    "Задайте login = true или слушайте на 127.0.0.1.",
+                ),
+            );
+        }
+        if read.tls.is_none() && !listen.ip().is_loopback() && !read.server.plain_http {
+            let at = read.server.listen.as_ref().map_or(0, |listen| listen.span().start);
+            self.say(
+                at,
+                both(
+                    format!("Passwords would travel in the clear to {listen}."),
+                    format!("Пароли передавались бы на {listen} открыто."),
+                ),
+                both(
+                    "Add [tls] with cert and key; or, behind a proxy that has TLS, plain_http = true.",
+                    "Добавьте [tls] с cert и key либо, за прокси с TLS, plain_http = true.",
+                ),
+            );
+        }
+    }
+
     /// A file with a secret that every user of this machine can read.
     fn secret(&mut self, byte: usize, path: &Path) {
         if !is_open(path) {

@@ -11,6 +11,7 @@ use crate::status::{
 
 /// What a field is; everything is little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Kind {
     /// Unsigned, 1 byte.
     U8,
@@ -56,6 +57,7 @@ impl Kind {
 
 /// A field of a structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Field {
     /// Its name.
     pub name: &'static str,
@@ -69,6 +71,7 @@ pub struct Field {
 
 /// The structure of data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Layout {
     /// Its name.
     pub name: &'static str,
@@ -133,7 +136,7 @@ const fn size(mut fields: &[Field]) -> usize {
 /// The names of the first fields; empty behind the last.
 pub(crate) const fn names<const N: usize>(mut fields: &[Field]) -> [&'static str; N] {
     let mut names = [""; N];
-    let mut places = names.as_mut_slice();
+    let mut places: &mut [&'static str] = &mut names;
     while let ([first, rest @ ..], [place, others @ ..]) = (fields, places) {
         *place = first.name;
         (fields, places) = (rest, others);

@@ -17,6 +17,7 @@ pub enum Origin {
 
 /// What is known about a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RequestInfo {
     /// Its identifier.
     pub id: RequestId,

@@ -5,6 +5,7 @@ use crate::id::Status;
 
 /// What is known about a status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct StatusInfo {
     /// The status.
     pub status: Status,

@@ -5,6 +5,7 @@ use crate::id::SubsystemId;
 
 /// What is known about a subsystem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SubsystemInfo {
     /// Its identifier.
     pub id: SubsystemId,

@@ -6,6 +6,7 @@ use crate::id::SubsystemId;
 
 /// A flag, and the fields of its subsystem that are invalid while it is set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Invalidates {
     /// The subsystem that has both.
     pub subsystem: SubsystemId,

@@ -25,6 +25,7 @@ pub enum Severity {
 
 /// One flag (or two-bit field) of a status word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FlagInfo {
     /// The document's name.
     pub name: &'static str,
@@ -71,6 +72,7 @@ impl FlagInfo {
 
 /// The flags of one class of subsystems.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FlagClass {
     /// Name of the class, that of its bit set.
     pub name: &'static str,
@@ -108,6 +110,7 @@ impl FlagClass {
 
 /// A field that is not zero, shown as its name: `Move`, `LeftButtonState=Pressed`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SetFlag {
     /// The field.
     pub info: &'static FlagInfo,

@@ -24,7 +24,7 @@ pub(super) const fn count(specs: &[ParamSpec]) -> usize {
 /// The kinds, in the order in which they first appear.
 pub(super) const fn all<const N: usize>(specs: &[ParamSpec]) -> [ParamSpec; N] {
     let mut kinds = [BLANK; N];
-    let mut places = kinds.as_mut_slice();
+    let mut places: &mut [ParamSpec] = &mut kinds;
     let (mut seen, mut rest) = (0, specs);
     while let [spec, tail @ ..] = rest {
         if first(spec, specs) == seen {

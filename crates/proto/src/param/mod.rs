@@ -19,6 +19,7 @@ pub const MAX_VALUES: usize = 63;
 /// What a value is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Unit {
     /// A plain number, or values of different units (see [`ParamSpec::elements`]).
     None,
@@ -134,6 +135,7 @@ pub enum Placement {
 
 /// Range and unit of one element of a parameter whose elements differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub struct Element {
     /// What the element is measured in.
     pub unit: Unit,
@@ -145,6 +147,7 @@ pub struct Element {
 
 /// Everything about a parameter but its name and text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ParamSpec {
     /// The subsystem it belongs to.
     pub subsystem: SubsystemId,
@@ -197,6 +200,11 @@ impl ParamSpec {
 
     /// Checks the values of SetParam (§3.5): WrongData for a wrong number of them, InvalidValue for
     /// one out of range.
+    ///
+    /// # Errors
+    ///
+    /// `Status::WRONG_DATA` for a wrong number of values, `Status::INVALID_VALUE` for one out of
+    /// range (§3.5/3, §3.5/4).
     pub fn check(&self, values: impl Iterator<Item = i32>) -> Result<(), Status> {
         let mut len = 0usize;
         let mut in_range = true;

@@ -11,6 +11,7 @@ macro_rules! params {
         /// A parameter of a subsystem.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[repr(u8)]
+        #[non_exhaustive]
         pub enum Param {
             $(
                 #[doc = concat!("`", stringify!($subsystem), "` `", $name, "`")]

@@ -33,6 +33,7 @@ pub struct FaultInfo {
 
 /// The part of [`FaultInfo`] that differs with the processor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FaultArch {
     /// Ten words: tim2 cnt, tim3 cnt, tim4 cnt, tim5 cnt, hfsr, bfar, mmfar, cfsr, tcb, psr.
     CortexM3([u32; 10]),

@@ -62,7 +62,7 @@ macro_rules! structure {
             #[inline]
             pub const fn to_bytes(self) -> [u8; Self::SIZE] {
                 let mut bytes = [0; Self::SIZE];
-                let rest = bytes.as_mut_slice();
+                let rest: &mut [u8] = &mut bytes;
                 $(let rest = structure::put(rest, self.$word.bits().to_le_bytes());)?
                 $(let rest = structure::put(rest, self.$field.to_le_bytes());)*
                 structure::end(rest);

@@ -8,6 +8,7 @@ use core::fmt;
 
 /// Why a text is no request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ParseError {
     /// Byte of the text where the offending word starts; its end when something is missing.
     pub column: usize,
@@ -21,6 +22,7 @@ pub struct ParseError {
 
 /// What [`parse`](super::parse) expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Wanted {
     /// Name of a request, or its number.
     Request,

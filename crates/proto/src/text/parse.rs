@@ -30,6 +30,11 @@ const U16: (i64, i64) = (0, u16::MAX as i64);
 /// let error = text::parse("Opn Valve1", &mut buf).unwrap_err();
 /// assert_eq!((error.column, error.suggestion), (0, Some("Open")));
 /// ```
+///
+/// # Errors
+///
+/// [`ParseError`](super::ParseError): the byte at which reading ended, what was expected there, and
+/// the name that may have been meant.
 pub fn parse<'b>(text: &str, buf: &'b mut [u8]) -> Result<Request<'b>> {
     let mut tokens = Tokens::new(text);
     let name = tokens.need(Wanted::Request)?;

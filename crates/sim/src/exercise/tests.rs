@@ -34,75 +34,73 @@ fn failed(outcome: &Outcome) -> Vec<&str> {
     failed.map(|check| check.text.en.as_str()).collect()
 }
 
+/// What is appended to a scenario, the line and the key that are named, and words of the message.
+const MISTAKES: &[(&str, usize, &str, &str)] = &[
+    ("[[fire]]\nname = \"F\"\nat = [1, 2]\nsize = 900", 19, "fire.size", "0.2 … 60"),
+    ("[[fire]]\nname = \"F\"\nat = [1]\nsize = 1", 18, "fire.at", "2 numbers"),
+    ("[[fire]]\nname = \"F\"\nsize = 1", 16, "fire.at", "on = "),
+    ("[[fire]]\nname = \"F F\"\nat = [1, 2]\nsize = 1", 17, "fire.name", "without blanks"),
+    ("[[monitor]]\nname = \"M1\"\nat = [1, 1]", 17, "monitor.name", "already"),
+    ("[[monitor]]\nname = \"M2\"\nat = [1, 1]\naddress = 1", 19, "monitor.address", "M1"),
+    (
+        "[[monitor]]\nname = \"M2\"\nat = [1, 1]\nprofile = \"fulll\"",
+        19,
+        "monitor.profile",
+        "full, remote",
+    ),
+    ("[[monitor]]\nname = \"M2\"\nat = [1, 1]\nhight = 2", 19, "monitor.hight", "height"),
+    (
+        "[[monitor]]\nname = \"M2\"\nat = [1, 1]\nset = \"Vertical Speed 0\"",
+        19,
+        "monitor.set",
+        "InvalidValue",
+    ),
+    ("[[event]]\nat = \"1s\"\ninject = \"vertical-teapot\"", 18, "event.inject", "vertical-jam"),
+    ("[[event]]\nat = \"1 hour\"\ninject = \"vertical-jam\"", 17, "event.at", "1.5min"),
+    ("[[event]]\nat = \"1s\"", 16, "event", "inject"),
+    ("[[event]]\ninject = \"vertical-jam\"", 16, "event.at", "when"),
+    ("[[event]]\nat = \"1s\"\nradio = \"gone\"", 18, "event.radio", "up, lost, answers-lost"),
+    ("[[operator]]\nat = \"1s\"\nsend = \"Opn Valve1\"", 18, "operator.send", "request"),
+    ("[[operator]]\nafter = \"x\"\nsend = \"Stop All\"", 17, "operator.after", "`x`"),
+    (
+        "[[operator]]\nwhen = \"Detector Fond\"\nsend = \"Stop All\"",
+        17,
+        "operator.when",
+        "condition",
+    ),
+    (
+        "[[operator]]\nwhen = \"Deployer Deployed\"\nsend = \"Stop All\"",
+        17,
+        "operator.when",
+        "Deployer",
+    ),
+    (
+        "[[fire]]\nname = \"F\"\nat = [1, 2]\nsize = 1\n[[operator]]\n\
+         when = \"not fire F gonee\"\nsend = \"Stop All\"",
+        21,
+        "operator.when",
+        "`gonee` is none of burning, out, unlit",
+    ),
+    (
+        "[[operator]]\nwhen = \"not Vertical Mvoe\"\nsend = \"Stop All\"",
+        17,
+        "operator.when",
+        "`Mvoe` is no flag of Vertical; did you mean `Move`?",
+    ),
+    ("[[operator]]\nwhen = \"fire F out\"\nsend = \"Stop All\"", 17, "operator.when", "`F`"),
+    ("[[expect]]\ntext = { en = \"a\" }\nthat = \"time > 1\"", 17, "expect.text.ru", "missing"),
+    ("[[expect]]\ntext = { en = \"a\", ru = \"a\" }", 16, "expect.that", "never"),
+    ("[expekt]\na = 1", 16, "expekt", "expect"),
+    ("a = ", 16, "", "TOML"),
+];
+
 /// Each mistake is told with file, line, key, and what is allowed, in both languages.
 #[test]
 fn mistakes_are_told() {
     let with = |rest: &str| problem(&format!("{HEAD}{MONITOR}{EXPECT}{rest}"));
-    for (rest, line, key, words) in [
-        ("[[fire]]\nname = \"F\"\nat = [1, 2]\nsize = 900", 19, "fire.size", "0.2 … 60"),
-        ("[[fire]]\nname = \"F\"\nat = [1]\nsize = 1", 18, "fire.at", "2 numbers"),
-        ("[[fire]]\nname = \"F\"\nsize = 1", 16, "fire.at", "on = "),
-        ("[[fire]]\nname = \"F F\"\nat = [1, 2]\nsize = 1", 17, "fire.name", "without blanks"),
-        ("[[monitor]]\nname = \"M1\"\nat = [1, 1]", 17, "monitor.name", "already"),
-        ("[[monitor]]\nname = \"M2\"\nat = [1, 1]\naddress = 1", 19, "monitor.address", "M1"),
-        (
-            "[[monitor]]\nname = \"M2\"\nat = [1, 1]\nprofile = \"fulll\"",
-            19,
-            "monitor.profile",
-            "full, remote",
-        ),
-        ("[[monitor]]\nname = \"M2\"\nat = [1, 1]\nhight = 2", 19, "monitor.hight", "height"),
-        (
-            "[[monitor]]\nname = \"M2\"\nat = [1, 1]\nset = \"Vertical Speed 0\"",
-            19,
-            "monitor.set",
-            "InvalidValue",
-        ),
-        (
-            "[[event]]\nat = \"1s\"\ninject = \"vertical-teapot\"",
-            18,
-            "event.inject",
-            "vertical-jam",
-        ),
-        ("[[event]]\nat = \"1 hour\"\ninject = \"vertical-jam\"", 17, "event.at", "1.5min"),
-        ("[[event]]\nat = \"1s\"", 16, "event", "inject"),
-        ("[[event]]\ninject = \"vertical-jam\"", 16, "event.at", "when"),
-        ("[[event]]\nat = \"1s\"\nradio = \"gone\"", 18, "event.radio", "up, lost, answers-lost"),
-        ("[[operator]]\nat = \"1s\"\nsend = \"Opn Valve1\"", 18, "operator.send", "request"),
-        ("[[operator]]\nafter = \"x\"\nsend = \"Stop All\"", 17, "operator.after", "`x`"),
-        (
-            "[[operator]]\nwhen = \"Detector Fond\"\nsend = \"Stop All\"",
-            17,
-            "operator.when",
-            "condition",
-        ),
-        (
-            "[[operator]]\nwhen = \"Deployer Deployed\"\nsend = \"Stop All\"",
-            17,
-            "operator.when",
-            "Deployer",
-        ),
-        (
-            "[[fire]]\nname = \"F\"\nat = [1, 2]\nsize = 1\n[[operator]]\n\
-             when = \"not fire F gonee\"\nsend = \"Stop All\"",
-            21,
-            "operator.when",
-            "`gonee` is none of burning, out, unlit",
-        ),
-        (
-            "[[operator]]\nwhen = \"not Vertical Mvoe\"\nsend = \"Stop All\"",
-            17,
-            "operator.when",
-            "`Mvoe` is no flag of Vertical; did you mean `Move`?",
-        ),
-        ("[[operator]]\nwhen = \"fire F out\"\nsend = \"Stop All\"", 17, "operator.when", "`F`"),
-        ("[[expect]]\ntext = { en = \"a\" }\nthat = \"time > 1\"", 17, "expect.text.ru", "missing"),
-        ("[[expect]]\ntext = { en = \"a\", ru = \"a\" }", 16, "expect.that", "never"),
-        ("[expekt]\na = 1", 16, "expekt", "expect"),
-        ("a = ", 16, "", "TOML"),
-    ] {
+    for &(rest, line, key, words) in MISTAKES {
         let problem = with(rest);
-        let line: usize = line - 1;
+        let line = line - 1;
         assert_eq!((problem.line, problem.key.as_str()), (line, key), "{rest}: {problem}");
         assert!(problem.what.en.contains(words), "{rest}: {problem}");
         let russian = problem.told(Lang::Ru);

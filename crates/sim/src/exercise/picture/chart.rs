@@ -7,7 +7,7 @@ use super::canvas::{
     wrapped,
 };
 use crate::exercise::log::Kind;
-use crate::exercise::recording::{BarKind, Sample};
+use crate::exercise::recording::{BarKind, Recording, Sample};
 use crate::exercise::report::clock;
 use crate::exercise::run::Outcome;
 use crate::exercise::text::Lang;
@@ -82,14 +82,39 @@ pub fn draw(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), 
 
 fn panels<'a>(outcome: &Outcome, lang: Lang) -> Vec<Panel<'a>> {
     let recording = &outcome.recording;
-    let of = |value: fn(&Sample) -> f64| -> Vec<Series> {
-        let series = recording.monitors.iter().enumerate().map(|(index, samples)| Series {
-            style: MONITORS[index % MONITORS.len()],
-            values: samples.iter().map(value).collect(),
-        });
-        series.collect()
-    };
-    let fires = recording.fires.iter().enumerate().map(|(index, samples)| Series {
+    let mut panels = vec![
+        fires(outcome, lang),
+        Panel {
+            title: lang.pick("azimuth", "азимут"),
+            unit: "°",
+            range: (-10.0, 10.0),
+            series: of_monitors(recording, |sample| sample.azimuth_deg),
+        },
+        Panel {
+            title: lang.pick("elevation", "возвышение"),
+            unit: "°",
+            range: (-5.0, 10.0),
+            series: of_monitors(recording, |sample| sample.elevation_deg),
+        },
+        Panel {
+            title: lang.pick("pressure", "давление"),
+            unit: lang.pick("atm", "атм"),
+            range: (0.0, 8.0),
+            series: of_monitors(recording, |sample| sample.pressure_atm),
+        },
+        Panel {
+            title: lang.pick("flow", "расход"),
+            unit: lang.pick("l/s", "л/с"),
+            range: (0.0, 20.0),
+            series: of_monitors(recording, |sample| sample.flow_lps),
+        },
+    ];
+    add_what_moves(&mut panels, recording, lang);
+    panels
+}
+
+fn fires<'a>(outcome: &Outcome, lang: Lang) -> Panel<'a> {
+    let fires = outcome.recording.fires.iter().enumerate().map(|(index, samples)| Series {
         style: FIRES[index % FIRES.len()],
         values: samples
             .iter()
@@ -100,38 +125,25 @@ fn panels<'a>(outcome: &Outcome, lang: Lang) -> Vec<Panel<'a>> {
             })
             .collect(),
     });
-    let mut panels = vec![
-        Panel {
-            title: lang.pick("heat of fires", "мощность очагов"),
-            unit: lang.pick("MW", "МВт"),
-            range: (0.0, 0.1),
-            series: fires.collect(),
-        },
-        Panel {
-            title: lang.pick("azimuth", "азимут"),
-            unit: "°",
-            range: (-10.0, 10.0),
-            series: of(|sample| sample.azimuth_deg),
-        },
-        Panel {
-            title: lang.pick("elevation", "возвышение"),
-            unit: "°",
-            range: (-5.0, 10.0),
-            series: of(|sample| sample.elevation_deg),
-        },
-        Panel {
-            title: lang.pick("pressure", "давление"),
-            unit: lang.pick("atm", "атм"),
-            range: (0.0, 8.0),
-            series: of(|sample| sample.pressure_atm),
-        },
-        Panel {
-            title: lang.pick("flow", "расход"),
-            unit: lang.pick("l/s", "л/с"),
-            range: (0.0, 20.0),
-            series: of(|sample| sample.flow_lps),
-        },
-    ];
+    Panel {
+        title: lang.pick("heat of fires", "мощность очагов"),
+        unit: lang.pick("MW", "МВт"),
+        range: (0.0, 0.1),
+        series: fires.collect(),
+    }
+}
+
+/// A value of each monitor.
+fn of_monitors(recording: &Recording, value: fn(&Sample) -> f64) -> Vec<Series> {
+    let series = recording.monitors.iter().enumerate().map(|(index, samples)| Series {
+        style: MONITORS[index % MONITORS.len()],
+        values: samples.iter().map(value).collect(),
+    });
+    series.collect()
+}
+
+/// Panels of what often stays as it is: shown where it does not.
+fn add_what_moves(panels: &mut Vec<Panel<'_>>, recording: &Recording, lang: Lang) {
     let moves = |value: fn(&Sample) -> f64, least: f64| {
         recording.monitors.iter().any(|samples| {
             let values = || samples.iter().map(value);
@@ -146,7 +158,7 @@ fn panels<'a>(outcome: &Outcome, lang: Lang) -> Vec<Panel<'a>> {
                 title: lang.pick("nozzle", "насадок"),
                 unit: lang.pick("mm", "мм"),
                 range: (0.0, 60.0),
-                series: of(|sample| sample.nozzle_mm),
+                series: of_monitors(recording, |sample| sample.nozzle_mm),
             },
         );
     }
@@ -157,7 +169,7 @@ fn panels<'a>(outcome: &Outcome, lang: Lang) -> Vec<Panel<'a>> {
                 title: lang.pick("deployer", "развёртывание"),
                 unit: "°",
                 range: (0.0, 90.0),
-                series: of(|sample| sample.deployer_deg),
+                series: of_monitors(recording, |sample| sample.deployer_deg),
             },
         );
     }
@@ -166,10 +178,9 @@ fn panels<'a>(outcome: &Outcome, lang: Lang) -> Vec<Panel<'a>> {
             title: lang.pick("vertical drive", "привод по вертикали"),
             unit: "°C",
             range: (-5.0, 5.0),
-            series: of(|sample| sample.drive_c),
+            series: of_monitors(recording, |sample| sample.drive_c),
         });
     }
-    panels
 }
 
 fn time_axis(canvas: &mut Canvas, time: &Time, top: f64, bottom: f64, lang: Lang) {

@@ -296,12 +296,12 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "package",
-        arguments: "",
+        arguments: "[--oldest]",
         about: "what the crates for other people's programs need to be published",
         details: "Manifests, licence files, READMEs whose examples are tested, no file that is read from \
-                  outside of its package; the client's session without Tokio; and all of them with the \
-                  oldest compiler that they name, where rustup can get it; and each is packed as it \
-                  would be published.",
+                  outside of its package; the client's session without Tokio; each is packed as it \
+                  would be published. With --oldest, they are also built with the oldest compiler \
+                  that they name; rustup installs it.",
         run: package::package,
     },
     Task {

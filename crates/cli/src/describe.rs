@@ -136,7 +136,7 @@ pub fn flag_lines(subsystem: SubsystemId, bits: u32, least: Severity) -> Vec<Str
 
 /// The meaning of a flag, and what to do about it.
 pub fn flag_line(flag: SetFlag) -> String {
-    let SetFlag { info, bits } = flag;
+    let SetFlag { info, bits, .. } = flag;
     let meaning = button_meaning(info, bits).unwrap_or_else(|| of(&info.meaning).into());
     let advice = match flag.severity() {
         Severity::Info => String::new(),

@@ -175,10 +175,8 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
     }
     for place in &listen {
         let listening = place.open().await.map_err(|error| cannot_listen(place, error))?;
-        out.show(
-            format!("listening {}", listening.url()),
-            || serde_json::json!({ "listening": listening.url() }),
-        )?;
+        let url = listening.url();
+        out.show(format!("listening {url}"), || serde_json::json!({ "listening": url }))?;
         tasks.spawn(listening.serve_over(air.clone(), sim.clone()));
     }
     if !burns {

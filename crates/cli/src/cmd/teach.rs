@@ -190,10 +190,9 @@ async fn teach(
             format!("{drive}: пределы включены: {range}."),
         ),
     );
-    let sides: Vec<&str> = taken.iter().map(|one| one.side.name()).collect();
     Ok(json!({
         "drive": drive.to_string(),
-        "taken": sides,
+        "taken": taken.iter().map(|one| one.side.name()).collect::<Vec<_>>(),
         "before": { "min": old.min, "max": old.max },
         "min": limits.min,
         "max": limits.max,

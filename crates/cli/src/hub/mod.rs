@@ -116,7 +116,7 @@ impl Running {
 
     /// Prints the URL, and the one-time link while there are no users.
     pub fn announce(&self, out: &mut Out, login: bool) -> Outcome {
-        let link = if login { self.hub.access.setup_link() } else { Ok(None) };
+        let link = if login { self.hub.access().setup_link() } else { Ok(None) };
         let link = link.map_err(|error| Failure::Ended(error.to_string()))?;
         let link = link.map(|token| format!("{}/setup#{token}", self.url));
         let mut text = self.url.clone();

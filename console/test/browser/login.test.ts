@@ -1,4 +1,4 @@
-// Logging in, and what happens when a session ends in the middle of work.
+// Login, and a session that ends during work.
 import type { Page } from 'playwright-core';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';

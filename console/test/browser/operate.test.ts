@@ -1,5 +1,5 @@
-// What Operate shows of a simulated site: the picture is the page, its water falls where the simulator's does, bad
-// values are bad, and a fire that was found is on every page.
+// Operate with a simulated site: the picture fills the page, its water lands where the simulator's does, bad
+// values are marked, and a found fire is on every page.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Jet } from '../../src/hub/jets';
@@ -45,7 +45,7 @@ test('the water in 3D falls where the simulator lets it fall, at 28 m', { timeou
   await until(async () => (await flags('Deployer')).includes('Deployed'), 60_000);
   await demo.request('M1', 'Open Valve1');
   await until(async () => ((await status()).subsystems.General!.pressure as number) > 60, 60_000);
-  // The barrel looks at the tank at rest; it is raised for the jet.
+  // The barrel points at the tank at rest; it is raised for the jet.
   const answer = await demo.post('/api/monitors/M1/aim', { way_m: 28.3, rise_m: 0 });
   const { elevation_arcmin } = (await answer.json()) as { elevation_arcmin: number };
   expect(elevation_arcmin).toBeGreaterThan(0);

@@ -1,4 +1,4 @@
-// The rules that keep people safe, each looked at where it counts: at the monitor's outputs.
+// The rules that keep people safe, each checked at the monitor's outputs.
 import type { CDPSession, Locator, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
 import { heldUntil, press, pressUntil, Site, take, until } from './site';
@@ -10,7 +10,7 @@ const SHORT_ARCMIN = 60;
 
 let site: Site;
 let page: Page;
-/** Where M1 pointed when the test began. */
+/** Where M1 pointed at the start of the test. */
 let began: number;
 const others: Page[] = [];
 
@@ -42,7 +42,7 @@ afterEach(async () => {
   }
 });
 
-/** Moves it past the console, as another client would. */
+/** Moves it without the console, as another client would. */
 async function sent(request: string, id = 'M1'): Promise<void> {
   await site.send(id, request);
   await until(() => site.moves(id));
@@ -232,7 +232,7 @@ describe('STOP', () => {
     for (const id of ['M1', 'M2']) await sent('Move Horizontal 9000', id);
     await page.locator('#stop').click();
     await stoppedShortOf(9000);
-    // It goes on; on a busy machine it has come to where it was sent meanwhile.
+    // It continues; on a busy machine it has reached its target meanwhile.
     expect((await site.moves('M2')) || (await site.position('M2')) === 9000).toBe(true);
     await sent('Move Horizontal -9000', 'M2');
     await page.locator('#stop-all').click();
@@ -374,7 +374,7 @@ describe('what is old', () => {
     const from = await page.evaluate(() => performance.now());
     await page.locator('#stop').click();
     await page.getByText('M1: sent, no answer yet').waitFor();
-    // By the page's own clock; a busy machine is slow to press and to look.
+    // By the page's own clock; a busy machine presses and reads late.
     expect(await page.evaluate((begun) => performance.now() - begun, from)).toBeLessThan(1500);
     await page.locator('lf-toasts .toast.error', { hasText: 'M1' }).first().waitFor();
     site.links[0]!.mend();

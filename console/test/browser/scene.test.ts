@@ -1,4 +1,4 @@
-// The view in three dimensions: it draws, it is cheap, and without WebGL there is the plan.
+// The 3D view: it draws, it is cheap, and without WebGL the plan is shown.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Demo, WEBGL } from './demo';
@@ -30,7 +30,7 @@ test('draws the site with few calls, and stops when it is left', async () => {
   // The fire of the demo: flames and smoke.
   await until(async () => (await figures())!.particles > 20, 20_000);
   expect((await figures())!.calls).toBeLessThan(CALLS_MAX);
-  // Only now was it loaded.
+  // It is loaded only now.
   expect(loaded.some((url) => /world-.*\.js/.test(url))).toBe(true);
   const scene = await page.locator('lf-scene').elementHandle();
   await page.evaluate(() => (location.hash = '#/overview'));

@@ -1,4 +1,4 @@
-// Exercises: what is done on the page is looked at in the simulation.
+// Exercises: actions on the page are checked in the simulation.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
 import type { Simulation } from '../../src/pages/training/model';
@@ -65,7 +65,7 @@ describe('training', () => {
     await page.getByText('Place a fire on the plan').click();
     const plan = (await page.locator('lf-plan').boundingBox())!;
     await page.mouse.click(plan.x + plan.width / 3, plan.y + plan.height * 0.8);
-    // The plan then shows one fire more, where it was clicked, and its text says so.
+    // The plan then shows one more fire, at the click, and its text includes it.
     const flames = page.locator('lf-plan .flame');
     await until(async () => (await flames.count()) >= 2);
     const boxes = await Promise.all((await flames.all()).map((flame) => flame.boundingBox()));

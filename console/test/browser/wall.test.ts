@@ -1,4 +1,4 @@
-// The size for a wall: everything is larger, nothing runs out of the screen, and hands still point where they point.
+// The size for a wall: everything is larger, nothing leaves the screen, and presses still hit their targets.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';

@@ -57,7 +57,7 @@ describe('fires on the plan of a site', () => {
   it('are where the lines of sight of two monitors cross', () => {
     const spots = spotsOf([seen('M1', [0, 0], 45), seen('M2', [40, 0], 315)]);
     expect(spots).toEqual([{ at: [expect.closeTo(20), expect.closeTo(20)], seen_by: ['M1', 'M2'], crossed: true }]);
-    // A third one that sees the same fire adds no other.
+    // A third monitor that sees the same fire adds no new one.
     expect(spotsOf([seen('M1', [0, 0], 45), seen('M2', [40, 0], 315), seen('M3', [20, 50], 180)])).toEqual([
       { at: [expect.closeTo(20), expect.closeTo(20)], seen_by: ['M1', 'M2', 'M3'], crossed: true },
     ]);

@@ -171,7 +171,7 @@ describe('plan model', () => {
     const open = planMonitor('M1', site, { status: status(['Open']), jet })!;
     expect(open.lands![0]).toBeCloseTo(open.lands![1]);
     expect(distanceTo(open.at, open.lands!)).toBeCloseTo(38);
-    // Before the answer nothing is shown instead of it.
+    // Nothing is shown before the answer.
     const early = planMonitor('M1', site, { status: status(['Open']) })!;
     expect([early.lands, early.flight ?? null, early.reach_m]).toEqual([null, null, null]);
   });

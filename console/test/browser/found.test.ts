@@ -33,7 +33,7 @@ afterAll(() => demo.stop());
 const distance = (page: Page) => page.locator('#distance').inputValue();
 const why = (page: Page) => page.locator('#quench button').getAttribute('aria-description');
 
-describe('a hotbed that the search has found', () => {
+describe('a found fire spot', () => {
   test('is extinguished at the distance that is shown, or that the operator enters', async () => {
     const page = await demo.open('#/m/M1/operate');
     page.setDefaultTimeout(60_000);

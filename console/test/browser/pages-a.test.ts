@@ -284,7 +284,7 @@ describe('diagnosis', () => {
     await page.getByText('There has been no hardware fault.').waitFor();
   });
 
-  test('does not say that all is well of a monitor that is not heard', async () => {
+  test('does not say that all is well with a silent monitor', async () => {
     const page = await open('#/m/M1/diagnosis');
     await page.getByText('No faults and no warnings', { exact: true }).waitFor();
     site.links[0]!.cut();
@@ -294,7 +294,7 @@ describe('diagnosis', () => {
     await page.locator('lf-link-stats lf-chip', { hasText: 'No connection' }).waitFor();
   });
 
-  test('saves a report with everything that is known', async () => {
+  test('saves a report with all known data', async () => {
     const page = await open('#/m/M1/diagnosis');
     await page.getByText('There has been no hardware fault.').waitFor();
     const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#report').click()]);

@@ -91,7 +91,7 @@ test.each(SPANS)('%s are asked for and drawn, with the gap', async (name, span_m
   expect(await page.getByText(/^Line: mean/).first().isVisible()).toBe(band);
 });
 
-test('what cannot be read is said, and the last minutes go on', async () => {
+test('a failed read is reported, and the last minutes continue', async () => {
   await page.unroute('**/api/history?*');
   await page.route('**/api/history?*', (route) => route.fulfill({ status: 503, json: { error: { code: 'storage', text: { en: 'x', ru: 'x' } } } }));
   await page.getByLabel('Time shown').first().selectOption({ label: '24 h' });
@@ -103,7 +103,7 @@ test('what cannot be read is said, and the last minutes go on', async () => {
   await until(async () => (await rows()) > before);
 });
 
-test('the history of the hub itself is of this shape', async () => {
+test('the hub\'s own history has this shape', async () => {
   await page.unroute('**/api/history?*');
   const to = Date.now();
   for (const long of [HOUR_MS, 31 * 24 * HOUR_MS]) {

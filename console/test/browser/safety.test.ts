@@ -79,7 +79,7 @@ async function stoppedShortOf(target: number, id = 'M1', where = ''): Promise<vo
   expect(Math.abs((await site.position(id)) - target), where).toBeGreaterThan(SHORT_ARCMIN);
 }
 
-describe('a motion that is held', () => {
+describe('a held motion', () => {
   test('ends with the release', async () => {
     await take(page);
     await pull();
@@ -136,7 +136,7 @@ describe('a motion that is held', () => {
     expect(await site.stands('M1')).toBe(true);
   });
 
-  test('ends when the link says nothing more, and what comes late moves nothing', async () => {
+  test('ends when the link falls silent, and late messages move nothing', async () => {
     await take(page);
     await pull();
     site.way.freeze();
@@ -300,7 +300,7 @@ describe('valves and lockout', () => {
     expect(await locked()).toBe(false);
   });
 
-  test('lockout is held; its release wants the name typed and the button held', async () => {
+  test('lockout is held; its release requires the name typed and the button held', async () => {
     await take(page);
     const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
     const lockOut = async () => {
@@ -324,7 +324,7 @@ describe('valves and lockout', () => {
 });
 
 describe('two operators', () => {
-  test('the second asks, the first hands over, and can move no more', async () => {
+  test('the second asks, the first hands over and can no longer move', async () => {
     await take(page);
     const other = await site.open('#/m/M1/operate');
     others.push(other);
@@ -358,8 +358,8 @@ describe('two operators', () => {
   });
 });
 
-describe('what is old', () => {
-  test('of a silent monitor is shown as old, with its age, and nothing can be commanded', async () => {
+describe('stale data', () => {
+  test('of a silent monitor are shown as old, with their age, and no command is possible', async () => {
     await take(page);
     site.links[0]!.freeze();
     await page.locator('#stale').waitFor();
@@ -381,7 +381,7 @@ describe('what is old', () => {
     expect(await site.stands('M1')).toBe(true);
   });
 
-  test('of a lost hub is shown as old, and comes back by itself', async () => {
+  test('of a lost hub are shown as old, and recover automatically', async () => {
     site.way.cut();
     await page.getByText('No connection to the hub').first().waitFor();
     await until(async () => (await page.locator('lf-page-operate lf-value[stale]').count()) > 3);
@@ -391,7 +391,7 @@ describe('what is old', () => {
   });
 });
 
-describe('hands of other kinds', () => {
+describe('other input devices', () => {
   /** A gamepad that the test holds. */
   async function pad(axes: number[], pressed: number[] = [], there = true): Promise<void> {
     await page.evaluate(
@@ -404,7 +404,7 @@ describe('hands of other kinds', () => {
     );
   }
 
-  test('a gamepad moves while its stick is held, and not when it is gone', async () => {
+  test('a gamepad moves while its stick is held, and not when it is disconnected', async () => {
     await take(page);
     await begun(
       () => pad([-1, 0]),

@@ -21,7 +21,7 @@ afterEach(() => page.context().close());
 const figures = () =>
   page.locator('lf-scene').evaluate((scene) => (scene as unknown as SceneElement).figures);
 
-test('draws the site with few calls, and stops when it is left', async () => {
+test('draws the site with few calls, and stops when the page is left', async () => {
   page = await demo.open('#/m/M1/operate');
   const loaded: string[] = [];
   page.on('request', (request) => loaded.push(request.url()));
@@ -37,7 +37,7 @@ test('draws the site with few calls, and stops when it is left', async () => {
   await until(() => scene!.evaluate((element) => !element.isConnected && (element as unknown as SceneElement).figures === null));
 });
 
-test('without WebGL there is the plan', async () => {
+test('without WebGL the plan is shown', async () => {
   page = await demo.open('#/m/M1/operate');
   await page.evaluate(() => {
     HTMLCanvasElement.prototype.getContext = () => null;

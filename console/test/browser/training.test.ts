@@ -22,7 +22,7 @@ afterEach(() => page.context().close());
 const sim = async () => (await demo.get<Simulation>('/api/sim')).state;
 
 describe('training', () => {
-  test('a fault is put in and taken out', async () => {
+  test('a fault is injected and repaired', async () => {
     const jam = page.getByRole('switch', { name: /^Jammed/ }).first();
     await jam.click();
     await until(async () => (await sim()).monitors.M1!.faults.includes('vertical-jam'));
@@ -40,7 +40,7 @@ describe('training', () => {
     await until(async () => (await sim()).monitors.M2!.link === 'up');
   });
 
-  test('what burns is no alarm until a detector has seen it, and the strip says so', async () => {
+  test('a fire is no alarm until a detector has seen it, and the strip says so', async () => {
     const unreported = page.getByText('fire not yet reported by a detector');
     await unreported.waitFor({ timeout: 60_000 });
     expect(await page.locator('lf-topbar .fire').count()).toBe(0);

@@ -23,7 +23,7 @@ export class Cable {
     for (const end of this.ends) end.pause();
   }
 
-  /** Every connection breaks, and no new one is taken. */
+  /** Every connection breaks, and no new one is accepted. */
   cut(): void {
     this.cutNow = true;
     for (const end of this.ends) end.destroy();

@@ -1,14 +1,14 @@
 // What cannot be read or pressed on a page as it is: run in the page, through all shadow roots.
 import type { Page } from 'playwright-core';
 
-/** Each with what is wrong; the same twice is said once. */
+/** Each element with its fault; duplicates are reported once. */
 export function clipped(page: Page): Promise<string[]> {
   return page.evaluate(look);
 }
 
 function look(): string[] {
   const PRESSED = 'a[href], button, input, select, textarea, summary, [role=button], [role=tab], [role=radio]';
-  /** Of rounding, and of a letter's own overhang. */
+  /** Tolerance for rounding and for a letter's overhang, px. */
   const LEAST_PX = 2;
   const found = new Set<string>();
   const parentOf = (of: Node): Node | null => (of as Element).assignedSlot ?? of.parentNode ?? (of instanceof ShadowRoot ? of.host : null);
@@ -44,7 +44,7 @@ function look(): string[] {
     const box = boxes.find(({ width }) => width > 0);
     return box ?? null;
   };
-  /** How far a box goes beyond what cuts it without letting anyone scroll to it. */
+  /** How far a box extends beyond a clipping element that cannot be scrolled, px. */
   const cut = (one: Element, box: DOMRect, own: boolean): number => {
     let most = 0;
     let [scrollsX, scrollsY] = [false, false];
@@ -80,7 +80,7 @@ function look(): string[] {
     const name = told(one);
     const { overflowX } = getComputedStyle(one);
     const hides = /hidden|clip/.test(overflowX) && one.scrollWidth > one.clientWidth + 1;
-    // What is cut with … is read in full in its title, or, a row of a list, where it is chosen.
+    // A text cut with … is complete in its title, or, for a row of a list, where it is selected.
     if (hides && !one.closest('[title], [role=option]')) found.add(`cut with …: ${name}, ${one.scrollWidth} px in ${one.clientWidth}`);
     const words = hides ? null : textBox(one);
     const beyond = Math.max(cut(one, box, !pressed), words ? cut(one, words, true) : 0);

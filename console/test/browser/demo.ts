@@ -5,7 +5,7 @@ import { consoleOf, type Served } from './served';
 import { LAFET } from './site';
 
 const CHROMIUM = process.env.CHROMIUM_BIN ?? '/usr/bin/chromium';
-/** For tests of the view in three dimensions; the others are drawn far quicker without. */
+/** For tests of the 3D view; the others are drawn much faster without. */
 export const WEBGL = ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
 export const PLAIN = ['--disable-gpu'];
 

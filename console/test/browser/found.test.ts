@@ -1,5 +1,5 @@
-// What the search has found, on the page Operate: how far it is, where that comes from, and that
-// nothing goes out with a distance that the operator has not seen.
+// A found fire spot on the page Operate: its distance, how it was computed, and that no command is
+// sent with a distance that the operator has not seen.
 import { afterAll, beforeAll, describe, expect, test } from 'vitest';
 import type { Page } from 'playwright-core';
 import { Demo } from './demo';
@@ -33,12 +33,12 @@ afterAll(() => demo.stop());
 const distance = (page: Page) => page.locator('#distance').inputValue();
 const why = (page: Page) => page.locator('#quench button').getAttribute('aria-description');
 
-describe('a hotbed that the search has found', () => {
+describe('a found fire spot', () => {
   test('is extinguished at the distance that is shown, or that the operator enters', async () => {
     const page = await demo.open('#/m/M1/operate');
     page.setDefaultTimeout(60_000);
     await take(page);
-    // The site is on fire, whatever page one looks at; acknowledged, it is still said.
+    // The fire is shown on every page, also after it is acknowledged.
     const fire = page.locator('lf-topbar .fire');
     await fire.getByText('Fire · M1').waitFor();
     expect(await fire.getAttribute('class')).not.toContain('known');

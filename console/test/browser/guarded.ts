@@ -8,14 +8,14 @@ import { LAFET } from './site';
 
 const NAME = 'Tank farm of the northern terminal, platform of the first pump house';
 
-/** A hub that wants a login, with monitors that do not answer. */
+/** A hub that requires a login, with monitors that do not answer. */
 export class Guarded {
   readonly password = 'first password';
-  /** A monitor whose id is as long as one may be. */
+  /** A monitor with an id of maximum length. */
   readonly long = 'pump-house-of-the-north-terrace1';
   /** Those of the administrator. */
   private headers: Record<string, string> = {};
-  /** The link that the first start has printed; it is used up. */
+  /** The link printed by the first start; already used. */
   link = '';
   private readonly folder = mkdtempSync(join(tmpdir(), 'lafet-guarded-'));
   private child!: ChildProcess;
@@ -75,7 +75,7 @@ export class Guarded {
     }
   }
 
-  /** Leads a page to this hub, and logs in there. */
+  /** Opens this hub in a page, and logs in. */
   async enter(page: Page, user: string): Promise<void> {
     const answer = await this.post('/api/login', { user, password: this.password });
     const [name, value] = answer.headers.get('set-cookie')!.split(';')[0]!.split('=') as [string, string];

@@ -67,7 +67,7 @@ test('leads from taking control to a lost link', { timeout: 240_000 }, async () 
   expect(await page.locator('lf-guide').getByText('Press Aim').count()).toBe(1);
   await page.locator('#guide-skip').click();
   await step(page, 'automatically');
-  // Wherever the guide is, the monitor that it speaks of is seen.
+  // The guide never covers the monitor of its step.
   const [card, mark] = [(await page.locator('lf-guide .card').boundingBox())!, (await page.locator('lf-plan [data-id="M1"]').first().boundingBox())!];
   const apart =
     card.x + card.width <= mark.x || mark.x + mark.width <= card.x || card.y + card.height <= mark.y || mark.y + mark.height <= card.y;

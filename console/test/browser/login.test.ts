@@ -1,4 +1,4 @@
-// Logging in, and what happens when a session ends in the middle of work.
+// Login, and a session that ends during work.
 import type { Page } from 'playwright-core';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -43,8 +43,8 @@ async function tryWith(page: Page, password: string): Promise<void> {
   await page.keyboard.press('Enter');
 }
 
-describe('logging in', () => {
-  test('says what is wrong, counts the wait down, and then lets try again', async () => {
+describe('login', () => {
+  test('says what is wrong, counts the wait down, and then allows another attempt', async () => {
     const page = await outside();
     await page.keyboard.press('Enter');
     await page.getByText('Enter your user name').waitFor();
@@ -66,7 +66,7 @@ describe('logging in', () => {
     await until(async () => (await page.locator('lf-nav a', { hasText: 'Training' }).count()) === 0);
   });
 
-  test('after a set-up link that has been used', async () => {
+  test('after a used set-up link', async () => {
     const page = await outside();
     await page.goto(guarded.link.replace(/^.*(?=\/setup)/, guarded.url));
     await page.getByText('This link has been used').waitFor();
@@ -91,8 +91,8 @@ describe('logging in', () => {
   });
 });
 
-describe('a session that ends in the middle of work', () => {
-  test('leaves STOP where it was: what moves is stopped from the page that asks to log in', async () => {
+describe('a session that ends during work', () => {
+  test('keeps STOP: a motion is stopped from the login page', async () => {
     const page = await site.open('#/m/M1/operate');
     pages.push(page);
     await site.send('M1', 'Move Horizontal -1800');

@@ -1,4 +1,4 @@
-// Lists of ten thousand rows: only those in sight are made, and all of them are reached.
+// Lists of ten thousand rows: only visible ones are rendered, and all can be reached.
 import type { Page } from 'playwright-core';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -20,14 +20,14 @@ beforeAll(async () => {
 afterAll(() => demo?.stop());
 afterEach(() => page.context().close());
 
-/** Opens a page whose list the hub would answer so. */
+/** Opens a page with this list as the hub's answer. */
 async function opened(route: string, path: string, body: unknown): Promise<void> {
   page = await demo.open('#/overview');
   await page.route(`**${path}?**`, (asked) => asked.fulfill({ json: body }));
   await page.evaluate((to) => (location.hash = to), route);
 }
 
-/** Scrolls down until the last row is made, as a person does; how many were made at most meanwhile. */
+/** Scrolls down until the last row is rendered, as a user does; returns the maximum number of rendered rows. */
 async function scrolledThrough(rows: string, last: RegExp): Promise<number> {
   const made = page.locator(rows);
   let most = await made.count();
@@ -69,7 +69,7 @@ test('the audit log of ten thousand commands', async () => {
   expect(await last.getAttribute('aria-rowindex')).toBe(`${ROWS + 1}`);
   await clean();
 
-  // By the keyboard: from a row to the one above, also over the edge of what was made.
+  // By the keyboard: from a row to the one above, also beyond the rendered rows.
   await last.locator('button').focus();
   for (let n = 2; n < 80; n += 1) await page.keyboard.press('Shift+Tab');
   const focused = await page.evaluate(() => {
@@ -112,7 +112,7 @@ test('ten thousand frames of a link', async () => {
   await page.routeWebSocket(/api\/ws/, (ws) => {
     const hub = ws.connectToServer();
     hub.onMessage((message) => {
-      // Its own frames would come in between.
+      // Its own frames would arrive in between.
       if (!String(message).startsWith('{"type":"frame"') && !/"type":"frame"/.test(String(message))) ws.send(message);
     });
     ws.onMessage((message) => hub.send(message));

@@ -25,7 +25,7 @@ afterAll(async () => {
 });
 afterEach(() => page.context().close());
 
-/** Whether all that is in it is seen. */
+/** Whether its whole content is visible. */
 const whole = (part: Locator): Promise<boolean> => part.evaluate((it) => it.scrollWidth <= it.clientWidth);
 
 async function apart(one: Locator, other: Locator): Promise<void> {

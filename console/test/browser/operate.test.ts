@@ -1,5 +1,5 @@
-// What Operate shows of a simulated site: the picture is the page, its water falls where the simulator's does, bad
-// values are bad, and a fire that was found is on every page.
+// Operate with a simulated site: the picture fills the page, its water lands where the simulator's does, bad
+// values are marked, and a found fire is on every page.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Jet } from '../../src/hub/jets';
@@ -20,7 +20,7 @@ afterEach(() => page?.context().close());
 const status = async () => (await demo.get<Monitor>('/api/monitors/M1')).status;
 const flags = async (subsystem: string) => (await status()).subsystems[subsystem]!.flags;
 
-test('the plan is most of the page, and what a fire needs is seen at once', async () => {
+test('the plan is most of the page, and the controls for a fire are visible at once', async () => {
   page = await demo.open('#/m/M1/operate', 'en', { width: 1440, height: 900 });
   const box = async (what: string) => (await page.locator(what).first().boundingBox())!;
   await page.locator('#deploy').waitFor();
@@ -37,7 +37,7 @@ test('the plan is most of the page, and what a fire needs is seen at once', asyn
   }
 });
 
-test('the water in 3D falls where the simulator lets it fall, at 28 m', { timeout: 300_000 }, async () => {
+test('the water in 3D lands where the simulator\'s does, at 28 m', { timeout: 300_000 }, async () => {
   const { site } = await demo.get<{ site: { monitors: Record<string, { at: [number, number] }>; tanks: { name: string; at: [number, number] }[] } }>('/api/hub');
   const [from, tank] = [site.monitors.M1!.at, site.tanks.find(({ name }) => name === 'T-1')!.at];
   expect(Math.hypot(tank[0] - from[0], tank[1] - from[1])).toBeCloseTo(28.3, 0);
@@ -45,7 +45,7 @@ test('the water in 3D falls where the simulator lets it fall, at 28 m', { timeou
   await until(async () => (await flags('Deployer')).includes('Deployed'), 60_000);
   await demo.request('M1', 'Open Valve1');
   await until(async () => ((await status()).subsystems.General!.pressure as number) > 60, 60_000);
-  // The barrel looks at the tank at rest; it is raised for the jet.
+  // The barrel points at the tank at rest; it is raised for the jet.
   const answer = await demo.post('/api/monitors/M1/aim', { way_m: 28.3, rise_m: 0 });
   const { elevation_arcmin } = (await answer.json()) as { elevation_arcmin: number };
   expect(elevation_arcmin).toBeGreaterThan(0);
@@ -72,7 +72,7 @@ test('the water in 3D falls where the simulator lets it fall, at 28 m', { timeou
   await demo.post('/api/monitors/M1/authority', { action: 'release' });
 });
 
-test('a broken pressure sensor is a bad value, and nothing is aimed by it unasked', async () => {
+test('a broken pressure sensor is a bad value, and is not used to aim without consent', async () => {
   page = await demo.open('#/m/M1/operate');
   const fault = (on: boolean) => demo.post('/api/sim/faults', { monitor: 'M1', fault: 'pressure-break', on });
   expect((await fault(true)).ok).toBe(true);

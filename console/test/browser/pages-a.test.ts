@@ -48,7 +48,7 @@ async function open(route: string, lang = 'en', size?: { width: number; height: 
   return page;
 }
 
-/** Locks M2 out past the console, and waits for the alarm. */
+/** Locks M2 out without the console, and waits for the alarm. */
 async function lockOut(): Promise<void> {
   await site.send('M2', 'Lockout All on');
   await until(async () => (await alarm(LOCKED)) !== undefined);
@@ -108,7 +108,7 @@ describe('alarms', () => {
     await row.hover();
     const before = (await row.boundingBox())!.y;
     site.links[0]!.cut();
-    // A hand that is about to press moves a little; what it sees is looked at in one moment.
+    // A pointer moves a little before a press; what is under it is read at one moment.
     let step = 0;
     let seen = { fresh: false, count: 0, y: 0 };
     await until(async () => {
@@ -284,7 +284,7 @@ describe('diagnosis', () => {
     await page.getByText('There has been no hardware fault.').waitFor();
   });
 
-  test('does not say that all is well of a monitor that is not heard', async () => {
+  test('does not say that all is well with a silent monitor', async () => {
     const page = await open('#/m/M1/diagnosis');
     await page.getByText('No faults and no warnings', { exact: true }).waitFor();
     site.links[0]!.cut();
@@ -294,7 +294,7 @@ describe('diagnosis', () => {
     await page.locator('lf-link-stats lf-chip', { hasText: 'No connection' }).waitFor();
   });
 
-  test('saves a report with everything that is known', async () => {
+  test('saves a report with all known data', async () => {
     const page = await open('#/m/M1/diagnosis');
     await page.getByText('There has been no hardware fault.').waitFor();
     const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#report').click()]);
@@ -420,7 +420,7 @@ async function axe(page: Page): Promise<string[]> {
   );
 }
 
-/** Controls of the page that are lower than 48 px, or out of sight. */
+/** Controls of the page that are lower than 48 px, or not visible. */
 function small(page: Page): Promise<string[]> {
   return page.locator('lf-app main').evaluate((main) => {
     const found: string[] = [];

@@ -1,4 +1,4 @@
-// Parameters, programs, commissioning: what the page says is what the monitor has.
+// Parameters, programs, commissioning: the page shows what the monitor has.
 import { readFileSync } from 'node:fs';
 import type { Download, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
@@ -27,7 +27,7 @@ async function open(route: string, lang = 'en'): Promise<void> {
   await page.locator(`lf-page-${route}`).waitFor();
 }
 
-/** What the monitor answers to GetParam now. */
+/** The monitor's present answer to GetParam. */
 async function stored(subsystem: string, name: string): Promise<number[]> {
   const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1/requests`, {
     method: 'POST',
@@ -243,7 +243,7 @@ describe('commissioning', () => {
     await up();
     await page.getByText('It stopped before STOP was pressed.').waitFor();
     expect(await site.stands('M1')).toBe(true);
-    // A busy machine may end the motion before the key is pressed; that proves nothing, and the page says so.
+    // A busy machine may end the motion before the key is pressed; the page reports that this proves nothing.
     const proved = said(/STOP works: .* after \d+ ms/);
     for (let n = 0; n < 5 && !(await proved()); n += 1) {
       await heldUntil(page, async () => (await site.moves('M1')) && (await said('It is moving. Press STOP now!')()), down, up);

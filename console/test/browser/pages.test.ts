@@ -1,5 +1,5 @@
-// Every page, in both languages and themes: nothing thrown, nothing that axe finds (WCAG 2.2 AA), no
-// text that runs out of its place sideways.
+// Every page, in both languages and themes: no exception, no finding of axe (WCAG 2.2 AA), no
+// horizontal overflow of text.
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { afterAll, beforeAll, expect, test } from 'vitest';

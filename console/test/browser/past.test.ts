@@ -1,4 +1,4 @@
-// Hours, days and a month of pressure and flow: what is asked of the hub, and what is drawn of its answer.
+// Hours, days and a month of pressure and flow: the query to the hub, and the plot of its answer.
 import type { Page } from 'playwright-core';
 import { afterAll, beforeAll, expect, test } from 'vitest';
 import { Site, until } from './site';
@@ -11,7 +11,7 @@ const SPANS: [string, number][] = [
   ['7 d', 7 * 24 * HOUR_MS],
   ['31 d', 31 * 24 * HOUR_MS],
 ];
-/** Of the made history, from its begin: nothing is known between these parts of it. */
+/** Parts of the generated history, from its start; between them nothing is known. */
 const GAP = [0.5, 0.6] as const;
 
 let site: Site;
@@ -29,7 +29,7 @@ beforeAll(async () => {
 });
 afterAll(() => site?.stop());
 
-/** As the hub answers: changes up to two hours, else spans of least and greatest; 0.4 MPa with a peak to 0.9 and a dip to 0.1. */
+/** As the hub answers: changes up to two hours, else intervals with minimum and maximum; 0.4 MPa with a peak to 0.9 and a dip to 0.1. */
 function made(query: URLSearchParams) {
   const [from, to] = [Number(query.get('from_ms')), Number(query.get('to_ms'))];
   const long = to - from;
@@ -46,7 +46,7 @@ function made(query: URLSearchParams) {
   return { resolution_ms: raw ? 0 : step, series: Object.fromEntries(names.map((name) => [name, name === 'General.pressure' ? points : []])) };
 }
 
-/** What the plot has at a part of its width: mean, least, greatest; in MPa. */
+/** Values of the plot at a part of its width: mean, minimum, maximum; MPa. */
 const at = (part: number) =>
   page.locator('lf-past lf-plot').first().evaluate((plot, share) => {
     const own = plot as unknown as { span: [number, number]; columns: { at(ms: number): (number | null)[] } };
@@ -54,7 +54,7 @@ const at = (part: number) =>
     return own.columns.at(from + (to - from) * share);
   }, part);
 
-/** How much of a part of the picture is coloured, as far as the canvas shows it. */
+/** Coloured share of a part of the canvas. */
 const painted = (from: number, to: number) =>
   page.locator('lf-past lf-plot').first().evaluate((plot, [low, high]) => {
     const canvas = plot.shadowRoot!.querySelector('canvas')!;
@@ -91,7 +91,7 @@ test.each(SPANS)('%s are asked for and drawn, with the gap', async (name, span_m
   expect(await page.getByText(/^Line: mean/).first().isVisible()).toBe(band);
 });
 
-test('what cannot be read is said, and the last minutes go on', async () => {
+test('a failed read is reported, and the last minutes continue', async () => {
   await page.unroute('**/api/history?*');
   await page.route('**/api/history?*', (route) => route.fulfill({ status: 503, json: { error: { code: 'storage', text: { en: 'x', ru: 'x' } } } }));
   await page.getByLabel('Time shown').first().selectOption({ label: '24 h' });
@@ -103,7 +103,7 @@ test('what cannot be read is said, and the last minutes go on', async () => {
   await until(async () => (await rows()) > before);
 });
 
-test('the history of the hub itself is of this shape', async () => {
+test('the hub\'s own history has this shape', async () => {
   await page.unroute('**/api/history?*');
   const to = Date.now();
   for (const long of [HOUR_MS, 31 * 24 * HOUR_MS]) {

@@ -1,5 +1,5 @@
-// The hub's policy lets no page load anything from elsewhere, run a script or apply a style that is not of its files: every page,
-// and what opens on it, keeps to that.
+// The hub's policy lets no page load anything from other servers, run a script or apply a style that is not in its files:
+// every page, and every dialog of it, complies.
 import { afterAll, beforeAll, expect, test } from 'vitest';
 import { Demo } from './demo';
 import { until } from './site';
@@ -10,7 +10,7 @@ beforeAll(async () => {
 });
 afterAll(() => demo?.stop());
 
-/** What is pressed on a page, as far as it is there: what it opens has styles of its own. */
+/** Buttons to press on a page, if present: what they open has styles of its own. */
 const PRESSED: Record<string, string[]> = {
   '#/overview': ['lf-topbar button.wide', 'lf-topbar button[title=Settings]'],
   '#/events': ['tr.deed'],
@@ -47,7 +47,7 @@ test('no page breaks the policy', { timeout: 120_000 }, async () => {
     }
   }
   expect(await page.evaluate(() => (window as unknown as { broken: string[] }).broken)).toEqual([]);
-  // The listener hears: an attribute is refused.
+  // The listener works: an attribute is refused.
   await page.evaluate(() => document.body.setAttribute('style', 'margin: 1px'));
   await until(() => page.evaluate(() => (window as unknown as { broken: string[] }).broken.length > 0));
   await page.context().close();

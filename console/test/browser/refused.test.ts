@@ -1,4 +1,4 @@
-// What the hub refuses is said plainly, where it was asked for: too fast, held by another, too large, nowhere to store it.
+// Refusals of the hub are shown where the request was made: too fast, held by another, too large, no space to store it.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Demo } from './demo';
@@ -16,7 +16,7 @@ const FULL = { en: 'Storage does not answer: the disk is full.', ru: 'Храни
 const FAST = { en: 'Too fast. Try again in 700 ms.', ru: 'Слишком часто. Повторите через 700 мс.' };
 const HELD = { en: 'M1 is held by anna. Request control, or wait.', ru: 'M1 управляет anna.' };
 
-/** An answer of the hub; without a code one of something between. */
+/** An answer of the hub; without a code, of something between page and hub. */
 async function answered(glob: string, status: number, code?: string, text = FULL): Promise<void> {
   const answer = code ? { status, json: { error: { code, ...text } } } : { status, body: '<html>' };
   await page.route(glob, (asked) => asked.fulfill(answer));

@@ -1,4 +1,4 @@
-// A recording plays on the same pages; nothing leaves but STOP, which reaches the live monitor.
+// A recording plays on the same pages; nothing is sent except STOP, which reaches the live monitor.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';
@@ -10,7 +10,7 @@ let page: Page;
 
 beforeAll(async () => {
   demo = await Demo.start(WEBGL);
-  // Something to look back at: the barrel turns for some seconds.
+  // Something to replay: the barrel turns for some seconds.
   await demo.request('M1', 'Deploy Deployer');
   await until(async () => (await flags('Deployer')).includes('Deployed'), 40_000);
   await demo.request('M1', 'Move Horizontal 1200');
@@ -35,7 +35,7 @@ const lastKept = async () => {
 const position = async () => (await status()).Horizontal?.position;
 
 async function playHistory(): Promise<void> {
-  // Until now: a quarter of an hour that began at a whole second ends a little before.
+  // Until now: 15 minutes that started at a whole second end slightly earlier.
   await page.locator('lf-page-replay select').first().selectOption('60');
   await page.locator('#play-history').click();
   await page.locator('lf-replay-bar #live').waitFor();
@@ -48,7 +48,7 @@ test('the history plays, is left for another page, and ends', async () => {
   await track.focus();
   await page.keyboard.press('End');
   await page.evaluate(() => (location.hash = '#/m/M1/operate'));
-  // What was at the end: 20 degrees; at the beginning the barrel was wrapped.
+  // At the end: 20 degrees; at the start the barrel was stowed.
   const horizontal = page.locator('lf-value', { hasText: 'Traverse' }).first().locator('.value');
   await until(async () => (await horizontal.textContent())?.includes('20.0') === true);
   expect(await page.locator('#take').count()).toBe(0);
@@ -88,7 +88,7 @@ test('the fire of a recording is shown in the plan and in 3D', async () => {
   await demo.post('/api/recordings', { monitor: 'M1', seconds: 3, before_s: 0 });
   const play = page.getByRole('button', { name: /^Play .*\.mcap/ }).first();
   await until(async () => (await play.getAttribute('aria-disabled')) !== 'true', 30_000);
-  // What is live then is another place.
+  // The live position is then a different one.
   await demo.post('/api/sim/scenario', { id: 'winter-start' });
   await play.click();
   await page.locator('lf-replay-bar #live').waitFor();

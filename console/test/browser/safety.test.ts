@@ -1,4 +1,4 @@
-// The rules that keep people safe, each looked at where it counts: at the monitor's outputs.
+// The rules that keep people safe, each checked at the monitor's outputs.
 import type { CDPSession, Locator, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
 import { heldUntil, press, pressUntil, Site, take, until } from './site';
@@ -10,7 +10,7 @@ const SHORT_ARCMIN = 60;
 
 let site: Site;
 let page: Page;
-/** Where M1 pointed when the test began. */
+/** Where M1 pointed at the start of the test. */
 let began: number;
 const others: Page[] = [];
 
@@ -42,7 +42,7 @@ afterEach(async () => {
   }
 });
 
-/** Moves it past the console, as another client would. */
+/** Moves it without the console, as another client would. */
 async function sent(request: string, id = 'M1'): Promise<void> {
   await site.send(id, request);
   await until(() => site.moves(id));
@@ -79,7 +79,7 @@ async function stoppedShortOf(target: number, id = 'M1', where = ''): Promise<vo
   expect(Math.abs((await site.position(id)) - target), where).toBeGreaterThan(SHORT_ARCMIN);
 }
 
-describe('a motion that is held', () => {
+describe('a held motion', () => {
   test('ends with the release', async () => {
     await take(page);
     await pull();
@@ -136,7 +136,7 @@ describe('a motion that is held', () => {
     expect(await site.stands('M1')).toBe(true);
   });
 
-  test('ends when the link says nothing more, and what comes late moves nothing', async () => {
+  test('ends when the link falls silent, and late messages move nothing', async () => {
     await take(page);
     await pull();
     site.way.freeze();
@@ -232,7 +232,7 @@ describe('STOP', () => {
     for (const id of ['M1', 'M2']) await sent('Move Horizontal 9000', id);
     await page.locator('#stop').click();
     await stoppedShortOf(9000);
-    // It goes on; on a busy machine it has come to where it was sent meanwhile.
+    // It continues; on a busy machine it has reached its target meanwhile.
     expect((await site.moves('M2')) || (await site.position('M2')) === 9000).toBe(true);
     await sent('Move Horizontal -9000', 'M2');
     await page.locator('#stop-all').click();
@@ -300,7 +300,7 @@ describe('valves and lockout', () => {
     expect(await locked()).toBe(false);
   });
 
-  test('lockout is held; its release wants the name typed and the button held', async () => {
+  test('lockout is held; its release requires the name typed and the button held', async () => {
     await take(page);
     const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
     const lockOut = async () => {
@@ -324,7 +324,7 @@ describe('valves and lockout', () => {
 });
 
 describe('two operators', () => {
-  test('the second asks, the first hands over, and can move no more', async () => {
+  test('the second asks, the first hands over and can no longer move', async () => {
     await take(page);
     const other = await site.open('#/m/M1/operate');
     others.push(other);
@@ -358,8 +358,8 @@ describe('two operators', () => {
   });
 });
 
-describe('what is old', () => {
-  test('of a silent monitor is shown as old, with its age, and nothing can be commanded', async () => {
+describe('stale data', () => {
+  test('of a silent monitor are shown as old, with their age, and no command is possible', async () => {
     await take(page);
     site.links[0]!.freeze();
     await page.locator('#stale').waitFor();
@@ -374,14 +374,14 @@ describe('what is old', () => {
     const from = await page.evaluate(() => performance.now());
     await page.locator('#stop').click();
     await page.getByText('M1: sent, no answer yet').waitFor();
-    // By the page's own clock; a busy machine is slow to press and to look.
+    // By the page's own clock; a busy machine presses and reads late.
     expect(await page.evaluate((begun) => performance.now() - begun, from)).toBeLessThan(1500);
     await page.locator('lf-toasts .toast.error', { hasText: 'M1' }).first().waitFor();
     site.links[0]!.mend();
     expect(await site.stands('M1')).toBe(true);
   });
 
-  test('of a lost hub is shown as old, and comes back by itself', async () => {
+  test('of a lost hub are shown as old, and recover automatically', async () => {
     site.way.cut();
     await page.getByText('No connection to the hub').first().waitFor();
     await until(async () => (await page.locator('lf-page-operate lf-value[stale]').count()) > 3);
@@ -391,7 +391,7 @@ describe('what is old', () => {
   });
 });
 
-describe('hands of other kinds', () => {
+describe('other input devices', () => {
   /** A gamepad that the test holds. */
   async function pad(axes: number[], pressed: number[] = [], there = true): Promise<void> {
     await page.evaluate(
@@ -404,7 +404,7 @@ describe('hands of other kinds', () => {
     );
   }
 
-  test('a gamepad moves while its stick is held, and not when it is gone', async () => {
+  test('a gamepad moves while its stick is held, and not when it is disconnected', async () => {
     await take(page);
     await begun(
       () => pad([-1, 0]),

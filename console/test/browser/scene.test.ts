@@ -1,4 +1,4 @@
-// The view in three dimensions: it draws, it is cheap, and without WebGL there is the plan.
+// The 3D view: it draws, it is cheap, and without WebGL the plan is shown.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Demo, WEBGL } from './demo';
@@ -21,7 +21,7 @@ afterEach(() => page.context().close());
 const figures = () =>
   page.locator('lf-scene').evaluate((scene) => (scene as unknown as SceneElement).figures);
 
-test('draws the site with few calls, and stops when it is left', async () => {
+test('draws the site with few calls, and stops when the page is left', async () => {
   page = await demo.open('#/m/M1/operate');
   const loaded: string[] = [];
   page.on('request', (request) => loaded.push(request.url()));
@@ -30,14 +30,14 @@ test('draws the site with few calls, and stops when it is left', async () => {
   // The fire of the demo: flames and smoke.
   await until(async () => (await figures())!.particles > 20, 20_000);
   expect((await figures())!.calls).toBeLessThan(CALLS_MAX);
-  // Only now was it loaded.
+  // It is loaded only now.
   expect(loaded.some((url) => /world-.*\.js/.test(url))).toBe(true);
   const scene = await page.locator('lf-scene').elementHandle();
   await page.evaluate(() => (location.hash = '#/overview'));
   await until(() => scene!.evaluate((element) => !element.isConnected && (element as unknown as SceneElement).figures === null));
 });
 
-test('without WebGL there is the plan', async () => {
+test('without WebGL the plan is shown', async () => {
   page = await demo.open('#/m/M1/operate');
   await page.evaluate(() => {
     HTMLCanvasElement.prototype.getContext = () => null;

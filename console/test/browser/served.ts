@@ -1,4 +1,4 @@
-// The console before a hub: the one that the program has built in; with CONSOLE_DIST=1, or without one in it, that
+// The console of a hub: the one built into the program; with CONSOLE_DIST=1, or if there is none, that
 // in dist.
 import { preview } from 'vite';
 

@@ -1,5 +1,5 @@
-// What the tests work on: simulated monitors, a hub, the console in a browser. The path of the
-// program is that of LAFET_BIN.
+// The set-up of the tests: simulated monitors, a hub, the console in a browser. LAFET_BIN is the path
+// of the program.
 import { execFile, spawn, type ChildProcess } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -71,10 +71,10 @@ export class Site {
     rmSync(this.folder, { recursive: true, force: true });
   }
 
-  /** A page of a person of its own; `close` its context at the end. */
+  /** A page of a separate user; `close` its context at the end. */
   async open(route: string, lang = 'en', size = { width: 1440, height: 900 }, touch = false): Promise<Page> {
     const context: BrowserContext = await this.browser.newContext({ viewport: size, hasTouch: touch });
-    // A busy machine is slow; what is asserted at the monitor has limits of its own.
+    // A busy machine is slow; assertions at the monitor have limits of their own.
     context.setDefaultTimeout(20_000);
     await context.addInitScript((wanted) => {
       localStorage.setItem('lafet.lang', wanted);
@@ -87,7 +87,7 @@ export class Site {
     return page;
   }
 
-  /** What the monitor itself says, over a connection that is not the hub's. */
+  /** The monitor's own state, over a connection that is not the hub's. */
   outputs(id: string): Promise<Outputs> {
     return this.wires[Number(id.slice(1)) - 1]!.outputs();
   }
@@ -114,14 +114,14 @@ export class Site {
       await new Promise((done) => setTimeout(done, 50));
       if (await this.moves(id)) return false;
       const now = await this.position(id);
-      // What was driven fast runs out at first.
+      // A fast drive needs time to stop.
       if (now !== last && (n > 2 || Math.abs(now - stopped) > RUN_OUT_ARCMIN)) return false;
       last = now;
     }
     return true;
   }
 
-  /** Who holds it, by the hub's word. */
+  /** The holder of control, as reported by the hub. */
   async holder(id: string): Promise<string | null> {
     const answer = await fetch(`http://127.0.0.1:${this.way.port}/api/monitors/${id}`);
     const monitor = (await answer.json()) as { authority: { holder: { seat: string } | null } };
@@ -150,7 +150,7 @@ export class Site {
   }
 }
 
-/** Waits until it is so; fails when it does not become so. */
+/** Waits until the condition is true; fails on a timeout. */
 export async function until(so: () => Promise<boolean> | boolean, within_ms = 15_000): Promise<void> {
   const end = performance.now() + within_ms;
   while (!(await so())) {
@@ -159,7 +159,7 @@ export async function until(so: () => Promise<boolean> | boolean, within_ms = 15
   }
 }
 
-/** Takes control of M1 on one of its pages; until the page knows it, its buttons are dead. */
+/** Takes control of M1 on one of its pages; until the page has it, its buttons are disabled. */
 export async function take(page: Page): Promise<void> {
   await page.locator('#take').click();
   await page.getByText(/^(You control M1|Стволом M1 управляете вы)$/).first().waitFor();

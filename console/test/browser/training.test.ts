@@ -1,4 +1,4 @@
-// Exercises: what is done on the page is looked at in the simulation.
+// Exercises: actions on the page are checked in the simulation.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
 import type { Simulation } from '../../src/pages/training/model';
@@ -22,7 +22,7 @@ afterEach(() => page.context().close());
 const sim = async () => (await demo.get<Simulation>('/api/sim')).state;
 
 describe('training', () => {
-  test('a fault is put in and taken out', async () => {
+  test('a fault is injected and repaired', async () => {
     const jam = page.getByRole('switch', { name: /^Jammed/ }).first();
     await jam.click();
     await until(async () => (await sim()).monitors.M1!.faults.includes('vertical-jam'));
@@ -40,7 +40,7 @@ describe('training', () => {
     await until(async () => (await sim()).monitors.M2!.link === 'up');
   });
 
-  test('what burns is no alarm until a detector has seen it, and the strip says so', async () => {
+  test('a fire is no alarm until a detector has seen it, and the strip says so', async () => {
     const unreported = page.getByText('fire not yet reported by a detector');
     await unreported.waitFor({ timeout: 60_000 });
     expect(await page.locator('lf-topbar .fire').count()).toBe(0);
@@ -65,7 +65,7 @@ describe('training', () => {
     await page.getByText('Place a fire on the plan').click();
     const plan = (await page.locator('lf-plan').boundingBox())!;
     await page.mouse.click(plan.x + plan.width / 3, plan.y + plan.height * 0.8);
-    // The plan then shows one fire more, where it was clicked, and its text says so.
+    // The plan then shows one more fire, at the click, and its text includes it.
     const flames = page.locator('lf-plan .flame');
     await until(async () => (await flames.count()) >= 2);
     const boxes = await Promise.all((await flames.all()).map((flame) => flame.boundingBox()));

@@ -1,4 +1,4 @@
-// The size for a wall: everything is larger, nothing runs out of the screen, and hands still point where they point.
+// The size for a wall: everything is larger, nothing leaves the screen, and presses still hit their targets.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';
@@ -17,7 +17,7 @@ afterEach(() => page.context().close());
 
 const zoom = () => page.evaluate(() => Number(getComputedStyle(document.documentElement).getPropertyValue('--zoom')));
 
-test('every page fits, and values are read from afar', async () => {
+test('every page fits, and values are readable from a distance', async () => {
   page = await demo.open('#/overview', 'ru', WALL, 'wall');
   await page.locator('lf-page-overview lf-value').first().waitFor();
   expect(await zoom()).toBeGreaterThan(1.8);
@@ -37,7 +37,7 @@ test('every page fits, and values are read from afar', async () => {
   }
 });
 
-test('is chosen in the settings, and kept', async () => {
+test('is chosen in the settings, and stored', async () => {
   page = await demo.open('#/overview', 'en', { width: 1920, height: 1080 });
   expect(await zoom()).toBe(1);
   await page.locator('lf-topbar button').last().click();
@@ -46,7 +46,7 @@ test('is chosen in the settings, and kept', async () => {
   expect(await page.evaluate(() => localStorage.getItem('lafet.display'))).toBe('wall');
 });
 
-test('a press on the plan falls where it is seen, a stick that is pulled moves the barrel', async () => {
+test('a press on the plan hits the visible place, a pulled stick moves the barrel', async () => {
   page = await demo.open('#/training', 'en', WALL, 'wall');
   await page.getByText('Place a fire on the plan').click();
   const plan = (await page.locator('lf-plan').boundingBox())!;

@@ -1,5 +1,5 @@
-// A connection of the tests' own to a monitor: what it says of its outputs, past the hub and past the
-// page. Frames as docs/bus.md has them: FF C0 | dst src records crc | C0, escaped by DB.
+// A separate connection of the tests to a monitor: its outputs as it reports them, without hub and
+// page. Frames as in docs/bus.md: FF C0 | dst src records crc | C0, escaped by DB.
 import { connect, type Socket } from 'node:net';
 
 export interface Output {
@@ -34,7 +34,7 @@ export class Wire {
     private readonly names: Names,
   ) {}
 
-  /** The state of every subsystem, by GetStatus All. One question after another. */
+  /** The state of every subsystem, by GetStatus All. One request after another. */
   outputs(): Promise<Record<string, Output>> {
     const next = this.last.then(() => this.ask());
     this.last = next.catch(() => {});

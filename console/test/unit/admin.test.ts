@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { badName, badPassword, isLastAdministrator, metricsOf, RIGHTS, suggestPassword, type User } from '../../src/pages/admin/model';
 
 describe('administration', () => {
-  it('wants names and passwords as the hub does', () => {
+  it('checks names and passwords as the hub does', () => {
     expect(badName('anna')).toBeNull();
     expect(badName('Ольга Ивановна')).toBeNull();
     expect(badName('')).toBe('name');
@@ -15,7 +15,7 @@ describe('administration', () => {
     expect(badPassword('long enough 1', 'long enough 2')).toBe('differ');
   });
 
-  it('suggests passwords of 16 letters, none of them likelier', () => {
+  it('suggests passwords of 16 letters, all equally likely', () => {
     let next = 0;
     const all = suggestPassword((count) => Uint8Array.from({ length: count }, () => next++ % 256));
     expect(all).toMatch(/^[a-zA-Z2-9]{4}(-[a-zA-Z2-9]{4}){3}$/);

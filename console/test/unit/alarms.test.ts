@@ -36,7 +36,7 @@ const SHELVED = alarm('M2/Valve1/WdtFault', {
 const ALL = [OVERLOAD, LINK, SHELVED];
 
 describe('alarms', () => {
-  it('counts what waits, and leaves out what is shelved', () => {
+  it('counts what needs action, without shelved ones', () => {
     expect(countOf(ALL)).toEqual({ waiting: 2, shelved: 1, active: 2, by: { fire: 0, high: 1, medium: 1, low: 0 } });
     expect(countOf([{ ...OVERLOAD, state: 'ack' }]).waiting).toBe(0);
   });
@@ -51,7 +51,7 @@ describe('alarms', () => {
     expect(ids('M1', 'free it', 'en')).toEqual([OVERLOAD.id]);
   });
 
-  it('keeps the order under a hand; what is new waits, what is gone leaves', () => {
+  it('keeps the order under the pointer; new ones wait, cleared ones disappear', () => {
     expect(inOrder(ALL, null)).toEqual({ shown: ALL, fresh: [] });
     const held = [LINK.id, 'M9/General/BadPower'];
     const { shown, fresh } = inOrder([OVERLOAD, LINK], held);

@@ -26,7 +26,7 @@ const mistake = (text: string): FileError => {
 };
 
 describe('a file of `lafet param backup`', () => {
-  it('is read whole, and written again the same to the letter', () => {
+  it('is read completely, and written again unchanged', () => {
     const backup = fromText(byCli, dictionary);
     expect(backup.values.size).toBe(77);
     expect(backup.values.get('Vertical.MinLimit')).toEqual([-900]);
@@ -49,7 +49,7 @@ describe('a file of `lafet param backup`', () => {
     expect(toToml(backup, dictionary)).toContain('\n# MinLimit: not set (IncompleteConfig)\n');
   });
 
-  it('names its mistakes', () => {
+  it('reports its errors', () => {
     expect(mistake('x').key).toBe('params.file.syntax');
     expect(mistake('format = 1\n\n[Vertical]\nSpeed =').args).toEqual({ line: 4 });
     expect(mistake('format = 2').key).toBe('params.file.format');
@@ -80,7 +80,7 @@ describe('a file of `lafet param backup`', () => {
 });
 
 describe('TOML', () => {
-  it('is read as far as it is needed', () => {
+  it('is read as far as needed', () => {
     const text = `a = 0x1F # remark
 "b c" = [ 1, -2_000, # in between
   +3, ]
@@ -98,7 +98,7 @@ yes = true
     expect(readToml('a = 1\r\n[b]\r\nc = 2\r\n').get('b')).toEqual(new Map([['c', 2]]));
   });
 
-  it('says in which line it is none', () => {
+  it('reports the line of an error', () => {
     for (const [text, line] of [
       ['a', 1],
       ['a = 1 2', 1],

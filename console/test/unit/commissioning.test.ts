@@ -62,7 +62,7 @@ describe('the checklist', () => {
     expect(nextOf(upTo('lockout'), steps)).toBe(null);
   });
 
-  it('does again what rests upon a step', () => {
+  it('repeats what depends on a step', () => {
     const all = keepWork(upTo('lockout'), 'limits', { Horizontal: 1 });
     const again = redo(all, 'zero');
     expect(again.steps.zero).toBe(undefined);
@@ -71,7 +71,7 @@ describe('the checklist', () => {
     expect(again.steps.nozzle).toBe(passed);
   });
 
-  it('is read from the browser, and not when it is spoiled', () => {
+  it('is read from the browser, and not if it is corrupt', () => {
     const stored = (text: string | null) => readProgress('M1', { getItem: () => text });
     expect(stored(JSON.stringify(upTo('stop')))).toEqual(upTo('stop'));
     for (const text of [null, '', '{', '{"begun_ms":1}', '[]']) expect(stored(text)).toBe(null);
@@ -93,7 +93,7 @@ describe('the test of STOP', () => {
     expect(run(status(true, 100), stop(150), status(false, 120)).phase).toBe('stopping');
   });
 
-  it('does not pass by letting go, nor by STOP at rest', () => {
+  it('does not pass by a release, nor by STOP at rest', () => {
     expect(run(status(true, 100), status(false, 200), stop(250))).toEqual({ phase: 'idle', why: 'let_go' });
     expect(run(stop(50), status(false, 100)).phase).toBe('idle');
   });
@@ -146,7 +146,7 @@ describe('the report', () => {
 });
 
 describe('taken limits', () => {
-  it('are looked at together with those that stay', () => {
+  it('are checked together with the unchanged ones', () => {
     const now = { min: -900, max: 5400 };
     expect(whyNotLimits('Vertical', { max: 4800 }, now)).toBe('');
     expect(whyNotLimits('Vertical', { max: -1200 }, now)).toBe('order');

@@ -45,7 +45,7 @@ describe('flags', () => {
     expect(seen.filter((flag) => flag.subsystem === 'Vertical')).toHaveLength(dict.flags.DriveFlags!.length);
   });
 
-  it('that are set come the worst first; a pressed button is no fault', () => {
+  it('that are set are sorted by severity; a pressed button is no fault', () => {
     expect(setFlags(seen).map((flag) => [flag.name, flag.severity])).toEqual([
       ['PosEncoderFault', 'alarm'],
       ['AmperageOverload', 'warning'],
@@ -55,7 +55,7 @@ describe('flags', () => {
     ]);
   });
 
-  it('of a monitor that was never heard are listed, and none is set', () => {
+  it('of a monitor that never answered are listed, and none is set', () => {
     const all = flagsOf({ at_ms: null, stale: false, error: null, subsystems: {} }, dict);
     expect(all.length).toBeGreaterThan(100);
     expect(all.some((flag) => flag.set)).toBe(false);
@@ -82,7 +82,7 @@ describe('what to try', () => {
     expect(found[0]!.from).toEqual(['Vertical ConfigFault', 'Horizontal ConfigFault']);
   });
 
-  it('what the figures of the link speak for, and the examination of the line', () => {
+  it('what the link statistics suggest, and the examination of the line', () => {
     const found = tries(READY, [], { ...LINK, loss_permille: 25, errors: 3, collisions: 1 }, true);
     expect(found.map((one) => one.key)).toEqual(['loss', 'errors', 'collisions', 'doctor', 'crash']);
     expect(found[0]!.from).toEqual(['2.5 %']);
@@ -109,7 +109,7 @@ describe('crash data', () => {
 });
 
 describe('curves of the link', () => {
-  it('begin with what the hub has kept: a value holds until the next one', () => {
+  it('start with the hub\'s history: a value holds until the next one', () => {
     const samples = fromHistory({ 'Link.sent': [[1000, 10], [3000, 20]], 'Link.timeouts': [[1000, 0], [3000, 5]], 'Link.rtt_ms': [[1000, 4]] }, 0, 5000);
     expect(samples.map(({ t, sent, loss_percent, rtt_ms }) => [t, sent, loss_percent, rtt_ms])).toEqual([
       [1000, 10, 0, 4],
@@ -120,7 +120,7 @@ describe('curves of the link', () => {
     expect(fromHistory({}, 0, 5000)).toEqual([]);
   });
 
-  it('have a gap where nothing was heard', () => {
+  it('have a gap without data', () => {
     expect(sampleOf(5, LINK, true)).toMatchObject({ t: 5, rtt_ms: 4, received: 100, loss_percent: 0 });
     expect(sampleOf(5, LINK, false)).toMatchObject({ rtt_ms: null, received: 0, loss_percent: null });
     expect(sampleOf(5, { ...LINK, state: 'down' }, true).rtt_ms).toBeNull();

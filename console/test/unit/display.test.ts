@@ -9,7 +9,7 @@ test('a wall is filled, as far as the layout of a desk has its room', () => {
   expect(magnification('wall', 2560, 1440)).toBe(1.88);
   expect(magnification('wall', 1920, 1080)).toBe(1.41);
   expect(magnification('wall', 3840, 2160)).toBe(2.82);
-  // A high one is as wide as it is.
+  // A portrait screen is limited by its width.
   expect(magnification('wall', 1440, 2560)).toBe(1.05);
   expect(magnification('wall', 8000, 4000)).toBe(3);
 });

@@ -22,7 +22,7 @@ const sims: Record<Named<SimAct>, SimAct> = {
   ignite: { ignite: 'T-1' },
   link: { link: { monitor: 'M1', up: false } },
 };
-/** Of every kind one: the type is made from the hub, so that none can be forgotten. */
+/** One of each kind: the type comes from the hub's description, so none can be forgotten. */
 const acts: Record<Act['type'], Act> = {
   request: { type: 'request', request: 'Move', to: 'Vertical' },
   jog: { type: 'jog', drive: 'Vertical', toward: 'max', end: { how: 'stopped', position: 600, reason: 'released' } },

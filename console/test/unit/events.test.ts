@@ -41,7 +41,7 @@ describe('the audit log', () => {
     expect(deeds.map(fateOf)).toEqual(['refused', 'done', 'failed']);
   });
 
-  it('a Stop that a lockout has forestalled has not failed', () => {
+  it('a Stop denied because of a lockout has not failed', () => {
     const stop = { act: { v: 1, type: 'request' as const, request: 'Stop', to: 'All' } };
     const [deed] = deedsOf([entry(1, 'Stop All', 'asked', {}, stop), entry(2, 'Stop All', 'Denied', { asked: 1 }, stop)]);
     expect(fateOf(deed!)).toBe('done');
@@ -53,7 +53,7 @@ describe('the audit log', () => {
     expect(fateOf(deed!)).toBe('open');
   });
 
-  it('finds by kind, fate, time and any text, details among it', () => {
+  it('finds by kind, outcome, time and any text, including details', () => {
     const deeds = deedsOf([...MOVE, ...OPEN, REFUSED]);
     const found = (filter: object) =>
       deeds.filter((deed) => matches(deed, { ...NO_FILTER, ...filter }, 'Moving')).map((deed) => deed.n);
@@ -83,7 +83,7 @@ describe('the audit log', () => {
   });
 });
 
-it('what is heard is looked for as the hub looks', () => {
+it('received events are searched as the hub searches', () => {
   const heard = { n: null, at_ms: 1, monitor: 'M1', what: { en: 'Water flows', ru: 'Вода идёт' } };
   expect(fits(heard, { monitor: '', text: '' })).toBe(true);
   expect(fits(heard, { monitor: 'M1', text: ' вода ' })).toBe(true);

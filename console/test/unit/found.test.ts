@@ -15,14 +15,14 @@ const box = (foot: number, horizontal = 3000): HotbedBox => ({
 });
 const down = (height_m: number, distance_m: number) => Math.round((-Math.atan2(height_m, distance_m) / Math.PI) * 180 * 60);
 
-describe('how far a hotbed is', () => {
+describe('the distance of a fire spot', () => {
   it('takes the height and the angle to the foot of the fire, not to the middle of the flames', () => {
     const of = reckon(stand(6), box(down(6, 35)), [TANK]);
     expect(of).toMatchObject({ how: 'height', height_m: 6 });
     expect('distance_m' in of && of.distance_m).toBeCloseTo(35, 0);
   });
 
-  it('says what half a metre of height makes of it', () => {
+  it('reports the effect of half a metre of height', () => {
     const angle = down(1.0, 25);
     const told = reckon(stand(1.0), box(angle), []);
     const higher = reckon(stand(1.5), box(angle), []);
@@ -57,7 +57,7 @@ describe('fires on the plan of a site', () => {
   it('are where the lines of sight of two monitors cross', () => {
     const spots = spotsOf([seen('M1', [0, 0], 45), seen('M2', [40, 0], 315)]);
     expect(spots).toEqual([{ at: [expect.closeTo(20), expect.closeTo(20)], seen_by: ['M1', 'M2'], crossed: true }]);
-    // A third one that sees the same fire adds no other.
+    // A third monitor that sees the same fire adds no new one.
     expect(spotsOf([seen('M1', [0, 0], 45), seen('M2', [40, 0], 315), seen('M3', [20, 50], 180)])).toEqual([
       { at: [expect.closeTo(20), expect.closeTo(20)], seen_by: ['M1', 'M2', 'M3'], crossed: true },
     ]);

@@ -21,7 +21,7 @@ test('a gamepad: stick, cross, shoulder buttons; a stick at rest does nothing', 
   expect(ofPad(pad([0, 0], [4, 5]), {})).toEqual({});
 });
 
-test('of two hands the first has the drive', () => {
+test('the first of two sources gets the drive', () => {
   expect(together([{ Vertical: 'max' }, { Vertical: 'min', Nozzle: 'min' }])).toEqual({
     Vertical: 'max',
     Nozzle: 'min',

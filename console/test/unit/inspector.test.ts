@@ -11,7 +11,7 @@ const file = (name: string) => JSON.parse(readFileSync(new URL(`files/${name}`, 
 const dict = file('dictionary.json') as Dictionary;
 const records = (hex: string, out: boolean) => decode(bytesOf(hex), out, dict);
 
-describe('frames taken apart', () => {
+describe('decoded frames', () => {
   it('a request: header, and a signed value with its unit', () => {
     const [move, ...rest] = records('4d 0d 00 02 50 fb', true);
     expect(rest).toEqual([]);
@@ -78,7 +78,7 @@ describe('completion', () => {
   const has = (name: string) => name !== 'Deployer';
   const offers = (text: string) => complete(text, text.length, dict, has).offers.map((offer) => offer.insert);
 
-  it('offers requests, those that begin so before those that have it inside', () => {
+  it('offers requests, those that start with it before those that contain it', () => {
     expect(offers('st').slice(0, 3)).toEqual(['Stop', 'StartJustify', 'StartQuench']);
     expect(offers('st')).toContain('Restart');
     expect(offers('st').indexOf('Restart')).toBeGreaterThan(offers('st').indexOf('StartSeek'));
@@ -101,7 +101,7 @@ describe('completion', () => {
     expect(values[0]!.text!.en).toContain(`${known.min} … ${known.max}`);
   });
 
-  it('offers words of the data once, and those that may come again again', () => {
+  it('offers words of the data once, and repeatable ones again', () => {
     expect(offers('Lockout All ')).toEqual(['on', 'off']);
     expect(offers('Lockout All on ')).toEqual([]);
     expect(offers('StartQuench Control centre=0,0 ')).not.toContain('centre=');
@@ -171,7 +171,7 @@ describe('the list', () => {
     expect(lineOf(frames.list[1]!)).toContain('> 129>1 sent | 4d 0d 00 02 b0 04 | Move Vertical 1200');
   });
 
-  it('draws what is in sight', () => {
+  it('draws visible rows', () => {
     expect(slice(0, 520, 52, 1000)).toEqual([0, 16]);
     expect(slice(5200, 520, 52, 1000)).toEqual([94, 116]);
     expect(slice(99999, 520, 52, 10)).toEqual([9, 10]);

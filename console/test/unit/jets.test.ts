@@ -53,7 +53,7 @@ describe('jets', () => {
     expect(sent).toHaveLength(1);
   });
 
-  it('asks about the latest alone, one question at a time', async () => {
+  it('asks only about the latest, one query at a time', async () => {
     jets.of('M1', asked(1));
     await vi.advanceTimersByTimeAsync(0);
     for (const elevation of [2, 3, 4, 5]) jets.of('M1', asked(elevation));
@@ -64,7 +64,7 @@ describe('jets', () => {
     expect(sent.map(({ list }) => list[0]!.elevation_arcmin)).toEqual([1, 5]);
   });
 
-  it('draws a former answer a moment longer, and never another pressure for the present one', async () => {
+  it('draws the previous answer for a moment, but never one for another pressure', async () => {
     jets.of('M1', asked(1));
     await vi.advanceTimersByTimeAsync(0);
     await answered(0);

@@ -43,7 +43,7 @@ test('sends heartbeats from the first moment until release, then one end', () =>
   expect(vi.getTimerCount()).toBe(0);
 });
 
-test('two drives are two streams, and end apart', () => {
+test('two drives are two streams, and end separately', () => {
   const one = jog.hold('M1', 'Vertical', 'max');
   jog.hold('M1', 'Horizontal', 'min');
   one.end();
@@ -61,7 +61,7 @@ test('a new hold of a drive takes the place of the old one, whose end then does 
   expect(sent).toMatchObject([{ type: 'jog', toward: 'min' }]);
 });
 
-test('after the hub has ended it, it beats no more', () => {
+test('after the hub has ended it, it sends no more heartbeats', () => {
   const states: HoldState[] = [];
   const hold = jog.hold('M1', 'Vertical', 'max', (state) => states.push(state));
   const heard = { type: 'jog', monitor: 'M1', drive: 'Vertical', text: null } as const;

@@ -13,7 +13,7 @@ const said = (left: Left) => {
   return { en: en[key], ru: ru[key] };
 };
 
-test('the page promises what the hub keeps, and no more', () => {
+test('the page offers what the hub accepts, and no more', () => {
   const expired = refused({ standing: 'expired', left_ms: 23.5 * 3_600_000 });
   expect(expired).toMatchObject({ stop: true, lockout: true });
   expect(said(expired).en).toContain('STOP and LOCKOUT still work here for {n} h');

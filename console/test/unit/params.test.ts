@@ -134,7 +134,7 @@ describe('writing', () => {
     expect(await read(monitor(() => 'IncompleteConfig'), speed)).toBe(null);
   });
 
-  it('writes what an incomplete set held back once more, and what could shut us out last', async () => {
+  it('writes values held back by an incomplete set once more, and those that could cut the connection last', async () => {
     const items = ['General.Address', 'Vertical.Speed', 'Vertical.MinLimit'].map((title) => ({
       param: param(title),
       wanted: [5],

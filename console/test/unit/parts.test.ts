@@ -80,7 +80,7 @@ describe('sector tool', () => {
 });
 
 describe('plot', () => {
-  it('has a gap where nothing came', () => {
+  it('has a gap without values', () => {
     const columns = new Columns(1, 60_000, 3000);
     columns.push(1000, [5]);
     columns.push(2000, [6]);
@@ -100,7 +100,7 @@ describe('plot', () => {
     expect(columns.at(2000)).toEqual([null, 8]);
   });
 
-  it('has a gap where a span of the history is missing, and none where spans follow each other', () => {
+  it('has a gap where an interval of the history is missing, and none between adjacent ones', () => {
     const minute = 60_000;
     const { value, low, high } = curveOf([[0, 5, 1, 9], [minute, 6, 6, 6], [5 * minute, 7, 2, 8]], minute);
     const columns = new Columns(3, Infinity);
@@ -114,7 +114,7 @@ describe('plot', () => {
     expect(curveOf([], minute)).toEqual({ value: [], low: [], high: [] });
   });
 
-  it('keeps a month of spans', () => {
+  it('keeps a month of intervals', () => {
     const step = 75 * 60_000;
     const spans = Array.from({ length: 600 }, (_, n): [number, number, number, number] => [n * step, n, n - 1, n + 1]);
     const columns = new Columns(1, Infinity);
@@ -123,7 +123,7 @@ describe('plot', () => {
     expect(columns.at(299 * step)).toEqual([299]);
   });
 
-  it('forgets what is old and refuses what comes late', () => {
+  it('drops old values and refuses late ones', () => {
     const columns = new Columns(1, 10_000);
     for (let at = 0; at <= 100_000; at += 1000) columns.push(at, [at]);
     expect(columns.first_ms!).toBeGreaterThanOrEqual(100_000 - 10_000 - 30_000);
@@ -171,7 +171,7 @@ describe('plan model', () => {
     const open = planMonitor('M1', site, { status: status(['Open']), jet })!;
     expect(open.lands![0]).toBeCloseTo(open.lands![1]);
     expect(distanceTo(open.at, open.lands!)).toBeCloseTo(38);
-    // Before the answer nothing is shown instead of it.
+    // Nothing is shown before the answer.
     const early = planMonitor('M1', site, { status: status(['Open']) })!;
     expect([early.lands, early.flight ?? null, early.reach_m]).toEqual([null, null, null]);
   });

@@ -55,7 +55,7 @@ describe('programs', () => {
     );
   });
 
-  it('go to a file and back, and leave other parameters alone', () => {
+  it('go to a file and back, without other parameters', () => {
     const values = new Map([
       ['Control.Program3', PROGRAM],
       ['Control.Trajectory0', POINTS],

@@ -10,9 +10,9 @@ const limits = (h: [number, number], v: [number, number]) => ({
 const pairs = (sector: Sector, from: [number, number], within = limits([-9000, 9000], [-900, 4500])) =>
   passOver(sector, within, { h: from[0], v: from[1] }).map(({ h, v }) => [h, v]);
 
-describe('the way over a sector', () => {
+describe('the path over a sector', () => {
   // The same numbers as the device's own test of its raster.
-  it('goes to and fro from the nearest corner', () => {
+  it('goes back and forth from the nearest corner', () => {
     expect(pairs(SECTOR, [-500, -500])).toEqual([
       [-300, -120],
       [300, -120],
@@ -54,7 +54,7 @@ describe('the way over a sector', () => {
   });
 });
 
-describe('a grip that is pulled', () => {
+describe('a dragged grip', () => {
   it('moves its edge and leaves the opposite one', () => {
     const { centre, width, height } = pulled(SECTOR, 'left', { h: 100, v: 50 });
     expect({ centre, width, height }).toEqual({ centre: { h: 50, v: 0 }, width: 700, height: 300 });

@@ -31,7 +31,7 @@ describe('lines of a recording', () => {
     ]);
     expect(stateAt(lines, 300).has('b')).toBe(false);
     expect(stateAt(lines, 300).get('a')).toBe(3);
-    // What was heard first is all that is known before.
+    // Before the first message only its state is known.
     expect(stateAt(lines, 0).get('a')).toBe(1);
   });
 
@@ -95,7 +95,7 @@ describe('a replay', () => {
     expect(store.monitors()).toEqual(['M1']);
     expect(position()).toBe(0);
     expect(store.getLive('monitors/M2/status')).toBeDefined();
-    // Live values go on behind it, unseen.
+    // Live values continue in the background.
     store.apply({ now_ms: START + HOUR_MS + 1, set: { 'monitors/M1/status': status(-7) } });
     expect(position()).toBe(0);
     replay.close();

@@ -1,6 +1,6 @@
 //! What a fault leaves for GetCrashData (§3.20): kept in memory that no start clears.
 
-use crate::board::INTERRUPTS;
+use crate::board::{HANDLERS, INTERRUPTS};
 use crate::register::Register;
 use core::arch::naked_asm;
 use core::hint::black_box;
@@ -86,7 +86,17 @@ unsafe extern "C" fn DefaultHandler() {
 /// As many interrupts as the chip has; cortex-m-rt would provide for the 240 that a Cortex-M3 can have.
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".vector_table.interrupts")]
-static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = [DefaultHandler; INTERRUPTS];
+static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = interrupts();
+
+const fn interrupts() -> [unsafe extern "C" fn(); INTERRUPTS] {
+    let mut vectors: [unsafe extern "C" fn(); INTERRUPTS] = [DefaultHandler; INTERRUPTS];
+    let mut rest = HANDLERS.as_slice();
+    while let [(number, handler), others @ ..] = rest {
+        vectors[*number] = *handler;
+        rest = others;
+    }
+    vectors
+}
 
 unsafe extern "C" fn unexpected(frame: &ExceptionFrame) -> ! {
     record(frame)

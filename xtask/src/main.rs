@@ -170,13 +170,17 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "firmware",
-        arguments: "build | test [--seeds N] [--steps N] | load | run [OPTIONS OF lafet sim]",
+        arguments: "build | test [--seeds N] [--steps N] | load | run [OPTIONS OF lafet sim] | board | fire | \
+                    serve [PORT] | provision [OPTIONS]",
         about: "the monitor's program on a Cortex-M3: build it, test it on the emulated chip, run it",
         details: "build links the program for each board of firmware/, which fails when a panic can \
                   be reached. test runs it in QEMU beside the same monitor on the host, with the same \
                   inputs and requests: every answer and every output must be the same; then it lets \
                   the program fail and reads what it has recorded. load counts the instructions of steps \
-                  and answers while it puts out a fire. run serves it in a simulated plant.",
+                  and answers while it puts out a fire. run serves it in a simulated plant. board runs \
+                  the board stm32f103 in the model of its chip, and boards that are wrong in one thing \
+                  each; fire lets lafet put out a fire with it, over TCP; serve has it at a port. provision makes the flash image of a new board: \
+                  docs/board-stm32f103.md.",
         run: firmware::firmware,
     },
     Task {

@@ -139,7 +139,7 @@ fn line(wrong: Wrong) -> Result<(), String> {
     let (last, released) = rig
         .parts(|parts| (parts.chip.outgoing.last().map(|byte| byte.at_ns), parts.chip.released_ns));
     let last = last.ok_or("nothing was sent")?;
-    let held_ns = released.checked_sub(last).ok_or("the line was let go before the last byte")?;
+    let held_ns = released.checked_sub(last).ok_or("the line was released before the last byte")?;
     ensure(held_ns <= 10_000, format!("the line was held {held_ns} ns behind the last byte"))?;
     sound(&rig)
 }
@@ -198,7 +198,8 @@ fn sensors(wrong: Wrong) -> Result<(), String> {
     near("humidity, %", percent(got.humidity_percent), percent(wanted.humidity_percent), 2.0)
 }
 
-/// Each drive alone, both ways: the right one moves, the right way, as far and as fast as it should.
+/// Each drive alone, in both directions: the right one moves, in the right direction, as far and as fast
+/// as it should.
 fn motion(wrong: Wrong) -> Result<(), String> {
     let mut rig = deployed(wrong)?;
     let moves = [
@@ -282,8 +283,8 @@ fn ends(wrong: Wrong) -> Result<(), String> {
         rig.parts(|parts| parts.plant.broken.insert(pin));
         rig.run(400);
         let found = drive_flags(&mut rig, axis)?;
-        let told = found.contains(DriveFlags::POS_ENCODER_FAULT);
-        ensure(told, format!("the wire of {pin:?} is broken, {axis:?} says {found:?}"))?;
+        let reported = found.contains(DriveFlags::POS_ENCODER_FAULT);
+        ensure(reported, format!("the wire of {pin:?} is broken, {axis:?} says {found:?}"))?;
     }
     let mut rig = deployed(wrong)?;
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 600 })?;
@@ -315,7 +316,7 @@ fn stop_chain(wrong: Wrong) -> Result<(), String> {
     ensure(is_live(&rig), "no drive runs after the stop chain was closed")
 }
 
-/// A shorted stage is cut off, a motor without voltage is told.
+/// A shorted stage is cut off, a motor without voltage is reported.
 fn read_back(wrong: Wrong) -> Result<(), String> {
     let mut rig = deployed(wrong)?;
     rig.parts(|parts| parts.plant.shorted[1] = true);
@@ -398,7 +399,7 @@ fn valves(wrong: Wrong) -> Result<(), String> {
         let there = if open { ValveFlags::OPEN } else { ValveFlags::CLOSED };
         ensure(found.contains(there), format!("{id}: {found:?}"))?;
     }
-    // A welded relay: the valve has power no more, and it is told.
+    // A welded relay: the valve loses its power, and it is reported.
     rig.parts(|parts| parts.plant.welded.insert(RELAYS[0][0]));
     rig.run(300);
     let on = rig.parts(|parts| parts.plant.relays(&parts.chip));
@@ -414,17 +415,17 @@ fn heaters(wrong: Wrong) -> Result<(), String> {
     let on = rig.parts(|parts| parts.plant.heaters(&parts.chip));
     ensure(on == [false, true, false, false, true], format!("heaters {on:?}"))?;
     let faults = inputs(&rig).places.map(|place| place.heater_fault);
-    ensure(faults == [false; 5], format!("heaters that are none the worse: {faults:?}"))?;
+    ensure(faults == [false; 5], format!("sound heaters reported as faulty: {faults:?}"))?;
     rig.parts(|parts| parts.plant.cold[4] = true);
     // The core switches it off at once, and then it is as it should be.
-    let mut told = [false; 5];
+    let mut reported = [false; 5];
     for _ in 0..4_000 {
         rig.round();
-        for (told, place) in told.iter_mut().zip(&rig.device.inputs().places) {
-            *told |= place.heater_fault;
+        for (seen, place) in reported.iter_mut().zip(&rig.device.inputs().places) {
+            *seen |= place.heater_fault;
         }
     }
-    ensure(told == [false, false, false, false, true], format!("a dead heater: {told:?}"))
+    ensure(reported == [false, false, false, false, true], format!("a dead heater: {reported:?}"))
 }
 
 fn flow(wrong: Wrong) -> Result<(), String> {
@@ -464,7 +465,7 @@ fn memory(wrong: Wrong) -> Result<(), String> {
     ensure(broken.is_empty(), format!("{broken:?}"))
 }
 
-/// What stands keeps its position over an absence of the supply; what has moved meanwhile says so.
+/// A drive at rest keeps its position over a power cut; one in motion reports that it has lost it.
 fn position(wrong: Wrong) -> Result<(), String> {
     let mut rig = deployed(wrong)?;
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 600 })?;

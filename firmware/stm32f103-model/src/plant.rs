@@ -91,7 +91,7 @@ impl Plant {
         }
     }
 
-    /// The part of its voltage that each motor has, and which way.
+    /// Voltage of each motor as a part of the full one; negative is down or right.
     pub fn voltages(&self, chip: &Chip) -> [f64; AXES] {
         let enabled = chip.drives_high(DRIVES_ENABLE);
         self.motors.map(|channel| {

@@ -20,7 +20,7 @@ use crate::chip::{Byte, Chip, RAM_START, Reset};
 use crate::image;
 use crate::plant::Plant;
 
-/// An access to a register takes so long, with what belongs to it.
+/// Time of an access to a register, with the instructions around it.
 const ACCESS_NS: u64 = 100;
 /// The loop is gone round so often while nothing is due: seldom, on a chip it takes some µs.
 const ROUND_NS: u64 = 50_000;
@@ -221,7 +221,7 @@ impl Rig {
         self.address = address;
     }
 
-    /// Each step takes the processor so long.
+    /// Sets the processor's time for each step, ns.
     pub fn set_step_ns(&mut self, ns: u64) {
         self.parts(|parts| parts.step_ns = ns);
     }

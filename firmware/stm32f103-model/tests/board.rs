@@ -23,16 +23,16 @@ fn a_fire_is_put_out() {
     println!("the fire was out after {took_s:.1} s");
 }
 
-/// Every pin stands in the wiring table, with the mode that the program gives it, and no other does.
+/// The wiring table has every pin that the program uses, with its mode, and no other.
 #[test]
 fn the_wiring_table_is_that_of_the_program() {
     let page = include_str!("../../../docs/board-stm32f103.md");
     let table = page.split("<!-- pins:begin -->").nth(1).expect("a table");
     let table = table.split("<!-- pins:end -->").next().expect("its end");
-    let mut told: Vec<(String, String)> = Vec::new();
+    let mut listed: Vec<(String, String)> = Vec::new();
     for line in table.lines().filter(|line| line.starts_with("| P")) {
         let cells: Vec<_> = line.split('|').map(str::trim).collect();
-        told.extend(cells[1].split(", ").map(|pin| (pin.to_owned(), cells[2].to_owned())));
+        listed.extend(cells[1].split(", ").map(|pin| (pin.to_owned(), cells[2].to_owned())));
     }
     let mut used: Vec<_> = WIRING
         .iter()
@@ -43,9 +43,9 @@ fn the_wiring_table_is_that_of_the_program() {
             })
         })
         .collect();
-    told.sort();
+    listed.sort();
     used.sort();
-    assert_eq!(told, used);
+    assert_eq!(listed, used);
     assert!(page.contains(&format!("| pins | {} |", used.len())), "{} pins", used.len());
     let count = format!("{0} of {0} noticed", BOARDS.len());
     assert!(page.contains(&count), "{count}");

@@ -80,7 +80,7 @@ fn speeds_have_limits() {
     assert_eq!(chip.violations.len(), 3, "{:?}", chip.violations);
 }
 
-/// RM §19.3.2: 0x5555 opens the two registers, any other key closes them; the dog bites in its time.
+/// RM §19.3.2: 0x5555 opens the two registers, any other key closes them; it resets the chip in its time.
 #[test]
 fn the_watchdog_protects_its_registers() {
     let mut chip = chip();
@@ -332,4 +332,73 @@ fn the_adc_scans() {
     chip.write(adc + 0x08, 1 << 20 | 0b110 << 17 | 1 << 8 | 1 << 2 | 1);
     chip.convert();
     assert_eq!((sample(&chip, 0), sample(&chip, 1)), (2_000, 1_000));
+}
+
+/// RM §7.2.7: a watched crystal that fails breaks the PWM, and the chip goes on with its own oscillator.
+#[test]
+fn a_failing_crystal_breaks_the_pwm() {
+    for watched in [true, false] {
+        let mut chip = chip();
+        chip.drive(pin(b"PA 6"), Some(false));
+        pwm(&mut chip, 1 << 13 | 1 << 12);
+        chip.write(TIM8 + 0x44, 1 << 15 | 1 << 13 | 1 << 12);
+        chip.write(RCC, 1 << 16 | 1);
+        pass(&mut chip, 3 * MS);
+        let control = chip.read(RCC);
+        chip.write(RCC, control | u32::from(watched) << 19);
+        chip.crystal = false;
+        pass(&mut chip, 1_000);
+        assert_eq!(chip.pwm(0) == 0.0, watched);
+        assert_eq!(chip.reset, watched.then_some(Reset::Clock));
+    }
+}
+
+/// RM §15.3.3, §9.3.7, §9.3.3: pulses clock TIM2 once its pin is its own, free of JTAG, and chosen.
+#[test]
+fn pulses_are_counted() {
+    let tim2 = 0x4000_0000;
+    for (remaps, mode, counted) in [
+        (0b010 << 24 | 0b01 << 8, 0x67, 5),
+        (0b01 << 8, 0x67, 0),
+        (0b010 << 24, 0x67, 0),
+        (0b010 << 24 | 0b01 << 8, 0x57, 0),
+    ] {
+        let mut chip = chip();
+        chip.write(AFIO_MAPR, remaps);
+        chip.write(tim2 + 0x18, 1 << 8);
+        chip.write(tim2 + 0x08, mode);
+        chip.write(tim2 + 0x2C, 0xFFFF);
+        chip.write(tim2, 1);
+        chip.pulse(5);
+        assert_eq!(chip.read(tim2 + 0x24), counted, "{remaps:#x} {mode:#x}");
+    }
+}
+
+/// RM §9.3.3: JTAG keeps its pins until it is given up.
+#[test]
+fn jtag_keeps_its_pins() {
+    let mut chip = chip();
+    chip.drive(pin(b"PA15"), Some(true));
+    assert_eq!(chip.read(PORT_A + 0x08) >> 15, 0);
+    chip.write(AFIO_MAPR, 0b010 << 24);
+    assert_eq!(chip.read(PORT_A + 0x08) >> 15, 1);
+}
+
+/// RM §17.4, §7.2: TIM6 counts at twice the clock of a divided APB1.
+#[test]
+fn tim6_counts_the_time() {
+    let mut chip = chip();
+    let tim6 = 0x4000_1000;
+    chip.write(tim6 + 0x28, 799);
+    chip.write(tim6 + 0x2C, 0xFFFF);
+    chip.write(tim6 + 0x14, 1);
+    chip.write(tim6, 1);
+    pass(&mut chip, 25 * MS);
+    assert_eq!(chip.read(tim6 + 0x24), 250);
+    chip.write(RCC + 4, 0b100 << 8);
+    assert_eq!(chip.hz(), 8_000_000);
+    pass(&mut chip, 25 * MS);
+    assert_eq!(chip.read(tim6 + 0x24), 500);
+    pass(&mut chip, 6_550 * MS);
+    assert_eq!(chip.read(tim6 + 0x24), 464, "it wraps");
 }

@@ -25,7 +25,7 @@ const NOZZLE: usize = 2;
 const DIFFER_MS: u32 = 100;
 /// A motor without voltage is tried again after this time, ms.
 const DEAD_MS: u32 = 3_000;
-/// All must have stood so long before positions are kept, ms.
+/// All drives must have been at rest for this time before positions are stored, ms.
 const STILL_MS: u32 = 200;
 /// The integral of a speed's error takes so many ms of it for as much voltage.
 const INTEGRAL_MS: i32 = 128;
@@ -42,13 +42,13 @@ struct Drive {
     speed_16: i32,
     /// Sum of the speed's error, 0.1 °/s · ms.
     integral: i32,
-    /// 0 to the PWM's top, as driven; which way.
+    /// 0 to the PWM's top, as driven; and the direction.
     duty: u32,
     up: bool,
-    /// The motor has had voltage without a command, or none in spite of one, for so long.
+    /// Time for which the motor has had voltage without a command, or none in spite of one, ms.
     live_ms: u32,
     dead_ms: u32,
-    /// It counts as broken for so long.
+    /// Time for which it is still reported as broken, ms.
     broken_ms: u32,
 }
 
@@ -151,7 +151,7 @@ impl<B: Bus> Drives<B> {
             let (min, max) = drive.record.ends;
             // A chain that is open is an end, or a broken wire: both stop it.
             let (at_min, at_max) = (lower.is_high(bus), upper.is_high(bus));
-            // An end where there is none: a sixteenth of the way is more than any overshoot.
+            // An end where there is none: a sixteenth of the travel is more than any overshoot.
             let margin = (max - min) / 16;
             let far_from_min = at_min && position > min + margin;
             let far_from_max = at_max && position < max - margin;
@@ -181,7 +181,7 @@ impl<B: Bus> Drives<B> {
         self.keep(still, dt_ms);
     }
 
-    /// What was kept over an absence of the supply counts from a standstill on, until the next motion.
+    /// Positions are stored once all drives are at rest, and invalid from the next motion on.
     fn keep(&mut self, still: bool, dt_ms: u32) {
         let before = self.still_ms;
         self.still_ms = if still { before.saturating_add(dt_ms) } else { 0 };

@@ -40,7 +40,7 @@ impl<B: Bus> InternalFlash<B> {
         Self { bus }
     }
 
-    /// The program stands still while its flash is busy, so nothing may run on meanwhile.
+    /// The processor is stalled while its flash is busy, so nothing may be driven meanwhile.
     fn unlock(&self) -> Result<(), Refused> {
         if may_move(&self.bus) {
             return Err(Refused);

@@ -1,5 +1,5 @@
 //! The line: RS-485 on USART1. Bytes come and go by DMA, so that neither a step nor an answer waits for
-//! them; the transmitter lets go of the line by an interrupt, with the last stop bit.
+//! them; an interrupt switches the transmitter off with the last stop bit.
 
 use crate::bus::{Bus, Registers, address};
 use crate::pins::TRANSMIT;

@@ -43,7 +43,7 @@ pub const STOP_CHAIN: Pin = pin('A', 6);
 pub const DRIVES_ENABLE: Pin = pin('C', 10);
 /// Lets the valves' relays have power.
 pub const VALVES_ENABLE: Pin = pin('C', 11);
-/// Which way each drive turns: high is up or left.
+/// Direction of each drive: high is up or left.
 pub const DIRECTION: [Pin; 4] = [pin('B', 12), pin('B', 13), pin('B', 14), pin('B', 15)];
 /// Low while a drive's motor has voltage.
 pub const MOTOR_LIVE: [Pin; 4] = [pin('E', 12), pin('E', 13), pin('E', 14), pin('E', 15)];

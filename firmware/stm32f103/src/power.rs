@@ -6,7 +6,7 @@ use stm32_metapac::{BKP, PWR};
 
 /// RM §5.4.1: 2.9 V.
 const LEVEL: u8 = 0b111;
-/// Says that the positions are those of a standing monitor.
+/// Marks the positions as those of a monitor at rest.
 const STANDING: u16 = 0x57A9;
 
 /// Starts watching the chip's supply, and opens the registers of the battery.
@@ -34,7 +34,7 @@ pub fn kept(bus: &impl Bus) -> Option<[i32; 4]> {
     (half(8) == STANDING && half(9) == check(&counts)).then_some(counts)
 }
 
-/// Keeps the counts: the monitor stands.
+/// Stores the counts: the monitor is at rest.
 pub fn keep(bus: &impl Bus, counts: &[i32; 4]) {
     for (n, count) in counts.iter().enumerate() {
         let count = count.cast_unsigned();
@@ -45,7 +45,7 @@ pub fn keep(bus: &impl Bus, counts: &[i32; 4]) {
     bus.put(BKP.dr(8), Dr(STANDING.into()));
 }
 
-/// What was kept counts no longer: the monitor moves.
+/// Invalidates the stored counts: the monitor moves.
 pub fn forget(bus: &impl Bus) {
     bus.put(BKP.dr(8), Dr(0));
 }

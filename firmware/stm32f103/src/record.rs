@@ -17,7 +17,7 @@ const DRIVE: usize = 6;
 /// A drive, its motor and encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DriveRecord {
-    /// Counts of the encoder in 100' or 100 mm; negative where it counts the other way. Not 0.
+    /// Counts of the encoder in 100' or 100 mm; negative where it counts down while the drive goes up. Not 0.
     pub counts_per_100: i32,
     /// Speed with full voltage and without load, 0.1 °/s or 0.1 mm/s. Not 0.
     pub full_tenths: u16,
@@ -87,7 +87,7 @@ impl Record {
         Self::decode(&bytes)
     }
 
-    /// As it stands in the flash.
+    /// Its bytes in the flash.
     pub fn encode(&self) -> [u8; 4 * WORDS] {
         let mut bytes = [0; 4 * WORDS];
         let general = [

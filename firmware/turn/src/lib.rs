@@ -34,7 +34,7 @@ pub trait Board: Hal {
         None
     }
 
-    /// The program has begun.
+    /// The program has started.
     fn started(&mut self) {}
 
     /// The clock, ms.

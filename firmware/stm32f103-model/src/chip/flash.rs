@@ -14,8 +14,8 @@ const ERASE_NS: u64 = 40_000_000;
 const LOCK: u32 = 1 << 7;
 
 impl Chip {
-    /// Writes half a word: of RAM, or of the flash where it is unlocked; the ns that the program stands
-    /// still.
+    /// Writes half a word: of RAM, or of the flash where it is unlocked. Returns the ns for which the
+    /// processor is stalled.
     pub fn write16(&mut self, address: u32, value: u16) -> u64 {
         let [low, high] = value.to_le_bytes();
         let Some(at) = address.checked_sub(FLASH_START).filter(|at| (*at as usize) < FLASH_SIZE)

@@ -68,7 +68,7 @@ pub struct Chip {
     pub incoming: VecDeque<Byte>,
     /// Bytes that have left over the line.
     pub outgoing: Vec<Byte>,
-    /// When the program let go of the line last, ns.
+    /// When the program released the line last, ns.
     pub released_ns: u64,
     /// What the other side of the line runs at.
     pub line_baud: u64,
@@ -180,7 +180,7 @@ impl Chip {
         }
     }
 
-    /// The program writes a register; the ns that it stands still for it.
+    /// The program writes a register. Returns the ns for which the processor is stalled.
     pub fn write(&mut self, address: u32, value: u32) -> u64 {
         if address == NVIC_ENABLE {
             self.interrupts |= value;

@@ -59,7 +59,7 @@ impl Chip {
         self.word(AFIO + 0x04) >> 24 & 0b111 == 0b010
     }
 
-    /// Drives a pin from outside, or lets go of it.
+    /// Drives a pin from outside; `None` leaves it open.
     pub fn drive(&mut self, (port, bit): (usize, u32), level: Option<bool>) {
         let (mask, value) = &mut self.outside[port];
         let pin = 1 << bit;

@@ -60,7 +60,7 @@ impl Chip {
                 let flags = self.word(address);
                 self.store(address, flags & value);
             }
-            // RM §14.4.6: an update by hand starts the counter anew.
+            // RM §14.4.6: an update by hand restarts the counter.
             (TIM6, 0x14) => self.time_base_ns = self.now_ns,
             (_, 0x14) => {}
             (TIM6, 0x24) => self.time_base_ns = self.now_ns,
@@ -154,8 +154,8 @@ impl Chip {
         };
         // RM §15.4.7: without the filter what a power stage radiates counts too.
         let noise = i64::from(noisy && (inputs >> 4 & 0xF < 3 || inputs >> 12 & 0xF < 3));
-        // RM §15.4.12: with nothing to reload it is blocked. (Editions differ on what stands there after a
-        // reset: 0 here.)
+        // RM §15.4.12: with nothing to reload it is blocked. (Editions differ on its value after a reset:
+        // 0 here.)
         let top = i64::from(self.word(base + 0x2C) & 0xFFFF);
         let count = i64::from(self.word(base + 0x24)) + edges + noise;
         self.store(base + 0x24, count.rem_euclid(top + 1) as u32);

@@ -116,7 +116,7 @@ impl Chip {
         let at = if channel & 1 << 7 != 0 { self.receive_size - left } else { 0 };
         let to = self.word(RX_CHANNEL + 0x0C) + at;
         self.write8(to, value);
-        // RM §13.3.3: a circular channel begins anew by itself.
+        // RM §13.3.3: a circular channel starts again by itself.
         let circular = channel & 1 << 5 != 0;
         let next = if left == 1 && circular { self.receive_size } else { left - 1 };
         self.store(RX_CHANNEL + 4, next);

@@ -22,10 +22,7 @@ use lafet_turn::{Board, Start, once};
 fn main() -> ! {
     stack::paint();
     let mut board = board::start();
-    let mut fault = crash::take(board.reset_by_watchdog());
-    if fault.is_none() {
-        fault = board.fault();
-    }
+    let fault = crash::take(board.reset_by_watchdog(), board.lacks_crystal());
     let start = board.start(fault.is_some());
     run(&mut board, start, fault)
 }

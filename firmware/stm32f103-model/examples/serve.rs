@@ -43,7 +43,10 @@ fn serve(port: u16, limit_s: u64) -> io::Result<bool> {
             continue;
         }
         rig.run(1);
-        if let Ok((stream, _)) = listener.accept() {
+        // One line, one connection at a time.
+        if line.is_none()
+            && let Ok((stream, _)) = listener.accept()
+        {
             stream.set_nonblocking(true)?;
             stream.set_nodelay(true)?;
             line = Some(stream);

@@ -206,7 +206,7 @@ impl Rig {
         let parts = Parts { chip, plant, wrong, step_ns: 0 };
         let parts = Rc::new(RefCell::new(parts));
         let wires = Wires { parts, serving: Rc::new(Cell::new(false)) };
-        let (board, device) = start(&wires, None);
+        let (board, device) = start(&wires);
         let port = Port::counting(Source::ExternalConn);
         Self { wires, board, device, port, resets: Vec::new(), address: ADDRESS }
     }
@@ -273,11 +273,7 @@ impl Rig {
     fn start(&mut self, cause: Reset) {
         self.resets.push(cause);
         self.parts(|parts| parts.chip.start(cause));
-        // As the handler of the interrupt records it.
-        let mut words = [0; 20];
-        [words[0], words[1], words[19]] = [0xDEAD_FA11, 3, 2];
-        let fault = (cause == Reset::Clock).then(|| FaultInfo::from_words(words));
-        (self.board, self.device) = start(&self.wires, fault);
+        (self.board, self.device) = start(&self.wires);
         self.port = Port::counting(Source::ExternalConn);
     }
 
@@ -351,12 +347,14 @@ impl Rig {
     }
 }
 
-fn start(wires: &Wires, fault: Option<FaultInfo>) -> (Stm32f103<Wires>, Device) {
+fn start(wires: &Wires) -> (Stm32f103<Wires>, Device) {
     let memory =
         Memory { received: RAM_START, sent: RAM_START + 0x400, samples: RAM_START + 0xC00 };
     let mut board = Stm32f103::start(wires.clone(), memory);
-    let _ = board.reset_by_watchdog();
-    let fault = fault.or_else(|| board.fault());
+    // As `firmware/src/crash.rs` records it.
+    let mut words = [0; 20];
+    [words[0], words[1], words[19]] = [0xDEAD_FA11, 3, 2];
+    let fault = board.lacks_crystal().then(|| FaultInfo::from_words(words));
     let start = board.start(fault.is_some());
     let mut device = Device::at_rest(start.composition, start.address);
     device.wake(start.now_ms, fault, &mut board);

@@ -31,6 +31,7 @@ const TIM4: u32 = 0x4000_0800;
 const TIM5: u32 = 0x4000_0C00;
 const TIM1: u32 = 0x4001_2C00;
 const TIM8: u32 = 0x4001_3400;
+const TIM6: u32 = 0x4000_1000;
 const TIM6_PSC: u32 = 0x4000_1028;
 const PORT_A: u32 = 0x4001_0800;
 const PORT_B: u32 = 0x4001_0C00;
@@ -110,7 +111,7 @@ fn of_timers(address: u32, offset: u32) -> bool {
 }
 
 /// The boards, each with what is wrong.
-pub const BOARDS: [(&str, Wrong); 79] = [
+pub const BOARDS: [(&str, Wrong); 80] = [
     // The clock.
     alter("flash without wait states", |w, a, v| written(w, a, v, FLASH_ACR, |v| v & !7)),
     alter("APB1 undivided", |w, a, v| written(w, a, v, RCC_CFGR, |v| v & !(7 << 8))),
@@ -120,6 +121,7 @@ pub const BOARDS: [(&str, Wrong); 79] = [
     alter("no clock for TIM4", |w, a, v| written(w, a, v, RCC_APB1, |v| v & !(1 << 2))),
     alter("no clock for the ADC", |w, a, v| written(w, a, v, RCC_APB2, |v| v & !(1 << 9))),
     alter("time ten times too fast", |w, a, v| written(w, a, v, TIM6_PSC, |v| v / 10)),
+    alter("time does not run", |w, a, v| lost(w, a, v, v & 1 != 0, TIM6)),
     // The watchdog.
     alter("watchdog started before it is set", |w, a, v| lost(w, a, v, v == 0x5555, IWDG_KEY)),
     alter("watchdog never started", |w, a, v| lost(w, a, v, v == 0xCCCC, IWDG_KEY)),

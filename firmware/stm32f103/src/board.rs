@@ -12,7 +12,7 @@ use crate::{pins, power, watchdog};
 use lafet_device::Composition;
 use lafet_device::composition::ChainSet;
 use lafet_device::guard::Passed;
-use lafet_device::hal::{FaultInfo, Hal, Key, Storage, StorageError};
+use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{Inputs, UnitInput};
 use lafet_device::store::Store;
 use lafet_proto::SubsystemId;
@@ -41,12 +41,6 @@ const TICKS: u16 = 10;
 const FLOW_MS: u32 = 500;
 /// Time that an answer has to leave before a reset, in looks of a µs or so.
 const LEAVING_LOOKS: u32 = 300_000;
-
-/// Marks a record of a fault as written, by a Cortex-M3 (ours).
-const SIGNATURE: u32 = 0xDEAD_FA11;
-const ARCHITECTURE: u32 = 3;
-/// RM §7.2.7: the exception that a failing crystal raises.
-const NMI: u32 = 2;
 
 /// Where the memory is that the DMA fills and empties.
 #[derive(Clone, Copy, Debug)]
@@ -199,12 +193,8 @@ impl<B: Bus> Board for Stm32f103<B> {
         self.reset_by_watchdog
     }
 
-    /// Without its crystal it says what the interrupt of the clock's watch would have left: a fault in
-    /// exception 2 (ours).
-    fn fault(&self) -> Option<FaultInfo> {
-        let mut words = [0; 20];
-        [words[0], words[1], words[19]] = [SIGNATURE, ARCHITECTURE, NMI];
-        (!self.clock.is_external).then(|| FaultInfo::from_words(words))
+    fn lacks_crystal(&self) -> bool {
+        !self.clock.is_external
     }
 
     fn now_ms(&self) -> u32 {

@@ -2,7 +2,7 @@
 //! made. It is the same on every board, and on a model of one.
 #![no_std]
 
-use lafet_device::hal::{FaultInfo, Hal};
+use lafet_device::hal::Hal;
 use lafet_device::port::Port;
 use lafet_device::{Composition, Device};
 
@@ -29,9 +29,9 @@ pub trait Board: Hal {
     /// The watchdog has ended the last run.
     fn reset_by_watchdog(&mut self) -> bool;
 
-    /// A fault that the board has found at its start.
-    fn fault(&self) -> Option<FaultInfo> {
-        None
+    /// The board runs without the crystal that it should run on.
+    fn lacks_crystal(&self) -> bool {
+        false
     }
 
     /// The program has started.

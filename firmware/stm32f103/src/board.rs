@@ -39,6 +39,8 @@ const BAUD: u32 = 19_200;
 const TICKS: u16 = 10;
 /// Time over which the flow meter's pulses are counted, ms.
 const FLOW_MS: u32 = 500;
+/// Ticks for which no encoder may move before a reset: 20 ms.
+const RESTING: u16 = 20 * TICKS;
 /// Time that an answer has to leave before a reset, in looks of a µs or so.
 const LEAVING_LOOKS: u32 = 300_000;
 
@@ -267,13 +269,17 @@ impl<B: Bus> Hal for Stm32f103<B> {
 
     fn reset(&mut self) {
         self.drives.disarm();
-        // The answer to Restart leaves first; the watchdog ends this if the line does not.
+        let resting = self.drives.counts();
+        let began = self.count();
+        // The answer to Restart leaves first, if it does in its time.
         for _ in 0..LEAVING_LOOKS {
             self.line.send();
-            if self.line.is_idle() {
+            let waited = self.count().wrapping_sub(began);
+            if self.line.is_idle() && waited >= RESTING {
                 break;
             }
         }
+        self.drives.keep_before_reset(resting);
         self.bus.reset();
     }
 }

@@ -192,6 +192,22 @@ impl<B: Bus> Drives<B> {
         }
     }
 
+    /// The encoders' counts at this moment.
+    pub fn counts(&self) -> [u16; 4] {
+        [0, 1, 2, 3].map(|index| count(&self.bus, index))
+    }
+
+    /// Stores the positions before a reset, after everything has stopped: `resting` are the counts of a
+    /// while ago. A drive that still coasts has lost its position.
+    pub fn keep_before_reset(&mut self, resting: [u16; 4]) {
+        if self.counts() == resting && self.referenced {
+            for (drive, count) in self.drives.iter_mut().zip(resting) {
+                drive.sample(count, 1);
+            }
+            power::keep(&self.bus, &self.drives.map(|drive| drive.counts));
+        }
+    }
+
     /// Drives these speeds, 0.1 °/s or 0.1 mm/s, if the stages are armed. `may` says whether they may be.
     pub fn write(&mut self, wanted: [i16; 4], dt_ms: u32, may: bool) {
         let may = may && !self.tripped && !STOP_CHAIN.is_high(&self.bus);

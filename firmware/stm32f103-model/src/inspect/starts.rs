@@ -6,7 +6,7 @@ use lafet_proto::id::key;
 use lafet_proto::request::Body;
 use lafet_proto::{Ints, ParamId, SubsystemId};
 
-use super::{deployed, drive_flags, ensure, fresh, is_live, near, position_of};
+use super::{deployed, drive_flags, ensure, fresh, is_live, near, position_of, truth};
 use crate::chip::Reset;
 use crate::image;
 use crate::rig::{Rig, Wrong};
@@ -45,6 +45,19 @@ pub(super) fn position(wrong: Wrong) -> Result<(), String> {
     near("position after a power cut", position_of(&rig, Axis::Horizontal), 600.0, 6.0)?;
     let found = drive_flags(&mut rig, Axis::Horizontal)?;
     ensure(!found.contains(DriveFlags::POS_ENCODER_FAULT), format!("{found:?}"))?;
+    // Restart stops a motion in order, and the position is known behind it.
+    rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 3_000 })?;
+    rig.run(800);
+    rig.order(SubsystemId::ALL, Body::Restart)?;
+    rig.run(1_000);
+    ensure(rig.resets.last() == Some(&Reset::Software), format!("{:?}", rig.resets))?;
+    let (got, wanted) = (position_of(&rig, Axis::Horizontal), truth(&rig, Axis::Horizontal));
+    near("position after Restart in motion", got, wanted, 6.0)?;
+    let found = drive_flags(&mut rig, Axis::Horizontal)?;
+    ensure(
+        !found.contains(DriveFlags::POS_ENCODER_FAULT),
+        format!("Restart in motion: {found:?}"),
+    )?;
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: -1_200 })?;
     rig.run(800);
     rig.cut_power();

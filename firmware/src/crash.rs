@@ -1,6 +1,6 @@
 //! What a fault leaves for GetCrashData (§3.20): kept in memory that no start clears.
 
-use crate::board::INTERRUPTS;
+use crate::board::{HANDLERS, INTERRUPTS};
 use crate::register::Register;
 use core::arch::naked_asm;
 use core::hint::black_box;
@@ -22,20 +22,24 @@ const BFAR: Register = Register::at(0xE000_ED38);
 #[unsafe(link_section = ".uninit.crash")]
 static mut RECORD: MaybeUninit<[u32; 20]> = MaybeUninit::uninit();
 
+/// The exception of the clock's watch, also recorded for a crystal that was dead from the start (ours).
+const NMI: u32 = 2;
+
 /// The record of the fault that has led to this start; it counts once.
-pub fn take(by_watchdog: bool) -> Option<FaultInfo> {
+pub fn take(by_watchdog: bool, by_crystal: bool) -> Option<FaultInfo> {
     // What stands there is from before the start: the compiler must not take it for nothing.
     let record = black_box(addr_of_mut!(RECORD).cast::<[u32; 20]>());
     // SAFETY: any bits are words, and nobody else has the record now.
     let record = unsafe { &mut *record };
-    let mut words = core::mem::replace(record, [0; 20]);
+    let mut words = core::mem::take(record);
     if words[0] != SIGNATURE {
-        if !by_watchdog {
+        if !by_watchdog && !by_crystal {
             return None;
         }
         // It was beyond recording: the stack was gone, or interrupts were off.
         words = [0; 20];
         [words[0], words[1]] = [SIGNATURE, ARCHITECTURE];
+        words[19] = if by_watchdog { 0 } else { NMI };
     }
     Some(FaultInfo::from_words(words))
 }
@@ -86,7 +90,17 @@ unsafe extern "C" fn DefaultHandler() {
 /// As many interrupts as the chip has; cortex-m-rt would provide for the 240 that a Cortex-M3 can have.
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".vector_table.interrupts")]
-static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = [DefaultHandler; INTERRUPTS];
+static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = interrupts();
+
+const fn interrupts() -> [unsafe extern "C" fn(); INTERRUPTS] {
+    let mut vectors: [unsafe extern "C" fn(); INTERRUPTS] = [DefaultHandler; INTERRUPTS];
+    let mut rest = HANDLERS.as_slice();
+    while let [(number, handler), others @ ..] = rest {
+        vectors[*number] = *handler;
+        rest = others;
+    }
+    vectors
+}
 
 unsafe extern "C" fn unexpected(frame: &ExceptionFrame) -> ! {
     record(frame)

@@ -12,23 +12,20 @@ mod memory;
 mod register;
 mod stack;
 
-use board::{Board, Chosen, Start};
 use cortex_m_rt::entry;
 use lafet_device::port::Port;
 use lafet_device::{Device, Source};
 use lafet_proto::status::FaultInfo;
+use lafet_turn::{Board, Start, once};
 
 #[entry]
 fn main() -> ! {
     stack::paint();
-    let mut board = Chosen::new();
-    let fault = crash::take(board.reset_by_watchdog());
+    let mut board = board::start();
+    let fault = crash::take(board.reset_by_watchdog(), board.lacks_crystal());
     let start = board.start(fault.is_some());
     run(&mut board, start, fault)
 }
-
-/// Bytes of the line that are taken at a time.
-const CHUNK: usize = 32;
 
 // Apart, so that what a board does at its start does not lie on top of the monitor.
 #[inline(never)]
@@ -38,24 +35,7 @@ fn run(board: &mut impl Board, start: Start, fault: Option<FaultInfo>) -> ! {
     board.started();
     let mut port = Port::counting(Source::ExternalConn);
     loop {
-        board.feed_watchdog();
-        serve(board, &mut device, &mut port);
-        if let Some(now_ms) = board.due() {
-            device.step(now_ms, board);
-            board.stepped();
-        }
-    }
-}
-
-/// Answers what has come over the line.
-// Apart: its answer must not lie on top of a step.
-#[inline(never)]
-fn serve(board: &mut impl Board, device: &mut Device, port: &mut Port<()>) {
-    let mut chunk = [0; CHUNK];
-    let bytes = board.receive(&mut chunk);
-    if !bytes.is_empty() {
-        port.serve(board.now_ms(), device, bytes, &mut |byte| board.put(byte));
-        board.release();
+        once(board, &mut device, &mut port);
     }
 }
 

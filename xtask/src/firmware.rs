@@ -1,8 +1,10 @@
-//! `cargo xtask firmware`: builds the monitor's program for each board with a Cortex-M3, and tests
-//! or runs it on the emulated one.
+//! `cargo xtask firmware`: the monitor's program on a Cortex-M3, built for each board, tested on the
+//! emulated one and in the model of a chip, or run there.
 
+use std::net::TcpStream;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
+use std::time::Duration;
 
 use crate::run::{StepResult, cargo, output, root, show};
 use crate::{TaskResult, no_std, setup, size};
@@ -10,30 +12,108 @@ use crate::{TaskResult, no_std, setup, size};
 pub const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
 /// The board that QEMU emulates.
 pub const EMULATED: &str = "lm3s6965";
+const FIRE_PORT: u16 = 10_492;
+/// The fire must be out after so many seconds.
+const FIRE_LIMIT_S: u32 = 180;
+/// What an operator types, without the end: the board closes its port when the fire is out.
+const FIRE: [&[&str]; 3] = [
+    &["deploy"],
+    &["open"],
+    &[
+        "quench",
+        "--centre",
+        "30deg,-3deg",
+        "--distance",
+        "25",
+        "--sector",
+        "5deg,2deg",
+        "--step",
+        "1",
+    ],
+];
 const QEMU: &str = "qemu-system-arm";
 
 pub fn firmware(arguments: &[String]) -> TaskResult {
     let Some((what, rest)) = arguments.split_first() else {
-        return Err("firmware build, test, load or run?".into());
+        return Err("firmware build, test, load, run, board, fire, serve or provision?".into());
     };
     match (what.as_str(), rest) {
         ("build", []) => BOARDS.into_iter().try_for_each(|board| build(board).map(|_| ()))?,
         ("test", rest) => test(rest)?,
         ("load", []) => load()?,
         ("run", rest) => run(rest)?,
+        ("board", []) => board()?,
+        ("fire", []) => fire()?,
+        ("serve", rest) => on_model("serve", rest)?,
+        ("provision", rest) => on_model("provision", rest)?,
         _ => {
-            return Err(format!("firmware {}: build, test, load or run", arguments.join(" ")));
+            let known = "build, test, load, run, board, fire, serve or provision";
+            return Err(format!("firmware {}: {known}", arguments.join(" ")));
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Links the program for every board, which fails if a panic can be reached; checks its size,
-/// compares the emulated chip with the host, and lets it extinguish a fire.
+/// Links the program for every board, which fails if a panic can be reached; checks its size; tests
+/// the board stm32f103 in the model of its chip; compares the emulated chip with the host, and lets
+/// both extinguish a fire.
 pub fn check() -> StepResult {
     size::check()?;
+    board()?;
+    fire()?;
     test(&["--seeds".into(), "2".into(), "--steps".into(), "1000".into()])?;
     load()
+}
+
+/// Tests the program of the board stm32f103 in the model of its chip.
+fn board() -> StepResult {
+    show(&mut model(&["test", "--quiet"]))
+}
+
+/// The board in the model of its chip, at a port, and `lafet` that puts out the fire in front of it.
+fn fire() -> StepResult {
+    let url = format!("tcp://127.0.0.1:{FIRE_PORT}?addr=7");
+    show(&mut model(&["build", "--quiet", "--examples"]))?;
+    show(&mut cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
+    let mut serve = model(&["run", "--quiet", "--example", "serve"]);
+    serve.args(["--", &FIRE_PORT.to_string(), &FIRE_LIMIT_S.to_string()]);
+    let mut board = serve.spawn().map_err(|error| format!("the board: {error}"))?;
+    let asked = listens().and_then(|()| {
+        FIRE.iter().try_for_each(|words| {
+            let mut lafet = cargo(&["run", "--quiet", "--release", "--package", "lafet", "--"]);
+            show(lafet.args(["-c", &url, "--timeout", "20"]).args(*words))
+        })
+    });
+    if asked.is_err() {
+        // It may have ended by itself.
+        let _ = board.kill();
+    }
+    let ended = board.wait().map_err(|error| format!("the board: {error}"))?;
+    asked?;
+    if ended.success() { Ok(()) } else { Err("the fire burns on".into()) }
+}
+
+fn listens() -> StepResult {
+    for _ in 0..100 {
+        if TcpStream::connect(("127.0.0.1", FIRE_PORT)).is_ok() {
+            return Ok(());
+        }
+        std::thread::park_timeout(Duration::from_millis(100));
+    }
+    Err("the board has not opened its port in 10 s".into())
+}
+
+fn on_model(example: &str, arguments: &[String]) -> StepResult {
+    show(model(&["run", "--quiet", "--example", example]).arg("--").args(arguments))
+}
+
+/// The model is of the firmware's workspace, built for the host.
+fn model(arguments: &[&str]) -> Command {
+    let mut command = cargo(arguments);
+    command.args(["--locked", "--profile", "model", "--manifest-path"]);
+    command.arg(root().join("firmware/stm32f103-model/Cargo.toml"));
+    command.env("CARGO_TARGET_DIR", no_std::target().join("firmware/model"));
+    command
 }
 
 /// Builds the program for a board; returns the path of the ELF file.

@@ -34,15 +34,15 @@ const LIMITS: [Limit; 5] = [
         what: "whole monitor, flash",
         board: "stm32f103",
         of: Of::Flash(&[]),
-        goal: Some(48 * 1024),
-        limit: 50 * 1024,
+        goal: Some(56 * 1024),
+        limit: 56 * 1024,
     },
     Limit {
         what: "whole monitor, RAM with the stack at most",
         board: "stm32f103",
         of: Of::Ram,
-        goal: Some(8 * 1024),
-        limit: 8 * 1024,
+        goal: Some(12 * 1024),
+        limit: 12 * 1024,
     },
     Limit {
         what: "codec and chain, flash",
@@ -68,8 +68,10 @@ const LIMITS: [Limit; 5] = [
 ];
 
 /// Crates as in symbol names; the rest is constants and the linker's additions.
-const CRATES: [(&str, &str); 8] = [
+const CRATES: [(&str, &str); 10] = [
     ("lafet_firmware", "the board: `firmware`"),
+    ("lafet_stm32f103", "the board: `firmware/stm32f103`"),
+    ("lafet_turn", "the loop: `firmware/turn`"),
     ("lafet_ballistics", "`lafet-ballistics`"),
     ("lafet_device", "`lafet-device`"),
     ("lafet_proto", "`lafet-proto`"),

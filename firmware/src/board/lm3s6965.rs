@@ -1,7 +1,7 @@
 //! LM3S6965 as QEMU emulates it: the line on UART0; sensors, drives and the clock are those of a
 //! simulated plant at UART1; the flash is a file of the host, through semihosting.
 
-use super::{Board, Start};
+use super::Handler;
 use crate::register::Register;
 use crate::stack;
 use core::arch::asm;
@@ -12,10 +12,11 @@ use embedded_storage::nor_flash::{
 };
 use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
-use lafet_device::image::{Inputs, Outputs};
+use lafet_device::image::Inputs;
 use lafet_device::store::Store;
 use lafet_device::{Composition, Device};
 use lafet_plant::{Decoder, Failure, GAUGE, Image, Order, Report, Unknown};
+use lafet_turn::{Board, Start};
 
 const RESET_CAUSE: Register = Register::at(0x400F_E05C);
 const RESET_BY_WATCHDOG: u32 = 1 << 3;
@@ -28,6 +29,8 @@ const WATCHDOG_CONTROL: Register = Register::at(WATCHDOG + 0x008);
 const WATCHDOG_CLEAR: Register = Register::at(WATCHDOG + 0x00C);
 /// How many interrupts the chip has.
 pub const INTERRUPTS: usize = 44;
+/// Interrupts that are no faults: none.
+pub const HANDLERS: [Handler; 0] = [];
 const WATCHDOG_IRQ: Irq = Irq(18);
 /// About a second: the first time it runs out it interrupts, the second time it resets.
 const WATCHDOG_TICKS: u32 = 12_000_000;
@@ -118,30 +121,33 @@ pub struct Lm3s6965 {
     garbled: bool,
 }
 
-impl Lm3s6965 {
-    pub fn new() -> Self {
-        CLOCK_GATES_0.write(1 << 3);
-        CLOCK_GATES_1.write(0b11);
-        let reset_by_watchdog = RESET_CAUSE.read() & RESET_BY_WATCHDOG != 0;
-        RESET_CAUSE.write(0);
-        WATCHDOG_LOAD.write(WATCHDOG_TICKS);
-        WATCHDOG_CONTROL.write(0b11);
-        SYSTICK_RELOAD.write(SYSTICK_MAX);
-        SYSTICK_CONTROL.write(0b101);
-        // SAFETY: no critical section depends on this interrupt being masked.
-        unsafe { NVIC::unmask(WATCHDOG_IRQ) };
-        Self {
-            line: Uart::on(UART0),
-            plant: Uart::on(UART1),
-            decoder: Decoder::counting(),
-            store: Store::mount(File::open(), 0, PAGES),
-            now_ms: 0,
-            reset_by_watchdog,
-            meter: Meter::default(),
-            garbled: false,
-        }
+/// Starts the board.
+// Apart: what it takes meanwhile must not lie below the monitor.
+#[inline(never)]
+pub fn start() -> Lm3s6965 {
+    CLOCK_GATES_0.write(1 << 3);
+    CLOCK_GATES_1.write(0b11);
+    let reset_by_watchdog = RESET_CAUSE.read() & RESET_BY_WATCHDOG != 0;
+    RESET_CAUSE.write(0);
+    WATCHDOG_LOAD.write(WATCHDOG_TICKS);
+    WATCHDOG_CONTROL.write(0b11);
+    SYSTICK_RELOAD.write(SYSTICK_MAX);
+    SYSTICK_CONTROL.write(0b101);
+    // SAFETY: no critical section depends on this interrupt being masked.
+    unsafe { NVIC::unmask(WATCHDOG_IRQ) };
+    Lm3s6965 {
+        line: Uart::on(UART0),
+        plant: Uart::on(UART1),
+        decoder: Decoder::counting(),
+        store: Store::mount(File::open(), 0, PAGES),
+        now_ms: 0,
+        reset_by_watchdog,
+        meter: Meter::default(),
+        garbled: false,
     }
+}
 
+impl Lm3s6965 {
     #[inline(never)]
     fn report(&self, report: &Report) {
         report.send(&mut |byte| self.plant.put(byte));

@@ -1,0 +1,104 @@
+//! What a start finds: the memory, the positions, a crystal, a blank flash.
+
+use lafet_device::image::Axis;
+use lafet_proto::flags::DriveFlags;
+use lafet_proto::id::key;
+use lafet_proto::request::Body;
+use lafet_proto::{Ints, ParamId, SubsystemId};
+
+use super::{deployed, drive_flags, ensure, fresh, is_live, near, position_of, truth};
+use crate::chip::Reset;
+use crate::image;
+use crate::rig::{Rig, Wrong};
+
+/// Parameters survive power cuts, however often the pages go round.
+pub(super) fn memory(wrong: Wrong) -> Result<(), String> {
+    let mut rig = fresh(wrong);
+    let id = ParamId::of("Speed");
+    for (round, speed) in (0..24).zip([7, 8, 9, 10].into_iter().cycle()) {
+        let values = [speed];
+        let body = Body::SetParam { id, values: Ints::Values(&values) };
+        rig.order(SubsystemId::VERTICAL, body)?;
+        rig.run(150);
+        if round % 8 == 7 {
+            rig.cut_power();
+            rig.run(300);
+        }
+        let answers = rig.ask(SubsystemId::VERTICAL, Body::GetParam { id })?;
+        let data = answers.first().map(|(_, _, data)| data.clone()).unwrap_or_default();
+        let stored = data.get(2..6).map(|bytes| bytes.to_vec());
+        ensure(stored == Some(values[0].to_le_bytes().to_vec()), format!("{speed}: {data:?}"))?;
+        let address = rig.device.address();
+        ensure(address == 7, format!("the address is {address}"))?;
+    }
+    let broken = rig.parts(|parts| parts.chip.violations.clone());
+    ensure(broken.is_empty(), format!("{broken:?}"))
+}
+
+/// A drive at rest keeps its position over a power cut; one in motion reports that it has lost it.
+pub(super) fn position(wrong: Wrong) -> Result<(), String> {
+    let mut rig = deployed(wrong)?;
+    rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 600 })?;
+    rig.run(6_000);
+    rig.cut_power();
+    rig.run(500);
+    near("position after a power cut", position_of(&rig, Axis::Horizontal), 600.0, 6.0)?;
+    let found = drive_flags(&mut rig, Axis::Horizontal)?;
+    ensure(!found.contains(DriveFlags::POS_ENCODER_FAULT), format!("{found:?}"))?;
+    // Restart stops a motion in order, and the position is known behind it.
+    rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 3_000 })?;
+    rig.run(800);
+    rig.order(SubsystemId::ALL, Body::Restart)?;
+    rig.run(1_000);
+    ensure(rig.resets.last() == Some(&Reset::Software), format!("{:?}", rig.resets))?;
+    let (got, wanted) = (position_of(&rig, Axis::Horizontal), truth(&rig, Axis::Horizontal));
+    near("position after Restart in motion", got, wanted, 6.0)?;
+    let found = drive_flags(&mut rig, Axis::Horizontal)?;
+    ensure(
+        !found.contains(DriveFlags::POS_ENCODER_FAULT),
+        format!("Restart in motion: {found:?}"),
+    )?;
+    rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: -1_200 })?;
+    rig.run(800);
+    rig.cut_power();
+    rig.run(500);
+    let found = drive_flags(&mut rig, Axis::Horizontal)?;
+    ensure(
+        found.contains(DriveFlags::POS_ENCODER_FAULT),
+        "power was cut in motion, and all is well",
+    )?;
+    ensure(!is_live(&rig), "a motor has voltage after a power cut")
+}
+
+/// Without its crystal the chip runs, and says so; one that fails in motion stops it.
+pub(super) fn crystal(wrong: Wrong) -> Result<(), String> {
+    let mut rig = deployed(wrong)?;
+    rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 3_000 })?;
+    rig.run(500);
+    rig.parts(|parts| parts.chip.crystal = false);
+    rig.hang(100_000);
+    ensure(!is_live(&rig), "drives run on without a clock")?;
+    rig.run(500);
+    ensure(rig.resets == [Reset::Clock], format!("{:?}", rig.resets))?;
+    let hz = rig.parts(|parts| parts.chip.hz());
+    ensure(hz == 64_000_000, format!("runs at {hz} Hz"))?;
+    let answers = rig.ask(SubsystemId::GENERAL, Body::GetCrashData)?;
+    let data = answers.first().map(|(_, _, data)| data.clone()).unwrap_or_default();
+    ensure(data.iter().any(|byte| *byte != 0), "the crystal has failed, and nothing is said")?;
+    ensure(!is_live(&rig), "a motor has voltage after the failure")
+}
+
+/// Without a record and parameters it answers, and drives nothing.
+pub(super) fn blank(wrong: Wrong) -> Result<(), String> {
+    let mut rig = Rig::with_flash(wrong, Vec::new(), image::flash(None));
+    rig.parts(|parts| parts.chip.line_baud = 19_200);
+    rig.set_address(1);
+    rig.run(300);
+    ensure(!rig.has_record(), "a record in a blank flash")?;
+    rig.ask(SubsystemId::GENERAL, Body::GetStatus)?;
+    let _ = rig.ask(SubsystemId::DEPLOYER, Body::Deploy)?;
+    let _ = rig.ask(SubsystemId::VALVE1, Body::Open { key: key::OPEN })?;
+    rig.run(1_000);
+    let relays = rig.parts(|parts| parts.plant.relays(&parts.chip));
+    ensure(!is_live(&rig) && relays == [[false; 2]; 2], "a blank board drives something")
+}

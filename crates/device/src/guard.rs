@@ -85,7 +85,8 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Cau
             _ => stopped_at(*limits, input, *output),
         };
         if let Some(rule) = rule {
-            replace(output, DriveOutput::default(), cause, rule);
+            let stopped = DriveOutput { speed_tenths: 0, ..*output };
+            replace(output, stopped, cause, rule);
         }
     }
     if !rules.settled {

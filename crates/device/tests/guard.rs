@@ -48,7 +48,7 @@ fn both_switches() -> Inputs {
 /// Everything wanted at once, Deployer apart: it contradicts the others.
 fn all_wanted(speed_tenths: i16, valve: ValveOutput) -> Outputs {
     let mut wanted = Outputs {
-        drives: [DriveOutput { speed_tenths }; AXES],
+        drives: [DriveOutput { speed_tenths, cut: false }; AXES],
         valves: [valve; 2],
         heaters: [true; 5],
         units: [Some(UnitOp { seq: 1, param: 2, write: None }); 6],

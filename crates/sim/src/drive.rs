@@ -11,7 +11,7 @@
 //! The figures are ours, plausible for a monitor of 20 l/s on 24 V, not measured on one. Valid
 //! for worm-geared drives; backlash and elasticity are left out.
 
-use lafet_device::image::{Axis, DriveInput};
+use lafet_device::image::{Axis, DriveInput, DriveOutput};
 
 use crate::fault::{DriveFault, Faults};
 
@@ -115,12 +115,18 @@ impl Drive {
         Self { axis, spec, position, speed: 0.0, current_a: 0.0, frozen: None }
     }
 
-    /// Runs for `dt_s` towards the commanded speed, 0.1 °/s or 0.1 mm/s.
-    pub fn step(&mut self, command_tenths: i16, load: Load, dt_s: f64, faults: &Faults) {
+    /// Runs for `dt_s` as it is commanded.
+    pub fn step(&mut self, command: DriveOutput, load: Load, dt_s: f64, faults: &Faults) {
         let spec = &self.spec;
-        let wanted = f64::from(command_tenths) * spec.unit_per_tenth;
+        let wanted = match faults.drive(self.axis, DriveFault::Runaway) {
+            // Up or left; the nozzle, which is narrow at first, wider.
+            true if self.axis == Axis::Nozzle => -spec.max_speed,
+            true => spec.max_speed,
+            false => f64::from(command.speed_tenths) * spec.unit_per_tenth,
+        };
         let mut target = wanted.clamp(-spec.max_speed, spec.max_speed);
-        let open = faults.drive(self.axis, DriveFault::MotorOpen)
+        let open = command.cut
+            || faults.drive(self.axis, DriveFault::MotorOpen)
             || faults.drive(self.axis, DriveFault::PowerStage);
         let jam = faults.drive(self.axis, DriveFault::Jam);
         if open {
@@ -222,6 +228,7 @@ mod tests {
     fn run(drive: &mut Drive, command: i16, steps: u32, faults: &Faults) {
         let load = Load { cos_elevation: 1.0, flow_lps: 0.0 };
         for _ in 0..steps {
+            let command = DriveOutput { speed_tenths: command, cut: false };
             drive.step(command, load, DT, faults);
         }
     }

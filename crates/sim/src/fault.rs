@@ -52,6 +52,9 @@ named! {
         Jam "jam",
         /// The power stage is dead: the motor gets no voltage, and nothing diagnoses it.
         PowerStage "power-stage",
+        /// The power stage is shorted: it turns up or left (the nozzle wider) at full speed, fed or
+        /// not, until its supply is cut.
+        Runaway "runaway",
         /// Friction grown twelvefold: it moves, but draws more than it may.
         Friction "friction",
         /// Thick grease: it moves, and draws more than usual, but not more than it may.
@@ -319,7 +322,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 13 + 2 * 5 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
+        assert_eq!(names.len(), 4 * 14 + 2 * 5 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

@@ -345,7 +345,7 @@ impl World {
         let elevation = self.angle(Axis::Vertical);
         let load = Load { cos_elevation: libm::cos(elevation), flow_lps: self.water.jet_lps() };
         for (drive, output) in self.drives.iter_mut().zip(self.applied.drives) {
-            drive.step(output.speed_tenths, load, dt_s, &self.faults);
+            drive.step(output, load, dt_s, &self.faults);
         }
         for (valve, output) in self.valves.iter_mut().zip(self.applied.valves) {
             valve.step(output, dt_s, &self.faults);
@@ -554,7 +554,7 @@ impl Storage for World {
 mod tests {
     use super::*;
     use crate::fault::{DriveFault, UnitFault};
-    use lafet_device::image::{DriveOutput, Unit};
+    use lafet_device::image::Unit;
 
     fn deployed(fires: Vec<FireSpec>) -> World {
         let start = [0.0, 0.0, 60.0, 5_400.0];
@@ -563,7 +563,7 @@ mod tests {
 
     fn drive(world: &mut World, axis: Axis, speed_tenths: i16) {
         let mut outputs = *world.outputs();
-        outputs.drives[axis as usize] = DriveOutput { speed_tenths };
+        outputs.drives[axis as usize].speed_tenths = speed_tenths;
         world.drive(outputs);
     }
 

@@ -88,6 +88,10 @@ const fn drive(fault: DriveFault) -> Words {
         DriveFault::PowerStage => {
             ("Power stage is dead, undiagnosed", "Силовой каскад мёртв, диагностики нет")
         }
+        DriveFault::Runaway => (
+            "Power stage is shorted: runs by itself",
+            "Силовой каскад пробит: движется без команды",
+        ),
         DriveFault::Friction => ("Friction: draws too much", "Трение: ток выше допустимого"),
         DriveFault::Stiff => ("Stiff grease: draws more", "Густая смазка: ток повышен"),
         DriveFault::EncoderDead => ("Position reading stands still", "Положение не меняется"),

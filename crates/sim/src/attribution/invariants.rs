@@ -56,7 +56,11 @@ impl Invariants {
         for fault in view.faults {
             let Fault::Drive(axis, fault) = fault else { continue };
             let lies = match axis {
-                Axis::Deployer => matches!(fault, DriveFault::MinSwitch | DriveFault::MaxSwitch),
+                // A runaway leaves the working position by itself, whatever is driven.
+                Axis::Deployer => matches!(
+                    fault,
+                    DriveFault::MinSwitch | DriveFault::MaxSwitch | DriveFault::Runaway
+                ),
                 _ => matches!(
                     fault,
                     DriveFault::EncoderDead

@@ -56,7 +56,7 @@ impl World {
         let load = Load { cos_elevation: libm::cos(elevation), flow_lps: self.water.jet_lps() };
         let drives = self.drives.iter().zip(self.applied.drives).all(|(drive, output)| {
             let mut next = drive.clone();
-            next.step(output.speed_tenths, load, dt_s, &self.faults);
+            next.step(output, load, dt_s, &self.faults);
             next == *drive && drive.current_a == 0.0
         });
         let valves = self.valves.iter().zip(self.applied.valves).all(|(valve, output)| {

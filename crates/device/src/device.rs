@@ -5,6 +5,7 @@ use crate::composition::{ChainSet, Composition};
 use crate::guard::{self, Passed, Rules};
 use crate::hal::{FaultInfo, Hal, Storage, StorageError};
 use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
+use crate::inputs::{Contacts, Debounce};
 use crate::params::Params;
 use crate::subsystem::buttons::{ButtonPost, Demand, Held, direction};
 use crate::subsystem::climatics::Climatics;
@@ -36,6 +37,7 @@ pub struct Device {
     pub(crate) chain: ChainSet,
     pub(crate) address: u8,
     pub(crate) inputs: Inputs,
+    contacts: Debounce,
     pub(crate) outputs: Passed,
     causes: Causes,
     pub(crate) params: Params,
@@ -82,6 +84,7 @@ impl Device {
             chain: composition.chain,
             address,
             inputs: Inputs::default(),
+            contacts: Debounce::default(),
             outputs: Passed::default(),
             causes: Causes::all(Rule::Inert),
             general: General::default(),
@@ -112,6 +115,7 @@ impl Device {
         let Self { params, inputs, .. } = self;
         params.restore(hal);
         hal.read(inputs);
+        self.contacts = Debounce::starting(Contacts::of(inputs));
         // §3.19/3 What is not stored is as compiled in, the address as the hardware has it.
         if !params.is_incomplete(SubsystemId::GENERAL) {
             self.chain = ChainSet::from_bits(params.get(Param::GeneralChain) as u16);
@@ -169,7 +173,7 @@ impl Device {
         &self.causes
     }
 
-    /// What was sensed in the last step.
+    /// What was sensed in the last step, as it was judged (§D/6).
     pub const fn inputs(&self) -> &Inputs {
         &self.inputs
     }
@@ -201,10 +205,16 @@ impl Device {
         self.last_step = now;
         self.disturbed = false;
         hal.read(&mut self.inputs);
+        // §D/6
+        let sensed = Contacts::of(&mut self.inputs);
+        let judged = self.contacts.step(dt_ms, sensed);
+        judged.put(&mut self.inputs);
         self.settling.poll(now);
         self.run(now, dt_ms);
         let (wanted, mut causes) = (self.wanted(), self.wanted_causes());
+        judged.with_ends_of(sensed).put(&mut self.inputs);
         self.outputs = guard::filter(&self.rules(), &self.inputs, &wanted, &mut causes);
+        judged.put(&mut self.inputs);
         hal.write(&self.outputs);
         let passed = self.outputs.drives.iter().zip(&wanted.drives).zip(&causes.drives);
         for (drive, ((passed, wanted), why)) in self.drives.iter_mut().zip(passed) {

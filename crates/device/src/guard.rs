@@ -1,7 +1,7 @@
 //! §D/5 (ours) The last filter between what the subsystems want and what the HAL gets.
 //!
 //! It knows nothing of requests and trusts no subsystem: it judges by the inputs of this very
-//! step. It only ever takes away, except that lockout makes valves close; and it says by which rule.
+//! step, its contacts judged (§D/6) but for end switches that close, which stop at once. It only ever takes away, except that lockout makes valves close; and it says by which rule.
 
 use crate::cause::{Cause, Causes, Rule};
 use crate::image::{

@@ -330,7 +330,7 @@ fn no_move_into_an_end_switch() {
             let mut rig = Rig::new(Composition { drives: [kind; 4], ..Composition::REMOTE });
             rig.plant.drive(Axis::Vertical).switches = (-300, 300);
             rig.plant.place(Axis::Vertical, at);
-            rig.run(20);
+            rig.run(50);
             rig.move_to(Axis::Vertical, destination);
             assert!(!rig.drive_flags(Axis::Vertical).contains(DriveFlags::MOVE));
             rig.move_to(Axis::Vertical, -destination.clamp(-600, 600));

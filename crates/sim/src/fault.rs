@@ -75,6 +75,10 @@ named! {
         MinSwitch "min-switch",
         /// The switch at the upper / left / narrower / deployed end is stuck on.
         MaxSwitch "max-switch",
+        /// The switch at the lower / right / wider / wrapped end bounces and blips.
+        MinBounce "min-bounce",
+        /// The switch at the upper / left / narrower / deployed end bounces and blips.
+        MaxBounce "max-bounce",
     }
 }
 
@@ -91,6 +95,12 @@ named! {
         CloseSwitch "close-switch",
         /// The hardware block is on: the motor gets no power.
         Blocked "blocked",
+        /// The switch "open" bounces and blips.
+        OpenBounce "open-bounce",
+        /// The switch "closed" bounces and blips.
+        CloseBounce "close-bounce",
+        /// The contact of the hardware block bounces and blips.
+        BlockedBounce "blocked-bounce",
     }
 }
 
@@ -322,7 +332,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 14 + 2 * 5 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
+        assert_eq!(names.len(), 4 * 16 + 2 * 8 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

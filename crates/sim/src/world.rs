@@ -15,6 +15,7 @@ use lafet_proto::flags::{Button, ButtonState};
 
 use crate::airborne::{Airborne, Portion};
 use crate::climate::Climate;
+use crate::contact::{Contacts, Freshness};
 use crate::detector::{Aim, Detector, PICTURE_MS};
 use crate::drive::{Drive, DriveSpec, Load};
 use crate::event::{Event, Events, What};
@@ -144,6 +145,7 @@ pub struct World {
     commanded: Outputs,
     applied: Outputs,
     sensed: Inputs,
+    contacts: Contacts,
     airborne: Airborne,
     events: Events,
     /// Water that has landed on a site's ground; `None` where the ground is the world's own.
@@ -185,6 +187,7 @@ impl World {
             commanded: Outputs::default(),
             applied: Outputs::default(),
             sensed: Inputs::default(),
+            contacts: Contacts::default(),
             airborne: Airborne::default(),
             events: Events::default(),
             landed: config.shared_ground.then(Vec::new),
@@ -467,6 +470,7 @@ impl World {
     /// Samples the inputs; those of remote units only with a good exchange.
     fn sense(&mut self, polled: bool) {
         let faults = &self.faults;
+        let mut freshness = [Freshness::Old; UNIT_COUNT];
         for (index, unit) in self.units.iter().enumerate() {
             let input = match unit {
                 None => UnitInput { online: true, ..UnitInput::default() },
@@ -474,6 +478,10 @@ impl World {
             };
             let fresh = unit.is_none()
                 || (polled && input.online && !input.protocol_fault && self.answered(index));
+            if fresh {
+                let polled = unit.is_some();
+                freshness[index] = if polled { Freshness::Polled } else { Freshness::Sensed };
+            }
             self.sensed.units[index] = input;
             match index.checked_sub(AXES) {
                 _ if !fresh => {}
@@ -481,6 +489,7 @@ impl World {
                 Some(valve) => self.sensed.valves[valve] = self.valves[valve].sense(faults),
             }
         }
+        self.contacts.shake(self.now_ms, freshness, &mut self.sensed, faults);
         self.sensed.places = self.climate.sense(self.applied.heaters, faults);
         self.sensed.humidity_percent = self.climate.humidity_percent(faults);
         self.sensed.main_voltage_dv = self.climate.voltage_dv();

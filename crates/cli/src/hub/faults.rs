@@ -114,6 +114,14 @@ const fn drive(fault: DriveFault) -> Words {
         DriveFault::MaxSwitch => {
             ("Upper, left or deployed end switch stuck on", "Залип концевой выключатель max")
         }
+        DriveFault::MinBounce => (
+            "Lower, right or stowed end switch bounces and blips",
+            "Дребезг концевого выключателя min",
+        ),
+        DriveFault::MaxBounce => (
+            "Upper, left or deployed end switch bounces and blips",
+            "Дребезг концевого выключателя max",
+        ),
     }
 }
 
@@ -128,6 +136,15 @@ const fn valve(fault: ValveFault) -> Words {
             ("Circuit of the switch «closed» is broken", "Неисправна цепь датчика «закрыт»")
         }
         ValveFault::Blocked => ("Hardware block is on", "Включена аппаратная блокировка"),
+        ValveFault::OpenBounce => {
+            ("Switch «open» bounces and blips", "Дребезг концевого выключателя «открыт»")
+        }
+        ValveFault::CloseBounce => {
+            ("Switch «closed» bounces and blips", "Дребезг концевого выключателя «закрыт»")
+        }
+        ValveFault::BlockedBounce => {
+            ("Contact of the hardware block bounces", "Дребезг контакта аппаратной блокировки")
+        }
     }
 }
 

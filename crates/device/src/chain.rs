@@ -402,11 +402,17 @@ impl Device {
         self.control.is_active().then_some(SubsystemId::CONTROL)
     }
 
-    /// A valve that is not closed: water in a folding barrel destroys it.
+    /// A valve that is not closed, or water that flows all the same (§D/6): in a folding barrel it
+    /// destroys it.
     fn open_valve(&self) -> Option<SubsystemId> {
         let [valve1, valve2] = &self.valves;
+        let flows = || {
+            let valve = VALVES.into_iter().find(|id| self.has(*id));
+            self.flows().then_some(valve.unwrap_or(SubsystemId::DEPLOYER))
+        };
         forbids_folding(valve2, self.has(SubsystemId::VALVE2))
             .or(forbids_folding(valve1, self.has(SubsystemId::VALVE1)))
+            .or_else(flows)
     }
 
     /// A program that would have to deploy first cannot when Deployer is faulty.

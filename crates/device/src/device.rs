@@ -5,7 +5,7 @@ use crate::composition::{ChainSet, Composition};
 use crate::guard::{self, Passed, Rules};
 use crate::hal::{FaultInfo, Hal, Storage, StorageError};
 use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
-use crate::inputs::{Contacts, Debounce};
+use crate::inputs::{Contacts, Debounce, FLOWING_LPS, Water, bit};
 use crate::params::Params;
 use crate::subsystem::buttons::{ButtonPost, Demand, Held, direction};
 use crate::subsystem::climatics::Climatics;
@@ -38,6 +38,7 @@ pub struct Device {
     pub(crate) address: u8,
     pub(crate) inputs: Inputs,
     contacts: Debounce,
+    water: Water,
     pub(crate) outputs: Passed,
     causes: Causes,
     pub(crate) params: Params,
@@ -85,6 +86,7 @@ impl Device {
             address,
             inputs: Inputs::default(),
             contacts: Debounce::default(),
+            water: Water::default(),
             outputs: Passed::default(),
             causes: Causes::all(Rule::Inert),
             general: General::default(),
@@ -208,6 +210,7 @@ impl Device {
         // §D/6
         let sensed = Contacts::of(&mut self.inputs);
         let judged = self.contacts.step(dt_ms, sensed);
+        let judged = self.judge_water(dt_ms, judged);
         judged.put(&mut self.inputs);
         self.settling.poll(now);
         self.run(now, dt_ms);
@@ -230,6 +233,33 @@ impl Device {
         if let Some(reset) = self.general.poll_reset(now) {
             self.reset(now, reset, hal);
         }
+    }
+
+    /// §D/6 Water that flows is believed more than the switches of valves.
+    #[inline(never)]
+    fn judge_water(&mut self, dt_ms: u32, judged: Contacts) -> Contacts {
+        let valves = judged.of_valves(ValveNo::ALL.map(|no| self.has(no.id())));
+        let pressure_datm = self.general.pressure_datm();
+        self.water.step(dt_ms, valves, self.inputs.flow_lps, pressure_datm);
+        if self.water.is_unasked() { judged.without_closed() } else { judged }
+    }
+
+    /// §D/6 Water flows, whatever the valves say.
+    pub(crate) const fn flows(&self) -> bool {
+        self.inputs.flow_lps >= FLOWING_LPS
+    }
+
+    /// §D/6 What the inputs contradict.
+    pub(crate) fn input_faults(&self) -> i32 {
+        let mut bits = 0;
+        if self.water.is_unasked() {
+            bits |= bit::WATER_UNASKED;
+        }
+        if self.water.is_missing() {
+            bits |= bit::WATER_MISSING;
+        }
+        let cut = self.drives.iter().enumerate().filter(|(_, drive)| drive.output().cut);
+        cut.fold(bits, |bits, (axis, _)| bits | bit::RUNAWAY << axis)
     }
 
     /// §3.5/10 Flash stops the program while it is written or erased. Nothing may run on unguarded
@@ -292,6 +322,7 @@ impl Device {
             drive.step(now, dt_ms, input, unit_of(&inputs.units, axis.unit()), params);
         }
         for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {
+            valve.doubt(self.water.is_unasked());
             valve.step(now, dt_ms, input, unit_of(&inputs.units, no.unit()), params);
         }
         self.external_conn.step(now);

@@ -7,6 +7,7 @@ use crate::cause::{Cause, Causes, Rule};
 use crate::image::{
     AXES, Axis, DriveInput, DriveOutput, Inputs, Outputs, VALVES, ValveInput, ValveOutput,
 };
+use crate::inputs::FLOWING_LPS;
 
 /// How long after power-up everything stays inert, ms: sensors settle, supplies rise.
 pub const SETTLE_MS: u32 = 100;
@@ -69,7 +70,8 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Cau
             replace(output, passes, cause, rule);
         }
     }
-    let water = valves.any(|(present, valve)| *present && !valve.close_switch);
+    let water = valves.any(|(present, valve)| *present && !valve.close_switch)
+        || inputs.flow_lps >= FLOWING_LPS;
     let drives = allowed.drives.iter_mut().zip(&inputs.drives).zip(&Axis::ALL);
     let bounds = rules.limits.iter().zip(&rules.current_da).zip(&mut causes.drives);
     for (((output, input), axis), ((limits, current_da), cause)) in drives.zip(bounds) {

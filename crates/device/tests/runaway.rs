@@ -6,6 +6,7 @@ use common::{Rig, STEP_MS};
 use lafet_device::Composition;
 use lafet_device::image::Axis;
 use lafet_proto::flags::DriveFlags;
+use lafet_proto::param::Param;
 use lafet_proto::request::Body;
 use lafet_proto::{Status, SubsystemId};
 
@@ -59,6 +60,7 @@ fn runs_away(axis: Axis, runaway_tenths: i16, stops: bool) {
     for other in Axis::ALL {
         assert_eq!(rig.plant.outputs.drives[other as usize].cut, other == axis);
     }
+    assert_eq!(rig.get(Param::GeneralInputFaults), Ok(vec![1 << (4 + axis as i32)]));
     // It stays so, and is not moved any more.
     rig.run_while(2000, |rig| rig.plant.outputs.drives[axis as usize].cut && rig.is_still());
     assert!((rig.plant.drive(axis).position_milli - from_milli).abs() <= far_milli(axis));

@@ -93,6 +93,8 @@ named! {
         OpenSwitch "open-switch",
         /// The circuit of the switch "closed" is broken or shorted.
         CloseSwitch "close-switch",
+        /// The switch "closed" is stuck on, and its circuit is sound.
+        CloseStuck "close-stuck",
         /// The hardware block is on: the motor gets no power.
         Blocked "blocked",
         /// The switch "open" bounces and blips.
@@ -332,7 +334,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 16 + 2 * 8 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
+        assert_eq!(names.len(), 4 * 16 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

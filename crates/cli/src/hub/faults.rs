@@ -135,6 +135,9 @@ const fn valve(fault: ValveFault) -> Words {
         ValveFault::CloseSwitch => {
             ("Circuit of the switch «closed» is broken", "Неисправна цепь датчика «закрыт»")
         }
+        ValveFault::CloseStuck => {
+            ("Switch «closed» is stuck on", "Залип концевой выключатель «закрыт»")
+        }
         ValveFault::Blocked => ("Hardware block is on", "Включена аппаратная блокировка"),
         ValveFault::OpenBounce => {
             ("Switch «open» bounces and blips", "Дребезг концевого выключателя «открыт»")

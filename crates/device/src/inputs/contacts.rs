@@ -13,6 +13,10 @@ const ENDS: u16 = 0b11_1111;
 /// `blocked`: a blip of either must not end an extinguishing.
 const OFF_AT_ONCE: u16 = ENDS | 0b01_1011 << (2 * AXES);
 
+/// The valves' "open", and their "closed".
+const OPEN: u16 = 0b00_1001 << (2 * AXES);
+const CLOSED: u16 = OPEN << 1;
+
 /// The contacts of the process image, a bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Contacts(u16);
@@ -42,6 +46,25 @@ impl Contacts {
             *contact = bits & 1 != 0;
             bits >>= 1;
         });
+    }
+
+    /// Whether all of these valves say closed, if there are any, and whether one says open.
+    pub fn of_valves(self, present: [bool; VALVES]) -> (bool, bool) {
+        let mask = |all: u16| {
+            let mut bit = all & all.wrapping_neg();
+            present.iter().fold(0, |mask, is| {
+                let of_valve = if *is { bit } else { 0 };
+                bit <<= 3;
+                mask | of_valve
+            })
+        };
+        let (open, closed) = (mask(OPEN), mask(CLOSED));
+        (closed != 0 && self.0 & closed == closed, self.0 & open != 0)
+    }
+
+    /// These, with no valve reported as closed.
+    pub const fn without_closed(self) -> Self {
+        Self(self.0 & !CLOSED)
     }
 
     /// These, and the end switches that are sensed as closed.

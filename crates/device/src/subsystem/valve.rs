@@ -45,6 +45,8 @@ pub struct Valve {
     /// Runs while the valve is driven away from the end it stands at.
     leaving: Timer,
     input: ValveInput,
+    /// Water flows though its switch says closed.
+    doubted: bool,
     latched: ValveFlags,
     overload_ms: u32,
     overload: Timer,
@@ -71,6 +73,7 @@ impl Valve {
             travel: Timer::default(),
             leaving: Timer::default(),
             input: ValveInput::default(),
+            doubted: false,
             latched: ValveFlags::empty(),
             overload_ms: 0,
             overload: Timer::default(),
@@ -165,6 +168,12 @@ impl Valve {
         self.watch_travel(now);
     }
 
+    /// §D/6 Whether water flows through valves that all say closed: then its switch is reported as faulty,
+    /// and not judged as such: where the meter lies, the valve has to open all the same.
+    pub(crate) const fn doubt(&mut self, doubted: bool) {
+        self.doubted = doubted;
+    }
+
     /// What forbids Open also ends it: an opening that waits behind a block, or for the working
     /// position, would come by itself when nobody expects it any more.
     pub(crate) fn end_opening(&mut self, why: Rule) {
@@ -188,6 +197,11 @@ impl Valve {
 
     /// Flags but BadPower, which General adds.
     pub fn flags(&self) -> ValveFlags {
+        let doubt = if self.doubted { ValveFlags::CLOSE_SENSOR_FAULT } else { ValveFlags::empty() };
+        self.own_flags() | doubt
+    }
+
+    fn own_flags(&self) -> ValveFlags {
         let input = &self.input;
         let both = input.open_switch && input.close_switch;
         let mut flags = self.latched | self.unit_flags;
@@ -220,7 +234,7 @@ impl Valve {
             .union(ValveFlags::INTERNAL_FAULT)
             .union(ValveFlags::CONFIG_INVALID)
             .union(ValveFlags::CONN_LOST);
-        self.flags().intersects(FAULTS)
+        self.own_flags().intersects(FAULTS)
     }
 
     fn start(&mut self, now: Millis, motion: Motion, params: &Params, cause: Cause) {

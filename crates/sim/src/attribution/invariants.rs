@@ -23,6 +23,8 @@ use crate::world::STEP_MS;
 const LIMIT_ALLOWANCE: f64 = 2.5;
 /// How old what is sensed of a remote unit may be: as long as it counts as online, and a poll.
 const REMOTE_LAG_MS: u64 = 120;
+/// §D/6 From this flow on water flows, l/s.
+const FLOWING_LPS: u16 = 2;
 /// How much later a contact is believed: 30 ms, and a step.
 const CONTACT_LAG_MS: u64 = 40;
 /// How much later one that bounces and blips is: a bounce and a blip, each waited for.
@@ -77,7 +79,9 @@ impl Invariants {
                 self.lie_until_ms[*axis as usize] = view.now_ms + STEP_MS + lag_ms(view, *axis);
             }
         }
-        self.excused = view.flooded && (self.excused || !self.believes(Axis::Deployer, view));
+        let stuck = ValveNo::ALL.into_iter().any(|valve| is_stuck(view, valve));
+        let unknown = stuck || !self.believes(Axis::Deployer, view);
+        self.excused = view.flooded && (self.excused || unknown);
         self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
         for (ms, wet) in self.wet_ms.iter_mut().zip(view.wet) {
             *ms = if wet { *ms + STEP_MS } else { 0 };
@@ -140,6 +144,10 @@ impl Invariants {
         }
         for valve in ValveNo::ALL {
             let index = valve as usize;
+            // What is less than the meter says, nobody can know.
+            if is_stuck(view, valve) && view.inputs.flow_lps < FLOWING_LPS {
+                continue;
+            }
             let remote = Param::of_valve(valve.id(), ValveParam::ValveType)
                 .is_some_and(|param| view.params.get(param) == 1);
             let shaken = view.faults.contains(&Fault::Valve(valve, ValveFault::CloseBounce));
@@ -261,6 +269,11 @@ fn inert(ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Bilin
             },
         ));
     }
+}
+
+/// The switch "closed" of this valve says so whatever the valve does.
+fn is_stuck(view: &View<'_>, valve: ValveNo) -> bool {
+    view.faults.contains(&Fault::Valve(valve, ValveFault::CloseStuck))
 }
 
 /// How much later a remote drive is heard.

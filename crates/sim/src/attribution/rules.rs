@@ -29,6 +29,8 @@ const LEAVING_MIN_MS: u64 = 400;
 /// is gone again may still be found for as long.
 const WATCH_COUNTS: f64 = 4.0;
 const WATCH_MS: f64 = 400.0;
+/// §D/6 From this flow on water flows, l/s.
+const FLOWING_LPS: u16 = 2;
 /// A drive that goes less than a quarter of its commanded way does not turn.
 const SEEMS_STILL: f64 = 4.0;
 
@@ -279,7 +281,7 @@ fn is_wet(view: &View<'_>) -> bool {
     let wet = |valve: ValveNo| {
         view.device.has(valve.id()) && !view.inputs.valves[valve as usize].close_switch
     };
-    ValveNo::ALL.into_iter().any(wet)
+    ValveNo::ALL.into_iter().any(wet) || view.inputs.flow_lps >= FLOWING_LPS
 }
 
 /// Whether somebody may want the drive to go up/left (true) or down/right: a Move, a button, or a

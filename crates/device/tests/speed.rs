@@ -121,6 +121,26 @@ fn starting_current() {
     }
 }
 
+/// §3.3.4/1 Overload adds up over single samples without it; less than half of the time is none.
+#[test]
+fn overload_with_gaps() {
+    for (over, of, overload) in
+        [(149, 150, true), (3, 4, true), (2, 3, true), (1, 2, false), (1, 4, false)]
+    {
+        let mut rig = rig();
+        rig.set(Param::VerticalSlowCurrent, 0);
+        rig.move_to(Axis::Vertical, 4500);
+        rig.run(500);
+        let mut found = false;
+        for step in 0..200 {
+            rig.plant.drive(Axis::Vertical).current_da = if step % of < over { 99 } else { 0 };
+            rig.step(STEP_MS);
+            found |= rig.drive_flags(Axis::Vertical).contains(OVERLOAD);
+        }
+        assert_eq!(found, overload, "{over} of {of}");
+    }
+}
+
 /// §3.3.4/1 While it turns round, the direction that is refused is the one in which it still went.
 #[test]
 fn overload_in_a_turn() {

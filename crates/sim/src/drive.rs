@@ -166,6 +166,7 @@ impl Drive {
         let spec = &self.spec;
         let friction = match () {
             () if faults.drive(self.axis, DriveFault::Friction) => 12.0,
+            () if faults.drive(self.axis, DriveFault::Flicker) => 12.0,
             () if faults.drive(self.axis, DriveFault::Stiff) => 5.5,
             () => spec.friction_a,
         };

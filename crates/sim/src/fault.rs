@@ -57,6 +57,8 @@ named! {
         Runaway "runaway",
         /// Friction grown twelvefold: it moves, but draws more than it may.
         Friction "friction",
+        /// As friction, but the current drops out of the readings for 10 ms of every 100.
+        Flicker "flicker",
         /// Thick grease: it moves, and draws more than usual, but not more than it may.
         Stiff "stiff",
         /// The position stands still in the readings though the drive moves.
@@ -334,7 +336,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 16 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
+        assert_eq!(names.len(), 4 * 17 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

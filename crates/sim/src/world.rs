@@ -19,7 +19,7 @@ use crate::contact::{Contacts, Freshness};
 use crate::detector::{Aim, Detector, PICTURE_MS};
 use crate::drive::{Drive, DriveSpec, Load};
 use crate::event::{Event, Events, What};
-use crate::fault::{ButtonFault, Fault, Faults, Post, UNITS};
+use crate::fault::{ButtonFault, DriveFault, Fault, Faults, Post, UNITS};
 use crate::fire::{Fire, FireSpec};
 use crate::fires::Fires;
 use crate::flash::Flash;
@@ -37,6 +37,8 @@ mod rest;
 pub const STEP_MS: u64 = 10;
 
 const SLOW_MS: u64 = 100;
+/// A current that flickers is missing in one reading in this time.
+const FLICKER_MS: u64 = 100;
 
 /// What the world is built from.
 #[derive(Clone, Debug)]
@@ -490,6 +492,12 @@ impl World {
             }
         }
         self.contacts.shake(self.now_ms, freshness, &mut self.sensed, faults);
+        for (axis, input) in Axis::ALL.into_iter().zip(&mut self.sensed.drives) {
+            let gap = self.now_ms.is_multiple_of(FLICKER_MS);
+            if gap && faults.drive(axis, DriveFault::Flicker) {
+                input.current_da = 0;
+            }
+        }
         self.sensed.places = self.climate.sense(self.applied.heaters, faults);
         self.sensed.humidity_percent = self.climate.humidity_percent(faults);
         self.sensed.main_voltage_dv = self.climate.voltage_dv();
@@ -562,7 +570,7 @@ impl Storage for World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fault::{DriveFault, UnitFault};
+    use crate::fault::UnitFault;
     use lafet_device::image::Unit;
 
     fn deployed(fires: Vec<FireSpec>) -> World {

@@ -93,6 +93,9 @@ const fn drive(fault: DriveFault) -> Words {
             "Силовой каскад пробит: движется без команды",
         ),
         DriveFault::Friction => ("Friction: draws too much", "Трение: ток выше допустимого"),
+        DriveFault::Flicker => {
+            ("Friction, and a current reading with gaps", "Трение, показание тока с пропусками")
+        }
         DriveFault::Stiff => ("Stiff grease: draws more", "Густая смазка: ток повышен"),
         DriveFault::EncoderDead => ("Position reading stands still", "Положение не меняется"),
         DriveFault::EncoderReversed => {

@@ -580,7 +580,8 @@ impl Drive {
         self.trv = self.axis == Axis::Nozzle && trv >= 0 && self.position <= trv;
     }
 
-    /// §3.3.4 AmperageOverload and SpeedSlowAmp.
+    /// §3.3.4 AmperageOverload and SpeedSlowAmp. What is drawn too long adds up over moments in which it is
+    /// not: these take away as much, so a motor that is overloaded for more than half of its time stops.
     #[inline(never)]
     fn watch_current(&mut self, now: Millis, dt_ms: u32, params: &Params) {
         self.overload.poll(now);
@@ -589,8 +590,11 @@ impl Drive {
         let current = i32::from(self.input.current_da);
         // Cut off by the guard it draws nothing, and is overloaded all the same.
         let cut_off = core::mem::replace(&mut self.cut_off, false);
-        let over = (current > max || cut_off) && self.goal != Goal::Hold;
-        self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
+        self.overload_ms = match self.goal {
+            Goal::Hold => 0,
+            _ if current > max || cut_off => self.overload_ms.saturating_add(dt_ms),
+            _ => self.overload_ms.saturating_sub(dt_ms),
+        };
         if self.overload_ms > OVERLOAD_DELAY_MS {
             self.overload_up = self.is_bound_up();
             // The other direction is free at once: its current is judged anew.

@@ -254,10 +254,13 @@ impl Valve {
 
     fn watch_current(&mut self, now: Millis, dt_ms: u32, params: &Params) {
         self.overload.poll(now);
-        let over = i32::from(self.input.current_da)
-            > param(self.no, ValveParam::MaxCurrent, params)
-            && self.motion != Motion::Still;
-        self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
+        let max = param(self.no, ValveParam::MaxCurrent, params);
+        // As that of drives: moments without it take away as much as they last.
+        self.overload_ms = match self.motion {
+            Motion::Still => 0,
+            _ if i32::from(self.input.current_da) > max => self.overload_ms.saturating_add(dt_ms),
+            _ => self.overload_ms.saturating_sub(dt_ms),
+        };
         if self.overload_ms > OVERLOAD_DELAY_MS {
             self.stop(Cause::Rule(Rule::Overload));
             self.overload.start(now, OVERLOAD_CLEAR_MS);

@@ -325,6 +325,9 @@ impl Device {
             valve.doubt(self.water.is_unasked());
             valve.step(now, dt_ms, input, unit_of(&inputs.units, no.unit()), params);
         }
+        if self.general.is_locked() {
+            self.valves.iter_mut().for_each(|valve| valve.keep_closed(now, params));
+        }
         self.external_conn.step(now);
         self.radio.step(now);
         if self.chain.contains(SubsystemId::DEPLOYER) {
@@ -462,6 +465,7 @@ impl Device {
             locked: self.general.is_locked(),
             deployer: self.has(SubsystemId::DEPLOYER),
             valves: ValveNo::ALL.map(|no| self.has(no.id())),
+            spent: self.valves.each_ref().map(Valve::is_spent),
             limits,
             current_da,
         }

@@ -23,6 +23,8 @@ pub struct Rules {
     pub deployer: bool,
     /// Which valves there are.
     pub valves: [bool; VALVES],
+    /// Which of them were driven towards closed for all their time in vain: no motor is fed without end.
+    pub spent: [bool; VALVES],
     /// Limits of each drive in its encoder's own coordinates, with the allowance for arriving;
     /// `None` while they are off.
     pub limits: [Option<(i32, i32)>; AXES],
@@ -61,8 +63,10 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Cau
         !rules.deployer || deployer.max_switch && !deployer.min_switch && folding.speed_tenths == 0;
     let mut valves = rules.valves.iter().zip(&inputs.valves);
     let judged = allowed.valves.iter_mut().zip(&mut causes.valves).zip(valves.clone());
-    for ((output, cause), (present, input)) in judged {
+    for (((output, cause), (present, input)), spent) in judged.zip(&rules.spent) {
+        let locked = rules.locked && !input.close_switch && !spent;
         let instead = match present {
+            true if locked && rules.settled => Some((ValveOutput::Closing, Rule::Lockout)),
             true => instead_of_valve(rules, working, input, *output),
             false => Some((ValveOutput::Off, Rule::Absent)),
         };
@@ -114,7 +118,6 @@ fn instead_of_valve(
 ) -> Option<(ValveOutput, Rule)> {
     match wanted {
         _ if !rules.settled => Some((ValveOutput::Off, Rule::Inert)),
-        _ if rules.locked && !input.close_switch => Some((ValveOutput::Closing, Rule::Lockout)),
         ValveOutput::Opening if rules.locked => Some((ValveOutput::Off, Rule::Lockout)),
         ValveOutput::Opening if !working => Some((ValveOutput::Off, Rule::NotDeployed)),
         ValveOutput::Opening if input.blocked => Some((ValveOutput::Off, Rule::Blocked)),

@@ -11,7 +11,7 @@
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_proto::SubsystemId;
-use lafet_proto::flags::GeneralFlags;
+use lafet_proto::flags::{GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param, ValveParam};
 
 use super::ledger::{Ledger, Lock};
@@ -204,7 +204,8 @@ impl Invariants {
             let left_open = view.device.has(valve.id())
                 && settled
                 && !view.inputs.valves[valve as usize].close_switch
-                && output != ValveOutput::Closing;
+                && output != ValveOutput::Closing
+                && !is_in_vain(view, valve);
             if output == ValveOutput::Opening || left_open {
                 let name = valve_name(valve);
                 broken.push((
@@ -269,6 +270,12 @@ fn inert(ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Bilin
             },
         ));
     }
+}
+
+/// The valve could not be closed in its time, and says so: its motor is not fed without end.
+pub fn is_in_vain(view: &View<'_>, valve: ValveNo) -> bool {
+    let told = ValveFlags::from_bits_retain(view.told.valves[valve as usize]);
+    told.intersects(ValveFlags::INTERNAL_FAULT | ValveFlags::CLOSE_SENSOR_FAULT)
 }
 
 /// The switch "closed" of this valve says so whatever the valve does.

@@ -7,6 +7,7 @@ use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 
+use super::invariants::is_in_vain;
 use super::ledger::{Ledger, Lock, Move, Start, is_cut_off, is_running, valve_button};
 use super::view::axis_of;
 use super::{Bilingual, Output, View};
@@ -461,7 +462,7 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
         Rule::Arrived | Rule::Overload | Rule::Timeout | Rule::Fault
             if step.cause_before == Cause::Rule(Rule::Lockout) =>
         {
-            ledger.lock == Lock::Off || input.close_switch
+            ledger.lock == Lock::Off || input.close_switch || is_in_vain(view, valve)
         }
         Rule::Arrived => opened && input.open_switch || closed && input.close_switch,
         Rule::Overload => ledger.valve_over_ms[valve as usize] > VALVE_OVERLOAD_MS,

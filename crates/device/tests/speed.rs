@@ -32,7 +32,8 @@ fn speed_at(axis: Axis, way: i64, away: i64) -> i16 {
     rig.move_to(axis, target as i16);
     rig.run(1000);
     rig.plant.place(axis, target - away * way);
-    rig.device.step(rig.now_ms + STEP_MS, &mut rig.plant);
+    // A step that is too long for a position to have jumped in.
+    rig.device.step(rig.now_ms + 4 * STEP_MS, &mut rig.plant);
     rig.speed(axis)
 }
 

@@ -98,6 +98,8 @@ pub struct Drive {
     /// Motor current, A.
     pub current_a: f64,
     frozen: Option<f64>,
+    /// Where the position has begun to count too much.
+    fast_from: Option<f64>,
 }
 
 /// What loads a drive besides its own friction.
@@ -112,7 +114,7 @@ pub struct Load {
 impl Drive {
     /// A drive at rest.
     pub fn new(axis: Axis, spec: DriveSpec, position: f64) -> Self {
-        Self { axis, spec, position, speed: 0.0, current_a: 0.0, frozen: None }
+        Self { axis, spec, position, speed: 0.0, current_a: 0.0, frozen: None, fast_from: None }
     }
 
     /// Runs for `dt_s` as it is commanded.
@@ -160,6 +162,8 @@ impl Drive {
             None => Some(self.position),
             held => held,
         };
+        let fast = faults.drive(self.axis, DriveFault::EncoderFast);
+        self.fast_from = fast.then_some(self.fast_from.unwrap_or(self.position));
     }
 
     fn motoring_a(&self, before: f64, load: Load, dt_s: f64, faults: &Faults) -> f64 {
@@ -183,7 +187,14 @@ impl Drive {
     pub fn sense(&self, faults: &Faults) -> DriveInput {
         let has = |fault| faults.drive(self.axis, fault);
         let spec = &self.spec;
-        let mut position = self.frozen.unwrap_or(self.position) - spec.encoder_zero;
+        let mut position = self.frozen.unwrap_or(self.position);
+        if let Some(from) = self.fast_from {
+            position = from + 4.0 * (position - from);
+        }
+        if has(DriveFault::EncoderJump) {
+            position += if self.axis == Axis::Nozzle { -15.0 } else { 1200.0 };
+        }
+        position -= spec.encoder_zero;
         if has(DriveFault::EncoderReversed) {
             position = -position;
         }

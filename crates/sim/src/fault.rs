@@ -65,6 +65,10 @@ named! {
         EncoderDead "encoder-dead",
         /// The position counts the wrong way.
         EncoderReversed "encoder-reversed",
+        /// The position counts four times what it should.
+        EncoderFast "encoder-fast",
+        /// The position has jumped, by 20 ° or 15 mm.
+        EncoderJump "encoder-jump",
         /// The position sensor diagnoses itself as faulty.
         EncoderFault "encoder-fault",
         /// The speed sensor reads nought.
@@ -336,7 +340,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 17 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
+        assert_eq!(names.len(), 4 * 19 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

@@ -101,6 +101,12 @@ const fn drive(fault: DriveFault) -> Words {
         DriveFault::EncoderReversed => {
             ("Position counts the wrong way", "Положение считается наоборот")
         }
+        DriveFault::EncoderFast => {
+            ("Position counts four times too much", "Положение считается вчетверо быстрее")
+        }
+        DriveFault::EncoderJump => {
+            ("Position has jumped by 20° or 15 mm", "Положение скачком изменилось на 20° или 15 мм")
+        }
         DriveFault::EncoderFault => {
             ("Position sensor reports a fault", "Датчик положения сообщает о неисправности")
         }

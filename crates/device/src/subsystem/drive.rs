@@ -433,6 +433,10 @@ impl Drive {
         if self.input.speed_sensor_fault {
             flags |= DriveFlags::SPEED_ENCODER_FAULT;
         }
+        // §D/6 It cannot be at both its ends. Of Deployer that says nothing of its drive.
+        if self.input.min_switch && self.input.max_switch && self.axis != Axis::Deployer {
+            flags |= DriveFlags::INTERNAL_FAULT;
+        }
         flags.set(DriveFlags::LIMITLESS, self.limitless);
         flags.set(DriveFlags::MIN_LIMIT_REACHED, !self.limitless && self.position <= min);
         flags.set(DriveFlags::MAX_LIMIT_REACHED, !self.limitless && self.position >= max);

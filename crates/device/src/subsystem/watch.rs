@@ -17,6 +17,11 @@ const WATCH_MILLI: i32 = 4000;
 const WATCH_STEP_MS: u32 = 250;
 /// Speed below which motion is not judged, 0.1 °/s or 0.1 mm/s.
 const WATCH_SPEED_TENTHS: i16 = 5;
+/// Position and speed sensor may differ by this over a stretch, besides three-fold; milli-units of position
+/// for each unit of `way_per_tenth`: 1 ° or 1 mm.
+const APART_MILLI: i32 = 1000;
+/// In a step of this length a position that moves by [`COAST_MILLI`] has jumped.
+const JUMP_STEP_MS: u32 = 30;
 /// A drive that is not fed any more may run out for this long …
 const COAST_MS: u32 = 300;
 /// … and so far, milli-units of position for each unit of `way_per_tenth`: 5 ° or 5 mm.
@@ -37,6 +42,8 @@ pub(crate) struct Watch {
     running_ms: u32,
     elapsed_ms: u32,
     start: i32,
+    /// Position in the step before.
+    last: i32,
     /// Of a motion the commanded way, at rest the way in the stretch before; milli-units of position.
     expected: i32,
     /// Way by the speed sensor, milli-units of position.
@@ -65,10 +72,17 @@ impl Watch {
         }
         if speed_tenths.signum() != self.way || self.running_ms == 0 {
             let way = speed_tenths.signum();
-            *self = Self { way, start: input.position, ..Self::default() };
+            *self = Self { way, start: input.position, last: input.position, ..Self::default() };
         }
         if self.way == 0 {
             return self.rest(dt_ms, way_per_tenth, input);
+        }
+        let step =
+            input.position.saturating_sub(core::mem::replace(&mut self.last, input.position));
+        if dt_ms <= JUMP_STEP_MS
+            && step.saturating_mul(1000).saturating_abs() >= COAST_MILLI * way_per_tenth
+        {
+            return DriveFlags::POS_ENCODER_FAULT;
         }
         self.running_ms = self.running_ms.saturating_add(dt_ms);
         if self.running_ms <= START_MS {
@@ -85,9 +99,6 @@ impl Watch {
         }
         let Self { expected, measured, start, .. } = *self;
         *self = Self { start: input.position, elapsed_ms: 0, expected: 0, measured: 0, ..*self };
-        if input.min_switch || input.max_switch {
-            return DriveFlags::empty();
-        }
         let moved = input.position.saturating_sub(start).saturating_mul(1000);
         let sign = expected.signum();
         let of = |way: i32| way.saturating_mul(sign);
@@ -95,12 +106,19 @@ impl Watch {
         // What turned round within this stretch has measured next to nothing in sum.
         let now = i32::from(input.speed_tenths) * sign;
         let turned = now < -i32::from(speed_tenths.abs()) / 4;
+        let slack = APART_MILLI * way_per_tenth;
+        let far_more = |one: i32, other: i32| one > other.saturating_mul(3).saturating_add(slack);
+        let disagree = far_more(went, sensed) || far_more(sensed, went);
+        let off = |way: i32| way.abs_diff(expected.saturating_abs());
         match () {
             () if went < -part => DriveFlags::POSITION_WAY_FAULT,
             () if went < part && sensed > part => DriveFlags::POS_ENCODER_FAULT,
             () if went < part => DriveFlags::INTERNAL_FAULT,
             () if sensed < -part || sensed < part && turned => DriveFlags::SPEED_WAY_FAULT,
             () if sensed < part => DriveFlags::SPEED_ENCODER_FAULT,
+            // One counts several times what the other does: that which is farther from the command.
+            () if disagree && off(went) > off(sensed) => DriveFlags::POS_ENCODER_FAULT,
+            () if disagree => DriveFlags::SPEED_ENCODER_FAULT,
             () => DriveFlags::empty(),
         }
     }

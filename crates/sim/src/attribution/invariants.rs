@@ -72,6 +72,8 @@ impl Invariants {
                     fault,
                     DriveFault::EncoderDead
                         | DriveFault::EncoderReversed
+                        | DriveFault::EncoderFast
+                        | DriveFault::EncoderJump
                         | DriveFault::EncoderFault
                 ),
             };

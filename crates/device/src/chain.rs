@@ -107,6 +107,22 @@ const fn passes_lockout(request: RequestId) -> bool {
     is_read(request) || matches!(request, RequestId::SET_PARAM | RequestId::LOCKOUT)
 }
 
+/// §3.3.1/4 What must not begin on a bad supply: motion, water, erasing.
+const fn begins(request: RequestId) -> bool {
+    matches!(
+        request,
+        RequestId::MOVE
+            | RequestId::OPEN
+            | RequestId::DEPLOY
+            | RequestId::WRAP
+            | RequestId::START_JUSTIFY
+            | RequestId::START_QUENCH
+            | RequestId::START_TRAJECTORY
+            | RequestId::START_SEEK
+            | RequestId::CLEAN_FLASH
+    )
+}
+
 /// §3.3.9/1 Requests that count as an attempt to control the monitor.
 const fn is_control(request: RequestId) -> bool {
     matches!(
@@ -339,7 +355,10 @@ impl Device {
             request,
             RequestId::START_QUENCH | RequestId::START_TRAJECTORY | RequestId::START_SEEK
         );
-        by.map(|by| (by, Status::DENIED))
+        // §3.3.1/4
+        let weak = self.general.is_weak() && begins(request);
+        by.or(weak.then_some(SubsystemId::GENERAL))
+            .map(|by| (by, Status::DENIED))
             .or_else(|| program.then(|| self.broken_deployer()).flatten())
     }
 

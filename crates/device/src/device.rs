@@ -263,9 +263,10 @@ impl Device {
     }
 
     /// §3.5/10 Flash stops the program while it is written or erased. Nothing may run on unguarded
-    /// meanwhile, nor a Stop come late; under lockout there is nothing left to stop.
+    /// meanwhile, nor a Stop come late; under lockout there is nothing left to stop. On a bad supply nothing
+    /// is written but that (§3.3.1/4).
     fn may_store(&self) -> bool {
-        self.general.is_locked() || self.outputs.is_still()
+        self.general.is_locked() || self.outputs.is_still() && !self.general.has_bad_power()
     }
 
     /// In working position, or without a Deployer.
@@ -315,7 +316,7 @@ impl Device {
 
     fn run(&mut self, now: Millis, dt_ms: u32) {
         let Self { inputs, params, .. } = self;
-        self.general.step(inputs, params);
+        self.general.step(dt_ms, inputs, params);
         self.climatics.step(inputs, params);
         let sensed = inputs.drives.iter().zip(&Axis::ALL);
         for (drive, (input, axis)) in self.drives.iter_mut().zip(sensed) {
@@ -399,8 +400,11 @@ impl Device {
         axis: Axis,
         direction: Option<(bool, SubsystemId)>,
     ) {
+        // §3.3.1/4 What is held may go on, and not begin.
+        let goes_on = matches!(of_axis(&self.drives, axis).mover(), Some(Cause::Button(_)));
         let allowed = self.chain.contains(axis.id())
             && self.refusal_of_work().is_none()
+            && (goes_on || !self.general.is_weak())
             && !of_axis(&self.drives, axis).is_faulty();
         let drive = by_axis(&mut self.drives, axis);
         match direction {

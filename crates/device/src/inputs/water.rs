@@ -1,5 +1,7 @@
 //! Water against the valves: what flows says more than a switch.
 
+use super::Lasting;
+
 /// From this flow on water flows, l/s; less may be the rounding of a meter.
 pub(crate) const FLOWING_LPS: u16 = 2;
 /// Water that flows through closed valves for this long, ms, contradicts their switches: what was on its
@@ -15,13 +17,6 @@ const DRY_DATM: u16 = 5;
 pub(crate) struct Water {
     unasked: Lasting,
     dry: Lasting,
-}
-
-/// A condition that has to last, and to be gone for as long.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Lasting {
-    ms: u16,
-    holds: bool,
 }
 
 impl Water {
@@ -47,17 +42,6 @@ impl Water {
     /// A valve is open, and there is neither flow nor pressure.
     pub const fn is_missing(self) -> bool {
         self.dry.holds
-    }
-}
-
-impl Lasting {
-    fn step(&mut self, dt_ms: u32, now: bool, limit_ms: u16) {
-        let dt_ms = dt_ms.min(limit_ms.into()) as u16;
-        self.ms = match now {
-            true => self.ms.saturating_add(dt_ms).min(limit_ms),
-            false => self.ms.saturating_sub(dt_ms),
-        };
-        self.holds = if self.holds { self.ms > 0 } else { self.ms >= limit_ms };
     }
 }
 

@@ -258,6 +258,9 @@ impl Device {
         if self.water.is_missing() {
             bits |= bit::WATER_MISSING;
         }
+        if self.detector.is_saturated() {
+            bits |= bit::SATURATED;
+        }
         let cut = self.drives.iter().enumerate().filter(|(_, drive)| drive.output().cut);
         cut.fold(bits, |bits, (axis, _)| bits | bit::RUNAWAY << axis)
     }

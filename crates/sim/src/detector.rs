@@ -172,6 +172,13 @@ impl Detector {
             return DetectorInput::default();
         }
         let mut picture = DetectorInput { ready: true, dirty_lens, spots: [None; SPOTS] };
+        if faults.single(SingleFault::DetectorSaturated) {
+            let edge = libm::ceil(self.field_arcmin / 2.0) as i16;
+            let spot =
+                Spot { left: edge, right: -edge, bottom: -edge, top: edge, brightness: 4000 };
+            picture.spots = [Some(spot); SPOTS];
+            return picture;
+        }
         if !aim.deployed {
             return picture;
         }

@@ -175,6 +175,8 @@ named! {
         Humidity "humidity",
         /// The fire detector does not answer.
         DetectorDead "detector-dead",
+        /// The fire detector is saturated: four spots as wide as its field of view, wherever it looks.
+        DetectorSaturated "detector-saturated",
         /// The detector's glass is dirty: a tenth of the light comes through.
         DirtyLens "dirty-lens",
         /// The memory cannot be read.
@@ -340,7 +342,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 19 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
+        assert_eq!(names.len(), 4 * 19 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 12);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

@@ -33,7 +33,9 @@ fn group(fault: Fault) -> &'static str {
             | SingleFault::PressureShort
             | SingleFault::PumpOff
             | SingleFault::PumpWeak => "water",
-            SingleFault::DetectorDead | SingleFault::DirtyLens => "detector",
+            SingleFault::DetectorDead | SingleFault::DetectorSaturated | SingleFault::DirtyLens => {
+                "detector"
+            }
             SingleFault::Humidity => "box",
             _ => "general",
         },
@@ -202,6 +204,9 @@ const fn single(fault: SingleFault) -> Words {
             ("Humidity sensor does not answer", "Датчик влажности не отвечает")
         }
         SingleFault::DetectorDead => ("Detector does not answer", "Извещатель не отвечает"),
+        SingleFault::DetectorSaturated => {
+            ("Detector is saturated: light everywhere", "Извещатель засвечен по всему полю")
+        }
         SingleFault::DirtyLens => ("Detector's glass is dirty", "Загрязнено стекло извещателя"),
         SingleFault::FlashRead => ("Memory cannot be read", "Память не читается"),
         SingleFault::FlashWrite => ("Memory cannot be written", "Память не записывается"),

@@ -5,6 +5,7 @@
 //! | a contact: end switches, valves' switches, `blocked` | counts when it has lasted ([`contacts`]) | 30 ms | the state it reports |
 //! | water that flows though every valve says closed | no such switch is believed ([`water`]) | 3 s | CloseSensorFault, InputFaults bit 0 |
 //! | a supply out of its range | what it forbids to begin | 0.3 s | BadPower, Denied from General |
+//! | a detector whose spots all are as wide as its field | no spot is believed (`subsystem::detector`) | at once | DeviceFault, InputFaults bit 2 |
 //! | an open valve without flow and pressure | reported ([`water`]) | 10 s | InputFaults bit 1 |
 //!
 //! `guard` has besides, in the step in which it is sensed, every end switch that closes: it takes away and
@@ -22,6 +23,8 @@ pub(crate) mod bit {
     pub const WATER_UNASKED: i32 = 1;
     /// A valve is open, and there is neither flow nor pressure.
     pub const WATER_MISSING: i32 = 1 << 1;
+    /// The detector's picture cannot be of fires.
+    pub const SATURATED: i32 = 1 << 2;
     /// A drive has turned though it was not fed: that of the first axis, the others follow.
     pub const RUNAWAY: i32 = 1 << 4;
 }

@@ -230,7 +230,7 @@ mod terminal {
         let flags = sim.flags("deployer");
         assert!(!flags.contains(&"Deploying".into()), "{flags:?}");
         sim.running.child.kill().unwrap();
-        typed.sees("не слышно");
+        typed.sees("не отвечает");
         typed.types("exit\r");
         assert_eq!(typed.shell.wait().unwrap().code(), Some(0));
     }

@@ -177,7 +177,7 @@ impl Detector {
             let edge = libm::ceil(self.field_arcmin / 2.0) as i16;
             let spot =
                 Spot { left: edge, right: -edge, bottom: -edge, top: edge, brightness: 4000 };
-            picture.spots = [Some(spot); SPOTS];
+            picture.spots.fill(Some(spot));
             return picture;
         }
         if !aim.deployed {

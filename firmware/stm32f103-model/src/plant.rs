@@ -140,11 +140,13 @@ impl Plant {
     }
 
     fn outputs(&self, chip: &Chip) -> Outputs {
-        let mut outputs = Outputs { heaters: self.heaters(chip), ..Outputs::default() };
+        let mut outputs = Outputs::default();
+        outputs.heaters = self.heaters(chip);
         let speeds = self.voltages(chip).into_iter().zip(&self.world.drives);
         for (output, (part, drive)) in outputs.drives.iter_mut().zip(speeds) {
             let full = drive.spec.max_speed / drive.spec.unit_per_tenth;
-            *output = DriveOutput { speed_tenths: (part * full * DROOP).round() as i16 };
+            let speed_tenths = (part * full * DROOP).round() as i16;
+            *output = DriveOutput { speed_tenths, ..DriveOutput::default() };
         }
         for (output, relays) in outputs.valves.iter_mut().zip(self.relays(chip)) {
             *output = match relays {

@@ -57,15 +57,12 @@ impl<B: Bus> Contacts<B> {
         self.welded |= lasting(&mut self.relay_ms, dt_ms, stray);
         let parts = inputs.iter_mut().zip(VALVE_AT).zip(VALVE_FREE.iter().zip(self.relays));
         for ((input, [open, closed]), (free, relays)) in parts {
-            *input = ValveInput {
-                open_switch: is_closed(bus, open),
-                close_switch: is_closed(bus, closed),
-                // Which of the two contacts lies cannot be seen; the core finds a pair that contradicts.
-                open_sensor_fault: false,
-                close_sensor_fault: false,
-                current_da: if relays == [false; 2] { 0 } else { current_da },
-                blocked: self.welded || !is_closed(bus, *free),
-            };
+            // Which of the two contacts is wrong cannot be seen here; the core finds a contradiction.
+            *input = ValveInput::default();
+            input.open_switch = is_closed(bus, open);
+            input.close_switch = is_closed(bus, closed);
+            input.current_da = if relays == [false; 2] { 0 } else { current_da };
+            input.blocked = self.welded || !is_closed(bus, *free);
         }
     }
 

@@ -167,16 +167,13 @@ impl<B: Bus> Drives<B> {
             self.tripped |= drive.live_ms > DIFFER_MS;
             still &= drive.duty == 0 && drive.speed_16 / 16 == 0;
             let tenths = drive.speed_tenths(index);
-            *input = DriveInput {
-                position,
-                speed_tenths: tenths.clamp(i16::MIN.into(), i16::MAX.into()) as i16,
-                current_da: current(index),
-                min_switch: at_min,
-                max_switch: at_max,
-                motor_open: !armed || drive.broken_ms > 0,
-                position_sensor_fault: !self.referenced || absurd,
-                speed_sensor_fault: false,
-            };
+            *input = DriveInput::default();
+            input.position = position;
+            input.speed_tenths = tenths.clamp(i16::MIN.into(), i16::MAX.into()) as i16;
+            input.current_da = current(index);
+            (input.min_switch, input.max_switch) = (at_min, at_max);
+            input.motor_open = !armed || drive.broken_ms > 0;
+            input.position_sensor_fault = !self.referenced || absurd;
         }
         self.keep(still, dt_ms);
     }

@@ -7,50 +7,50 @@ export type paths = Record<string, never>;
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description What the hub is. */
+        /** @description The hub and its site, as the API returns them. */
         About: {
             /**
              * Format: int32
              * @description Version of the API.
              */
             api: number;
-            /** @description It was started by `lafet demo`. */
+            /** @description Started by `lafet demo`. */
             demo: boolean;
             /** @description Users log in. */
             login: boolean;
             /** @description Always `lafet`. */
             name: string;
-            /** @description Its monitors are simulated. */
+            /** @description The monitors are simulated. */
             simulation: boolean;
             site: components["schemas"]["Site"] | null;
             /**
              * Format: int64
-             * @description Since when it runs.
+             * @description When the hub started, ms since 1970.
              */
             started_ms: number;
-            /** @description Its version. */
+            /** @description Version of the program. */
             version: string;
         };
         /** @description An acknowledgement. */
         Ack: {
             /**
              * Format: int64
-             * @description When, ms since 1970.
+             * @description Time of the acknowledgement, ms since 1970.
              */
             at_ms: number;
             /** @description The user's name. */
             user: string;
         };
-        /** @description What was done. */
+        /** @description An action in the audit log. Its JSON is part of the log's format. */
         Act: {
-            /** @description Its name, `Move`. */
+            /** @description Name of the request, `Move`. */
             request: string;
-            /** @description Its addressee, `Vertical`. */
+            /** @description Name of the addressee, `Vertical`. */
             to: string;
             /** @enum {string} */
             type: "request";
         } | {
-            /** @description The drive. */
+            /** @description Name of the drive. */
             drive: string;
             end?: components["schemas"]["JogEnding"] | null;
             /** @description `max` or `min`. */
@@ -60,7 +60,7 @@ export interface components {
         } | {
             /** @description `take`, `release`, `request`, `grant`, `deny`, `force`. */
             action: string;
-            /** @description Why. */
+            /** @description Reason given with `force`. */
             reason?: string | null;
             /** @enum {string} */
             type: "authority";
@@ -71,11 +71,11 @@ export interface components {
             /** @enum {string} */
             type: "change_own_password";
         } | {
-            /** @description The role. */
+            /** @description Role of the user. */
             role: components["schemas"]["Role"];
             /** @enum {string} */
             type: "add_user";
-            /** @description The name. */
+            /** @description Name of the user. */
             user: string;
         } | {
             /** @description There is a new password. */
@@ -83,52 +83,52 @@ export interface components {
             role?: components["schemas"]["Role"] | null;
             /** @enum {string} */
             type: "change_user";
-            /** @description The name. */
+            /** @description Name of the user. */
             user: string;
         } | {
             /** @enum {string} */
             type: "remove_user";
-            /** @description The name. */
+            /** @description Name of the user. */
             user: string;
         } | {
-            /** @description Its name. */
+            /** @description Name of the token. */
             name: string;
-            /** @description Its role. */
+            /** @description Role of the token. */
             role: components["schemas"]["Role"];
             /** @enum {string} */
             type: "add_token";
         } | {
             /**
              * Format: int64
-             * @description Its number.
+             * @description Number of the token.
              */
             id: number;
             /** @enum {string} */
             type: "remove_token";
         } | {
-            /** @description Its id. */
+            /** @description Id of the session. */
             session: string;
             /** @enum {string} */
             type: "end_session";
         } | {
-            /** @description Its id. */
+            /** @description Id of the alarm. */
             alarm: string;
             /** @enum {string} */
             type: "acknowledge";
         } | {
-            /** @description Its id. */
+            /** @description Id of the alarm. */
             alarm: string;
             /**
              * Format: int64
-             * @description For this time.
+             * @description Duration, minutes.
              */
             minutes: number;
-            /** @description Why. */
+            /** @description Reason given. */
             reason: string;
             /** @enum {string} */
             type: "shelve";
         } | {
-            /** @description Its id. */
+            /** @description Id of the alarm. */
             alarm: string;
             /** @enum {string} */
             type: "unshelve";
@@ -136,32 +136,32 @@ export interface components {
             /** @enum {string} */
             type: "export_audit";
         } | {
-            /** @description Its name. */
+            /** @description Name of the recording. */
             recording: string;
             /** @enum {string} */
             type: "start_recording";
         } | {
-            /** @description Its name. */
+            /** @description Name of the recording. */
             recording: string;
             /** @enum {string} */
             type: "remove_recording";
         } | {
-            /** @description Its name. */
+            /** @description Name of the recording. */
             recording: string;
             /** @enum {string} */
             type: "upload_recording";
         } | {
-            /** @description Its id. */
+            /** @description Id of the scenario. */
             scenario: string;
             /**
              * Format: int64
-             * @description Its seed.
+             * @description Seed of the random numbers.
              */
             seed?: number | null;
             /** @enum {string} */
             type: "sim_scenario";
         } | {
-            /** @description What. */
+            /** @description The action. */
             act: components["schemas"]["SimAct"];
             /** @enum {string} */
             type: "sim";
@@ -206,7 +206,7 @@ export interface components {
              */
             way_m: number;
         };
-        /** @description How high to aim. */
+        /** @description The elevation that reaches the target. */
         Aimed: components["schemas"]["Basis"] & {
             /**
              * Format: int32
@@ -222,7 +222,7 @@ export interface components {
             active: boolean;
             /** @description What usually leads to it. */
             cause: components["schemas"]["Both"];
-            /** @description What it leads to. */
+            /** @description What follows if there is no response. */
             consequence: components["schemas"]["Both"];
             /**
              * Format: int32
@@ -235,9 +235,9 @@ export interface components {
             id: string;
             /** @description The id of the monitor; empty: the hub itself. */
             monitor: string;
-            /** @description How urgent it is. */
+            /** @description How urgent the response is. */
             priority: components["schemas"]["Priority"];
-            /** @description What to do. */
+            /** @description What the operator does. */
             remedy: components["schemas"]["Both"];
             /**
              * Format: int64
@@ -254,23 +254,23 @@ export interface components {
             state: components["schemas"]["AlarmState"];
             /** @description The name of the subsystem, `Link` or `Hub`. */
             subsystem: string;
-            /** @description What the condition is. */
+            /** @description The condition, in words. */
             what: components["schemas"]["Both"];
         };
-        /** @description What an alarm did. */
+        /** @description A change of an alarm. */
         AlarmChange: {
             /**
              * Format: int64
-             * @description When, ms since 1970.
+             * @description Time, ms since 1970.
              */
             at_ms: number;
-            /** @description Its state before. */
+            /** @description State before the change. */
             from: string;
             /** @description Id of the alarm. */
             id: string;
             /** @description The reason given. */
             reason: string | null;
-            /** @description Its state since. */
+            /** @description State after the change. */
             to: string;
             /** @description Whose action it was, if it was one. */
             user: string | null;
@@ -300,14 +300,14 @@ export interface components {
         Answered: {
             /**
              * Format: int32
-             * @description Its result by number.
+             * @description Number of the result (§2.2).
              */
             code: number;
             /** @description The subsystem that answers. */
             from: string;
             meaning: components["schemas"]["Both"] | null;
             remedy: components["schemas"]["Both"] | null;
-            /** @description Its result by name. */
+            /** @description Name of the result. */
             status: string;
             /** @description Whether the result is a success. */
             success: boolean;
@@ -346,34 +346,34 @@ export interface components {
             act?: components["schemas"]["Act"] | null;
             /**
              * Format: int64
-             * @description When, ms since 1970.
+             * @description Time, ms since 1970.
              */
             at_ms: number;
-            /** @description What else is known. */
+            /** @description Further data. */
             details: Record<string, unknown>;
-            /** @description From which address. */
+            /** @description IP address of the client. */
             from: string;
             kind?: components["schemas"]["Kind"] | null;
             /** @description To which monitor; empty: to the hub. */
             monitor: string;
-            /** @description How it went. */
+            /** @description Result of the action. */
             outcome: string;
-            /** @description In which role. */
+            /** @description Role of the user. */
             role: string;
-            /** @description From which seat. */
+            /** @description Id of the seat. */
             seat: string;
-            /** @description Who. */
+            /** @description Name of the user. */
             user: string;
             /** @description `ws`, `http`, or `hub` by itself. */
             via: string;
-            /** @description What. */
+            /** @description The action, in words. */
             what: string;
         };
-        /** @description The audit log. */
+        /** @description State of the audit log. */
         AuditState: {
             /** Format: int64 */
             entries: number;
-            /** @description The disk takes none. */
+            /** @description The disk takes no entries. */
             failing: boolean;
             /**
              * Format: int64
@@ -390,14 +390,14 @@ export interface components {
         AuthorityChange: {
             /** @description `take`, `release`, `request`, `grant`, `deny`, `force`. */
             action: string;
-            /** @description Why, of `force`. */
+            /** @description Reason, required with `force`. */
             reason?: string | null;
         };
         /** @description What a jet was computed from. */
         Basis: {
             /**
              * Format: int32
-             * @description Outlet, 0.1 mm.
+             * @description Diameter of the outlet, 0.1 mm.
              */
             diameter_dmm: number;
             /**
@@ -461,11 +461,11 @@ export interface components {
             verified: number;
         };
         /**
-         * @description How the chain is.
+         * @description State of the chain.
          * @enum {string}
          */
         ChainWord: "checking" | "ok" | "broken";
-        /** @description Connections. */
+        /** @description Open connections. */
         Clients: {
             /** Format: int64 */
             connections: number;
@@ -493,7 +493,7 @@ export interface components {
              */
             reach_m: number | null;
         };
-        /** @description Who commands a monitor. */
+        /** @description The authority over a monitor. */
         Control: {
             holder: components["schemas"]["Holder"] | null;
             request: components["schemas"]["Asking"] | null;
@@ -509,7 +509,7 @@ export interface components {
         Crash: {
             /** @description Bits of the fault registers that are set. */
             bits: components["schemas"]["CrashBit"][];
-            /** @description There was a fault. */
+            /** @description A fault is stored. */
             filled: boolean;
             /** @description What is to be said of a register. */
             notes: components["schemas"]["Note"][];
@@ -529,14 +529,14 @@ export interface components {
         CrashBit: {
             /**
              * Format: int32
-             * @description Number of the bit.
+             * @description Number of the bit, from 0.
              */
             bit: number;
-            /** @description What it means. */
+            /** @description What a set bit means. */
             meaning: components["schemas"]["Both"];
-            /** @description Its name. */
+            /** @description Name of the bit. */
             name: string;
-            /** @description The register. */
+            /** @description Name of the register. */
             register: string;
             /** @description What to do. */
             remedy: components["schemas"]["Both"];
@@ -572,11 +572,11 @@ export interface components {
             /** @description `login_needed`: there is no user yet. */
             setup_needed?: boolean | null;
             standing?: components["schemas"]["Standing"] | null;
-            /** @description What was probably meant. */
+            /** @description The value that was probably meant. */
             suggestion?: string | null;
         };
         /**
-         * @description Which way a frame went.
+         * @description Direction of a frame.
          * @enum {string}
          */
         DirectionWord: "out" | "in";
@@ -599,7 +599,7 @@ export interface components {
         };
         /** @description An entry of the log. */
         Entry: components["schemas"]["AuditRecord"] & {
-            /** @description Hash of this one. */
+            /** @description Hash of this entry. */
             hash: string;
             /**
              * Format: int64
@@ -611,28 +611,28 @@ export interface components {
         };
         /** @description An error as clients get it. */
         ErrorBody: components["schemas"]["Details"] & {
-            /** @description Its reason, for programs. */
+            /** @description Code for programs. */
             code: string;
             /** @description What happened and what to do, in English. */
             en: string;
-            /** @description The same in Russian. */
+            /** @description Text in Russian. */
             ru: string;
         };
-        /** @description Something that has happened. */
+        /** @description An entry of the event log. */
         Event: {
             /**
              * Format: int64
-             * @description When, ms since 1970.
+             * @description Time, ms since 1970.
              */
             at_ms: number;
             /** @description To which monitor; `None`: to the site. */
             monitor: string | null;
             /**
              * Format: int64
-             * @description Its number.
+             * @description Number of the entry.
              */
             n: number;
-            /** @description What. */
+            /** @description The event, in words. */
             what: components["schemas"]["Both"];
         };
         /** @description Part of the event log. */
@@ -698,9 +698,9 @@ export interface components {
             /** @description `ok` or `failing`: the audit log. */
             storage: string;
         };
-        /** @description What a client is told first. */
+        /** @description The first message to a client. */
         Hello: {
-            /** @description What the hub is. */
+            /** @description The hub and its site. */
             hub: components["schemas"]["About"];
             /** @description Times of a motion by hand. */
             jog: components["schemas"]["JogTimes"];
@@ -708,19 +708,19 @@ export interface components {
             kind: components["schemas"]["Kind"];
             /**
              * Format: int64
-             * @description The hub's date.
+             * @description Date of the hub, ms since 1970.
              */
             now_ms: number;
             /** @description Gives the seat back to a connection that begins with it. */
             resume: string | null;
-            /** @description The user's role. */
+            /** @description Role of the user. */
             role: components["schemas"]["Role"];
             /** @description What the connection is called. */
             seat: string;
-            /** @description The user. */
+            /** @description Name of the user. */
             user: string;
         };
-        /** @description The history. */
+        /** @description State of the history. */
         HistoryState: {
             /** @description `sqlite` or `postgresql`. */
             base: string;
@@ -739,7 +739,7 @@ export interface components {
         Holder: components["schemas"]["Seat"] & {
             /**
              * Format: int64
-             * @description Since when.
+             * @description When it took the authority, ms since 1970.
              */
             since_ms: number;
         };
@@ -747,13 +747,13 @@ export interface components {
         Hotbeds: {
             /**
              * Format: int64
-             * @description When it was read.
+             * @description When they were read, ms since 1970.
              */
             at_ms: number;
-            /** @description The fire spots. */
+            /** @description The fire spots, in the order of the monitor. */
             list: components["schemas"]["Spot"][];
         };
-        /** @description How the hub is. */
+        /** @description State of the hub. */
         HubState: {
             audit: components["schemas"]["AuditState"];
             clients: components["schemas"]["Clients"];
@@ -764,7 +764,7 @@ export interface components {
              * @description Memory of this program; null: not known.
              */
             memory_bytes: number | null;
-            /** @description How many there are. */
+            /** @description Number of monitors. */
             monitors: number;
             /** Format: int64 */
             now_ms: number;
@@ -784,24 +784,24 @@ export interface components {
             uptime_ms: number;
             version: string;
         };
-        /** @description An alarm. */
+        /** @description Id of an alarm. */
         Id: {
             id: string;
         };
-        /** @description Which alarms. */
+        /** @description Ids of alarms. */
         Ids: {
             ids?: string[] | null;
         };
-        /** @description Which monitor it is. */
+        /** @description Id, name and address of a monitor. */
         Info: {
             /**
              * Format: int32
              * @description Its address on the bus; null: a recording does not have it.
              */
             address: number | null;
-            /** @description Its id. */
+            /** @description Id from the configuration. */
             id: string;
-            /** @description Its name. */
+            /** @description Name for people. */
             name: components["schemas"]["Both"];
         };
         /** @description A jet. What is not given is the monitor's present value. */
@@ -836,18 +836,18 @@ export interface components {
         };
         /** @description Jets that are asked for. */
         Jets: {
-            /** @description At most 16. */
+            /** @description The jets to compute, at most 16. */
             jets: components["schemas"]["JetAsked"][];
         };
         /** @description A beat of a motion that is held, or its end. */
         JogBeat: {
             /** @description `Vertical`, `Horizontal`, `Nozzle`. */
             drive: string;
-            /** @description It is let go. */
+            /** @description The hand lets go: the motion ends. */
             end?: boolean;
             /**
              * Format: double
-             * @description The sender's clock, ms.
+             * @description Clock of the sender, ms; beats that arrive late are recognized by it.
              */
             t?: number | null;
             /** @description `max` (up, left, narrow) or `min`. */
@@ -873,7 +873,7 @@ export interface components {
              */
             position: number;
         } | {
-            /** @description In words, English. */
+            /** @description The error, in English. */
             error: string;
             /** @enum {string} */
             how: "refused";
@@ -881,7 +881,7 @@ export interface components {
             /** @enum {string} */
             how: "replaced";
         } | {
-            /** @description Who. */
+            /** @description The client that took over. */
             by: string;
             /** @enum {string} */
             how: "taken_over";
@@ -894,14 +894,14 @@ export interface components {
              */
             position: number;
         } | {
-            /** @description In words, English. */
+            /** @description The error, in English. */
             error: string;
             /** @enum {string} */
             how: "unknown";
         };
         /** @description The state of a motion that is held. */
         JogState: {
-            /** @description How it is. */
+            /** @description State of the motion. */
             state: components["schemas"]["MotionWord"];
         };
         /** @description Times of a motion by hand. */
@@ -918,25 +918,25 @@ export interface components {
             watchdog_ms: number;
         };
         /**
-         * @description How somebody came in.
+         * @description How a client has identified itself.
          * @enum {string}
          */
         Kind: "session" | "token" | "certificate" | "demo";
-        /** @description A line. */
+        /** @description Figures of a line. */
         Line: {
             /**
              * Format: int64
-             * @description Collisions.
+             * @description Collisions heard.
              */
             collisions: number;
             /**
              * Format: int64
-             * @description Frames with errors.
+             * @description Frames received with errors.
              */
             errors: number;
             /**
              * Format: int64
-             * @description Frames of others.
+             * @description Frames between other nodes.
              */
             foreign: number;
             /**
@@ -957,15 +957,15 @@ export interface components {
              * @description Collisions on a line with two wires.
              */
             collisions: number;
-            /** @description Its URL. */
+            /** @description URL of the link. */
             endpoint: string;
             error: components["schemas"]["Both"] | null;
             /**
              * Format: int64
-             * @description Frames with errors.
+             * @description Frames received with errors.
              */
             errors: number;
-            /** @description The last second. */
+            /** @description Figures of the last second. */
             last: components["schemas"]["Second"];
             /**
              * Format: int64
@@ -993,7 +993,7 @@ export interface components {
             received: number;
             /**
              * Format: int64
-             * @description Connections made again.
+             * @description Number of reconnections.
              */
             reconnects: number;
             /**
@@ -1013,7 +1013,7 @@ export interface components {
             sent: number;
             /**
              * Format: int64
-             * @description Since when.
+             * @description When the link came up or went down, ms since 1970.
              */
             since_ms: number;
             /**
@@ -1046,7 +1046,7 @@ export interface components {
         };
         /** @description A file of the state that is not as the others say. */
         Loss: components["schemas"]["StateFault"] & {
-            /** @description Which. */
+            /** @description The file. */
             file: components["schemas"]["StateFile"];
         };
         /**
@@ -1058,7 +1058,7 @@ export interface components {
         MadeToken: {
             /**
              * Format: int64
-             * @description Its number.
+             * @description Number of the token.
              */
             id: number;
             /** @description The token itself; it is not kept. */
@@ -1071,19 +1071,19 @@ export interface components {
         }) | {
             /**
              * Format: int64
-             * @description When.
+             * @description Time of the event, ms since 1970.
              */
             at_ms: number;
-            /** @description To which monitor. */
+            /** @description Id of the monitor; null if it concerns none. */
             monitor: string | null;
             /** @enum {string} */
             type: "event";
-            /** @description What. */
+            /** @description The event, in words. */
             what: components["schemas"]["Both"];
         } | {
-            /** @description The other client. */
+            /** @description The client that asks. */
             by: components["schemas"]["Seat"];
-            /** @description The monitor. */
+            /** @description Id of the monitor. */
             monitor: string;
             /** @enum {string} */
             type: "asked";
@@ -1093,32 +1093,32 @@ export interface components {
              */
             until_ms: number;
         } | {
-            /** @description Of this monitor. */
+            /** @description Id of the monitor. */
             monitor: string;
             /** @enum {string} */
             type: "authority_granted";
         } | {
-            /** @description Of this monitor. */
+            /** @description Id of the monitor. */
             monitor: string;
             /** @enum {string} */
             type: "authority_denied";
         } | {
             by: components["schemas"]["Seat"] | null;
-            /** @description How. */
+            /** @description How control was lost. */
             how: components["schemas"]["LossWord"];
-            /** @description Of this monitor. */
+            /** @description Id of the monitor. */
             monitor: string;
             /** @description Why it was taken by force. */
             reason: string | null;
             /** @enum {string} */
             type: "authority_lost";
         } | {
-            /** @description The drive. */
+            /** @description Name of the drive. */
             drive: string;
             end: components["schemas"]["MotionEnd"] | null;
-            /** @description The monitor. */
+            /** @description Id of the monitor. */
             monitor: string;
-            /** @description How it is. */
+            /** @description State of the motion. */
             state: components["schemas"]["MotionWord"];
             text: components["schemas"]["Both"] | null;
             /** @enum {string} */
@@ -1141,7 +1141,7 @@ export interface components {
         }) | {
             /**
              * Format: int64
-             * @description So many.
+             * @description Number of messages dropped.
              */
             count: number;
             /** @enum {string} */
@@ -1193,16 +1193,16 @@ export interface components {
         NoJet: "pressure" | "pressure_unknown" | "range" | "angle" | "elevation_unknown";
         /** @description What is to be said of a register. */
         Note: {
-            /** @description The register. */
+            /** @description Name of the register. */
             register: string;
-            /** @description The text. */
+            /** @description What the value points to. */
             text: components["schemas"]["Both"];
         };
         /** @description What the hub is, with its date. */
         Now: components["schemas"]["About"] & {
             /**
              * Format: int64
-             * @description The hub's date.
+             * @description Date of the hub, ms since 1970.
              */
             now_ms: number;
         };
@@ -1213,7 +1213,7 @@ export interface components {
         };
         /** @description How a request was answered. */
         Outcome: {
-            /** @description Who has answered what. */
+            /** @description The answers by subsystem. */
             answers: components["schemas"]["Answered"][];
             /**
              * Format: int64
@@ -1233,23 +1233,23 @@ export interface components {
         };
         /** @description Values of a parameter, or why they are not known. */
         ParamValue: {
-            /** @description Its values. */
+            /** @description The values. */
             values: number[];
         } | {
-            /** @description Why not. */
+            /** @description Why the values are unknown. */
             error: components["schemas"]["Both"];
         };
         /** @description Parameters as last read. */
         Params: {
             /**
              * Format: int64
-             * @description When they were read.
+             * @description When they were read, ms since 1970.
              */
             at_ms: number | null;
             progress: components["schemas"]["ReadingProgress"] | null;
-            /** @description They are being read. */
+            /** @description Whether they are being read. */
             reading: boolean;
-            /** @description By subsystem and name. */
+            /** @description Values by subsystem and name. */
             values: {
                 [key: string]: {
                     [key: string]: components["schemas"]["ParamValue"];
@@ -1270,7 +1270,7 @@ export interface components {
             commands_per_s: number;
             /**
              * Format: double
-             * @description Their bytes.
+             * @description Bytes to WebSockets.
              */
             message_bytes_per_s: number;
             /**
@@ -1280,7 +1280,7 @@ export interface components {
             messages_per_s: number;
             /**
              * Format: double
-             * @description States that were read.
+             * @description States polled from monitors.
              */
             polls_per_s: number;
             /**
@@ -1289,9 +1289,9 @@ export interface components {
              */
             requests_per_s: number;
         };
-        /** @description Where a monitor is. */
+        /** @description Position and bearing of a monitor. */
         Place: {
-            /** @description East and north, m. */
+            /** @description East and north of the origin, m. */
             at: [
                 number,
                 number
@@ -1312,15 +1312,15 @@ export interface components {
          * @enum {string}
          */
         Priority: "fire" | "high" | "medium" | "low";
-        /** @description A program, as the topic `program` tells it. */
+        /** @description A program, as the topic `program` has it. */
         Program: {
-            /** @description Who sent it. */
+            /** @description User who sent the request. */
             by: string | null;
             /** @description The request that began it; `None`: not one of this hub. */
             request: string | null;
             /**
              * Format: int64
-             * @description Since when.
+             * @description When it was sent, ms since 1970.
              */
             since_ms: number;
         };
@@ -1331,22 +1331,22 @@ export interface components {
             error?: components["schemas"]["ErrorBody"] | null;
             /** @description The id of the message. */
             id?: string | null;
-            /** @description The monitor. */
+            /** @description Id of the monitor. */
             monitor: string;
             result?: components["schemas"]["Outcome"] | null;
         };
         /** @description Topics and their values. */
         Published: ({
-            /** @description Topics that are gone. */
+            /** @description Names of the topics that were removed. */
             gone?: string[];
-            /** @description New values. */
+            /** @description Values of the topics that have changed. */
             set: {
                 [key: string]: Record<string, unknown>;
             };
         } & Record<string, unknown>) & {
             /**
              * Format: int64
-             * @description The hub's date.
+             * @description Date of the hub, ms since 1970.
              */
             now_ms: number;
         };
@@ -1364,64 +1364,64 @@ export interface components {
         };
         /** @description Whether a monitor can do its work, and why not. */
         Readiness: {
-            /** @description It can. */
+            /** @description Whether the monitor can work. */
             ready: boolean;
-            /** @description What is in the way, or should be known. */
+            /** @description What prevents it, or should be known. */
             reasons: components["schemas"]["ReadinessReason"][];
         };
-        /** @description Something that is in the way. */
+        /** @description Something that prevents work. */
         ReadinessReason: {
             /** @description `link`, `stale`, `flag`, `wrapped` or `move_hold`. */
             code: string;
-            /** @description The flag. */
+            /** @description Name of the flag; null if no flag is the cause. */
             flag: string | null;
             /** @description What to do. */
             remedy: components["schemas"]["Both"];
-            /** @description How much it matters. */
+            /** @description Severity of the flag. */
             severity: components["schemas"]["Severity"];
             /** @description The subsystem, if it is one's flag. */
             subsystem: string | null;
-            /** @description What it is. */
+            /** @description The cause, in words. */
             what: components["schemas"]["Both"];
         };
         /** @description How far reading is. */
         ReadingProgress: {
-            /** @description Parameters read. */
+            /** @description Number of parameters read. */
             done: number;
-            /** @description Parameters in all. */
+            /** @description Number of parameters to read. */
             total: number;
         };
-        /** @description A recording. */
+        /** @description A recording, as the API lists it. */
         Recording: {
             /** @description Which address is which of them. */
             addresses?: {
                 [key: string]: string;
             };
-            /** @description Which alarm it was. */
+            /** @description Id of the alarm that started it. */
             alarm: string | null;
-            /** @description Who asked for it. */
+            /** @description User who started it. */
             by: string | null;
             /** @description `alarm`, `asked` or `uploaded`. */
             cause: string;
             /**
              * Format: int64
-             * @description Its first frame.
+             * @description Time of the first frame, ms since 1970.
              */
             from_ms: number;
-            /** @description Whose frames there are. */
+            /** @description Ids of the monitors whose frames it has. */
             monitors: string[];
-            /** @description The file. */
+            /** @description Name of the file. */
             name: string;
-            /** @description It is being written. */
+            /** @description Whether it is being written. */
             recording?: boolean;
             /**
              * Format: int64
-             * @description Bytes.
+             * @description Size, bytes.
              */
             size: number;
             /**
              * Format: int64
-             * @description Its last frame.
+             * @description Time of the last frame, ms since 1970.
              */
             to_ms: number;
         };
@@ -1429,11 +1429,11 @@ export interface components {
         RequestText: {
             /** @description The monitor's id, where it is needed. */
             confirm?: string | null;
-            /** @description `Move Vertical 1200`. */
+            /** @description Text form of the request, `Move Vertical 1200`. */
             request: string;
         };
         /**
-         * @description What somebody may do; each role may what the ones before it may.
+         * @description What a client may do; each role includes the permissions of the ones before it.
          * @enum {string}
          */
         Role: "observer" | "operator" | "engineer" | "administrator";
@@ -1444,10 +1444,10 @@ export interface components {
              * @description Number of the interrupt, if it was one.
              */
             number: number | null;
-            /** @description In words. */
+            /** @description Summary in words. */
             what: components["schemas"]["Both"];
         };
-        /** @description What clients say. */
+        /** @description A message of a client. */
         Said: {
             confirm?: string | null;
             id?: string | null;
@@ -1506,7 +1506,7 @@ export interface components {
          * @enum {string}
          */
         SavedWord: "stored" | "unconfirmed" | "write_failed";
-        /** @description A scenario. */
+        /** @description The scenario to load. */
         Scenario: {
             automatic?: boolean;
             id: string;
@@ -1546,7 +1546,7 @@ export interface components {
         };
         /** @description A fire of the scenario or one that was lit later. */
         SceneFire: {
-            /** @description Its middle. */
+            /** @description Centre, m east and north. */
             at: [
                 number,
                 number
@@ -1596,7 +1596,7 @@ export interface components {
         };
         /** @description A portion of water that has landed. */
         SceneSplash: {
-            /** @description Where. */
+            /** @description Centre, m east and north. */
             at: [
                 number,
                 number
@@ -1608,24 +1608,24 @@ export interface components {
             foam: number;
             /**
              * Format: double
-             * @description How much, l.
+             * @description Amount of water, l.
              */
             litres: number;
             /** @description The id of the monitor. */
             monitor: string;
         };
-        /** @description Somebody at a place from which a monitor is commanded. */
+        /** @description A client that can hold authority. */
         Seat: {
             /** @description Address of the other side. */
             from: string;
-            /** @description The user's role. */
+            /** @description Role of the user. */
             role: components["schemas"]["Role"];
             /** @description A WebSocket connection, a session or a token. */
             seat: string;
-            /** @description The user. */
+            /** @description Name of the user. */
             user: string;
         };
-        /** @description A WebSocket. */
+        /** @description A WebSocket of a session. */
         SeatView: {
             /** @description Address of the other side. */
             from: string;
@@ -1637,7 +1637,7 @@ export interface components {
         Second: {
             /**
              * Format: int64
-             * @description Frames with errors.
+             * @description Frames received with errors.
              */
             errors: number;
             /**
@@ -1670,9 +1670,9 @@ export interface components {
         SeriesInfo: {
             /** @description Its name, `Vertical.position`. */
             series: string;
-            /** @description What it is. */
+            /** @description What the series shows. */
             text: components["schemas"]["Both"];
-            /** @description Its unit; empty: none. */
+            /** @description Unit; empty if there is none. */
             unit: components["schemas"]["Both"];
         };
         /** @description A session. */
@@ -1686,11 +1686,11 @@ export interface components {
             expires_ms: number;
             /** @description How the user has authenticated. */
             kind: components["schemas"]["Kind"];
-            /** @description The user's role. */
+            /** @description Role of the user. */
             role: components["schemas"]["Role"];
-            /** @description Its id. */
+            /** @description Id of the seat. */
             seat: string;
-            /** @description The user. */
+            /** @description Name of the user. */
             user: string;
         };
         /** @description A session, or a token that is in use. */
@@ -1701,7 +1701,7 @@ export interface components {
             expires_ms: number | null;
             id: string;
             kind: components["schemas"]["Kind"];
-            /** @description It is the caller's. */
+            /** @description The session of the caller. */
             own: boolean;
             role: components["schemas"]["Role"];
             /** @description Its WebSockets. */
@@ -1744,19 +1744,19 @@ export interface components {
         ShownFrame: {
             /**
              * Format: int64
-             * @description When.
+             * @description Time of the frame, ms since 1970.
              */
             at_ms: number;
             /** @description Its payload, two hexadecimal digits a byte. */
             bytes: string;
-            /** @description Which way. */
+            /** @description Direction of the frame. */
             direction: components["schemas"]["DirectionWord"];
             /**
              * Format: int32
              * @description Address that it is for.
              */
             dst: number;
-            /** @description The monitor. */
+            /** @description Id of the monitor. */
             monitor: string;
             /**
              * Format: int32
@@ -1784,23 +1784,23 @@ export interface components {
         } | {
             /** @description A fault of a monitor begins or ends; `all` can only end. */
             fault: {
-                /** @description The fault's name. */
+                /** @description Name of the fault. */
                 fault: string;
-                /** @description The monitor. */
+                /** @description Id of the monitor. */
                 monitor: string;
-                /** @description It begins. */
+                /** @description Whether the fault begins or ends. */
                 on: boolean;
             };
         } | {
             /** @description A fire is lit at a place, metres east and north. */
             fire: {
-                /** @description Where. */
+                /** @description Place of the fire, m east and north. */
                 at: number[];
                 /** @description `pool`, `pile` or `spray`. */
                 kind: string;
                 /**
                  * Format: double
-                 * @description Its diameter, m.
+                 * @description Diameter of the fire, m.
                  */
                 size: number;
             };
@@ -1810,9 +1810,9 @@ export interface components {
         } | {
             /** @description The link to a monitor is lost, or back. */
             link: {
-                /** @description The monitor. */
+                /** @description Id of the monitor. */
                 monitor: string;
-                /** @description It is back. */
+                /** @description Whether the link is restored or cut. */
                 up: boolean;
             };
         };
@@ -1824,9 +1824,9 @@ export interface components {
              */
             at_s: number | null;
             came: components["schemas"]["Both"] | null;
-            /** @description Whether it is decided. */
+            /** @description Result of the check. */
             state: components["schemas"]["SimCheckState"];
-            /** @description What is asked. */
+            /** @description The check, in words. */
             text: components["schemas"]["Both"];
         };
         /**
@@ -1838,7 +1838,7 @@ export interface components {
         SimFault: {
             /** @description The part of the monitor that it belongs to: `vertical`. */
             group: string;
-            /** @description That part, in words. */
+            /** @description Part of the monitor, in words. */
             group_text: components["schemas"]["Both"];
             /** @description Its name, as `POST /api/sim/faults` takes it: `vertical-jam`. */
             name: string;
@@ -1883,18 +1883,18 @@ export interface components {
             id: string;
             /** @description The ids of its monitors. */
             monitors: string[];
-            /** @description Its title. */
+            /** @description Title of the scenario. */
             title: components["schemas"]["Both"];
         };
         /** @description How many checks of the scenario are decided. */
         SimScore: {
             /** @description The checks in their order. */
             checks: components["schemas"]["SimCheck"][];
-            /** @description Checks that have failed. */
+            /** @description Number of checks failed. */
             failed: number;
             /** @description Checks that are not decided. */
             open: number;
-            /** @description Checks that have passed. */
+            /** @description Number of checks passed. */
             passed: number;
         };
         /** @description What runs: the topic `sim`. */
@@ -1939,7 +1939,7 @@ export interface components {
              */
             t_s: number;
         };
-        /** @description A site. */
+        /** @description The map of a site. */
         Site: {
             /** @description Monitors by id. */
             monitors: {
@@ -1950,7 +1950,7 @@ export interface components {
             /** @description Walls. */
             walls: components["schemas"]["Wall"][];
         };
-        /** @description How fast time goes. */
+        /** @description Speed of simulated time. */
         Speed: {
             /** Format: double */
             speed: number;
@@ -1964,22 +1964,22 @@ export interface components {
             brightness: number;
             /**
              * Format: int32
-             * @description Left edge.
+             * @description Left edge, arc-minutes.
              */
             x1: number;
             /**
              * Format: int32
-             * @description Right edge.
+             * @description Right edge, arc-minutes.
              */
             x2: number;
             /**
              * Format: int32
-             * @description Lower edge.
+             * @description Lower edge, arc-minutes.
              */
             y1: number;
             /**
              * Format: int32
-             * @description Upper edge.
+             * @description Upper edge, arc-minutes.
              */
             y2: number;
         };
@@ -2000,7 +2000,7 @@ export interface components {
             fault: "older";
             /**
              * Format: int64
-             * @description Those that are there.
+             * @description Entries that were found.
              */
             found: number;
             /**
@@ -2013,7 +2013,7 @@ export interface components {
             fault: "changed";
             /**
              * Format: int64
-             * @description Its number.
+             * @description Number of the entry.
              */
             n: number;
         } | {
@@ -2047,43 +2047,43 @@ export interface components {
         };
         /** @description The monitors of which a client is sent every change. */
         Subscribed: {
-            /** @description Their ids; null: all. */
+            /** @description Ids of the monitors; null: all. */
             monitors: string[] | null;
         };
-        /** @description On or off. */
+        /** @description Whether to switch on or off. */
         Switch: {
             on: boolean;
         };
         /** @description A round tank. */
         Tank: {
-            /** @description Its middle, m. */
+            /** @description Centre, m east and north. */
             at: [
                 number,
                 number
             ];
             /**
              * Format: double
-             * @description Its diameter, m.
+             * @description Diameter, m.
              */
             diameter: number;
             /**
              * Format: double
-             * @description Its height, m.
+             * @description Height, m.
              */
             height: number;
-            /** @description Its name. */
+            /** @description Name of the tank. */
             name: string;
         };
         /** @description A token, without its secret. */
         Token: {
             /**
              * Format: int64
-             * @description Since when.
+             * @description When it was made, ms since 1970.
              */
             created_ms: number;
             /**
              * Format: int64
-             * @description Its number.
+             * @description Number with which it is revoked.
              */
             id: number;
             /**
@@ -2091,9 +2091,9 @@ export interface components {
              * @description When it was used last.
              */
             last_used_ms: number | null;
-            /** @description What it is for. */
+            /** @description Name given by the administrator, shown in logs. */
             name: string;
-            /** @description What it may. */
+            /** @description Role of the program that uses it. */
             role: components["schemas"]["Role"];
         };
         /** @description Counts since the start. */
@@ -2111,27 +2111,27 @@ export interface components {
         UnknownBits: {
             /**
              * Format: int32
-             * @description The bits.
+             * @description Mask of the bits.
              */
             bits: number;
-            /** @description The register. */
+            /** @description Name of the register. */
             register: string;
         };
-        /** @description A user. */
+        /** @description A user, as the API lists it. */
         User: {
             /**
              * Format: int64
-             * @description Since when.
+             * @description When the user was added, ms since 1970.
              */
             created_ms: number;
             /**
              * Format: int64
-             * @description The last login.
+             * @description Last login, ms since 1970.
              */
             last_login_ms: number | null;
-            /** @description What they may. */
+            /** @description Role of the user. */
             role: components["schemas"]["Role"];
-            /** @description The name. */
+            /** @description Name, unique without regard to case. */
             user: string;
         };
         /** @description What changes of a user. */
@@ -2139,7 +2139,7 @@ export interface components {
             password?: string | null;
             role?: components["schemas"]["Role"] | null;
         };
-        /** @description Values of a parameter. */
+        /** @description New values of a parameter. */
         Values: {
             values: number[];
         };
@@ -2162,19 +2162,19 @@ export interface components {
         };
         /** @description A wall. */
         Wall: {
-            /** @description One end, m. */
+            /** @description First end, m east and north. */
             from: [
                 number,
                 number
             ];
             /**
              * Format: double
-             * @description Its height, m.
+             * @description Height, m.
              */
             height: number;
-            /** @description Its name. */
+            /** @description Name of the wall. */
             name: string;
-            /** @description The other end, m. */
+            /** @description Second end, m east and north. */
             to: [
                 number,
                 number

@@ -198,7 +198,7 @@ impl ApiError {
                 Self::new(StatusCode::CONFLICT, "no_authority", text).with(details)
             }
             Refusal::NoRequest => {
-                let text = both("Nobody asks for control.", "Никто не запрашивает управление.");
+                let text = both("No client asks for control.", "Никто не запрашивает управление.");
                 Self::new(StatusCode::CONFLICT, "no_request", text)
             }
             Refusal::NoReason => Self::bad_request(both(

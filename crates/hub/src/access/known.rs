@@ -98,7 +98,7 @@ impl Known {
     }
 
     /// Ends sessions that their users have not ended themselves. The page of one of them is open
-    /// somewhere, with somebody before it who watches a monitor: Stop goes on to work there for a
+    /// somewhere, and its user watches a monitor: Stop goes on to work there for a
     /// while. Close and Lockout, which shut the water of a fire, do not.
     pub fn end(&self, now_ms: u64, ends: impl Fn(&Entry) -> bool) {
         let mut ended = lock(&self.ended);
@@ -182,8 +182,8 @@ impl Known {
         Some((entry.principal(Kind::Token, 0, Standing::Good), touch))
     }
 
-    /// Whether somebody who came in is still welcome: neither ended nor run out. Being here is
-    /// use.
+    /// Whether a session or token is still valid: neither ended nor expired. The question counts
+    /// as use.
     pub fn is_valid(&self, now_ms: u64, principal: &Principal) -> (bool, Option<Touch>) {
         let of = match principal.kind {
             Kind::Session => &self.sessions,

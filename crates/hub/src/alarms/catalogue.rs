@@ -114,7 +114,7 @@ pub fn audit() -> Texts {
             "Команды исполняются; записи ждут в памяти и пропадут при завершении программы.",
         ),
         remedy: both(
-            "Make room on the disk or mend it; the entries are then stored by themselves.",
+            "Make room on the disk or repair it; the entries are then stored by themselves.",
             "Освободите место или исправьте диск; записи сохранятся сами.",
         ),
     }
@@ -200,7 +200,7 @@ pub fn revocations() -> Texts {
         ),
         remedy: both(
             "Make room on the disk or repair it before the hub is restarted.",
-            "Освободите место или исправьте диск до перезапуска хаба.",
+            "Освободите место или исправьте диск до перезапуска сервера объекта.",
         ),
     }
 }
@@ -222,7 +222,7 @@ pub fn history() -> Texts {
              пока их не слишком много.",
         ),
         remedy: both(
-            "Make room on the disk, or mend the server or url in [history].",
+            "Make room on the disk, or correct the server or url in [history].",
             "Освободите место либо исправьте сервер или url раздела [history].",
         ),
     }

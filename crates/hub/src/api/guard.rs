@@ -32,7 +32,7 @@ pub enum Cookie {
 
 impl Cookie {
     /// Its name. Over TLS a browser takes one of this prefix from this host over TLS alone, so that
-    /// nobody on the network can inject one.
+    /// it cannot be injected on the network.
     const fn name(self, encrypted: bool) -> &'static str {
         match (self, encrypted) {
             (Self::Session, true) => "__Host-lafet_session",
@@ -175,8 +175,8 @@ pub fn address(parts: &Parts, hub: &Hub) -> IpAddr {
     if !hub.config().proxies.contains(&peer) {
         return peer;
     }
-    // Each proxy appends whom it has heard; what stands before the first stranger anybody may
-    // have written.
+    // Each proxy appends the address of its client; what comes before the first unknown address
+    // may be forged.
     let told = parts.headers.get_all("x-forwarded-for").iter().filter_map(|it| it.to_str().ok());
     let told: Vec<&str> = told.flat_map(|it| it.split(',')).map(str::trim).collect();
     let mut known = told.iter().rev().map_while(|it| it.parse::<IpAddr>().ok());

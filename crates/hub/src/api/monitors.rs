@@ -78,7 +78,7 @@ pub struct JogBeat {
     pub toward: Option<String>,
     /// Clock of the sender, ms; beats that arrive late are recognized by it.
     pub t: Option<f64>,
-    /// The hand lets go: the motion ends.
+    /// The drive is released: the motion ends.
     #[serde(default)]
     pub end: bool,
 }

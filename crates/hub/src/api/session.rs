@@ -56,7 +56,7 @@ struct Password {
 /// A device is remembered for this time, s: 400 days are what browsers allow.
 const DEVICE_S: u32 = 400 * 24 * 3600;
 
-/// Where a request comes from, before anybody is known.
+/// Where a request comes from, before its user is known.
 struct From {
     address: String,
     encrypted: bool,

@@ -164,8 +164,8 @@ impl Overrides {
 }
 
 impl Config {
-    /// Reads the text of a file; `folder` is what relative paths in it start from. Everything that
-    /// is wrong is told at once.
+    /// Reads the text of a file; `folder` is what relative paths in it start from. Every
+    /// problem is reported at once.
     pub fn parse(
         file: &str,
         text: &str,

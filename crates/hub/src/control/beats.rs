@@ -91,7 +91,7 @@ impl Beats {
         act
     }
 
-    /// A beat has come that was long under way. It moves nothing; and whoever sent it has not let go
+    /// A beat has come that was long under way. It moves nothing; and the hand has not been released
     /// meanwhile, so that the beats which follow it move nothing either.
     pub fn late(&mut self, now: Now) {
         let goes_on =
@@ -101,7 +101,7 @@ impl Beats {
         }
     }
 
-    /// The hand lets go.
+    /// The hand is released.
     pub fn end(&mut self) {
         self.phase = Phase::Idle;
     }

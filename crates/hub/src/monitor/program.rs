@@ -147,10 +147,10 @@ mod tests {
         assert_eq!(all.current(), None);
         all.accepted(10_000, "StartQuench Control program=1", "anna");
         all.observe(13_000, &status(0, 0));
-        assert_eq!(all.current(), None, "it was over before anybody saw it");
+        assert_eq!(all.current(), None, "it was over before it was seen");
         all.observe(14_000, &status(QUENCH, 0));
         let others = Program { request: None, by: None, since_ms: 14_000 };
-        assert_eq!(all.current(), Some(&others), "somebody else has begun it");
+        assert_eq!(all.current(), Some(&others), "another client has started it");
     }
 
     #[test]

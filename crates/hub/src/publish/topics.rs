@@ -45,7 +45,7 @@ struct Topic {
     value: Option<Published>,
 }
 
-/// A value, written when it is read first: most values are replaced before anybody reads them.
+/// A value, written when it is read first: most values are replaced before they are read.
 #[derive(Clone)]
 struct Published {
     text: OnceLock<Arc<RawValue>>,
@@ -476,6 +476,6 @@ mod tests {
         }
         let first_link = order.iter().position(|name| name.ends_with("link"));
         assert!(first_link >= Some(370), "what people wait for goes first: {first_link:?}");
-        assert_eq!(order.len(), 500, "and nothing is told twice");
+        assert_eq!(order.len(), 500, "and nothing is sent twice");
     }
 }

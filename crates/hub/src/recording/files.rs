@@ -325,8 +325,8 @@ fn put(recorder: &mut Recorder<BufWriter<File>>, piece: &Piece) -> io::Result<()
     }
 }
 
-/// Removes what is too old, and the oldest while all are too much. What is written stays. What nobody
-/// knows the age of is never too old, and goes last when there is too much.
+/// Removes what is too old, and the oldest while all are too much. What is written stays. A file of
+/// unknown age is never too old, and goes last when there is too much.
 fn forget(folder: &Path, now_ms: u64, (days, megabytes): (u32, u64), open: &Open) {
     let before_ms = now_ms.saturating_sub(u64::from(days) * DAY_MS);
     let place = Folder(Arc::new(Place { path: folder.to_owned(), temporary: false }));

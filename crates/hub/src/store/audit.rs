@@ -3,7 +3,7 @@
 //!
 //! A thread writes what has come together in one transaction that is on the disk when it is
 //! reported as stored. What cannot be stored waits in memory, is tried again each second, and the
-//! hub goes on: a full disk must not keep anybody from extinguishing.
+//! hub goes on: a full disk must not prevent extinguishing.
 
 use std::collections::VecDeque;
 use std::path::Path;

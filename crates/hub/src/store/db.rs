@@ -153,8 +153,7 @@ pub fn open(folder: Option<&Path>, name: &str, schema: &str) -> Result<Connectio
     opened.map_err(|error| StoreError::File(path, error))
 }
 
-/// As [`open`]; a corrupt file is moved aside, for without what is in it the hub can
-/// work, and without the hub nobody can.
+/// As [`open`]; a corrupt file is moved aside: the hub works without its contents.
 pub fn open_or_begin_anew(
     folder: Option<&Path>,
     name: &str,

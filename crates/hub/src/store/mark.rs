@@ -2,8 +2,8 @@
 //! than the others shows at the start.
 //!
 //! Each database holds the id of the site. `hub.db` and `site.json` hold the head of the audit log as
-//! it was noted last; `audit.db` and `site.json` how often users and tokens were changed. Whoever
-//! replaces all files together by an older copy of all is not noticed here: the head of the audit
+//! it was noted last; `audit.db` and `site.json` how often users and tokens were changed. Older
+//! copies of all files together are not noticed here: the head of the audit
 //! log is in the program's own log for that.
 
 use std::io::Write;

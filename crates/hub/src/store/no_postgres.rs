@@ -34,7 +34,7 @@ impl Address {
     }
 }
 
-/// Stands for the history in PostgreSQL, which this build does not have.
+/// In the place of the history in PostgreSQL, which this build does not have.
 #[derive(Clone, Debug)]
 pub enum Postgres {}
 

@@ -132,7 +132,7 @@ impl Address {
         if roots == Some(Roots::System) && mode != Mode::VerifyFull {
             return Err((
                 both(
-                    "sslrootcert=system without verify-full: anybody has such a certificate.",
+                    "sslrootcert=system without verify-full: anyone can get such a certificate.",
                     "sslrootcert=system без verify-full: такой сертификат есть у кого угодно.",
                 ),
                 both("Write sslmode=verify-full.", "Напишите sslmode=verify-full."),

@@ -243,7 +243,7 @@ fn wrong_usage() {
         assert!(run.code == 2 && run.err.contains(expected), "{arguments:?}: {run:?}");
     };
     usage(&["sim:"], "lafet sim");
-    usage(&["tcp://h?framing=records"], "no bus");
+    usage(&["tcp://h?framing=records"], "cannot form a bus");
     usage(&["tcp://h?role=active"], "for consoles");
     usage(&["tcp://h", "--addresses", "0"], "1-8,129");
     usage(&["tcp://h", "--addresses", "240", "--listen", "127.0.0.1:0"], "lent to programs");

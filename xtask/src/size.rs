@@ -34,8 +34,8 @@ const LIMITS: [Limit; 5] = [
         what: "whole monitor, flash",
         board: "stm32f103",
         of: Of::Flash(&[]),
-        goal: Some(56 * 1024),
-        limit: 56 * 1024,
+        goal: Some(60 * 1024),
+        limit: 60 * 1024,
     },
     Limit {
         what: "whole monitor, RAM with the stack at most",
@@ -56,14 +56,14 @@ const LIMITS: [Limit; 5] = [
         board: firmware::EMULATED,
         of: Of::Flash(&[]),
         goal: None,
-        limit: 52_500,
+        limit: 56 * 1024,
     },
     Limit {
         what: "with the emulator's plant and semihosting, RAM with the stack at most",
         board: firmware::EMULATED,
         of: Of::Ram,
-        goal: Some(8 * 1024),
-        limit: 8 * 1024,
+        goal: Some(9 * 1024),
+        limit: 9 * 1024,
     },
 ];
 

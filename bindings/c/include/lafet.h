@@ -137,6 +137,8 @@ typedef struct {
   int8_t valves[2];
   // Heaters, by place.
   bool heaters[5];
+  // Supplies of drives that are to be cut: they turn though they are not fed.
+  bool cut[4];
 } lafet_outputs;
 
 // The hardware under the monitor, and its memory. `context` comes back in each call. Only

@@ -110,6 +110,8 @@ pub struct lafet_outputs {
     pub valves: [i8; 2],
     /// Heaters, by place.
     pub heaters: [bool; 5],
+    /// Supplies of drives that are to be cut: they turn though they are not fed.
+    pub cut: [bool; 4],
 }
 
 pub(crate) fn sense(from: &lafet_inputs, to: &mut Inputs) {
@@ -163,5 +165,6 @@ pub(crate) fn drive(from: &Outputs) -> lafet_outputs {
             ValveOutput::Closing => -1,
         }),
         heaters: from.heaters,
+        cut: from.drives.map(|drive| drive.cut),
     }
 }

@@ -107,6 +107,22 @@ const fn passes_lockout(request: RequestId) -> bool {
     is_read(request) || matches!(request, RequestId::SET_PARAM | RequestId::LOCKOUT)
 }
 
+/// §3.3.1/4 What must not begin on a bad supply: motion, water, erasing.
+const fn begins(request: RequestId) -> bool {
+    matches!(
+        request,
+        RequestId::MOVE
+            | RequestId::OPEN
+            | RequestId::DEPLOY
+            | RequestId::WRAP
+            | RequestId::START_JUSTIFY
+            | RequestId::START_QUENCH
+            | RequestId::START_TRAJECTORY
+            | RequestId::START_SEEK
+            | RequestId::CLEAN_FLASH
+    )
+}
+
 /// §3.3.9/1 Requests that count as an attempt to control the monitor.
 const fn is_control(request: RequestId) -> bool {
     matches!(
@@ -339,7 +355,10 @@ impl Device {
             request,
             RequestId::START_QUENCH | RequestId::START_TRAJECTORY | RequestId::START_SEEK
         );
-        by.map(|by| (by, Status::DENIED))
+        // §3.3.1/4
+        let weak = self.general.is_weak() && begins(request);
+        by.or(weak.then_some(SubsystemId::GENERAL))
+            .map(|by| (by, Status::DENIED))
             .or_else(|| program.then(|| self.broken_deployer()).flatten())
     }
 
@@ -402,11 +421,17 @@ impl Device {
         self.control.is_active().then_some(SubsystemId::CONTROL)
     }
 
-    /// A valve that is not closed: water in a folding barrel destroys it.
+    /// A valve that is not closed, or water that flows all the same (§D/6): in a folding barrel it
+    /// destroys it.
     fn open_valve(&self) -> Option<SubsystemId> {
         let [valve1, valve2] = &self.valves;
+        let flows = || {
+            let valve = VALVES.into_iter().find(|id| self.has(*id));
+            self.flows().then_some(valve.unwrap_or(SubsystemId::DEPLOYER))
+        };
         forbids_folding(valve2, self.has(SubsystemId::VALVE2))
             .or(forbids_folding(valve1, self.has(SubsystemId::VALVE1)))
+            .or_else(flows)
     }
 
     /// A program that would have to deploy first cannot when Deployer is faulty.

@@ -5,6 +5,7 @@ use crate::composition::{ChainSet, Composition};
 use crate::guard::{self, Passed, Rules};
 use crate::hal::{FaultInfo, Hal, Storage, StorageError};
 use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
+use crate::inputs::{Contacts, Debounce, FLOWING_LPS, Water, bit};
 use crate::params::Params;
 use crate::subsystem::buttons::{ButtonPost, Demand, Held, direction};
 use crate::subsystem::climatics::Climatics;
@@ -36,6 +37,8 @@ pub struct Device {
     pub(crate) chain: ChainSet,
     pub(crate) address: u8,
     pub(crate) inputs: Inputs,
+    contacts: Debounce,
+    water: Water,
     pub(crate) outputs: Passed,
     causes: Causes,
     pub(crate) params: Params,
@@ -82,6 +85,8 @@ impl Device {
             chain: composition.chain,
             address,
             inputs: Inputs::default(),
+            contacts: Debounce::default(),
+            water: Water::default(),
             outputs: Passed::default(),
             causes: Causes::all(Rule::Inert),
             general: General::default(),
@@ -112,6 +117,7 @@ impl Device {
         let Self { params, inputs, .. } = self;
         params.restore(hal);
         hal.read(inputs);
+        self.contacts = Debounce::starting(Contacts::of(inputs));
         // §3.19/3 What is not stored is as compiled in, the address as the hardware has it.
         if !params.is_incomplete(SubsystemId::GENERAL) {
             self.chain = ChainSet::from_bits(params.get(Param::GeneralChain) as u16);
@@ -174,7 +180,7 @@ impl Device {
         &self.causes
     }
 
-    /// What was sensed in the last step.
+    /// What was sensed in the last step, as it was judged (§D/6).
     pub const fn inputs(&self) -> &Inputs {
         &self.inputs
     }
@@ -206,10 +212,17 @@ impl Device {
         self.last_step = now;
         self.disturbed = false;
         hal.read(&mut self.inputs);
+        // §D/6
+        let sensed = Contacts::of(&mut self.inputs);
+        let judged = self.contacts.step(dt_ms, sensed);
+        let judged = self.judge_water(dt_ms, judged);
+        judged.put(&mut self.inputs);
         self.settling.poll(now);
         self.run(now, dt_ms);
         let (wanted, mut causes) = (self.wanted(), self.wanted_causes());
+        judged.with_ends_of(sensed).put(&mut self.inputs);
         self.outputs = guard::filter(&self.rules(), &self.inputs, &wanted, &mut causes);
+        judged.put(&mut self.inputs);
         hal.write(&self.outputs);
         let passed = self.outputs.drives.iter().zip(&wanted.drives).zip(&causes.drives);
         for (drive, ((passed, wanted), why)) in self.drives.iter_mut().zip(passed) {
@@ -227,10 +240,41 @@ impl Device {
         }
     }
 
+    /// §D/6 Water that flows is believed more than the switches of valves.
+    #[inline(never)]
+    fn judge_water(&mut self, dt_ms: u32, judged: Contacts) -> Contacts {
+        let valves = judged.of_valves(ValveNo::ALL.map(|no| self.has(no.id())));
+        let pressure_datm = self.general.pressure_datm();
+        self.water.step(dt_ms, valves, self.inputs.flow_lps, pressure_datm);
+        if self.water.is_unasked() { judged.without_closed() } else { judged }
+    }
+
+    /// §D/6 Water flows, whatever the valves say.
+    pub(crate) const fn flows(&self) -> bool {
+        self.inputs.flow_lps >= FLOWING_LPS
+    }
+
+    /// §D/6 What the inputs contradict.
+    pub(crate) fn input_faults(&self) -> i32 {
+        let mut bits = 0;
+        if self.water.is_unasked() {
+            bits |= bit::WATER_UNASKED;
+        }
+        if self.water.is_missing() {
+            bits |= bit::WATER_MISSING;
+        }
+        if self.detector.is_saturated() {
+            bits |= bit::SATURATED;
+        }
+        let cut = self.drives.iter().enumerate().filter(|(_, drive)| drive.output().cut);
+        cut.fold(bits, |bits, (axis, _)| bits | bit::RUNAWAY << axis)
+    }
+
     /// §3.5/10 Flash stops the program while it is written or erased. Nothing may run on unguarded
-    /// meanwhile, nor a Stop come late; under lockout there is nothing left to stop.
+    /// meanwhile, nor a Stop come late; under lockout there is nothing left to stop. On a bad supply nothing
+    /// is written but that (§3.3.1/4).
     fn may_store(&self) -> bool {
-        self.general.is_locked() || self.outputs.is_still()
+        self.general.is_locked() || self.outputs.is_still() && !self.general.has_bad_power()
     }
 
     /// In working position, or without a Deployer.
@@ -280,14 +324,18 @@ impl Device {
 
     fn run(&mut self, now: Millis, dt_ms: u32) {
         let Self { inputs, params, .. } = self;
-        self.general.step(inputs, params);
+        self.general.step(dt_ms, inputs, params);
         self.climatics.step(inputs, params);
         let sensed = inputs.drives.iter().zip(&Axis::ALL);
         for (drive, (input, axis)) in self.drives.iter_mut().zip(sensed) {
             drive.step(now, dt_ms, input, unit_of(&inputs.units, axis.unit()), params);
         }
         for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {
+            valve.doubt(self.water.is_unasked());
             valve.step(now, dt_ms, input, unit_of(&inputs.units, no.unit()), params);
+        }
+        if self.general.is_locked() {
+            self.valves.iter_mut().for_each(|valve| valve.keep_closed(now, params));
         }
         self.external_conn.step(now);
         self.radio.step(now);
@@ -360,8 +408,11 @@ impl Device {
         axis: Axis,
         direction: Option<(bool, SubsystemId)>,
     ) {
+        // §3.3.1/4 What is held may go on, and not begin.
+        let goes_on = matches!(of_axis(&self.drives, axis).mover(), Some(Cause::Button(_)));
         let allowed = self.chain.contains(axis.id())
             && self.refusal_of_work().is_none()
+            && (goes_on || !self.general.is_weak())
             && !of_axis(&self.drives, axis).is_faulty();
         let drive = by_axis(&mut self.drives, axis);
         match direction {
@@ -426,6 +477,7 @@ impl Device {
             locked: self.general.is_locked(),
             deployer: self.has(SubsystemId::DEPLOYER),
             valves: ValveNo::ALL.map(|no| self.has(no.id())),
+            spent: self.valves.each_ref().map(Valve::is_spent),
             limits,
             current_da,
         }

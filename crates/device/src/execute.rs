@@ -312,6 +312,11 @@ impl Device {
                 }
                 return Ok(buffer.get(..20).unwrap_or_default());
             }
+            Param::GeneralInputFaults => {
+                let [first, ..] = buffer;
+                *first = self.input_faults();
+                return Ok(core::slice::from_ref(first));
+            }
             // §3.21/1
             Param::DetectorHotbeds => return Ok(hotbed_values(self.detector.hotbeds(), buffer)),
             _ => {}

@@ -1,12 +1,13 @@
 //! §D/5 (ours) The last filter between what the subsystems want and what the HAL gets.
 //!
 //! It knows nothing of requests and trusts no subsystem: it judges by the inputs of this very
-//! step. It only ever takes away, except that lockout makes valves close; and it says by which rule.
+//! step, its contacts judged (§D/6) but for end switches that close, which stop at once. It only ever takes away, except that lockout makes valves close; and it says by which rule.
 
 use crate::cause::{Cause, Causes, Rule};
 use crate::image::{
     AXES, Axis, DriveInput, DriveOutput, Inputs, Outputs, VALVES, ValveInput, ValveOutput,
 };
+use crate::inputs::FLOWING_LPS;
 
 /// How long after power-up everything stays inert, ms: sensors settle, supplies rise.
 pub const SETTLE_MS: u32 = 100;
@@ -22,6 +23,8 @@ pub struct Rules {
     pub deployer: bool,
     /// Which valves there are.
     pub valves: [bool; VALVES],
+    /// Which of them were driven towards closed for all their time in vain: no motor is fed without end.
+    pub spent: [bool; VALVES],
     /// Limits of each drive in its encoder's own coordinates, with the allowance for arriving;
     /// `None` while they are off.
     pub limits: [Option<(i32, i32)>; AXES],
@@ -60,8 +63,10 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Cau
         !rules.deployer || deployer.max_switch && !deployer.min_switch && folding.speed_tenths == 0;
     let mut valves = rules.valves.iter().zip(&inputs.valves);
     let judged = allowed.valves.iter_mut().zip(&mut causes.valves).zip(valves.clone());
-    for ((output, cause), (present, input)) in judged {
+    for (((output, cause), (present, input)), spent) in judged.zip(&rules.spent) {
+        let locked = rules.locked && !input.close_switch && !spent;
         let instead = match present {
+            true if locked && rules.settled => Some((ValveOutput::Closing, Rule::Lockout)),
             true => instead_of_valve(rules, working, input, *output),
             false => Some((ValveOutput::Off, Rule::Absent)),
         };
@@ -69,7 +74,8 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Cau
             replace(output, passes, cause, rule);
         }
     }
-    let water = valves.any(|(present, valve)| *present && !valve.close_switch);
+    let water = valves.any(|(present, valve)| *present && !valve.close_switch)
+        || inputs.flow_lps >= FLOWING_LPS;
     let drives = allowed.drives.iter_mut().zip(&inputs.drives).zip(&Axis::ALL);
     let bounds = rules.limits.iter().zip(&rules.current_da).zip(&mut causes.drives);
     for (((output, input), axis), ((limits, current_da), cause)) in drives.zip(bounds) {
@@ -85,7 +91,8 @@ pub fn filter(rules: &Rules, inputs: &Inputs, wanted: &Outputs, causes: &mut Cau
             _ => stopped_at(*limits, input, *output),
         };
         if let Some(rule) = rule {
-            replace(output, DriveOutput::default(), cause, rule);
+            let stopped = DriveOutput { speed_tenths: 0, ..*output };
+            replace(output, stopped, cause, rule);
         }
     }
     if !rules.settled {
@@ -111,7 +118,6 @@ fn instead_of_valve(
 ) -> Option<(ValveOutput, Rule)> {
     match wanted {
         _ if !rules.settled => Some((ValveOutput::Off, Rule::Inert)),
-        _ if rules.locked && !input.close_switch => Some((ValveOutput::Closing, Rule::Lockout)),
         ValveOutput::Opening if rules.locked => Some((ValveOutput::Off, Rule::Lockout)),
         ValveOutput::Opening if !working => Some((ValveOutput::Off, Rule::NotDeployed)),
         ValveOutput::Opening if input.blocked => Some((ValveOutput::Off, Rule::Blocked)),

@@ -299,6 +299,9 @@ impl Outputs {
 pub struct DriveOutput {
     /// Speed to run at, signed, 0.1 °/s or 0.1 mm/s; 0 = stopped and held.
     pub speed_tenths: i16,
+    /// Its supply is to be cut (ours): it turns though it is not fed. For the enable of its power stage,
+    /// or a contactor in front of it; a board that has neither only reports.
+    pub cut: bool,
 }
 
 /// Command to a valve's motor.

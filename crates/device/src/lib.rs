@@ -31,6 +31,7 @@ mod execute;
 pub mod guard;
 pub mod hal;
 pub mod image;
+mod inputs;
 mod math;
 pub mod params;
 pub mod port;

@@ -26,6 +26,13 @@ impl Timer {
         self.deadline = Some(Millis(now.0.wrapping_add(after_ms)));
     }
 
+    /// Fires after this time at the latest: what runs is not put off.
+    pub fn hasten(&mut self, now: Millis, after_ms: u32) {
+        if self.deadline.is_none_or(|deadline| deadline.since(now) > after_ms) {
+            self.start(now, after_ms);
+        }
+    }
+
     /// Will not fire.
     pub fn stop(&mut self) {
         self.deadline = None;
@@ -61,6 +68,20 @@ mod tests {
         assert!(timer.poll(Millis(19)));
         assert!(!timer.poll(Millis(20)));
         assert!(!timer.is_running());
+    }
+
+    /// §D/3 Hastened, also over the wrap, it is sooner or as it was.
+    #[test]
+    fn hastened() {
+        for (first_ms, then_ms, fires_ms) in [(100, 30, 40), (100, 500, 100), (100, 90, 100)] {
+            let start = Millis(u32::MAX - 20);
+            let mut timer = Timer::default();
+            timer.hasten(start, first_ms);
+            timer.hasten(Millis(start.0.wrapping_add(10)), then_ms);
+            let at = |ms: u32| Millis(start.0.wrapping_add(ms));
+            assert!(!timer.poll(at(fires_ms - 1)), "{first_ms} {then_ms}");
+            assert!(timer.poll(at(fires_ms)), "{first_ms} {then_ms}");
+        }
     }
 
     /// §D/3 A time of half the clock's range, 24.8 days, is the longest: it is not over at once.

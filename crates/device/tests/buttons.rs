@@ -277,6 +277,7 @@ fn open_is_refused_by_the_valve() {
     for fault in faults {
         let mut rig = rig();
         fault(&mut rig);
+        rig.run(50);
         press(&mut rig, 0, Button::Open);
         rig.run_while(200, |rig| rig.valve_output(0) == ValveOutput::Off);
     }

@@ -167,7 +167,7 @@ fn an_opening_does_not_wait() {
             rig.accepts(open.to, open.body);
             rig.run(opens_for_ms);
             hold(&mut rig, true);
-            rig.run(20);
+            rig.run(50);
             assert_eq!(rig.valve_output(0), ValveOutput::Off);
             assert_eq!(rig.device.causes().valves[0], Cause::Rule(rule));
             rig.run(1_000);

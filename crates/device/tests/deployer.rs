@@ -351,7 +351,7 @@ fn pushed_out_of_position() {
     rig.move_to(Axis::Horizontal, 9000);
     rig.run(500);
     rig.plant.place(Axis::Deployer, 5000);
-    rig.run(20);
+    rig.run(50);
     assert_eq!(position(&mut rig), F::empty());
     assert_eq!(rig.speed(Axis::Horizontal), 0);
     let answer = rig.one(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
@@ -365,6 +365,7 @@ fn an_opening_ends_without_a_fault() {
     let mut rig = Rig::deployed();
     rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
     rig.plant.place(Axis::Deployer, 5000);
+    rig.run(50);
     rig.run_while(1_000, |rig| rig.valve_output(0) == ValveOutput::Off);
     assert!(!rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
     rig.plant.place(Axis::Deployer, 5400);

@@ -7,7 +7,8 @@ use lafet_device::image::{Axis, Outputs, Place, PlaceInput, ValveOutput};
 use lafet_device::port::{Port, Probes, datagram};
 use lafet_device::{Composition, Device, Source};
 use lafet_proto::flags::{
-    ClimaticsFlags, CommonFlags, ConnFlags, DeployerFlags, GeneralFlags, ValveFlags,
+    Button, ButtonState, ClimaticsFlags, CommonFlags, ConnFlags, DeployerFlags, GeneralFlags,
+    ValveFlags,
 };
 use lafet_proto::id::key;
 use lafet_proto::link::{self, Check, Frame, WIRE_MAX};
@@ -203,7 +204,7 @@ fn crash_data() {
     }
 }
 
-/// §3.3.1/4 BadPower outside the limits, in General alone; it forbids nothing.
+/// §3.3.1/4 BadPower outside the limits, in General alone.
 #[test]
 fn supply() {
     let mut rig = Rig::new(Composition::REMOTE);
@@ -214,11 +215,83 @@ fn supply() {
         assert_eq!(general.main_voltage, volts);
         assert_eq!(general.flags.contains(GeneralFlags::BAD_POWER), bad, "{volts} V");
         assert_eq!(rig.flags(SubsystemId::VERTICAL) & 0xFFFF, 0);
-        rig.move_to(Axis::Vertical, if bad { 60 } else { 0 });
     }
     rig.set(Param::GeneralMainVoltageMin, 25);
     rig.run(20);
     assert!(rig.general().flags.contains(GeneralFlags::BAD_POWER));
+}
+
+/// §3.3.1/4 A supply that is bad for 0.3 s forbids what would begin, until it has been good for as long: by
+/// General. What goes on goes on; Stop, Close and Lockout are carried out, and the lockout alone is written.
+#[test]
+fn what_a_bad_supply_forbids() {
+    const GENERAL: SubsystemId = SubsystemId::GENERAL;
+    const OPEN: Body<'static> = Body::Open { key: key::OPEN };
+    for volts in [9, 40] {
+        let mut rig = Rig::deployed();
+        let written = rig.plant.written.len();
+        rig.move_to(Axis::Horizontal, 9000);
+        rig.run(500);
+        rig.plant.inputs.main_voltage_dv = volts * 10;
+        rig.run(290);
+        // A sag of a starting motor.
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+        rig.run(20);
+        for (to, body) in [
+            (SubsystemId::VERTICAL, Body::Move { destination: 60 }),
+            (SubsystemId::DEPLOYER, Body::Move { destination: 60 }),
+            (SubsystemId::VALVE2, OPEN),
+            (SubsystemId::DEPLOYER, Body::Deploy),
+            (SubsystemId::DETECTOR, Body::StartJustify),
+            (GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH }),
+        ] {
+            let (from, status) = rig.one(to, body);
+            let water = to == SubsystemId::DEPLOYER && matches!(body, Body::Move { .. });
+            let expected = if water { SubsystemId::VALVE1 } else { GENERAL };
+            assert_eq!((from, status), (expected, Status::DENIED), "{body:?}");
+        }
+        assert!(rig.speed(Axis::Horizontal) > 0 && rig.valve_output(0) != ValveOutput::Off);
+        rig.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
+        rig.all_accept(Body::Stop);
+        rig.run(20);
+        assert!(rig.is_still());
+        assert_eq!(rig.set(Param::GeneralMoveTimeout, 5000), Status::ACCEPTED);
+        rig.run(1000);
+        assert_eq!(rig.plant.written.len(), written);
+        rig.plant.inputs.main_voltage_dv = 240;
+        rig.run(250);
+        assert_eq!(rig.one(SubsystemId::VALVE2, OPEN), (GENERAL, Status::DENIED));
+        rig.run(100);
+        rig.accepts(SubsystemId::VALVE2, OPEN);
+        rig.all_accept(Body::Stop);
+        rig.run(100);
+        assert!(rig.plant.written.len() > written);
+        // The lockout is as binding on a bad supply, over a loss of it too.
+        rig.plant.inputs.main_voltage_dv = volts * 10;
+        rig.run(400);
+        rig.all_accept(ENABLE);
+        rig.run(100);
+        rig.power_cycle_and_settle();
+        assert!(rig.general().flags.contains(GeneralFlags::LOCKED_OUT));
+    }
+}
+
+/// §3.3.1/4, §3.3.10/1 A button that is held on goes on, one that is pressed then does nothing.
+#[test]
+fn buttons_on_a_bad_supply() {
+    let pressed = ButtonState::Pressed;
+    let mut rig = Rig::new(Composition::REMOTE);
+    rig.plant.inputs.buttons[0][Button::Left as usize] = pressed;
+    rig.run(200);
+    rig.plant.inputs.main_voltage_dv = 90;
+    rig.run(400);
+    rig.plant.inputs.buttons[0][Button::Up as usize] = pressed;
+    rig.plant.inputs.buttons[0][Button::Open as usize] = pressed;
+    rig.run_while(300, |rig| {
+        rig.speed(Axis::Horizontal) > 0
+            && rig.speed(Axis::Vertical) == 0
+            && rig.valve_output(0) == ValveOutput::Off
+    });
 }
 
 /// §3.3.2/1 A broken or shorted pressure sensor: its flag, and the pressure reads 0.

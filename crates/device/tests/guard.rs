@@ -13,6 +13,7 @@ const RULES: Rules = Rules {
     locked: false,
     deployer: true,
     valves: [true; 2],
+    spent: [false; 2],
     limits: [Some((-900, 4500)), Some((-10_800, 10_800)), Some((0, 60)), None],
     current_da: [160; AXES],
 };
@@ -47,8 +48,9 @@ fn both_switches() -> Inputs {
 
 /// Everything wanted at once, Deployer apart: it contradicts the others.
 fn all_wanted(speed_tenths: i16, valve: ValveOutput) -> Outputs {
+    let drive = DriveOutput { speed_tenths, ..DriveOutput::default() };
     let mut wanted = Outputs::default();
-    wanted.drives = [DriveOutput { speed_tenths }; AXES];
+    wanted.drives = [drive; AXES];
     wanted.valves = [valve; 2];
     wanted.heaters = [true; 5];
     wanted.units = [Some(UnitOp { seq: 1, param: 2, write: None }); 6];
@@ -212,6 +214,12 @@ fn locked_out() {
                 assert_eq!(allowed.heaters, [true; 5]);
             }
         }
+    }
+    // What was driven for all its time is driven no more, and opens no more either.
+    let spent = Rules { spent: [true, false], ..rules };
+    for (wanted, passes) in [(0, 0), (1, 0), (2, 2)] {
+        let output = valve_passes(&spent, &wet, VALVE_OUTPUTS[wanted])[0];
+        assert_eq!(output, VALVE_OUTPUTS[passes]);
     }
     let absent = Rules { valves: [false, true], ..rules };
     assert_eq!(valve_passes(&absent, &wet, ValveOutput::Closing)[0], ValveOutput::Off);

@@ -32,7 +32,8 @@ fn speed_at(axis: Axis, way: i64, away: i64) -> i16 {
     rig.move_to(axis, target as i16);
     rig.run(1000);
     rig.plant.place(axis, target - away * way);
-    rig.device.step(rig.now_ms + STEP_MS, &mut rig.plant);
+    // A step that is too long for a position to have jumped in.
+    rig.device.step(rig.now_ms + 4 * STEP_MS, &mut rig.plant);
     rig.speed(axis)
 }
 
@@ -118,6 +119,26 @@ fn starting_current() {
         rig.step(STEP_MS);
         assert_eq!(rig.drive_flags(Axis::Vertical).contains(OVERLOAD), overload);
         assert_eq!(rig.speed(Axis::Vertical) == 0, overload);
+    }
+}
+
+/// §3.3.4/1 Overload adds up over single samples without it; less than half of the time is none.
+#[test]
+fn overload_with_gaps() {
+    for (over, of, overload) in
+        [(149, 150, true), (3, 4, true), (2, 3, true), (1, 2, false), (1, 4, false)]
+    {
+        let mut rig = rig();
+        rig.set(Param::VerticalSlowCurrent, 0);
+        rig.move_to(Axis::Vertical, 4500);
+        rig.run(500);
+        let mut found = false;
+        for step in 0..200 {
+            rig.plant.drive(Axis::Vertical).current_da = if step % of < over { 99 } else { 0 };
+            rig.step(STEP_MS);
+            found |= rig.drive_flags(Axis::Vertical).contains(OVERLOAD);
+        }
+        assert_eq!(found, overload, "{over} of {of}");
     }
 }
 
@@ -330,7 +351,7 @@ fn no_move_into_an_end_switch() {
             let mut rig = Rig::new(Composition { drives: [kind; 4], ..Composition::REMOTE });
             rig.plant.drive(Axis::Vertical).switches = (-300, 300);
             rig.plant.place(Axis::Vertical, at);
-            rig.run(20);
+            rig.run(50);
             rig.move_to(Axis::Vertical, destination);
             assert!(!rig.drive_flags(Axis::Vertical).contains(DriveFlags::MOVE));
             rig.move_to(Axis::Vertical, -destination.clamp(-600, 600));

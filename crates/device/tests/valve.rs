@@ -159,6 +159,7 @@ fn faulty_closed_sensor() {
         assert_eq!(rig.plant.valves[0].opening_ms, 0);
         assert!(!rig.valve(VALVE).contains(F::CLOSED));
         rig.plant.inputs.valves[0].close_sensor_fault = false;
+        rig.run(20);
         rig.accepts(VALVE, CLOSE);
         rig.run(50);
         assert_eq!(rig.valve(VALVE), F::CLOSED);
@@ -171,7 +172,7 @@ fn faulty_closed_sensor() {
 fn both_switches() {
     let mut rig = Rig::deployed();
     rig.plant.valves[0].open_switch_stuck = true;
-    rig.run(20);
+    rig.run(50);
     assert_eq!(rig.valve(VALVE), F::OPEN_SENSOR_FAULT | F::CLOSE_SENSOR_FAULT);
     assert_eq!(rig.status(VALVE, OPEN), Status::MODULE_FAULT);
     assert_eq!(rig.one(SubsystemId::DEPLOYER, Body::Wrap), (VALVE, Status::DENIED));
@@ -187,13 +188,13 @@ fn both_switches() {
 fn blocked() {
     let mut rig = rig();
     rig.plant.inputs.valves[0].blocked = true;
-    rig.run(20);
+    rig.run(50);
     assert_eq!(rig.valve(VALVE), F::BLOCKED | F::CLOSED);
     assert_eq!(rig.one(VALVE, OPEN), (VALVE, Status::DENIED));
     rig.run_while(100, |rig| rig.valve_output(0) == ValveOutput::Off);
     assert_eq!(rig.status(VALVE, CLOSE), Status::ACCEPTED);
     rig.plant.inputs.valves[0].blocked = false;
-    rig.run(20);
+    rig.run(50);
     rig.accepts(VALVE, OPEN);
     rig.run_until(5000, |rig| rig.valve(VALVE) == F::OPEN);
 }
@@ -291,12 +292,13 @@ fn a_blocked_valve_is_not_judged() {
     let mut rig = open();
     rig.plant.valves[0].jammed = true;
     rig.plant.inputs.valves[0].blocked = true;
-    rig.run(20);
+    rig.run(50);
     rig.accepts(VALVE, CLOSE);
     rig.run_while(3000, |rig| rig.valve(VALVE) == F::BLOCKED | F::CLOSING | F::OPEN);
     rig.plant.inputs.valves[0].blocked = false;
     let ms = rig.run_until(2000, |rig| rig.valve(VALVE).contains(F::INTERNAL_FAULT));
-    assert_eq!(ms, 800 + STEP_MS);
+    // §D/6 That it is off counts when it has lasted for 30 ms.
+    assert_eq!(ms, 30 + 800 + STEP_MS);
 }
 
 /// §3.8/3, §3.9/2 A request that is repeated does not put off what the valve is judged by.
@@ -388,11 +390,100 @@ fn closing_time_over() {
     assert_eq!((rig.valve(VALVE), rig.valve_output(0)), (F::CLOSE_SENSOR_FAULT, ValveOutput::Off));
     let mut rig = self::rig();
     rig.plant.valves[0].open_switch_stuck = true;
-    rig.run(20);
+    rig.run(50);
     rig.accepts(VALVE, CLOSE);
     rig.run_while(17_900, |rig| rig.valve_output(0) == ValveOutput::Closing);
     rig.run(200);
     let both = F::OPEN_SENSOR_FAULT | F::CLOSE_SENSOR_FAULT;
     assert_eq!(rig.valve(VALVE), both | F::INTERNAL_FAULT);
     assert_eq!(rig.valve_output(0), ValveOutput::Off);
+}
+
+/// How long the motor is fed at most in this time, in which somebody keeps on asking.
+fn fed_ms(rig: &mut Rig, ms: u32, every_ms: u32, ask: impl Fn(&mut Rig)) -> u32 {
+    let mut fed_ms = 0;
+    for at_ms in (0..ms).step_by(STEP_MS as usize) {
+        if at_ms.is_multiple_of(every_ms) {
+            ask(rig);
+        }
+        rig.step(STEP_MS);
+        fed_ms += if rig.valve_output(0) == ValveOutput::Off { 0 } else { STEP_MS };
+    }
+    fed_ms
+}
+
+/// §3.9/2 A Close that is repeated is one attempt; after one in vain the motor rests for as long, and so says
+/// the answer. The fault is told all the while.
+#[test]
+fn closing_in_vain() {
+    for every_ms in [10, 100, 3000] {
+        let mut rig = open();
+        rig.plant.valves[0].close_switch_dead = true;
+        let fed_ms = fed_ms(&mut rig, 35_900, every_ms, |rig| {
+            rig.ask(VALVE, CLOSE);
+        });
+        assert!((17_900..18_200).contains(&fed_ms), "{every_ms}: {fed_ms}");
+        assert_eq!(rig.valve(VALVE), F::CLOSE_SENSOR_FAULT);
+        assert_eq!(rig.status(VALVE, CLOSE), Status::MODULE_FAULT);
+        rig.run(200);
+        rig.accepts(VALVE, CLOSE);
+        rig.run(100);
+        assert_eq!(rig.valve_output(0), ValveOutput::Closing);
+    }
+    // Overloaded again and again, it is the same attempt.
+    let mut rig = open();
+    rig.plant.valves[0].jammed = true;
+    rig.plant.valves[0].current_da = 80;
+    let fed_ms = fed_ms(&mut rig, 35_900, 10, |rig| {
+        rig.ask(VALVE, CLOSE);
+    });
+    assert!(fed_ms <= 18_200, "{fed_ms}");
+    assert!(rig.valve(VALVE).contains(F::INTERNAL_FAULT));
+    // Rested and free, it closes.
+    rig.plant.valves[0] = Default::default();
+    rig.plant.valves[0].opening_ms = 2000;
+    rig.run(18_000);
+    rig.accepts(VALVE, CLOSE);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::CLOSED);
+}
+
+/// §3.18/1 Under lockout a valve that cannot be closed is driven for its time and no longer; one that leaves its
+/// switch is closed again.
+#[test]
+fn lockout_ends_too() {
+    for jammed in [false, true] {
+        let mut rig = open();
+        rig.plant.valves[0].close_switch_dead = !jammed;
+        rig.plant.valves[0].jammed = jammed;
+        rig.plant.valves[0].current_da = if jammed { 80 } else { 20 };
+        rig.all_accept(Body::Lockout { key: key::ENABLE });
+        let fed_ms = fed_ms(&mut rig, 600_000, 1_000_000, |_| {});
+        assert!((17_900..18_200).contains(&fed_ms), "{jammed}: {fed_ms}");
+        let fault = if jammed { F::INTERNAL_FAULT } else { F::CLOSE_SENSOR_FAULT };
+        assert!(rig.valve(VALVE).contains(fault));
+        // Told again, it is tried again.
+        rig.plant.valves[0].close_switch_dead = false;
+        rig.plant.valves[0].jammed = false;
+        rig.plant.valves[0].current_da = 20;
+        rig.all_accept(Body::Lockout { key: key::ENABLE });
+        rig.run_until(6000, |rig| rig.valve(VALVE) == F::CLOSED);
+        rig.plant.valves[0].opening_ms = 1000;
+        rig.run(50);
+        assert_eq!(rig.valve_output(0), ValveOutput::Closing);
+        rig.run_until(3000, |rig| rig.valve(VALVE) == F::CLOSED);
+    }
+}
+
+/// §3.18/1 What could not be closed behind a block is closed when that is gone.
+#[test]
+fn lockout_behind_a_block() {
+    let mut rig = open();
+    rig.plant.inputs.valves[0].blocked = true;
+    rig.plant.valves[0].jammed = true;
+    rig.all_accept(Body::Lockout { key: key::ENABLE });
+    rig.run(30_000);
+    assert_eq!(rig.valve_output(0), ValveOutput::Off);
+    rig.plant.inputs.valves[0].blocked = false;
+    rig.plant.valves[0].jammed = false;
+    rig.run_until(6000, |rig| rig.valve(VALVE) == F::CLOSED);
 }

@@ -5,8 +5,10 @@ mod common;
 use common::Rig;
 use lafet_device::Composition;
 use lafet_device::image::{Axis, DriveInput};
+use lafet_proto::Status;
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::param::Param;
+use lafet_proto::request::Body;
 
 const AXIS: Axis = Axis::Horizontal;
 /// The first verdict on a motion comes now: a step in which the speed is taken up, 0.25 s in which
@@ -233,20 +235,68 @@ fn a_turn_begins_anew() {
     assert_eq!(drive.verdict(10, 2000, stands), Some((DriveFlags::INTERNAL_FAULT, FIRST_MS)));
 }
 
-/// §3.3.4 At an end switch nothing is said: the way may be at its end there.
+/// §3.3.4 A switch behind the drive, stuck or not left yet, does not hide what it does.
 #[test]
-fn nothing_is_said_at_an_end_switch() {
-    // The switch behind it does not stop the drive, so that it is seen to be left out.
+fn a_switch_behind_hides_nothing() {
     for (way, min, max) in [(1, true, false), (-1, false, true)] {
         let mut drive = Sensors::horizontal(way);
         let verdict = drive.verdict(10, 5000, |ms, input| {
             stands(ms, input);
             (input.min_switch, input.max_switch) = (min, max);
         });
+        assert_eq!(verdict, Some((DriveFlags::INTERNAL_FAULT, FIRST_MS)));
+        let mut drive = Sensors::horizontal(way);
+        let verdict = drive.verdict(10, 5000, |_, input| {
+            (input.min_switch, input.max_switch) = (min, max);
+        });
         assert_eq!(verdict, None);
-        assert!(drive.rig.drive_flags(AXIS).contains(DriveFlags::MOVE));
-        // Off it is judged again.
-        drive.ms = 0;
-        assert!(drive.verdict(10, 1000, stands).is_some());
+    }
+}
+
+/// §D/6 Both ends cannot be closed: a fault as long as they are.
+#[test]
+fn both_ends() {
+    for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
+        let mut rig = Rig::new(Composition::REMOTE);
+        let switches = rig.plant.drive(axis).switches;
+        rig.plant.drive(axis).switches = (100, -100);
+        rig.run(50);
+        assert!(rig.drive_flags(axis).contains(DriveFlags::INTERNAL_FAULT));
+        let status = rig.status(axis.id(), Body::Move { destination: 10 });
+        assert_eq!(status, Status::MODULE_FAULT);
+        rig.plant.drive(axis).switches = switches;
+        rig.run(50);
+        assert!(!rig.drive_flags(axis).contains(DriveFlags::INTERNAL_FAULT));
+        rig.move_to(axis, 10);
+    }
+}
+
+/// §3.3.4 A position that counts four times is told at the end of a stretch, by the speed sensor; so is a
+/// speed that is four times as much.
+#[test]
+fn counting_too_much() {
+    for way in [1_i16, -1] {
+        let mut drive = Sensors::horizontal(way);
+        let from = 30;
+        let verdict = drive.verdict(10, 2000, |_, input| {
+            input.position = from + 4 * (input.position - from);
+        });
+        assert_eq!(verdict, Some((DriveFlags::POS_ENCODER_FAULT, FIRST_MS)));
+        let mut drive = Sensors::horizontal(way);
+        let verdict = drive.verdict(10, 2000, |_, input| {
+            input.speed_tenths = 4 * input.speed_tenths + 30 * way;
+        });
+        assert_eq!(verdict, Some((DriveFlags::SPEED_ENCODER_FAULT, FIRST_MS)));
+    }
+}
+
+/// §3.3.4 A position that jumps by 5° or more while the drive turns is told at once.
+#[test]
+fn jumping() {
+    for (jump, flag) in [(1200, true), (-1200, true), (330, true), (-370, true), (150, false)] {
+        let mut drive = Sensors::horizontal(1);
+        assert_eq!(drive.verdict(10, 400, |_, _| {}), None);
+        let verdict = drive.verdict(10, 600, |_, input| input.position += jump);
+        assert_eq!(verdict, flag.then_some((DriveFlags::POS_ENCODER_FAULT, 410)), "{jump}");
     }
 }

@@ -188,6 +188,7 @@ pub fn outputs(pass: &mut impl Pass, image: &mut Outputs) {
         };
     });
     image.heaters.iter_mut().for_each(|heater| flag(pass, heater));
+    flags(pass, image.drives.each_mut().map(|drive| &mut drive.cut));
     image.units.iter_mut().for_each(|operation| unit_operation(pass, operation));
 }
 

@@ -54,6 +54,7 @@ fn full_outputs() -> Outputs {
     let mut image = Outputs::default();
     for (index, drive) in image.drives.iter_mut().enumerate() {
         drive.speed_tenths = -300 + 100 * index as i16;
+        drive.cut = index % 2 == 1;
     }
     image.valves = [ValveOutput::Opening, ValveOutput::Closing];
     image.heaters = [true, false, true, true, false];

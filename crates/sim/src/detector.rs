@@ -173,6 +173,13 @@ impl Detector {
         }
         let mut picture = DetectorInput::default();
         (picture.ready, picture.dirty_lens) = (true, dirty_lens);
+        if faults.single(SingleFault::DetectorSaturated) {
+            let edge = libm::ceil(self.field_arcmin / 2.0) as i16;
+            let spot =
+                Spot { left: edge, right: -edge, bottom: -edge, top: edge, brightness: 4000 };
+            picture.spots.fill(Some(spot));
+            return picture;
+        }
         if !aim.deployed {
             return picture;
         }

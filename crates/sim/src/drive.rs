@@ -11,7 +11,7 @@
 //! The figures are ours, plausible for a monitor of 20 l/s on 24 V, not measured on one. Valid
 //! for worm-geared drives; backlash and elasticity are left out.
 
-use lafet_device::image::{Axis, DriveInput};
+use lafet_device::image::{Axis, DriveInput, DriveOutput};
 
 use crate::fault::{DriveFault, Faults};
 
@@ -98,6 +98,8 @@ pub struct Drive {
     /// Motor current, A.
     pub current_a: f64,
     frozen: Option<f64>,
+    /// Where the position has begun to count too much.
+    fast_from: Option<f64>,
 }
 
 /// What loads a drive besides its own friction.
@@ -112,15 +114,21 @@ pub struct Load {
 impl Drive {
     /// A drive at rest.
     pub fn new(axis: Axis, spec: DriveSpec, position: f64) -> Self {
-        Self { axis, spec, position, speed: 0.0, current_a: 0.0, frozen: None }
+        Self { axis, spec, position, speed: 0.0, current_a: 0.0, frozen: None, fast_from: None }
     }
 
-    /// Runs for `dt_s` towards the commanded speed, 0.1 °/s or 0.1 mm/s.
-    pub fn step(&mut self, command_tenths: i16, load: Load, dt_s: f64, faults: &Faults) {
+    /// Runs for `dt_s` as it is commanded.
+    pub fn step(&mut self, command: DriveOutput, load: Load, dt_s: f64, faults: &Faults) {
         let spec = &self.spec;
-        let wanted = f64::from(command_tenths) * spec.unit_per_tenth;
+        let wanted = match faults.drive(self.axis, DriveFault::Runaway) {
+            // Up or left; the nozzle, which is narrow at first, wider.
+            true if self.axis == Axis::Nozzle => -spec.max_speed,
+            true => spec.max_speed,
+            false => f64::from(command.speed_tenths) * spec.unit_per_tenth,
+        };
         let mut target = wanted.clamp(-spec.max_speed, spec.max_speed);
-        let open = faults.drive(self.axis, DriveFault::MotorOpen)
+        let open = command.cut
+            || faults.drive(self.axis, DriveFault::MotorOpen)
             || faults.drive(self.axis, DriveFault::PowerStage);
         let jam = faults.drive(self.axis, DriveFault::Jam);
         if open {
@@ -154,12 +162,15 @@ impl Drive {
             None => Some(self.position),
             held => held,
         };
+        let fast = faults.drive(self.axis, DriveFault::EncoderFast);
+        self.fast_from = fast.then_some(self.fast_from.unwrap_or(self.position));
     }
 
     fn motoring_a(&self, before: f64, load: Load, dt_s: f64, faults: &Faults) -> f64 {
         let spec = &self.spec;
         let friction = match () {
             () if faults.drive(self.axis, DriveFault::Friction) => 12.0,
+            () if faults.drive(self.axis, DriveFault::Flicker) => 12.0,
             () if faults.drive(self.axis, DriveFault::Stiff) => 5.5,
             () => spec.friction_a,
         };
@@ -176,7 +187,14 @@ impl Drive {
     pub fn sense(&self, faults: &Faults) -> DriveInput {
         let has = |fault| faults.drive(self.axis, fault);
         let spec = &self.spec;
-        let mut position = self.frozen.unwrap_or(self.position) - spec.encoder_zero;
+        let mut position = self.frozen.unwrap_or(self.position);
+        if let Some(from) = self.fast_from {
+            position = from + 4.0 * (position - from);
+        }
+        if has(DriveFault::EncoderJump) {
+            position += if self.axis == Axis::Nozzle { -15.0 } else { 1200.0 };
+        }
+        position -= spec.encoder_zero;
         if has(DriveFault::EncoderReversed) {
             position = -position;
         }
@@ -222,6 +240,7 @@ mod tests {
     fn run(drive: &mut Drive, command: i16, steps: u32, faults: &Faults) {
         let load = Load { cos_elevation: 1.0, flow_lps: 0.0 };
         for _ in 0..steps {
+            let command = DriveOutput { speed_tenths: command, cut: false };
             drive.step(command, load, DT, faults);
         }
     }

@@ -52,14 +52,23 @@ named! {
         Jam "jam",
         /// The power stage is dead: the motor gets no voltage, and nothing diagnoses it.
         PowerStage "power-stage",
+        /// The power stage is shorted: it turns up or left (the nozzle wider) at full speed, fed or
+        /// not, until its supply is cut.
+        Runaway "runaway",
         /// Friction grown twelvefold: it moves, but draws more than it may.
         Friction "friction",
+        /// As friction, but the current drops out of the readings for 10 ms of every 100.
+        Flicker "flicker",
         /// Thick grease: it moves, and draws more than usual, but not more than it may.
         Stiff "stiff",
         /// The position stands still in the readings though the drive moves.
         EncoderDead "encoder-dead",
         /// The position counts the wrong way.
         EncoderReversed "encoder-reversed",
+        /// The position counts four times what it should.
+        EncoderFast "encoder-fast",
+        /// The position has jumped, by 20 ° or 15 mm.
+        EncoderJump "encoder-jump",
         /// The position sensor diagnoses itself as faulty.
         EncoderFault "encoder-fault",
         /// The speed sensor reads nought.
@@ -72,6 +81,10 @@ named! {
         MinSwitch "min-switch",
         /// The switch at the upper / left / narrower / deployed end is stuck on.
         MaxSwitch "max-switch",
+        /// The switch at the lower / right / wider / wrapped end bounces and blips.
+        MinBounce "min-bounce",
+        /// The switch at the upper / left / narrower / deployed end bounces and blips.
+        MaxBounce "max-bounce",
     }
 }
 
@@ -86,8 +99,16 @@ named! {
         OpenSwitch "open-switch",
         /// The circuit of the switch "closed" is broken or shorted.
         CloseSwitch "close-switch",
+        /// The switch "closed" is stuck on, and its circuit is sound.
+        CloseStuck "close-stuck",
         /// The hardware block is on: the motor gets no power.
         Blocked "blocked",
+        /// The switch "open" bounces and blips.
+        OpenBounce "open-bounce",
+        /// The switch "closed" bounces and blips.
+        CloseBounce "close-bounce",
+        /// The contact of the hardware block bounces and blips.
+        BlockedBounce "blocked-bounce",
     }
 }
 
@@ -154,6 +175,8 @@ named! {
         Humidity "humidity",
         /// The fire detector does not answer.
         DetectorDead "detector-dead",
+        /// The fire detector is saturated: four spots as wide as its field of view, wherever it looks.
+        DetectorSaturated "detector-saturated",
         /// The detector's glass is dirty: a tenth of the light comes through.
         DirtyLens "dirty-lens",
         /// The memory cannot be read.
@@ -319,7 +342,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 13 + 2 * 5 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 11);
+        assert_eq!(names.len(), 4 * 19 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 12);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

@@ -20,6 +20,7 @@ pub mod calibration;
 pub mod chip;
 pub mod climate;
 pub mod condition;
+mod contact;
 pub mod detector;
 pub mod drive;
 pub mod event;

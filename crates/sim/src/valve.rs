@@ -80,9 +80,11 @@ impl Valve {
     pub fn sense(&self, faults: &Faults) -> ValveInput {
         let open_fault = faults.valve(self.number, ValveFault::OpenSwitch);
         let close_fault = faults.valve(self.number, ValveFault::CloseSwitch);
+        let closed =
+            self.opening <= SWITCH_ZONE || faults.valve(self.number, ValveFault::CloseStuck);
         let mut input = ValveInput::default();
         input.open_switch = !open_fault && self.opening >= 1.0 - SWITCH_ZONE;
-        input.close_switch = !close_fault && self.opening <= SWITCH_ZONE;
+        input.close_switch = !close_fault && closed;
         input.open_sensor_fault = open_fault;
         input.close_sensor_fault = close_fault;
         input.current_da = libm::round(self.current_a * 10.0) as u16;

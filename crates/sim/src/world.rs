@@ -15,10 +15,11 @@ use lafet_proto::flags::{Button, ButtonState};
 
 use crate::airborne::{Airborne, Portion};
 use crate::climate::Climate;
+use crate::contact::{Contacts, Freshness};
 use crate::detector::{Aim, Detector, PICTURE_MS};
 use crate::drive::{Drive, DriveSpec, Load};
 use crate::event::{Event, Events, What};
-use crate::fault::{ButtonFault, Fault, Faults, Post, UNITS};
+use crate::fault::{ButtonFault, DriveFault, Fault, Faults, Post, UNITS};
 use crate::fire::{Fire, FireSpec};
 use crate::fires::Fires;
 use crate::flash::Flash;
@@ -36,6 +37,8 @@ mod rest;
 pub const STEP_MS: u64 = 10;
 
 const SLOW_MS: u64 = 100;
+/// A current that flickers is missing in one reading in this time.
+const FLICKER_MS: u64 = 100;
 
 /// What the world is built from.
 #[derive(Clone, Debug)]
@@ -144,6 +147,7 @@ pub struct World {
     commanded: Outputs,
     applied: Outputs,
     sensed: Inputs,
+    contacts: Contacts,
     airborne: Airborne,
     events: Events,
     /// Water that has landed on a site's ground; `None` where the ground is the world's own.
@@ -185,6 +189,7 @@ impl World {
             commanded: Outputs::default(),
             applied: Outputs::default(),
             sensed: Inputs::default(),
+            contacts: Contacts::default(),
             airborne: Airborne::default(),
             events: Events::default(),
             landed: config.shared_ground.then(Vec::new),
@@ -345,7 +350,7 @@ impl World {
         let elevation = self.angle(Axis::Vertical);
         let load = Load { cos_elevation: libm::cos(elevation), flow_lps: self.water.jet_lps() };
         for (drive, output) in self.drives.iter_mut().zip(self.applied.drives) {
-            drive.step(output.speed_tenths, load, dt_s, &self.faults);
+            drive.step(output, load, dt_s, &self.faults);
         }
         for (valve, output) in self.valves.iter_mut().zip(self.applied.valves) {
             valve.step(output, dt_s, &self.faults);
@@ -467,6 +472,7 @@ impl World {
     /// Samples the inputs; those of remote units only with a good exchange.
     fn sense(&mut self, polled: bool) {
         let faults = &self.faults;
+        let mut freshness = [Freshness::Old; UNIT_COUNT];
         for (index, unit) in self.units.iter().enumerate() {
             let input = match unit {
                 None => {
@@ -478,11 +484,22 @@ impl World {
             };
             let fresh = unit.is_none()
                 || (polled && input.online && !input.protocol_fault && self.answered(index));
+            if fresh {
+                let polled = unit.is_some();
+                freshness[index] = if polled { Freshness::Polled } else { Freshness::Sensed };
+            }
             self.sensed.units[index] = input;
             match index.checked_sub(AXES) {
                 _ if !fresh => {}
                 None => self.sensed.drives[index] = self.drives[index].sense(faults),
                 Some(valve) => self.sensed.valves[valve] = self.valves[valve].sense(faults),
+            }
+        }
+        self.contacts.shake(self.now_ms, freshness, &mut self.sensed, faults);
+        for (axis, input) in Axis::ALL.into_iter().zip(&mut self.sensed.drives) {
+            let gap = self.now_ms.is_multiple_of(FLICKER_MS);
+            if gap && faults.drive(axis, DriveFault::Flicker) {
+                input.current_da = 0;
             }
         }
         self.sensed.places = self.climate.sense(self.applied.heaters, faults);
@@ -557,8 +574,8 @@ impl Storage for World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fault::{DriveFault, UnitFault};
-    use lafet_device::image::{DriveOutput, Unit};
+    use crate::fault::UnitFault;
+    use lafet_device::image::Unit;
 
     fn deployed(fires: Vec<FireSpec>) -> World {
         let start = [0.0, 0.0, 60.0, 5_400.0];
@@ -567,7 +584,7 @@ mod tests {
 
     fn drive(world: &mut World, axis: Axis, speed_tenths: i16) {
         let mut outputs = *world.outputs();
-        outputs.drives[axis as usize] = DriveOutput { speed_tenths };
+        outputs.drives[axis as usize].speed_tenths = speed_tenths;
         world.drive(outputs);
     }
 

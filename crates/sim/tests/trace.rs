@@ -77,7 +77,7 @@ fn the_world_is_the_same_everywhere() {
         World::new(WorldConfig { seed: 42, fires, start, wind, ..WorldConfig::default() });
     let mut outputs = Outputs::default();
     outputs.valves[0] = ValveOutput::Opening;
-    outputs.drives[1] = DriveOutput { speed_tenths: 7 };
+    outputs.drives[1] = DriveOutput { speed_tenths: 7, cut: false };
     outputs.heaters = [true; PLACES];
     world.drive(outputs);
     let mut hash = 0;

@@ -146,7 +146,7 @@ impl Plant {
         for (output, (part, drive)) in outputs.drives.iter_mut().zip(speeds) {
             let full = drive.spec.max_speed / drive.spec.unit_per_tenth;
             let speed_tenths = (part * full * DROOP).round() as i16;
-            *output = DriveOutput { speed_tenths };
+            *output = DriveOutput { speed_tenths, ..DriveOutput::default() };
         }
         for (output, relays) in outputs.valves.iter_mut().zip(self.relays(chip)) {
             *output = match relays {

@@ -263,7 +263,10 @@ impl<B: Bus> Hal for Stm32f103<B> {
 
     fn write(&mut self, outputs: &Passed) {
         let may = self.may_drive();
-        self.drives.write(outputs.drives.map(|drive| drive.speed_tenths), self.dt_ms, may);
+        // The stages have one enable: a drive that turns though it is not fed takes it from all of them.
+        let may_drive = may && !outputs.drives.iter().any(|drive| drive.cut);
+        let speeds = outputs.drives.map(|drive| drive.speed_tenths);
+        self.drives.write(speeds, self.dt_ms, may_drive);
         self.contacts.write(outputs.valves, outputs.heaters, may);
     }
 

@@ -57,7 +57,7 @@ impl<B: Bus> Contacts<B> {
         self.welded |= lasting(&mut self.relay_ms, dt_ms, stray);
         let parts = inputs.iter_mut().zip(VALVE_AT).zip(VALVE_FREE.iter().zip(self.relays));
         for ((input, [open, closed]), (free, relays)) in parts {
-            // Which of the two contacts is wrong cannot be seen here.
+            // Which of the two contacts is wrong cannot be seen here; the core finds a contradiction.
             *input = ValveInput::default();
             input.open_switch = is_closed(bus, open);
             input.close_switch = is_closed(bus, closed);

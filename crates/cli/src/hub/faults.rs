@@ -33,7 +33,9 @@ fn group(fault: Fault) -> &'static str {
             | SingleFault::PressureShort
             | SingleFault::PumpOff
             | SingleFault::PumpWeak => "water",
-            SingleFault::DetectorDead | SingleFault::DirtyLens => "detector",
+            SingleFault::DetectorDead | SingleFault::DetectorSaturated | SingleFault::DirtyLens => {
+                "detector"
+            }
             SingleFault::Humidity => "box",
             _ => "general",
         },
@@ -88,11 +90,24 @@ const fn drive(fault: DriveFault) -> Words {
         DriveFault::PowerStage => {
             ("Power stage is dead, undiagnosed", "Силовой каскад мёртв, диагностики нет")
         }
+        DriveFault::Runaway => (
+            "Power stage is shorted: runs by itself",
+            "Силовой каскад пробит: движется без команды",
+        ),
         DriveFault::Friction => ("Friction: draws too much", "Трение: ток выше допустимого"),
+        DriveFault::Flicker => {
+            ("Friction, and a current reading with gaps", "Трение, показание тока с пропусками")
+        }
         DriveFault::Stiff => ("Stiff grease: draws more", "Густая смазка: ток повышен"),
         DriveFault::EncoderDead => ("Position reading does not change", "Положение не меняется"),
         DriveFault::EncoderReversed => {
             ("Position counts the wrong way", "Положение считается наоборот")
+        }
+        DriveFault::EncoderFast => {
+            ("Position counts four times too much", "Положение считается вчетверо быстрее")
+        }
+        DriveFault::EncoderJump => {
+            ("Position has jumped by 20° or 15 mm", "Положение скачком изменилось на 20° или 15 мм")
         }
         DriveFault::EncoderFault => {
             ("Position sensor reports a fault", "Датчик положения сообщает о неисправности")
@@ -110,6 +125,14 @@ const fn drive(fault: DriveFault) -> Words {
         DriveFault::MaxSwitch => {
             ("Upper, left or deployed end switch stuck on", "Залип концевой выключатель max")
         }
+        DriveFault::MinBounce => (
+            "Lower, right or stowed end switch bounces and blips",
+            "Дребезг концевого выключателя min",
+        ),
+        DriveFault::MaxBounce => (
+            "Upper, left or deployed end switch bounces and blips",
+            "Дребезг концевого выключателя max",
+        ),
     }
 }
 
@@ -123,7 +146,19 @@ const fn valve(fault: ValveFault) -> Words {
         ValveFault::CloseSwitch => {
             ("Circuit of the switch «closed» is broken", "Неисправна цепь датчика «закрыт»")
         }
+        ValveFault::CloseStuck => {
+            ("Switch «closed» is stuck on", "Залип концевой выключатель «закрыт»")
+        }
         ValveFault::Blocked => ("Hardware block is on", "Включена аппаратная блокировка"),
+        ValveFault::OpenBounce => {
+            ("Switch «open» bounces and blips", "Дребезг концевого выключателя «открыт»")
+        }
+        ValveFault::CloseBounce => {
+            ("Switch «closed» bounces and blips", "Дребезг концевого выключателя «закрыт»")
+        }
+        ValveFault::BlockedBounce => {
+            ("Contact of the hardware block bounces", "Дребезг контакта аппаратной блокировки")
+        }
     }
 }
 
@@ -169,6 +204,9 @@ const fn single(fault: SingleFault) -> Words {
             ("Humidity sensor does not answer", "Датчик влажности не отвечает")
         }
         SingleFault::DetectorDead => ("Detector does not answer", "Извещатель не отвечает"),
+        SingleFault::DetectorSaturated => {
+            ("Detector is saturated: light everywhere", "Извещатель засвечен по всему полю")
+        }
         SingleFault::DirtyLens => ("Detector's glass is dirty", "Загрязнено стекло извещателя"),
         SingleFault::FlashRead => ("Memory cannot be read", "Память не читается"),
         SingleFault::FlashWrite => ("Memory cannot be written", "Память не записывается"),

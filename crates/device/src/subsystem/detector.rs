@@ -85,6 +85,7 @@ pub struct Detector {
     approach: Approach,
     silence: Timer,
     ready: bool,
+    saturated: bool,
     dirty_lens: bool,
     /// What only a next start clears.
     latched: DetectorFlags,
@@ -101,6 +102,7 @@ impl Default for Detector {
             approach: Approach::default(),
             silence: Timer::default(),
             ready: true,
+            saturated: false,
             dirty_lens: false,
             latched: DetectorFlags::empty(),
         }
@@ -190,10 +192,16 @@ impl Detector {
         self.samples = None;
     }
 
+    /// §D/6 Its picture cannot be of fires.
+    pub(crate) const fn is_saturated(&self) -> bool {
+        self.saturated
+    }
+
     /// Runs the search or the alignment.
     #[inline(never)]
     pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
-        self.ready = env.inputs.detector.ready;
+        self.saturated = is_saturated(env);
+        self.ready = env.inputs.detector.ready && !self.saturated;
         self.dirty_lens = env.inputs.detector.dirty_lens;
         match self.state {
             State::Idle => return,
@@ -414,10 +422,25 @@ impl Search {
 
 /// §3.3.7/1; a drive that cannot be taken to a position cannot search.
 fn check(env: &Env<'_>) -> Result<(), Status> {
-    if !env.inputs.detector.ready || approach::is_faulty(env.drives, &POINTING) {
+    let blind = !env.inputs.detector.ready || is_saturated(env);
+    if blind || approach::is_faulty(env.drives, &POINTING) {
         return Err(Status::MODULE_FAULT);
     }
     if approach::can_aim(env.drives, &POINTING) { Ok(()) } else { Err(Status::DENIED) }
+}
+
+/// §D/6 Fires may be as wide as the field of view, and one may fill it. That all are, or two fill it, is a
+/// picture of light, not of fires.
+fn is_saturated(env: &Env<'_>) -> bool {
+    let field = env.params.get(Param::DetectorFieldOfView);
+    let (mut wide, mut full) = (0, 0);
+    for spot in env.inputs.detector.spots.iter().flatten() {
+        let width = i32::from(spot.left) - i32::from(spot.right);
+        let height = i32::from(spot.top) - i32::from(spot.bottom);
+        wide += usize::from(width >= field);
+        full += usize::from(width.min(height) >= field);
+    }
+    wide == SPOTS || full > 1
 }
 
 /// Each place stays in the field of view for a second.
@@ -437,7 +460,9 @@ fn justification(params: &Params) -> Direction {
 fn sightings<'l>(env: &Env<'_>, list: &'l mut [Hotbed; SPOTS]) -> &'l [Hotbed] {
     let threshold = env.params.get(Param::DetectorThreshold);
     let axis = approach::direction(env.drives).plus(justification(env.params));
-    let bright = env.inputs.detector.spots.iter().flatten().filter(|s| s.brightness >= threshold);
+    let believed = !is_saturated(env);
+    let spots = env.inputs.detector.spots.iter().flatten();
+    let bright = spots.filter(|spot| believed && spot.brightness >= threshold);
     let mut len = 0;
     for (place, spot) in list.iter_mut().zip(bright) {
         *place = Hotbed {

@@ -80,6 +80,8 @@ pub struct Drive {
     hold: Timer,
     slowed: bool,
     watch: Watch,
+    /// It has turned though it was not fed: without its supply until the reset.
+    cut: bool,
     unit: remote::Link,
     online: bool,
     unit_flags: DriveFlags,
@@ -124,6 +126,7 @@ impl Drive {
             hold: Timer::default(),
             slowed: false,
             watch: Watch::default(),
+            cut: false,
             unit: remote::Link::default(),
             online: true,
             unit_flags: DriveFlags::empty(),
@@ -238,7 +241,6 @@ impl Drive {
         self.goal = Goal::Hold;
         self.speed_milli = 0;
         self.end_times();
-        self.watch = Watch::default();
     }
 
     /// What limited the motion before concerns the next one no longer.
@@ -400,13 +402,7 @@ impl Drive {
             self.stop(Cause::Rule(Rule::Timeout));
         }
         self.next_hold_ms = 0;
-        if self.goal != Goal::Hold {
-            // An overload is judged by its current alone.
-            let overloaded = self.overload_ms > 0;
-            let speed_tenths = if overloaded { 0 } else { self.output().speed_tenths };
-            let per_tenth = self.way_per_tenth();
-            self.latched |= self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
-        }
+        self.watch_motion(dt_ms);
         if self.is_faulty() {
             self.stop(Cause::Rule(if self.online { Rule::Fault } else { Rule::ConnLost }));
         }
@@ -421,7 +417,7 @@ impl Drive {
 
     /// What the drive wants of its motor.
     pub(crate) fn output(&self) -> DriveOutput {
-        DriveOutput { speed_tenths: (self.speed_milli / 1000) as i16 }
+        DriveOutput { speed_tenths: (self.speed_milli / 1000) as i16, cut: self.cut }
     }
 
     /// Flags but BadPower, which General adds.
@@ -436,6 +432,10 @@ impl Drive {
         }
         if self.input.speed_sensor_fault {
             flags |= DriveFlags::SPEED_ENCODER_FAULT;
+        }
+        // §D/6 It cannot be at both its ends. Of Deployer that says nothing of its drive.
+        if self.input.min_switch && self.input.max_switch && self.axis != Axis::Deployer {
+            flags |= DriveFlags::INTERNAL_FAULT;
         }
         flags.set(DriveFlags::LIMITLESS, self.limitless);
         flags.set(DriveFlags::MIN_LIMIT_REACHED, !self.limitless && self.position <= min);
@@ -584,7 +584,8 @@ impl Drive {
         self.trv = self.axis == Axis::Nozzle && trv >= 0 && self.position <= trv;
     }
 
-    /// §3.3.4 AmperageOverload and SpeedSlowAmp.
+    /// §3.3.4 AmperageOverload and SpeedSlowAmp. What is drawn too long adds up over moments in which it is
+    /// not: these take away as much, so a motor that is overloaded for more than half of its time stops.
     #[inline(never)]
     fn watch_current(&mut self, now: Millis, dt_ms: u32, params: &Params) {
         self.overload.poll(now);
@@ -593,8 +594,11 @@ impl Drive {
         let current = i32::from(self.input.current_da);
         // Cut off by the guard it draws nothing, and is overloaded all the same.
         let cut_off = core::mem::replace(&mut self.cut_off, false);
-        let over = (current > max || cut_off) && self.goal != Goal::Hold;
-        self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
+        self.overload_ms = match self.goal {
+            Goal::Hold => 0,
+            _ if current > max || cut_off => self.overload_ms.saturating_add(dt_ms),
+            _ => self.overload_ms.saturating_sub(dt_ms),
+        };
         if self.overload_ms > OVERLOAD_DELAY_MS {
             self.overload_up = self.is_bound_up();
             // The other direction is free at once: its current is judged anew.
@@ -605,6 +609,19 @@ impl Drive {
         // Hysteresis of an eighth: a speed that falls with the current must not rise at once.
         let threshold = if self.slowed { slow - slow / 8 } else { slow };
         self.slowed = slow > 0 && self.goal != Goal::Hold && current > threshold;
+    }
+
+    /// §3.3.4 Does it do what it is told, and nothing when it is not fed? An overload is judged by its
+    /// current alone, and of a lost unit nothing is known.
+    fn watch_motion(&mut self, dt_ms: u32) {
+        if self.overload_ms > 0 || !self.online {
+            self.watch = Watch::default();
+            return;
+        }
+        let (speed_tenths, per_tenth) = (self.output().speed_tenths, self.way_per_tenth());
+        let found = self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
+        self.latched |= found;
+        self.cut |= speed_tenths == 0 && !found.is_empty();
     }
 
     /// It turns, or is to turn, up/left: held by the guard, it has no speed.

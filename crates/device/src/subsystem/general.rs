@@ -2,6 +2,7 @@
 
 use crate::hal::FaultInfo;
 use crate::image::Inputs;
+use crate::inputs::Lasting;
 use crate::params::Params;
 use crate::time::{Millis, Timer};
 use lafet_proto::flags::GeneralFlags;
@@ -13,6 +14,8 @@ pub const RESET_DELAY_MS: u32 = 200;
 /// A 4–20 mA loop below this is broken, above the other shorted (NAMUR NE 43).
 const LOOP_BREAK_UA: u16 = 3600;
 const LOOP_SHORT_UA: u16 = 21_000;
+/// A supply that sags while a motor starts comes back sooner, ms.
+const WEAK_MS: u16 = 300;
 const LOOP_ZERO_UA: u32 = 4000;
 const LOOP_SPAN_UA: u32 = 16_000;
 
@@ -45,6 +48,7 @@ pub struct General {
     voltage_v: u16,
     flow_lps: u16,
     bad_power: bool,
+    weak: Lasting,
     crash: FaultInfo,
 }
 
@@ -59,6 +63,7 @@ impl Default for General {
             voltage_v: 0,
             flow_lps: 0,
             bad_power: false,
+            weak: Lasting::default(),
             crash: FaultInfo::NONE,
         }
     }
@@ -105,6 +110,11 @@ impl General {
         self.bad_power
     }
 
+    /// §3.3.1/4 The supply has been out of range for so long that nothing may begin.
+    pub(crate) const fn is_weak(&self) -> bool {
+        self.weak.holds
+    }
+
     /// Pressure, 0.1 atm; `None` when its sensor is faulty.
     pub(crate) const fn pressure_datm(&self) -> Option<u16> {
         match self.pressure {
@@ -119,7 +129,7 @@ impl General {
     }
 
     #[inline(never)]
-    pub(crate) fn step(&mut self, inputs: &Inputs, params: &Params) {
+    pub(crate) fn step(&mut self, dt_ms: u32, inputs: &Inputs, params: &Params) {
         self.pressure = pressure(inputs.pressure_ua, params.get(Param::GeneralPressureRange));
         self.voltage_v = inputs.main_voltage_dv.saturating_add(5) / 10;
         self.flow_lps = inputs.flow_lps;
@@ -127,6 +137,7 @@ impl General {
         // §3.3.1/4
         self.bad_power = volts < params.get(Param::GeneralMainVoltageMin)
             || volts > params.get(Param::GeneralMainVoltageMax);
+        self.weak.step(dt_ms, self.bad_power, WEAK_MS);
     }
 
     /// §3.3 GeneralStatus; `common` holds the flags of the configuration.

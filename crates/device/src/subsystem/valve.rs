@@ -4,6 +4,9 @@
 //!  Still ──Open──▶ Opening ──open switch, Stop, block, fault, time over──▶ Still
 //!  Still ──Close─▶ Closing ──closed switch, Stop, fault, time over─▶ Still
 //! ```
+//! No motor is fed without end: what is repeated, after an overload too, is one attempt with one TravelTime, and
+//! a valve that could not be closed in it rests for as long before it is driven that way again.
+//!
 //! Against water hammer stands the travel itself: the motor knows three commands, and no request,
 //! fault or reset makes the plug go faster than its gear does.
 
@@ -42,9 +45,19 @@ pub struct Valve {
     /// Of the motion, or of its end.
     cause: Cause,
     travel: Timer,
+    /// The way for which `travel` runs, also between two attempts that were overloaded.
+    tried: Motion,
+    /// Somebody has asked for it: no rule.
+    asked: bool,
+    /// It could not be closed: it rests.
+    rest: Timer,
+    /// Its time for closing was over, and it has not been told to close since.
+    spent: bool,
     /// Runs while the valve is driven away from the end it stands at.
     leaving: Timer,
     input: ValveInput,
+    /// Water flows though its switch says closed.
+    doubted: bool,
     latched: ValveFlags,
     overload_ms: u32,
     overload: Timer,
@@ -69,8 +82,13 @@ impl Valve {
             motion: Motion::Still,
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
+            tried: Motion::Still,
+            asked: false,
+            rest: Timer::default(),
+            spent: false,
             leaving: Timer::default(),
             input: ValveInput::default(),
+            doubted: false,
             latched: ValveFlags::empty(),
             overload_ms: 0,
             overload: Timer::default(),
@@ -115,11 +133,29 @@ impl Valve {
     }
 
     /// §3.9/2 Close; its key has been checked. Every valve is told to close; ModuleFault is the
-    /// answer of one that cannot be driven (§3.3.5/1: a faulty sensor does not hinder).
+    /// answer of one that cannot be driven (§3.3.5/1: a faulty sensor does not hinder), or has been in vain
+    /// and rests.
     pub(crate) fn close(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
-        let driven = self.online && !self.overload.is_running();
-        self.start(now, Motion::Closing, params, cause);
+        let rests = self.rest.is_running() && !self.is_at(Motion::Closing);
+        let driven = self.online && !self.overload.is_running() && !rests;
+        if !rests {
+            self.start(now, Motion::Closing, params, cause);
+        }
         if driven { Status::ACCEPTED } else { Status::MODULE_FAULT }
+    }
+
+    /// §3.18/1 Locked out it is closed again, should it leave its switch.
+    pub(crate) fn keep_closed(&mut self, now: Millis, params: &Params) {
+        let waits = self.travel.is_running() || self.spent;
+        if self.motion == Motion::Still && !waits && !self.is_at(Motion::Closing) {
+            self.start(now, Motion::Closing, params, Cause::Rule(Rule::Lockout));
+        }
+    }
+
+    /// It was driven towards closed for all its time and has not got there: the lockout does not drive it
+    /// on. The flags say why.
+    pub(crate) const fn is_spent(&self) -> bool {
+        self.spent
     }
 
     /// §3.2/5 Stays where it is.
@@ -127,9 +163,18 @@ impl Valve {
         if self.motion != Motion::Still {
             self.cause = why;
         }
+        let goes_on = self.motion == Motion::Closing && why == Cause::Rule(Rule::Overload);
         self.motion = Motion::Still;
-        self.travel.stop();
         self.leaving.stop();
+        if !goes_on {
+            self.end_attempt();
+        }
+    }
+
+    fn end_attempt(&mut self) {
+        self.travel.stop();
+        self.tried = Motion::Still;
+        self.asked = false;
     }
 
     pub(crate) fn unit(&mut self) -> &mut remote::Link {
@@ -150,6 +195,7 @@ impl Valve {
         params: &Params,
     ) {
         self.faulty_config = params.is_incomplete(self.no.id());
+        let freed = unit.online && !self.online || self.input.blocked && !input.blocked;
         self.online = !self.remote || unit.online;
         if self.remote {
             self.unit_flags = ValveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
@@ -160,9 +206,21 @@ impl Valve {
         if self.input.blocked {
             self.end_opening(Rule::Blocked);
         }
+        // What was in vain without a unit or behind a block says nothing of the motor.
+        if freed || self.is_at(Motion::Closing) {
+            self.rest.stop();
+            self.spent = false;
+        }
+        self.rest.poll(now);
         self.watch_current(now, dt_ms, params);
         self.watch_leaving(now, params);
-        self.watch_travel(now);
+        self.watch_travel(now, params);
+    }
+
+    /// §D/6 Whether water flows through valves that all say closed: then its switch is reported as faulty,
+    /// and not judged as such: where the meter lies, the valve has to open all the same.
+    pub(crate) const fn doubt(&mut self, doubted: bool) {
+        self.doubted = doubted;
     }
 
     /// What forbids Open also ends it: an opening that waits behind a block, or for the working
@@ -188,6 +246,11 @@ impl Valve {
 
     /// Flags but BadPower, which General adds.
     pub fn flags(&self) -> ValveFlags {
+        let doubt = if self.doubted { ValveFlags::CLOSE_SENSOR_FAULT } else { ValveFlags::empty() };
+        self.own_flags() | doubt
+    }
+
+    fn own_flags(&self) -> ValveFlags {
         let input = &self.input;
         let both = input.open_switch && input.close_switch;
         let mut flags = self.latched | self.unit_flags;
@@ -220,7 +283,7 @@ impl Valve {
             .union(ValveFlags::INTERNAL_FAULT)
             .union(ValveFlags::CONFIG_INVALID)
             .union(ValveFlags::CONN_LOST);
-        self.flags().intersects(FAULTS)
+        self.own_flags().intersects(FAULTS)
     }
 
     fn start(&mut self, now: Millis, motion: Motion, params: &Params, cause: Cause) {
@@ -230,20 +293,33 @@ impl Valve {
             self.overload_ms = 0;
             self.leaving.stop();
         }
+        if self.tried != motion {
+            self.travel.stop();
+            self.tried = motion;
+        }
+        self.travel.hasten(now, self.limit_ms(params));
         self.motion = motion;
         self.cause = cause;
         self.latched = ValveFlags::empty();
+        self.spent = false;
+        self.asked |= !matches!(cause, Cause::Rule(_));
+    }
+
+    /// A valve in the cold is slower than its nameplate: half as much again is allowed, ms.
+    fn limit_ms(&self, params: &Params) -> u32 {
         let travel_ms = param(self.no, ValveParam::TravelTime, params).unsigned_abs();
-        // A valve in the cold is slower than its nameplate: half as much again is allowed.
-        self.travel.start(now, travel_ms.saturating_add(travel_ms / 2));
+        travel_ms.saturating_add(travel_ms / 2)
     }
 
     fn watch_current(&mut self, now: Millis, dt_ms: u32, params: &Params) {
         self.overload.poll(now);
-        let over = i32::from(self.input.current_da)
-            > param(self.no, ValveParam::MaxCurrent, params)
-            && self.motion != Motion::Still;
-        self.overload_ms = if over { self.overload_ms.saturating_add(dt_ms) } else { 0 };
+        let max = param(self.no, ValveParam::MaxCurrent, params);
+        // As that of drives: moments without it take away as much as they last.
+        self.overload_ms = match self.motion {
+            Motion::Still => 0,
+            _ if i32::from(self.input.current_da) > max => self.overload_ms.saturating_add(dt_ms),
+            _ => self.overload_ms.saturating_sub(dt_ms),
+        };
         if self.overload_ms > OVERLOAD_DELAY_MS {
             self.stop(Cause::Rule(Rule::Overload));
             self.overload.start(now, OVERLOAD_CLEAR_MS);
@@ -283,20 +359,34 @@ impl Valve {
     }
 
     /// Ends the motion at its switch, or tells what is wrong when the time is over.
-    fn watch_travel(&mut self, now: Millis) {
+    fn watch_travel(&mut self, now: Millis, params: &Params) {
         let ValveInput { open_switch, close_switch, .. } = self.input;
-        let (left, fault) = match self.motion {
-            Motion::Still => return,
+        let (way, over) = (self.tried, self.travel.poll(now));
+        if self.motion != Motion::Still && self.is_at(self.motion) {
+            return self.stop(Cause::Rule(Rule::Arrived));
+        }
+        // Overloaded at its end, it is where it was to go.
+        if self.motion == Motion::Still && self.is_at(way) {
+            return self.end_attempt();
+        }
+        if !over {
+            return;
+        }
+        let asked = self.asked;
+        self.stop(Cause::Rule(Rule::Timeout));
+        let (left, fault) = match way {
             Motion::Opening => (!close_switch, ValveFlags::OPEN_SENSOR_FAULT),
-            Motion::Closing => (!open_switch, ValveFlags::CLOSE_SENSOR_FAULT),
+            Motion::Closing | Motion::Still => (!open_switch, ValveFlags::CLOSE_SENSOR_FAULT),
         };
-        if self.is_at(self.motion) {
-            self.stop(Cause::Rule(Rule::Arrived));
-        } else if self.travel.poll(now) {
-            self.stop(Cause::Rule(Rule::Timeout));
-            // It has left the one end and not shown at the other: the sensor there; otherwise
-            // the valve itself has not moved.
-            self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
+        // It has left the one end and not shown at the other: the sensor there; otherwise the valve itself
+        // has not moved.
+        self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
+        if way == Motion::Closing {
+            self.spent = true;
+            // The first Close after a power-up that could not close it is not a repetition.
+            if asked {
+                self.rest.start(now, self.limit_ms(params));
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! §3.3.4 The faults of a drive that only show by watching: sensors connected the wrong way round or
-//! dead, a drive that does not turn.
+//! dead, a drive that does not turn, and one that turns though it is not fed: a shorted transistor, a
+//! welded relay.
 
 use crate::image::DriveInput;
 use lafet_proto::flags::DriveFlags;
@@ -16,16 +17,34 @@ const WATCH_MILLI: i32 = 4000;
 const WATCH_STEP_MS: u32 = 250;
 /// Speed below which motion is not judged, 0.1 °/s or 0.1 mm/s.
 const WATCH_SPEED_TENTHS: i16 = 5;
+/// Position and speed sensor may differ by this over a stretch, besides three-fold; milli-units of position
+/// for each unit of `way_per_tenth`: 1 ° or 1 mm.
+const APART_MILLI: i32 = 1000;
+/// In a step of this length a position that moves by [`COAST_MILLI`] has jumped.
+const JUMP_STEP_MS: u32 = 30;
+/// A drive that is not fed any more may run out for this long …
+const COAST_MS: u32 = 300;
+/// … and so far, milli-units of position for each unit of `way_per_tenth`: 5 ° or 5 mm.
+const COAST_MILLI: i32 = 5000;
+/// Then a stretch of this length in which it turns, and another in which it has not slowed down, are a
+/// runaway: it is found within 10 °, however fast it is.
+const REST_MS: u32 = 120;
+/// Way in a stretch that counts as turning, as above: 3' or 0.05 mm, thus 0.4 °/s or 0.4 mm/s.
+const REST_MILLI: i32 = 50;
+/// What a speed sensor may say of a drive that does not turn, 0.1 °/s or 0.1 mm/s.
+const REST_TENTHS: i16 = 1;
 
-/// What has been seen of a motion since the watch began.
+/// What has been seen of a drive since the watch began: of a motion, or of a rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Watch {
-    /// Direction of the commanded speed, 0 while there is nothing to judge.
+    /// Direction of the commanded speed, 0 at rest.
     way: i16,
     running_ms: u32,
     elapsed_ms: u32,
     start: i32,
-    /// Commanded way, milli-units of position.
+    /// Position in the step before.
+    last: i32,
+    /// Of a motion the commanded way, at rest the way in the stretch before; milli-units of position.
     expected: i32,
     /// Way by the speed sensor, milli-units of position.
     measured: i32,
@@ -42,13 +61,31 @@ impl Watch {
         way_per_tenth: i32,
         input: &DriveInput,
     ) -> DriveFlags {
-        let judged = speed_tenths.abs() >= WATCH_SPEED_TENTHS && dt_ms <= WATCH_STEP_MS;
-        let direction = if judged { speed_tenths.signum() } else { 0 };
-        if direction != self.way {
-            *self = Self { way: direction, ..Self::default() };
+        let crawls = speed_tenths != 0 && speed_tenths.abs() < WATCH_SPEED_TENTHS;
+        if crawls || dt_ms > WATCH_STEP_MS {
+            // A long step says nothing; but what has come to rest, and is where it was, goes on resting.
+            let settled = self.way == 0 && self.running_ms > COAST_MS && self.elapsed_ms == 0;
+            if crawls || speed_tenths != 0 || !settled || input.position != self.start {
+                *self = Self::default();
+            }
+            return DriveFlags::empty();
+        }
+        if speed_tenths.signum() != self.way || self.running_ms == 0 {
+            let way = speed_tenths.signum();
+            *self = Self { way, start: input.position, last: input.position, ..Self::default() };
+        }
+        if self.way == 0 {
+            return self.rest(dt_ms, way_per_tenth, input);
+        }
+        let step =
+            input.position.saturating_sub(core::mem::replace(&mut self.last, input.position));
+        if dt_ms <= JUMP_STEP_MS
+            && step.saturating_mul(1000).saturating_abs() >= COAST_MILLI * way_per_tenth
+        {
+            return DriveFlags::POS_ENCODER_FAULT;
         }
         self.running_ms = self.running_ms.saturating_add(dt_ms);
-        if self.way == 0 || self.running_ms <= START_MS {
+        if self.running_ms <= START_MS {
             self.start = input.position;
             return DriveFlags::empty();
         }
@@ -62,9 +99,6 @@ impl Watch {
         }
         let Self { expected, measured, start, .. } = *self;
         *self = Self { start: input.position, elapsed_ms: 0, expected: 0, measured: 0, ..*self };
-        if input.min_switch || input.max_switch {
-            return DriveFlags::empty();
-        }
         let moved = input.position.saturating_sub(start).saturating_mul(1000);
         let sign = expected.signum();
         let of = |way: i32| way.saturating_mul(sign);
@@ -72,13 +106,64 @@ impl Watch {
         // What turned round within this stretch has measured next to nothing in sum.
         let now = i32::from(input.speed_tenths) * sign;
         let turned = now < -i32::from(speed_tenths.abs()) / 4;
+        let slack = APART_MILLI * way_per_tenth;
+        let far_more = |one: i32, other: i32| one > other.saturating_mul(3).saturating_add(slack);
+        let disagree = far_more(went, sensed) || far_more(sensed, went);
+        let off = |way: i32| way.abs_diff(expected.saturating_abs());
         match () {
             () if went < -part => DriveFlags::POSITION_WAY_FAULT,
             () if went < part && sensed > part => DriveFlags::POS_ENCODER_FAULT,
             () if went < part => DriveFlags::INTERNAL_FAULT,
             () if sensed < -part || sensed < part && turned => DriveFlags::SPEED_WAY_FAULT,
             () if sensed < part => DriveFlags::SPEED_ENCODER_FAULT,
+            // One counts several times what the other does: that which is farther from the command.
+            () if disagree && off(went) > off(sensed) => DriveFlags::POS_ENCODER_FAULT,
+            () if disagree => DriveFlags::SPEED_ENCODER_FAULT,
             () => DriveFlags::empty(),
+        }
+    }
+
+    /// It is not fed: it may run out, and has to stay where it is then.
+    fn rest(&mut self, dt_ms: u32, way_per_tenth: i32, input: &DriveInput) -> DriveFlags {
+        let noise = input.speed_tenths.saturating_abs() <= REST_TENTHS;
+        let tenths = if noise { 0 } else { i32::from(input.speed_tenths) };
+        let sensed = tenths * way_per_tenth * dt_ms.cast_signed() / 10;
+        self.measured = self.measured.saturating_add(sensed);
+        let moved = input.position.saturating_sub(self.start).saturating_mul(1000);
+        if self.running_ms <= COAST_MS {
+            let gone = moved.saturating_abs().min(self.measured.saturating_abs());
+            // At least a millisecond, so that the rest has begun; no more than it takes, so that the
+            // watch itself comes to rest.
+            self.running_ms = (self.running_ms + dt_ms.max(1)).min(COAST_MS + 1);
+            if self.running_ms > COAST_MS {
+                (self.start, self.measured) = (input.position, 0);
+            }
+            let far = gone >= COAST_MILLI * way_per_tenth;
+            return if far { DriveFlags::INTERNAL_FAULT } else { DriveFlags::empty() };
+        }
+        if self.elapsed_ms == 0 && moved == 0 && sensed == 0 {
+            (self.expected, self.measured) = (0, 0);
+            return DriveFlags::empty();
+        }
+        self.elapsed_ms += dt_ms;
+        if self.elapsed_ms < REST_MS {
+            return DriveFlags::empty();
+        }
+        let (before, measured, least) = (self.expected, self.measured, REST_MILLI * way_per_tenth);
+        let (far, fast) = (moved.saturating_abs(), measured.saturating_abs());
+        // The speed is finer than the position, whose counts come and go.
+        let turned = if fast >= least { measured } else { moved };
+        let expected = if far.max(fast) >= least { turned } else { 0 };
+        *self = Self { start: input.position, elapsed_ms: 0, expected, measured: 0, ..*self };
+        // One that runs out slows down; a position that jumps has done so in one stretch.
+        let goes_on = expected != 0
+            && expected.signum() == before.signum()
+            && expected.saturating_abs() >= before.saturating_abs() / 8 * 7;
+        match (far >= least, fast >= least) {
+            _ if !goes_on => DriveFlags::empty(),
+            (true, true) => DriveFlags::INTERNAL_FAULT,
+            (true, false) => DriveFlags::POS_ENCODER_FAULT,
+            (false, _) => DriveFlags::SPEED_ENCODER_FAULT,
         }
     }
 }

@@ -5,7 +5,7 @@ use lafet_device::composition::DriveKind;
 use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
 use lafet_device::image::{
-    AXES, Axis, Inputs, Outputs, UNITS, UnitError, UnitReply, VALVES, ValveOutput,
+    AXES, Axis, DriveOutput, Inputs, Outputs, UNITS, UnitError, UnitReply, VALVES, ValveOutput,
 };
 use std::collections::BTreeMap;
 
@@ -20,6 +20,8 @@ pub struct DrivePlant {
     pub switches: (i64, i64),
     /// The motor is fed, nothing turns, no current shows.
     pub jammed: bool,
+    /// It turns at this speed, fed or not, until its supply is cut; 0.1 °/s or 0.1 mm/s.
+    pub runaway_tenths: i16,
     /// The position sensor stands still since this reading.
     pub encoder_stuck: Option<i32>,
     pub encoder_reversed: bool,
@@ -94,6 +96,7 @@ impl Plant {
             stops,
             switches,
             jammed: false,
+            runaway_tenths: 0,
             encoder_stuck: None,
             encoder_reversed: false,
             speed_dead: false,
@@ -153,7 +156,8 @@ impl Plant {
         {
             if !drive.jammed {
                 let per_tenth = if axis == Axis::Nozzle { 100 } else { 6000 };
-                drive.position_milli += i64::from(output.speed_tenths) * per_tenth * dt_ms / 1000;
+                let speed_tenths = i64::from(drive.turns_tenths(output));
+                drive.position_milli += speed_tenths * per_tenth * dt_ms / 1000;
                 let (low, high) = drive.stops;
                 drive.position_milli = drive.position_milli.clamp(low * 1000, high * 1000);
             }
@@ -181,7 +185,7 @@ impl Plant {
             let reading = position as i32 + drive.encoder_offset;
             let reading = if drive.encoder_reversed { -reading } else { reading };
             input.position = drive.encoder_stuck.unwrap_or(reading);
-            let speed = if drive.jammed { 0 } else { output.speed_tenths };
+            let speed = if drive.jammed { 0 } else { drive.turns_tenths(output) };
             input.speed_tenths = match (drive.speed_dead, drive.speed_reversed) {
                 (true, _) => 0,
                 (false, true) => -speed,
@@ -212,6 +216,17 @@ impl Plant {
             .and_then(|value| value.first_mut())
             .map(|byte| *byte ^= 1)
             .unwrap();
+    }
+}
+
+impl DrivePlant {
+    /// How fast it turns, 0.1 °/s or 0.1 mm/s.
+    fn turns_tenths(&self, output: DriveOutput) -> i16 {
+        match self.runaway_tenths {
+            _ if output.cut => 0,
+            0 => output.speed_tenths,
+            runaway_tenths => runaway_tenths,
+        }
     }
 }
 

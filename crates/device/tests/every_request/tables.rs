@@ -185,6 +185,7 @@ pub fn param_of(device: u8, id: u16) -> Option<Known> {
     }
     match device {
         GENERAL if id == 0xE8C1 => Some(Known::ReadOnly(80)),
+        GENERAL if id == hash16("InputFaults") => Some(Known::ReadOnly(4)),
         DETECTOR if id == 0x23FE => Some(Known::ReadOnly(0)),
         CONTROL if (0..8).any(|n| hash16(&format!("Program{n}")) == id) => {
             Some(Known::Settable(seven))

@@ -318,6 +318,13 @@ params! {
         one(Bits, i32::MIN, i32::MAX, 0).len(20, 20, 1).measured(), text(
         "Registers saved at the last hardware fault, the same as GetCrashData gives.",
         "Регистры, сохранённые при последнем аппаратном отказе; то же, что выдаёт GetCrashData.");
+    GeneralInputFaults: GENERAL "InputFaults", one(Bits, 0, i32::MAX, 0).measured(), text(
+        "What the inputs contradict, a bit each: 0 water flows though every valve is closed; 1 a \
+        valve is open without flow and pressure; 2 the detector is saturated; 4 to 7 Vertical, Horizontal, Nozzle, Deployer has \
+        turned though it was not fed.",
+        "Чему противоречат показания датчиков, по битам: 0 — вода идёт при закрытых затворах; 1 — \
+        затвор открыт, а расхода и давления нет; 2 — извещатель засвечен; 4–7 — привод Vertical, Horizontal, Nozzle, \
+        Deployer двигался без команды.");
     GeneralMainVoltageMin: GENERAL "MainVoltageMin", one(Volt, 0, 1000, 18), text(
         "Supply voltage below which BadPower is set.",
         "Напряжение питания, ниже которого выставляется BadPower.");

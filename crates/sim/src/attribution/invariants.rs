@@ -4,24 +4,31 @@
 //! `max-switch` of the deployer, `encoder-…` of a drive) cannot be seen through, so what depends on
 //! it is not judged while it lies, nor for the step in which it tells the truth again. A remote unit
 //! is seen through its bus, which is polled every 20 ms and counts as online until it has been silent
-//! for 100 ms: what is told of it may be [`REMOTE_LAG_MS`] old. Everything else is judged in the very
+//! for 100 ms: what is told of it may be [`REMOTE_LAG_MS`] old. A contact is believed when it has lasted
+//! (§D/6): [`CONTACT_LAG_MS`], [`SHAKEN_LAG_MS`]. Everything else is judged in the very
 //! step in which it is sensed: the program acts on no older inputs.
 
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_proto::SubsystemId;
-use lafet_proto::flags::GeneralFlags;
+use lafet_proto::flags::{GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param, ValveParam};
 
 use super::ledger::{Ledger, Lock};
 use super::{Bilingual, View, Violation};
-use crate::fault::{DriveFault, Fault, axis_name, valve_name};
+use crate::fault::{DriveFault, Fault, ValveFault, axis_name, valve_name};
 use crate::world::STEP_MS;
 
 /// Allowance of the guard beyond a limit, and what the encoder rounds off, arc-minutes or mm.
 const LIMIT_ALLOWANCE: f64 = 2.5;
 /// How old what is sensed of a remote unit may be: as long as it counts as online, and a poll.
 const REMOTE_LAG_MS: u64 = 120;
+/// §D/6 From this flow on water flows, l/s.
+const FLOWING_LPS: u16 = 2;
+/// How much later a contact is believed: 30 ms, and a step.
+const CONTACT_LAG_MS: u64 = 40;
+/// How much later one that bounces and blips is: a bounce and a blip, each waited for.
+const SHAKEN_LAG_MS: u64 = 130;
 
 #[derive(Clone, Debug, Default)]
 pub struct Invariants {
@@ -56,11 +63,17 @@ impl Invariants {
         for fault in view.faults {
             let Fault::Drive(axis, fault) = fault else { continue };
             let lies = match axis {
-                Axis::Deployer => matches!(fault, DriveFault::MinSwitch | DriveFault::MaxSwitch),
+                // A runaway leaves the working position by itself, whatever is driven.
+                Axis::Deployer => matches!(
+                    fault,
+                    DriveFault::MinSwitch | DriveFault::MaxSwitch | DriveFault::Runaway
+                ),
                 _ => matches!(
                     fault,
                     DriveFault::EncoderDead
                         | DriveFault::EncoderReversed
+                        | DriveFault::EncoderFast
+                        | DriveFault::EncoderJump
                         | DriveFault::EncoderFault
                 ),
             };
@@ -68,7 +81,9 @@ impl Invariants {
                 self.lie_until_ms[*axis as usize] = view.now_ms + STEP_MS + lag_ms(view, *axis);
             }
         }
-        self.excused = view.flooded && (self.excused || !self.believes(Axis::Deployer, view));
+        let stuck = ValveNo::ALL.into_iter().any(|valve| is_stuck(view, valve));
+        let unknown = stuck || !self.believes(Axis::Deployer, view);
+        self.excused = view.flooded && (self.excused || unknown);
         self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
         for (ms, wet) in self.wet_ms.iter_mut().zip(view.wet) {
             *ms = if wet { *ms + STEP_MS } else { 0 };
@@ -84,7 +99,7 @@ impl Invariants {
         if !view.device.has(SubsystemId::DEPLOYER) || !self.believes(Axis::Deployer, view) {
             return;
         }
-        let lag_ms = lag_ms(view, Axis::Deployer);
+        let lag_ms = position_lag_ms(view);
         for valve in ValveNo::ALL {
             let opens = view.outputs.valves[valve as usize] == ValveOutput::Opening;
             if opens && self.folded_ms > lag_ms {
@@ -117,7 +132,7 @@ impl Invariants {
         let speed = |axis: Axis| view.outputs.drives[axis as usize].speed_tenths;
         let believed = self.believes(Axis::Deployer, view);
         for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
-            let folded = self.folded_ms > lag_ms(view, Axis::Deployer);
+            let folded = self.folded_ms > position_lag_ms(view);
             if believed && folded && speed(axis) != 0 {
                 let name = axis_name(axis);
                 broken.push((
@@ -131,9 +146,15 @@ impl Invariants {
         }
         for valve in ValveNo::ALL {
             let index = valve as usize;
+            // What is less than the meter says, nobody can know.
+            if is_stuck(view, valve) && view.inputs.flow_lps < FLOWING_LPS {
+                continue;
+            }
             let remote = Param::of_valve(valve.id(), ValveParam::ValveType)
                 .is_some_and(|param| view.params.get(param) == 1);
-            let lag_ms = if remote { REMOTE_LAG_MS } else { 0 };
+            let shaken = view.faults.contains(&Fault::Valve(valve, ValveFault::CloseBounce));
+            let lag_ms =
+                if remote { REMOTE_LAG_MS } else { 0 } + if shaken { SHAKEN_LAG_MS } else { 0 };
             if self.wet_ms[index] > lag_ms && speed(Axis::Deployer) < 0 {
                 let name = valve_name(valve);
                 broken.push((
@@ -185,7 +206,8 @@ impl Invariants {
             let left_open = view.device.has(valve.id())
                 && settled
                 && !view.inputs.valves[valve as usize].close_switch
-                && output != ValveOutput::Closing;
+                && output != ValveOutput::Closing
+                && !is_in_vain(view, valve);
             if output == ValveOutput::Opening || left_open {
                 let name = valve_name(valve);
                 broken.push((
@@ -252,8 +274,28 @@ fn inert(ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Bilin
     }
 }
 
+/// The valve could not be closed in its time, and says so: its motor is not fed without end.
+pub fn is_in_vain(view: &View<'_>, valve: ValveNo) -> bool {
+    let told = ValveFlags::from_bits_retain(view.told.valves[valve as usize]);
+    told.intersects(ValveFlags::INTERNAL_FAULT | ValveFlags::CLOSE_SENSOR_FAULT)
+}
+
+/// The switch "closed" of this valve says so whatever the valve does.
+fn is_stuck(view: &View<'_>, valve: ValveNo) -> bool {
+    view.faults.contains(&Fault::Valve(valve, ValveFault::CloseStuck))
+}
+
 /// How much later a remote drive is heard.
 fn lag_ms(view: &View<'_>, axis: Axis) -> u64 {
     let remote = view.params.drive(axis, DriveParam::DriveType) == 1;
     if remote { REMOTE_LAG_MS } else { 0 }
+}
+
+/// How much later it is known that the barrel has left or reached its working position.
+fn position_lag_ms(view: &View<'_>) -> u64 {
+    let shaken = [DriveFault::MinBounce, DriveFault::MaxBounce]
+        .iter()
+        .any(|fault| view.faults.contains(&Fault::Drive(Axis::Deployer, *fault)));
+    let contact_ms = if shaken { SHAKEN_LAG_MS } else { CONTACT_LAG_MS };
+    lag_ms(view, Axis::Deployer) + contact_ms
 }

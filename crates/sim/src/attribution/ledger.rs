@@ -53,12 +53,12 @@ pub struct Ledger {
     pub limitless: [bool; AXES],
     /// When somebody has last aimed by hand.
     manual_ms: Option<u64>,
-    /// For how long each drive has drawn more than MaxCurrent, ms.
+    /// For how long each drive has drawn more than MaxCurrent, less the time it has not, ms.
     pub over_ms: [u64; AXES],
     /// Whether each drive drew so much in the last step that it was cut off: it draws nothing now, and
     /// is overloaded all the same.
     cut_off: [bool; AXES],
-    /// For how long each valve has drawn more than MaxCurrent, ms.
+    /// For how long each valve has drawn more than MaxCurrent, less the time it has not, ms.
     pub valve_over_ms: [u64; VALVES],
     /// When a fault was last in force at a drive or its unit.
     pub broken_ms: [Option<u64>; AXES],
@@ -444,14 +444,17 @@ impl Ledger {
             let was_cut_off =
                 std::mem::replace(&mut self.cut_off[axis as usize], is_cut_off(current, max));
             let ms = &mut self.over_ms[axis as usize];
-            *ms = if current > max || was_cut_off { *ms + passed_ms } else { 0 };
+            *ms = match current > max || was_cut_off {
+                true => *ms + passed_ms,
+                false => ms.saturating_sub(passed_ms),
+            };
         }
         for valve in ValveNo::ALL {
             let max = Param::of_valve(valve.id(), ValveParam::MaxCurrent)
                 .map_or(0, |param| view.params.get(param));
             let over = i32::from(view.inputs.valves[valve as usize].current_da) > max;
             let ms = &mut self.valve_over_ms[valve as usize];
-            *ms = if over { *ms + passed_ms } else { 0 };
+            *ms = if over { *ms + passed_ms } else { ms.saturating_sub(passed_ms) };
         }
     }
 

@@ -7,6 +7,7 @@ use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 
+use super::invariants::is_in_vain;
 use super::ledger::{Ledger, Lock, Move, Start, is_cut_off, is_running, valve_button};
 use super::view::axis_of;
 use super::{Bilingual, Output, View};
@@ -29,6 +30,8 @@ const LEAVING_MIN_MS: u64 = 400;
 /// is gone again may still be found for as long.
 const WATCH_COUNTS: f64 = 4.0;
 const WATCH_MS: f64 = 400.0;
+/// §D/6 From this flow on water flows, l/s.
+const FLOWING_LPS: u16 = 2;
 /// A drive that goes less than a quarter of its commanded way does not turn.
 const SEEMS_STILL: f64 = 4.0;
 
@@ -279,7 +282,7 @@ fn is_wet(view: &View<'_>) -> bool {
     let wet = |valve: ValveNo| {
         view.device.has(valve.id()) && !view.inputs.valves[valve as usize].close_switch
     };
-    ValveNo::ALL.into_iter().any(wet)
+    ValveNo::ALL.into_iter().any(wet) || view.inputs.flow_lps >= FLOWING_LPS
 }
 
 /// Whether somebody may want the drive to go up/left (true) or down/right: a Move, a button, or a
@@ -459,7 +462,7 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
         Rule::Arrived | Rule::Overload | Rule::Timeout | Rule::Fault
             if step.cause_before == Cause::Rule(Rule::Lockout) =>
         {
-            ledger.lock == Lock::Off || input.close_switch
+            ledger.lock == Lock::Off || input.close_switch || is_in_vain(view, valve)
         }
         Rule::Arrived => opened && input.open_switch || closed && input.close_switch,
         Rule::Overload => ledger.valve_over_ms[valve as usize] > VALVE_OVERLOAD_MS,

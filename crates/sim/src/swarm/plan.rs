@@ -350,6 +350,7 @@ fn telling(rng: &mut Rng) -> Fault {
             Fault::Valve(valve, ValveFault::Jam),
             Fault::Valve(valve, ValveFault::Blocked),
             Fault::Valve(valve, ValveFault::CloseSwitch),
+            Fault::Valve(valve, ValveFault::CloseStuck),
             Fault::Drive(Axis::Deployer, DriveFault::MinSwitch),
             Fault::Heater(Place::Box),
             Fault::Temperature(Place::Vertical),

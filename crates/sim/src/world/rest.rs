@@ -7,6 +7,7 @@
 
 use super::{SLOW_MS, STEP_MS, World};
 use crate::climate::Climate;
+use crate::contact;
 use crate::drive::Load;
 use crate::rng::NOISE_DRAWS;
 use crate::unit::POLL_MS;
@@ -20,6 +21,7 @@ impl World {
     /// Whether another step, with the outputs as they are, changes nothing that matters.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.units_rest()
+            && !contact::any(&self.faults)
             && self.commanded.drives == self.applied.drives
             && self.commanded.valves == self.applied.valves
             && self.commanded.heaters == self.applied.heaters
@@ -56,7 +58,7 @@ impl World {
         let load = Load { cos_elevation: libm::cos(elevation), flow_lps: self.water.jet_lps() };
         let drives = self.drives.iter().zip(self.applied.drives).all(|(drive, output)| {
             let mut next = drive.clone();
-            next.step(output.speed_tenths, load, dt_s, &self.faults);
+            next.step(output, load, dt_s, &self.faults);
             next == *drive && drive.current_a == 0.0
         });
         let valves = self.valves.iter().zip(self.applied.valves).all(|(valve, output)| {

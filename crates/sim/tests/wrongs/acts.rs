@@ -55,7 +55,7 @@ const HORIZONTAL: usize = Axis::Horizontal as usize;
 const DEPLOYER: usize = Axis::Deployer as usize;
 
 fn speed(speed_tenths: i16) -> DriveOutput {
-    DriveOutput { speed_tenths }
+    DriveOutput { speed_tenths, cut: false }
 }
 
 fn is_locked(view: &View<'_>) -> bool {

@@ -1,0 +1,50 @@
+//! §D/6 (ours) What is sensed is judged before it is used: subsystems see judged inputs alone.
+//!
+//! | what | rule | delay | shows as |
+//! |---|---|---|---|
+//! | a contact: end switches, valves' switches, `blocked` | counts when it has lasted ([`contacts`]) | 30 ms | the state it reports |
+//! | water that flows though every valve says closed | no such switch is believed ([`water`]) | 3 s | CloseSensorFault, InputFaults bit 0 |
+//! | a supply out of its range | what it forbids to begin | 0.3 s | BadPower, Denied from General |
+//! | a detector whose spots all are as wide as its field | no spot is believed (`subsystem::detector`) | at once | DeviceFault, InputFaults bit 2 |
+//! | an open valve without flow and pressure | reported ([`water`]) | 10 s | InputFaults bit 1 |
+//!
+//! `guard` has besides, in the step in which it is sensed, every end switch that closes: it takes away and
+//! ends nothing, so that a blip costs a drive a step and a true end switch stops it at once.
+
+mod contacts;
+mod water;
+
+pub(crate) use contacts::{Contacts, Debounce};
+pub(crate) use water::{FLOWING_LPS, Water};
+
+/// Bits of the parameter InputFaults of General.
+pub(crate) mod bit {
+    /// Water flows though every valve is reported as closed.
+    pub const WATER_UNASKED: i32 = 1;
+    /// A valve is open, and there is neither flow nor pressure.
+    pub const WATER_MISSING: i32 = 1 << 1;
+    /// The detector's picture cannot be of fires.
+    pub const SATURATED: i32 = 1 << 2;
+    /// A drive has turned though it was not fed: that of the first axis, the others follow.
+    pub const RUNAWAY: i32 = 1 << 4;
+}
+
+/// A condition that has to last, and to be gone for as long.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Lasting {
+    ms: u16,
+    /// It has lasted, and has not been gone for as long.
+    pub holds: bool,
+}
+
+impl Lasting {
+    /// A step in which it is the case, or not; it has to last for this long, ms.
+    pub fn step(&mut self, dt_ms: u32, now: bool, limit_ms: u16) {
+        let dt_ms = dt_ms.min(limit_ms.into()) as u16;
+        self.ms = match now {
+            true => self.ms.saturating_add(dt_ms).min(limit_ms),
+            false => self.ms.saturating_sub(dt_ms),
+        };
+        self.holds = if self.holds { self.ms > 0 } else { self.ms >= limit_ms };
+    }
+}

@@ -113,6 +113,8 @@ pub enum Command {
     Program(cmd::program::ProgramCommand),
     /// Fit the ballistics to the jet and fill the correction table
     Calibrate(cmd::calibrate::CalibrateArgs),
+    /// Measure how a drive answers its motor, and set StopLag and MinSpeed
+    Tune(cmd::tune::TuneArgs),
     /// Show the limits of motion, switch them, or set them from the barrel's position
     Limits(cmd::limits::LimitsArgs),
     /// Read and set parameters

@@ -110,6 +110,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Quench(args) => cmd::quench::run_quench(args, global, out).await,
         Command::Trajectory(args) => cmd::quench::run_trajectory(args, global, out).await,
         Command::Program(command) => cmd::program::run(command, global, out).await,
+        Command::Tune(args) => cmd::tune::run(args, global, out).await,
         Command::Calibrate(args) => cmd::calibrate::run(args, global, out).await,
         Command::Limits(args) => cmd::limits::run(args, global, out).await,
         Command::Param(command) => cmd::param::run(command, global, out).await,

@@ -267,7 +267,9 @@ impl Device {
             bits |= bit::SATURATED;
         }
         let cut = self.drives.iter().enumerate().filter(|(_, drive)| drive.output().cut);
-        cut.fold(bits, |bits, (axis, _)| bits | bit::RUNAWAY << axis)
+        bits = cut.fold(bits, |bits, (axis, _)| bits | bit::RUNAWAY << axis);
+        let missed = self.drives.iter().enumerate().filter(|(_, drive)| drive.has_missed());
+        missed.fold(bits, |bits, (axis, _)| bits | bit::MISSED << axis)
     }
 
     /// §3.5/10 Flash stops the program while it is written or erased. Nothing may run on unguarded

@@ -521,6 +521,10 @@ fn drive_param(param: Param) -> Option<(Axis, DriveParam)> {
         DriveParam::SlowCurrent,
         DriveParam::DriveType,
         DriveParam::MoveHold,
+        DriveParam::StopLag,
+        DriveParam::MinSpeed,
+        DriveParam::StopLagSeen,
+        DriveParam::MinSpeedSeen,
     ];
     let axis = axis_of(param.subsystem())?;
     let first = Param::of_drive(axis.id(), DriveParam::MinLimit)?;

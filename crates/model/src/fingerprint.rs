@@ -41,7 +41,24 @@ const SIGNS: &[&str] = &["speed_milli", "speed_tenths"];
 const PARTS: &[Part] = &[
     // Whether a request, a button or a program moves it has an effect; which request does not.
     Part { name: "Asked", rest: None, never: &["request", "to", "source"], dormant: &[] },
-    Part { name: "Drive", rest: Some(("goal", "Hold")), never: &["driven"], dormant: &["cause"] },
+    Part { name: "Drive", rest: Some(("goal", "Hold")), never: &["driven", "missed", "seen"], dormant: &["cause", "arrival"] },
+    // Drives of the model stop where they are: how long one takes to rest has no effect.
+    Part {
+        name: "Arrival",
+        rest: None,
+        never: &[
+            "smooth_milli",
+            "still_ms",
+            "rest_ms",
+            "waited_ms",
+            "kick",
+            "corrections",
+            "from",
+            "pulsed",
+        ],
+        dormant: &[],
+    },
+    Part { name: "Inch", rest: None, never: &["left_ms"], dormant: &[] },
     Part { name: "Valve", rest: None, never: &["cause"], dormant: &[] },
     // Its cause follows from where it is moving.
     Part { name: "Deployer", rest: None, never: &["cause"], dormant: &[] },

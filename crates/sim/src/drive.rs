@@ -3,13 +3,15 @@
 //! State: position x (arc-minutes or mm), speed v (units/s), motor current I (A). Per step dt:
 //! - the power stage runs the speed loop: v moves towards the commanded speed, at most `accel`
 //!   when it grows and `brake` when it falls (worm gears stop at once and hold without current);
-//! - x += v·dt, cut at the mechanical stops, where v = 0;
+//!   a [`Stage`] that is not ideal follows with a lag, and not at all below its dead band;
+//! - the motor moves by v·dt, the barrel with it as far as the play of the gear leaves it; x is cut
+//!   at the mechanical stops, where v = 0;
 //! - motoring current I∞ = (friction + 1.0·|v|/v_max + 1.5·|dv/dt|/accel + weight + thrust) A, with
 //!   weight = 1.0·cos(elevation) A when lifting and thrust = 0.5·Q/20 l/s A; at a stop or jammed
 //!   the stall current of 15 A; I follows with a time constant of 40 ms.
 //!
 //! The figures are ours, plausible for a monitor of 20 l/s on 24 V, not measured on one. Valid
-//! for worm-geared drives; backlash and elasticity are left out.
+//! for worm-geared drives; elasticity is left out.
 
 use lafet_device::image::{Axis, DriveInput, DriveOutput};
 
@@ -19,6 +21,21 @@ use crate::fault::{DriveFault, Faults};
 pub const STALL_A: f64 = 15.0;
 
 const CURRENT_LAG_S: f64 = 0.04;
+
+/// What lies between the commanded speed and the barrel. The default is ideal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stage {
+    /// Time constant with which the speed follows its command, s; 0: `accel` and `brake` alone.
+    pub lag_s: f64,
+    /// A motor at rest does not start below this speed, units/s …
+    pub stiction: f64,
+    /// … and a turning one stops below this one, units/s.
+    pub dead_band: f64,
+    /// Play between motor and barrel, position units.
+    pub backlash: f64,
+    /// The position sensor sits on the motor, not on the barrel.
+    pub sensor_on_motor: bool,
+}
 
 /// Geometry and strength of a drive; positions in arc-minutes or mm.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +58,8 @@ pub struct DriveSpec {
     pub weight_a: f64,
     /// Position that the encoder calls 0.
     pub encoder_zero: f64,
+    /// Power stage and gear.
+    pub stage: Stage,
 }
 
 impl DriveSpec {
@@ -58,6 +77,7 @@ impl DriveSpec {
             friction_a: 1.0,
             weight_a: 0.0,
             encoder_zero: 0.0,
+            stage: Stage::default(),
         };
         match axis {
             Axis::Vertical => Self { weight_a: 1.0, ..angle },
@@ -97,6 +117,8 @@ pub struct Drive {
     pub speed: f64,
     /// Motor current, A.
     pub current_a: f64,
+    /// Position of the motor, which differs by the play of the gear.
+    motor: f64,
     frozen: Option<f64>,
     /// Where the position has begun to count too much.
     fast_from: Option<f64>,
@@ -114,7 +136,16 @@ pub struct Load {
 impl Drive {
     /// A drive at rest.
     pub fn new(axis: Axis, spec: DriveSpec, position: f64) -> Self {
-        Self { axis, spec, position, speed: 0.0, current_a: 0.0, frozen: None, fast_from: None }
+        Self {
+            axis,
+            spec,
+            position,
+            speed: 0.0,
+            current_a: 0.0,
+            motor: position,
+            frozen: None,
+            fast_from: None,
+        }
     }
 
     /// Runs for `dt_s` as it is commanded.
@@ -135,8 +166,13 @@ impl Drive {
             target = 0.0;
         }
         let before = self.speed;
-        self.speed = if jam { 0.0 } else { approach(before, target, spec, dt_s) };
-        self.position += self.speed * dt_s;
+        let stage = self.stage(faults);
+        self.speed = if jam { 0.0 } else { stage.follow(before, target, spec, dt_s) };
+        let half = stage.backlash / 2.0;
+        // Whoever has put the barrel elsewhere has turned the motor, too.
+        self.motor = self.motor.clamp(self.position - half, self.position + half);
+        self.motor += self.speed * dt_s;
+        self.position = self.position.clamp(self.motor - half, self.motor + half);
         let (low, high) = spec.stops;
         let stopped =
             (self.position <= low && target < 0.0) || (self.position >= high && target > 0.0);
@@ -166,6 +202,23 @@ impl Drive {
         self.fast_from = fast.then_some(self.fast_from.unwrap_or(self.position));
     }
 
+    /// The power stage and the gear as they are now.
+    fn stage(&self, faults: &Faults) -> Stage {
+        let has = |fault| faults.drive(self.axis, fault);
+        let mut stage = self.spec.stage;
+        let (slow, play) = if self.axis == Axis::Nozzle { (1.0, 1.0) } else { (60.0, 12.0) };
+        if has(DriveFault::Lag) {
+            stage.lag_s = 0.3;
+        }
+        if has(DriveFault::DeadBand) {
+            (stage.stiction, stage.dead_band) = (slow, slow);
+        }
+        if has(DriveFault::Backlash) {
+            stage.backlash = play;
+        }
+        stage
+    }
+
     fn motoring_a(&self, before: f64, load: Load, dt_s: f64, faults: &Faults) -> f64 {
         let spec = &self.spec;
         let friction = match () {
@@ -187,7 +240,8 @@ impl Drive {
     pub fn sense(&self, faults: &Faults) -> DriveInput {
         let has = |fault| faults.drive(self.axis, fault);
         let spec = &self.spec;
-        let mut position = self.frozen.unwrap_or(self.position);
+        let sensed = if spec.stage.sensor_on_motor { self.motor } else { self.position };
+        let mut position = self.frozen.unwrap_or(sensed);
         if let Some(from) = self.fast_from {
             position = from + 4.0 * (position - from);
         }
@@ -215,6 +269,20 @@ impl Drive {
         input.position_sensor_fault = has(DriveFault::EncoderFault);
         input.speed_sensor_fault = has(DriveFault::SpeedFault);
         input
+    }
+}
+
+impl Stage {
+    /// The speed after `dt_s`, units/s.
+    fn follow(&self, speed: f64, target: f64, spec: &DriveSpec, dt_s: f64) -> f64 {
+        let least = if speed == 0.0 { self.stiction.max(self.dead_band) } else { self.dead_band };
+        let target = if target.abs() < least { 0.0 } else { target };
+        if self.lag_s <= 0.0 {
+            return approach(speed, target, spec, dt_s);
+        }
+        let speed = target + (speed - target) * libm::exp(-dt_s / self.lag_s);
+        // Friction ends what is left of a motion.
+        if target == 0.0 && speed.abs() < spec.max_speed / 1000.0 { 0.0 } else { speed }
     }
 }
 

@@ -59,6 +59,12 @@ named! {
         Friction "friction",
         /// As friction, but the current drops out of the readings for 10 ms of every 100.
         Flicker "flicker",
+        /// The speed follows its command with a time constant of 300 ms.
+        Lag "lag",
+        /// Below 1 °/s or 1 mm/s the motor does not turn.
+        DeadBand "dead-band",
+        /// The gear has a play of 12' or 1 mm.
+        Backlash "backlash",
         /// Thick grease: it moves, and draws more than usual, but not more than it may.
         Stiff "stiff",
         /// The position stands still in the readings though the drive moves.

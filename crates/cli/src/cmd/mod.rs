@@ -34,4 +34,5 @@ pub mod sim;
 pub mod status;
 pub mod teach;
 pub mod top;
+pub mod tune;
 pub mod watch;

@@ -377,6 +377,7 @@ const fn acts(command: &Command) -> bool {
             | Command::Quench(_)
             | Command::Trajectory(_)
             | Command::Calibrate(_)
+            | Command::Tune(_)
             | Command::Program(ProgramCommand::Run(_))
             | Command::Limits(_)
             | Command::Send(_)

@@ -98,6 +98,11 @@ const fn drive(fault: DriveFault) -> Words {
         DriveFault::Flicker => {
             ("Friction, and a current reading with gaps", "Трение, показание тока с пропусками")
         }
+        DriveFault::Lag => ("Speed follows late, 300 ms", "Скорость запаздывает, 300 мс"),
+        DriveFault::DeadBand => {
+            ("Does not turn below 1 °/s or 1 mm/s", "Не движется медленнее 1 °/с или 1 мм/с")
+        }
+        DriveFault::Backlash => ("Play of 12′ or 1 mm in the gear", "Люфт редуктора 12′ или 1 мм"),
         DriveFault::Stiff => ("Stiff grease: draws more", "Густая смазка: ток повышен"),
         DriveFault::EncoderDead => ("Position reading does not change", "Положение не меняется"),
         DriveFault::EncoderReversed => {

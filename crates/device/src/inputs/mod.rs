@@ -27,6 +27,8 @@ pub(crate) mod bit {
     pub const SATURATED: i32 = 1 << 2;
     /// A drive has turned though it was not fed: that of the first axis, the others follow.
     pub const RUNAWAY: i32 = 1 << 4;
+    /// A drive rests farther from its last target than it may, as above.
+    pub const MISSED: i32 = 1 << 8;
 }
 
 /// A condition that has to last, and to be gone for as long.

@@ -8,8 +8,8 @@
 use crate::cause::{Asked, Cause, Rule};
 use crate::composition::DriveKind;
 use crate::image::{AXES, Axis, DriveInput, DriveOutput, UnitInput};
-use crate::math::isqrt;
 use crate::params::Params;
+use crate::subsystem::arrival::{Arrival, CREEP_TENTHS, Means, Order, Seen};
 use crate::subsystem::remote;
 use crate::subsystem::watch::Watch;
 use crate::time::{Millis, Timer};
@@ -23,13 +23,6 @@ use lafet_proto::status::{DriveStatus, Limits};
 const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// A motor draws more than its rated current while it starts: only a longer excess is overload.
 const OVERLOAD_DELAY_MS: u32 = 200;
-/// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
-const CREEP_TENTHS: u32 = 2;
-
-/// How far beyond its target a drive may come to rest, ' or mm.
-const PASSED_COUNTS: u32 = 2;
-/// From farther away than this a drive comes at its full speed, ' or mm.
-const FAR_COUNTS: u32 = 10_000_000;
 
 /// Where a drive wants to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +56,10 @@ pub struct Drive {
     speed_cap_tenths: Option<i32>,
     /// Speed now commanded, 1/1000 of 0.1 °/s: slow ramps need the fraction.
     speed_milli: i32,
+    arrival: Arrival,
+    seen: Seen,
+    /// It rests farther from its last target than it may.
+    missed: bool,
     input: DriveInput,
     position: i32,
     latched: DriveFlags,
@@ -111,6 +108,9 @@ impl Drive {
             driven: Cause::Rule(Rule::Inert),
             speed_cap_tenths: None,
             speed_milli: 0,
+            arrival: Arrival::default(),
+            seen: Seen::default(),
+            missed: false,
             input: DriveInput::default(),
             position: 0,
             latched: DriveFlags::empty(),
@@ -363,12 +363,14 @@ impl Drive {
         status
     }
 
-    /// §3.4 A limit taken while limits are off is read back before it is in force; MoveHold is kept
-    /// nowhere else.
+    /// §3.4 A limit taken while limits are off is read back before it is in force; MoveHold and what is
+    /// measured are kept nowhere else.
     pub(crate) fn staged_param(&self, param: DriveParam) -> Option<i32> {
         match param {
             DriveParam::MinLimit => self.staged.min,
             DriveParam::MaxLimit => self.staged.max,
+            DriveParam::StopLagSeen => Some(self.seen.lag_ms()),
+            DriveParam::MinSpeedSeen => Some(self.seen.least()),
             DriveParam::MoveHold => Some(self.next_hold_ms.max(self.hold_ms).cast_signed()),
             _ => None,
         }
@@ -410,8 +412,9 @@ impl Drive {
     }
 
     /// The guard has not let its output pass: it stands, and starts from standstill.
-    pub(crate) const fn restrain(&mut self, why: Cause) {
+    pub(crate) fn restrain(&mut self, why: Cause) {
         self.speed_milli = 0;
+        self.arrival.begin();
         self.cut_off = matches!(why, Cause::Rule(Rule::CutOff));
     }
 
@@ -469,13 +472,17 @@ impl Drive {
         let up = match goal {
             Goal::Hold => return self.stop(cause),
             Goal::Run(up) => up,
-            Goal::Position(target) if target == self.position => return self.stop(cause),
+            Goal::Position(target) if target == self.position && self.rests() => {
+                return self.stop(cause);
+            }
             Goal::Position(target) => target > self.position,
         };
         if self.refuses(up) || self.is_at_end(up) {
             return self.stop(cause);
         }
         self.end_times();
+        self.arrival.begin();
+        self.missed = false;
         self.staged.zero = None;
         self.goal = goal;
         self.speed_cap_tenths = speed_tenths;
@@ -618,7 +625,8 @@ impl Drive {
             self.watch = Watch::default();
             return;
         }
-        let (speed_tenths, per_tenth) = (self.output().speed_tenths, self.way_per_tenth());
+        let (speed_tenths, per_tenth) =
+            (self.output().speed_tenths, self.way_per_tenth().cast_signed());
         let found = self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
         self.latched |= found;
         self.cut |= speed_tenths == 0 && !found.is_empty();
@@ -635,62 +643,87 @@ impl Drive {
     }
 
     /// Tenths of a milli-unit of position that a speed of one tenth makes in a millisecond.
-    const fn way_per_tenth(&self) -> i32 {
+    const fn way_per_tenth(&self) -> u32 {
         match self.axis {
             Axis::Nozzle => 1,
             Axis::Vertical | Axis::Horizontal | Axis::Deployer => 60,
         }
     }
 
+    /// Neither fed nor turning.
+    const fn rests(&self) -> bool {
+        self.speed_milli == 0 && self.input.speed_tenths.unsigned_abs() <= 1
+    }
+
+    /// It rests farther from its last target than it may: it could not come nearer.
+    pub(crate) const fn has_missed(&self) -> bool {
+        self.missed
+    }
+
     /// The speed of this step: a ramp up, and a ramp down that ends at the target.
     #[inline(never)]
     fn advance(&mut self, dt_ms: u32, params: &Params) {
-        let wanted = match self.wanted_speed_milli(params) {
-            Ok(wanted) => wanted,
+        let (position, sensed) = (self.position, self.input.speed_tenths);
+        self.seen.step(dt_ms, self.speed_milli != 0, position, sensed, self.way_per_tenth());
+        let order = match self.order(dt_ms, params) {
+            Ok(order) => order,
             Err(end) => return self.stop(Cause::Rule(end)),
         };
         self.driven = self.cause;
-        let change = self.acceleration(params).saturating_mul(dt_ms).clamp(1, 1_000_000_000);
-        let change = change.cast_signed();
-        let speed = self.speed_milli;
-        // Braking is not limited: the approach is already slow enough, and a stop is a stop.
-        self.speed_milli = if wanted.signum() == speed.signum() && wanted.abs() < speed.abs() {
-            wanted
-        } else {
-            wanted.max(speed.saturating_sub(change)).min(speed.saturating_add(change))
+        self.speed_milli = match order {
+            Order::Pulse(speed) => speed,
+            Order::Ramp(speed) => self.ramp(speed, dt_ms, params),
+            Order::Arrived => {
+                self.missed = self.arrival.has_given_up();
+                self.seen.arrived(&self.arrival, &self.means(params));
+                return self.stop(Cause::Rule(Rule::Arrived));
+            }
         };
     }
 
-    /// The rule that ends the motion when the goal is reached or lies behind an end switch.
-    #[inline(never)]
-    fn wanted_speed_milli(&self, params: &Params) -> Result<i32, Rule> {
-        let (error, up) = match self.goal {
+    /// What the goal asks of the motor, or the rule that ends the motion.
+    fn order(&mut self, dt_ms: u32, params: &Params) -> Result<Order, Rule> {
+        let (way, up) = match self.goal {
             Goal::Hold => return Err(Rule::Arrived),
-            Goal::Run(up) => (FAR_COUNTS, up),
+            Goal::Run(up) => (0, up),
             Goal::Position(target) => {
-                let (error, up) = (target.abs_diff(self.position), target > self.position);
-                // Passing the target by a count or two is arriving: turning back would hunt.
-                let passed = if up { self.speed_milli < 0 } else { self.speed_milli > 0 };
-                if error == 0 || passed && error <= PASSED_COUNTS {
-                    return Err(Rule::Arrived);
-                }
-                (error.min(FAR_COUNTS), up)
+                (target.saturating_sub(self.position), target > self.position)
             }
         };
         if self.is_at_end(up) {
             return Err(Rule::EndSwitch);
         }
-        let set = params.drive(self.axis, DriveParam::Speed).unsigned_abs().saturating_mul(10);
+        let means = self.means(params);
+        if let Goal::Run(up) = self.goal {
+            let speed = means.cap.max(CREEP_TENTHS).cast_signed() * 1000;
+            return Ok(Order::Ramp(if up { speed } else { -speed }));
+        }
+        let seen = (self.speed_milli, self.input.speed_tenths);
+        Ok(self.arrival.step(dt_ms, (self.position, way), seen, &means))
+    }
+
+    fn means(&self, params: &Params) -> Means {
+        let of = |param| params.drive(self.axis, param).unsigned_abs();
+        let set = of(DriveParam::Speed).saturating_mul(10);
         let cap = self.speed_cap_tenths.map_or(set, |cap| set.min(cap.unsigned_abs()));
-        let cap = if self.slowed { cap / 2 } else { cap };
-        // Distance in units of 0.1 ° or 0.1 mm, so that v² = 2·a·s holds with the tenths of speed.
-        let way = if self.axis == Axis::Nozzle { error * 10 } else { error / 6 };
-        let brake = isqrt((self.acceleration(params).saturating_mul(way) / 2).saturating_mul(3));
-        // The last stretch is approached in proportion: a quarter of a second to go.
-        let near = if self.axis == Axis::Nozzle { error * 40 } else { error * 2 / 3 };
-        let speed = cap.min(brake).min(near.max(CREEP_TENTHS)).max(CREEP_TENTHS);
-        let speed = speed.min(i16::MAX.unsigned_abs().into()).cast_signed() * 1000;
-        Ok(if up { speed } else { -speed })
+        Means {
+            cap: if self.slowed { cap / 2 } else { cap },
+            acceleration: self.acceleration(params),
+            lag_ms: of(DriveParam::StopLag),
+            least: of(DriveParam::MinSpeed),
+            nozzle: self.axis == Axis::Nozzle,
+        }
+    }
+
+    /// Braking is not limited: the approach is already slow enough, and a stop is a stop.
+    fn ramp(&self, wanted: i32, dt_ms: u32, params: &Params) -> i32 {
+        let change = self.acceleration(params).saturating_mul(dt_ms).clamp(1, 1_000_000_000);
+        let (change, speed) = (change.cast_signed(), self.speed_milli);
+        if wanted == 0 || wanted.signum() == speed.signum() && wanted.abs() < speed.abs() {
+            wanted
+        } else {
+            wanted.max(speed.saturating_sub(change)).min(speed.saturating_add(change))
+        }
     }
 
     /// 0.1 °/s² or 0.1 mm/s².

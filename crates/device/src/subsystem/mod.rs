@@ -3,6 +3,7 @@
 //! A subsystem answers requests (called by `chain`) and runs in time (`step`); it sees the
 //! inputs and says what it wants of the outputs, which pass `guard` before they reach the HAL.
 
+mod arrival;
 pub mod buttons;
 pub mod climatics;
 pub mod conn;

@@ -43,6 +43,10 @@ pub enum Unit {
     DegreePerSecond,
     /// Millimetres per second.
     MillimetrePerSecond,
+    /// Tenths of a degree per second.
+    DeciDegreePerSecond,
+    /// Tenths of a millimetre per second.
+    DeciMillimetrePerSecond,
     /// Degrees per second squared.
     DegreePerSecond2,
     /// Millimetres per second squared.
@@ -78,6 +82,8 @@ impl Unit {
             Unit::Metre => Text::new("m", "м"),
             Unit::DegreePerSecond => Text::new("°/s", "°/с"),
             Unit::MillimetrePerSecond => Text::new("mm/s", "мм/с"),
+            Unit::DeciDegreePerSecond => Text::new("×0.1 °/s", "×0,1 °/с"),
+            Unit::DeciMillimetrePerSecond => Text::new("×0.1 mm/s", "×0,1 мм/с"),
             Unit::DegreePerSecond2 => Text::new("°/s²", "°/с²"),
             Unit::MillimetrePerSecond2 => Text::new("mm/s²", "мм/с²"),
             Unit::DeciAmpere => Text::new("×0.1 A", "×0,1 А"),
@@ -243,6 +249,14 @@ pub enum DriveParam {
     DriveType,
     /// MoveHold: how long the Move in the same frame lasts.
     MoveHold,
+    /// StopLag: how late the speed follows the command.
+    StopLag,
+    /// MinSpeed: below it the motor does not turn.
+    MinSpeed,
+    /// StopLagSeen: what StopLag should be by the last stop from a motion.
+    StopLagSeen,
+    /// MinSpeedSeen: what MinSpeed should be by the last motion.
+    MinSpeedSeen,
 }
 
 /// The parameters that every valve has, in the order of the table.
@@ -362,6 +376,10 @@ mod tests {
             SlowCurrent,
             DriveType,
             MoveHold,
+            StopLag,
+            MinSpeed,
+            StopLagSeen,
+            MinSpeedSeen,
         ];
         for subsystem in DRIVES {
             for which in all {

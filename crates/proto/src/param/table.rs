@@ -174,6 +174,10 @@ const fn acceleration(unit: Unit, default: i32) -> ParamSpec {
     one(unit, 1, 1000, default).on_unit()
 }
 
+const fn min_speed(unit: Unit) -> ParamSpec {
+    one(unit, 0, 30, 0).optional()
+}
+
 const fn choice(max: i32, default: i32) -> ParamSpec {
     one(Unit::Choice, 0, max, default)
 }
@@ -209,6 +213,7 @@ const TRAJECTORY: ParamSpec = ParamSpec {
 
 const DRIVE_TYPE: ParamSpec = choice(2, 0).after_restart();
 const MOVE_HOLD: ParamSpec = one(Unit::Millisecond, 0, 10_000, 0).passing();
+const STOP_LAG: ParamSpec = one(Unit::Millisecond, 0, 500, 0).optional();
 const VALVE_TYPE: ParamSpec = choice(1, 0).after_restart();
 const VALVE_TRAVEL: ParamSpec = one(Unit::Millisecond, 500, 120_000, 12_000).on_unit();
 const TIMEOUT: ParamSpec = one(Unit::Millisecond, 500, 60_000, 3000);
@@ -265,6 +270,24 @@ const MOVE_HOLD_TEXT: Text = text(
     "Задаётся перед Move в том же кадре: привод останавливается по истечении этого времени, если \
     параметр не задан снова; в покое 0, не сохраняется.",
 );
+const STOP_LAG_TEXT: Text = text(
+    "How late the speed of the drive follows its command (time constant): the drive is switched off so much \
+    earlier that it runs out to its target.",
+    "Запаздывание скорости привода относительно команды (постоянная времени): привод отключается \
+    настолько раньше, чтобы выбегом прийти в заданное положение.",
+);
+const MIN_SPEED_TEXT: Text = text(
+    "Commanded speed below which the drive does not turn (friction, dead band of the power stage).",
+    "Заданная скорость, ниже которой привод не движется (трение, зона нечувствительности силовой части).",
+);
+const STOP_LAG_SEEN_TEXT: Text = text(
+    "StopLag as measured at the last stop from 2 °/s (2 mm/s) or more; 0 before one.",
+    "StopLag по последней остановке со скорости от 2 °/с (2 мм/с); до неё 0.",
+);
+const MIN_SPEED_SEEN_TEXT: Text = text(
+    "MinSpeed as measured in the last move that came to its target.",
+    "MinSpeed по последнему перемещению, дошедшему до цели.",
+);
 const VALVE_TRAVEL_TEXT: Text = text(
     "Longest time of a full opening or closing; a valve that takes longer is reported as faulty.",
     "Наибольшее время полного открытия или закрытия; затвор, не уложившийся в него, считается \
@@ -301,8 +324,8 @@ const CHECK_TEXT: Text = text(
 );
 
 use Unit::{
-    Arcmin, Bits, Centimetre, DeciAmpere, DeciAtmosphere, DeciMillimetre, DegreePerSecond,
-    DegreePerSecond2, Millimetre, MillimetrePerSecond, MillimetrePerSecond2, Millisecond, Volt,
+    Arcmin, Bits, Centimetre, DeciAmpere, DeciAtmosphere, DeciDegreePerSecond, DeciMillimetre,
+    DeciMillimetrePerSecond, DegreePerSecond, DegreePerSecond2, Millimetre, MillimetrePerSecond, MillimetrePerSecond2, Millisecond, Volt,
 };
 
 params! {
@@ -321,10 +344,10 @@ params! {
     GeneralInputFaults: GENERAL "InputFaults", one(Bits, 0, i32::MAX, 0).measured(), text(
         "What the inputs contradict, a bit each: 0 water flows though every valve is closed; 1 a \
         valve is open without flow and pressure; 2 the detector is saturated; 4 to 7 Vertical, Horizontal, Nozzle, Deployer has \
-        turned though it was not fed.",
+        turned though it was not fed; 8 to 11 the same drives could not come to rest at the last target.",
         "Чему противоречат показания датчиков, по битам: 0 — вода идёт при закрытых затворах; 1 — \
         затвор открыт, а расхода и давления нет; 2 — извещатель засвечен; 4–7 — привод Vertical, Horizontal, Nozzle, \
-        Deployer двигался без команды.");
+        Deployer двигался без команды; 8–11 — те же приводы не смогли остановиться в последнем заданном положении.");
     GeneralMainVoltageMin: GENERAL "MainVoltageMin", one(Volt, 0, 1000, 18), text(
         "Supply voltage below which BadPower is set.",
         "Напряжение питания, ниже которого выставляется BadPower.");
@@ -360,6 +383,10 @@ params! {
     VerticalSlowCurrent: VERTICAL "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
     VerticalDriveType: VERTICAL "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
     VerticalMoveHold: VERTICAL "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
+    VerticalStopLag: VERTICAL "StopLag", STOP_LAG, STOP_LAG_TEXT;
+    VerticalMinSpeed: VERTICAL "MinSpeed", min_speed(DeciDegreePerSecond), MIN_SPEED_TEXT;
+    VerticalStopLagSeen: VERTICAL "StopLagSeen", STOP_LAG.measured(), STOP_LAG_SEEN_TEXT;
+    VerticalMinSpeedSeen: VERTICAL "MinSpeedSeen", min_speed(DeciDegreePerSecond).measured(), MIN_SPEED_SEEN_TEXT;
 
     HorizontalMinLimit: HORIZONTAL "MinLimit", position(Arcmin, -10_800), MIN_LIMIT_TEXT;
     HorizontalMaxLimit: HORIZONTAL "MaxLimit", position(Arcmin, 10_800), MAX_LIMIT_TEXT;
@@ -371,6 +398,10 @@ params! {
     HorizontalSlowCurrent: HORIZONTAL "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
     HorizontalDriveType: HORIZONTAL "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
     HorizontalMoveHold: HORIZONTAL "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
+    HorizontalStopLag: HORIZONTAL "StopLag", STOP_LAG, STOP_LAG_TEXT;
+    HorizontalMinSpeed: HORIZONTAL "MinSpeed", min_speed(DeciDegreePerSecond), MIN_SPEED_TEXT;
+    HorizontalStopLagSeen: HORIZONTAL "StopLagSeen", STOP_LAG.measured(), STOP_LAG_SEEN_TEXT;
+    HorizontalMinSpeedSeen: HORIZONTAL "MinSpeedSeen", min_speed(DeciDegreePerSecond).measured(), MIN_SPEED_SEEN_TEXT;
 
     NozzleMinLimit: NOZZLE "MinLimit", position(Millimetre, 0), MIN_LIMIT_TEXT;
     NozzleMaxLimit: NOZZLE "MaxLimit", position(Millimetre, 60), MAX_LIMIT_TEXT;
@@ -382,6 +413,10 @@ params! {
     NozzleSlowCurrent: NOZZLE "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
     NozzleDriveType: NOZZLE "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
     NozzleMoveHold: NOZZLE "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
+    NozzleStopLag: NOZZLE "StopLag", STOP_LAG, STOP_LAG_TEXT;
+    NozzleMinSpeed: NOZZLE "MinSpeed", min_speed(DeciMillimetrePerSecond), MIN_SPEED_TEXT;
+    NozzleStopLagSeen: NOZZLE "StopLagSeen", STOP_LAG.measured(), STOP_LAG_SEEN_TEXT;
+    NozzleMinSpeedSeen: NOZZLE "MinSpeedSeen", min_speed(DeciMillimetrePerSecond).measured(), MIN_SPEED_SEEN_TEXT;
     NozzleTrvPosition: NOZZLE "TrvPosition", one(Millimetre, -1, 100, -1).on_unit(), text(
         "Position at and below which the nozzle of a mini-robot works as a TRV and TRVEngage is \
         set; -1 when it has none.",
@@ -398,6 +433,10 @@ params! {
     DeployerSlowCurrent: DEPLOYER "SlowCurrent", byte(DeciAmpere, 0, 60), SLOW_CURRENT_TEXT;
     DeployerDriveType: DEPLOYER "DriveType", DRIVE_TYPE, DRIVE_TYPE_TEXT;
     DeployerMoveHold: DEPLOYER "MoveHold", MOVE_HOLD, MOVE_HOLD_TEXT;
+    DeployerStopLag: DEPLOYER "StopLag", STOP_LAG, STOP_LAG_TEXT;
+    DeployerMinSpeed: DEPLOYER "MinSpeed", min_speed(DeciDegreePerSecond), MIN_SPEED_TEXT;
+    DeployerStopLagSeen: DEPLOYER "StopLagSeen", STOP_LAG.measured(), STOP_LAG_SEEN_TEXT;
+    DeployerMinSpeedSeen: DEPLOYER "MinSpeedSeen", min_speed(DeciDegreePerSecond).measured(), MIN_SPEED_SEEN_TEXT;
     DeployerTravelTime: DEPLOYER "TravelTime",
         one(Millisecond, 1000, 120_000, 20_000).on_unit(), text(
         "Longest time of a full deployment or stowing; one that takes longer is reported as a \

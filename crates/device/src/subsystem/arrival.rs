@@ -1,0 +1,294 @@
+//! §3.1, §3.3.4 How a drive comes to rest at its target — ours: the document names the target alone.
+//!
+//! The motor answers late (StopLag), and not at all below some speed (MinSpeed); its gear has play. So a
+//! drive has arrived only when it is at rest within a tolerance:
+//!
+//! ```text
+//!  Run ── cut off so early that it runs out to the target ──▶ Settle ── at rest, near enough ──▶ arrived
+//!   ▲                                                          │  ▲
+//!   └──────────────── at rest, far off ────────────────────────┤  │ the pulse is over
+//!                                                at rest, near ▼  │
+//!                                                             Inch
+//! ```
+//!
+//! A pulse moves a motor by its speed times its length, however late the motor answers. A motor that is
+//! fed and does not turn is fed more, step by step, before the watch reports it.
+
+use crate::math::isqrt;
+
+/// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
+pub(crate) const CREEP_TENTHS: u32 = 2;
+/// From farther away than this a drive comes at its full speed, ' or mm.
+const FAR_COUNTS: u32 = 4_000_000;
+/// How far from its target a drive may rest, ' or mm.
+const NEAR_COUNTS: u32 = 2;
+const NEAR_COUNTS_NOZZLE: u32 = 1;
+/// From farther away it approaches once more, from nearer one pulse is enough, ' or mm.
+const INCH_COUNTS: u32 = 30;
+/// A sensor that says so little may belong to a drive at rest, 0.1 °/s or 0.1 mm/s …
+const REST_TENTHS: u16 = 1;
+/// … when it says no more for this long; and a speed that never ends is not waited for longer.
+const REST_MS: u32 = 100;
+const SETTLE_MS: u32 = 2000;
+/// Fed and at rest for this long, and StopLag, it is fed a tenth more each `KICK_STEP_MS`.
+const KICK_MS: u32 = 150;
+const KICK_STEP_MS: u32 = 20;
+/// What is added to MinSpeed at most, 0.1 °/s or 0.1 mm/s.
+const KICK_MAX_TENTHS: u32 = 20;
+/// A pulse that has moved nothing is followed by one that is so much faster, 0.1 °/s or 0.1 mm/s.
+const KICK_PULSE_TENTHS: u32 = 2;
+/// After so many corrections it stays where it is. Play of 12′ takes ten.
+const CORRECTIONS_MAX: u8 = 40;
+/// The speed sensor is smoothed over this time, so that a short lag does not make the speed swing.
+const SMOOTH_MS: u32 = 40;
+
+/// A drive must have been so fast for its running out to say something, 0.1 °/s or 0.1 mm/s.
+const SEEN_TENTHS: u16 = 20;
+/// The greatest StopLag, ms.
+const LAG_MAX_MS: u32 = 500;
+
+/// What a motion knows of its drive.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Means {
+    /// Greatest speed, 0.1 °/s or 0.1 mm/s.
+    pub cap: u32,
+    /// 0.1 °/s² or 0.1 mm/s².
+    pub acceleration: u32,
+    /// StopLag, ms.
+    pub lag_ms: u32,
+    /// MinSpeed, 0.1 °/s or 0.1 mm/s.
+    pub least: u32,
+    /// Positions are millimetres, not arc-minutes.
+    pub nozzle: bool,
+}
+
+impl Means {
+    /// Way in a millisecond at a speed of one tenth, tenths of a milli-count.
+    pub const fn way_per_tenth(&self) -> u32 {
+        if self.nozzle { 1 } else { 60 }
+    }
+
+    const fn near(&self) -> u32 {
+        if self.nozzle { NEAR_COUNTS_NOZZLE } else { NEAR_COUNTS }
+    }
+}
+
+/// What the drive shall do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// It rests at its target, or as near as it can.
+    Arrived,
+    /// Speed to reach by its ramp, 1/1000 of 0.1 °/s or 0.1 mm/s.
+    Ramp(i32),
+    /// Speed of a pulse: at once.
+    Pulse(i32),
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Phase {
+    #[default]
+    Run,
+    Settle,
+    Inch {
+        /// What is left of the pulse.
+        left_ms: u32,
+        up: bool,
+    },
+}
+
+/// The way of a drive to its target.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Arrival {
+    phase: Phase,
+    /// It has turned towards its target.
+    toward: bool,
+    /// Speed by its sensor, smoothed, 1/1000 of 0.1 °/s or 0.1 mm/s.
+    smooth_milli: i32,
+    /// For how long it has been fed at rest, and how long it has been at rest or waited for.
+    still_ms: u32,
+    rest_ms: u32,
+    waited_ms: u32,
+    /// Added to MinSpeed, 0.1 °/s or 0.1 mm/s.
+    kick: u32,
+    corrections: u8,
+    /// Where it was when it was last seen to move, or when the last pulse began.
+    from: i32,
+    pulsed: bool,
+}
+
+impl Arrival {
+    /// A new target: what the sensor says of the speed stays.
+    pub fn begin(&mut self) {
+        *self = Self { smooth_milli: self.smooth_milli, ..Self::default() };
+    }
+
+    /// It rests farther from its target than it may.
+    pub const fn has_given_up(&self) -> bool {
+        self.corrections >= CORRECTIONS_MAX
+    }
+
+    /// One step towards a target `way` counts above the position. `commanded_milli` is what the motor was
+    /// fed in the step before, `sensed` what the speed sensor says, 0.1 °/s or 0.1 mm/s.
+    pub fn step(
+        &mut self,
+        dt_ms: u32,
+        (position, way): (i32, i32),
+        (commanded_milli, sensed): (i32, i16),
+        means: &Means,
+    ) -> Order {
+        let change = i32::from(sensed) * 1000 - self.smooth_milli;
+        let share = change.saturating_mul(dt_ms.min(SMOOTH_MS).cast_signed());
+        self.smooth_milli += share / SMOOTH_MS.cast_signed();
+        if let Phase::Inch { left_ms, up } = self.phase {
+            if left_ms > 0 {
+                self.phase = Phase::Inch { left_ms: left_ms.saturating_sub(dt_ms), up };
+                return Order::Pulse(signed(means.least.max(CREEP_TENTHS) + self.kick, up));
+            }
+            self.settle();
+        }
+        if self.phase == Phase::Run {
+            if let Some(order) = self.run(dt_ms, (position, way), (commanded_milli, sensed), means) {
+                return order;
+            }
+            self.settle();
+        }
+        self.rest(dt_ms, (position, way), sensed, means)
+    }
+
+    const fn settle(&mut self) {
+        self.phase = Phase::Settle;
+        (self.rest_ms, self.waited_ms) = (0, 0);
+    }
+
+    /// The speed towards the target; `None` from where it runs out to it.
+    fn run(
+        &mut self,
+        dt_ms: u32,
+        (position, way): (i32, i32),
+        (commanded_milli, sensed): (i32, i16),
+        means: &Means,
+    ) -> Option<Order> {
+        let up = way > 0;
+        let turns = if up { commanded_milli > 0 } else { commanded_milli < 0 };
+        let passed = self.toward && commanded_milli != 0 && !turns;
+        self.toward |= turns;
+        let running = if up { self.smooth_milli } else { self.smooth_milli.saturating_neg() };
+        let coast = (running.max(0).unsigned_abs() / 1000)
+            .saturating_mul(means.way_per_tenth() * means.lag_ms / 10);
+        let left = way.unsigned_abs().min(FAR_COUNTS) * 1000;
+        if way == 0 || passed || left <= coast {
+            return None;
+        }
+        let left = (left - coast) / 1000;
+        self.kick(dt_ms, position, commanded_milli != 0 && sensed.unsigned_abs() <= REST_TENTHS, means);
+        // Distance in units of 0.1 ° or 0.1 mm, so that v² = 2·a·s holds with the tenths of speed.
+        let braking = if means.nozzle { left * 10 } else { left / 6 };
+        let brake = isqrt((means.acceleration.saturating_mul(braking) / 2).saturating_mul(3));
+        // The last stretch is approached in proportion: a quarter of a second to go.
+        let near = if means.nozzle { left * 40 } else { left * 2 / 3 };
+        let least = means.least.max(CREEP_TENTHS) + self.kick;
+        let speed = means.cap.min(brake).min(near).max(least);
+        Some(Order::Ramp(signed(speed, up)))
+    }
+
+    /// Fed and not turning, it is fed more.
+    fn kick(&mut self, dt_ms: u32, position: i32, still: bool, means: &Means) {
+        if !still || position != self.from {
+            (self.from, self.still_ms) = (position, 0);
+            return;
+        }
+        self.still_ms = self.still_ms.saturating_add(dt_ms);
+        let patience = KICK_MS + means.lag_ms;
+        while self.still_ms >= patience + KICK_STEP_MS && self.kick < KICK_MAX_TENTHS {
+            self.still_ms -= KICK_STEP_MS;
+            self.kick += 1;
+        }
+    }
+
+    /// Not fed: has it come to rest, and where?
+    fn rest(&mut self, dt_ms: u32, (position, way): (i32, i32), sensed: i16, means: &Means) -> Order {
+        let error = way.unsigned_abs();
+        // What has crept there without lag stands at once.
+        let crept = self.waited_ms == 0 && u32::from(sensed.unsigned_abs()) <= CREEP_TENTHS;
+        self.waited_ms = self.waited_ms.saturating_add(dt_ms);
+        let quiet = sensed.unsigned_abs() <= REST_TENTHS;
+        self.rest_ms = if quiet { self.rest_ms.saturating_add(dt_ms) } else { 0 };
+        let rests = sensed == 0 || self.rest_ms >= REST_MS || self.waited_ms >= SETTLE_MS;
+        if error <= means.near() && (rests || crept && means.lag_ms == 0) || self.has_given_up() {
+            return Order::Arrived;
+        }
+        if !rests {
+            return Order::Ramp(0);
+        }
+        self.corrections += 1;
+        if error > INCH_COUNTS {
+            (self.phase, self.toward) = (Phase::Run, false);
+            return Order::Ramp(0);
+        }
+        if core::mem::replace(&mut self.pulsed, true) && position == self.from {
+            self.kick = (self.kick + KICK_PULSE_TENTHS).min(KICK_MAX_TENTHS);
+        }
+        self.from = position;
+        let speed = means.least.max(CREEP_TENTHS) + self.kick;
+        let left_ms = (error * 10_000 / (speed * means.way_per_tenth())).max(1);
+        self.phase = Phase::Inch { left_ms, up: way > 0 };
+        Order::Pulse(signed(speed, way > 0))
+    }
+}
+
+/// What its motions have shown of a drive: what StopLag and MinSpeed should be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Seen {
+    lag_ms: i32,
+    least: i32,
+    fed: bool,
+    /// Where it was when it was no longer fed, and its speed then; 0 once it rests.
+    cut_at: i32,
+    cut_tenths: i16,
+    still_ms: u32,
+}
+
+impl Seen {
+    /// StopLagSeen, ms.
+    pub const fn lag_ms(&self) -> i32 {
+        self.lag_ms
+    }
+
+    /// MinSpeedSeen, 0.1 °/s or 0.1 mm/s.
+    pub const fn least(&self) -> i32 {
+        self.least
+    }
+
+    /// It has come to its target: how much it had to be fed to turn at all.
+    pub fn arrived(&mut self, arrival: &Arrival, means: &Means) {
+        let kicked = means.least.max(CREEP_TENTHS) + arrival.kick;
+        self.least = if arrival.kick > 0 { kicked.cast_signed() } else { means.least.cast_signed() };
+    }
+
+    /// Measures how far it runs out when it is no longer fed.
+    pub fn step(&mut self, dt_ms: u32, fed: bool, position: i32, sensed: i16, way_per_tenth: u32) {
+        let cut = core::mem::replace(&mut self.fed, fed) && !fed;
+        if fed || cut {
+            let fast = cut && sensed.unsigned_abs() >= SEEN_TENTHS;
+            self.cut_tenths = if fast { sensed } else { 0 };
+            (self.cut_at, self.still_ms) = (if fast { position } else { 0 }, 0);
+            return;
+        }
+        if self.cut_tenths == 0 {
+            return;
+        }
+        self.still_ms = if sensed == 0 { self.still_ms.saturating_add(dt_ms) } else { 0 };
+        if self.still_ms >= REST_MS {
+            let way = position.abs_diff(self.cut_at).min(FAR_COUNTS / 10);
+            let speed = u32::from(self.cut_tenths.unsigned_abs()) * way_per_tenth;
+            self.lag_ms = (way * 10_000 / speed.max(1)).min(LAG_MAX_MS).cast_signed();
+            (self.cut_tenths, self.cut_at, self.still_ms) = (0, 0, 0);
+        }
+    }
+}
+
+/// A speed in thousandths, as far as an output can hold it.
+fn signed(tenths: u32, up: bool) -> i32 {
+    let speed = tenths.min(i16::MAX.unsigned_abs().into()).cast_signed() * 1000;
+    if up { speed } else { -speed }
+}

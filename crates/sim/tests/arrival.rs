@@ -1,0 +1,153 @@
+//! A drive comes to rest where it is sent, whatever lies between the command and the barrel (§3.1).
+
+use lafet_device::Source;
+use lafet_device::image::Axis;
+use lafet_proto::answer::Reply;
+use lafet_proto::flags::DriveFlags;
+use lafet_proto::record::Writer;
+use lafet_proto::request::Body;
+use lafet_proto::text;
+use lafet_sim::drive::Stage;
+use lafet_sim::sim::{Config, Sim};
+
+const LAGS_S: [f64; 5] = [0.0, 0.05, 0.1, 0.2, 0.3];
+const FRICTIONS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
+const PLAYS: [f64; 3] = [0.0, 4.0, 12.0];
+
+fn send(sim: &mut Sim, request: &str) {
+    let (mut buffer, mut record) = ([0; text::BUFFER_SIZE], [0; 260]);
+    let mut writer = Writer::new(&mut record);
+    let request = text::parse(request, &mut buffer).expect("a request");
+    request.encode(&mut writer).expect("it fits");
+    sim.request(Source::ExternalConn, writer.written());
+}
+
+fn deployed() -> Sim {
+    let mut sim = Sim::new(Config::default());
+    sim.advance_ms(1_000);
+    send(&mut sim, "Deploy Deployer");
+    sim.advance_ms(15_000);
+    assert!(sim.world().deployed());
+    sim
+}
+
+struct Came {
+    error: f64,
+    beyond: f64,
+    /// From the first moment within the allowed error to the end of the motion.
+    settled_ms: u64,
+    turns: u32,
+    flags: DriveFlags,
+}
+
+const FAULTS: DriveFlags = DriveFlags::INTERNAL_FAULT
+    .union(DriveFlags::POS_ENCODER_FAULT)
+    .union(DriveFlags::SPEED_ENCODER_FAULT)
+    .union(DriveFlags::POSITION_WAY_FAULT)
+    .union(DriveFlags::SPEED_WAY_FAULT);
+
+fn flags(sim: &mut Sim, axis: Axis) -> DriveFlags {
+    let mut flags = None;
+    sim.ask(axis.id(), Body::GetStatus, |answer| {
+        if let Reply::Drive(status) = &answer.data {
+            flags = Some(status.flags);
+        }
+    });
+    flags.expect("a drive has a status")
+}
+
+/// Moves a drive and waits for it, 20 s at most, and one more.
+fn come(sim: &mut Sim, axis: Axis, target: i32, allowed: f64) -> Came {
+    let from = sim.world().drives[axis as usize].position;
+    let goal = f64::from(target);
+    send(sim, &format!("Move {axis:?} {target}"));
+    let (mut near, mut ended, mut beyond, mut turns, mut last) = (None, None, 0.0f64, 0, 0i16);
+    let start = sim.now_ms();
+    while sim.now_ms() < start + 20_000 && ended.is_none() {
+        sim.tick();
+        let position = sim.world().drives[axis as usize].position;
+        beyond = beyond.max((position - goal) * (goal - from).signum());
+        if near.is_none() && (position - goal).abs() <= allowed {
+            near = Some(sim.now_ms());
+        }
+        let fed = sim.device().outputs().drives[axis as usize].speed_tenths;
+        if fed != 0 {
+            turns += u32::from(last != 0 && last.signum() != fed.signum());
+            last = fed;
+        }
+        if !flags(sim, axis).contains(DriveFlags::MOVE) {
+            ended = Some(sim.now_ms());
+        }
+    }
+    let ended = ended.expect("the motion ends");
+    sim.advance_ms(1_000);
+    Came {
+        error: (sim.world().drives[axis as usize].position - goal).abs(),
+        beyond,
+        settled_ms: ended.saturating_sub(near.unwrap_or(start)),
+        turns,
+        flags: flags(sim, axis),
+    }
+}
+
+fn every_stage(axis: Axis, unit: f64) -> impl Iterator<Item = Stage> {
+    let play = if axis == Axis::Nozzle { 1.0 / 12.0 } else { 1.0 };
+    LAGS_S.into_iter().flat_map(move |lag_s| {
+        FRICTIONS.into_iter().flat_map(move |friction| {
+            PLAYS.into_iter().flat_map(move |backlash| {
+                [false, true].map(|sensor_on_motor| Stage {
+                    lag_s,
+                    stiction: friction * unit,
+                    dead_band: friction * unit,
+                    backlash: backlash * play,
+                    sensor_on_motor,
+                })
+            })
+        })
+    })
+}
+
+/// Where StopLag and MinSpeed say what the drive is like.
+#[test]
+fn a_drive_that_is_known_rests_at_its_target() {
+    for (axis, unit, rest) in [(Axis::Horizontal, 60.0, 3.0), (Axis::Vertical, 60.0, 3.0), (Axis::Nozzle, 1.0, 1.0)] {
+        let mut sim = deployed();
+        for stage in every_stage(axis, unit) {
+            sim.world_mut().drives[axis as usize].spec.stage = stage;
+            let lag_ms = (stage.lag_s * 1000.0) as i32;
+            let least = (stage.stiction / unit * 10.0).ceil() as i32;
+            send(&mut sim, &format!("SetParam {axis:?} StopLag {lag_ms}"));
+            send(&mut sim, &format!("SetParam {axis:?} MinSpeed {least}"));
+            sim.advance_ms(3_000);
+            let allowed = rest + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
+            let (far, near) = if axis == Axis::Nozzle { (40, 43) } else { (600, 605) };
+            for target in [far, near, 10, 17] {
+                let came = come(&mut sim, axis, target, allowed);
+                let about = format!("{axis:?} to {target}, {stage:?}: {:.1}, beyond {:.1}, settled in {} ms, {} turns, {:?}",
+                    came.error, came.beyond, came.settled_ms, came.turns, came.flags);
+                assert!(came.error <= allowed, "{about}");
+                assert!(came.beyond <= 30.0 + allowed, "{about}");
+                assert!(came.settled_ms <= 1_000, "{about}");
+                assert!(came.turns <= 1, "{about}");
+                assert!(!came.flags.intersects(FAULTS), "{about}");
+            }
+        }
+    }
+}
+
+/// Where nobody has measured the drive it takes longer, but ends at the same place.
+#[test]
+fn a_drive_that_is_not_known_rests_at_its_target_too() {
+    let axis = Axis::Horizontal;
+    let mut sim = deployed();
+    for stage in every_stage(axis, 60.0) {
+        sim.world_mut().drives[axis as usize].spec.stage = stage;
+        let allowed = 3.0 + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
+        for target in [600, 605, 0, 7] {
+            let came = come(&mut sim, axis, target, allowed);
+            let about = format!("to {target}, {stage:?}: {:.1}, {:?}", came.error, came.flags);
+            assert!(came.error <= allowed, "{about}");
+            assert!(!came.flags.intersects(FAULTS), "{about}");
+        }
+    }
+}

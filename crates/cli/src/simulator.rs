@@ -1,6 +1,7 @@
 //! Options common to all commands that start a simulator.
 
 use lafet_device::Composition;
+use lafet_sim::fault::Fault;
 use lafet_sim::fire::FireSpec;
 use lafet_sim::sim::{Config, Sim};
 
@@ -45,6 +46,25 @@ pub fn profile(name: &str) -> Result<Composition, String> {
     Composition::by_name(name).copied().ok_or_else(|| {
         let known = profiles();
         pick(format!("expected one of {known}"), format!("ожидается одно из {known}"))
+    })
+}
+
+/// Parses the name of a fault: `horizontal-lag`.
+pub fn fault(name: &str) -> Result<Fault, String> {
+    Fault::from_name(name).ok_or_else(|| {
+        let part = name.split('-').next().unwrap_or(name);
+        let near: Vec<String> =
+            Fault::all().map(Fault::name).filter(|known| known.starts_with(part)).collect();
+        match near.is_empty() {
+            true => pick(
+                "no such fault; docs/faults.md lists them: horizontal-lag, valve1-jam, pump-off …".into(),
+                "такой неисправности нет; список в docs/faults.md: horizontal-lag, valve1-jam, pump-off …".into(),
+            ),
+            false => pick(
+                format!("no such fault; expected one of {}", near.join(", ")),
+                format!("такой неисправности нет; ожидается одна из: {}", near.join(", ")),
+            ),
+        }
     })
 }
 

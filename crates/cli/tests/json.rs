@@ -101,6 +101,7 @@ fn on_monitor<'a>(
         ("doctor", vec!["doctor"]),
         ("record", vec!["record", recording, "--for", "0.5"]),
         ("calibrate", vec!["calibrate", "--outlet", "28", "--dry-run"]),
+        ("tune", vec!["tune", "horizontal", "--dry-run"]),
         ("exchange", vec!["lockout", "on"]),
         ("exchange", vec!["lockout", "off"]),
         ("scan", vec!["scan", "--addresses", "1-2"]),

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use lafet_device::Composition;
+use lafet_sim::fault::Fault;
 use lafet_sim::fire::FireSpec;
 use lafet_sim::flash::Flash;
 use lafet_sim::radio::RadioConfig;
@@ -77,6 +78,10 @@ pub struct SimArgs {
     /// nothing burns
     #[arg(long, value_name = "FIRE", value_parser = simulator::fire)]
     fire: Vec<FireSpec>,
+    /// Break something from the start, such as horizontal-lag or pump-off (docs/faults.md). May be repeated
+    #[arg(long, value_name = "FAULT", value_parser = simulator::fault,
+          conflicts_with_all = ["firmware", "replay", "site"])]
+    fault: Vec<Fault>,
     #[command(flatten)]
     surroundings: Surroundings,
     /// Put radio modems between the radio+ listeners and the monitor, all on one half-duplex
@@ -163,6 +168,9 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         flash,
         ..args.surroundings.config()
     }));
+    for fault in args.fault {
+        sim.lock().world_mut().inject(fault);
+    }
     let mut listen = args.listen;
     let burns = !sim.lock().world().fires.is_empty();
     if listen.is_empty() {

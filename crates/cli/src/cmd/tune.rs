@@ -87,7 +87,8 @@ pub async fn run(args: TuneArgs, global: &Global, out: &mut Out) -> Outcome {
         all.push(tuning.run(*limits, args.dry_run, out).await?);
     }
     out.show(table(&all, args.dry_run), || {
-        Value::Array(all.iter().map(|tuned| tuned.json(args.dry_run)).collect())
+        let drives: Vec<Value> = all.iter().map(Tuned::json).collect();
+        json!({ "drives": drives, "written": !args.dry_run })
     })
 }
 
@@ -315,14 +316,13 @@ impl Tuned {
         self.errors.iter().copied().max().unwrap_or_default()
     }
 
-    fn json(&self, dry_run: bool) -> Value {
+    fn json(&self) -> Value {
         let pair = |pair: Pair| json!({ "StopLag": pair.lag_ms, "MinSpeed": pair.min_tenths });
         json!({
             "drive": self.drive.to_string(),
             "before": pair(self.before),
             "found": pair(self.found),
             "errors": self.errors,
-            "written": !dry_run,
         })
     }
 }

@@ -7,7 +7,14 @@ use support::Sim;
 /// The fault `lag` is 300 ms, `dead-band` 1 °/s.
 #[test]
 fn a_poor_drive_is_measured() {
-    let sim = Sim::start(&["--speed", "20", "--fault", "horizontal-lag", "--fault", "horizontal-dead-band"]);
+    let sim = Sim::start(&[
+        "--speed",
+        "20",
+        "--fault",
+        "horizontal-lag",
+        "--fault",
+        "horizontal-dead-band",
+    ]);
     let run = sim.run(&["deploy"]);
     assert_eq!(run.code, 0, "{run:?}");
     let run = sim.run(&["--json", "tune", "horizontal"]);
@@ -18,7 +25,10 @@ fn a_poor_drive_is_measured() {
     assert!((240..=360).contains(&lag), "{run:?}");
     assert!((10..=16).contains(&least), "{run:?}");
     let errors = found["errors"].as_array().unwrap();
-    assert!(errors.len() == 4 && errors.iter().all(|error| error.as_i64().unwrap() <= 2), "{run:?}");
+    assert!(
+        errors.len() == 4 && errors.iter().all(|error| error.as_i64().unwrap() <= 2),
+        "{run:?}"
+    );
     let run = sim.run(&["--json", "param", "get", "horizontal", "StopLag"]);
     assert_eq!(run.json()[0]["values"][0].as_i64(), Some(lag), "{run:?}");
 }

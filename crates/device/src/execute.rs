@@ -511,7 +511,7 @@ pub(crate) fn axis_of(id: SubsystemId) -> Option<Axis> {
 
 /// The drive and the common drive parameter that a parameter is.
 fn drive_param(param: Param) -> Option<(Axis, DriveParam)> {
-    const ALL: [DriveParam; 9] = [
+    const ALL: [DriveParam; 13] = [
         DriveParam::MinLimit,
         DriveParam::MaxLimit,
         DriveParam::ZeroPoint,

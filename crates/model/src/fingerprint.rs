@@ -41,7 +41,12 @@ const SIGNS: &[&str] = &["speed_milli", "speed_tenths"];
 const PARTS: &[Part] = &[
     // Whether a request, a button or a program moves it has an effect; which request does not.
     Part { name: "Asked", rest: None, never: &["request", "to", "source"], dormant: &[] },
-    Part { name: "Drive", rest: Some(("goal", "Hold")), never: &["driven", "missed", "seen"], dormant: &["cause", "arrival"] },
+    Part {
+        name: "Drive",
+        rest: Some(("goal", "Hold")),
+        never: &["driven", "missed", "seen"],
+        dormant: &["cause", "arrival"],
+    },
     // Drives of the model stop where they are: how long one takes to rest has no effect.
     Part {
         name: "Arrival",
@@ -52,6 +57,7 @@ const PARTS: &[Part] = &[
             "rest_ms",
             "waited_ms",
             "kick",
+            "kicked",
             "corrections",
             "from",
             "pulsed",

@@ -34,7 +34,7 @@ fn deployed() -> Sim {
 struct Came {
     error: f64,
     beyond: f64,
-    /// From the first moment within the allowed error to the end of the motion.
+    /// From the first moment within the allowed error to the last at more than 0.1 °/s or 0.1 mm/s.
     settled_ms: u64,
     turns: u32,
     flags: DriveFlags,
@@ -63,12 +63,17 @@ fn come(sim: &mut Sim, axis: Axis, target: i32, allowed: f64) -> Came {
     send(sim, &format!("Move {axis:?} {target}"));
     let (mut near, mut ended, mut beyond, mut turns, mut last) = (None, None, 0.0f64, 0, 0i16);
     let start = sim.now_ms();
+    let mut turned = start;
     while sim.now_ms() < start + 20_000 && ended.is_none() {
         sim.tick();
         let position = sim.world().drives[axis as usize].position;
         beyond = beyond.max((position - goal) * (goal - from).signum());
         if near.is_none() && (position - goal).abs() <= allowed {
             near = Some(sim.now_ms());
+        }
+        let drive = &sim.world().drives[axis as usize];
+        if drive.speed.abs() > drive.spec.unit_per_tenth {
+            turned = sim.now_ms();
         }
         let fed = sim.device().outputs().drives[axis as usize].speed_tenths;
         if fed != 0 {
@@ -79,12 +84,12 @@ fn come(sim: &mut Sim, axis: Axis, target: i32, allowed: f64) -> Came {
             ended = Some(sim.now_ms());
         }
     }
-    let ended = ended.expect("the motion ends");
+    assert!(ended.is_some(), "the motion ends");
     sim.advance_ms(1_000);
     Came {
         error: (sim.world().drives[axis as usize].position - goal).abs(),
         beyond,
-        settled_ms: ended.saturating_sub(near.unwrap_or(start)),
+        settled_ms: turned.saturating_sub(near.unwrap_or(start)),
         turns,
         flags: flags(sim, axis),
     }
@@ -110,7 +115,9 @@ fn every_stage(axis: Axis, unit: f64) -> impl Iterator<Item = Stage> {
 /// Where StopLag and MinSpeed say what the drive is like.
 #[test]
 fn a_drive_that_is_known_rests_at_its_target() {
-    for (axis, unit, rest) in [(Axis::Horizontal, 60.0, 3.0), (Axis::Vertical, 60.0, 3.0), (Axis::Nozzle, 1.0, 1.0)] {
+    for (axis, unit, rest) in
+        [(Axis::Horizontal, 60.0, 3.0), (Axis::Vertical, 60.0, 3.0), (Axis::Nozzle, 1.0, 1.0)]
+    {
         let mut sim = deployed();
         for stage in every_stage(axis, unit) {
             sim.world_mut().drives[axis as usize].spec.stage = stage;
@@ -121,13 +128,16 @@ fn a_drive_that_is_known_rests_at_its_target() {
             sim.advance_ms(3_000);
             let allowed = rest + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
             let (far, near) = if axis == Axis::Nozzle { (40, 43) } else { (600, 605) };
-            for target in [far, near, 10, 17] {
+            // A short way may lie within the play.
+            for (target, settled_ms) in [(far, 1_000), (near, 1_500), (10, 1_000), (17, 1_500)] {
                 let came = come(&mut sim, axis, target, allowed);
-                let about = format!("{axis:?} to {target}, {stage:?}: {:.1}, beyond {:.1}, settled in {} ms, {} turns, {:?}",
-                    came.error, came.beyond, came.settled_ms, came.turns, came.flags);
+                let about = format!(
+                    "{axis:?} to {target}, {stage:?}: {:.1}, beyond {:.1}, settled in {} ms, {} turns, {:?}",
+                    came.error, came.beyond, came.settled_ms, came.turns, came.flags
+                );
                 assert!(came.error <= allowed, "{about}");
                 assert!(came.beyond <= 30.0 + allowed, "{about}");
-                assert!(came.settled_ms <= 1_000, "{about}");
+                assert!(came.settled_ms <= settled_ms, "{about}");
                 assert!(came.turns <= 1, "{about}");
                 assert!(!came.flags.intersects(FAULTS), "{about}");
             }
@@ -135,14 +145,15 @@ fn a_drive_that_is_known_rests_at_its_target() {
     }
 }
 
-/// Where nobody has measured the drive it takes longer, but ends at the same place.
+/// Where the drive has not been measured it takes longer, but ends at the same place: a minute
+/// farther off, because it counts as at rest while it still runs out.
 #[test]
 fn a_drive_that_is_not_known_rests_at_its_target_too() {
     let axis = Axis::Horizontal;
     let mut sim = deployed();
     for stage in every_stage(axis, 60.0) {
         sim.world_mut().drives[axis as usize].spec.stage = stage;
-        let allowed = 3.0 + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
+        let allowed = 4.0 + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
         for target in [600, 605, 0, 7] {
             let came = come(&mut sim, axis, target, allowed);
             let about = format!("to {target}, {stage:?}: {:.1}, {:?}", came.error, came.flags);

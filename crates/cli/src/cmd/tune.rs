@@ -161,8 +161,12 @@ impl Tuning<'_> {
             let flags = ValveFlags::from_bits_retain(states.flags(valve));
             if !flags.contains(ValveFlags::CLOSED) || flags.contains(ValveFlags::OPENING) {
                 return Err(Failure::Ended(pick(
-                    format!("{valve} is not closed. Close it first: a drive is tuned without water."),
-                    format!("{valve} не закрыт. Сначала закройте его: привод настраивают без воды."),
+                    format!(
+                        "{valve} is not closed. Close it first: a drive is tuned without water."
+                    ),
+                    format!(
+                        "{valve} не закрыт. Сначала закройте его: привод настраивают без воды."
+                    ),
                 )));
             }
         }
@@ -176,7 +180,10 @@ impl Tuning<'_> {
         if low > high {
             let room = angle::show(self.drive, 2 * (span + short));
             return Err(Failure::Ended(pick(
-                format!("The limits of {} leave less than {room}: too little to tune it.", self.drive),
+                format!(
+                    "The limits of {} leave less than {room}: too little to tune it.",
+                    self.drive
+                ),
                 format!("Пределы {} оставляют меньше {room}: для настройки мало.", self.drive),
             )));
         }
@@ -221,10 +228,13 @@ impl Tuning<'_> {
             false => Step::Idle(super::motion::stopped(drive, 0)),
         });
         passing.await?;
-        let rest = Follow { connection: self.connection, watch: &[drive], undo: Undo::everything() };
+        let rest =
+            Follow { connection: self.connection, watch: &[drive], undo: Undo::everything() };
         let stop = Request::new(drive, Body::Stop);
         let judge = |states: &States| match moves(states, drive) {
-            true => Step::Running(progress(drive, position(states, drive).unwrap_or(target), target)),
+            true => {
+                Step::Running(progress(drive, position(states, drive).unwrap_or(target), target))
+            }
             false => Step::Done,
         };
         rest.run(out, self.connection.send(&stop), judge).await?;

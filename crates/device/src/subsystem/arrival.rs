@@ -19,7 +19,8 @@ use crate::math::isqrt;
 /// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
 pub(crate) const CREEP_TENTHS: u32 = 2;
 /// From farther away than this a drive comes at its full speed, ' or mm.
-const FAR_COUNTS: u32 = 4_000_000;
+const FAR_COUNTS: u32 = 2_000_000;
+const FAR_SIGNED: i32 = FAR_COUNTS.cast_signed();
 /// How far from its target a drive may rest, ' or mm.
 const NEAR_COUNTS: u32 = 2;
 const NEAR_COUNTS_NOZZLE: u32 = 1;
@@ -32,7 +33,7 @@ const REST_MS: u32 = 100;
 const SETTLE_MS: u32 = 2000;
 /// Fed and at rest for this long, and StopLag, it is fed a tenth more each `KICK_STEP_MS`.
 const KICK_MS: u32 = 150;
-const KICK_STEP_MS: u32 = 20;
+const KICK_STEP_MS: u32 = 10;
 /// What is added to MinSpeed at most, 0.1 °/s or 0.1 mm/s.
 const KICK_MAX_TENTHS: u32 = 20;
 /// A pulse that has moved nothing is followed by one that is so much faster, 0.1 °/s or 0.1 mm/s.
@@ -66,6 +67,12 @@ impl Means {
     /// Way in a millisecond at a speed of one tenth, tenths of a milli-count.
     pub const fn way_per_tenth(&self) -> u32 {
         if self.nozzle { 1 } else { 60 }
+    }
+
+    /// How far it runs out from a speed in 1/1000 of a tenth, milli-counts.
+    const fn coast_milli(&self, speed_milli: i32) -> i32 {
+        let way = (self.way_per_tenth() * self.lag_ms / 10).cast_signed();
+        (speed_milli / 100).saturating_mul(way) / 10
     }
 
     const fn near(&self) -> u32 {
@@ -110,6 +117,8 @@ pub(crate) struct Arrival {
     waited_ms: u32,
     /// Added to MinSpeed, 0.1 °/s or 0.1 mm/s.
     kick: u32,
+    /// It is fed more than in the step before, because it does not turn.
+    kicked: bool,
     corrections: u8,
     /// Where it was when it was last seen to move, or when the last pulse began.
     from: i32,
@@ -122,9 +131,21 @@ impl Arrival {
         *self = Self { smooth_milli: self.smooth_milli, ..Self::default() };
     }
 
+    /// What the speed sensor says in a step, in motion or not, 0.1 °/s or 0.1 mm/s.
+    pub fn sense(&mut self, dt_ms: u32, sensed: i16) {
+        let change = i32::from(sensed) * 1000 - self.smooth_milli;
+        let share = change.saturating_mul(dt_ms.min(SMOOTH_MS).cast_signed());
+        self.smooth_milli += share / SMOOTH_MS.cast_signed();
+    }
+
     /// It rests farther from its target than it may.
     pub const fn has_given_up(&self) -> bool {
         self.corrections >= CORRECTIONS_MAX
+    }
+
+    /// It is fed more than before: its motion is judged anew.
+    pub const fn is_kicked(&self) -> bool {
+        self.kicked
     }
 
     /// One step towards a target `way` counts above the position. `commanded_milli` is what the motor was
@@ -136,18 +157,17 @@ impl Arrival {
         (commanded_milli, sensed): (i32, i16),
         means: &Means,
     ) -> Order {
-        let change = i32::from(sensed) * 1000 - self.smooth_milli;
-        let share = change.saturating_mul(dt_ms.min(SMOOTH_MS).cast_signed());
-        self.smooth_milli += share / SMOOTH_MS.cast_signed();
+        self.kicked = false;
         if let Phase::Inch { left_ms, up } = self.phase {
-            if left_ms > 0 {
-                self.phase = Phase::Inch { left_ms: left_ms.saturating_sub(dt_ms), up };
-                return Order::Pulse(signed(means.least.max(CREEP_TENTHS) + self.kick, up));
+            let at = (position, way);
+            if let Some(order) = self.inch(dt_ms, (left_ms, up), at, sensed, means) {
+                return order;
             }
             self.settle();
         }
         if self.phase == Phase::Run {
-            if let Some(order) = self.run(dt_ms, (position, way), (commanded_milli, sensed), means) {
+            if let Some(order) = self.run(dt_ms, (position, way), (commanded_milli, sensed), means)
+            {
                 return order;
             }
             self.settle();
@@ -172,30 +192,35 @@ impl Arrival {
         let turns = if up { commanded_milli > 0 } else { commanded_milli < 0 };
         let passed = self.toward && commanded_milli != 0 && !turns;
         self.toward |= turns;
-        let running = if up { self.smooth_milli } else { self.smooth_milli.saturating_neg() };
-        let coast = (running.max(0).unsigned_abs() / 1000)
-            .saturating_mul(means.way_per_tenth() * means.lag_ms / 10);
+        let ahead = |coast: i32| if up { coast } else { -coast }.max(0).unsigned_abs();
         let left = way.unsigned_abs().min(FAR_COUNTS) * 1000;
-        if way == 0 || passed || left <= coast {
+        if way == 0 || passed || left <= ahead(means.coast_milli(i32::from(sensed) * 1000)) {
             return None;
         }
-        let left = (left - coast) / 1000;
-        self.kick(dt_ms, position, commanded_milli != 0 && sensed.unsigned_abs() <= REST_TENTHS, means);
+        let left = left.saturating_sub(ahead(means.coast_milli(self.smooth_milli)));
+        let still = commanded_milli != 0 && sensed.unsigned_abs() <= REST_TENTHS;
+        let kicked = self.kick(dt_ms, position, still, means);
         // Distance in units of 0.1 ° or 0.1 mm, so that v² = 2·a·s holds with the tenths of speed.
-        let braking = if means.nozzle { left * 10 } else { left / 6 };
+        let braking = if means.nozzle { left / 100 } else { left / 6000 };
         let brake = isqrt((means.acceleration.saturating_mul(braking) / 2).saturating_mul(3));
         // The last stretch is approached in proportion: a quarter of a second to go.
-        let near = if means.nozzle { left * 40 } else { left * 2 / 3 };
-        let least = means.least.max(CREEP_TENTHS) + self.kick;
-        let speed = means.cap.min(brake).min(near).max(least);
-        Some(Order::Ramp(signed(speed, up)))
+        let near = if means.nozzle { left / 25 } else { left / 1500 };
+        let (wanted, least) = (means.cap.min(brake).min(near), self.least(means));
+        self.kicked = kicked && wanted < least;
+        Some(Order::Ramp(signed(wanted.max(least), up)))
+    }
+
+    /// The slowest command at which it turns.
+    fn least(&self, means: &Means) -> u32 {
+        means.least.max(CREEP_TENTHS) + self.kick
     }
 
     /// Fed and not turning, it is fed more.
-    fn kick(&mut self, dt_ms: u32, position: i32, still: bool, means: &Means) {
+    fn kick(&mut self, dt_ms: u32, position: i32, still: bool, means: &Means) -> bool {
+        let before = self.kick;
         if !still || position != self.from {
             (self.from, self.still_ms) = (position, 0);
-            return;
+            return false;
         }
         self.still_ms = self.still_ms.saturating_add(dt_ms);
         let patience = KICK_MS + means.lag_ms;
@@ -203,36 +228,70 @@ impl Arrival {
             self.still_ms -= KICK_STEP_MS;
             self.kick += 1;
         }
+        self.kick > before
     }
 
     /// Not fed: has it come to rest, and where?
-    fn rest(&mut self, dt_ms: u32, (position, way): (i32, i32), sensed: i16, means: &Means) -> Order {
-        let error = way.unsigned_abs();
-        // What has crept there without lag stands at once.
-        let crept = self.waited_ms == 0 && u32::from(sensed.unsigned_abs()) <= CREEP_TENTHS;
+    fn rest(
+        &mut self,
+        dt_ms: u32,
+        (position, way): (i32, i32),
+        sensed: i16,
+        means: &Means,
+    ) -> Order {
         self.waited_ms = self.waited_ms.saturating_add(dt_ms);
         let quiet = sensed.unsigned_abs() <= REST_TENTHS;
         self.rest_ms = if quiet { self.rest_ms.saturating_add(dt_ms) } else { 0 };
-        let rests = sensed == 0 || self.rest_ms >= REST_MS || self.waited_ms >= SETTLE_MS;
-        if error <= means.near() && (rests || crept && means.lag_ms == 0) || self.has_given_up() {
+        let at_once = means.lag_ms == 0 && sensed == 0;
+        let waited = self.rest_ms >= REST_MS + means.lag_ms / 2 || self.waited_ms >= SETTLE_MS;
+        let far = way.clamp(-FAR_SIGNED, FAR_SIGNED) * 1000 - means.coast_milli(self.smooth_milli);
+        let near = far.unsigned_abs() <= means.near() * 1000;
+        if near && (at_once || waited) || self.has_given_up() {
             return Order::Arrived;
         }
-        if !rests {
+        if !waited && (sensed != 0 || means.lag_ms > 0) {
             return Order::Ramp(0);
         }
         self.corrections += 1;
-        if error > INCH_COUNTS {
+        if way.unsigned_abs() > INCH_COUNTS {
             (self.phase, self.toward) = (Phase::Run, false);
             return Order::Ramp(0);
         }
         if core::mem::replace(&mut self.pulsed, true) && position == self.from {
             self.kick = (self.kick + KICK_PULSE_TENTHS).min(KICK_MAX_TENTHS);
         }
-        self.from = position;
-        let speed = means.least.max(CREEP_TENTHS) + self.kick;
-        let left_ms = (error * 10_000 / (speed * means.way_per_tenth())).max(1);
-        self.phase = Phase::Inch { left_ms, up: way > 0 };
-        Order::Pulse(signed(speed, way > 0))
+        (self.from, self.still_ms) = (position, 0);
+        self.pulse(dt_ms, way, means)
+    }
+
+    /// Begins a pulse that is as long as the way to the target.
+    fn pulse(&mut self, dt_ms: u32, way: i32, means: &Means) -> Order {
+        let (speed, up) = (self.least(means), way > 0);
+        let whole_ms = way.unsigned_abs() * 10_000 / (speed * means.way_per_tenth());
+        self.phase = Phase::Inch { left_ms: whole_ms.saturating_sub(dt_ms), up };
+        Order::Pulse(signed(speed, up))
+    }
+
+    /// Goes on with a pulse; `None` when it is over.
+    fn inch(
+        &mut self,
+        dt_ms: u32,
+        (left_ms, up): (u32, bool),
+        (position, way): (i32, i32),
+        sensed: i16,
+        means: &Means,
+    ) -> Option<Order> {
+        if left_ms == 0 {
+            return None;
+        }
+        let still = sensed.unsigned_abs() <= REST_TENTHS;
+        if self.kick(dt_ms, position, still, means) && way.unsigned_abs() <= INCH_COUNTS {
+            // Nothing has moved yet: the pulse begins again, at its new speed.
+            self.kicked = true;
+            return Some(self.pulse(dt_ms, way, means));
+        }
+        self.phase = Phase::Inch { left_ms: left_ms.saturating_sub(dt_ms), up };
+        Some(Order::Pulse(signed(self.least(means), up)))
     }
 }
 
@@ -261,8 +320,9 @@ impl Seen {
 
     /// It has come to its target: how much it had to be fed to turn at all.
     pub fn arrived(&mut self, arrival: &Arrival, means: &Means) {
-        let kicked = means.least.max(CREEP_TENTHS) + arrival.kick;
-        self.least = if arrival.kick > 0 { kicked.cast_signed() } else { means.least.cast_signed() };
+        let kicked = arrival.least(means);
+        self.least =
+            if arrival.kick > 0 { kicked.cast_signed() } else { means.least.cast_signed() };
     }
 
     /// Measures how far it runs out when it is no longer fed.

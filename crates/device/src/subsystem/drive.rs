@@ -619,9 +619,9 @@ impl Drive {
     }
 
     /// §3.3.4 Does it do what it is told, and nothing when it is not fed? An overload is judged by its
-    /// current alone, and of a lost unit nothing is known.
+    /// current alone, of a lost unit nothing is known, and one that is fed more is judged anew.
     fn watch_motion(&mut self, dt_ms: u32) {
-        if self.overload_ms > 0 || !self.online {
+        if self.overload_ms > 0 || !self.online || self.arrival.is_kicked() {
             self.watch = Watch::default();
             return;
         }
@@ -664,6 +664,7 @@ impl Drive {
     #[inline(never)]
     fn advance(&mut self, dt_ms: u32, params: &Params) {
         let (position, sensed) = (self.position, self.input.speed_tenths);
+        self.arrival.sense(dt_ms, sensed);
         self.seen.step(dt_ms, self.speed_milli != 0, position, sensed, self.way_per_tenth());
         let order = match self.order(dt_ms, params) {
             Ok(order) => order,

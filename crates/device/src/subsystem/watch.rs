@@ -10,9 +10,13 @@ const START_MS: u32 = 250;
 /// Time over which motion is judged. What breaks late in one stretch shows at the end of the next,
 /// so a fault is told within a second of motion.
 const WATCH_MS: u32 = 400;
-/// Way over which motion is judged at least: a quarter of it is a whole count of the position. A
-/// slow drive takes longer for it.
-const WATCH_MILLI: i32 = 4000;
+/// Way over which motion is judged at least, milli-units of position: three quarters of it may be play
+/// of the gear, and what is left is a whole count. A slow drive takes longer for it.
+const WATCH_MILLI: i32 = 18_000;
+const WATCH_MILLI_NOZZLE: i32 = 4000;
+/// The barrel may be so far behind its motor, milli-units of position.
+const PLAY_MILLI: i32 = 16_000;
+const PLAY_MILLI_NOZZLE: i32 = 2500;
 /// A longer step says too little of what happened in it.
 const WATCH_STEP_MS: u32 = 250;
 /// Speed below which motion is not judged, 0.1 °/s or 0.1 mm/s.
@@ -94,7 +98,11 @@ impl Watch {
         self.elapsed_ms = self.elapsed_ms.saturating_add(dt_ms);
         self.expected = self.expected.saturating_add(way(speed_tenths));
         self.measured = self.measured.saturating_add(way(input.speed_tenths));
-        if self.elapsed_ms < WATCH_MS || self.expected.abs() < WATCH_MILLI {
+        let (least, play) = match way_per_tenth {
+            1 => (WATCH_MILLI_NOZZLE, PLAY_MILLI_NOZZLE),
+            _ => (WATCH_MILLI, PLAY_MILLI),
+        };
+        if self.elapsed_ms < WATCH_MS || self.expected.abs() < least {
             return DriveFlags::empty();
         }
         let Self { expected, measured, start, .. } = *self;
@@ -112,6 +120,9 @@ impl Watch {
         let off = |way: i32| way.abs_diff(expected.saturating_abs());
         match () {
             () if went < -part => DriveFlags::POSITION_WAY_FAULT,
+            () if went < part && sensed > part && sensed <= went.saturating_add(play) => {
+                DriveFlags::empty()
+            }
             () if went < part && sensed > part => DriveFlags::POS_ENCODER_FAULT,
             () if went < part => DriveFlags::INTERNAL_FAULT,
             () if sensed < -part || sensed < part && turned => DriveFlags::SPEED_WAY_FAULT,
@@ -151,6 +162,8 @@ impl Watch {
         }
         let (before, measured, least) = (self.expected, self.measured, REST_MILLI * way_per_tenth);
         let (far, fast) = (moved.saturating_abs(), measured.saturating_abs());
+        // Sensors that differ by a count agree.
+        let far = if far.abs_diff(fast) <= least.unsigned_abs().min(1000) { fast } else { far };
         // The speed is finer than the position, whose counts come and go.
         let turned = if fast >= least { measured } else { moved };
         let expected = if far.max(fast) >= least { turned } else { 0 };

@@ -325,7 +325,8 @@ const CHECK_TEXT: Text = text(
 
 use Unit::{
     Arcmin, Bits, Centimetre, DeciAmpere, DeciAtmosphere, DeciDegreePerSecond, DeciMillimetre,
-    DeciMillimetrePerSecond, DegreePerSecond, DegreePerSecond2, Millimetre, MillimetrePerSecond, MillimetrePerSecond2, Millisecond, Volt,
+    DeciMillimetrePerSecond, DegreePerSecond, DegreePerSecond2, Millimetre, MillimetrePerSecond,
+    MillimetrePerSecond2, Millisecond, Volt,
 };
 
 params! {

@@ -163,7 +163,7 @@ impl Watch {
         let (before, measured, least) = (self.expected, self.measured, REST_MILLI * way_per_tenth);
         let (far, fast) = (moved.saturating_abs(), measured.saturating_abs());
         // Sensors that differ by a count agree.
-        let far = if far.abs_diff(fast) <= least.unsigned_abs().min(1000) { fast } else { far };
+        let far = if far.abs_diff(fast) <= 1000 { fast } else { far };
         // The speed is finer than the position, whose counts come and go.
         let turned = if fast >= least { measured } else { moved };
         let expected = if far.max(fast) >= least { turned } else { 0 };

@@ -138,7 +138,7 @@ fn test(arguments: &[String]) -> StepResult {
 fn load() -> StepResult {
     emulator()?;
     let program = build(EMULATED)?;
-    show(on_host(&["--package", "lafet-sim", "--example", "load"]).arg(&program))
+    show(on_host(&["--package", "lafet-sim", "--example", "instructions"]).arg(&program))
 }
 
 fn run(arguments: &[String]) -> StepResult {

@@ -1,6 +1,6 @@
 //! Every kind of message that a client can send has a load of `cargo xtask hub-load`.
 
-#[path = "../../examples/load/kinds.rs"]
+#[path = "../../examples/hub_load/kinds.rs"]
 #[expect(dead_code, reason = "the load sends them")]
 mod load;
 

@@ -23,7 +23,7 @@ use std::process::ExitCode;
 /// What goes wrong is told, and ends the program.
 pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
-const USAGE: &str = "load robust PROGRAM FOLDER [--quick], load floods PROGRAM FOLDER [--quick|KIND], load bench PROGRAM FOLDER";
+const USAGE: &str = "hub_load robust PROGRAM FOLDER [--quick], hub_load floods PROGRAM FOLDER [--quick|KIND], hub_load bench PROGRAM FOLDER";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

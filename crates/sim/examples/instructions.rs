@@ -1,7 +1,7 @@
 //! Counts the instructions of the firmware's steps and answers on the emulated chip, while it puts out a
 //! fire of the simulated plant: `cargo xtask firmware load`.
 //!
-//! `load FIRMWARE`
+//! `instructions FIRMWARE`
 
 use std::io;
 use std::path::Path;

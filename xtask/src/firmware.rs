@@ -122,6 +122,29 @@ fn on_model(example: &str, arguments: &[String]) -> StepResult {
     show(model(&["run", "--quiet", "--example", example]).arg("--").args(arguments))
 }
 
+/// The format of the firmware's workspace.
+pub fn format() -> StepResult {
+    show(cargo(&["fmt", "--all", "--check"]).current_dir(root().join("firmware")))
+}
+
+/// The lints of the firmware's workspace: of what runs on the host too, and of each board's program.
+pub fn lints() -> StepResult {
+    const DENY: [&str; 3] = ["--", "-D", "warnings"];
+    let host = ["clippy", "--workspace", "--exclude", "lafet-firmware", "--all-targets"];
+    show(model(&host).args(DENY))?;
+    BOARDS.into_iter().try_for_each(|board| {
+        let folder = no_std::target().join("firmware").join(board);
+        let Some(mut clippy) = no_std::clippy(&folder) else { return Ok(()) };
+        clippy.current_dir(root().join("firmware")).args(program_of(board));
+        show(clippy.args(DENY))
+    })
+}
+
+/// What selects the program of a board.
+fn program_of(board: &str) -> [&str; 5] {
+    ["--release", "--locked", "--no-default-features", "--features", board]
+}
+
 /// The model is of the firmware's workspace, built for the host.
 fn model(arguments: &[&str]) -> Command {
     let mut command = cargo(arguments);
@@ -136,7 +159,7 @@ pub fn build(board: &str) -> Result<PathBuf, String> {
     let folder = no_std::target().join("firmware").join(board);
     let mut build = no_std::build(Some(&folder))?;
     build.current_dir(root().join("firmware"));
-    build.args(["--release", "--locked", "--no-default-features", "--features", board]);
+    build.args(program_of(board));
     show(&mut build)?;
     Ok(folder.join(no_std::TARGET).join("release/lafet-firmware"))
 }

@@ -1,15 +1,15 @@
-//! §3.20: what a hardware fault left.
+//! §3.20 Registers saved at a hardware fault.
 
 use crate::dictionary::layouts::{Layout, fields, names};
 
-/// What a hardware fault left (§3.20): 20 words, 80 bytes on Cortex-M3.
+/// Registers saved at a hardware fault (§3.20): 20 words, 80 bytes on Cortex-M3.
 ///
-/// The ten common words are followed by the architecture's own.
+/// Ten common words, then those of the architecture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FaultInfo {
     /// Marks the block as filled; 0 when there was no fault.
     pub signature: u32,
-    /// Architecture.
+    /// Architecture; selects the variant of `arch`.
     pub archtype: u32,
     /// Stack pointer in the fault exception.
     pub spcr: u32,
@@ -54,7 +54,7 @@ impl FaultInfo {
     /// No fault recorded.
     pub const NONE: Self = Self::from_words([0; 20]);
 
-    /// The block of a Cortex-M3.
+    /// The block of a Cortex-M3 from its words.
     #[inline(never)]
     pub const fn from_words(words: [u32; 20]) -> Self {
         let [signature, archtype, spcr, r0, r1, r2, r3, r12, lr, pc, a, b, c, d, e, f, g, h, i, j] =
@@ -74,7 +74,7 @@ impl FaultInfo {
         }
     }
 
-    /// Twenty words; those an ARM7TDMI does not have are 0.
+    /// The words of the block; those that an ARM7TDMI does not have are 0.
     #[inline(never)]
     pub const fn to_words(self) -> [u32; 20] {
         let [a, b, c, d, e, f, g, h, i, j] = match self.arch {

@@ -1,7 +1,8 @@
-//! Where a monitor is: `tcp://host:port?addr=1`, `udp://…`, `serial:///dev/ttyUSB0?baud=19200`, `sim:`.
+//! The endpoint of a monitor: `tcp://host:port?addr=1`, `udp://…`,
+//! `serial:///dev/ttyUSB0?baud=19200`, `sim:`.
 //!
-//! The schemes and their options are ours; the addresses and the speed of the line are the bus's
-//! (observed).
+//! The schemes and their options are ours; the addresses and the speed of the line are those of the
+//! bus (observed).
 
 mod config;
 mod manner;
@@ -24,7 +25,7 @@ use crate::url_error::{FRAMINGS, MONITOR_ADDRESSES, PORTS, SOURCE_ADDRESSES};
 pub use manner::Manner;
 pub use serial::{Rs485, SerialLine};
 
-/// Where a monitor is and how it is reached.
+/// A monitor and the connection to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Endpoint {
     /// A monitor's own port, or a transparent serial server.
@@ -33,11 +34,11 @@ pub enum Endpoint {
         host: String,
         /// Port.
         port: u16,
-        /// What the bytes are.
+        /// Contents of the stream.
         framing: Framing,
-        /// Who talks to whom.
+        /// Addresses of both sides.
         addresses: Addresses,
-        /// How this side behaves.
+        /// Behaviour of this side.
         manner: Manner,
     },
     /// One datagram = one link frame.
@@ -46,9 +47,9 @@ pub enum Endpoint {
         host: String,
         /// Port.
         port: u16,
-        /// Who talks to whom.
+        /// Addresses of both sides.
         addresses: Addresses,
-        /// How this side behaves.
+        /// Behaviour of this side.
         manner: Manner,
     },
     /// RS-485 or RS-232, 8N1.
@@ -57,24 +58,24 @@ pub enum Endpoint {
         path: PathBuf,
         /// Speed, direction and echo of the line.
         line: SerialLine,
-        /// Who talks to whom.
+        /// Addresses of both sides.
         addresses: Addresses,
-        /// How this side behaves.
+        /// Behaviour of this side.
         manner: Manner,
     },
-    /// A simulated monitor in the same process. The caller brings it: see `Client::over`.
+    /// A simulated monitor in the same process, provided by the caller: see `Client::over`.
     Sim {
         /// Options for the simulator, in order.
         query: Vec<(String, String)>,
-        /// Who talks to whom.
+        /// Addresses of both sides.
         addresses: Addresses,
-        /// How this side behaves.
+        /// Behaviour of this side.
         manner: Manner,
     },
 }
 
 impl Endpoint {
-    /// Who talks to whom.
+    /// Addresses of both sides.
     pub const fn addresses(&self) -> Addresses {
         match self {
             Self::Tcp { addresses, .. }
@@ -84,7 +85,7 @@ impl Endpoint {
         }
     }
 
-    /// How this side behaves.
+    /// Behaviour of this side.
     pub const fn manner(&self) -> Manner {
         match self {
             Self::Tcp { manner, .. }
@@ -94,7 +95,7 @@ impl Endpoint {
         }
     }
 
-    /// What travels: link frames everywhere but over `tcp://…?framing=records`.
+    /// Framing: link frames, except for `tcp://…?framing=records`.
     pub const fn framing(&self) -> Framing {
         match self {
             Self::Tcp { framing, .. } => *framing,
@@ -186,7 +187,7 @@ fn host_and_port(text: &str, url: &Url, scheme: &'static str) -> Result<(String,
     }
 }
 
-/// `serial:///dev/ttyUSB0`, or `serial://COM3` and `serial:COM3` where devices are no paths.
+/// `serial:///dev/ttyUSB0`, or `serial://COM3` and `serial:COM3` where device names are not paths.
 fn device(text: &str, url: &Url) -> Result<PathBuf, UrlError> {
     let path = format!("{}{}", url.host_str().unwrap_or(""), url.path());
     let path = percent_decode_str(&path).decode_utf8_lossy().into_owned();
@@ -196,7 +197,7 @@ fn device(text: &str, url: &Url) -> Result<PathBuf, UrlError> {
     Ok(PathBuf::from(path))
 }
 
-/// The options of a URL that nobody has taken yet.
+/// The options of a URL that have not been read yet.
 struct Options {
     rest: Vec<(String, String)>,
 }
@@ -204,7 +205,7 @@ struct Options {
 impl Options {
     fn read(url: &Url) -> Result<Self, UrlError> {
         let rest: Vec<(String, String)> = url.query_pairs().into_owned().collect();
-        // A simulator may be given several fires; nothing else makes sense twice.
+        // A simulator may have several fires; all other options may be given once.
         let mut seen = HashSet::new();
         let single = |key: &str| url.scheme() != "sim" || matches!(key, "addr" | "src" | "check");
         match rest.iter().find(|(key, _)| single(key) && !seen.insert(key.clone())) {
@@ -258,7 +259,7 @@ impl Options {
     }
 }
 
-/// What a path of a device may not contain inside a URL.
+/// Characters that a device path may not contain inside a URL.
 const PATH: &AsciiSet = &CONTROLS.add(b' ').add(b'?').add(b'#').add(b'%').add(b'"');
 
 impl fmt::Display for Endpoint {

@@ -213,8 +213,8 @@ impl Error {
                  the cable, the address (addr=) and, on a serial line, the speed (baud=)."
             ),
             Self::Absent { endpoint, tries } => format!(
-                "No device answers at {endpoint} (probes: {tries}). Check the power, the cable, the \
-                 address (addr=) and, on a serial line, the speed (baud=)."
+                "No device answers at {endpoint} (probes: {tries}). Check the power, the cable, \
+                 the address (addr=) and, on a serial line, the speed (baud=)."
             ),
             Self::NotProbed { endpoint, cause } => {
                 format!("Nothing was sent to {endpoint}, because {}.", cause.english())

@@ -112,7 +112,7 @@ impl Held {
         stop.supersedes(&self.moving)
     }
 
-    /// The client was told to send a Stop.
+    /// A Stop was submitted to the client.
     pub fn stop_asked(&self) {
         self.with(|core, now| core.stop(now, Reason::StopAsked));
         self.changed.notify_one();

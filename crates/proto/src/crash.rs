@@ -159,7 +159,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "PRECISERR",
         [
             "A read or write failed on the bus; pc is the instruction that did it.",
-            "Ошибка шины при обращении к данным; pc указывает на виновную команду.",
+            "Ошибка обращения к данным (BusFault); pc указывает на команду.",
         ],
         MEMORY,
     ),
@@ -169,7 +169,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "IMPRECISERR",
         [
             "A write failed on the bus some time before pc.",
-            "Ошибка шины при записи, случившаяся несколько раньше pc.",
+            "Ошибка записи (BusFault), случившаяся несколько раньше pc.",
         ],
         MEMORY,
     ),
@@ -179,7 +179,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "UNSTKERR",
         [
             "The bus failed while the registers were taken back from the stack.",
-            "Ошибка шины при возврате регистров из стека.",
+            "Ошибка обращения (BusFault) при возврате регистров из стека.",
         ],
         STACK,
     ),
@@ -189,7 +189,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "STKERR",
         [
             "The bus failed while the registers were put on the stack.",
-            "Ошибка шины при сохранении регистров в стек.",
+            "Ошибка обращения (BusFault) при сохранении регистров в стек.",
         ],
         STACK,
     ),
@@ -199,7 +199,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "LSPERR",
         [
             "The bus failed while the floating-point registers were saved.",
-            "Ошибка шины при сохранении регистров с плавающей точкой.",
+            "Ошибка обращения (BusFault) при сохранении регистров с плавающей точкой.",
         ],
         STACK,
     ),

@@ -122,7 +122,7 @@ pub(crate) const CORTEX_M3: Layout = Layout::plain(
         tim4_cnt U32 None "Counter of timer 4" "Счётчик таймера 4";
         tim5_cnt U32 None "Counter of timer 5" "Счётчик таймера 5";
         hfsr U32 Bits "Hard fault status" "Состояние HardFault";
-        bfar U32 Bits "Bus fault address" "Адрес отказа шины";
+        bfar U32 Bits "Bus fault address" "Адрес отказа BusFault";
         mmfar U32 Bits "Memory management fault address" "Адрес отказа доступа к памяти";
         cfsr U32 Bits "Configurable fault status" "Состояние настраиваемых отказов";
         tcb U32 Bits "Task control block" "Блок управления задачей";

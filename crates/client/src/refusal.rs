@@ -304,10 +304,7 @@ fn wrong_request(request: RequestId, to: SubsystemId, by: SubsystemId) -> Option
     if by == SubsystemId::GENERAL && (to != SubsystemId::GENERAL || !known) {
         return because(
             "§1/4",
-            (
-                "The monitor does not support this request.",
-                "Ствол вообще не знает такого запроса.",
-            ),
+            ("The monitor does not support this request.", "Ствол вообще не знает такого запроса."),
             (
                 "Its program may be older than the request: see what it supports.",
                 "Возможно, его программа старше этого запроса: выясните, что она умеет.",

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use lafet_proto::{RequestId, Status, SubsystemId};
 
 use crate::deviation::Deviation;
-use crate::find_out::find_out;
 use crate::os_text::os_text;
+use crate::outcome_check::outcome_check;
 use crate::port_error::{CannotSwitch, PortError};
 use crate::refusal::{Reason, reason};
 use crate::url_error::UrlError;
@@ -222,7 +222,7 @@ impl Error {
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
                 "{request} {to}: sent to {endpoint}, but {}. It may have been executed. {}",
                 cause.english(),
-                find_out(*request).en
+                outcome_check(*request).en
             ),
             Self::NotSent { request, to, cause } => format!(
                 "{request} {to}: not sent, because {}. Nothing was executed: repeat it if it is \
@@ -291,7 +291,7 @@ impl Error {
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
                 "{request} {to}: отправлено на {endpoint}, но {}. Запрос мог быть исполнен. {}",
                 cause.russian(),
-                find_out(*request).ru
+                outcome_check(*request).ru
             ),
             Self::NotSent { request, to, cause } => format!(
                 "{request} {to}: не отправлено, так как {}. Ничего не исполнено: повторите, если \

@@ -96,9 +96,9 @@ mod answers;
 pub mod bus;
 mod deviation;
 mod error;
-mod find_out;
-mod mistake;
 mod os_text;
+mod outcome_check;
+mod parse_error_text;
 mod port_error;
 pub mod refusal;
 pub mod session;
@@ -148,9 +148,9 @@ pub mod url;
 pub use answers::{AnswerBuf, Answers, RequestBuf};
 pub use deviation::Deviation;
 pub use error::{Cause, Error, Lang};
-pub use find_out::find_out;
-pub use mistake::mistake;
 pub use os_text::os_text;
+pub use outcome_check::outcome_check;
+pub use parse_error_text::parse_error_text;
 pub use port_error::{CannotSwitch, Holder, PortError};
 pub use session::jog::{Hold, JogEnd, Reason, Toward};
 pub use session::medium::{Addresses, Echo, Framing, Role};
@@ -169,7 +169,7 @@ pub use {
     shared::{LinkEvent, LinkState},
     status::{MonitorStatus, StatusSample, StatusSubscription, StatusUpdate},
     subscription::{Sample, Subscription, UPDATES_MAX, Update},
-    url::{Endpoint, Manner, Rs485, SerialLine},
+    url::{Behaviour, Endpoint, Rs485, SerialLine},
 };
 
 /// The examples of the README are compiled and run as documentation tests.

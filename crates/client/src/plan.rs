@@ -7,7 +7,7 @@ use lafet_proto::status::{FaultInfo, GeneralStatus, Hotbed, Limits, ThermoStatus
 use lafet_proto::{RequestId, SubsystemId};
 
 use crate::answers::RequestBuf;
-use crate::session::doubt::Tag;
+use crate::session::late_answers::Tag;
 use crate::url::Framing;
 
 /// Bytes for requests, or for answers, in a frame, without a tag and the two headers that report a

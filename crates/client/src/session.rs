@@ -3,7 +3,7 @@
 //! One frame of requests is outstanding at a time. Stop, Close and Lockout on are sent before
 //! waiting requests, replace an outstanding frame that is without answer for too long, and cancel
 //! requests that would reverse them. A request without answer is repeated only if executing it
-//! twice has the effect of once. `session/doubt.rs` describes how late, foreign and duplicate
+//! twice has the effect of once. `session/late_answers.rs` describes how late, foreign and duplicate
 //! answers are rejected; [`mod@line`], how several monitors share a line; [`jog`], how a motion
 //! ends that is no longer held.
 //!
@@ -14,22 +14,22 @@
 //!                                         └─ handle_timeout ─▶ tries used up ─▶ poll_outcome
 //! ```
 
-mod bus_ear;
+mod bus_access;
 mod check;
 mod config;
-pub(crate) mod doubt;
+mod counters;
 pub mod echo;
 mod input;
 pub mod jog;
+pub(crate) mod late_answers;
 pub mod line;
 pub(crate) mod matching;
 pub mod medium;
 mod operation;
 mod receive;
 mod send;
-mod silence;
 pub mod statistics;
-mod stats;
+mod unanswered;
 mod urgent;
 
 use std::collections::VecDeque;
@@ -44,12 +44,12 @@ use crate::deviation::Deviation;
 pub use check::CheckMode;
 use check::Negotiation;
 pub use config::{Config, LATE_DEFAULT};
-use doubt::{Suspicion, Tag, Tags};
+pub use counters::{Direction, Stats, Traced, Verdict};
 use input::Input;
+use late_answers::{Suspicion, Tag, Tags};
 pub use matching::Slot;
 use medium::Framing;
 use operation::{Echo, Operation, Outstanding, Recent};
-pub use stats::{Direction, Stats, Traced, Verdict};
 
 /// Time since a fixed moment.
 pub type Now = Duration;
@@ -73,7 +73,7 @@ impl Ticket {
     /// Tickets of the sessions of a line differ by their monitor's address.
     const ADDRESS_SHIFT: u32 = 56;
 
-    /// Of the session's own operation, see `doubt`: no monitor has address 255.
+    /// Of the session's own operation, see `late_answers`: no monitor has address 255.
     const QUESTION: Self = Self(u64::MAX);
 
     /// Address of the monitor whose session created it.
@@ -123,7 +123,7 @@ pub enum Outcome {
         /// Whether it had been sent before, so that it may have been executed.
         sent: bool,
     },
-    /// Not sent: the monitor did not answer the question before it (see `doubt`).
+    /// Not sent: the monitor did not answer the question before it (see `late_answers`).
     Unheard {
         /// Number of transmissions of the question.
         tries: u32,

@@ -466,7 +466,7 @@ impl Controller {
             }
             Turn::Granted { console, .. } if src == console => {
                 self.deadline = None;
-                self.word_of(now, check, console, dst, payload);
+                self.handle_console(now, check, console, dst, payload);
             }
             // The console's frame was received with errors only by this side.
             Turn::Granted { console, .. } if dst == console && MONITORS.contains(&src) => {
@@ -489,7 +489,7 @@ impl Controller {
     }
 
     /// Handles the frame with which a console has used its grant.
-    fn word_of(&mut self, now: Now, check: Check, console: u8, dst: u8, payload: &[u8]) {
+    fn handle_console(&mut self, now: Now, check: Check, console: u8, dst: u8, payload: &[u8]) {
         if dst == CONTROLLER {
             if payload.is_empty() {
                 self.stats.idle_grants += 1;

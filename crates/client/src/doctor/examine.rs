@@ -93,10 +93,10 @@ async fn look(
     evidence.quiet_for = options.quiet;
     let others = |frame: &HeardFrame| frame.src != source && frame.dst != source;
     evidence.held_back = !options.insist && evidence.quiet.frames.iter().any(others);
-    if evidence.held_back && endpoint.manner().role == Role::Direct {
+    if evidence.held_back && endpoint.behaviour().role == Role::Direct {
         return Ok(());
     }
-    if endpoint.manner().role == Role::Active {
+    if endpoint.behaviour().role == Role::Active {
         drop(prober);
         evidence.held_back = false;
         progress("waiting for access", "жду доступа");
@@ -314,11 +314,11 @@ async fn as_console(
 
 /// The endpoints of a serial line at other speeds; none for other links.
 fn at_other_speeds(endpoint: &Endpoint) -> Vec<(u32, Endpoint)> {
-    let Endpoint::Serial { path, line, addresses, manner } = endpoint else { return Vec::new() };
+    let Endpoint::Serial { path, line, addresses, behaviour } = endpoint else { return Vec::new() };
     let others = SPEEDS.into_iter().filter(|baud| *baud != line.baud);
     let at = |baud| {
         let (path, line) = (path.clone(), SerialLine { baud, ..*line });
-        (baud, Endpoint::Serial { path, line, addresses: *addresses, manner: *manner })
+        (baud, Endpoint::Serial { path, line, addresses: *addresses, behaviour: *behaviour })
     };
     others.map(at).collect()
 }

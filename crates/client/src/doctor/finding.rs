@@ -168,7 +168,7 @@ fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
         all.extend(baud.map(|baud| Finding::WrongSpeed { answers_at: Some(baud) }));
         return;
     }
-    if evidence.endpoint.manner().role == Role::Active && !evidence.quiet.is_garbage() {
+    if evidence.endpoint.behaviour().role == Role::Active && !evidence.quiet.is_garbage() {
         all.push(match evidence.no_access {
             Some(Cause::NoController) => Finding::NoAccess { controller: false },
             Some(_) => Finding::NoAccess { controller: true },
@@ -217,7 +217,7 @@ fn speakers(evidence: &Evidence, all: &mut Vec<Finding>) {
     let elsewhere = evidence.speeds.iter().filter(|speed| speed.has_others());
     let heard = heard.chain(elsewhere.map(|speed| &speed.heard));
     // On a bus with a controller, its frames and those of other consoles are normal.
-    let active = evidence.endpoint.manner().role == Role::Active;
+    let active = evidence.endpoint.behaviour().role == Role::Active;
     for frame in heard.flat_map(|heard| &heard.frames) {
         // A device that answers another address was asked by that address.
         let speaker = if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };

@@ -14,7 +14,7 @@ use tokio::time::timeout;
 use super::{Scan, ScanOptions, scan};
 use crate::prober::Prober;
 use crate::transport::Link;
-use crate::url::{Addresses, Endpoint, Framing, Manner};
+use crate::url::{Addresses, Behaviour, Endpoint, Framing};
 
 /// Most hosts of one scan: a /20.
 pub const HOSTS_MAX: usize = 4096;
@@ -115,11 +115,11 @@ pub async fn scan_network(
 
 /// The result for a port; `None` if it is closed, or does not answer over UDP.
 async fn look(host: &str, port: u16, udp: bool, options: &ScanOptions) -> Option<Told> {
-    let (addresses, manner) = (Addresses::default(), Manner::default());
+    let (addresses, behaviour) = (Addresses::default(), Behaviour::default());
     let host = host.to_owned();
     let endpoint = match udp {
-        true => Endpoint::Udp { host, port, addresses, manner },
-        false => Endpoint::Tcp { host, port, framing: Framing::Link, addresses, manner },
+        true => Endpoint::Udp { host, port, addresses, behaviour },
+        false => Endpoint::Tcp { host, port, framing: Framing::Link, addresses, behaviour },
     };
     let scanned = scan(open(&endpoint).await.ok()?, addresses.source, options, |_| {}).await;
     match scanned {

@@ -7,7 +7,7 @@ use lafet_proto::record::Records;
 use lafet_proto::{Expected, Record};
 
 use super::Stats;
-use super::doubt::{Tag, looks_like_tag};
+use super::late_answers::{Tag, looks_like_tag};
 use super::medium::Framing;
 
 /// Most bytes of bare records kept while the end of the answer has not come.

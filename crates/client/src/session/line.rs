@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use lafet_proto::bus::CONTROLLER;
 
-use super::bus_ear::BusEar;
+use super::bus_access::BusAccess;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
 use super::medium::{Addresses, Framing, Role};
@@ -48,7 +48,7 @@ pub struct Line {
     fresh: bool,
     /// Until then only urgent frames are sent.
     listen_until: Now,
-    pub(super) bus: BusEar,
+    pub(super) bus: BusAccess,
     foreign: u64,
     tracing: bool,
 }
@@ -75,7 +75,7 @@ impl Line {
             heard: None,
             fresh: false,
             listen_until: Now::ZERO,
-            bus: BusEar::default(),
+            bus: BusAccess::default(),
             foreign: 0,
             tracing: false,
         }
@@ -115,7 +115,7 @@ impl Line {
         self.connected = true;
         self.fresh = true;
         self.granted = false;
-        self.bus = BusEar::default();
+        self.bus = BusAccess::default();
         self.input.reset();
         self.echo.reset();
         self.connected_at = now;
@@ -155,8 +155,8 @@ impl Line {
             self.listen_until = now + self.config.listen;
         }
         self.sessions.iter_mut().for_each(|session| session.handle_timeout(now));
-        self.mind_the_others(now);
-        self.mind_the_bus(now);
+        self.adapt_waits(now);
+        self.end_vain_waits(now);
     }
 
     /// Latest time for the next call of [`Line::handle_timeout`] or [`Line::poll_transmit`].
@@ -265,7 +265,7 @@ impl Line {
         self.sessions.iter().all(Session::is_idle)
     }
 
-    /// Time until which a request waits because its monitor does not answer tags (see `doubt`).
+    /// Time until which a request waits because its monitor does not answer tags (see `late_answers`).
     pub fn held_until(&self, now: Now) -> Option<Now> {
         self.sessions.iter().filter_map(|session| session.held_until(now)).max()
     }
@@ -308,7 +308,7 @@ impl Line {
     }
 
     /// Adapts the waits of each monitor to the others on the line.
-    fn mind_the_others(&mut self, now: Now) {
+    fn adapt_waits(&mut self, now: Now) {
         if self.sessions.len() < 2 {
             return;
         }

@@ -3,7 +3,7 @@
 use lafet_proto::RequestId;
 
 use super::check::Forms;
-use super::doubt::Tag;
+use super::late_answers::Tag;
 use super::medium::Framing;
 use super::{Now, Ticket};
 use crate::answers::RequestBuf;

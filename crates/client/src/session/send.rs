@@ -5,7 +5,7 @@ use std::time::Duration;
 use lafet_proto::link::{Check, compose, wire_max};
 
 use super::check::Forms;
-use super::doubt::{Tag, looks_like_tag};
+use super::late_answers::{Tag, looks_like_tag};
 use super::medium::{Addresses, Framing};
 use super::operation::{Echo, Haste, Operation, Outstanding};
 use super::{Now, Session, Verdict};

@@ -206,7 +206,7 @@ impl World {
     }
 }
 
-/// The claim of `doubt.rs`, on a medium that copies frames (UDP) and on one that does not.
+/// The claim of `late_answers.rs`, on a medium that copies frames (UDP) and on one that does not.
 #[test]
 fn no_late_answer_is_believed() {
     for (duplicates, seed) in [(true, 1), (false, 2)] {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Endpoint, Manner};
+use super::{Behaviour, Endpoint};
 use crate::session::Config;
 
 /// Time for which a direct client listens on a serial line before its first frame: a controller
@@ -13,7 +13,7 @@ impl Config {
     /// This configuration for an endpoint: addresses, framing and the kind of line are taken from
     /// it.
     pub fn of(self, endpoint: &Endpoint) -> Self {
-        let Manner { check, role, late } = endpoint.manner();
+        let Behaviour { check, role, late } = endpoint.behaviour();
         let (addresses, framing) = (endpoint.addresses(), endpoint.framing());
         let (echo, turnaround, listen) = match endpoint {
             Endpoint::Serial { line, .. } => (line.echo, line.turnaround, self.listen.max(LISTEN)),

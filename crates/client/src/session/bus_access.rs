@@ -24,7 +24,7 @@ const GRANT_WAIT: Duration = Duration::from_secs(30);
 
 /// State of the bus controller as received.
 #[derive(Debug, Default)]
-pub struct BusEar {
+pub struct BusAccess {
     /// What the controller waits for from this side, with the time.
     word: Option<(Word, Now)>,
     /// Time of its last frame.
@@ -104,7 +104,7 @@ impl Line {
     }
 
     /// Ends operations that wait for a grant in vain.
-    pub(super) fn mind_the_bus(&mut self, now: Now) {
+    pub(super) fn end_vain_waits(&mut self, now: Now) {
         match self.config.role {
             Role::Direct => {
                 if self.is_ordered(now) {
@@ -142,7 +142,7 @@ impl Line {
         Some(silent.min(since + GRANT_WAIT))
     }
 
-    /// Time of the next call of [`Line::mind_the_bus`] or answer to the controller.
+    /// Time of the next call of [`Line::end_vain_waits`] or answer to the controller.
     pub(super) fn bus_timeout(&self, now: Now) -> Option<Now> {
         let word = self.bus.word.map(|_| self.quiet_until().unwrap_or(now).max(now));
         word.into_iter().chain(self.patience_until()).min()

@@ -11,7 +11,7 @@ use crate::url_error::{CHECKS, CONSOLE_ADDRESSES, LATES, ROLES};
 
 /// Behaviour of this side on a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Manner {
+pub struct Behaviour {
     /// Checksum of frames, `check=`.
     pub check: CheckMode,
     /// Role of this side on its bus, `role=`.
@@ -25,7 +25,7 @@ const CHECK_NAMES: &[(&str, CheckMode)] =
     &[("crc16", CheckMode::Crc16), ("auto", CheckMode::Auto), ("crc32c", CheckMode::Crc32c)];
 const ROLE_NAMES: &[(&str, Role)] = &[("direct", Role::Direct), ("active", Role::Active)];
 
-impl Manner {
+impl Behaviour {
     pub(super) fn read(options: &mut Options, addresses: Addresses) -> Result<Self, UrlError> {
         let check = options.check()?;
         let role = options.one_of("role", ROLE_NAMES, ROLES)?.unwrap_or_default();

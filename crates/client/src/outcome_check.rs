@@ -15,7 +15,7 @@ use lafet_proto::RequestId;
 use lafet_proto::dictionary::Text;
 
 /// How to check whether a request without answer was executed.
-pub fn find_out(request: RequestId) -> Text {
+pub fn outcome_check(request: RequestId) -> Text {
     match request {
         RequestId::MOVE => text(
             "GetStatus of the drive shows it: Move is set, or the position has changed.",
@@ -152,16 +152,20 @@ mod tests {
             assert_eq!(is, again, "{body:?}");
             assert_eq!(request.is_repeatable(), again != Again::Never, "{body:?}");
             // Each request that is not repeated has a text of its own.
-            let general = find_out(RequestId(1));
+            let general = outcome_check(RequestId(1));
             let known = body.id().name().is_some();
-            assert_eq!(find_out(body.id()) != general, known && again != Again::Read, "{body:?}");
+            assert_eq!(
+                outcome_check(body.id()) != general,
+                known && again != Again::Read,
+                "{body:?}"
+            );
         }
     }
 
     #[test]
     fn the_way_to_find_out_is_told_in_both_languages() {
         for info in &lafet_proto::dictionary::REQUESTS {
-            let Text { en, ru } = find_out(info.id);
+            let Text { en, ru } = outcome_check(info.id);
             assert!(en.is_ascii() && en.ends_with('.'), "{en}");
             assert!(ru.ends_with('.') && ru.chars().any(|c| ('а'..='я').contains(&c)), "{ru}");
         }

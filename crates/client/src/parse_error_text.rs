@@ -8,7 +8,7 @@ use lafet_proto::text::{ParseError, Wanted};
 use crate::Lang;
 
 /// The position of the error, what was expected there, and the word that may have been meant.
-pub fn mistake(text: &str, error: &ParseError, lang: Lang) -> String {
+pub fn parse_error_text(text: &str, error: &ParseError, lang: Lang) -> String {
     if lang == Lang::En {
         return error.to_string();
     }
@@ -116,7 +116,7 @@ mod tests {
             ("Stop All now", "закончиться"),
         ] {
             let error = lafet_proto::text::parse(text, &mut buffer).expect_err(text);
-            let russian = mistake(text, &error, Lang::Ru);
+            let russian = parse_error_text(text, &error, Lang::Ru);
             assert!(russian.contains(word), "{text}: {russian}");
         }
     }
@@ -125,8 +125,11 @@ mod tests {
     fn what_was_meant_is_told() {
         let (text, mut buffer) = ("Moev Vertical 1", [0; lafet_proto::text::BUFFER_SIZE]);
         let error = lafet_proto::text::parse(text, &mut buffer).unwrap_err();
-        assert!(mistake(text, &error, Lang::Ru).ends_with("может быть, `Move`?"), "{error}");
+        assert!(
+            parse_error_text(text, &error, Lang::Ru).ends_with("может быть, `Move`?"),
+            "{error}"
+        );
         let error = lafet_proto::text::parse("Opn Valve1", &mut buffer).unwrap_err();
-        assert!(mistake("Opn Valve1", &error, Lang::En).ends_with("did you mean `Open`?"));
+        assert!(parse_error_text("Opn Valve1", &error, Lang::En).ends_with("did you mean `Open`?"));
     }
 }

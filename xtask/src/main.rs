@@ -110,7 +110,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "faults",
         arguments: "[--check]",
-        about: "how each flag and status is reached, and how soon it shows: docs/faults.md",
+        about: "how each flag and status is reached, and how soon it shows: docs/faults.md, docs/faults.ru.md",
         details: "Runs every row of conformance/faults.txt in the simulator, prints the table and \
                   writes it. With --check, nothing is written: a flag without a row, a failing row \
                   and an outdated table are errors.",

@@ -132,7 +132,7 @@ fn counters_tell_what_was_wrong() {
     assert_eq!((frames, counters.overruns), (1, 1));
 }
 
-/// §L/4: C0 after fewer than four bytes starts a frame anew.
+/// §L/4: C0 after fewer than four bytes starts a new frame.
 #[test]
 fn a_short_frame_starts_anew() {
     let good = (1, 129, vec![0xD4, 0x5D, 0, 0]);
@@ -176,7 +176,7 @@ fn wire_crc32c((dst, src, payload): &Owned) -> Vec<u8> {
 }
 
 proptest! {
-    /// §L/7: frames of both forms follow each other; each tells how it is checked.
+    /// §L/7: frames of both forms follow each other; the checksum of each is known.
     #[test]
     fn both_checks_on_one_line(frames in frames(), long in any::<u64>()) {
         let is_long = |index: usize| long >> index & 1 == 1;
@@ -197,7 +197,7 @@ proptest! {
         }
     }
 
-    /// §L/7: a peer that does not know the form drops such a frame, whatever stands in it, and loses
+    /// §L/7: a peer that does not support the form drops such a frame, whatever its content, and loses
     /// nothing else.
     #[test]
     fn a_plain_peer_is_not_disturbed(frames in frames(), others in frames()) {

@@ -1,8 +1,8 @@
-//! What a line hears of a bus controller (observed): leave to speak, and that it is needed.
+//! Frames of a bus controller received on a line (observed): its grants, and that they are needed.
 //!
-//! In the role `active` a frame goes out for each grant, and an empty frame to the controller when
-//! there is nothing to say; in the role `direct` a grant that is heard means that somebody else
-//! orders the line, and speaking on it would garble what others say.
+//! In the role `active` one frame is sent for each grant, or an empty frame to the controller if
+//! nothing is to be sent; in the role `direct` a received grant means that a controller manages the
+//! line, and transmitting would disturb the others.
 
 use std::time::Duration;
 
@@ -14,34 +14,34 @@ use super::medium::{Framing, Role};
 use super::{Now, Outcome};
 use crate::bus::{Word, nothing_from, wanted};
 
-/// A grant is for now: the controller waits 30 ms for a frame to begin (observed).
+/// Time for which a grant is valid: the controller waits 30 ms for a frame to start (observed).
 const GRANT_LIFE: Duration = Duration::from_millis(25);
-/// A controller that has not been heard for this long is not there.
+/// A controller that was not received for this long counts as absent.
 const CONTROLLER_SILENT: Duration = Duration::from_secs(3);
-/// With a controller on the bus, leave to speak is waited for longer: it looks for new consoles one
-/// address after the other.
+/// With a controller on the bus, a grant is awaited for longer: the controller probes new consoles
+/// one address after the other.
 const GRANT_WAIT: Duration = Duration::from_secs(30);
 
-/// What was heard of a controller.
+/// State of the bus controller as received.
 #[derive(Debug, Default)]
-pub struct BusEar {
-    /// What it wants of us, and since when.
+pub struct BusAccess {
+    /// What the controller waits for from this side, with the time.
     word: Option<(Word, Now)>,
-    /// Its last frame.
+    /// Time of its last frame.
     controller: Option<Now>,
-    /// Its last grant to anybody.
+    /// Time of its last grant to any console.
     granting: Option<Now>,
-    /// §L/8 Its probes that are answered.
+    /// §L/8 Limits which of its probes are answered.
     probes: ProbeLimit,
-    /// Since when something waits for a grant.
+    /// Start of the wait for a grant.
     waiting: Option<Now>,
 }
 
 impl Line {
-    /// Takes what the controller says to us.
+    /// Takes a frame of the controller; returns whether it was one to this side.
     pub(super) fn heard_controller(&mut self, now: Now, frame: &Incoming) -> bool {
         let own = self.config.addresses.source;
-        // Whatever follows a grant, the word is somebody else's.
+        // Any frame after a grant means that the turn is over.
         if self.bus.word.take().is_some() {
             self.granted = false;
         }
@@ -58,7 +58,7 @@ impl Line {
             return false;
         }
         match word {
-            // The answer to a probe is empty as well: two that answer each other must end.
+            // The answer to a probe is empty as well, so two that answer each other need a limit.
             Some(Word::Probed) if !self.bus.probes.allows(now.as_millis() as u32) => true,
             Some(word) => {
                 self.bus.word = Some((word, now));
@@ -68,7 +68,7 @@ impl Line {
         }
     }
 
-    /// What the controller waits for.
+    /// What the controller waits for, unless it is too late.
     pub(super) fn word(&mut self, now: Now) -> Option<Word> {
         let (word, since) = self.bus.word?;
         if now > since + GRANT_LIFE {
@@ -78,7 +78,7 @@ impl Line {
         Some(word)
     }
 
-    /// One frame of ours, or the empty one.
+    /// Our frame for the controller's grant or probe, or the empty one.
     pub(super) fn answer_controller(&mut self, now: Now, word: Word) -> Option<Vec<u8>> {
         if self.quiet_until().is_some_and(|until| now < until) {
             return None;
@@ -103,8 +103,8 @@ impl Line {
         self.heard.map(|heard| heard + self.config.turnaround)
     }
 
-    /// Tells those who wait in vain.
-    pub(super) fn mind_the_bus(&mut self, now: Now) {
+    /// Ends operations that wait for a grant in vain.
+    pub(super) fn end_vain_waits(&mut self, now: Now) {
         match self.config.role {
             Role::Direct => {
                 if self.is_ordered(now) {
@@ -130,19 +130,19 @@ impl Line {
         }
     }
 
-    /// Somebody else gives leave to speak on this line.
+    /// Whether a controller grants access to others on this line.
     fn is_ordered(&self, now: Now) -> bool {
         self.bus.granting.is_some_and(|granted| now < granted + CONTROLLER_SILENT)
     }
 
-    /// Until when leave to speak is waited for.
+    /// Time until which a grant is awaited.
     fn patience_until(&self) -> Option<Now> {
         let since = self.bus.waiting?;
         let silent = since.max(self.bus.controller.unwrap_or_default()) + CONTROLLER_SILENT;
         Some(silent.min(since + GRANT_WAIT))
     }
 
-    /// When [`Line::mind_the_bus`] or the answer to the controller is due.
+    /// Time of the next call of [`Line::end_vain_waits`] or answer to the controller.
     pub(super) fn bus_timeout(&self, now: Now) -> Option<Now> {
         let word = self.bus.word.map(|_| self.quiet_until().unwrap_or(now).max(now));
         word.into_iter().chain(self.patience_until()).min()

@@ -1,59 +1,59 @@
-//! What a session counts, and what it shows of every frame.
+//! Counters of a session, and the record of a frame.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What a session has seen since it was made.
+/// Counters since the session was created.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Stats {
-    /// Frames sent, retries included.
+    /// Frames sent, with repetitions.
     pub frames_sent: u64,
-    /// Frames received without errors, whoever sent them.
+    /// Frames received without errors, from any sender.
     pub frames_received: u64,
-    /// Frames that were answers to what was outstanding.
+    /// Frames accepted as answers.
     pub believed: u64,
     /// Frames dropped because of their CRC.
     pub crc_errors: u64,
-    /// Frames dropped because of a wrong escape, their length, or because they had no end.
+    /// Frames dropped because of a wrong escape, their length, or a missing end.
     pub framing_errors: u64,
     /// Frames sent again.
     pub retries: u64,
-    /// Times an answer did not come in time.
+    /// Frames without answer in time.
     pub timeouts: u64,
-    /// Answers that came after their time.
+    /// Answers that came too late.
     pub late: u64,
     /// Answers that came twice.
     pub duplicates: u64,
-    /// Frames from or to somebody else.
+    /// Frames from or to another device.
     pub foreign: u64,
-    /// Frames from the monitor that answer nothing that was asked.
+    /// Frames from the monitor that answer no request of this program.
     pub unmatched: u64,
-    /// Times the connection was made again.
+    /// Times the connection was reopened.
     pub reconnects: u64,
-    /// Frames whose echo was not what was sent: two spoke at once (`echo=verify`).
+    /// Frames whose echo differed: a collision (`echo=verify`).
     pub collisions: u64,
     /// Frames whose echo did not come (`echo=verify`).
     pub echoes_missing: u64,
-    /// Monitors with which frames bear a CRC-32C now (`check=`).
+    /// Monitors with which frames have a CRC-32C at present (`check=`).
     pub crc32c: u32,
     /// Round trip of the last frame that was answered at the first try.
     pub rtt_last: Option<Duration>,
-    /// The shortest.
+    /// The shortest round trip.
     pub rtt_min: Option<Duration>,
-    /// The longest.
+    /// The longest round trip.
     pub rtt_max: Option<Duration>,
-    /// A running average: an eighth of each new one (as TCP does it).
+    /// Running average of the round trip with a weight of 1/8 for each new one (as in TCP).
     pub rtt_average: Option<Duration>,
 }
 
 impl Stats {
-    /// Frames that came and were not believed.
+    /// Received frames that were not accepted.
     pub const fn strays(&self) -> u64 {
         self.late + self.duplicates + self.foreign + self.unmatched
     }
 
-    /// The counts of two sessions together; round trips are those of `self`.
+    /// The sum of the counts of two sessions; round trips are those of `self`.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self {
@@ -95,7 +95,7 @@ impl Stats {
     }
 }
 
-/// Which way a frame went.
+/// Direction of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// To the monitor.
@@ -104,41 +104,41 @@ pub enum Direction {
     Received,
 }
 
-/// What a frame was taken for.
+/// Classification of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Verdict {
-    /// We sent it.
+    /// Sent by this side.
     Sent,
-    /// The answer to what was outstanding.
+    /// The answer to the outstanding operation.
     Believed,
-    /// An answer that came after its time.
+    /// An answer that came too late.
     Late,
-    /// An answer that came twice.
+    /// A duplicate of an answer.
     Duplicate,
-    /// From or to somebody else.
+    /// From or to another device.
     Foreign,
-    /// From the monitor, but the answer to nothing that was asked.
+    /// From the monitor, but not the answer to any request of this program.
     Unmatched,
 }
 
 /// A frame that was sent or received.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Traced {
-    /// What it was taken for.
+    /// Its classification.
     pub verdict: Verdict,
     /// Receiver.
     pub dst: u8,
     /// Sender.
     pub src: u8,
-    /// The frame was numbered because a late answer could have been taken for its own.
+    /// Whether the frame was numbered because a late answer could be taken for its own.
     pub tagged: bool,
     /// The records, without the tag.
     pub payload: Arc<[u8]>,
 }
 
 impl Traced {
-    /// Which way it went.
+    /// Direction of the frame.
     pub const fn direction(&self) -> Direction {
         match self.verdict {
             Verdict::Sent => Direction::Sent,

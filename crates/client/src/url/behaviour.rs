@@ -1,4 +1,4 @@
-//! How this side behaves: which check its frames bear, and what it is on its bus.
+//! Behaviour of this side on a link: checksum of its frames, role on its bus.
 
 use std::fmt;
 use std::time::Duration;
@@ -9,15 +9,15 @@ use super::{Addresses, Options, Role, UrlError};
 use crate::session::CheckMode;
 use crate::url_error::{CHECKS, CONSOLE_ADDRESSES, LATES, ROLES};
 
-/// How this side behaves on a link.
+/// Behaviour of this side on a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Manner {
-    /// Which check frames bear, `check=`.
+pub struct Behaviour {
+    /// Checksum of frames, `check=`.
     pub check: CheckMode,
-    /// What this side is on its bus, `role=`.
+    /// Role of this side on its bus, `role=`.
     pub role: Role,
-    /// How late an answer can come, `late=` s; zero: the way ends with this program, so there are no
-    /// answers to others.
+    /// Longest delay of an answer, `late=` s; zero: the connection ends with this program, so there
+    /// are no answers to others.
     pub late: Option<Duration>,
 }
 
@@ -25,7 +25,7 @@ const CHECK_NAMES: &[(&str, CheckMode)] =
     &[("crc16", CheckMode::Crc16), ("auto", CheckMode::Auto), ("crc32c", CheckMode::Crc32c)];
 const ROLE_NAMES: &[(&str, Role)] = &[("direct", Role::Direct), ("active", Role::Active)];
 
-impl Manner {
+impl Behaviour {
     pub(super) fn read(options: &mut Options, addresses: Addresses) -> Result<Self, UrlError> {
         let check = options.check()?;
         let role = options.one_of("role", ROLE_NAMES, ROLES)?.unwrap_or_default();
@@ -36,7 +36,7 @@ impl Manner {
         Ok(Self { check, role, late: options.late()? })
     }
 
-    /// The options that are not as usual.
+    /// Writes the options that differ from the defaults.
     pub(super) fn write(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, check) in CHECK_NAMES {
             if *check == self.check && *check != CheckMode::default() {
@@ -48,7 +48,7 @@ impl Manner {
     }
 }
 
-/// Answers that are later than this are a mistake.
+/// The greatest delay, s; greater values are rejected as errors of the user.
 const LATE_S_MAX: u64 = 60;
 
 impl Options {

@@ -1,12 +1,12 @@
-//! What may be repeated without asking, and how to find out what came of what may not.
+//! Which requests may be repeated without a check, and how to check the outcome of the others.
 //!
 //! | request | sent again by itself | because |
 //! |---|---|---|
 //! | GetStatus, GetParam, RetrieveLimits, GetHotbed, GetCrashData, GetNetworkStatus, GetLog | yes | changes nothing |
-//! | Stop, Close, Lockout on | yes, and sooner | twice is the same as once, and is the safe state |
-//! | Move, Open, Deploy, Wrap, Start…, Lockout off | no | sets in motion, or lets it be: it may not be wanted any more |
+//! | Stop, Close, Lockout on | yes, and sooner | twice has the effect of once, and leads to the safe state |
+//! | Move, Open, Deploy, Wrap, Start…, Lockout off | no | starts or allows a motion that may no longer be wanted |
 //! | SetParam, SetupCorrectionTable, SwitchLimits | no | another value may have been set meanwhile |
-//! | Restart, CleanFlash | no | twice is not the same as once |
+//! | Restart, CleanFlash | no | twice has another effect than once |
 //!
 //! Busy, NotCached and Cached are answers, not silence: the request was not executed, so
 //! [`crate::Client::complete`] may ask again.
@@ -14,31 +14,31 @@
 use lafet_proto::RequestId;
 use lafet_proto::dictionary::Text;
 
-/// How to find out whether a request was executed whose answer did not come.
-pub fn find_out(request: RequestId) -> Text {
+/// How to check whether a request without answer was executed.
+pub fn outcome_check(request: RequestId) -> Text {
     match request {
         RequestId::MOVE => text(
-            "GetStatus of the drive tells: Move is set, or the position has changed.",
+            "GetStatus of the drive shows it: Move is set, or the position has changed.",
             "Это покажет GetStatus привода: установлен Move или изменилось положение.",
         ),
         RequestId::STOP => text(
-            "Send it again at once; GetStatus All tells when nothing moves any more.",
+            "Send it again at once; GetStatus All shows when all motion has ended.",
             "Сразу пошлите ещё раз; GetStatus All покажет, когда движение прекратилось.",
         ),
         RequestId::OPEN => text(
-            "GetStatus of the valve tells: Opening or Open. In doubt, send Close.",
+            "GetStatus of the valve shows it: Opening or Open. In doubt, send Close.",
             "Это покажет GetStatus затвора: Opening или Open. При сомнении пошлите Close.",
         ),
         RequestId::CLOSE => text(
-            "Send it again at once; GetStatus of the valve tells: Closing or Closed.",
+            "Send it again at once; GetStatus of the valve shows it: Closing or Closed.",
             "Сразу пошлите ещё раз; GetStatus затвора покажет Closing или Closed.",
         ),
         RequestId::DEPLOY | RequestId::WRAP => text(
-            "GetStatus Deployer tells: Deploying, Deployed, Wrapping or Wrapped.",
+            "GetStatus Deployer shows it: Deploying, Deployed, Wrapping or Wrapped.",
             "Это покажет GetStatus Deployer: Deploying, Deployed, Wrapping или Wrapped.",
         ),
         RequestId::SET_PARAM => text(
-            "GetParam of the same parameter tells its value now.",
+            "GetParam of the same parameter shows its present value.",
             "GetParam того же параметра покажет его нынешнее значение.",
         ),
         RequestId::SETUP_CORRECTION_TABLE => text(
@@ -46,31 +46,31 @@ pub fn find_out(request: RequestId) -> Text {
             "Таблицу нельзя прочитать обратно. Пошлите те же поправки ещё раз: это безвредно.",
         ),
         RequestId::START_JUSTIFY => text(
-            "GetStatus Detector tells: Justifying, Justified or DeviceFault.",
+            "GetStatus Detector shows it: Justifying, Justified or DeviceFault.",
             "Это покажет GetStatus Detector: Justifying, Justified или DeviceFault.",
         ),
         RequestId::START_QUENCH | RequestId::START_TRAJECTORY => text(
-            "GetStatus Control tells: Quench or Trajectory is set. In doubt, send Stop Control.",
+            "GetStatus Control shows it: Quench or Trajectory is set. In doubt, send Stop Control.",
             "Это покажет GetStatus Control: Quench или Trajectory. При сомнении пошлите Stop Control.",
         ),
         RequestId::START_SEEK => text(
-            "GetStatus Detector tells: Searching, Found or Canceled.",
+            "GetStatus Detector shows it: Searching, Found or Canceled.",
             "Это покажет GetStatus Detector: Searching, Found или Canceled.",
         ),
         RequestId::SWITCH_LIMITS => text(
-            "GetStatus Motors tells: Limitless is set while limits are off.",
+            "GetStatus Motors shows it: Limitless is set while limits are off.",
             "Это покажет GetStatus Motors: при выключенных пределах установлен Limitless.",
         ),
         RequestId::LOCKOUT => text(
-            "GetStatus General tells: LockedOut is set while the monitor is locked out.",
+            "GetStatus General shows it: LockedOut is set while the monitor is locked out.",
             "Это покажет GetStatus General: при блокировке установлен LockedOut.",
         ),
         RequestId::RESTART => text(
-            "GetStatus All tells: Restarting, or what was not stored is as after power-up.",
+            "GetStatus All shows it: Restarting, or the state after power-up.",
             "Это покажет GetStatus All: Restarting, либо всё как после включения питания.",
         ),
         RequestId::CLEAN_FLASH => text(
-            "GetStatus General tells: ConfigInvalid is set once the memory is empty.",
+            "GetStatus General shows it: ConfigInvalid is set once the memory is empty.",
             "Это покажет GetStatus General: при пустой памяти установлен ConfigInvalid.",
         ),
         _ => text(
@@ -99,7 +99,7 @@ mod tests {
         Never,
     }
 
-    /// Every request of the document, the bus controller's, and one that nobody knows.
+    /// Every request of the document and of the bus controller, and an unknown one.
     fn table() -> Vec<(Body<'static>, Again)> {
         use Again::{Never, Read, Safe};
         let path = Path::Stored(&[0]);
@@ -151,17 +151,21 @@ mod tests {
             };
             assert_eq!(is, again, "{body:?}");
             assert_eq!(request.is_repeatable(), again != Again::Never, "{body:?}");
-            // What is not repeated has a way of its own to find out.
-            let general = find_out(RequestId(1));
+            // Each request that is not repeated has a text of its own.
+            let general = outcome_check(RequestId(1));
             let known = body.id().name().is_some();
-            assert_eq!(find_out(body.id()) != general, known && again != Again::Read, "{body:?}");
+            assert_eq!(
+                outcome_check(body.id()) != general,
+                known && again != Again::Read,
+                "{body:?}"
+            );
         }
     }
 
     #[test]
     fn the_way_to_find_out_is_told_in_both_languages() {
         for info in &lafet_proto::dictionary::REQUESTS {
-            let Text { en, ru } = find_out(info.id);
+            let Text { en, ru } = outcome_check(info.id);
             assert!(en.is_ascii() && en.ends_with('.'), "{en}");
             assert!(ru.ends_with('.') && ru.chars().any(|c| ('а'..='я').contains(&c)), "{ru}");
         }

@@ -1,4 +1,4 @@
-//! What ends without the answer that it waited for, and what is remembered of it.
+//! Operations that end without an answer, and what is remembered of them.
 
 use lafet_proto::RequestId;
 
@@ -11,7 +11,7 @@ impl Session {
         queue.push_front(operation);
     }
 
-    /// What waits is not sent; what is urgent only if `urgent`.
+    /// Ends waiting operations; urgent ones only if `urgent`.
     pub(super) fn refuse_waiting(&mut self, outcome: &Outcome, urgent: bool) {
         let due = |o: &mut Outstanding| o.due && (urgent || !o.operation.is_urgent());
         let mut refused = Vec::new();
@@ -29,7 +29,7 @@ impl Session {
         }
     }
 
-    /// Without connection nothing waits longer than an answer would be waited for.
+    /// Without connection no operation waits longer than for an answer.
     pub(super) fn expire(&mut self, now: Now) {
         let (timeout, outcomes) = (self.config.timeout, &mut self.outcomes);
         for queue in [&mut self.urgent, &mut self.queue] {
@@ -45,7 +45,7 @@ impl Session {
         }
     }
 
-    /// A frame has not been answered in time.
+    /// Handles a frame without answer in time.
     pub(super) fn try_failed(&mut self, now: Now, mut outstanding: Outstanding) {
         let blind = outstanding.sent < outstanding.believe_from;
         if blind {
@@ -55,7 +55,7 @@ impl Session {
         }
         self.stats.timeouts += 1;
         self.misses = self.misses.saturating_add(1);
-        // An urgent frame is repeated sooner than silence means anything.
+        // An urgent frame is repeated before a missing answer proves anything.
         let long = now >= outstanding.sent + self.config.timeout;
         self.silent_tries += u32::from(long);
         self.check.silence(now);
@@ -73,7 +73,7 @@ impl Session {
         } else if operation.ticket == Ticket::QUESTION {
             self.question_failed(hopeless, operation.tries);
         } else if hopeless && operation.is_repeatable() && !operation.cancelled {
-            // Its answers could not be believed: it begins again, without a tag.
+            // Its answers could not be accepted: it starts again, without a tag.
             operation.tries = 0;
             self.requeue(operation);
         } else {
@@ -85,8 +85,8 @@ impl Session {
         self.overtake(now);
     }
 
-    /// Whether the monitor answers tags could not be found out, as it does not answer at all, or it
-    /// turned out that it does not.
+    /// Ends the question whether the monitor answers tags: it does not answer at all, or not with
+    /// tags.
     fn question_failed(&mut self, answered: bool, tries: u32) {
         if answered {
             return;
@@ -101,9 +101,9 @@ impl Session {
         });
     }
 
-    /// An answer came without the tag it should have: the monitor may not know how to answer one.
-    /// It is taken for one when that happened often, or when it is all that came. A mistake costs
-    /// time only.
+    /// Handles an answer without the expected tag: the monitor may not support tags. The answer is
+    /// accepted when that happened often, or when no other came. A wrong conclusion only costs
+    /// time.
     fn note_untagged(&mut self, outstanding: &mut Outstanding, last: bool) {
         let Echo::Unknown { untagged } = &mut self.echo else { return };
         *untagged += u32::from(std::mem::take(&mut outstanding.untagged));
@@ -113,7 +113,7 @@ impl Session {
         }
     }
 
-    /// A frame is no longer outstanding, and its answer may still come.
+    /// Gives up a frame whose answer may still come.
     pub(super) fn give_up(&mut self, outstanding: Outstanding) -> Outstanding {
         if outstanding.tries > 0 {
             self.settle(&outstanding, false);
@@ -121,13 +121,13 @@ impl Session {
         outstanding
     }
 
-    /// Remembers what may still come of a frame.
+    /// Remembers an answer that may still come.
     pub(super) fn settle(&mut self, outstanding: &Outstanding, answered: bool) {
         let first = outstanding.operation.first();
         let accounted = answered && outstanding.tries == 1 && !self.config.duplicates;
         if !accounted {
-            // What comes first in the answer decides what it can be confused with: where the tag
-            // is in front, that is a GetStatus.
+            // The first request decides which answers can be confused: if the tag is at the start,
+            // that is a GetStatus.
             let in_front = outstanding.tag.is_some() && !outstanding.tag_ends(self.config.framing);
             if in_front {
                 self.suspicion.raise(Some(RequestId::GET_STATUS), outstanding.sent);

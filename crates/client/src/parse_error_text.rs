@@ -1,5 +1,5 @@
-//! What is wrong with the text of a request, in the language of the user; lafet-proto itself speaks
-//! English.
+//! Parse errors of a request's text in the language of the user; lafet-proto has them in English
+//! only.
 
 use lafet_proto::dictionary::{self, REQUESTS, SUBSYSTEMS};
 use lafet_proto::param::Param;
@@ -7,8 +7,8 @@ use lafet_proto::text::{ParseError, Wanted};
 
 use crate::Lang;
 
-/// Where a text is no request, what was expected there, and what may have been meant.
-pub fn mistake(text: &str, error: &ParseError, lang: Lang) -> String {
+/// The position of the error, what was expected there, and the word that may have been meant.
+pub fn parse_error_text(text: &str, error: &ParseError, lang: Lang) -> String {
     if lang == Lang::En {
         return error.to_string();
     }
@@ -54,12 +54,12 @@ fn wanted_ru(wanted: &Wanted) -> String {
         Wanted::Hex => "ожидаются байты в шестнадцатеричном виде, например `de ad be`".into(),
         Wanted::End => "здесь запрос должен закончиться".into(),
         Wanted::FewerData => "слишком много данных: запрос вмещает не более 255 байт".into(),
-        // A later version of the protocol crate may expect more.
+        // A later version of lafet-proto may have more variants.
         _ => "запрос записан неверно".into(),
     }
 }
 
-/// The words for what a number stands for; keys like `step=` stay as they are written.
+/// What a number means; keys such as `step=` are not translated.
 fn what_ru(what: &'static str) -> &'static str {
     match what {
         "destination" => "точка назначения",
@@ -99,8 +99,8 @@ fn list(names: impl Iterator<Item = &'static str>) -> String {
 mod tests {
     use super::*;
 
-    /// Every way to write a request wrongly is told in Russian without English words, but for
-    /// the words that the user has to write.
+    /// Every error in a request is reported in Russian without English words, except those that the
+    /// user has to write.
     #[test]
     fn mistakes_are_told_in_russian() {
         let mut buffer = [0; lafet_proto::text::BUFFER_SIZE];
@@ -116,7 +116,7 @@ mod tests {
             ("Stop All now", "закончиться"),
         ] {
             let error = lafet_proto::text::parse(text, &mut buffer).expect_err(text);
-            let russian = mistake(text, &error, Lang::Ru);
+            let russian = parse_error_text(text, &error, Lang::Ru);
             assert!(russian.contains(word), "{text}: {russian}");
         }
     }
@@ -125,8 +125,11 @@ mod tests {
     fn what_was_meant_is_told() {
         let (text, mut buffer) = ("Moev Vertical 1", [0; lafet_proto::text::BUFFER_SIZE]);
         let error = lafet_proto::text::parse(text, &mut buffer).unwrap_err();
-        assert!(mistake(text, &error, Lang::Ru).ends_with("может быть, `Move`?"), "{error}");
+        assert!(
+            parse_error_text(text, &error, Lang::Ru).ends_with("может быть, `Move`?"),
+            "{error}"
+        );
         let error = lafet_proto::text::parse("Opn Valve1", &mut buffer).unwrap_err();
-        assert!(mistake("Opn Valve1", &error, Lang::En).ends_with("did you mean `Open`?"));
+        assert!(parse_error_text("Opn Valve1", &error, Lang::En).ends_with("did you mean `Open`?"));
     }
 }

@@ -1,33 +1,32 @@
-//! How an answer that comes late is kept from being taken for another's.
+//! Rejection of late answers that could be taken for answers to other requests.
 //!
-//! The protocol numbers nothing: an answer says which request it answers, not which *instance* of
-//! it. After a timeout a late answer to the last GetStatus looks like the answer to the next one,
-//! and a copy made by the medium looks like the original. A serial port, or a TCP or UDP socket of
-//! a serial server, even delivers answers that were made for a program that has ended. All of them
-//! would be silently wrong values. So (ours):
+//! The protocol has no numbers: an answer repeats the id of its request, but does not show which
+//! *instance* of it is answered. After a timeout a late answer to the last GetStatus looks like the
+//! answer to the next one, and a copy made by the medium looks like the original. A serial port, or
+//! a TCP or UDP socket of a serial server, even delivers answers to a program that has ended. Each
+//! of them would be a wrong value without any sign. So (ours):
 //!
-//! - **Suspicion.** Of each request id we remember when a frame whose answer is still unaccounted
-//!   for was last sent. Answers to frames with different first requests cannot be confused, since
-//!   an answer repeats its request's id (§2). On a way that outlives programs
-//!   ([`super::Config::outlives`]) every request is in doubt for `late_bound` after connecting.
-//! - **Tags.** In doubt, a frame has four GetStatus to subsystems that do not exist. §1 has General
-//!   answer them ModuleNotExist *on behalf of the addressee*, which repeats the four ids: they
-//!   number the frame. GetStatus changes nothing, so the tag is harmless to any monitor. 240 unused
-//!   ids make 240⁴ = 3.3·10⁹ tags; the first one is chosen by the operating system's randomness, so
-//!   that programs that follow each other number differently. Frames without doubt go out plain.
-//!   The tag comes first, so that its answer fits the monitor's buffer whatever else does. Behind
-//!   Stop, Close and Lockout on it comes last: a monitor that stumbles over an unknown subsystem
-//!   has stopped by then.
-//! - **Question.** As long as it is not known whether the monitor answers tags, a request that must
-//!   not be repeated waits for the answer to a frame that has only the tag. Reads and urgent
-//!   requests are the question themselves.
-//! - **Drain.** A monitor that does not answer tags is found out, and then a suspicious request
-//!   waits until `drain_bound` has passed.
+//! - **Suspicion.** For each request id the session remembers when a frame whose answer has not
+//! come was last sent. Answers to frames with different first requests cannot be confused, because
+//! an answer repeats the id of its request (§2). On a connection that outlives programs
+//! ([`super::Config::outlives`]) every request is in doubt for `late_bound` after connecting.
+//! - **Tags.** In doubt, a frame has four GetStatus to subsystems that do not exist. By §1 General
+//! answers them with ModuleNotExist *on behalf of the addressee*, so the answer repeats the four
+//! ids: they number the frame. GetStatus changes nothing, so the tag is harmless for any monitor.
+//! 240 unused ids make 240⁴ = 3.3·10⁹ tags; the first one is random, from the operating system, so
+//! that consecutive programs use different numbers. Frames without doubt have no tag. The tag is at
+//! the start, so that its answer always fits the monitor's buffer. After Stop, Close and Lockout on
+//! it is at the end: a monitor that fails on an unknown subsystem has stopped by then.
+//! - **Question.** While it is not known whether the monitor answers tags, a request that must not
+//! be repeated waits for the answer to a frame that has only the tag. Reads and urgent requests
+//! serve as the question themselves.
+//! - **Drain.** If the monitor turns out not to answer tags, a suspicious request waits until
+//! `drain_bound` has passed.
 //!
-//! The claim, which tests drive with random delays, losses and copies, within a session and over
-//! thousands of them: no answer is believed that was made for another frame, as long as none comes
-//! later than the bound after its request. What remains is chance: an answer of another program
-//! that has our tag. With n such answers under way while an operation waits, it is n / 3.3·10⁹.
+//! The property, which tests check with random delays, losses and copies, within a session and over
+//! thousands of them: no answer to another frame is accepted as long as none comes later than the
+//! bound after its request. Only chance remains: an answer to another program that has our tag.
+//! With n such answers under way while an operation waits, the probability is n / 3.3·10⁹.
 
 use std::collections::hash_map::RandomState;
 use std::hash::BuildHasher;
@@ -39,17 +38,17 @@ use lafet_proto::{Record, RequestId, SubsystemId};
 
 use super::Now;
 
-/// Ids of subsystems that do not exist: the number of a frame.
+/// The number of a frame: ids of subsystems that do not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tag([SubsystemId; Self::LEN]);
 
 impl Tag {
-    /// Records of a tag.
+    /// Number of records of a tag.
     pub const LEN: usize = 4;
     /// Bytes that a tag adds to a frame.
     pub const SIZE: usize = Self::LEN * HEADER_SIZE;
 
-    /// The tag with a number.
+    /// The tag with this number.
     fn numbered(mut number: u32) -> Self {
         let ids = &*UNUSED;
         Self(std::array::from_fn(|_| {
@@ -59,7 +58,7 @@ impl Tag {
         }))
     }
 
-    /// The tag's requests.
+    /// The bytes of the tag's requests.
     pub fn to_bytes(self) -> [u8; Self::SIZE] {
         let mut bytes = [0; Self::SIZE];
         for (record, id) in bytes.chunks_exact_mut(HEADER_SIZE).zip(self.0) {
@@ -77,28 +76,28 @@ impl Tag {
     }
 }
 
-/// Whether a record could be part of a tag, or of its answer.
+/// Whether a record could belong to a tag or its answer.
 pub fn looks_like_tag(request: RequestId, device: SubsystemId) -> bool {
     request == RequestId::GET_STATUS && device.name().is_none()
 }
 
-/// The ids that name no subsystem of the document (§1).
+/// The ids that are not subsystems of the document (§1).
 static UNUSED: LazyLock<Vec<SubsystemId>> =
     LazyLock::new(|| (0..=u8::MAX).map(SubsystemId).filter(|id| id.name().is_none()).collect());
 
-/// How many tags there are: [`UNUSED`] has 240 ids.
+/// Number of tags: [`UNUSED`] has 240 ids.
 const TAGS: u32 = 240_u32.pow(Tag::LEN as u32);
 
-/// Gives out tags. At 100,000 frames a second, one comes again after 9 hours.
+/// Issues tags. At 100,000 frames a second, one is repeated after 9 hours.
 #[derive(Debug)]
 pub struct Tags {
     next: u32,
 }
 
 impl Tags {
-    /// Tags from a number on, or from one that the operating system's randomness chooses.
+    /// Tags from this number on, or from a random one of the operating system.
     pub fn new(first: Option<u32>) -> Self {
-        // The keys of the standard library's hash maps are the system's randomness.
+        // The keys of the standard library's hash maps are random numbers of the operating system.
         let chosen = || RandomState::new().hash_one(()) as u32;
         Self { next: first.unwrap_or_else(chosen) % TAGS }
     }
@@ -111,12 +110,12 @@ impl Tags {
     }
 }
 
-/// When frames whose answers are unaccounted for were last sent, by the id of their first request.
+/// Times of the last frames whose answers have not come, by the id of their first request.
 #[derive(Debug)]
 pub struct Suspicion {
-    /// One place for each request id, and one for probes.
+    /// One entry for each request id, and one for probes.
     since: [Option<Now>; 257],
-    /// Whatever was sent by whomever.
+    /// Time until which frames of any kind were sent by other programs.
     all: Option<Now>,
 }
 
@@ -127,18 +126,19 @@ impl Default for Suspicion {
 }
 
 impl Suspicion {
-    /// An answer to such a frame, sent at `sent`, may still come. A probe has no first request.
+    /// Records that an answer to a frame sent at `sent` may still come. A probe has no first
+    /// request.
     pub fn raise(&mut self, first: Option<RequestId>, sent: Now) {
         let since = &mut self.since[index(first)];
         *since = (*since).max(Some(sent));
     }
 
-    /// Answers to anything, sent by others until now, may still come.
+    /// Records that answers to any frames, sent by other programs until now, may still come.
     pub fn raise_all(&mut self, now: Now) {
         self.all = Some(now);
     }
 
-    /// Until when an answer to such a frame may come, if that is in the future.
+    /// Time until which an answer to such a frame may come, if it is in the future.
     pub fn until(&self, first: Option<RequestId>, now: Now, bound: Duration) -> Option<Now> {
         let until = self.since[index(first)].max(self.all)? + bound;
         (now < until).then_some(until)
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn tags_are_all_different_and_name_no_subsystem() {
         assert_eq!(u64::from(TAGS), (UNUSED.len() as u64).pow(4));
-        // Over the end of the numbers, too.
+        // Also across the wrap of the numbers.
         let mut tags = Tags::new(Some(TAGS - 100_000));
         let mut seen = std::collections::HashSet::new();
         for _ in 0..200_000 {
@@ -168,7 +168,7 @@ mod tests {
         }
     }
 
-    /// A thousand programs: none begins where another does.
+    /// A thousand programs, each with another first number.
     #[test]
     fn every_program_numbers_from_somewhere_else() {
         let first = |_| Tags::new(None).issue().to_bytes();

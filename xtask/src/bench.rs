@@ -92,9 +92,10 @@ fn roundtrip() -> Result<String, String> {
 /// Rounds of polls on a simulated line, as printed by a test of the client.
 fn bus() -> Result<String, String> {
     const GOAL: f64 = 95.0;
-    let words = ["test", "--quiet", "--package", "lafet-client", "--test", "bus", "--"];
+    let words = ["test", "--quiet", "--package", "lafet-client", "--test", "it", "--"];
     let mut test = run::cargo(&words);
-    let printed = run::output(test.args(["--nocapture", "--test-threads", "1", "thirty_two"]))?;
+    let printed =
+        run::output(test.args(["--nocapture", "--test-threads", "1", "bus::thirty_two"]))?;
     let mut table = String::from(
         "| | a round | bytes sent in it | share of time the line is busy |\n\
          |---|---:|---:|---:|\n",

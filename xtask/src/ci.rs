@@ -69,13 +69,15 @@ fn lock_file() -> StepResult {
 
 fn format() -> StepResult {
     setup::component("rustfmt", "fmt")?;
-    show(&mut cargo(&["fmt", "--all", "--check"]))
+    show(&mut cargo(&["fmt", "--all", "--check"]))?;
+    firmware::format()
 }
 
 fn lints() -> StepResult {
     setup::component("clippy", "clippy")?;
     let lints = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
-    show(&mut cargo(&lints))
+    show(&mut cargo(&lints))?;
+    firmware::lints()
 }
 
 fn reference() -> StepResult {

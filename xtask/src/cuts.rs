@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::TaskResult;
 use crate::run::{cargo, show};
 
-/// A test that counts power cuts, and the variable that sets their number.
+/// A program with a test `random_cuts`, and the variable that sets their number.
 struct Level {
     name: &'static str,
     package: &'static str,
@@ -16,12 +16,7 @@ struct Level {
 
 const LEVELS: [Level; 2] = [
     Level { name: "store", package: "lafet-device", test: "store", variable: "LAFET_STORE_CUTS" },
-    Level {
-        name: "monitor",
-        package: "lafet-sim",
-        test: "power_cuts",
-        variable: "LAFET_MONITOR_CUTS",
-    },
+    Level { name: "monitor", package: "lafet-sim", test: "it", variable: "LAFET_MONITOR_CUTS" },
 ];
 
 pub fn cuts(arguments: &[String]) -> TaskResult {

@@ -16,6 +16,6 @@ pub fn check() -> StepResult {
     if !there("tshark") || !there("text2pcap") {
         setup::debian(&["tshark"])?;
     }
-    let test = ["test", "--package", "lafet-capture", "--test", "dissector", "--", "--ignored"];
-    show(&mut cargo(&test))
+    let test = ["test", "--package", "lafet-capture", "--test", "it", "--", "--ignored"];
+    show(cargo(&test).arg("dissector::"))
 }

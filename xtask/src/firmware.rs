@@ -1,12 +1,14 @@
 //! `cargo xtask firmware`: the monitor's program on a Cortex-M3, built for each board, tested on the
 //! emulated one and in the model of a chip, or run there.
 
-use std::net::TcpStream;
+use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
-use std::process::{Command, ExitCode};
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::mpsc;
+use std::thread::JoinHandle;
 use std::time::Duration;
 
-use crate::run::{StepResult, cargo, output, root, show};
+use crate::run::{StepResult, cargo, output, root, show, target};
 use crate::{TaskResult, no_std, setup, size};
 
 pub const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
@@ -15,6 +17,8 @@ pub const EMULATED: &str = "lm3s6965";
 const FIRE_PORT: u16 = 10_492;
 /// The fire must be out after so many seconds.
 const FIRE_LIMIT_S: u32 = 180;
+/// The board says where it listens within this time.
+const LISTENS_MAX: Duration = Duration::from_secs(10);
 /// What an operator types, without the end: the board closes its port when the fire is out.
 const FIRE: [&[&str]; 3] = [
     &["deploy"],
@@ -77,10 +81,13 @@ fn fire() -> StepResult {
     show(&mut cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
     let mut serve = model(&["run", "--quiet", "--example", "serve"]);
     serve.args(["--", &FIRE_PORT.to_string(), &FIRE_LIMIT_S.to_string()]);
-    let mut board = serve.spawn().map_err(|error| format!("the board: {error}"))?;
-    let asked = listens().and_then(|()| {
+    let mut board =
+        serve.stdout(Stdio::piped()).spawn().map_err(|error| format!("the board: {error}"))?;
+    let (listens, said) = listen(&mut board);
+    let late = |_| format!("the board does not listen after {} s", LISTENS_MAX.as_secs());
+    let asked = listens.recv_timeout(LISTENS_MAX).map_err(late).and_then(|()| {
         FIRE.iter().try_for_each(|words| {
-            let mut lafet = cargo(&["run", "--quiet", "--release", "--package", "lafet", "--"]);
+            let mut lafet = Command::new(target().join("release/lafet"));
             show(lafet.args(["-c", &url, "--timeout", "20"]).args(*words))
         })
     });
@@ -89,22 +96,53 @@ fn fire() -> StepResult {
         let _ = board.kill();
     }
     let ended = board.wait().map_err(|error| format!("the board: {error}"))?;
+    // A panic of it has been shown.
+    let _ = said.join();
     asked?;
     if ended.success() { Ok(()) } else { Err("the fire burns on".into()) }
 }
 
-fn listens() -> StepResult {
-    for _ in 0..100 {
-        if TcpStream::connect(("127.0.0.1", FIRE_PORT)).is_ok() {
-            return Ok(());
+/// Shows what the board says; it listens once it has said where. A connection to find that out would
+/// take its only place.
+fn listen(board: &mut Child) -> (mpsc::Receiver<()>, JoinHandle<()>) {
+    let (said, listens) = mpsc::channel();
+    let output = board.stdout.take();
+    let shown = std::thread::spawn(move || {
+        let lines = output.into_iter().flat_map(|it| BufReader::new(it).lines());
+        for line in lines.map_while(Result::ok) {
+            println!("{line}");
+            // After the first line nobody waits.
+            let _ = said.send(());
         }
-        std::thread::park_timeout(Duration::from_millis(100));
-    }
-    Err("the board has not opened its port in 10 s".into())
+    });
+    (listens, shown)
 }
 
 fn on_model(example: &str, arguments: &[String]) -> StepResult {
     show(model(&["run", "--quiet", "--example", example]).arg("--").args(arguments))
+}
+
+/// The format of the firmware's workspace.
+pub fn format() -> StepResult {
+    show(cargo(&["fmt", "--all", "--check"]).current_dir(root().join("firmware")))
+}
+
+/// The lints of the firmware's workspace: of what runs on the host too, and of each board's program.
+pub fn lints() -> StepResult {
+    const DENY: [&str; 3] = ["--", "-D", "warnings"];
+    let host = ["clippy", "--workspace", "--exclude", "lafet-firmware", "--all-targets"];
+    show(model(&host).args(DENY))?;
+    BOARDS.into_iter().try_for_each(|board| {
+        let folder = no_std::target().join("firmware").join(board);
+        let Some(mut clippy) = no_std::clippy(&folder) else { return Ok(()) };
+        clippy.current_dir(root().join("firmware")).args(program_of(board));
+        show(clippy.args(DENY))
+    })
+}
+
+/// What selects the program of a board.
+fn program_of(board: &str) -> [&str; 5] {
+    ["--release", "--locked", "--no-default-features", "--features", board]
 }
 
 /// The model is of the firmware's workspace, built for the host.
@@ -121,7 +159,7 @@ pub fn build(board: &str) -> Result<PathBuf, String> {
     let folder = no_std::target().join("firmware").join(board);
     let mut build = no_std::build(Some(&folder))?;
     build.current_dir(root().join("firmware"));
-    build.args(["--release", "--locked", "--no-default-features", "--features", board]);
+    build.args(program_of(board));
     show(&mut build)?;
     Ok(folder.join(no_std::TARGET).join("release/lafet-firmware"))
 }
@@ -138,7 +176,7 @@ fn test(arguments: &[String]) -> StepResult {
 fn load() -> StepResult {
     emulator()?;
     let program = build(EMULATED)?;
-    show(on_host(&["--package", "lafet-sim", "--example", "load"]).arg(&program))
+    show(on_host(&["--package", "lafet-sim", "--example", "instructions"]).arg(&program))
 }
 
 fn run(arguments: &[String]) -> StepResult {

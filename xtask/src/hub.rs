@@ -39,13 +39,13 @@ fn program(what: &str) -> Result<Command, String> {
     setup::program("prlimit", "util-linux")?;
     show(&mut cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
     // The profile of the tests, which have built it already; it optimises what is simulated.
-    show(&mut cargo(&["build", "--quiet", "--package", "lafet-hub", "--example", "load"]))?;
+    show(&mut cargo(&["build", "--quiet", "--package", "lafet-hub", "--example", "hub_load"]))?;
     let folder = target().join("hub-load");
     if folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
     let mut command = Command::new("sh");
-    command.args(["-c", LIMITED]).arg(target().join("debug/examples/load"));
+    command.args(["-c", LIMITED]).arg(target().join("debug/examples/hub_load"));
     command.arg(what).arg(target().join("release/lafet")).arg(folder);
     command.current_dir(run::root());
     Ok(command)

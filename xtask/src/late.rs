@@ -44,8 +44,9 @@ fn processes(arguments: &[String]) -> TaskResult {
         "-p",
         "lafet-client",
         "--test",
-        "processes",
+        "it",
         "--",
+        "processes::",
         "--nocapture",
         "--test-threads=1",
     ]);

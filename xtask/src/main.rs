@@ -39,6 +39,7 @@ mod spec;
 mod stack;
 mod stops;
 mod swarm;
+mod tables;
 mod test;
 mod thumb;
 mod words;
@@ -101,15 +102,15 @@ const TASKS: &[Task] = &[
     Task {
         name: "docs",
         arguments: "[--check | --tables]",
-        about: "write the generated tables of docs/protocol.md; check links",
+        about: "write the generated tables of docs/protocol.md and docs/protocol.ru.md; check links",
         details: "The tables come from `lafet schema`. With --check, nothing is written: a table \
-                  that is out of date is an error. With --tables, only docs/protocol.md.",
+                  that is out of date is an error. With --tables, no pictures are made.",
         run: docs::docs,
     },
     Task {
         name: "faults",
         arguments: "[--check]",
-        about: "how each flag and status is reached, and how soon it shows: docs/faults.md",
+        about: "how each flag and status is reached, and how soon it shows: docs/faults.md, docs/faults.ru.md",
         details: "Runs every row of conformance/faults.txt in the simulator, prints the table and \
                   writes it. With --check, nothing is written: a flag without a row, a failing row \
                   and an outdated table are errors.",

@@ -45,6 +45,17 @@ pub fn build(folder: Option<&Path>) -> Result<Command, String> {
     Ok(command)
 }
 
+/// `cargo clippy` for the Cortex-M3; Debian's compiler has no lints for it.
+pub fn clippy(folder: &Path) -> Option<Command> {
+    if let Err(why) = rustup_target() {
+        println!("   rustup has no {TARGET} ({}): it is not linted", first_line(&why));
+        return None;
+    }
+    let mut command = cargo(&["clippy", "--target", TARGET]);
+    command.env("CARGO_TARGET_DIR", folder);
+    Some(command)
+}
+
 fn rustup_target() -> Result<(), String> {
     let rustup =
         |arguments: &[&str]| output(Command::new("rustup").args(arguments).current_dir(root()));

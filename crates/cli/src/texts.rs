@@ -1,6 +1,6 @@
 //! Messages of lafet-proto in the user's language; that crate itself has English only.
 
-use lafet_client::mistake;
+use lafet_client::parse_error_text;
 use lafet_proto::text::ParseError;
 use lafet_proto::{DecodeError, Expected};
 
@@ -12,7 +12,7 @@ pub fn parse_error(text: &str, error: &ParseError) -> String {
     let word = text.get(error.column..error.column.saturating_add(error.len));
     let length = word.map_or(1, |word| word.chars().count()).max(1);
     let mark = format!("  {text}\n  {}{}", " ".repeat(column), "^".repeat(length));
-    format!("{}\n{mark}", mistake(text, error, current()))
+    format!("{}\n{mark}", parse_error_text(text, error, current()))
 }
 
 /// Why bytes could not be decoded.

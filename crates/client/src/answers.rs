@@ -9,10 +9,10 @@ use crate::error::Error;
 use crate::session::jog::MOVE_HOLD;
 use crate::session::matching::is_group;
 
-/// Bytes of the greatest record.
+/// Bytes of the longest record.
 const RECORD_MAX: usize = HEADER_SIZE + lafet_proto::record::DATA_MAX;
 
-/// A request as it goes into a frame, and what a session must know of it.
+/// An encoded request, with the properties that a session needs.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RequestBuf {
     bytes: Vec<u8>,
@@ -42,12 +42,13 @@ impl RequestBuf {
         Ok(Self { bytes: writer.written().to_vec(), to, id, param, locks })
     }
 
-    /// The record.
+    /// The bytes of the record.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The request, typed; data that do not fit it are kept as they are.
+    /// The decoded request; data that are invalid for it are kept as
+    /// [`Body::Unknown`](lafet_proto::request::Body::Unknown).
     pub fn request(&self) -> Request<'_> {
         let data = self.bytes.get(HEADER_SIZE..).unwrap_or_default();
         let record = Record { request: self.id, device: self.to, status: Status::OK, data };
@@ -60,7 +61,7 @@ impl RequestBuf {
         self.to
     }
 
-    /// What is asked.
+    /// The identifier of the request.
     pub const fn id(&self) -> RequestId {
         self.id
     }
@@ -70,28 +71,29 @@ impl RequestBuf {
         self.param
     }
 
-    /// All or Motors: every subsystem that can handle the request answers (§1).
+    /// Whether it goes to All or Motors: every subsystem that supports the request answers (§1).
     pub fn is_group(&self) -> bool {
         is_group(self.to)
     }
 
-    /// Changes nothing in the monitor.
+    /// Whether it changes nothing in the monitor.
     pub fn is_read(&self) -> bool {
         self.id.is_read()
     }
 
-    /// Stop, Close, Lockout on: overtake what waits, and may be repeated without harm.
+    /// Whether it is Stop, Close or Lockout on: these are sent before waiting requests, and may be
+    /// repeated.
     pub fn is_urgent(&self) -> bool {
         matches!(self.id, RequestId::STOP | RequestId::CLOSE) || self.locks
     }
 
-    /// Twice is the same as once.
+    /// Whether executing it twice has the same effect as once.
     pub fn is_repeatable(&self) -> bool {
         let renews = self.id == RequestId::SET_PARAM && self.param == Some(MOVE_HOLD);
         self.is_read() || self.is_urgent() || renews
     }
 
-    /// Sets something in motion, or lets something be set in motion.
+    /// Whether it starts a motion, or allows one.
     pub fn sets_in_motion(&self) -> bool {
         matches!(
             self.id,
@@ -106,8 +108,8 @@ impl RequestBuf {
         ) || (self.id == RequestId::LOCKOUT && !self.locks)
     }
 
-    /// Whether `other`, asked for before this urgent request but not yet sent, must not be sent any
-    /// more: it would undo what this one does.
+    /// Whether `other`, submitted before this urgent request but not yet sent, must not be sent any
+    /// more, because it would reverse the effect of this one.
     pub fn supersedes(&self, other: &Self) -> bool {
         other.sets_in_motion()
             && match self.id {
@@ -138,32 +140,32 @@ impl AnswerBuf {
         Self { request, from: device, status, data: data.to_vec() }
     }
 
-    /// The request that is answered.
+    /// The identifier of the request that is answered.
     pub const fn request(&self) -> RequestId {
         self.request
     }
 
-    /// Who answers: the addressee, or a subsystem that intercepted the request (§1).
+    /// The subsystem that answers: the addressee, or one that intercepted the request (§1).
     pub const fn from(&self) -> SubsystemId {
         self.from
     }
 
-    /// How it went.
+    /// The result (§2).
     pub const fn status(&self) -> Status {
         self.status
     }
 
-    /// The data as they came.
+    /// The data, not decoded.
     pub fn data(&self) -> &[u8] {
         &self.data
     }
 
-    /// The record.
+    /// The answer as a record.
     pub fn record(&self) -> Record<'_> {
         Record { request: self.request, device: self.from, status: self.status, data: &self.data }
     }
 
-    /// The answer, typed.
+    /// The decoded answer.
     ///
     /// # Errors
     ///
@@ -193,12 +195,12 @@ impl Answers {
         self.to
     }
 
-    /// The first answer; there always is one.
+    /// The first answer.
     pub fn first(&self) -> &AnswerBuf {
         &self.all[0]
     }
 
-    /// The first answer that refuses.
+    /// The first refusal among the answers.
     pub fn refusal(&self) -> Option<&AnswerBuf> {
         self.all.iter().find(|answer| !answer.status().is_success())
     }
@@ -220,7 +222,7 @@ impl Answers {
         }
     }
 
-    /// One of the answers did not fit the monitor's output buffer (§2).
+    /// Whether one of the answers did not fit the monitor's output buffer (NoRoom, §2).
     pub fn lacks_room(&self) -> bool {
         self.all.iter().any(|answer| answer.status() == Status::NO_ROOM)
     }
@@ -243,7 +245,7 @@ impl IntoIterator for Answers {
     }
 }
 
-/// The records of a payload, if it is made of whole records.
+/// The records of a payload; `None` if it does not consist of whole records.
 pub(crate) fn records(payload: &[u8]) -> Option<Vec<Record<'_>>> {
     Records::new(payload).collect::<Result<_, _>>().ok()
 }

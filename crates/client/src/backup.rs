@@ -1,4 +1,4 @@
-//! The parameters of a monitor in a file, and back: what a commissioning engineer keeps.
+//! Backup and restore of a monitor's parameters in a file, for commissioning and service.
 
 mod file;
 mod restore;
@@ -16,50 +16,51 @@ use crate::monitor::Monitor;
 /// The stored parameters of a monitor.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Backup {
-    /// Whose they are.
+    /// The monitor and the program that made the backup.
     pub about: About,
-    /// Each parameter and its values, in the order of the dictionary.
+    /// Parameters with their values, in the order of the dictionary.
     pub values: Vec<(Param, Vec<i32>)>,
-    /// Parameters that were never set (IncompleteConfig), or that could not be read, and why.
+    /// Parameters that could not be read, with the reason; among them those that were never set
+    /// (IncompleteConfig).
     pub unread: Vec<(Param, String)>,
 }
 
-/// What a backup says about its monitor. The protocol has no request that tells the version of the
-/// monitor's program, so that it is what the engineer says.
+/// Origin of a backup. The protocol has no request for the version of the monitor's program, so the
+/// engineer enters it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct About {
-    /// The URL of the monitor.
+    /// URL of the monitor.
     pub url: String,
-    /// Its subsystems.
+    /// Names of the subsystems that the monitor has.
     pub subsystems: Vec<String>,
-    /// The profile that has these subsystems, if it is a known one.
+    /// The profile with exactly these subsystems, if there is one.
     pub profile: Option<String>,
-    /// The program of the monitor.
+    /// Version of the monitor's program, as entered by the engineer.
     pub firmware: Option<String>,
-    /// Which program made the file.
+    /// Name and version of the program that made the file.
     pub made_by: String,
 }
 
-/// A parameter that is not the same in two places.
+/// A parameter whose values differ in two places.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// The parameter.
+    /// The parameter that differs.
     pub param: Param,
-    /// Its values here; `None`: not set, or not there.
+    /// Its values in the first place; `None`: not set or not present.
     pub here: Option<Vec<i32>>,
-    /// Its values there.
+    /// Its values in the second place; `None`: not set or not present.
     pub there: Option<Vec<i32>>,
 }
 
 impl Backup {
-    /// The values of a parameter.
+    /// The values of a parameter; `None` if the backup does not have it.
     pub fn get(&self, param: Param) -> Option<&[i32]> {
         let found = self.values.iter().find(|(known, _)| *known == param);
         found.map(|(_, values)| values.as_slice())
     }
 
-    /// What differs between two backups, in the order of the dictionary. Parameters that the other
-    /// one does not have differ, too.
+    /// The differences between two backups, in the order of the dictionary. A parameter that only
+    /// one of them has is a difference.
     pub fn differences(&self, other: &Self) -> Vec<Difference> {
         let both = Param::ALL.into_iter().map(|param| (param, self.get(param), other.get(param)));
         both.filter(|(_, here, there)| here != there)
@@ -72,31 +73,31 @@ impl Backup {
     }
 }
 
-/// `Vertical.Speed`
+/// The title of a parameter: `Vertical.Speed`.
 pub fn title(param: Param) -> String {
     format!("{}.{}", param.spec().subsystem, param.name())
 }
 
-/// The parameter of a title.
+/// The parameter with this title.
 pub fn of_title(title: &str) -> Option<Param> {
     let (subsystem, name) = title.split_once('.')?;
     let same = |who: &SubsystemId| who.name().is_some_and(|n| n.eq_ignore_ascii_case(subsystem));
     Param::by_name(SubsystemId::TABLE.into_iter().find(same)?, name)
 }
 
-/// Whether a backup holds a parameter: those that outlive the power and may be set.
+/// Whether a parameter belongs in a backup: it is stored and may be set.
 pub fn is_kept(param: Param) -> bool {
     let spec = param.spec();
     spec.storage == Storage::Stored && spec.access == Access::ReadWrite
 }
 
 impl Monitor {
-    /// §3.4 Reads every parameter that is stored. Subsystems that the monitor does not have are left
-    /// out.
+    /// §3.4 Reads every stored parameter. Those of subsystems that the monitor does not have are
+    /// left out.
     ///
     /// # Errors
     ///
-    /// Those of [`Client::request`](crate::Client::request) but for refusals: a parameter that is
+    /// Those of [`Client::request`](crate::Client::request) except refusals: a parameter that is
     /// refused is listed in [`Backup::unread`].
     pub async fn backup(&self, progress: impl FnMut(Progress)) -> Result<Backup, Error> {
         let status = self.status_all().await?;

@@ -1,4 +1,4 @@
-//! Many requests: several in a frame, and what was not done asked again, item by item.
+//! Batches: several requests in a frame; those that were not executed are sent again one by one.
 
 use std::time::Duration;
 
@@ -15,35 +15,36 @@ use crate::plan::frame_len;
 use crate::session::{Outcome, Slot, Ticket};
 use crate::task::{Ended, Reply};
 
-/// Requests that a frame can hold at most.
+/// Most requests in a frame.
 const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;
-/// Pause before what was Busy, NotCached or Cached is asked again; doubled each time.
+/// First pause before a request answered with Busy, NotCached or Cached is repeated; doubled each
+/// time.
 const RESUME_FIRST: Duration = Duration::from_millis(100);
 /// The longest pause.
 const RESUME_LAST: Duration = Duration::from_secs(1);
-/// Requests alone in a frame that stay without answer, one after the other, until it is given up.
+/// Consecutive frames of one request without answer after which a batch ends.
 const SILENCES_MAX: u32 = 2;
 
 type Outcomes = Vec<Result<Answers, Error>>;
 
-/// How far [`Client::complete`] is.
+/// Progress of [`Client::complete`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Progress {
-    /// Requests that have their result.
+    /// Requests that have a result.
     pub done: usize,
-    /// Requests in all.
+    /// Requests in total.
     pub total: usize,
     /// Frames answered so far.
     pub frames: u32,
-    /// Times a request had to be asked again: Busy, NotCached, Cached, NoRoom, or no answer.
+    /// Repetitions of requests because of Busy, NotCached, Cached, NoRoom or no answer.
     pub again: u32,
 }
 
 impl Client {
-    /// Sends requests in order, several in a frame, and waits for all their answers: a result for
-    /// each. When a frame gets no answer, those behind it are not sent; when a request fits no
-    /// record, none is sent.
+    /// Sends requests in order, several in a frame, and waits for all answers; returns one result
+    /// for each request. If a frame gets no answer, the frames after it are not sent; if a request
+    /// does not fit a record, none is sent.
     pub async fn batch(&self, requests: &[Request<'_>]) -> Vec<Result<Answers, Error>> {
         let encoded: Vec<_> = requests.iter().map(RequestBuf::new).collect();
         if encoded.iter().all(Result::is_ok) {
@@ -55,10 +56,11 @@ impl Client {
         encoded.into_iter().map(refuse).collect()
     }
 
-    /// Like [`Client::batch`], but sees it through: reads and SetParam that the monitor answers
-    /// with Busy, NotCached or Cached are asked again, each by itself, for `Config::resume` at most
-    /// (others go on meanwhile), and a frame of reads that stays without answer is asked again in
-    /// halves, as short frames get through a noisy line more easily. Everything else is sent once.
+    /// Like [`Client::batch`], but repeats what was not executed: a read or SetParam that is
+    /// answered with Busy, NotCached or Cached is sent again, alone, for at most `Config::resume`
+    /// (the others continue meanwhile). A frame of reads without answer is sent again as two
+    /// halves, because short frames pass a noisy line more easily. Every other request is sent
+    /// once.
     pub async fn complete(
         &self,
         requests: &[Request<'_>],
@@ -81,7 +83,7 @@ impl Client {
         complete.run().await
     }
 
-    /// One request alone.
+    /// Runs one request.
     pub(crate) async fn run_one(&self, request: RequestBuf) -> Result<Answers, Error> {
         let mut first = None;
         loop {
@@ -98,8 +100,8 @@ impl Client {
         }
     }
 
-    /// One frame, of requests that belong together: what finds no room is not asked again without
-    /// the others.
+    /// Runs one frame of requests that belong together: if one finds no room, it is not repeated
+    /// without the others.
     pub(crate) async fn run_frame(
         &self,
         requests: Vec<RequestBuf>,
@@ -150,8 +152,8 @@ impl Client {
     }
 }
 
-/// Answers that are what the protocol says. Of several subsystems, one that answers oddly does
-/// not spoil what the others say, as long as every answer can be read.
+/// The answers that conform to the protocol. Among several subsystems, a deviation of one does not
+/// invalidate the answers of the others, as long as every record can be read.
 pub(crate) fn well_formed(
     endpoint: &str,
     request: &RequestBuf,
@@ -169,15 +171,15 @@ pub(crate) fn well_formed(
     }
 }
 
-/// A request that has no result yet.
+/// A request without result so far.
 struct Item {
     index: usize,
     request: RequestBuf,
-    /// When it may be sent.
+    /// The earliest time to send it.
     due: Option<Instant>,
-    /// The next pause.
+    /// The next pause before a repetition.
     pause: Duration,
-    /// Asked again until then.
+    /// Time after which it is not repeated.
     until: Option<Instant>,
 }
 
@@ -192,7 +194,7 @@ struct Complete<'a, P> {
     results: Vec<Option<Result<Answers, Error>>>,
     items: Vec<Item>,
     first: Option<Ticket>,
-    /// Requests in the next frame at most.
+    /// Most requests in the next frame.
     limit: usize,
     silences: u32,
     told: Progress,
@@ -237,7 +239,8 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
         (self.progress)(self.told);
     }
 
-    /// Takes the items of the next frame: reads are kept apart from what may be sent only once.
+    /// Takes the items of the next frame; reads are not mixed with requests that may be sent only
+    /// once.
     fn next_frame(&mut self) -> Vec<Item> {
         let now = Instant::now();
         let is_due = |item: &&Item| item.due.is_none_or(|due| now >= due);
@@ -278,7 +281,7 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
         self.items.splice(..0, again);
     }
 
-    /// Whether an answer says "later", and there is time for later.
+    /// Schedules a repetition if an answer says "later" and time is left; returns whether it did.
     fn resume(&self, item: &mut Item, answers: &Answers) -> bool {
         if !answers.iter().any(|answer| says_later(item.request.id(), answer.status())) {
             return false;
@@ -290,7 +293,7 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
         item.due.is_some_and(|due| due < until)
     }
 
-    /// A frame without answer; whether it makes sense to go on.
+    /// Handles a frame without answer; returns whether to continue.
     fn failed(&mut self, frame: Vec<Item>, ended: &Option<Reply>) -> bool {
         let outcome = ended.as_ref().and_then(|ended| Some(&ended.as_ref().ok()?.outcome));
         let odd = matches!(outcome, Some(Outcome::Odd { .. }));
@@ -309,12 +312,12 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
             let error = self.client.failure(&item.request, ended);
             self.results[item.index] = Some(Err(error));
         }
-        // A monitor that answers one read oddly may answer the next as it should.
+        // A monitor that answers one read wrongly may answer the next correctly.
         odd && alone && reads
     }
 }
 
-/// §2, §3.4, §3.5: not now, but later; it was not executed.
+/// §2, §3.4, §3.5: whether the request was not executed, but may be later.
 fn says_later(request: RequestId, status: Status) -> bool {
     match request {
         RequestId::GET_PARAM => matches!(status, Status::NOT_CACHED | Status::BUSY),
@@ -326,8 +329,8 @@ fn says_later(request: RequestId, status: Status) -> bool {
     }
 }
 
-/// Whether an answer is final. What found no room behind others is asked again by itself (§1, §2:
-/// the client repeats what was not processed); what found none alone never will.
+/// Whether an answer is final. A request that found no room after others is repeated alone (§1, §2:
+/// the client repeats what was not processed); one that found no room alone never fits.
 pub(crate) fn fits(answers: &Answers, request: &RequestBuf, place: usize) -> bool {
     place == 0 || !answers.lacks_room() || !request.is_read()
 }

@@ -1,8 +1,8 @@
-//! Client and monitor for programs without async: every call waits.
+//! Client and monitor for programs without async; every call blocks until its result.
 //!
-//! A thread of its own carries the connection, so that a motion that nobody holds any more is
-//! stopped and subscriptions stay fresh while the caller does something else. Not to be called from
-//! inside an async runtime, where waiting would hold up everything else: it panics there.
+//! A thread serves the connection, so that a motion that is no longer held is stopped and
+//! subscriptions are updated while the caller does something else. Calls inside an async runtime
+//! panic, because they would block its other tasks.
 //!
 //! ```no_run
 //! # fn example() -> Result<(), lafet_client::Error> {
@@ -44,14 +44,14 @@ use crate::{
     StatusUpdate, Toward,
 };
 
-/// Pause between two looks whether everything is done.
+/// Pause between two checks whether all requests are done.
 const LINGER: Duration = Duration::from_millis(5);
 
-/// The thread that carries a connection; it ends with the last handle.
+/// The thread of a connection; it ends with the last handle.
 #[derive(Debug)]
 struct Background {
     handle: Handle,
-    /// Dropped, it ends the thread.
+    /// The thread ends when this is dropped.
     _alive: oneshot::Sender<()>,
 }
 
@@ -61,9 +61,9 @@ impl Background {
         let handle = runtime.handle().clone();
         let (alive, ended) = oneshot::channel();
         thread::Builder::new().name("lafet-client".into()).spawn(move || {
-            // An error says that nobody is left.
+            // An error means that all handles are dropped.
             _ = runtime.block_on(ended);
-            // What is held in motion is still stopped, and what is urgent sent.
+            // Motions that are still held are stopped and urgent requests sent before the end.
             runtime.block_on(async {
                 while Handle::current().metrics().num_alive_tasks() > 0 {
                     sleep(LINGER).await;
@@ -95,7 +95,7 @@ impl Client {
         Self::connect_with(endpoint, Config::default())
     }
 
-    /// Connects with timeouts and bounds of your own.
+    /// Connects with timeouts and limits other than the defaults.
     ///
     /// # Errors
     ///
@@ -118,12 +118,12 @@ impl Client {
         Ok(Self { inner: self.inner.at(address)?, thread: self.thread.clone() })
     }
 
-    /// The asynchronous client underneath.
+    /// The asynchronous client that this one uses.
     pub const fn inner(&self) -> &crate::Client {
         &self.inner
     }
 
-    /// What has been exchanged with this monitor so far.
+    /// Counters of the exchange with this monitor.
     pub fn stats(&self) -> Stats {
         self.inner.stats()
     }
@@ -168,7 +168,7 @@ pub struct Monitor {
     inner: crate::Monitor,
 }
 
-/// A method that waits for the method of the same name.
+/// Declares a method that waits for the asynchronous method of the same name.
 macro_rules! waits {
     ($($section:literal $name:ident($($argument:ident: $type:ty),*) -> $result:ty;)*) => {$(
         #[doc = concat!($section, " See [`crate::Monitor::", stringify!($name), "`].")]
@@ -183,7 +183,7 @@ macro_rules! waits {
 }
 
 impl Monitor {
-    /// The monitor that a client talks to.
+    /// A monitor on an existing client.
     pub fn new(client: Client) -> Self {
         Self { inner: crate::Monitor::new(client.inner.clone()), client }
     }
@@ -197,12 +197,12 @@ impl Monitor {
         Client::connect(endpoint).map(Self::new)
     }
 
-    /// The client underneath.
+    /// The client of this monitor.
     pub const fn client(&self) -> &Client {
         &self.client
     }
 
-    /// Another monitor on the same link.
+    /// Another monitor on the same link: see [`crate::Client::at`].
     ///
     /// # Errors
     ///
@@ -211,12 +211,12 @@ impl Monitor {
         self.client.at(address).map(Self::new)
     }
 
-    /// The drive of elevation.
+    /// The elevation drive.
     pub fn vertical(&self) -> Drive {
         Drive { inner: self.inner.vertical(), thread: self.client.thread.clone() }
     }
 
-    /// The drive of traverse.
+    /// The traverse drive.
     pub fn horizontal(&self) -> Drive {
         Drive { inner: self.inner.horizontal(), thread: self.client.thread.clone() }
     }
@@ -226,7 +226,7 @@ impl Monitor {
         Drive { inner: self.inner.nozzle(), thread: self.client.thread.clone() }
     }
 
-    /// The state, kept up to date: see [`crate::Monitor::watch`].
+    /// Polls the state: see [`crate::Monitor::watch`].
     ///
     /// # Errors
     ///
@@ -318,7 +318,7 @@ impl Drive {
         self.thread.wait(self.inner.limits())
     }
 
-    /// Moves as long as the caller holds it: see [`crate::Drive::jog`].
+    /// Moves while the caller renews the motion: see [`crate::Drive::jog`].
     ///
     /// # Errors
     ///
@@ -327,7 +327,7 @@ impl Drive {
         self.jog_with(toward, Hold::default())
     }
 
-    /// The same with times of your own.
+    /// Like [`Drive::jog`], with times other than the defaults.
     ///
     /// # Errors
     ///
@@ -339,7 +339,7 @@ impl Drive {
     }
 }
 
-/// A drive that moves as long as this is renewed: see [`crate::Jog`].
+/// A motion that lasts while it is renewed: see [`crate::Jog`].
 #[derive(Debug)]
 pub struct Jog {
     inner: crate::Jog,
@@ -347,19 +347,19 @@ pub struct Jog {
 }
 
 impl Jog {
-    /// Holds the motion for another lease; `false`: too late. It does not wait.
+    /// Extends the motion by another lease; `false` if it has ended already. Does not block.
     pub fn renew(&self) -> bool {
         self.inner.renew()
     }
 
-    /// Lets go and waits until the drive is seen to stand.
+    /// Stops the motion and waits until the drive is at rest.
     pub fn release(self) -> JogEnd {
         let Self { inner, thread } = self;
         thread.wait(inner.release())
     }
 }
 
-/// The state of a monitor, kept up to date: see [`crate::StatusSubscription`].
+/// A state that is kept up to date: see [`crate::StatusSubscription`].
 #[derive(Debug)]
 pub struct Watch {
     inner: crate::StatusSubscription,
@@ -367,12 +367,12 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// The latest state, with its age; `None` before the first. It does not wait.
+    /// The latest state, with its age; `None` before the first. Does not block.
     pub fn latest(&self) -> Option<StatusSample> {
         self.inner.latest()
     }
 
-    /// Waits for what is new.
+    /// Waits for the next update.
     pub fn wait(&mut self) -> StatusUpdate {
         self.thread.wait(self.inner.next())
     }

@@ -1,15 +1,16 @@
-//! A bus with a controller (observed; what is not is ours): who may speak when.
+//! A bus with a controller (observed; the rest is ours): which device may transmit when.
 //!
-//! Monitors speak when they are asked. Consoles, the "active" devices, speak one frame each time the
+//! Monitors transmit only answers. Consoles, the "active" devices, transmit one frame each time the
 //! controller (address 128) grants access. [`Controller`] is the controller without I/O: bytes and
-//! time in, frames out; [`Gateway`] lends programs its turns, and [`Driver`] runs both on real links.
-//! A console is a client in the role `active` ([`crate::Role::Active`]), which waits for grants.
+//! time in, frames out; [`Gateway`] lets programs use its turns, and [`Driver`] runs both on real
+//! links. A console is a client in the role `active` ([`crate::Role::Active`]), which waits for
+//! grants.
 //!
 //! ```text
-//! console     ◀── AccessGranted ── controller      its turn
-//! console     ── its one frame ──▶ monitor         on one line the monitor hears it by itself;
-//! console     ◀────── answer ───── monitor         on two lines the controller passes both on
-//! console     ── empty frame ────▶ controller      nothing to say: the next one's turn (ours)
+//! console     ◀── AccessGranted ── controller      the console's turn
+//! console     ── its one frame ──▶ monitor         on one line the monitor receives it directly;
+//! console     ◀────── answer ───── monitor         on two lines the controller forwards both
+//! console     ── empty frame ────▶ controller      nothing to send: the next console's turn (ours)
 //! ```
 
 mod config;
@@ -33,12 +34,13 @@ use lafet_proto::bus::CONTROLLER;
 use lafet_proto::link::Check;
 use lafet_proto::record::Records;
 
-/// What the controller wants of a console.
+/// Frames of the controller to a console that have a meaning of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Word {
-    /// It may send one frame; if it has none, the empty one, so that the line is not idle.
+    /// The console may send one frame; the empty frame if it has none, so that the line is not
+    /// idle.
     Granted,
-    /// It shall say that it is there, with the empty frame.
+    /// The console answers the presence probe with the empty frame.
     Probed,
 }
 
@@ -47,7 +49,7 @@ pub(crate) fn nothing_from(address: u8) -> Vec<u8> {
     controller::wire(Check::Crc16, CONTROLLER, address, &[])
 }
 
-/// What the controller wants with a frame to a console.
+/// The meaning of a frame that a console has received.
 pub(crate) fn wanted(payload: &[u8]) -> Option<Word> {
     match Records::new(payload).next() {
         None => Some(Word::Probed),

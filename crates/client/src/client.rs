@@ -1,4 +1,4 @@
-//! Any request to one monitor: a handle on a task that runs the sessions of a link.
+//! Any request to one monitor: a handle to the task that runs the sessions of a link.
 
 use std::io;
 use std::sync::Arc;
@@ -19,13 +19,13 @@ use crate::transport::Link;
 use crate::transport::memory::Memory;
 use crate::url::{Endpoint, Framing};
 
-/// The controlling side of one monitor. Clones share one connection, and so do the clients of the
+/// The controlling side of one monitor. Clones share one connection, also with the clients of the
 /// other monitors on the same link: [`Client::at`].
 ///
-/// Stop, Close and Lockout on overtake everything that waits, and what would undo them is not sent
-/// any more. Dropping a future takes its requests back as far as they have not been sent; an urgent
-/// one is sent all the same, as soon as its future was polled once. When the last clone is dropped,
-/// the connection is closed.
+/// Stop, Close and Lockout on are sent before waiting requests, and waiting requests that would
+/// reverse them are not sent any more. Dropping a future cancels its requests that have not been
+/// sent; an urgent request is sent even so, once its future was polled. The connection is closed
+/// when the last clone is dropped.
 #[derive(Clone, Debug)]
 pub struct Client {
     endpoint: Arc<str>,
@@ -45,8 +45,8 @@ impl Client {
         Self::connect_with(endpoint, Config::default()).await
     }
 
-    /// Connects with timeouts and bounds of your own; addresses, framing and the kind of line are
-    /// the endpoint's.
+    /// Connects with timeouts and limits other than the defaults; addresses, framing and the kind
+    /// of line are taken from the endpoint.
     ///
     /// # Errors
     ///
@@ -68,8 +68,8 @@ impl Client {
         Ok(Self::start(name, link, Some(redial), config))
     }
 
-    /// Talks over a stream of yours, which is not opened again when it ends: a simulator in this
-    /// process, a tunnel. `name` stands for it in messages.
+    /// Uses an existing stream, which is not reopened when it ends: a simulator in this process, a
+    /// tunnel. `name` identifies it in messages.
     pub fn over<S>(name: &str, stream: S, config: Config) -> Self
     where
         S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
@@ -77,12 +77,12 @@ impl Client {
         Self::start(name.into(), Link::Memory(Memory::new(stream)), None, config)
     }
 
-    /// Talks over a link that is open already, and is not opened again.
+    /// Uses a link that is open already and is not reopened.
     pub(crate) fn on_link(name: &str, link: Link, config: Config) -> Self {
         Self::start(name.into(), link, None, config)
     }
 
-    /// Talks over streams that `dial` opens: now, and again each time one has ended.
+    /// Uses streams that `dial` opens: now, and again after each loss.
     ///
     /// # Errors
     ///
@@ -104,8 +104,8 @@ impl Client {
     }
 
     fn start(endpoint: Arc<str>, link: Link, redial: Option<Redial>, config: Config) -> Self {
-        // One queue for all: a Stop must find what was asked before it, to keep it from being sent.
-        // It is bounded by `Shared::has_room`, so that a Stop can be queued without waiting.
+        // One queue for all, so that a Stop finds the requests before it and can cancel them.
+        // `Shared::has_room` bounds it, so that a Stop can be queued without waiting.
         let (jobs, jobs_end) = mpsc::unbounded_channel();
         let shared = Arc::new(Shared::default());
         let address = config.addresses.monitor;
@@ -135,7 +135,7 @@ impl Client {
         Ok(Self { address, ..self.clone() })
     }
 
-    /// Where the link leads, as given.
+    /// The name of the link, as given.
     pub fn endpoint(&self) -> &str {
         &self.endpoint
     }
@@ -145,49 +145,49 @@ impl Client {
         self.address
     }
 
-    /// What has been exchanged with this monitor so far, and what the link has dropped.
+    /// Counters of the exchange with this monitor, and of frames dropped on the link.
     pub fn stats(&self) -> Stats {
         let stats = lock(&self.shared.stats);
         let own = stats.each.iter().find(|(address, _)| *address == self.address);
         own.map(|(_, stats)| *stats).unwrap_or_default()
     }
 
-    /// What has been exchanged with all monitors of the link.
+    /// Counters of the exchange with all monitors of the link.
     pub fn link_stats(&self) -> Stats {
         lock(&self.shared.stats).total
     }
 
-    /// The check that frames to this monitor bear now (§L/7): a CRC-32C where it was found out that
-    /// the monitor has it.
+    /// The checksum of frames to this monitor (§L/7): CRC-32C if the monitor was found to support
+    /// it.
     pub fn check(&self) -> Check {
         if self.stats().crc32c > 0 { Check::Crc32c } else { Check::Crc16 }
     }
 
-    /// Every frame from now on that is sent or received on the link.
+    /// Receives every frame that is sent or received on the link from now on.
     pub fn trace(&self) -> broadcast::Receiver<Traced> {
         self.shared.trace.subscribe()
     }
 
-    /// What happens to the link from now on: lost, made again, held back, and its figures each
-    /// second.
+    /// Receives events of the link from now on: lost, connected again, requests held back,
+    /// statistics each second.
     pub fn events(&self) -> broadcast::Receiver<LinkEvent> {
         let events = self.shared.events.subscribe();
         self.shared.wake.notify_one();
         events
     }
 
-    /// Whether there is a connection, now and whenever that changes.
+    /// Whether the link is connected, now and after each change.
     pub fn link_state(&self) -> watch::Receiver<LinkState> {
         self.shared.state.subscribe()
     }
 
     /// Sends a request and waits for its answers. A refusal is an answer: [`Answers::accepted`]
-    /// makes an error of it.
+    /// turns it into an error.
     ///
     /// # Errors
     ///
-    /// [`Error::Unsendable`] for more than 255 bytes of data. Without an answer that can be
-    /// believed: for a request that only reads [`Error::NoAnswer`], [`Error::Link`] or
+    /// [`Error::Unsendable`] for more than 255 bytes of data. Without a valid answer: for a request
+    /// that only reads [`Error::NoAnswer`], [`Error::Link`] or
     /// [`Error::Protocol`]; for any other [`Error::OutcomeUnknown`] if it may have been executed
     /// and [`Error::NotSent`] if it certainly was not. [`Error::Closed`] when the task of the
     /// client has ended.
@@ -195,27 +195,27 @@ impl Client {
         self.run_one(RequestBuf::new(request)?).await
     }
 
-    /// The same for a request that owns its bytes.
+    /// Like [`Client::request`], for an encoded request.
     ///
     /// # Errors
     ///
-    /// As [`Client::request`], but for [`Error::Unsendable`].
+    /// As [`Client::request`], except [`Error::Unsendable`].
     pub async fn send(&self, request: RequestBuf) -> Result<Answers, Error> {
         self.run_one(request).await
     }
 
-    /// Asks whether somebody is there (observed: an empty frame is answered by an empty frame).
+    /// Sends a presence probe (observed: an empty frame is answered by an empty frame).
     ///
     /// # Errors
     ///
     /// [`Error::Absent`] when no probe is answered, [`Error::NotProbed`] when none may be sent (a
-    /// bus controller, a check that is insisted on), [`Error::Link`] without a connection,
+    /// bus controller, a required checksum that is missing), [`Error::Link`] without a connection,
     /// [`Error::Closed`] when the task of the client has ended.
     pub async fn probe(&self) -> Result<(), Error> {
         probed(&self.endpoint, self.exchange(vec![], None, None).await)
     }
 
-    /// Sends a frame; `None`: the task has ended.
+    /// Sends a frame; `None` if the task has ended.
     pub(crate) async fn exchange(
         &self,
         requests: Vec<RequestBuf>,
@@ -246,7 +246,7 @@ impl Client {
     }
 }
 
-/// See [`Client::downgrade`].
+/// A client that does not keep the connection open: see [`Client::downgrade`].
 #[derive(Debug)]
 pub(crate) struct WeakClient {
     endpoint: Arc<str>,
@@ -257,7 +257,7 @@ pub(crate) struct WeakClient {
 }
 
 impl WeakClient {
-    /// The client, if anybody else still has it.
+    /// The client, if another handle still exists.
     pub fn upgrade(&self) -> Option<Client> {
         let Self { endpoint, config, address, jobs, shared } = self;
         let (endpoint, config, shared) = (endpoint.clone(), config.clone(), shared.clone());
@@ -265,12 +265,12 @@ impl WeakClient {
     }
 }
 
-/// What came of a presence probe.
+/// The result of a presence probe.
 pub(crate) fn probed(endpoint: &Arc<str>, ended: Option<Reply>) -> Result<(), Error> {
     let endpoint = endpoint.clone();
     match ended {
         None => Err(Error::Closed),
-        // Whatever it answers, somebody is there.
+        // Any answer proves that a device is present.
         Some(Ok(Ended { outcome: Outcome::Answered(_) | Outcome::Odd { .. }, .. })) => Ok(()),
         Some(Ok(Ended { outcome: Outcome::Silence { tries, .. }, .. })) => {
             Err(Error::Absent { endpoint, tries })
@@ -285,7 +285,7 @@ pub(crate) fn probed(endpoint: &Arc<str>, ended: Option<Reply>) -> Result<(), Er
     }
 }
 
-/// Why a request has no answer.
+/// The error for a request without answer.
 pub(crate) fn failure(endpoint: &Arc<str>, request: &RequestBuf, ended: &Option<Reply>) -> Error {
     let to = request.to();
     let unknown = |cause| {
@@ -323,7 +323,7 @@ pub(crate) fn failure(endpoint: &Arc<str>, request: &RequestBuf, ended: &Option<
     }
 }
 
-/// Why a session refused to send.
+/// The cause for which a session refused to send.
 const fn bus_cause(outcome: &Outcome) -> Cause {
     match outcome {
         Outcome::CheckMissing => Cause::CheckMissing,
@@ -333,7 +333,8 @@ const fn bus_cause(outcome: &Outcome) -> Cause {
     }
 }
 
-/// An answer that is not what the protocol says; what changes something may have been executed.
+/// The error for an answer that breaks the protocol; a request that changes something may have been
+/// executed.
 pub(crate) fn odd(
     request: &RequestBuf,
     from: SubsystemId,

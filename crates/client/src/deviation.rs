@@ -1,4 +1,4 @@
-//! How an answer differs from what the protocol says: named, never taken for silence.
+//! Deviations of an answer from the protocol; they are reported as such, not as a missing answer.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use crate::answers::{AnswerBuf, RequestBuf};
 use crate::error::Lang;
 use crate::session::matching::{deal, is_group};
 
-/// What is wrong with an answer.
+/// A deviation of an answer from the protocol.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Deviation {
@@ -16,33 +16,33 @@ pub enum Deviation {
     Shape(DecodeError),
     /// It reports success without the data that the request asks for.
     NoData,
-    /// Its status is none of §2's.
+    /// Its status is not one of §2.
     UnknownStatus(Status),
     /// It repeats the id of another parameter (§3.4, §3.5).
     OtherParameter {
         /// The parameter asked for.
         asked: ParamId,
-        /// The parameter answered.
+        /// The parameter of the answer.
         answered: ParamId,
     },
     /// It answers another request.
     OtherRequest {
-        /// The request that it names.
+        /// The request in the answer.
         answered: RequestId,
     },
-    /// It comes from a subsystem that was not asked and may not answer for the addressee (§1).
+    /// It comes from a subsystem that is not the addressee and may not answer for it (§1).
     OtherSubsystem {
         /// The addressee.
         asked: SubsystemId,
-        /// The subsystem that it names.
+        /// The subsystem in the answer.
         answered: SubsystemId,
     },
-    /// It names a sender that no monitor has.
+    /// Its sender is not a subsystem of a monitor.
     NoSubsystem {
-        /// The sender that it names.
+        /// The sender in the answer.
         answered: SubsystemId,
     },
-    /// Answers are missing, or there are more than requests (§1).
+    /// The number of answers differs from the number of requests (§1).
     Count {
         /// Records of the frame.
         answered: usize,
@@ -52,7 +52,7 @@ pub enum Deviation {
 }
 
 impl Deviation {
-    /// The text in a language: a clause without a full stop.
+    /// The message in a language: a clause without a full stop.
     pub fn localized(&self, lang: Lang) -> String {
         match lang {
             Lang::En => self.english(),
@@ -110,8 +110,8 @@ impl fmt::Display for Deviation {
 }
 
 impl AnswerBuf {
-    /// How this answer differs from the protocol, if it does: data of a wrong form, a success
-    /// without the data asked for, a status that §2 does not have.
+    /// The deviation of this answer, if any: data of a wrong form, a success without the data asked
+    /// for, or a status that is not in §2.
     pub fn deviation(&self) -> Option<Deviation> {
         if let Err(error) = self.decode() {
             return Some(Deviation::Shape(error));
@@ -119,7 +119,7 @@ impl AnswerBuf {
         if self.status().name().is_none() {
             return Some(Deviation::UnknownStatus(self.status()));
         }
-        // A subsystem that the document does not know may have a state without data.
+        // A subsystem that is not in the document may have a state without data.
         let known = self.from().name().is_some();
         let empty = self.request().is_read()
             && known
@@ -129,18 +129,19 @@ impl AnswerBuf {
     }
 }
 
-/// Why a frame of the monitor is no answer to these requests; `None` if it is one.
+/// The deviation of a frame that does not answer these requests; `None` if it does.
 pub(crate) fn mismatch(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Deviation> {
     if deal(requests, records).is_some() {
         return None;
     }
     let count = Deviation::Count { answered: records.len(), asked: requests.len() };
-    // Requests to one subsystem have one record each: the first pair that does not fit.
+    // A request to one subsystem has one record: the first pair that does not match.
     let singles = requests.iter().zip(records).take_while(|(request, _)| !request.is_group());
     let mut pairs = singles.filter(|(request, record)| {
         deal(std::slice::from_ref(request), std::slice::from_ref(record)).is_none()
     });
-    // A request to a group that is alone has all the records; of others the first one tells.
+    // The records of a single group request all answer it; with several requests the first record
+    // decides.
     let alone = requests.len() == 1;
     let group = requests.first().filter(|request| request.is_group()).and_then(|request| {
         let records = if alone { records } else { records.get(..1).unwrap_or_default() };

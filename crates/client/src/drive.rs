@@ -22,13 +22,13 @@ impl Drive {
         Self { monitor, id }
     }
 
-    /// Which.
+    /// The subsystem of the drive.
     pub const fn id(&self) -> SubsystemId {
         self.id
     }
 
-    /// §3.1 Moves to a position, arc-minutes (nozzle: mm); beyond the limits means as far as it
-    /// goes.
+    /// §3.1 Moves to a position, arc-minutes (nozzle: mm). A position beyond a limit means the
+    /// limit.
     ///
     /// # Errors
     ///
@@ -37,8 +37,8 @@ impl Drive {
         self.monitor.move_to(self.id, position).await
     }
 
-    /// §3.2 Stops. It may be denied while the monitor deploys, searches or extinguishes: `stop(ALL)`
-    /// of the monitor never is.
+    /// §3.2 Stops the drive. DENIED is possible while the monitor deploys, searches or
+    /// extinguishes; [`Monitor::stop`] with All is never denied.
     ///
     /// # Errors
     ///
@@ -47,7 +47,7 @@ impl Drive {
         self.monitor.stop(self.id).await
     }
 
-    /// §3.3 Where it is, and its flags.
+    /// §3.3 Reads position, current, speed and flags.
     ///
     /// # Errors
     ///
@@ -60,7 +60,7 @@ impl Drive {
         }
     }
 
-    /// §3.7 Its limits.
+    /// §3.7 Reads the limits.
     ///
     /// # Errors
     ///
@@ -69,18 +69,18 @@ impl Drive {
         self.monitor.limits(self.id).await
     }
 
-    /// Moves as long as the caller holds it (ours): see [`Jog`]. The lease is 300 ms, and runs from
-    /// now on. Call it inside a Tokio runtime.
+    /// Moves while the caller renews the motion (ours): see [`Jog`]. The lease is 300 ms and starts
+    /// now. Call it inside a Tokio runtime.
     ///
     /// # Errors
     ///
-    /// [`Error::Unsendable`] cannot come of this request: what goes wrong later is the
-    /// [`JogEnd`](crate::JogEnd).
+    /// None in practice: the request always fits a record ([`Error::Unsendable`]). Later errors are
+    /// in the [`JogEnd`](crate::JogEnd).
     pub fn jog(&self, toward: Toward) -> Result<Jog, Error> {
         self.jog_with(toward, Hold::default())
     }
 
-    /// The same with times of your own.
+    /// Like [`Drive::jog`], with times other than the defaults.
     ///
     /// # Errors
     ///

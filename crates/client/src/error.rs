@@ -1,4 +1,4 @@
-//! What can go wrong: each error says what, where, and what to do, in English and Russian.
+//! Errors: each message says what, where and what to do, in English and Russian.
 
 use std::fmt;
 use std::io;
@@ -7,8 +7,8 @@ use std::sync::Arc;
 use lafet_proto::{RequestId, Status, SubsystemId};
 
 use crate::deviation::Deviation;
-use crate::find_out::find_out;
 use crate::os_text::os_text;
+use crate::outcome_check::outcome_check;
 use crate::port_error::{CannotSwitch, PortError};
 use crate::refusal::{Reason, reason};
 use crate::url_error::UrlError;
@@ -23,96 +23,96 @@ pub enum Lang {
     Ru,
 }
 
-/// Why a request has no result, or a bad one.
+/// Error of a request.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Error {
     /// The monitor refused the request.
     Refused {
-        /// What was asked.
+        /// The request.
         request: RequestId,
-        /// Of whom.
+        /// The addressee.
         to: SubsystemId,
         /// The refusal.
         status: Status,
-        /// Who refused: the addressee, or a subsystem that intercepted the request (§1).
+        /// The subsystem that refused: the addressee, or one that intercepted the request (§1).
         by: SubsystemId,
     },
     /// No answer to a request that changes nothing.
     NoAnswer {
-        /// What was asked.
+        /// The request.
         request: RequestId,
-        /// Of whom.
+        /// The addressee.
         to: SubsystemId,
-        /// Where.
+        /// The link.
         endpoint: Arc<str>,
-        /// How often it was sent.
+        /// Number of transmissions.
         tries: u32,
-        /// What the monitor sent meanwhile answers this, which was not asked.
+        /// A request that was not sent but that the monitor answered meanwhile.
         stray: Option<RequestId>,
     },
-    /// Nobody answers presence probes.
+    /// No device answers presence probes.
     Absent {
-        /// Where.
+        /// The link.
         endpoint: Arc<str>,
-        /// How often the probe was sent.
+        /// Number of probes sent.
         tries: u32,
     },
-    /// Nobody was asked whether somebody is there.
+    /// No presence probe was sent.
     NotProbed {
-        /// Where.
+        /// The link.
         endpoint: Arc<str>,
-        /// Why not.
+        /// Why none was sent.
         cause: Cause,
     },
     /// The request was sent; whether it was executed is not known.
     OutcomeUnknown {
-        /// What was asked.
+        /// The request.
         request: RequestId,
-        /// Of whom.
+        /// The addressee.
         to: SubsystemId,
-        /// Where.
+        /// The link.
         endpoint: Arc<str>,
-        /// Why it is not known.
+        /// Why the outcome is unknown.
         cause: Cause,
     },
     /// The request was not sent, so it is certainly not executed.
     NotSent {
-        /// What was asked.
+        /// The request.
         request: RequestId,
-        /// Of whom.
+        /// The addressee.
         to: SubsystemId,
-        /// Why not.
+        /// Why it was not sent.
         cause: Cause,
     },
     /// There is no connection.
     Link {
-        /// Where to.
+        /// The link.
         endpoint: Arc<str>,
-        /// What the system says.
+        /// The error of the operating system.
         source: Arc<io::Error>,
     },
-    /// The monitor answered a request that changes nothing, but not what the protocol says.
+    /// The answer to a request that changes nothing breaks the protocol.
     Protocol {
-        /// What was asked.
+        /// The request.
         request: RequestId,
-        /// The subsystem that answered, or was to answer.
+        /// The subsystem that answered, or should have answered.
         from: SubsystemId,
-        /// What is wrong with the answer.
+        /// The deviation of the answer.
         what: Deviation,
     },
     /// The request is longer than a record can be (§2: 255 bytes of data).
     Unsendable {
-        /// What was to be asked.
+        /// The request.
         request: RequestId,
-        /// Of whom.
+        /// The addressee.
         to: SubsystemId,
     },
-    /// A subscription was asked for a request that changes something.
+    /// A subscription to a request that changes something.
     NotARead {
-        /// What was to be asked again and again.
+        /// The request.
         request: RequestId,
-        /// Of whom.
+        /// The addressee.
         to: SubsystemId,
     },
     /// There can be no monitor with this address on the link.
@@ -122,7 +122,7 @@ pub enum Error {
         /// The link.
         endpoint: Arc<str>,
     },
-    /// The URL names no monitor.
+    /// The URL is invalid.
     Url(UrlError),
     /// `sim:` without a simulator.
     NeedsStream,
@@ -130,39 +130,39 @@ pub enum Error {
     Closed,
 }
 
-/// Why a request was not sent, or its outcome is not known.
+/// Why a request was not sent, or its outcome is unknown.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Cause {
     /// No answer came.
     Silence,
-    /// The monitor answered, but not what the protocol says.
+    /// The answer breaks the protocol.
     Odd {
-        /// The subsystem that answered, or was to answer.
+        /// The subsystem that answered, or should have answered.
         from: SubsystemId,
-        /// What is wrong with the answer.
+        /// The deviation of the answer.
         what: Deviation,
     },
     /// The connection was lost, or there was none.
     Link(Arc<io::Error>),
-    /// A Stop, Close or Lockout came before it.
+    /// A Stop, Close or Lockout was sent first and cancelled it.
     Superseded {
-        /// Which.
+        /// The urgent request.
         by: RequestId,
     },
     /// Too many requests wait already.
     QueueFull,
-    /// Its time was over before its turn came.
+    /// Its time limit passed before its turn came.
     Expired,
     /// Another request of the same batch failed.
     EarlierFailed,
-    /// The monitor has no CRC-32C, which is insisted on.
+    /// A CRC-32C is required, and the monitor does not support it.
     CheckMissing,
-    /// A console waits for leave to speak, and there is no controller to give it.
+    /// A console waits for a grant, and there is no bus controller.
     NoController,
-    /// There is a controller, and it gives this console no leave to speak.
+    /// The bus controller does not grant access to this console.
     NotGranted,
-    /// There is a controller whose leave to speak was not waited for.
+    /// There is a bus controller, and the request was not to wait for a grant.
     ControllerPresent,
 }
 
@@ -175,12 +175,12 @@ impl Error {
         }
     }
 
-    /// The monitor answered, and the answer is a refusal.
+    /// Whether the monitor answered with a refusal.
     pub const fn is_refused(&self) -> bool {
         matches!(self, Self::Refused { .. })
     }
 
-    /// The caller asked for something that cannot be asked.
+    /// Whether the caller asked for something that cannot be sent.
     pub const fn is_usage(&self) -> bool {
         matches!(
             self,
@@ -192,7 +192,7 @@ impl Error {
         )
     }
 
-    /// There is no believable answer.
+    /// Whether there is no valid answer.
     pub const fn is_no_answer(&self) -> bool {
         !self.is_refused() && !self.is_usage()
     }
@@ -213,8 +213,8 @@ impl Error {
                  the cable, the address (addr=) and, on a serial line, the speed (baud=)."
             ),
             Self::Absent { endpoint, tries } => format!(
-                "Nobody answers at {endpoint} (probes: {tries}). Check the power, the cable, the \
-                 address (addr=) and, on a serial line, the speed (baud=)."
+                "No device answers at {endpoint} (probes: {tries}). Check the power, the cable, \
+                 the address (addr=) and, on a serial line, the speed (baud=)."
             ),
             Self::NotProbed { endpoint, cause } => {
                 format!("Nothing was sent to {endpoint}, because {}.", cause.english())
@@ -222,7 +222,7 @@ impl Error {
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
                 "{request} {to}: sent to {endpoint}, but {}. It may have been executed. {}",
                 cause.english(),
-                find_out(*request).en
+                outcome_check(*request).en
             ),
             Self::NotSent { request, to, cause } => format!(
                 "{request} {to}: not sent, because {}. Nothing was executed: repeat it if it is \
@@ -291,7 +291,7 @@ impl Error {
             Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
                 "{request} {to}: отправлено на {endpoint}, но {}. Запрос мог быть исполнен. {}",
                 cause.russian(),
-                find_out(*request).ru
+                outcome_check(*request).ru
             ),
             Self::NotSent { request, to, cause } => format!(
                 "{request} {to}: не отправлено, так как {}. Ничего не исполнено: повторите, если \
@@ -359,7 +359,7 @@ impl Cause {
             }
             Self::NotGranted => {
                 "the controller of the bus gives this address no access (is src= one \
-                                 that it looks for, and nobody else's?)"
+                                 that it looks for, and no other device's?)"
                     .into()
             }
             Self::ControllerPresent => {
@@ -398,7 +398,7 @@ impl Cause {
     }
 }
 
-/// A serial port that belongs to a group of which the user is no member.
+/// Whether the user is not a member of the group that owns the serial port.
 fn cannot_switch(source: &io::Error) -> bool {
     source.get_ref().is_some_and(|inner| inner.is::<CannotSwitch>())
 }

@@ -1,4 +1,4 @@
-//! A motion that goes on only while the caller holds it: see [`crate::session::jog`].
+//! A motion that lasts only while the caller renews it: see [`crate::session::jog`].
 
 use std::sync::{Arc, Mutex, Weak};
 
@@ -13,31 +13,31 @@ use crate::session::Now;
 use crate::session::jog::{Hold, JogCore, JogEnd, Next, Reason, Toward};
 use crate::shared::lock;
 
-/// A drive that moves as long as this is renewed.
+/// A motion of a drive that lasts while this is renewed.
 ///
-/// It moves for the lease (300 ms unless told otherwise) after the start and after each
-/// [`Jog::renew`]. When the lease lapses, when this is dropped or released, when the connection is
-/// lost or the monitor does not answer, the client sends Stop until the drive's Move flag clears,
-/// over the next connection if need be; dropping every other handle does not keep it from that.
-/// A Stop or Lockout asked for with any clone of the client ends the motion as well.
+/// The lease (300 ms by default) starts with the motion and with each [`Jog::renew`]. When it
+/// expires, when this is dropped or released, when the connection is lost or the monitor does not
+/// answer, the client sends Stop until the drive's Move flag clears, over the next connection if
+/// necessary, even if every other handle has been dropped. A Stop or Lockout sent with any clone of
+/// the client ends the motion as well.
 ///
-/// When nothing can be sent any more (the program was killed, the cable cut), the drive stops by
-/// itself: a monitor with the parameter MoveHold (ours, §D/4) 300 ms after the last renewal, or after
-/// two and a half round trips and 50 ms where those are longer; any other at the end of the last short step, see
-/// [`crate::session::jog`]. It is no emergency stop all the same.
+/// If nothing can be sent any more (program killed, cable cut), the drive stops by itself: a
+/// monitor with the parameter MoveHold (ours, §D/4) 300 ms after the last renewal, or after two and
+/// a half round trips and 50 ms if that is longer; any other monitor at the end of the last short
+/// step, see [`crate::session::jog`]. It does not replace an emergency stop.
 #[derive(Debug)]
 pub struct Jog {
     held: Arc<Held>,
 }
 
-/// A motion, as its handle, its task and the client know it.
+/// State of a motion, shared by its handle, its task and the client.
 #[derive(Debug)]
 pub struct Held {
     core: Mutex<JogCore>,
     start: Instant,
     address: u8,
     moving: RequestBuf,
-    /// The state was changed from outside of the task.
+    /// Notified when the state is changed outside the task.
     changed: Notify,
     end: watch::Sender<Option<JogEnd>>,
 }
@@ -65,14 +65,14 @@ impl Jog {
         Ok(Self { held })
     }
 
-    /// Holds the motion for another lease. `false`: too late, it is being stopped or has ended.
+    /// Extends the motion by another lease; `false` if it is being stopped or has ended.
     pub fn renew(&self) -> bool {
         let held = self.held.with(|core, now| core.renew(now));
         self.held.changed.notify_one();
         held
     }
 
-    /// Whether it is still held.
+    /// Whether the motion is still held.
     pub fn is_held(&self) -> bool {
         self.held.with(|core, now| {
             core.handle_timeout(now);
@@ -80,13 +80,13 @@ impl Jog {
         })
     }
 
-    /// Lets go and waits until the drive is seen to stand. Dropping the future lets go as well.
+    /// Stops the motion and waits until the drive is at rest. Dropping the future stops it as well.
     pub async fn release(mut self) -> JogEnd {
         self.held.let_go();
         self.ended().await
     }
 
-    /// Waits for the end, whatever brings it.
+    /// Waits for the end of the motion, whatever its cause.
     pub async fn ended(&mut self) -> JogEnd {
         let mut end = self.held.end.subscribe();
         match end.wait_for(Option::is_some).await {
@@ -107,12 +107,12 @@ impl Held {
         self.address
     }
 
-    /// Whether this urgent request is meant to end the motion.
+    /// Whether this urgent request ends the motion.
     pub fn is_undone_by(&self, stop: &RequestBuf) -> bool {
         stop.supersedes(&self.moving)
     }
 
-    /// The client was asked for a Stop.
+    /// A Stop was submitted to the client.
     pub fn stop_asked(&self) {
         self.with(|core, now| core.stop(now, Reason::StopAsked));
         self.changed.notify_one();
@@ -131,7 +131,7 @@ impl Held {
     }
 }
 
-/// The new motion takes the place of another one of the same drive.
+/// Replaces another motion of the same drive.
 fn replace(client: &Client, new: &Arc<Held>) {
     let mut jogs = lock(&client.shared.jogs);
     jogs.retain(|jog| jog.strong_count() > 0);
@@ -180,8 +180,8 @@ async fn run(client: Client, held: Arc<Held>) {
     }
 }
 
-/// Sends a request of the motion. When it is to be stopped meanwhile, nothing is waited for: what
-/// has not been sent is taken back.
+/// Sends a request of the motion. If the motion is to be stopped meanwhile, it does not wait: a
+/// request that has not been sent is cancelled.
 async fn exchange(
     client: &Client,
     held: &Held,
@@ -199,7 +199,7 @@ async fn exchange(
     loop {
         let lease = held.with(|core, _| if was_held { core.poll_timeout() } else { None });
         tokio::select! {
-            // What has come is looked at first.
+            // A result that has arrived is handled first.
             biased;
             result = &mut result => {
                 held.with(|core, now| told(core, now, was_held, result));
@@ -207,7 +207,7 @@ async fn exchange(
             }
             () = held.changed.notified() => {}
             changed = link.changed(), if was_held => {
-                // A lost link ends a motion that is held; one that is being stopped goes on.
+                // A lost link ends a motion that is held; the stop of a motion continues.
                 if changed.is_ok() && !link.borrow().up {
                     held.with(|core, now| core.stop(now, Reason::LinkLost));
                 }
@@ -222,7 +222,7 @@ async fn exchange(
     }
 }
 
-/// What is known of the monitor serves the next motion.
+/// Stores what is known of the monitor for the next motion.
 fn remember(client: &Client, held: &Held) {
     let mut holds = lock(&client.shared.holds);
     match held.with(|core, _| core.holds()) {
@@ -233,7 +233,7 @@ fn remember(client: &Client, held: &Held) {
 
 fn told(core: &mut JogCore, now: Now, was_held: bool, result: Vec<Result<Answers, Error>>) {
     core.handle_timeout(now);
-    // The answer to a request of a motion that has been let go tells nothing about its Stop.
+    // The answer to a request of a motion that has been released says nothing about its Stop.
     if was_held == core.is_held() {
         core.handle_result(now, result);
     }
@@ -251,7 +251,7 @@ async fn until(time: Option<Instant>) {
 }
 
 impl JogEnd {
-    /// The drive is known to stand.
+    /// Whether the drive is known to be at rest.
     pub const fn stands(&self) -> bool {
         matches!(self, Self::Stopped { .. } | Self::Standing(_) | Self::Refused(_))
     }

@@ -2,21 +2,20 @@
 //!
 //! ```text
 //! Monitor, Drive, Jog ─▶ Client ─▶ Line ─▶ Session for each address ─▶ transport::Link ─▶ the wire
-//! typed                  any       whose    which answer is believed
-//!                        request   turn     (both: no I/O, no clock)
+//! typed                  any       order   which answers are valid
+//!                        request   of use  (both: no I/O, no clock)
 //! ```
 //!
-//! [`Monitor`] has a method for each request, typed. [`Client`] sends any request, several in a
-//! frame if wanted, and runs the sessions of a link on a task of its own. The core
-//! ([`session::line::Line`], [`session::Session`]) decides what is sent when and which answer is
-//! believed: it can be driven on virtual time, or by another runtime. [`blocking`] is the same
-//! for programs without async.
+//! [`Monitor`] has a typed method for each request. [`Client`] sends any request, several in a
+//! frame if needed, and runs the sessions of a link in a task. The core ([`session::line::Line`],
+//! [`session::Session`]) decides what is sent when and which answers are valid; it can run on
+//! virtual time, or in another runtime. [`blocking`] has the same for programs without async.
 //!
 //! # Features
 //!
-//! Without any, there is the core alone ([`session`], and [`bus`] without its driver), which needs
-//! `lafet-proto` and the standard library. `client`: everything that does I/O, on Tokio. `backup`:
-//! parameters of a monitor as a TOML file. Both are on by default.
+//! Without features there is only the core ([`session`], and [`bus`] without its driver), which
+//! needs `lafet-proto` and the standard library. `client`: everything that does I/O, on Tokio.
+//! `backup`: parameters of a monitor as a TOML file. Both are on by default.
 //!
 //! # A monitor
 //!
@@ -35,7 +34,7 @@
 //! # }
 //! ```
 //!
-//! # Several monitors on an RS-485 line, kept an eye on
+//! # Several monitors on an RS-485 line, polled
 //!
 //! ```no_run
 //! # async fn example() -> Result<(), lafet_client::Error> {
@@ -59,7 +58,7 @@
 //! # }
 //! ```
 //!
-//! # A motion that somebody holds
+//! # A motion that is held
 //!
 //! ```no_run
 //! # async fn example(monitor: lafet_client::Monitor) -> Result<(), lafet_client::Error> {
@@ -97,9 +96,9 @@ mod answers;
 pub mod bus;
 mod deviation;
 mod error;
-mod find_out;
-mod mistake;
 mod os_text;
+mod outcome_check;
+mod parse_error_text;
 mod port_error;
 pub mod refusal;
 pub mod session;
@@ -149,9 +148,9 @@ pub mod url;
 pub use answers::{AnswerBuf, Answers, RequestBuf};
 pub use deviation::Deviation;
 pub use error::{Cause, Error, Lang};
-pub use find_out::find_out;
-pub use mistake::mistake;
 pub use os_text::os_text;
+pub use outcome_check::outcome_check;
+pub use parse_error_text::parse_error_text;
 pub use port_error::{CannotSwitch, Holder, PortError};
 pub use session::jog::{Hold, JogEnd, Reason, Toward};
 pub use session::medium::{Addresses, Echo, Framing, Role};
@@ -170,7 +169,7 @@ pub use {
     shared::{LinkEvent, LinkState},
     status::{MonitorStatus, StatusSample, StatusSubscription, StatusUpdate},
     subscription::{Sample, Subscription, UPDATES_MAX, Update},
-    url::{Endpoint, Manner, Rs485, SerialLine},
+    url::{Behaviour, Endpoint, Rs485, SerialLine},
 };
 
 /// The examples of the README are compiled and run as documentation tests.

@@ -1,4 +1,4 @@
-//! A monitor with a method for each request of §3, typed.
+//! A monitor with a typed method for each request of §3.
 
 use std::time::Duration;
 
@@ -27,7 +27,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// The monitor that a client talks to.
+    /// A monitor on an existing client.
     pub const fn new(client: Client) -> Self {
         Self { client }
     }
@@ -41,7 +41,7 @@ impl Monitor {
         Client::connect(endpoint).await.map(Self::new)
     }
 
-    /// The client underneath.
+    /// The client of this monitor.
     pub const fn client(&self) -> &Client {
         &self.client
     }
@@ -55,12 +55,12 @@ impl Monitor {
         self.client.at(address).map(Self::new)
     }
 
-    /// The drive of elevation.
+    /// The elevation drive.
     pub fn vertical(&self) -> Drive {
         Drive::new(self.clone(), SubsystemId::VERTICAL)
     }
 
-    /// The drive of traverse.
+    /// The traverse drive.
     pub fn horizontal(&self) -> Drive {
         Drive::new(self.clone(), SubsystemId::HORIZONTAL)
     }
@@ -70,20 +70,20 @@ impl Monitor {
         Drive::new(self.clone(), SubsystemId::NOZZLE)
     }
 
-    /// §3.3 The state of every subsystem, read again every `period`: the latest with its age, and
-    /// what is new. It goes on when the connection was lost and made again.
+    /// §3.3 Reads the state of every subsystem each `period`; returns the latest with its age, and
+    /// updates. Continues after the connection was lost and restored.
     ///
     /// # Errors
     ///
-    /// [`Error::NotARead`] and [`Error::Unsendable`] cannot come of this request. What goes wrong
-    /// later comes as an update.
+    /// None in practice: the request is a read and fits a record ([`Error::NotARead`],
+    /// [`Error::Unsendable`]). Later errors are updates.
     pub fn watch(&self, period: Duration) -> Result<StatusSubscription, Error> {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
         self.client.subscribe(&request, period).map(StatusSubscription::new)
     }
 
-    /// §3.1 Moves a drive to a position, arc-minutes (nozzle: mm); beyond the limits means as far
-    /// as it goes. Positive is up and left.
+    /// §3.1 Moves a drive to a position, arc-minutes (nozzle: mm), positive up and left. A position
+    /// beyond a limit means the limit.
     ///
     /// # Errors
     ///
@@ -93,7 +93,7 @@ impl Monitor {
         self.command(drive, Body::Move { destination: position }).await
     }
 
-    /// §3.2 Stops what a subsystem does; All: everything that moves.
+    /// §3.2 Stops what a subsystem does; All stops everything that moves.
     ///
     /// # Errors
     ///
@@ -107,8 +107,8 @@ impl Monitor {
     ///
     /// # Errors
     ///
-    /// As [`Client::request`]; [`Error::Refused`] when General refuses for all. What a single
-    /// subsystem refuses is among [`MonitorStatus::others`].
+    /// As [`Client::request`]; [`Error::Refused`] when General refuses for all. Refusals of single
+    /// subsystems are in [`MonitorStatus::others`].
     pub async fn status_all(&self) -> Result<MonitorStatus, Error> {
         let request = Request::new(SubsystemId::ALL, Body::GetStatus);
         MonitorStatus::of_all(self.client.request(&request).await?)
@@ -133,14 +133,14 @@ impl Monitor {
         self.param_id(who, param_id(name)).await
     }
 
-    /// §3.4 The values of a parameter. While they have to be fetched from a remote unit (NotCached),
-    /// they are asked for again, for `Config::resume` at most.
+    /// §3.4 The values of a parameter. While a remote unit has to supply them (NotCached), the
+    /// request is repeated for at most `Config::resume`.
     ///
     /// # Errors
     ///
-    /// As [`Client::request`]; [`Error::Refused`] with `INVALID_ID` for a parameter that it does
-    /// not have, `INCOMPLETE_CONFIG` for one that is not set, `NOT_CACHED` when the remote unit
-    /// does not give it in time (§3.4).
+    /// As [`Client::request`]; [`Error::Refused`] with `INVALID_ID` for a parameter that does not
+    /// exist, `INCOMPLETE_CONFIG` for one that is not set, `NOT_CACHED` when the remote unit does
+    /// not supply it in time (§3.4).
     pub async fn param_id(&self, who: SubsystemId, id: ParamId) -> Result<Vec<i32>, Error> {
         values(self.insist(who, Body::GetParam { id }).await?.first())
     }
@@ -150,7 +150,7 @@ impl Monitor {
         self.params_with(which, |_| {}).await
     }
 
-    /// The same, and tells how far it is: see [`Client::complete`].
+    /// Like [`Monitor::params`], with a callback for the progress: see [`Client::complete`].
     pub async fn params_with(
         &self,
         which: &[Param],
@@ -168,9 +168,9 @@ impl Monitor {
         results.into_iter().map(one).collect()
     }
 
-    /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`. As long as a remote unit
-    /// has not taken it (Cached), it is set again, for `Config::resume` at most. Accepted is not yet
-    /// stored: see [`Monitor::save_param`].
+    /// §3.5 Sets a parameter by its name, or by its id written as `0x23FE`. While a remote unit has
+    /// not taken it (Cached), the request is repeated for at most `Config::resume`. Accepted does
+    /// not mean stored: see [`Monitor::save_param`].
     ///
     /// # Errors
     ///
@@ -189,8 +189,8 @@ impl Monitor {
         Ok(answers.first().status())
     }
 
-    /// §3.6 Stores corrections of elevation, degrees, one for each 0.1 atm from index `first` on
-    /// (format: ours). Long tables are sent in pieces; the first refusal ends it.
+    /// §3.6 Stores corrections of the elevation, degrees, one for each 0.1 atm, starting at index
+    /// `first` (format: ours). Long tables are sent in pieces; the first refusal ends the transfer.
     ///
     /// # Errors
     ///
@@ -215,7 +215,7 @@ impl Monitor {
     ///
     /// # Errors
     ///
-    /// As [`Client::request`]; [`Error::Refused`] with `WRONG_REQUEST` of a subsystem that is no
+    /// As [`Client::request`]; [`Error::Refused`] with `WRONG_REQUEST` of a subsystem that is not a
     /// drive, `MODULE_NOT_EXIST` of one that is absent (§3.7).
     pub async fn limits(&self, drive: SubsystemId) -> Result<Limits, Error> {
         limits(self.ask(drive, Body::RetrieveLimits).await?.first())
@@ -254,7 +254,7 @@ impl Monitor {
         self.command(valve, Body::Close { key: key::CLOSE }).await
     }
 
-    /// §3.10 Deploys to the working position. Ok: it is there already.
+    /// §3.10 Deploys to the working position. Ok: already there.
     ///
     /// # Errors
     ///
@@ -264,7 +264,7 @@ impl Monitor {
         self.command(SubsystemId::DEPLOYER, Body::Deploy).await
     }
 
-    /// §3.11 Wraps to the standby position. Ok: it is there already.
+    /// §3.11 Stows to the standby position. Ok: already there.
     ///
     /// # Errors
     ///
@@ -275,12 +275,12 @@ impl Monitor {
         self.command(SubsystemId::DEPLOYER, Body::Wrap).await
     }
 
-    /// §3.12 Restarts the program: parameters that wait for it take effect.
+    /// §3.12 Restarts the program; parameters that need a restart take effect.
     ///
     /// # Errors
     ///
     /// As [`Client::request`]; [`Error::Refused`] with `DENIED` under lockout, `BUSY` while it
-    /// restarts already (§3.12).
+    /// is already restarting (§3.12).
     pub async fn restart(&self) -> Result<Answers, Error> {
         self.ask(SubsystemId::ALL, Body::Restart).await
     }
@@ -295,7 +295,7 @@ impl Monitor {
         self.command(SubsystemId::DETECTOR, Body::StartJustify).await
     }
 
-    /// §3.14 Starts extinguishing. The valves stay as they are.
+    /// §3.14 Starts extinguishing. The valves are not changed.
     ///
     /// # Errors
     ///
@@ -327,7 +327,7 @@ impl Monitor {
         self.command(SubsystemId::DETECTOR, Body::StartSeek(seek)).await
     }
 
-    /// §3.17 Switches the control of limits off, on, or rejects their change.
+    /// §3.17 Switches the control of limits off or on, or rejects their change.
     ///
     /// # Errors
     ///
@@ -350,8 +350,8 @@ impl Monitor {
     ///
     /// # Errors
     ///
-    /// As [`Client::request`]; [`Error::Refused`] by the first subsystem that does. No state of the
-    /// monitor refuses it (§3.18).
+    /// As [`Client::request`]; [`Error::Refused`] for the first refusal. No state of the monitor
+    /// forbids this request (§3.18).
     pub async fn lockout(&self, on: bool) -> Result<Answers, Error> {
         self.client.request(&Request::lockout(on)).await?.accepted()
     }
@@ -366,11 +366,11 @@ impl Monitor {
         self.command(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH }).await
     }
 
-    /// §3.20 What the last hardware fault left.
+    /// §3.20 Registers saved at the last hardware fault.
     ///
     /// # Errors
     ///
-    /// As [`Client::request`]; reading is not refused by any state of the monitor (§3.20).
+    /// As [`Client::request`]; no state of the monitor forbids reading (§3.20).
     pub async fn crash_data(&self) -> Result<FaultInfo, Error> {
         let answers = self.ask(SubsystemId::GENERAL, Body::GetCrashData).await?;
         match typed(answers.first())? {
@@ -397,27 +397,27 @@ impl Monitor {
         Ok(hotbeds.iter().map(|values| Hotbed::from_values(*values)).collect())
     }
 
-    /// The answers to a request, if none refuses.
+    /// The answers to a request; an error if one of them refuses.
     async fn ask(&self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Error> {
         self.client.request(&Request::new(to, body)).await?.accepted()
     }
 
-    /// The same, asked again while the answer says "later".
+    /// Like `ask`, repeated while the answer says "later".
     async fn insist(&self, to: SubsystemId, body: Body<'_>) -> Result<Answers, Error> {
         let results = self.client.complete(&[Request::new(to, body)], |_| {}).await;
         results.into_iter().next().unwrap_or(Err(Error::Closed))?.accepted()
     }
 
-    /// Ok or Accepted.
+    /// Sends a request; returns Ok or Accepted.
     async fn command(&self, to: SubsystemId, body: Body<'_>) -> Result<Status, Error> {
         Ok(self.ask(to, body).await?.first().status())
     }
 }
 
-/// Corrections in one SetupCorrectionTable: a multiple that leaves 256 in two pieces.
+/// Corrections in one SetupCorrectionTable; 256 are sent in two requests.
 const TABLE_PIECE: usize = 128;
 
-/// `0x23FE` is an id; anything else a name that is hashed (§1, §3.4).
+/// The id of a parameter: `0x23FE`, or the hash of a name (§1, §3.4).
 pub(crate) fn param_id(name: &str) -> ParamId {
     let number = name.strip_prefix("0x").and_then(|digits| u16::from_str_radix(digits, 16).ok());
     number.map_or_else(|| ParamId::of(name), ParamId)
@@ -446,7 +446,7 @@ fn limits(answer: &AnswerBuf) -> Result<Limits, Error> {
     }
 }
 
-/// A success without the data that belong to it.
+/// The error for a success without its data.
 pub(crate) fn wrong_shape(answer: &AnswerBuf) -> Error {
     let (expected, got) = (Expected::Size, answer.data().len());
     let what = match answer.deviation() {

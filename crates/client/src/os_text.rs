@@ -1,11 +1,11 @@
-//! What the operating system says, in the language of the user.
+//! Errors of the operating system in the language of the user.
 
 use std::io::{Error, ErrorKind};
 
 use crate::error::Lang;
 
-/// The text of an error of the system. In Russian the usual ones are translated, any other one is
-/// introduced as a text of the system.
+/// The text of an error of the system. In Russian the common ones are translated; any other is
+/// quoted as a text of the system.
 pub fn os_text(error: &Error, lang: Lang) -> String {
     if lang == Lang::En {
         return error.to_string();

@@ -1,4 +1,4 @@
-//! How many requests go into one frame: so many that the answers fit the monitor's output buffer.
+//! Number of requests in a frame, so that their answers fit the monitor's output buffer.
 
 use lafet_proto::link::PAYLOAD_MAX;
 use lafet_proto::param::{MAX_VALUES, Param};
@@ -7,16 +7,16 @@ use lafet_proto::status::{FaultInfo, GeneralStatus, Hotbed, Limits, ThermoStatus
 use lafet_proto::{RequestId, SubsystemId};
 
 use crate::answers::RequestBuf;
-use crate::session::doubt::Tag;
+use crate::session::late_answers::Tag;
 use crate::url::Framing;
 
-/// Bytes for requests, or for answers, in a frame: a tag and the two headers that tell of a full
-/// buffer have to fit as well.
+/// Bytes for requests, or for answers, in a frame, without a tag and the two headers that report a
+/// full buffer.
 const ROOM: usize = PAYLOAD_MAX - Tag::SIZE - 2 * HEADER_SIZE;
 
-/// How many of these requests go into the next frame: at least one.
+/// Number of these requests that go into the next frame: at least one.
 pub fn frame_len(requests: &[RequestBuf], framing: Framing) -> usize {
-    // Bare records have no frame: one request at a time keeps its answer apart.
+    // Bare records have no frame: with one request at a time the answer is unambiguous.
     if framing == Framing::Records {
         return requests.len().min(1);
     }
@@ -25,8 +25,8 @@ pub fn frame_len(requests: &[RequestBuf], framing: Framing) -> usize {
     let fits = requests.iter().take_while(|request| {
         asked += request.bytes().len();
         answered += answer_max(request);
-        // The answers of a group end where another request's begin: two of one kind in a row
-        // could not be told apart.
+        // The answers of a group end at another request's answer, so two equal group requests must
+        // not be adjacent.
         let apart = previous.is_none_or(|group| !group.is_group() || group.id() != request.id());
         let first = previous.is_none();
         previous = Some(request);
@@ -35,7 +35,7 @@ pub fn frame_len(requests: &[RequestBuf], framing: Framing) -> usize {
     fits.count()
 }
 
-/// Bytes that the answers to a request need at most.
+/// Most bytes of the answers to a request.
 fn answer_max(request: &RequestBuf) -> usize {
     let subsystems = if request.is_group() { SubsystemId::TABLE.len() } else { 1 };
     let data = match request.id() {
@@ -52,7 +52,7 @@ fn answer_max(request: &RequestBuf) -> usize {
     subsystems * (HEADER_SIZE + data)
 }
 
-/// All fourteen subsystems at once: most have no more than eight bytes of status.
+/// All fourteen subsystems together: most have at most eight bytes of status.
 const fn group_status_max() -> usize {
     SubsystemId::TABLE.len() * (HEADER_SIZE + 8) + ThermoStatus::SIZE + GeneralStatus::SIZE
 }

@@ -1,4 +1,4 @@
-//! Why a serial port cannot be used.
+//! Errors of a serial port.
 
 use std::fmt;
 use std::io;
@@ -10,18 +10,18 @@ use crate::error::Lang;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PortError {
-    /// Another program has it.
+    /// Another program uses the port.
     InUse {
         /// The port.
         path: PathBuf,
-        /// The program, where the system shows it.
+        /// The program, if the system shows it.
         by: Option<Holder>,
     },
-    /// This user may not open it.
+    /// The user has no permission.
     Permission {
         /// The port.
         path: PathBuf,
-        /// The group that may.
+        /// The group that has permission.
         group: Option<String>,
     },
     /// There is no such port.
@@ -34,9 +34,9 @@ pub enum PortError {
 /// A program that has a port open.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Holder {
-    /// Its process.
+    /// Process id.
     pub pid: u32,
-    /// Its name.
+    /// Name of the program.
     pub program: String,
 }
 
@@ -47,7 +47,7 @@ impl fmt::Display for Holder {
 }
 
 impl PortError {
-    /// The error that an error of the link is about.
+    /// The port error inside an I/O error of the link.
     pub fn of(error: &io::Error) -> Option<&Self> {
         error.get_ref()?.downcast_ref()
     }

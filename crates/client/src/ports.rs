@@ -1,4 +1,4 @@
-//! Which serial ports this computer has, and what is known of them.
+//! Serial ports of this computer and their properties.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,21 +9,21 @@ use crate::transport::port::{Holder, holders, may_open};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Port {
-    /// The device, as it goes into a URL.
+    /// Path of the device, for use in a URL.
     pub path: PathBuf,
-    /// A name that stays the same wherever the adapter is plugged in (`/dev/serial/by-id`).
+    /// A path that does not depend on the USB socket (`/dev/serial/by-id`).
     pub stable_path: Option<PathBuf>,
-    /// The kernel's driver.
+    /// Name of the kernel driver.
     pub driver: Option<String>,
-    /// The USB adapter, if it is one.
+    /// The USB adapter, if the port is one.
     pub usb: Option<Usb>,
-    /// This user may open it.
+    /// Whether this user may open it.
     pub permitted: bool,
-    /// The programs that have it open, as far as this user may see them.
+    /// Programs that have it open, as far as this user may see them.
     pub in_use: Vec<Holder>,
 }
 
-/// What a USB adapter says of itself.
+/// Description of a USB adapter, from the adapter itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Usb {
@@ -42,7 +42,7 @@ pub struct Usb {
 /// Levels of sysfs between a port and its USB device.
 const LEVELS_MAX: usize = 8;
 
-/// The serial ports of this computer, by name. Pseudo-terminals are none.
+/// The serial ports of this computer, ordered by name, without pseudo-terminals.
 pub fn ports() -> Vec<Port> {
     #[cfg(target_os = "linux")]
     let mut ports = found(Path::new("/sys/class/tty"), Path::new("/dev"));
@@ -59,7 +59,7 @@ pub fn ports() -> Vec<Port> {
     ports
 }
 
-/// What the kernel shows under these folders.
+/// The ports in these folders of the kernel.
 #[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "there is no sysfs"))]
 fn found(class: &Path, dev: &Path) -> Vec<Port> {
     let stable = stable_names(&dev.join("serial/by-id"));
@@ -67,9 +67,9 @@ fn found(class: &Path, dev: &Path) -> Vec<Port> {
     let mut ports: Vec<Port> = entries
         .filter_map(|entry| {
             let (name, place) = (entry.file_name(), entry.path());
-            // What has no device behind it is a terminal of the kernel's.
+            // An entry without a device is a terminal of the kernel.
             let device = fs::canonicalize(place.join("device")).ok()?;
-            // The kernel's table of old ports has entries without hardware: their type is 0.
+            // The kernel's table of legacy ports has entries without hardware: their type is 0.
             if read(&place, "type").as_deref() == Some("0") {
                 return None;
             }

@@ -1,7 +1,6 @@
-//! A link without a session: probes are sent, and everything that is heard is kept.
+//! A link without a session: sends probes and records everything that is received.
 //!
-//! A client believes only what it asked for. Who wants to know what is on a line, or what is wrong
-//! with it, needs the rest too.
+//! A client accepts only answers to its requests. A scan or a diagnosis of a line needs all frames.
 
 use std::io;
 use std::time::Duration;
@@ -11,11 +10,11 @@ use tokio::time::{Instant, timeout};
 
 use crate::transport::Link;
 
-/// Frames and bytes that one look keeps; more are counted only.
+/// Frames and bytes that are kept from one call; the rest is only counted.
 const FRAMES_MAX: usize = 256;
 const SAMPLE_MAX: usize = 64;
 
-/// A frame that was heard.
+/// A received frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HeardFrame {
     /// Receiver.
@@ -24,18 +23,18 @@ pub struct HeardFrame {
     pub src: u8,
     /// Its records; empty in a presence probe and in the answer to one.
     pub payload: Vec<u8>,
-    /// How it was checked.
+    /// Checksum of the frame.
     pub check: Check,
-    /// How long after the beginning of the look it was complete.
+    /// Time from the start of the call to the end of the frame.
     pub after: Duration,
 }
 
-/// What was heard in a while.
+/// What was received in one call.
 #[derive(Clone, Debug, Default)]
 pub struct Heard {
-    /// Bytes.
+    /// Number of bytes.
     pub bytes: usize,
-    /// The first of them.
+    /// The first bytes.
     pub sample: Vec<u8>,
     /// Frames without errors.
     pub frames: Vec<HeardFrame>,
@@ -43,12 +42,12 @@ pub struct Heard {
     pub broken: u64,
     /// Bytes that belong to no good frame.
     pub stray_bytes: u64,
-    /// Frames that are what we have sent.
+    /// Frames equal to the one sent.
     pub echoes: usize,
 }
 
 impl Heard {
-    /// Something came, and nothing of it could be read.
+    /// Whether bytes were received, but no frame could be read.
     pub fn is_garbage(&self) -> bool {
         self.bytes > 0 && self.frames.is_empty() && self.echoes == 0
     }
@@ -58,7 +57,7 @@ impl Heard {
         self.frames.iter().filter(move |frame| (frame.src, frame.dst) == (src, dst))
     }
 
-    /// Adds what was heard later.
+    /// Adds what was received later.
     pub fn add(&mut self, later: Self) {
         self.bytes += later.bytes;
         let room = SAMPLE_MAX.saturating_sub(self.sample.len());
@@ -71,7 +70,7 @@ impl Heard {
     }
 }
 
-/// Sends single frames over a link and hears what comes.
+/// Sends single frames over a link and records what is received.
 pub struct Prober {
     link: Link,
     source: u8,
@@ -80,26 +79,26 @@ pub struct Prober {
 }
 
 impl Prober {
-    /// Speaks as `source`.
+    /// A prober with the address `source`.
     pub fn new(link: Link, source: u8) -> Self {
         Self { link, source, decoder: Box::new(Decoder::new()), sent: None }
     }
 
-    /// Hears for a while.
+    /// Receives for this time.
     ///
     /// # Errors
     ///
-    /// That of the link when it is lost.
+    /// The error of the link when it is lost.
     pub async fn listen(&mut self, time: Duration) -> io::Result<Heard> {
         self.hear(time, |_| false).await
     }
 
-    /// Sends a frame (a presence probe when `payload` is empty), and hears until its receiver has
-    /// answered, or for `time`.
+    /// Sends a frame (a presence probe when `payload` is empty), and receives until its receiver
+    /// has answered, or for `time`.
     ///
     /// # Errors
     ///
-    /// That of the link when it is lost; `InvalidInput` for more than 512 bytes of payload.
+    /// The error of the link when it is lost; `InvalidInput` for more than 512 bytes of payload.
     pub async fn ask(
         &mut self,
         dst: u8,
@@ -117,11 +116,11 @@ impl Prober {
         self.hear(time, |frame| (frame.src, frame.dst) == (dst, src)).await
     }
 
-    /// Sends bytes as they are, and hears for `time`.
+    /// Sends bytes unchanged, and receives for `time`.
     ///
     /// # Errors
     ///
-    /// That of the link when it is lost.
+    /// The error of the link when it is lost.
     pub async fn say(&mut self, bytes: &[u8], time: Duration) -> io::Result<Heard> {
         self.sent = None;
         self.link.send(bytes).await?;
@@ -146,7 +145,7 @@ impl Prober {
             let room = SAMPLE_MAX.saturating_sub(heard.sample.len());
             heard.sample.extend(bytes.iter().take(room));
             if self.link.is_datagram() {
-                // One datagram = one frame: what is left of a broken one is not its continuation.
+                // One datagram is one frame: the next one does not continue a broken frame.
                 self.decoder.reset();
             }
             for byte in bytes {

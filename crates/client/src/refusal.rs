@@ -1,21 +1,21 @@
-//! Why a monitor refuses: the scenario of the document that the answer belongs to.
+//! Reasons of a refusal: the scenario of the document that the answer belongs to.
 
 use lafet_proto::dictionary::{self, Text};
 use lafet_proto::request::{Body, LimitsState};
 use lafet_proto::{Request, RequestId, Status, SubsystemId};
 
-/// What a refusal means.
+/// Explanation of a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reason {
     /// Section and scenario, as in docs/protocol.md: `§3.1/1`.
     pub scenario: &'static str,
-    /// Why it was refused.
+    /// Cause of the refusal.
     pub why: Text,
     /// What to do.
     pub remedy: Text,
 }
 
-/// Why `by` refused this very request: with its data, which may say more than its name.
+/// The reason for which `by` refused this request; its data can narrow it down.
 pub fn reason_of(request: &Request<'_>, status: Status, by: SubsystemId) -> Reason {
     let found = match (&request.body, status) {
         (Body::SwitchLimits { new_state }, Status::INVALID_VALUE)
@@ -32,7 +32,7 @@ pub fn reason_of(request: &Request<'_>, status: Status, by: SubsystemId) -> Reas
     found.unwrap_or_else(|| reason(request.body.id(), request.to, status, by))
 }
 
-/// Why `by` refused this request to `to`.
+/// The reason for which `by` refused a request of this kind to `to`.
 pub fn reason(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId) -> Reason {
     let found = match status {
         Status::DENIED => denied(request, by),
@@ -70,7 +70,7 @@ const STOP_CONTROL: (&str, &str) = (
 const CLOSE_VALVE: (&str, &str) =
     ("Close the valve, and wait until it says Closed.", "Закройте затвор и дождитесь Closed.");
 const STOP_ALL: (&str, &str) = (
-    "Send Stop to the one who refuses, or Stop All, which is never denied.",
+    "Send Stop to the subsystem that refuses, or Stop All, which is never denied.",
     "Пошлите Stop тому, кто отказал, либо Stop All: он не отклоняется никогда.",
 );
 const READ_FLAGS: (&str, &str) = (
@@ -121,7 +121,7 @@ fn denied_by_deployer(request: RequestId) -> Option<Reason> {
     because(
         scenario,
         (
-            "The barrel is not deployed: it is stowed, moving, or in between.",
+            "The barrel is not deployed: it is stowed, moving, or between the positions.",
             "Ствол не развёрнут: он свёрнут, движется или стоит между положениями.",
         ),
         DEPLOY_FIRST,
@@ -256,14 +256,14 @@ fn busy(request: RequestId, by: SubsystemId) -> Option<Reason> {
         (RequestId::SWITCH_LIMITS, _) if by.is_drive() => (
             "§3.17/2",
             (
-                "The remote unit has not got the new limits yet.",
+                "The remote unit has not received the new limits yet.",
                 "Удалённый блок ещё не получил новые пределы.",
             ),
         ),
         (RequestId::SET_PARAM, by) if by.is_drive() => (
             "§3.17/5",
             (
-                "The drive moves: a limit or the zero point is taken where it stands.",
+                "The drive moves: a limit or the zero point is taken only at rest.",
                 "Привод движется: предел и ноль берутся там, где он стоит.",
             ),
         ),
@@ -304,10 +304,7 @@ fn wrong_request(request: RequestId, to: SubsystemId, by: SubsystemId) -> Option
     if by == SubsystemId::GENERAL && (to != SubsystemId::GENERAL || !known) {
         return because(
             "§1/4",
-            (
-                "The monitor does not know this request at all.",
-                "Ствол вообще не знает такого запроса.",
-            ),
+            ("The monitor does not support this request.", "Ствол вообще не знает такого запроса."),
             (
                 "Its program may be older than the request: see what it supports.",
                 "Возможно, его программа старше этого запроса: выясните, что она умеет.",
@@ -447,7 +444,7 @@ fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
     }
 }
 
-/// A value that a parameter does not take.
+/// The reason for an invalid value of a parameter.
 fn invalid_param(of: SubsystemId) -> Option<Reason> {
     if !of.is_drive() {
         return because(
@@ -472,7 +469,7 @@ fn invalid_param(of: SubsystemId) -> Option<Reason> {
     )
 }
 
-/// What the status says by itself.
+/// The reason that follows from the status alone.
 fn of_status(request: RequestId, status: Status) -> Reason {
     let scenario = match (status, request) {
         (Status::NEED_CONFIRM, RequestId::OPEN) => "§3.8/6",
@@ -493,7 +490,7 @@ fn of_status(request: RequestId, status: Status) -> Reason {
     };
     let unknown = || Reason {
         scenario,
-        why: Text::new("The protocol knows no such status.", "Протокол не знает такого статуса."),
+        why: Text::new("The protocol has no such status.", "Протокол не знает такого статуса."),
         remedy: Text::new("Report it.", "Сообщите о нём."),
     };
     dictionary::status(status).map_or_else(unknown, |info| Reason {

@@ -1,8 +1,8 @@
-//! Setting a value and waiting until it stands in non-volatile memory (§3.5/9, §3.18/8, ours).
+//! Setting a value and waiting until it is in non-volatile memory (§3.5/9, §3.18/8, ours).
 //!
-//! A monitor of ours answers Accepted to what will be stored, and Ok to what is. The document knows
-//! Accepted only; a monitor that never says more has each repetition to write, perhaps, so there are
-//! few of them.
+//! A monitor of ours answers Accepted to a value that will be stored, and Ok to one that is stored.
+//! The document has only Accepted; a monitor that never answers Ok may write the value at each
+//! repetition, so there are few.
 
 use std::time::Duration;
 
@@ -15,27 +15,27 @@ use crate::answers::Answers;
 use crate::error::Error;
 use crate::monitor::Monitor;
 
-/// Times between a request and its repetitions.
+/// Pauses between a request and its repetitions.
 const PAUSES: [Duration; 3] =
     [Duration::from_millis(60), Duration::from_millis(340), Duration::from_millis(1100)];
-/// How long a remote unit may take for a parameter, in pauses of `UNIT_PAUSE`.
+/// Longest wait for a remote unit to take a parameter, in pauses of `UNIT_PAUSE`.
 const UNIT_TRIES: usize = 12;
 const UNIT_PAUSE: Duration = Duration::from_millis(150);
 
-/// What became of a value that was set.
+/// State of a value that was set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saved {
-    /// It stands in non-volatile memory: Ok was answered.
+    /// In non-volatile memory: the monitor answered Ok.
     Stored,
-    /// It is in force, and nothing has said that it is stored: a drive may be moving, the value may
-    /// be on a remote unit, this monitor may never say so, or the connection is lost since.
+    /// In force, but not confirmed as stored: a drive may be moving, the value may be on a remote
+    /// unit, the monitor may never confirm, or the connection was lost.
     Unconfirmed,
     /// It is in force until the next reset: the monitor cannot write it (ConfigWriteFault).
     WriteFailed,
 }
 
 impl Saved {
-    /// Its name for programs.
+    /// Name for scripts and JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Stored => "stored",
@@ -51,8 +51,8 @@ impl Monitor {
     ///
     /// # Errors
     ///
-    /// As [`Monitor::set_param`], for the first request. That nothing says whether it is stored is
-    /// no error: [`Saved::Unconfirmed`].
+    /// As [`Monitor::set_param`], for the first request. A missing confirmation is not an error:
+    /// [`Saved::Unconfirmed`].
     pub async fn save_param(
         &self,
         who: SubsystemId,
@@ -62,12 +62,12 @@ impl Monitor {
         self.save_param_id(who, crate::monitor::param_id(name), values).await
     }
 
-    /// The same, by the id.
+    /// Like [`Monitor::save_param`], with the id of the parameter.
     ///
     /// # Errors
     ///
-    /// As [`Monitor::set_param`], for the first request. That nothing says whether it is stored is
-    /// no error: [`Saved::Unconfirmed`].
+    /// As [`Monitor::set_param`], for the first request. A missing confirmation is not an error:
+    /// [`Saved::Unconfirmed`].
     pub async fn save_param_id(
         &self,
         who: SubsystemId,
@@ -78,8 +78,8 @@ impl Monitor {
         self.saved(&Request::new(who, body)).await.map(|(_, saved)| saved)
     }
 
-    /// §3.18 Locks the monitor out, or releases it, and waits until a power loss would not change
-    /// that. The answers are those to the first request, which is what stops the monitor.
+    /// §3.18 Locks the monitor out, or releases it, and waits until this state would survive a loss
+    /// of power. Returns the answers to the first request, which is the one that stops the monitor.
     ///
     /// # Errors
     ///
@@ -93,9 +93,9 @@ impl Monitor {
         Ok((answers.accepted()?, saved.unwrap_or(Saved::Unconfirmed)))
     }
 
-    /// Sends a request that changes what is stored (SetParam, Lockout), and waits until it is
-    /// stored: two seconds at most, with three repetitions at most. A parameter of a remote unit
-    /// is repeated until the unit has taken it. The answers are the first ones; `None`: refused.
+    /// Sends a request that changes a stored value (SetParam, Lockout), and waits until it is
+    /// stored: at most two seconds and three repetitions. A parameter of a remote unit is repeated
+    /// until the unit has taken it. Returns the first answers; `None` if refused.
     ///
     /// # Errors
     ///
@@ -115,21 +115,21 @@ impl Monitor {
         let saved = match word(&answers, owner(request)) {
             _ if answers.refusal().is_some() => None,
             Status::OK => Some(Saved::Stored),
-            // Each repetition would be one more write for the unit, too.
+            // Each repetition could be another write in the unit.
             _ if tries > 0 => Some(Saved::Unconfirmed),
-            // It is in force, whatever becomes of the connection.
+            // The value is in force, even if the connection is lost now.
             _ => Some(self.confirm(request).await.unwrap_or(Saved::Unconfirmed)),
         };
         Ok((answers, saved))
     }
 
-    /// Repeats what was accepted until Ok says that it is stored.
+    /// Repeats an accepted request until Ok says that it is stored.
     async fn confirm(&self, request: &Request<'_>) -> Result<Saved, Error> {
         let mut saved = Saved::Unconfirmed;
         for pause in PAUSES {
             sleep(pause).await;
             let answers = self.client().request(request).await?;
-            // A zero point that was taken is not the present position any more (§3.17).
+            // After a zero point was taken, the position is a different one (§3.17).
             if answers.refusal().is_some() {
                 return Ok(Saved::Unconfirmed);
             }
@@ -139,7 +139,7 @@ impl Monitor {
             let status = self.status(owner(request)).await?;
             let flags = status.decode().ok().and_then(|answer| answer.data.flags_bits());
             let flags = CommonFlags::from_bits_retain(flags.unwrap_or(0));
-            // The flag may be another value's, but then this one is stored soon.
+            // The flag may belong to another value, but then this one is stored soon.
             let failed = flags.contains(CommonFlags::CONFIG_WRITE_FAULT);
             saved = if failed { Saved::WriteFailed } else { Saved::Unconfirmed };
         }
@@ -147,12 +147,12 @@ impl Monitor {
     }
 }
 
-/// Who stores it: General for what goes to all (§3.18).
+/// The subsystem that stores the value: General for a request to All (§3.18).
 fn owner(request: &Request<'_>) -> SubsystemId {
     if request.to == SubsystemId::ALL { SubsystemId::GENERAL } else { request.to }
 }
 
-/// What the owner says; one in whose name somebody else answers has said nothing.
+/// The status that the owner answered; an answer of another subsystem in its name does not count.
 fn word(answers: &Answers, owner: SubsystemId) -> Status {
     let said = answers.iter().find(|answer| answer.from() == owner);
     said.map_or(Status::ACCEPTED, |answer| answer.status())

@@ -1,4 +1,4 @@
-//! Who is on a line: presence probes to every address (§L/5, observed).
+//! Devices on a line: presence probes to every address (§L/5, observed).
 
 mod network;
 
@@ -15,26 +15,26 @@ use lafet_proto::link::Check;
 use crate::prober::{Heard, Prober};
 use crate::transport::Link;
 
-/// What is looked for, and how patiently.
+/// Options of a scan.
 #[derive(Clone, Debug)]
 pub struct ScanOptions {
-    /// The addresses that are probed.
+    /// Addresses to probe.
     pub addresses: RangeInclusive<u8>,
-    /// How long each probe may take (observed on a bus: 30 ms; a network needs more).
+    /// Longest wait for the answer to a probe (observed on a bus: 30 ms; a network needs more).
     pub wait: Duration,
-    /// How often an address that is silent is probed.
+    /// Number of probes to an address that does not answer.
     pub tries: u32,
-    /// Whether those that take a CRC-32C only (§L/7) are looked for too, in a second round.
+    /// Whether to probe also, in a second round, for devices that accept only CRC-32C (§L/7).
     pub crc32c: bool,
-    /// How long to hear before the first probe. When somebody else speaks meanwhile, nothing is
-    /// probed: a probe would collide with what they say, be it a Stop.
+    /// Time to listen before the first probe. If another device transmits meanwhile, nothing is
+    /// probed: a probe would collide with its frames, possibly with a Stop.
     pub listen: Duration,
-    /// Whether the first answer shortens the wait for the others, which are as far away: to
-    /// [`ADAPTED`] and four times its round trip.
+    /// Whether the first answer shortens the wait for the others, which have a similar round trip:
+    /// to four times that round trip plus [`ADAPTED`].
     pub adapt: bool,
 }
 
-/// The least wait where it adapts: as long as a bus takes for an answer.
+/// The shortest adapted wait: the time that a bus allows for an answer.
 pub const ADAPTED: Duration = Duration::from_millis(bus::PROBE_TIMEOUT_MS as u64);
 
 impl Default for ScanOptions {
@@ -54,41 +54,42 @@ impl Default for ScanOptions {
 /// A device that answers probes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Present {
-    /// Its address.
+    /// Address of the device.
     pub address: u8,
-    /// It answers frames with this check; Crc32c: with nothing else (§L/7).
+    /// Checksum of the frames that it answers; Crc32c: it answers no others (§L/7).
     pub check: Check,
-    /// How long its answer took.
+    /// Round trip of its answer.
     pub rtt: Duration,
-    /// More than one device answered a probe: two have the same address.
+    /// More than one answer to a probe: two devices have this address.
     pub doubled: bool,
 }
 
-/// What a scan has come to.
+/// Result of a scan.
 #[derive(Clone, Debug, Default)]
 pub struct Scan {
-    /// Who answered, by address.
+    /// Devices that answered, by address.
     pub present: Vec<Present>,
-    /// Addresses that speak without being asked by us: consoles, a bus controller.
+    /// Addresses that transmit without being asked by this scan: consoles, a bus controller.
     pub speakers: Vec<u8>,
-    /// The line hears itself.
+    /// The line echoes what is sent.
     pub echo: bool,
-    /// Frames that came broken.
+    /// Frames received with errors.
     pub broken: u64,
-    /// Bytes came unasked that are no frames: noise, or others at another speed.
+    /// Bytes that are not frames were received before the first probe: noise, or devices at another
+    /// speed.
     pub garbage: bool,
-    /// Nothing was probed, because others speak: see [`ScanOptions::listen`].
+    /// Nothing was probed, because other devices transmit: see [`ScanOptions::listen`].
     pub held_back: bool,
 }
 
-/// Probes one address after the other; `progress` is told which.
+/// Probes one address after the other; calls `progress` with each address.
 ///
-/// On a bus with a controller or another console nobody else may speak unasked.
-/// [`Scan::speakers`] tells whether there was one.
+/// On a bus with a controller or another console no other device may transmit unasked.
+/// [`Scan::speakers`] shows whether there was one.
 ///
 /// # Errors
 ///
-/// That of the link when it is lost: what was found until then is lost too.
+/// The error of the link when it is lost; the results so far are lost as well.
 pub async fn scan(
     link: Link,
     source: u8,
@@ -98,7 +99,7 @@ pub async fn scan(
     let mut prober = Prober::new(link, source);
     let mut scan = Scan::default();
     let heard = prober.listen(options.listen).await?;
-    // Bytes that are no frames may be those of others at another speed.
+    // Bytes that are not frames may come from devices at another speed.
     scan.garbage = heard.is_garbage();
     scan.note(heard, source, &[0; 256]);
     if !scan.speakers.is_empty() || scan.garbage {
@@ -106,7 +107,7 @@ pub async fn scan(
         return Ok(scan);
     }
     let mut sent = [0; 256];
-    // Who has set Check = 1 is rare, so that the second round is a short one.
+    // Few devices have Check = 1, so the second round is short.
     let rounds = [(Check::Crc16, options.tries.max(1)), (Check::Crc32c, options.crc32c.into())];
     for (check, tries) in rounds.into_iter().filter(|(_, tries)| *tries > 0) {
         for address in options.addresses.clone().filter(|address| *address != source) {
@@ -123,7 +124,7 @@ pub async fn scan(
             }
         }
     }
-    // What came too late for its probe is there all the same.
+    // A device whose answer came too late for its probe is present all the same.
     let late = prober.listen(options.wait).await?;
     scan.note(late, source, &sent);
     scan.present.sort_by_key(|present| present.address);
@@ -131,7 +132,7 @@ pub async fn scan(
 }
 
 impl Scan {
-    /// How long the next probe may take.
+    /// Longest wait for the next probe.
     fn wait(&self, options: &ScanOptions) -> Duration {
         let slowest = self.present.iter().map(|present| present.rtt).max();
         match slowest.filter(|_| options.adapt) {
@@ -140,14 +141,15 @@ impl Scan {
         }
     }
 
-    /// Keeps what was heard; whether somebody answered. `sent`: probes to each address.
+    /// Evaluates received frames; returns whether a probe was answered. `sent`: probes to each
+    /// address.
     fn note(&mut self, heard: Heard, source: u8, sent: &[u32; 256]) -> bool {
         self.echo |= heard.echoes > 0;
         self.broken += heard.broken;
         let mut answered = false;
         for frame in heard.frames {
             if frame.dst != source {
-                // A device that answers somebody else was asked by somebody else.
+                // A device that answers another console was asked by that console.
                 let speaker =
                     if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };
                 if speaker != source && !self.speakers.contains(&speaker) {

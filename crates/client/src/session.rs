@@ -1,11 +1,11 @@
-//! The controlling side of one monitor without any I/O or clock: bytes and times in, bytes out.
+//! The controlling side of one monitor without I/O and clock: bytes and times in, bytes out.
 //!
-//! One frame of requests is outstanding at a time. Stop, Close and Lockout on overtake what waits,
-//! take the place of what is outstanding without answer for too long, and remove what would undo
-//! them. A request without answer is repeated only where twice is the same as once. How late,
-//! foreign and doubled answers are kept from being believed is told in `session/doubt.rs`; how
-//! several monitors share a line, in [`mod@line`]; how a motion ends when nobody holds it any more, in
-//! [`jog`].
+//! One frame of requests is outstanding at a time. Stop, Close and Lockout on are sent before
+//! waiting requests, replace an outstanding frame that is without answer for too long, and cancel
+//! requests that would reverse them. A request without answer is repeated only if executing it
+//! twice has the effect of once. `session/late_answers.rs` describes how late, foreign and duplicate
+//! answers are rejected; [`mod@line`], how several monitors share a line; [`jog`], how a motion
+//! ends that is no longer held.
 //!
 //! ```text
 //! submit ─▶ queue ─▶ poll_transmit ─▶ outstanding ─▶ handle_bytes ───▶ poll_outcome
@@ -14,22 +14,22 @@
 //!                                         └─ handle_timeout ─▶ tries used up ─▶ poll_outcome
 //! ```
 
-mod bus_ear;
+mod bus_access;
 mod check;
 mod config;
-pub(crate) mod doubt;
+mod counters;
 pub mod echo;
 mod input;
 pub mod jog;
+pub(crate) mod late_answers;
 pub mod line;
 pub(crate) mod matching;
 pub mod medium;
 mod operation;
 mod receive;
 mod send;
-mod silence;
 pub mod statistics;
-mod stats;
+mod unanswered;
 mod urgent;
 
 use std::collections::VecDeque;
@@ -44,28 +44,28 @@ use crate::deviation::Deviation;
 pub use check::CheckMode;
 use check::Negotiation;
 pub use config::{Config, LATE_DEFAULT};
-use doubt::{Suspicion, Tag, Tags};
+pub use counters::{Direction, Stats, Traced, Verdict};
 use input::Input;
+use late_answers::{Suspicion, Tag, Tags};
 pub use matching::Slot;
 use medium::Framing;
 use operation::{Echo, Operation, Outstanding, Recent};
-pub use stats::{Direction, Stats, Traced, Verdict};
 
-/// A moment: time since any fixed one.
+/// Time since a fixed moment.
 pub type Now = Duration;
 
-/// Operations that wait at most; more are refused.
+/// Most waiting operations; more are refused.
 pub const QUEUE_MAX: usize = 256;
-/// Urgent ones that wait at most.
+/// Most waiting urgent operations.
 pub const URGENT_MAX: usize = 64;
-/// Frames remembered to tell late answers from doubled and foreign ones.
+/// Frames remembered to distinguish late answers from duplicate and foreign ones.
 const RECENT_MAX: usize = 128;
-/// Frames kept for a listener that does not fetch them.
+/// Traced frames kept for a listener that does not fetch them.
 const TRACED_MAX: usize = 1024;
-/// Untagged answers to tagged frames that prove that the monitor does not answer tags.
+/// Untagged answers to tagged frames after which the monitor is known not to support tags.
 const UNTAGGED_PROOF: u32 = 3;
 
-/// Names an operation that was submitted.
+/// Identifies a submitted operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Ticket(u64);
 
@@ -73,26 +73,26 @@ impl Ticket {
     /// Tickets of the sessions of a line differ by their monitor's address.
     const ADDRESS_SHIFT: u32 = 56;
 
-    /// The session's own, see `doubt`: the address 255 is no monitor's.
+    /// Of the session's own operation, see `late_answers`: no monitor has address 255.
     const QUESTION: Self = Self(u64::MAX);
 
-    /// The monitor whose session gave it out.
+    /// Address of the monitor whose session created it.
     const fn address(self) -> u8 {
         (self.0 >> Self::ADDRESS_SHIFT) as u8
     }
 }
 
-/// Too many operations wait.
+/// Too many operations are waiting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QueueFull;
 
-/// What goes with requests that are submitted.
+/// Conditions of submitted requests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Terms {
-    /// The first frame of the same batch: a Stop that came since is later than the batch, so it
-    /// overtakes this frame too.
+    /// The first frame of the same batch: a Stop submitted after that frame is later than the
+    /// batch, so it is sent before this frame too.
     pub first: Option<Ticket>,
-    /// Not to be sent after this moment: a motion that nobody holds any more.
+    /// Time after which it must not be sent: a motion that is no longer held.
     pub expires: Option<Now>,
 }
 
@@ -100,46 +100,46 @@ pub struct Terms {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Outcome {
-    /// With answers: one slot for each request.
+    /// Answered: one slot for each request.
     Answered(Vec<Slot>),
-    /// Without answer.
+    /// Not answered.
     Silence {
-        /// How often the frame was sent.
+        /// Number of transmissions.
         tries: u32,
-        /// What the monitor sent meanwhile answers this, which was not asked.
+        /// A request that was not sent but that the monitor answered meanwhile.
         stray: Option<RequestId>,
     },
-    /// The monitor answered every try, but never what the protocol says.
+    /// The monitor answered every transmission, but never as the protocol requires.
     Odd {
-        /// What was wrong with the last such answer.
+        /// Deviation of the last answer.
         what: Deviation,
     },
-    /// It was sent, and the connection was lost before the answer.
+    /// Sent, and the connection was lost before the answer.
     LinkLost,
-    /// An urgent request overtook it. `sent` tells whether it may have been executed.
+    /// Cancelled by an urgent request.
     Superseded {
         /// The urgent request.
         by: RequestId,
-        /// Whether it had been sent before.
+        /// Whether it had been sent before, so that it may have been executed.
         sent: bool,
     },
-    /// The monitor did not answer the question before it (see `doubt`); it was not sent.
+    /// Not sent: the monitor did not answer the question before it (see `late_answers`).
     Unheard {
-        /// How often the question was sent.
+        /// Number of transmissions of the question.
         tries: u32,
     },
-    /// There is no connection; it was not sent.
+    /// Not sent: there is no connection.
     NotConnected,
-    /// Its time was over before its turn came; it was not sent.
+    /// Not sent: its time limit passed before its turn came.
     Expired,
-    /// The monitor has no CRC-32C, which is insisted on; it was not executed.
+    /// Not executed: CRC-32C is required, and the monitor does not support it.
     CheckMissing,
-    /// No controller gave leave to speak (`role=active`); it was not sent.
+    /// Not sent: no controller granted access (`role=active`).
     NoGrant {
         /// Whether there is a controller.
         controller: bool,
     },
-    /// There is a controller that gives leave to speak, and we did not wait for it; not sent.
+    /// Not sent: there is a controller that grants access, and the request was not to wait for it.
     ControllerPresent,
 }
 
@@ -158,18 +158,18 @@ pub struct Session {
     echo: Echo,
     check: Negotiation,
     recent: VecDeque<Recent>,
-    /// The last urgent requests.
+    /// The latest urgent requests.
     stops: VecDeque<(Ticket, Vec<RequestBuf>)>,
     outcomes: VecDeque<(Ticket, Outcome)>,
     traced: Option<VecDeque<Traced>>,
     stats: Stats,
-    /// Tries in a row that nobody answered.
+    /// Consecutive transmissions without answer.
     silent_tries: u32,
-    /// Frames in a row without answer, however short the wait was.
+    /// Consecutive frames without answer, even after a short wait.
     misses: u32,
-    /// When it answered last.
+    /// Time of the latest answer.
     answered_at: Option<Now>,
-    /// The usual round trip of other monitors that answer on the same line.
+    /// The usual round trip of other monitors on the same line.
     others: Option<Duration>,
     next_ticket: u64,
 }
@@ -203,34 +203,34 @@ impl Session {
         }
     }
 
-    /// How it behaves.
+    /// The configuration.
     pub const fn config(&self) -> &Config {
         &self.config
     }
 
-    /// What it has seen.
+    /// Counters since the session was created.
     pub fn stats(&self) -> Stats {
         let crc32c = u32::from(self.check() == Check::Crc32c && self.stats.believed > 0);
         self.input.counted(Stats { crc32c, ..self.stats })
     }
 
-    /// Tries in a row without answer: the connection may be half open.
+    /// Consecutive transmissions without answer: a TCP connection may be half open.
     pub const fn silent_tries(&self) -> u32 {
         self.silent_tries
     }
 
-    /// Nothing waits and nothing is outstanding.
+    /// Whether no operation is waiting or outstanding.
     pub fn is_idle(&self) -> bool {
         self.outstanding.is_none() && self.urgent.is_empty() && self.queue.is_empty()
     }
 
-    /// A Stop, Close or Lockout is still to be sent or answered.
+    /// Whether a Stop, Close or Lockout is still to be sent or answered.
     pub fn is_urgent(&self) -> bool {
         let outstanding = self.outstanding.as_ref();
         !self.urgent.is_empty() || outstanding.is_some_and(|o| o.operation.is_urgent())
     }
 
-    /// Keep, or do not keep, every frame for [`Session::poll_traced`].
+    /// Switches the recording of frames for [`Session::poll_traced`].
     pub fn set_tracing(&mut self, on: bool) {
         match on {
             true => _ = self.traced.get_or_insert_default(),
@@ -247,7 +247,7 @@ impl Session {
         self.submit_on(now, Terms::default(), requests)
     }
 
-    /// The same, on terms.
+    /// Like [`Session::submit`], with conditions.
     ///
     /// # Errors
     ///
@@ -278,8 +278,8 @@ impl Session {
         Ok(ticket)
     }
 
-    /// Nobody waits for the outcome any more. What has not been sent is not sent, but for urgent
-    /// requests: they are sent even if nobody waits.
+    /// Cancels an operation whose outcome is not needed. Requests that have not been sent are not
+    /// sent, except urgent ones.
     pub fn cancel(&mut self, ticket: Ticket) {
         self.queue.retain(|operation| operation.ticket != ticket);
         let outstanding = self.outstanding.iter_mut().map(|outstanding| &mut outstanding.operation);
@@ -288,7 +288,7 @@ impl Session {
         }
     }
 
-    /// There is a connection.
+    /// The connection is open.
     pub fn handle_connected(&mut self, now: Now) {
         self.stats.reconnects += u64::from(self.was_connected);
         (self.connected, self.was_connected) = (true, true);
@@ -305,7 +305,7 @@ impl Session {
         }
     }
 
-    /// The connection is lost. What is outstanding waits for the next one if it may be repeated.
+    /// The connection is lost. An outstanding frame waits for the next one if it may be repeated.
     pub fn handle_disconnected(&mut self, now: Now) {
         self.connected = false;
         self.check.disconnected();
@@ -326,19 +326,19 @@ impl Session {
         }
     }
 
-    /// Bytes of a stream have come.
+    /// Takes bytes of a stream.
     pub fn handle_bytes(&mut self, now: Now, bytes: &[u8]) {
         self.input.push(bytes);
         self.handle_input(now);
     }
 
-    /// A datagram has come: one link frame (ours).
+    /// Takes a datagram: one link frame (ours).
     pub fn handle_datagram(&mut self, now: Now, datagram: &[u8]) {
         self.input.push_datagram(datagram);
         self.handle_input(now);
     }
 
-    /// Time has passed: see [`Session::poll_timeout`].
+    /// Handles the time: see [`Session::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Now) {
         self.drop_expired(now);
         if !self.connected {
@@ -352,7 +352,7 @@ impl Session {
         self.overtake(now);
     }
 
-    /// When [`Session::handle_timeout`] or [`Session::poll_transmit`] is to be called at the latest.
+    /// Latest time for the next call of [`Session::handle_timeout`] or [`Session::poll_transmit`].
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
         let expiry = self.queue.iter().filter_map(|operation| operation.expires).min();
         expiry.into_iter().chain(self.next_timeout(now)).min()
@@ -382,7 +382,7 @@ impl Session {
         }
     }
 
-    /// An operation that has ended.
+    /// The next operation that has ended.
     pub fn poll_outcome(&mut self) -> Option<(Ticket, Outcome)> {
         while let Some((ticket, outcome)) = self.outcomes.pop_front() {
             if ticket != Ticket::QUESTION {
@@ -392,7 +392,7 @@ impl Session {
         None
     }
 
-    /// A frame that was sent or received.
+    /// The next recorded frame.
     pub fn poll_traced(&mut self) -> Option<Traced> {
         self.traced.as_mut()?.pop_front()
     }

@@ -1,4 +1,4 @@
-//! What the task of a link and the handles on it share.
+//! State shared by the task of a link and its handles.
 
 use std::collections::{HashMap, HashSet};
 use std::io;
@@ -14,64 +14,64 @@ use crate::session::statistics::LinkStatistics;
 use crate::session::{QUEUE_MAX, Stats, Traced, URGENT_MAX};
 use crate::subscription::Feed;
 
-/// Frames that a slow listener of the trace may lag behind.
+/// Most traced frames waiting for a slow listener.
 const TRACE_MAX: usize = 1024;
-/// Events that a slow listener may lag behind.
+/// Most events waiting for a slow listener.
 const EVENTS_MAX: usize = 256;
-/// Jobs that may wait between handles and task.
+/// Most jobs waiting between handles and task.
 const JOBS_MAX: usize = QUEUE_MAX;
-/// The same for urgent ones.
+/// Most waiting jobs, with urgent ones.
 const URGENT_JOBS_MAX: usize = JOBS_MAX + URGENT_MAX;
 
-/// Something that happens to a link.
+/// Event of a link.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum LinkEvent {
-    /// The connection was made again.
+    /// The connection was opened again.
     Up,
     /// The connection was lost, or could not be used.
     Down(Arc<io::Error>),
-    /// The monitor does not answer the numbers of frames, so what may not be confused with late
-    /// answers waits this long (`late=` of the URL).
+    /// The monitor does not answer the numbers of frames, so that requests that could be confused
+    /// with late answers wait this long (`late=` of the URL).
     Held(Duration),
-    /// The figures of the last second.
+    /// Statistics of the last second.
     Statistics(Box<LinkStatistics>),
 }
 
 /// Whether there is a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkState {
-    /// There is.
+    /// There is a connection.
     pub up: bool,
-    /// There is none, and none will be made.
+    /// There is no connection, and none will be opened.
     pub gone: bool,
-    /// How often it was lost.
+    /// Number of losses.
     pub losses: u64,
 }
 
-/// What the task shows to the handles, and what they have in common.
+/// State that the task publishes, and state of all handles.
 #[derive(Debug)]
 pub struct Shared {
     pub stats: Mutex<AllStats>,
     pub trace: broadcast::Sender<Traced>,
     pub events: broadcast::Sender<LinkEvent>,
     pub state: watch::Sender<LinkState>,
-    /// Has the task look around: somebody listens who did not before.
+    /// Wakes the task when a new listener appears.
     pub wake: Notify,
     pub jogs: Mutex<Vec<Weak<Held>>>,
-    /// Addresses of monitors that have MoveHold, as far as this connection has shown.
+    /// Addresses of monitors that have MoveHold, as far as known from this connection.
     pub holds: Mutex<HashSet<u8>>,
     pub feeds: Mutex<Feeds>,
     jobs: AtomicUsize,
 }
 
-/// What is polled, by address and record.
+/// Polled values, by address and record.
 type Feeds = HashMap<(u8, Vec<u8>), Weak<Feed>>;
 
 #[derive(Debug, Default)]
 pub struct AllStats {
     pub total: Stats,
-    /// By address.
+    /// Counters by address.
     pub each: Vec<(u8, Stats)>,
 }
 
@@ -99,12 +99,12 @@ impl Shared {
         self.jobs.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more).is_ok()
     }
 
-    /// The task has taken a job.
+    /// Counts a job that the task has taken.
     pub fn taken(&self) {
         self.jobs.fetch_sub(1, Ordering::Relaxed);
     }
 
-    /// Ends what this client holds in motion and an urgent request is to stop.
+    /// Ends motions held by this client that an urgent request stops.
     pub fn stop_jogs(&self, address: u8, requests: &[RequestBuf]) {
         let jogs: Vec<Arc<Held>> = lock(&self.jogs).iter().filter_map(Weak::upgrade).collect();
         for jog in jogs {
@@ -115,7 +115,7 @@ impl Shared {
     }
 }
 
-/// Nothing that is kept behind these locks can be left half done.
+/// Locks a mutex; a panic of another thread leaves the data behind it consistent.
 pub fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

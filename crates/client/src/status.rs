@@ -1,4 +1,4 @@
-//! The state of a monitor, typed.
+//! The typed state of a monitor.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::monitor::typed;
 use crate::subscription::{Sample, Subscription, Update};
 
-/// The state of a monitor: what it does not consist of is `None` (§3.3).
+/// The state of a monitor; subsystems that it does not have are `None` (§3.3).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MonitorStatus {
@@ -22,9 +22,9 @@ pub struct MonitorStatus {
     pub general: Option<GeneralStatus>,
     /// Climate.
     pub climatics: Option<ThermoStatus>,
-    /// Drive of elevation.
+    /// Elevation drive.
     pub vertical: Option<DriveStatus>,
-    /// Drive of traverse.
+    /// Traverse drive.
     pub horizontal: Option<DriveStatus>,
     /// Drive of the nozzle.
     pub nozzle: Option<DriveStatus>,
@@ -46,7 +46,7 @@ pub struct MonitorStatus {
     pub buttons: Option<ButtonsStatus>,
     /// Remote button post.
     pub ext_buttons: Option<ButtonsStatus>,
-    /// Answers that tell no state: refusals, and subsystems the document does not know.
+    /// Answers without a state: refusals, and subsystems that are not in the document.
     pub others: Vec<AnswerBuf>,
 }
 
@@ -65,8 +65,8 @@ impl MonitorStatus {
         Ok(status)
     }
 
-    /// The same; General refusing in the name of all is a refusal, one subsystem among others is
-    /// not.
+    /// Like `new`, but a refusal of General in the name of all is an error; a refusal of one
+    /// subsystem is not.
     pub(crate) fn of_all(answers: Answers) -> Result<Self, Error> {
         Self::new(if answers.len() > 1 { answers } else { answers.accepted()? })
     }
@@ -128,39 +128,39 @@ impl MonitorStatus {
         }
     }
 
-    /// The subsystems that told their state, in the document's order.
+    /// The subsystems that answered with their state, in the document's order.
     pub fn present(&self) -> impl Iterator<Item = SubsystemId> + '_ {
         SubsystemId::TABLE.into_iter().filter(|id| self.flags(*id).is_some())
     }
 }
 
-/// The state of a monitor, kept up to date: see [`crate::Monitor::watch`].
+/// A state that is kept up to date: see [`crate::Monitor::watch`].
 #[derive(Debug)]
 pub struct StatusSubscription {
     inner: Subscription,
 }
 
-/// A state, and how far it can be trusted.
+/// A state with its age.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct StatusSample {
     /// The state.
     pub status: MonitorStatus,
-    /// How old it was when it was looked at.
+    /// Age at the time of the call.
     pub age: Duration,
-    /// It was not to be had since: what it says may not be so any more.
+    /// Later reads failed: the state may have changed.
     pub stale: bool,
 }
 
-/// What is new of a state.
+/// An update of a state.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum StatusUpdate {
-    /// A state.
+    /// A new state.
     Value(StatusSample),
-    /// The state is not to be had, and why. It goes on being asked for.
+    /// The state cannot be read, with the reason. Polling continues.
     Stale(Error),
-    /// So many updates were missed; the next ones follow.
+    /// This many updates were missed; the next ones follow.
     Missed(u64),
 }
 
@@ -174,12 +174,12 @@ impl StatusSubscription {
         sample(&self.inner.latest()?).ok()
     }
 
-    /// Why the state is not to be had just now.
+    /// Why the state cannot be read at present.
     pub fn error(&self) -> Option<Error> {
         self.inner.error()
     }
 
-    /// Waits for what is new. Dropping the future loses nothing.
+    /// Waits for the next update. Dropping the future loses nothing.
     pub async fn next(&mut self) -> StatusUpdate {
         match self.inner.next().await {
             Update::Value(value) => match sample(&value) {

@@ -1,9 +1,9 @@
-//! Values that are read again and again, for as many as want them.
+//! Values that are read periodically, for any number of subscribers.
 //!
-//! A value is polled by one task for all its subscribers, as often as the quickest of them wants
-//! it. Each has the latest value with its age, and a bounded queue of what is new; who is slow
-//! misses updates and is told how many, and holds up nobody. Polling goes on when the connection is
-//! made again, so a subscription is never made anew.
+//! One task polls a value for all its subscribers, with the shortest period of them. Each
+//! subscriber has the latest value with its age, and a bounded queue of updates; a slow subscriber
+//! misses updates, receives their number, and delays no other. Polling continues after the
+//! connection was restored, so a subscription need not be renewed.
 
 use std::sync::{Arc, Mutex, Weak};
 use std::time::Duration;
@@ -17,14 +17,14 @@ use crate::client::{Client, WeakClient};
 use crate::error::Error;
 use crate::shared::lock;
 
-/// Updates that a slow subscriber may lag behind.
+/// Most updates waiting for a slow subscriber.
 pub const UPDATES_MAX: usize = 64;
 /// A value that was not renewed in this many periods is stale.
 const STALE_PERIODS: u32 = 3;
-/// Nobody needs a value more often.
+/// The shortest period.
 const PERIOD_MIN: Duration = Duration::from_millis(10);
 
-/// A value, and when it was true.
+/// A value and the time of its answers.
 #[derive(Clone, Debug)]
 pub struct Sample {
     answers: Arc<Answers>,
@@ -38,40 +38,40 @@ impl Sample {
         &self.answers
     }
 
-    /// When they came.
+    /// When the answers came.
     pub const fn at(&self) -> Instant {
         self.at
     }
 
-    /// How old they are.
+    /// The age of the answers.
     pub fn age(&self) -> Duration {
         self.at.elapsed()
     }
 
-    /// The value was not to be had since: what it says may not be so any more.
+    /// Whether later reads failed, so that the value may have changed.
     pub const fn is_stale(&self) -> bool {
         self.stale
     }
 }
 
-/// What is new.
+/// An update.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Update {
-    /// A value.
+    /// A new value.
     Value(Sample),
-    /// The value is not to be had, and why. It goes on being asked for.
+    /// The value cannot be read, with the reason. Polling continues.
     Stale(Error),
-    /// So many updates were missed; the next ones follow.
+    /// This many updates were missed; the next ones follow.
     Missed(u64),
 }
 
-/// A value that is kept up to date as long as this lives.
+/// A value that is kept up to date while this exists.
 #[derive(Debug)]
 pub struct Subscription {
     feed: Arc<Feed>,
     updates: broadcast::Receiver<Update>,
-    /// Polling ends with the last subscription, not with the last client.
+    /// Keeps the client: polling ends with the last subscription, not with the last client.
     _client: Client,
     _period: Arc<Duration>,
 }
@@ -85,31 +85,31 @@ impl Subscription {
         Some(Sample { answers, at, stale })
     }
 
-    /// Why the value is not to be had just now.
+    /// Why the value cannot be read at present.
     pub fn error(&self) -> Option<Error> {
         lock(&self.feed.state).error.clone()
     }
 
-    /// Waits for what is new. Dropping the future loses nothing.
+    /// Waits for the next update. Dropping the future loses nothing.
     pub async fn next(&mut self) -> Update {
         match self.updates.recv().await {
             Ok(update) => update,
             Err(RecvError::Lagged(missed)) => Update::Missed(missed),
-            // The feed lives as long as we do.
+            // The feed exists as long as the subscription.
             Err(RecvError::Closed) => Update::Stale(Error::Closed),
         }
     }
 }
 
 impl Client {
-    /// Keeps the answers to a request that changes nothing up to date: asks for them every
-    /// `period`, and goes on when the connection was lost and made again. Several subscriptions of
-    /// the same request share its answers.
+    /// Keeps the answers to a request that changes nothing up to date: sends it every `period`, and
+    /// continues after the connection was lost and restored. Subscriptions to the same request
+    /// share the answers.
     ///
     /// # Errors
     ///
-    /// [`Error::NotARead`] for a request that changes something, [`Error::Unsendable`] for one of
-    /// more than 255 bytes of data. What goes wrong later comes as an [`Update`].
+    /// [`Error::NotARead`] for a request that changes something, [`Error::Unsendable`] for more
+    /// than 255 bytes of data. Later errors are [`Update`]s.
     pub fn subscribe(
         &self,
         request: &Request<'_>,
@@ -142,7 +142,7 @@ impl Client {
 pub struct Feed {
     state: Mutex<State>,
     updates: broadcast::Sender<Update>,
-    /// Somebody wants it sooner.
+    /// Notified when a subscriber needs a shorter period.
     sooner: tokio::sync::Notify,
 }
 
@@ -154,7 +154,7 @@ struct State {
 }
 
 impl State {
-    /// As often as the quickest wants it.
+    /// The shortest period of the subscribers.
     fn period(&self) -> Duration {
         let periods = self.periods.iter().filter_map(Weak::upgrade);
         periods.map(|period| *period).min().unwrap_or(PERIOD_MIN)
@@ -178,7 +178,7 @@ impl Feed {
                 state.error = None;
                 Update::Value(Sample { answers, at, stale: false })
             }
-            // Told once, not every period.
+            // Reported once, not every period.
             Err(error) if state.error.is_some() => return state.error = Some(error),
             Err(error) => {
                 state.error = Some(error.clone());
@@ -201,7 +201,7 @@ async fn poll(feed: Weak<Feed>, client: WeakClient, request: RequestBuf) {
             feed.publish(result.into_iter().next().unwrap_or(Err(Error::Closed)));
             let mut state = lock(&feed.state);
             state.periods.retain(|period| period.strong_count() > 0);
-            // A stall is not made up for.
+            // Polls missed during a stall are not made up for.
             next = (next + state.period()).max(asked);
         }
         link.mark_unchanged();
@@ -213,7 +213,7 @@ async fn poll(feed: Weak<Feed>, client: WeakClient, request: RequestBuf) {
                 () = sleep_until(next) => break,
                 () = feed.sooner.notified() => {}
                 changed = link.changed() => match changed {
-                    // What was missed is asked for as soon as it can be.
+                    // A value missed while the link was down is read as soon as it is up.
                     Ok(()) if link.borrow().up => break,
                     Ok(()) => {}
                     Err(_) => return,

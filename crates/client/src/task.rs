@@ -18,38 +18,39 @@ use crate::session::{Config, Now, Outcome, QueueFull, Terms, Ticket};
 use crate::shared::{LinkEvent, LinkState, Shared, lock};
 use crate::transport::Link;
 
-/// Tries in a row without answer after which a TCP connection is made anew: it may be half open.
+/// Consecutive transmissions without answer after which a TCP connection is replaced: it may be
+/// half open.
 pub const SILENT_TRIES_MAX: u32 = 2;
-/// Pause after the first connection that failed; each next one is twice as long.
+/// Pause after the first connection that failed; doubled after each further failure.
 const REDIAL_FIRST: Duration = Duration::from_millis(100);
 /// The longest pause.
 const REDIAL_LAST: Duration = Duration::from_secs(2);
 
-/// Requests for one frame, and who waits for the outcome.
+/// Requests of one frame, and the receiver of the outcome.
 #[derive(Debug)]
 pub struct Job {
     pub address: u8,
     pub requests: Vec<RequestBuf>,
     /// The first frame of the same batch.
     pub first: Option<Ticket>,
-    /// Not to be sent after this moment.
+    /// Time after which it must not be sent.
     pub expires: Option<Instant>,
     pub reply: oneshot::Sender<Reply>,
 }
 
 pub type Reply = Result<Ended, QueueFull>;
 
-/// How a job ended, and what happened to the link last.
+/// How a job ended, and the latest error of the link.
 #[derive(Debug)]
 pub struct Ended {
     pub outcome: Outcome,
-    /// `None`: it never came to a session.
+    /// `None`: it did not reach a session.
     pub ticket: Option<Ticket>,
     link: Option<Arc<io::Error>>,
 }
 
 impl Ended {
-    /// An outcome, and what the system said of the link last.
+    /// An outcome with the latest error of the link.
     pub const fn new(
         outcome: Outcome,
         ticket: Option<Ticket>,
@@ -58,7 +59,7 @@ impl Ended {
         Self { outcome, ticket, link }
     }
 
-    /// What the system said of the link.
+    /// The latest error of the link.
     pub fn source(&self) -> Arc<io::Error> {
         self.link.clone().unwrap_or_else(|| Arc::new(io::ErrorKind::NotConnected.into()))
     }
@@ -87,13 +88,13 @@ impl fmt::Debug for Redial {
 pub struct Task {
     line: Line,
     link: Option<Link>,
-    /// How to connect again; without it a lost link stays lost.
+    /// How to connect again; without it a lost link is not replaced.
     redial: Option<Redial>,
     pause: Duration,
     error: Option<Arc<io::Error>>,
     shared: Arc<Shared>,
     meter: Option<Meter>,
-    /// Until when requests are held back, as far as reported.
+    /// End of the time in which requests are held back, as last reported.
     held: Now,
     waiting: Vec<(Ticket, oneshot::Sender<Reply>)>,
     start: Instant,
@@ -125,13 +126,13 @@ impl Task {
         }
     }
 
-    /// Runs until nobody has a handle any more, and what is urgent is done.
+    /// Runs until all handles are dropped and urgent requests are done.
     pub async fn run(mut self, mut jobs: mpsc::UnboundedReceiver<Job>) {
         let mut buffer = [0; 2 * WIRE_MAX];
         let mut dialing: Option<Dialing> = None;
         let mut open = true;
         let shared = self.shared.clone();
-        // Both are kept from turn to turn: to make them anew costs more than a request.
+        // Both are kept between iterations: creating them costs more than a request.
         let mut woken = pin!(shared.wake.notified());
         let mut alarm = pin!(sleep_until(self.start));
         let mut now = self.now();
@@ -150,7 +151,7 @@ impl Task {
                 dialing = self.dial();
             }
             let due = self.poll_timeout(now).map(|time| self.start + time);
-            // One that rings too early is only set again: mostly, a request is answered by then.
+            // A timer that fires too early is set again: usually the request is answered by then.
             if let Some(due) = due
                 && (alarm.is_elapsed() || due < alarm.deadline())
             {
@@ -191,7 +192,7 @@ impl Task {
 
     fn submit(&mut self, now: Now, job: Job) {
         self.shared.taken();
-        // Nobody is sorry if nobody waits for the reply.
+        // An error means that the caller does not wait any more.
         if self.link.is_none() && self.redial.is_none() {
             let (outcome, link) = (Outcome::NotConnected, self.error.clone());
             let ended = Ended { outcome, ticket: None, link };
@@ -206,7 +207,7 @@ impl Task {
         }
     }
 
-    /// Whoever dropped its future wants no answer any more.
+    /// Cancels jobs whose futures were dropped.
     fn forget_cancelled(&mut self) {
         let line = &mut self.line;
         self.waiting.retain(|(ticket, reply)| {
@@ -224,7 +225,7 @@ impl Task {
         if rest.is_empty() {
             return;
         }
-        // A peer that does not read must not hold up what is urgent for ever.
+        // A peer that does not read must not delay urgent requests without limit.
         let sent = timeout(self.line.config().timeout, link.send(rest)).await;
         if let Err(error) = sent.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into())) {
             self.lost(error);
@@ -253,7 +254,7 @@ impl Task {
         }
     }
 
-    /// The figures of each second, as long as somebody listens.
+    /// Publishes the statistics of each second while there are listeners.
     fn report(&mut self, now: Now) {
         if self.shared.events.receiver_count() == 0 {
             self.meter = None;
@@ -282,7 +283,7 @@ impl Task {
         self.line.handle_timeout(now);
         let can_be_half_open = self.link.as_ref().is_some_and(Link::can_be_half_open);
         if can_be_half_open && self.line.silent_tries() >= SILENT_TRIES_MAX {
-            // The silence was pause enough.
+            // The time without answers was pause enough.
             self.pause = Duration::ZERO;
             self.lost(io::ErrorKind::TimedOut.into());
         }
@@ -293,7 +294,7 @@ impl Task {
         self.link = None;
         self.error = Some(error.clone());
         self.line.handle_disconnected(self.now());
-        // Another monitor may answer over the next connection.
+        // The next connection may lead to another monitor.
         lock(&self.shared.holds).clear();
         let gone = self.redial.is_none();
         self.shared.state.send_modify(|state| {

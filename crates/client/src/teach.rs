@@ -1,4 +1,5 @@
-//! §3.17 Teaching limits: the drive stands at its limit, and the monitor takes that as the limit.
+//! §3.17 Setting a limit by position: the monitor takes the present position of the drive as the
+//! limit.
 
 use std::time::Duration;
 
@@ -13,47 +14,47 @@ use tokio::time::sleep;
 use crate::error::Error;
 use crate::monitor::{Monitor, typed};
 
-/// A remote unit takes a limit within this many pauses.
+/// Pauses within which a remote unit takes a limit.
 const TRIES: u32 = 20;
 const PAUSE: Duration = Duration::from_millis(150);
 
-/// An end of the travel of a drive.
+/// An end of a drive's travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Side {
-    /// Of Horizontal: its MaxLimit.
+    /// MaxLimit of Horizontal.
     Left,
-    /// Of Horizontal: its MinLimit.
+    /// MinLimit of Horizontal.
     Right,
-    /// Of Vertical: its MaxLimit.
+    /// MaxLimit of Vertical.
     Up,
-    /// Of Vertical: its MinLimit.
+    /// MinLimit of Vertical.
     Down,
-    /// Of Nozzle: its MaxLimit.
+    /// MaxLimit of Nozzle.
     Narrow,
-    /// Of Nozzle: its MinLimit.
+    /// MinLimit of Nozzle.
     Wide,
 }
 
 /// A limit that was taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Taken {
-    /// Which.
+    /// The end of travel.
     pub side: Side,
-    /// Where the drive stands: arc-minutes, mm for Nozzle.
+    /// Present position of the drive: arc-minutes, mm for Nozzle.
     pub position: i16,
-    /// It is in force. Otherwise limits were off before, and stay so: it comes into force when they
-    /// are switched on.
+    /// Whether the limit is in force. If limits were off before, they stay off, and it comes into
+    /// force when they are switched on.
     pub in_force: bool,
-    /// The limits of the drive as the monitor tells them now.
+    /// The limits of the drive as the monitor now reports them.
     pub limits: Limits,
 }
 
 impl Side {
-    /// All of them, those of one drive together.
+    /// All ends, those of one drive together.
     pub const ALL: [Self; 6] =
         [Self::Left, Self::Right, Self::Up, Self::Down, Self::Narrow, Self::Wide];
 
-    /// The drive whose limit it is.
+    /// The drive that has this limit.
     pub const fn drive(self) -> SubsystemId {
         match self {
             Self::Left | Self::Right => SubsystemId::HORIZONTAL,
@@ -62,7 +63,7 @@ impl Side {
         }
     }
 
-    /// The parameter that holds it.
+    /// The name of the parameter of this limit.
     pub const fn param(self) -> &'static str {
         match self {
             Self::Left | Self::Up | Self::Narrow => "MaxLimit",
@@ -70,7 +71,7 @@ impl Side {
         }
     }
 
-    /// The word for it on a command line.
+    /// The name on a command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Left => "left",
@@ -82,7 +83,7 @@ impl Side {
         }
     }
 
-    /// The word for it in a sentence.
+    /// The name in a sentence.
     pub const fn text(self) -> Text {
         match self {
             Self::Left => Text::new("left", "левый"),
@@ -97,8 +98,8 @@ impl Side {
 
 impl Monitor {
     /// Takes the present position of a drive as its limit. Limits that are on are switched off for
-    /// it and on again; when that fails, the old ones stay (Reject). The drive has to stand: Busy
-    /// otherwise.
+    /// this and on again; after an error the previous limits are kept (Reject). The drive must be
+    /// at rest, otherwise the answer is Busy.
     ///
     /// # Errors
     ///
@@ -112,14 +113,14 @@ impl Monitor {
         }
         let taken = self.take(side, was_off).await;
         if taken.is_err() && !was_off {
-            // The error that is told is the one that came first.
+            // The first error is the one returned.
             let _ = self.switch_limits(drive, LimitsState::Reject).await;
         }
         taken
     }
 
-    /// Switches limits on: those that were taken come into force. A remote unit that has not got them
-    /// yet answers Busy, and is asked again.
+    /// Switches limits on, so that new ones come into force. A remote unit that has not taken them
+    /// yet answers Busy, and the request is repeated.
     ///
     /// # Errors
     ///
@@ -148,7 +149,7 @@ impl Monitor {
         Ok(Taken { side, position, in_force: !was_off, limits })
     }
 
-    /// Position, and whether limits are off.
+    /// Reads the position, and whether limits are off.
     async fn drive_now(&self, drive: SubsystemId) -> Result<(i16, bool), Error> {
         let answer = self.status(drive).await?;
         match typed(&answer)? {

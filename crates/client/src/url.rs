@@ -1,10 +1,11 @@
-//! Where a monitor is: `tcp://host:port?addr=1`, `udp://…`, `serial:///dev/ttyUSB0?baud=19200`, `sim:`.
+//! The endpoint of a monitor: `tcp://host:port?addr=1`, `udp://…`,
+//! `serial:///dev/ttyUSB0?baud=19200`, `sim:`.
 //!
-//! The schemes and their options are ours; the addresses and the speed of the line are the bus's
-//! (observed).
+//! The schemes and their options are ours; the addresses and the speed of the line are those of the
+//! bus (observed).
 
+mod behaviour;
 mod config;
-mod manner;
 mod serial;
 
 use std::collections::HashSet;
@@ -21,10 +22,10 @@ use crate::error::Lang;
 pub use crate::session::medium::{Addresses, Echo, Framing, Role};
 pub use crate::url_error::UrlError;
 use crate::url_error::{FRAMINGS, MONITOR_ADDRESSES, PORTS, SOURCE_ADDRESSES};
-pub use manner::Manner;
+pub use behaviour::Behaviour;
 pub use serial::{Rs485, SerialLine};
 
-/// Where a monitor is and how it is reached.
+/// A monitor and the connection to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Endpoint {
     /// A monitor's own port, or a transparent serial server.
@@ -33,12 +34,12 @@ pub enum Endpoint {
         host: String,
         /// Port.
         port: u16,
-        /// What the bytes are.
+        /// Contents of the stream.
         framing: Framing,
-        /// Who talks to whom.
+        /// Addresses of both sides.
         addresses: Addresses,
-        /// How this side behaves.
-        manner: Manner,
+        /// Behaviour of this side.
+        behaviour: Behaviour,
     },
     /// One datagram = one link frame.
     Udp {
@@ -46,10 +47,10 @@ pub enum Endpoint {
         host: String,
         /// Port.
         port: u16,
-        /// Who talks to whom.
+        /// Addresses of both sides.
         addresses: Addresses,
-        /// How this side behaves.
-        manner: Manner,
+        /// Behaviour of this side.
+        behaviour: Behaviour,
     },
     /// RS-485 or RS-232, 8N1.
     Serial {
@@ -57,24 +58,24 @@ pub enum Endpoint {
         path: PathBuf,
         /// Speed, direction and echo of the line.
         line: SerialLine,
-        /// Who talks to whom.
+        /// Addresses of both sides.
         addresses: Addresses,
-        /// How this side behaves.
-        manner: Manner,
+        /// Behaviour of this side.
+        behaviour: Behaviour,
     },
-    /// A simulated monitor in the same process. The caller brings it: see `Client::over`.
+    /// A simulated monitor in the same process, provided by the caller: see `Client::over`.
     Sim {
         /// Options for the simulator, in order.
         query: Vec<(String, String)>,
-        /// Who talks to whom.
+        /// Addresses of both sides.
         addresses: Addresses,
-        /// How this side behaves.
-        manner: Manner,
+        /// Behaviour of this side.
+        behaviour: Behaviour,
     },
 }
 
 impl Endpoint {
-    /// Who talks to whom.
+    /// Addresses of both sides.
     pub const fn addresses(&self) -> Addresses {
         match self {
             Self::Tcp { addresses, .. }
@@ -84,17 +85,17 @@ impl Endpoint {
         }
     }
 
-    /// How this side behaves.
-    pub const fn manner(&self) -> Manner {
+    /// Behaviour of this side.
+    pub const fn behaviour(&self) -> Behaviour {
         match self {
-            Self::Tcp { manner, .. }
-            | Self::Udp { manner, .. }
-            | Self::Serial { manner, .. }
-            | Self::Sim { manner, .. } => *manner,
+            Self::Tcp { behaviour, .. }
+            | Self::Udp { behaviour, .. }
+            | Self::Serial { behaviour, .. }
+            | Self::Sim { behaviour, .. } => *behaviour,
         }
     }
 
-    /// What travels: link frames everywhere but over `tcp://…?framing=records`.
+    /// Framing: link frames, except for `tcp://…?framing=records`.
     pub const fn framing(&self) -> Framing {
         match self {
             Self::Tcp { framing, .. } => *framing,
@@ -117,28 +118,28 @@ impl FromStr for Endpoint {
                 let (host, port) = host_and_port(text, &url, "tcp")?;
                 let framing = options.framing()?;
                 let addresses = options.addresses()?;
-                let manner = match framing {
-                    Framing::Link => Manner::read(&mut options, addresses)?,
-                    Framing::Records => Manner { late: options.late()?, ..Manner::default() },
+                let behaviour = match framing {
+                    Framing::Link => Behaviour::read(&mut options, addresses)?,
+                    Framing::Records => Behaviour { late: options.late()?, ..Behaviour::default() },
                 };
                 options.finish(&["addr", "src", "framing", "check", "role", "late"])?;
-                Ok(Self::Tcp { host, port, framing, addresses, manner })
+                Ok(Self::Tcp { host, port, framing, addresses, behaviour })
             }
             "udp" => {
                 let (host, port) = host_and_port(text, &url, "udp")?;
                 let addresses = options.addresses()?;
                 let (check, late) = (options.check()?, options.late()?);
-                let manner = Manner { check, late, ..Manner::default() };
+                let behaviour = Behaviour { check, late, ..Behaviour::default() };
                 options.finish(&["addr", "src", "check", "late"])?;
-                Ok(Self::Udp { host, port, addresses, manner })
+                Ok(Self::Udp { host, port, addresses, behaviour })
             }
             "serial" => {
                 let path = device(text, &url)?;
                 let line = SerialLine::read(&mut options)?;
                 let addresses = options.addresses()?;
-                let manner = Manner::read(&mut options, addresses)?;
+                let behaviour = Behaviour::read(&mut options, addresses)?;
                 options.finish(&serial::OPTIONS)?;
-                Ok(Self::Serial { path, line, addresses, manner })
+                Ok(Self::Serial { path, line, addresses, behaviour })
             }
             "sim" => {
                 let rest = format!("{}{}", url.host_str().unwrap_or(""), url.path());
@@ -146,8 +147,8 @@ impl FromStr for Endpoint {
                     return Err(UrlError::Part { url: text.into(), part: rest });
                 }
                 let addresses = options.addresses()?;
-                let manner = Manner { check: options.check()?, ..Manner::default() };
-                Ok(Self::Sim { query: options.rest, addresses, manner })
+                let behaviour = Behaviour { check: options.check()?, ..Behaviour::default() };
+                Ok(Self::Sim { query: options.rest, addresses, behaviour })
             }
             scheme => Err(UrlError::Scheme { url: text.into(), scheme: scheme.into() }),
         }
@@ -186,7 +187,7 @@ fn host_and_port(text: &str, url: &Url, scheme: &'static str) -> Result<(String,
     }
 }
 
-/// `serial:///dev/ttyUSB0`, or `serial://COM3` and `serial:COM3` where devices are no paths.
+/// `serial:///dev/ttyUSB0`, or `serial://COM3` and `serial:COM3` where device names are not paths.
 fn device(text: &str, url: &Url) -> Result<PathBuf, UrlError> {
     let path = format!("{}{}", url.host_str().unwrap_or(""), url.path());
     let path = percent_decode_str(&path).decode_utf8_lossy().into_owned();
@@ -196,7 +197,7 @@ fn device(text: &str, url: &Url) -> Result<PathBuf, UrlError> {
     Ok(PathBuf::from(path))
 }
 
-/// The options of a URL that nobody has taken yet.
+/// The options of a URL that have not been read yet.
 struct Options {
     rest: Vec<(String, String)>,
 }
@@ -204,7 +205,7 @@ struct Options {
 impl Options {
     fn read(url: &Url) -> Result<Self, UrlError> {
         let rest: Vec<(String, String)> = url.query_pairs().into_owned().collect();
-        // A simulator may be given several fires; nothing else makes sense twice.
+        // A simulator may have several fires; all other options may be given once.
         let mut seen = HashSet::new();
         let single = |key: &str| url.scheme() != "sim" || matches!(key, "addr" | "src" | "check");
         match rest.iter().find(|(key, _)| single(key) && !seen.insert(key.clone())) {
@@ -258,24 +259,24 @@ impl Options {
     }
 }
 
-/// What a path of a device may not contain inside a URL.
+/// Characters that a device path may not contain inside a URL.
 const PATH: &AsciiSet = &CONTROLS.add(b' ').add(b'?').add(b'#').add(b'%').add(b'"');
 
 impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Tcp { host, port, framing, addresses, manner } => {
+            Self::Tcp { host, port, framing, addresses, behaviour } => {
                 write!(f, "tcp://{}:{port}?addr={}", Bracketed(host), addresses.monitor)?;
                 write_source(f, *addresses)?;
-                manner.write(f)?;
+                behaviour.write(f)?;
                 if *framing == Framing::Records { f.write_str("&framing=records") } else { Ok(()) }
             }
-            Self::Udp { host, port, addresses, manner } => {
+            Self::Udp { host, port, addresses, behaviour } => {
                 write!(f, "udp://{}:{port}?addr={}", Bracketed(host), addresses.monitor)?;
                 write_source(f, *addresses)?;
-                manner.write(f)
+                behaviour.write(f)
             }
-            Self::Serial { path, line, addresses, manner } => {
+            Self::Serial { path, line, addresses, behaviour } => {
                 let path = path.to_string_lossy();
                 let slashes = if path.starts_with('/') { "//" } else { "" };
                 let path = utf8_percent_encode(&path, PATH);
@@ -283,12 +284,12 @@ impl fmt::Display for Endpoint {
                 write!(f, "serial:{slashes}{path}?baud={baud}&addr={}", addresses.monitor)?;
                 write_source(f, *addresses)?;
                 line.write(f)?;
-                manner.write(f)
+                behaviour.write(f)
             }
-            Self::Sim { query, addresses, manner } => {
+            Self::Sim { query, addresses, behaviour } => {
                 write!(f, "sim:?addr={}", addresses.monitor)?;
                 write_source(f, *addresses)?;
-                manner.write(f)?;
+                behaviour.write(f)?;
                 for (key, value) in query {
                     let pair = url::form_urlencoded::Serializer::new(String::new())
                         .append_pair(key, value)
@@ -334,9 +335,9 @@ mod tests {
             port,
             framing: Framing::Link,
             addresses,
-            manner: Manner::default(),
+            behaviour: Behaviour::default(),
         };
-        let manner = Manner::default();
+        let behaviour = Behaviour::default();
         assert_eq!(parse("tcp://monitor.local"), tcp("monitor.local", 10_485));
         assert_eq!(parse("tcp://10.0.0.7:4001/"), tcp("10.0.0.7", 4001));
         assert_eq!(parse("tcp://[fe80::1]"), tcp("fe80::1", 10_485));
@@ -345,9 +346,9 @@ mod tests {
         assert_eq!(line.baud, 19_200);
         assert_eq!(
             parse("serial:///dev/ttyUSB0"),
-            Endpoint::Serial { path, line, addresses, manner }
+            Endpoint::Serial { path, line, addresses, behaviour }
         );
-        assert_eq!(parse("sim:"), Endpoint::Sim { query: vec![], addresses, manner });
+        assert_eq!(parse("sim:"), Endpoint::Sim { query: vec![], addresses, behaviour });
     }
 
     #[test]

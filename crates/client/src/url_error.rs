@@ -1,60 +1,60 @@
-//! What is wrong with a URL, in English and Russian.
+//! Errors of a URL, in English and Russian.
 
 use std::fmt;
 
 use crate::error::Lang;
 
-/// A URL that names no monitor: what is wrong, where, and what would be right.
+/// Error of a monitor's URL.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum UrlError {
-    /// It cannot be read as a URL at all.
+    /// Not a URL.
     Syntax {
-        /// As given.
+        /// The URL as given.
         url: String,
-        /// What the parser says.
+        /// The error of the parser.
         reason: String,
     },
-    /// Not tcp, udp, serial or sim.
+    /// A scheme other than tcp, udp, serial or sim.
     Scheme {
-        /// As given.
+        /// The URL as given.
         url: String,
-        /// Its scheme.
+        /// The scheme of the URL.
         scheme: String,
     },
-    /// No host, or no device, to connect to.
+    /// No host or device to connect to.
     Nowhere {
-        /// As given.
+        /// The URL as given.
         url: String,
-        /// Its scheme.
+        /// The scheme of the URL.
         scheme: &'static str,
     },
     /// A part that this scheme does not have: user, path, fragment…
     Part {
-        /// As given.
+        /// The URL as given.
         url: String,
-        /// The part.
+        /// The part of the URL.
         part: String,
     },
     /// An option that this scheme does not have.
     Option {
-        /// The option.
+        /// The name of the option.
         key: String,
-        /// Those it has.
+        /// The options of the scheme.
         known: &'static [&'static str],
     },
     /// An option given twice.
     Twice {
-        /// The option.
+        /// The name of the option.
         key: String,
     },
-    /// A value that an option or the port cannot have.
+    /// An invalid value of an option or the port.
     Value {
-        /// The option.
+        /// The name of the option.
         key: String,
-        /// Its value.
+        /// The value as given.
         value: String,
-        /// The values it can have.
+        /// The valid values.
         allowed: &'static str,
     },
 }

@@ -5,9 +5,9 @@
 
 #![allow(missing_docs, dead_code, reason = "a program; it uses part of the site")]
 
-#[path = "load/client.rs"]
+#[path = "hub_load/client.rs"]
 mod client;
-#[path = "load/site.rs"]
+#[path = "hub_load/site.rs"]
 mod site;
 
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! §3 «Перечень поддерживаемых запросов»: answers, typed, and their bytes.
+//! §3 «Перечень поддерживаемых запросов»: typed answers and their bytes.
 
 use crate::bus::{Log, NetworkStatus};
 use crate::record::{NoRoom, Record, Writer};
@@ -8,16 +8,16 @@ use crate::status::{
 };
 use crate::{DecodeError, Expected, Ints, ParamId, RequestId, Status, SubsystemId};
 
-/// An answer: who answers what, how it went, and the data that come with it.
+/// An answer (§2): the subsystem that answers, the request, the result, the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer<'a> {
     /// The subsystem that answers: the addressee, or one that intercepted the request.
     pub from: SubsystemId,
     /// The request that is answered.
     pub request: RequestId,
-    /// How it went.
+    /// Result of the request (§2).
     pub status: Status,
-    /// What comes with it.
+    /// Data of the answer.
     pub data: Reply<'a>,
 }
 
@@ -45,9 +45,9 @@ pub enum Reply<'a> {
     Conn(ConnStatus),
     /// §3.3 Buttons, ExtButtons.
     Buttons(ButtonsStatus),
-    /// §3.4, §3.21 A parameter's value.
+    /// §3.4, §3.21 Values of a parameter.
     Param {
-        /// Which.
+        /// Identifier of the parameter.
         id: ParamId,
         /// Its values; none in the answer to SetParam and in a refusal.
         values: Ints<'a>,
@@ -77,7 +77,7 @@ impl<'a> Answer<'a> {
     /// [`DecodeError`] with `Expected::Size` when the data have a size that an answer of this
     /// subsystem to this request cannot have. Data of unknown requests and subsystems are never
     /// wrong: [`Reply::Raw`].
-    // The caller mostly looks at one kind of data: only in its place is the rest left out.
+    // Inlined: a caller that uses one kind of data then links no code of the others.
     #[inline(always)]
     pub fn decode(record: &Record<'a>) -> Result<Self, DecodeError> {
         let Record { request, device, status, data } = *record;
@@ -90,7 +90,7 @@ impl<'a> Answer<'a> {
     ///
     /// [`NoRoom`], and nothing is written, when the data take more than 255 bytes or the record
     /// does not fit what is left of the payload.
-    // The caller mostly knows the kind of data: only in its place is the rest left out.
+    // Inlined: a caller that uses one kind of data then links no code of the others.
     #[inline(always)]
     pub fn encode(&self, out: &mut Writer<'_>) -> Result<(), NoRoom> {
         let Self { from, request, status, data } = self;
@@ -110,7 +110,7 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// What is asked for rarely: not worth a place in every caller.
+    /// Kinds of data that are rare, in one function that is not inlined.
     fn encode_other(&self, out: &mut Writer<'_>) -> Result<(), NoRoom> {
         out.push_with(self.request, self.from, self.status, |data| match self.data {
             Reply::Param { id, values } => {
@@ -133,7 +133,7 @@ impl<'a> Answer<'a> {
                 data.put(log.lines)
             }
             Reply::Raw(bytes) => data.put(bytes),
-            // Encoded above.
+            // Encoded by the caller.
             _ => Ok(()),
         })
     }
@@ -175,7 +175,7 @@ impl<'a> Reply<'a> {
         }
     }
 
-    /// What is asked for rarely: not worth a place in every caller.
+    /// Kinds of data that are rare, in one function that is not inlined.
     fn decode_other(request: RequestId, data: &'a [u8]) -> Result<Self, DecodeError> {
         match request {
             RequestId::GET_PARAM | RequestId::SET_PARAM => Self::decode_param(data),

@@ -14,19 +14,21 @@ pub const CONSOLES: core::ops::RangeInclusive<u8> = 129..=254;
 
 /// Default speed of the line, 8N1.
 pub const BAUD_DEFAULT: u32 = 19_200;
-/// How long the controller waits for an answer, ms.
+/// Time that the controller waits for an answer, ms.
 pub const REPLY_TIMEOUT_MS: u32 = 150;
-/// How long the controller waits for the answer to a presence probe, ms.
+/// Time that the controller waits for the answer to a presence probe, ms.
 pub const PROBE_TIMEOUT_MS: u32 = 30;
-/// Times a frame is sent before its device is dropped; each waits twice as long as the one before.
+/// Transmissions of a frame before its device is dropped; each timeout is twice the one before.
 pub const TRIES: u32 = 3;
 
-/// §L/8 Presence probes that are answered at once (ours).
+/// §L/8 Presence probes that are answered without delay (ours).
 const PROBES_AT_ONCE: u8 = 255;
-/// One more after this time, ms (ours).
+/// Time after which one more probe is answered, ms (ours).
 const PROBE_AGAIN_MS: u32 = 512;
 
-/// §L/8 How many presence probes are answered (ours): the answer to a probe looks like one, so two
+/// §L/8 Limits how many presence probes are answered (ours): the answer to a probe looks like a
+/// probe, so two devices that answer each other would never stop. One frame that is left without an
+/// answer stops them.
 /// that answer each other would never end without a limit. One frame without an answer ends it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProbeLimit {
@@ -35,12 +37,12 @@ pub struct ProbeLimit {
 }
 
 impl ProbeLimit {
-    /// All of them are left.
+    /// A limit with all its probes left.
     pub const fn new() -> Self {
         Self { left: PROBES_AT_ONCE, since_ms: 0 }
     }
 
-    /// Whether one more is answered at this time, ms; the time may wrap.
+    /// Whether one more probe is answered now. The time, ms, may wrap.
     pub fn allows(&mut self, now_ms: u32) -> bool {
         let more = now_ms.wrapping_sub(self.since_ms) / PROBE_AGAIN_MS;
         if more > 0 {
@@ -72,14 +74,15 @@ impl RequestId {
     /// Bus (observed): lines of the controller's log.
     pub const GET_LOG: Self = Self(0x0E);
 
-    /// §B/1 The controller's services, which a monitor does not know.
+    /// §B/1 The controller's services, which a monitor does not support.
     pub const BUS: &'static [(Self, &'static str)] = &[
         (Self::ACCESS_GRANTED, "AccessGranted"),
         (Self::GET_NETWORK_STATUS, "GetNetworkStatus"),
         (Self::GET_LOG, "GetLog"),
     ];
 
-    /// Whether it changes nothing and its success carries what was asked for.
+    /// Whether the request only reads: it changes nothing, and its success carries the data asked
+    /// for.
     pub const fn is_read(self) -> bool {
         matches!(
             self,
@@ -126,14 +129,14 @@ impl NetworkStatus {
     }
 }
 
-/// Answer to GetLog: the lines asked for, and those that came.
+/// Answer to GetLog: the range of lines asked for, and the lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Log<'a> {
-    /// First line.
+    /// First line asked for.
     pub first: u16,
-    /// Number of lines.
+    /// Number of lines asked for.
     pub count: u16,
-    /// The lines' bytes.
+    /// Bytes of the lines.
     pub lines: &'a [u8],
 }
 
@@ -161,7 +164,7 @@ impl<'a> Log<'a> {
         Ok(log)
     }
 
-    /// The lines in order; after an error nothing more comes.
+    /// The lines in order; iteration ends after the first error.
     pub fn iter(&self) -> impl Iterator<Item = Result<LogLine<'a>, DecodeError>> + use<'a> {
         let mut rest = self.lines;
         core::iter::from_fn(move || {
@@ -208,7 +211,7 @@ fn log_line(bytes: &[u8]) -> (Result<LogLine<'_>, DecodeError>, &[u8]) {
     }
 }
 
-/// The controller's leave to send one frame, as a record.
+/// The record with which the controller lets a console send one frame.
 pub const ACCESS_GRANTED: Record<'static> = Record {
     request: RequestId::ACCESS_GRANTED,
     device: SubsystemId::GENERAL,

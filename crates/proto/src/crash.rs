@@ -1,7 +1,7 @@
-//! §3.20 What the fault registers of `fault_info` say, bit by bit, in English and Russian.
+//! §3.20 Meaning of the fault registers of `fault_info`, bit by bit, in English and Russian.
 //!
 //! Bits are those of the ARMv7-M architecture (Cortex-M3: hfsr, cfsr, psr) and of the ARM7TDMI
-//! (cpsr, spsr); the words about them are ours.
+//! (cpsr, spsr); their texts are ours.
 
 use crate::dictionary::Text;
 use crate::status::{FaultArch, FaultInfo};
@@ -10,11 +10,11 @@ use crate::status::{FaultArch, FaultInfo};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct FaultBit {
-    /// The register, as `FaultInfo::NAMES` names it.
+    /// Name of the register, one of `FaultInfo::NAMES`.
     pub register: &'static str,
     /// Number of the bit, from 0.
     pub bit: u8,
-    /// The architecture's name for it.
+    /// Name of the bit in the architecture's manual.
     pub name: &'static str,
     /// What has happened.
     pub meaning: Text,
@@ -47,7 +47,7 @@ const MEMORY: [&str; 2] = [
     "Сравните адрес с картой памяти; если он во Flash или ОЗУ, проверьте питание и замените плату.",
 ];
 const ADDRESS: [&str; 2] = [
-    "Read that address together with the bits beside this one.",
+    "Read that address together with the adjacent bits.",
     "Рассматривайте этот адрес вместе с соседними битами.",
 ];
 
@@ -62,7 +62,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
             "При входе в исключение не удалось прочитать таблицу векторов.",
         ],
         [
-            "The program in the flash is damaged or its vector table misplaced: write it anew.",
+            "The program in the flash is damaged or its vector table misplaced: write it again.",
             "Программа во Flash повреждена или таблица векторов не на месте: запишите её заново.",
         ],
     ),
@@ -159,7 +159,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "PRECISERR",
         [
             "A read or write failed on the bus; pc is the instruction that did it.",
-            "Ошибка шины при обращении к данным; pc указывает на виновную команду.",
+            "Ошибка обращения к данным (BusFault); pc указывает на команду.",
         ],
         MEMORY,
     ),
@@ -169,7 +169,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "IMPRECISERR",
         [
             "A write failed on the bus some time before pc.",
-            "Ошибка шины при записи, случившаяся несколько раньше pc.",
+            "Ошибка записи (BusFault), случившаяся несколько раньше pc.",
         ],
         MEMORY,
     ),
@@ -179,7 +179,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "UNSTKERR",
         [
             "The bus failed while the registers were taken back from the stack.",
-            "Ошибка шины при возврате регистров из стека.",
+            "Ошибка обращения (BusFault) при возврате регистров из стека.",
         ],
         STACK,
     ),
@@ -189,7 +189,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "STKERR",
         [
             "The bus failed while the registers were put on the stack.",
-            "Ошибка шины при сохранении регистров в стек.",
+            "Ошибка обращения (BusFault) при сохранении регистров в стек.",
         ],
         STACK,
     ),
@@ -199,7 +199,7 @@ pub const FAULT_BITS: [FaultBit; 23] = [
         "LSPERR",
         [
             "The bus failed while the floating-point registers were saved.",
-            "Ошибка шины при сохранении регистров с плавающей точкой.",
+            "Ошибка обращения (BusFault) при сохранении регистров с плавающей точкой.",
         ],
         STACK,
     ),
@@ -273,11 +273,11 @@ pub const FAULT_BITS: [FaultBit; 23] = [
     bit("cfsr", 25, "DIVBYZERO", ["A division by zero.", "Деление на ноль."], PROGRAM),
 ];
 
-/// So many words are the same on each processor.
+/// The first registers, which all processors have.
 const COMMON: usize = 10;
 
 impl FaultInfo {
-    /// Its words by name: the common ones, then the processor's own.
+    /// The registers by name: the common ones, then those of the processor.
     pub fn registers(&self) -> impl Iterator<Item = (&'static str, u32)> + use<> {
         let own: &[&str] = match self.arch {
             FaultArch::CortexM3(_) => Self::NAMES.get(COMMON..).unwrap_or_default(),
@@ -286,7 +286,7 @@ impl FaultInfo {
         Self::NAMES.iter().take(COMMON).chain(own).copied().zip(self.to_words())
     }
 
-    /// What a word means where its name does not say it.
+    /// A remark on a register's value where the name does not explain it.
     pub fn note(&self, register: &str) -> Option<Text> {
         let stale = |valid| {
             let text = Text::new("no address: not valid", "адрес недействителен");
@@ -303,7 +303,7 @@ impl FaultInfo {
         }
     }
 
-    /// What a record without a known bit says.
+    /// A summary of a record in which no known bit is set.
     pub fn summary(&self) -> Option<Text> {
         let cortex = matches!(self.arch, FaultArch::CortexM3(_));
         (cortex && *self != Self::NONE && self.bits().next().is_none()).then_some(Text::new(
@@ -314,7 +314,7 @@ impl FaultInfo {
         ))
     }
 
-    /// The bits of its fault registers that are set and known, in the order of [`FAULT_BITS`].
+    /// Known bits that are set in the fault registers, in the order of [`FAULT_BITS`].
     pub fn bits(&self) -> impl Iterator<Item = &'static FaultBit> + use<> {
         let words = self.fault_words();
         FAULT_BITS.iter().filter(move |known| {
@@ -323,7 +323,7 @@ impl FaultInfo {
         })
     }
 
-    /// Bits of its fault registers that are set and mean nothing known.
+    /// Bits that are set in hfsr and cfsr and have no entry in [`FAULT_BITS`].
     pub fn unknown_bits(&self) -> [(&'static str, u32); 2] {
         self.fault_words().map(|(register, word)| {
             let known = FAULT_BITS.iter().filter(|bit| bit.register == register);
@@ -340,7 +340,7 @@ impl FaultInfo {
         }
     }
 
-    /// What the processor was doing when the fault came.
+    /// What the processor was executing when the fault occurred.
     pub fn context(&self) -> Context {
         match self.arch {
             FaultArch::CortexM3([.., psr]) => match (psr & 0x1FF) as u16 {
@@ -371,7 +371,7 @@ impl FaultInfo {
     }
 }
 
-/// What the processor was doing.
+/// What the processor was executing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Context {
@@ -386,7 +386,7 @@ pub enum Context {
 }
 
 impl Context {
-    /// The name where it has one, in English and Russian; a number follows the last two.
+    /// Its name in English and Russian; for an interrupt and a reserved number the number follows.
     pub const fn text(self) -> Text {
         match self {
             Self::Program => Text::new("the program, no interrupt", "программа, не прерывание"),
@@ -396,7 +396,7 @@ impl Context {
         }
     }
 
-    /// Its number, where the name does not say everything.
+    /// Number of the exception, unless the name says it all.
     pub const fn number(self) -> Option<u16> {
         match self {
             Self::Interrupt(number) | Self::Reserved(number) => Some(number),

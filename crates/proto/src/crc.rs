@@ -1,5 +1,6 @@
-//! §L/2 CRC-16/MODBUS and §L/7 CRC-32C, piece by piece: with tables of 24 KiB on a host (feature
-//! `crc-slice16`), of 96 bytes on a chip, where a byte takes 11 instructions.
+//! §L/2 CRC-16/MODBUS and §L/7 CRC-32C, computed piece by piece. With feature `crc-slice16`, for
+//! hosts, the tables take 24 KiB; without it, for chips, 96 bytes, and a byte takes 11
+//! instructions.
 
 #[cfg(feature = "crc-slice16")]
 mod engine {
@@ -47,7 +48,7 @@ mod engine {
     pub type State16 = u32;
     pub type State32 = u32;
 
-    /// What each half of a byte does to the checksum.
+    /// The change of the checksum for each value of four bits.
     const fn table(polynomial: u32) -> [u32; 16] {
         let mut table = [0; 16];
         let mut rest = table.as_mut_slice();
@@ -65,12 +66,12 @@ mod engine {
         table
     }
 
-    /// The polynomials, their bits in reverse.
+    /// The polynomials with their bits reversed.
     static CRC16: [u32; 16] = table(0xA001);
     static CRC32C: [u32; 16] = table(0x82F6_3B78);
 
     fn update(table: &[u32; 16], state: &mut u32, bytes: &[u8]) {
-        // Always inside the table.
+        // The index is always inside the table.
         let step = |crc: u32| table.get(crc as usize % 16).copied().unwrap_or_default();
         let half = |crc: u32| crc >> 4 ^ step(crc);
         for byte in bytes {
@@ -107,20 +108,20 @@ mod engine {
 pub struct Crc16(engine::State16);
 
 impl Crc16 {
-    /// Of nothing yet.
+    /// The checksum of no bytes.
     #[inline]
-    #[expect(clippy::new_without_default, reason = "nobody wants a checksum by default")]
+    #[expect(clippy::new_without_default, reason = "a checksum by default has no use")]
     pub fn new() -> Self {
         Self(engine::start16())
     }
 
-    /// Goes on over these bytes.
+    /// Continues the checksum over these bytes.
     #[inline]
     pub fn update(&mut self, bytes: &[u8]) {
         engine::update16(&mut self.0, bytes);
     }
 
-    /// The checksum of all bytes.
+    /// The checksum of all bytes so far.
     #[inline]
     pub fn finish(self) -> u16 {
         engine::finish16(self.0)
@@ -131,20 +132,20 @@ impl Crc16 {
 pub struct Crc32c(engine::State32);
 
 impl Crc32c {
-    /// Of nothing yet.
+    /// The checksum of no bytes.
     #[inline]
-    #[expect(clippy::new_without_default, reason = "nobody wants a checksum by default")]
+    #[expect(clippy::new_without_default, reason = "a checksum by default has no use")]
     pub fn new() -> Self {
         Self(engine::start32())
     }
 
-    /// Goes on over these bytes.
+    /// Continues the checksum over these bytes.
     #[inline]
     pub fn update(&mut self, bytes: &[u8]) {
         engine::update32(&mut self.0, bytes);
     }
 
-    /// The checksum of all bytes.
+    /// The checksum of all bytes so far.
     #[inline]
     pub fn finish(self) -> u32 {
         engine::finish32(self.0)
@@ -155,7 +156,7 @@ impl Crc32c {
 mod tests {
     use super::*;
 
-    /// The check values of the catalogue, and the same in pieces.
+    /// The check values of the CRC catalogue, at once and in pieces.
     #[test]
     fn check_values() {
         let digits = b"123456789";

@@ -1,15 +1,15 @@
-//! Why bytes could not be understood: where, what was expected, what was there.
+//! Errors of decoding: where, what was expected, what was found.
 
 use core::fmt;
 
-/// Bytes that are not what they should be. Says who is to blame: the sender of the bytes.
+/// Bytes that break the protocol. The fault is the sender's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DecodeError {
     /// Offset of the offending byte from the start of what was decoded.
     pub offset: usize,
-    /// What should have been there.
+    /// What was expected there.
     pub expected: Expected,
-    /// What was there: a length or a value, as `expected` says.
+    /// What was found: a length or a value, depending on `expected`.
     pub got: usize,
 }
 
@@ -19,7 +19,7 @@ pub struct DecodeError {
 pub enum Expected {
     /// The four bytes of a record header (§2).
     Header,
-    /// As many data bytes as the header's data_size says (§2).
+    /// The number of data bytes that the header's data_size gives (§2).
     Data(usize),
     /// A data size that this request or answer can have.
     Size,
@@ -33,7 +33,7 @@ pub enum Expected {
     Escape,
     /// The CRC of the frame.
     Crc(u16),
-    /// The CRC-32C of a frame that bears one (§L/7).
+    /// The CRC-32C of a frame (§L/7).
     Crc32c(u32),
     /// The end of the link frame.
     FrameEnd,

@@ -2,9 +2,9 @@
 
 use crate::hash::{conv8, fnv1a32, fold16};
 
-/// Declares an open set of one-byte ids whose values are Conv8(FNV-1a(name)).
+/// Declares an open set of one-byte ids, each Conv8(FNV-1a(name)).
 ///
-/// The literal and the hash are compared at compile time: names are the protocol.
+/// The literal and the hash are compared at compile time.
 macro_rules! hashed_ids {
     ($(#[$doc:meta])* $type:ident { $($(#[$item:meta])* $konst:ident = $value:literal $name:literal,)+ }) => {
         $(#[$doc])*
@@ -18,7 +18,7 @@ macro_rules! hashed_ids {
             /// Every identifier the document names, in the document's order.
             pub const KNOWN: &'static [(Self, &'static str)] = &[$((Self::$konst, $name),)+];
 
-            /// The document's name; `None` for an id it does not know.
+            /// The document's name; `None` for an id that is not in the document.
             pub const fn name(self) -> Option<&'static str> {
                 match self.0 {
                     $($value => Some($name),)+
@@ -26,7 +26,7 @@ macro_rules! hashed_ids {
                 }
             }
 
-            /// The identifier of an exact name.
+            /// The identifier of a name; the match is exact.
             pub fn from_name(name: &str) -> Option<Self> {
                 Self::KNOWN.iter().find(|(_, known)| *known == name).map(|(id, _)| *id)
             }
@@ -38,7 +38,7 @@ macro_rules! hashed_ids {
     };
 }
 
-/// Name when known, number otherwise.
+/// Prints the name of a known id, otherwise the number.
 macro_rules! impl_id_fmt {
     ($type:ident, $format:literal) => {
         impl core::fmt::Display for $type {
@@ -65,7 +65,7 @@ hashed_ids! {
         ALL = 0x5D "All",
         /// Every drive that can handle the request.
         MOTORS = 0xAB "Motors",
-        /// Configuration, supply voltage, pressure; answers where nobody else does.
+        /// Configuration, supply voltage, pressure; answers requests that no other subsystem takes.
         GENERAL = 0xC2 "General",
         /// Temperatures, humidity, heating.
         CLIMATICS = 0x62 "Climatics",
@@ -116,7 +116,7 @@ impl SubsystemId {
     ];
 
     /// The chain of handlers (§1): each subsystem of the table is inserted in front of the one
-    /// before, so General "always turns out last".
+    /// before, so that General is always last.
     pub const CHAIN: [Self; 14] = reversed(Self::TABLE);
 
     /// Vertical, Horizontal, Nozzle, Deployer: the drives that Motors addresses.
@@ -178,7 +178,7 @@ hashed_ids! {
         LOCKOUT = 0xE9 "Lockout",
         /// §3.19 Erase the non-volatile memory.
         CLEAN_FLASH = 0x16 "CleanFlash",
-        /// §3.20 What the last hardware fault left.
+        /// §3.20 Registers saved at the last hardware fault.
         GET_CRASH_DATA = 0x06 "GetCrashData",
     }
 }
@@ -196,7 +196,7 @@ macro_rules! statuses {
             /// Every status of §2 in its order.
             pub const KNOWN: &'static [(Self, &'static str)] = &[$((Self::$konst, $name),)+];
 
-            /// The document's name; `None` for a value it does not know.
+            /// The document's name; `None` for a value that is not in the document.
             pub const fn name(self) -> Option<&'static str> {
                 match self.0 {
                     $($value => Some($name),)+
@@ -204,7 +204,7 @@ macro_rules! statuses {
                 }
             }
 
-            /// The status of an exact name.
+            /// The status of a name; the match is exact.
             pub fn from_name(name: &str) -> Option<Self> {
                 Self::KNOWN.iter().find(|(_, known)| *known == name).map(|(id, _)| *id)
             }
@@ -213,9 +213,9 @@ macro_rules! statuses {
 }
 
 statuses! {
-    /// Done.
+    /// Carried out completely.
     OK = 0 "Ok",
-    /// Taken; only a fault can stop it now.
+    /// Accepted; only a fault can prevent it now.
     ACCEPTED = 1 "Accepted",
     /// The key that confirms the request is missing or wrong.
     NEED_CONFIRM = 2 "NeedConfirm",
@@ -271,10 +271,10 @@ pub struct ParamId(pub u16);
 impl ParamId {
     /// §3.21 The hotbeds found.
     pub const HOTBEDS: Self = Self(0x23FE);
-    /// §3.20 GetCrashData as a parameter of General.
+    /// §3.20 Crash data, readable as a parameter of General.
     pub const FAULT_INFO: Self = Self(0xE8C1);
 
-    /// The identifier that a name hashes to.
+    /// The identifier of a name: its 16-bit hash.
     pub const fn of(name: &str) -> Self {
         Self(fold16(fnv1a32(name)))
     }

@@ -1,4 +1,4 @@
-//! Arrays inside records: seen in place on the wire, or lent by the caller who encodes them.
+//! Arrays in records: borrowed from the received bytes, or from the caller who encodes them.
 
 /// An array of i32 (§3.4, §3.5): little-endian bytes of a record, or integers to be encoded.
 #[derive(Clone, Copy, Debug)]
@@ -18,12 +18,12 @@ impl<'a> Ints<'a> {
         }
     }
 
-    /// No values at all.
+    /// Whether there is no value.
     pub const fn is_empty(self) -> bool {
         self.len() == 0
     }
 
-    /// The value at a place.
+    /// The value at this index, from 0.
     pub fn get(self, index: usize) -> Option<i32> {
         match self {
             Self::Wire(bytes) => bytes.as_chunks().0.get(index).map(|b| i32::from_le_bytes(*b)),

@@ -4,19 +4,19 @@
 //! CRC-16/MODBUS over the unescaped dst, src and records. A frame of dst, src and CRC alone is a
 //! presence probe.
 //!
-//! §L/7 (ours) Where both sides have it, frames can bear a CRC-32C instead: `FF C0 DB DE | dst src
-//! records… crc32c | C0`. To everybody else `DB DE` is a wrong escape, so that the frame is dropped at
-//! its beginning whatever stands in it. Each frame is answered in the form in which it came; a
-//! client finds out by a probe of this form.
+//! §L/7 (ours) Where both sides support it, a frame can end with a CRC-32C instead: `FF C0 DB DE |
+//! dst src records… crc32c | C0`. For any other receiver `DB DE` is a wrong escape, so that it
+//! drops the frame at its start, whatever follows. Each frame is answered in the form in which it
+//! came; a client finds out with a probe of this form.
 
 use crate::crc::{Crc16, Crc32c};
 use crate::{DecodeError, Expected};
 
-/// Payload that every monitor and client can take (ours).
+/// Greatest payload, bytes, that every monitor and client accepts (ours).
 pub const PAYLOAD_MAX: usize = 512;
-/// Unescaped bytes of a frame with the greatest payload: dst, src, payload, the longer CRC.
+/// Unescaped bytes of the longest frame: dst, src, payload, the longer CRC.
 pub const BODY_MAX: usize = 2 + PAYLOAD_MAX + Check::Crc32c.size();
-/// Bytes of the greatest frame on the wire, each body byte escaped.
+/// Bytes on the wire of the longest frame, each body byte escaped.
 pub const WIRE_MAX: usize = wire_max(PAYLOAD_MAX);
 
 const SYNC: u8 = 0xFF;
@@ -24,15 +24,15 @@ const END: u8 = 0xC0;
 const ESCAPE: u8 = 0xDB;
 const ESCAPED_END: u8 = 0xDC;
 const ESCAPED_ESCAPE: u8 = 0xDD;
-/// Bytes that are looked at together.
+/// Bytes that are compared at once.
 const WORD: usize = size_of::<usize>();
-/// After DB at the beginning of a frame: a CRC-32C ends it.
+/// Follows DB at the start of a frame that ends with a CRC-32C.
 const MARK_CRC32C: u8 = 0xDE;
-/// The CRC-16 and the CRC-32C of bytes that end with their own.
+/// CRC-16 and CRC-32C over bytes that include their own checksum.
 const RESIDUE_CRC16: u16 = 0;
 const RESIDUE_CRC32C: u32 = 0x4867_4BC7;
 
-/// What tells a frame from noise.
+/// The checksum at the end of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Check {
     /// §L/2 CRC-16/MODBUS (observed).
@@ -43,7 +43,7 @@ pub enum Check {
 }
 
 impl Check {
-    /// Bytes of the check.
+    /// Bytes of the checksum.
     pub const fn size(self) -> usize {
         match self {
             Self::Crc16 => 2,
@@ -51,8 +51,8 @@ impl Check {
         }
     }
 
-    /// Whether the end of these bytes is the check of what stands before: what both together give is
-    /// always the same.
+    /// Whether the bytes end with the right checksum: the checksum over data and checksum together
+    /// is a constant.
     fn holds(self, body: &[u8]) -> bool {
         match self {
             Self::Crc16 => crc16(body) == RESIDUE_CRC16,
@@ -87,7 +87,7 @@ fn crc32c(bytes: &[u8]) -> u32 {
     crc.finish()
 }
 
-/// Bytes on the wire that a frame of this payload can need at most.
+/// Most bytes on the wire of a frame with a payload of this many bytes.
 pub const fn wire_max(payload: usize) -> usize {
     5 + 2 * (Check::Crc32c.overhead() + payload)
 }
@@ -104,7 +104,7 @@ pub struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// Whether the frame only asks, or says, that somebody is there.
+    /// Whether the frame is a presence probe or the answer to one.
     pub const fn is_probe(&self) -> bool {
         self.payload.is_empty()
     }
@@ -116,7 +116,7 @@ pub fn encode(frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
     encode_with(Check::Crc16, frame, out)
 }
 
-/// Writes a frame with this check.
+/// Writes a frame with the given checksum; otherwise as [`encode`].
 pub fn encode_with(check: Check, frame: &Frame<'_>, out: &mut [u8]) -> Option<usize> {
     compose(check, frame.dst, frame.src, out, |place| {
         place.get_mut(..frame.payload.len())?.copy_from_slice(frame.payload);
@@ -124,8 +124,8 @@ pub fn encode_with(check: Check, frame: &Frame<'_>, out: &mut [u8]) -> Option<us
     })
 }
 
-/// Writes a frame whose payload `fill` puts where it will stand: it gets the place, as long as there
-/// is room, and returns how much of it the payload is. No second buffer is needed.
+/// Writes a frame whose payload is built in place: `fill` gets the free part of `out` and returns
+/// the length of the payload. No second buffer is needed.
 #[inline]
 pub fn compose(
     check: Check,
@@ -142,8 +142,8 @@ pub fn compose(
     seal(check, start + 2 + size, out)
 }
 
-/// §L/1, §L/7 Hands over a frame with this check byte by byte, as it goes on the wire: a chip sends it
-/// without keeping it.
+/// §L/1, §L/7 Passes the bytes of a frame to `put` in the order of transmission, so that a chip can
+/// send a frame without storing it.
 pub fn send(check: Check, frame: &Frame<'_>, put: &mut dyn FnMut(u8)) {
     let addresses = [frame.dst, frame.src];
     let (start, crc): (&[u8], u32) = match check {
@@ -174,7 +174,7 @@ pub fn send(check: Check, frame: &Frame<'_>, put: &mut dyn FnMut(u8)) {
     put(END);
 }
 
-/// Makes a frame of what stands before `end`: addresses and payload.
+/// Completes the frame whose addresses and payload end at `end`: checksum, escapes, frame marks.
 fn seal(check: Check, mut end: usize, out: &mut [u8]) -> Option<usize> {
     let start = check.start();
     let body = out.get(start..end)?;
@@ -200,8 +200,8 @@ fn seal(check: Check, mut end: usize, out: &mut [u8]) -> Option<usize> {
     Some(end + 1)
 }
 
-/// Escapes the bytes from `start` to `end`, which makes room for itself behind them: returns where they
-/// end then.
+/// Escapes the bytes from `start` to `end` in place; they grow towards the end of the buffer.
+/// Returns their new end.
 fn escape(start: usize, end: usize, out: &mut [u8]) -> Option<usize> {
     let (mut escaped, mut at) = (end, start);
     while at < end {
@@ -210,7 +210,7 @@ fn escape(start: usize, end: usize, out: &mut [u8]) -> Option<usize> {
         at += 1;
     }
     let (mut from, mut to) = (end, escaped);
-    // From the back: before the first of them nothing moves.
+    // From the back: the bytes before the first that is escaped do not move.
     while from < to {
         let before = out.get(start..from)?;
         if let Some(word) = before.last_chunk().copied() {
@@ -230,7 +230,7 @@ fn escape(start: usize, end: usize, out: &mut [u8]) -> Option<usize> {
     Some(escaped)
 }
 
-/// Writes what stands for a byte, up to `end`: returns where it begins.
+/// Writes a byte, escaped where needed, so that it ends at `end`; returns where it starts.
 #[inline]
 fn put_before(end: usize, byte: u8, out: &mut [u8]) -> Option<usize> {
     let code = match byte {
@@ -245,7 +245,7 @@ fn put_before(end: usize, byte: u8, out: &mut [u8]) -> Option<usize> {
     Some(end - 2)
 }
 
-/// How many bytes there are before one that stands for itself nowhere in a frame.
+/// Number of leading bytes that need no escape.
 fn plain(bytes: &[u8]) -> usize {
     let words = bytes.as_chunks().0;
     if let Some((index, place)) =
@@ -254,14 +254,14 @@ fn plain(bytes: &[u8]) -> usize {
         return index * WORD + place;
     }
     match bytes.last_chunk().map(first_special) {
-        // Its first bytes have been looked at.
+        // The first bytes of this word have been checked already.
         Some(place) => bytes.len() - WORD + place.unwrap_or(WORD),
         None => bytes.iter().position(|b| matches!(*b, END | ESCAPE)).unwrap_or(bytes.len()),
     }
 }
 
-/// Copies bytes up to one that stands for itself nowhere in a frame, and says how many. Behind them, the
-/// place is spoiled.
+/// Copies leading bytes that need no escape; returns their number. The place behind them is
+/// overwritten.
 #[inline]
 fn copy_plain(from: &[u8], to: &mut [u8]) -> usize {
     let mut done = 0;
@@ -283,18 +283,19 @@ fn copy_plain(from: &[u8], to: &mut [u8]) -> usize {
     done
 }
 
-/// Where in a word the first byte is that stands for itself nowhere in a frame.
+/// Index in a word of the first byte that needs an escape.
 #[inline]
 const fn first_special(bytes: &[u8; WORD]) -> Option<usize> {
     const ONES: usize = usize::MAX / 0xFF;
     let word = usize::from_le_bytes(*bytes);
     let (end, escape) = (word ^ (ONES * END as usize), word ^ (ONES * ESCAPE as usize));
-    // It becomes zero, and borrows. Both have their highest bit set, and so must it.
+    // Such a byte becomes zero and borrows. C0 and DB both have the highest bit set, so it is
+    // checked too.
     let found = (end.wrapping_sub(ONES) | escape.wrapping_sub(ONES)) & word & (ONES << 7);
     if found == 0 { None } else { Some(found.trailing_zeros() as usize / 8) }
 }
 
-/// What a decoder has seen on its medium since it was made.
+/// Counters of a decoder since it was created.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Counters {
@@ -306,22 +307,22 @@ pub struct Counters {
     pub escape_errors: u64,
     /// Frames dropped because they were longer than the buffer.
     pub overruns: u64,
-    /// Frames given up before their end: less than 4 bytes between two C0, or a break on the line.
+    /// Frames dropped before their end: less than 4 bytes between two C0, or a break on the line.
     pub resyncs: u64,
-    /// Bytes that belonged to no good frame, without sync bytes.
+    /// Bytes that belong to no good frame, without sync bytes.
     pub bytes_skipped: u64,
 }
 
-/// What a decoder counts: [`Counters`], or nothing, `()`, where nobody asks and memory is dear.
+/// What a decoder counts: [`Counters`], or nothing, `()`, to save memory.
 pub trait Tally {
-    /// Nothing seen yet.
+    /// Nothing counted.
     const NONE: Self;
 
-    /// Something has been seen.
+    /// Counts an event.
     fn count(&mut self, seen: Seen);
 }
 
-/// What a decoder sees.
+/// An event in a decoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Seen {
@@ -335,7 +336,7 @@ pub enum Seen {
     Overrun,
     /// A frame that was given up before its end.
     Resync,
-    /// So many bytes that belong to no good frame.
+    /// This many bytes that belong to no good frame.
     Skipped(usize),
 }
 
@@ -368,9 +369,10 @@ impl Tally for () {
     fn count(&mut self, _: Seen) {}
 }
 
-/// Finds the frames in a stream of bytes, however it is cut into pieces.
+/// Finds the frames in a stream of bytes, in pieces of any length.
 ///
-/// `N` bounds a frame: [`BODY_MAX`] takes every frame that this protocol allows. `C` is what is counted.
+/// `N` is the longest body, bytes: [`BODY_MAX`] accepts every frame of this protocol. `C` holds the
+/// counters.
 #[derive(Clone, Debug)]
 pub struct Decoder<const N: usize = BODY_MAX, C = Counters> {
     body: [u8; N],
@@ -399,19 +401,19 @@ impl<const N: usize> Default for Decoder<N> {
 }
 
 impl<const N: usize> Decoder<N> {
-    /// A decoder that waits for a frame.
+    /// A decoder that waits for the start of a frame.
     pub const fn new() -> Self {
         Self::counting()
     }
 
-    /// What has been seen so far.
+    /// Counters since the decoder was created.
     pub const fn counters(&self) -> &Counters {
         &self.counters
     }
 }
 
 impl<const N: usize, C: Tally> Decoder<N, C> {
-    /// A decoder that waits for a frame, whatever it counts.
+    /// A decoder that waits for the start of a frame, with counters of any kind.
     pub const fn counting() -> Self {
         Self {
             body: [0; N],
@@ -423,18 +425,18 @@ impl<const N: usize, C: Tally> Decoder<N, C> {
         }
     }
 
-    /// How the frame that was completed last is checked: an answer to it goes the same way.
+    /// The checksum of the last complete frame; an answer to it uses the same.
     pub const fn check(&self) -> Check {
         self.check
     }
 
-    /// Takes a byte; returns the frame that it completes.
+    /// Takes one byte; returns the frame that it completes.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_>> {
         if self.take(byte) { self.last() } else { None }
     }
 
-    /// Takes a byte; whether it completes a frame.
+    /// Takes one byte; returns whether it completes a frame.
     #[inline]
     fn take(&mut self, byte: u8) -> bool {
         if self.state != State::Idle && byte != END {
@@ -482,7 +484,8 @@ impl<const N: usize, C: Tally> Decoder<N, C> {
         (bytes.len(), None)
     }
 
-    /// Takes bytes that are themselves, as many as there is room for.
+    /// Takes leading bytes that need no unescaping, as far as the buffer has room; returns their
+    /// number.
     fn store_run(&mut self, bytes: &[u8]) -> usize {
         let room = self.body.get_mut(self.len..).unwrap_or_default();
         let run = copy_plain(bytes, room);
@@ -491,7 +494,7 @@ impl<const N: usize, C: Tally> Decoder<N, C> {
         run
     }
 
-    /// Forgets a frame that has begun: the medium was silent or broken for too long.
+    /// Drops an unfinished frame, after a pause or a break on the medium.
     pub fn reset(&mut self) {
         if self.state != State::Idle && self.len > 0 {
             self.counters.count(Seen::Resync);
@@ -524,15 +527,15 @@ impl<const N: usize, C: Tally> Decoder<N, C> {
         self.store(byte);
     }
 
-    /// Gives up the frame: its start byte and what has come since.
+    /// Drops the frame and counts its bytes as skipped.
     fn drop_frame(&mut self) {
         self.counters.count(Seen::Skipped(1 + self.wire_len));
         self.state = State::Idle;
         self.len = 0;
     }
 
-    /// §L/4 C0 inside a frame ends it. When what was collected is no frame, the C0 may be the start of
-    /// the next, whose predecessor lost its end: collecting begins anew.
+    /// §L/4 C0 inside a frame ends it. If the bytes collected are not a frame, this C0 may be the
+    /// start of the next, after a frame that lost its end: collecting starts again.
     fn end(&mut self) -> bool {
         let body = self.body.get(..self.len).unwrap_or_default();
         if self.state == State::Escaped {
@@ -553,7 +556,7 @@ impl<const N: usize, C: Tally> Decoder<N, C> {
         false
     }
 
-    /// The frame that was completed last, until more bytes come.
+    /// The last complete frame; valid until more bytes are taken.
     pub fn last(&self) -> Option<Frame<'_>> {
         split(self.check, self.body.get(..self.len)?).map(|(frame, _)| frame)
     }
@@ -566,7 +569,7 @@ fn split(check: Check, body: &[u8]) -> Option<(Frame<'_>, &[u8])> {
     Some((Frame { dst: *dst, src: *src, payload }, got))
 }
 
-/// The frame of an unescaped body whose check is right.
+/// Checks the checksum of an unescaped body and returns its frame.
 fn verify(check: Check, body: &[u8]) -> Result<Frame<'_>, DecodeError> {
     let short = DecodeError { offset: 0, expected: Expected::FrameEnd, got: body.len() };
     let (frame, got) = split(check, body).ok_or(short)?;
@@ -586,7 +589,7 @@ fn verify(check: Check, body: &[u8]) -> Result<Frame<'_>, DecodeError> {
     if right { Ok(frame) } else { Err(error) }
 }
 
-/// §L/7 How a datagram that is one frame is checked.
+/// §L/7 The checksum of a datagram that is one frame.
 pub fn check_of(datagram: &[u8]) -> Check {
     let start = datagram.iter().position(|byte| *byte != SYNC).unwrap_or(datagram.len());
     match datagram.get(start..) {

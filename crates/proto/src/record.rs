@@ -2,19 +2,19 @@
 
 use crate::{DecodeError, Expected, RequestId, Status, SubsystemId};
 
-/// Bytes of a record header.
+/// Bytes in the header of a record.
 pub const HEADER_SIZE: usize = 4;
-/// Most data bytes a record can carry: data_size is one byte.
+/// Most data bytes in a record: data_size is one byte.
 pub const DATA_MAX: usize = 255;
 
-/// One request or answer as it stands in a frame.
+/// One request or answer in a frame (§2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record<'a> {
-    /// What is asked.
+    /// Identifier of the request.
     pub request: RequestId,
     /// In a request the addressee, in an answer the subsystem that answers.
     pub device: SubsystemId,
-    /// Result; 0 and without meaning in a request.
+    /// Result; in a request 0, without meaning.
     pub status: Status,
     /// Data of the request or answer, at most [`DATA_MAX`] bytes.
     pub data: &'a [u8],
@@ -29,8 +29,7 @@ impl Record<'_> {
 
 /// Splits a frame's payload into records.
 ///
-/// After an error nothing more comes: where one record is cut short, the start of the next is
-/// unknown.
+/// Iteration ends after an error: if one record is cut short, the start of the next is unknown.
 #[derive(Clone, Debug)]
 pub struct Records<'a> {
     rest: &'a [u8],
@@ -38,17 +37,17 @@ pub struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// Records of a payload: what stands between the addresses and the CRC.
+    /// The records of a payload: the bytes between the addresses and the CRC.
     pub const fn new(payload: &'a [u8]) -> Self {
         Self { rest: payload, offset: 0 }
     }
 
-    /// Where the next record starts.
+    /// Offset of the next record in the payload.
     pub const fn offset(&self) -> usize {
         self.offset
     }
 
-    /// Bytes not yet split off.
+    /// Bytes not yet split.
     pub const fn rest(&self) -> &'a [u8] {
         self.rest
     }
@@ -99,12 +98,12 @@ impl core::fmt::Display for NoRoom {
 
 impl core::error::Error for NoRoom {}
 
-/// Puts records into a buffer, one behind the other; never writes half a record.
+/// Appends records to a buffer; never writes part of a record.
 #[derive(Debug)]
 pub struct Writer<'a> {
     buffer: &'a mut [u8],
     len: usize,
-    /// Where the bytes that are kept free begin.
+    /// Where the reserved bytes start.
     limit: usize,
 }
 
@@ -115,7 +114,7 @@ impl<'a> Writer<'a> {
         Self { buffer, len: 0, limit }
     }
 
-    /// Keeps this many bytes at the end free from now on; 0 gives them back.
+    /// Reserves this many bytes at the end from now on; 0 releases them.
     pub const fn reserve(&mut self, bytes: usize) {
         self.limit = self.buffer.len().saturating_sub(bytes);
     }
@@ -125,7 +124,7 @@ impl<'a> Writer<'a> {
         self.len
     }
 
-    /// Nothing written yet.
+    /// Whether nothing is written yet.
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -135,7 +134,7 @@ impl<'a> Writer<'a> {
         self.limit.saturating_sub(self.len)
     }
 
-    /// What has been written.
+    /// The bytes written so far.
     pub fn written(&self) -> &[u8] {
         self.buffer.get(..self.len).unwrap_or_default()
     }
@@ -151,7 +150,7 @@ impl<'a> Writer<'a> {
         self.push_bytes(record.request, record.device, record.status, record.data)
     }
 
-    /// Writes a record with these data, or nothing.
+    /// Writes a whole record with these data, or nothing.
     #[inline]
     pub(crate) fn push_bytes(
         &mut self,
@@ -170,11 +169,11 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Writes a record whose data `fill` puts in place, or nothing if they do not fit.
+    /// Writes a record whose data `fill` appends in place, or nothing if they do not fit.
     ///
     /// # Errors
     ///
-    /// [`NoRoom`], and nothing is written: what `fill` returns, or that the record does not fit.
+    /// [`NoRoom`], and nothing is written: the error of `fill`, or a record that does not fit.
     #[inline]
     pub fn push_with(
         &mut self,
@@ -217,7 +216,7 @@ impl Data<'_> {
         Ok(())
     }
 
-    /// Appends 16-bit values.
+    /// Appends a signed 16-bit value.
     ///
     /// # Errors
     ///
@@ -227,7 +226,7 @@ impl Data<'_> {
         self.put(&value.to_le_bytes())
     }
 
-    /// Appends a 16-bit value.
+    /// Appends an unsigned 16-bit value.
     ///
     /// # Errors
     ///

@@ -1,15 +1,15 @@
-//! §3 «Перечень поддерживаемых запросов»: requests, typed, and their bytes.
+//! §3 «Перечень поддерживаемых запросов»: typed requests and their bytes.
 
 use crate::id::key;
 use crate::record::{NoRoom, Record, Writer};
 use crate::{Bytes, DecodeError, Expected, Ints, ParamId, RequestId, Status, SubsystemId};
 
-/// A request: to whom, and what.
+/// A request: the addressee, and the request itself with its data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request<'a> {
     /// The addressee.
     pub to: SubsystemId,
-    /// What it shall do.
+    /// The request and its data.
     pub body: Body<'a>,
 }
 
@@ -28,14 +28,14 @@ pub enum Body<'a> {
     GetStatus,
     /// §3.4, §3.21 Read a parameter.
     GetParam {
-        /// Which.
+        /// Identifier of the parameter.
         id: ParamId,
     },
     /// §3.5 Set a parameter.
     SetParam {
-        /// Which.
+        /// Identifier of the parameter.
         id: ParamId,
-        /// Its values.
+        /// Its new values.
         values: Ints<'a>,
     },
     /// §3.6 Store corrections of elevation by pressure (data: ours).
@@ -101,16 +101,16 @@ pub enum Body<'a> {
         /// Number of lines.
         count: u16,
     },
-    /// A request the document does not know; survives as it came.
+    /// A request that is not in the document; its data are kept.
     Unknown {
-        /// Its identifier.
+        /// Identifier of the request.
         request: RequestId,
-        /// Its data.
+        /// Data of the request.
         data: &'a [u8],
     },
 }
 
-/// §3.14 StartQuench: the variant follows from data_size.
+/// §3.14 StartQuench: data_size selects the variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quench<'a> {
     /// 8 bytes: a stored program, moved to a centre.
@@ -124,16 +124,16 @@ pub enum Quench<'a> {
         /// Nozzle position, mm.
         nozzle: i16,
     },
-    /// 12 bytes: everything given; elevation by ballistics over the distance.
+    /// 12 bytes: all given; the elevation follows from the distance by ballistics.
     Full {
-        /// Where.
+        /// The sector to extinguish.
         sector: Sector,
         /// Distance to the fire, m.
         distance: i8,
     },
     /// 13…255 bytes: with corrections of elevation by pressure from index 0.
     Corrected {
-        /// Where.
+        /// The sector to extinguish.
         sector: Sector,
         /// Degrees, one for each 0.1 atm, at least two.
         corrections: Bytes<'a>,
@@ -162,9 +162,9 @@ pub struct Sector {
 pub struct Trajectory<'a> {
     /// Correct the elevation by ballistics.
     pub ballistics: bool,
-    /// Begin again after the last point.
+    /// Start again after the last point.
     pub repeat: bool,
-    /// Where from.
+    /// The points to follow.
     pub path: Path<'a>,
 }
 
@@ -177,7 +177,7 @@ pub enum Path<'a> {
     Stored(&'a [u8]),
 }
 
-/// Points of a trajectory: wire bytes, or points to encode.
+/// Points of a trajectory: bytes of a record, or points to encode.
 #[derive(Clone, Copy, Debug)]
 pub enum Points<'a> {
     /// Bytes of a record, [`TrajectoryPoint::SIZE`] for each point.
@@ -203,14 +203,14 @@ impl TrajectoryPoint {
     /// Bytes on the wire.
     pub const SIZE: usize = 6;
 
-    /// The point's bytes.
+    /// The bytes of the point.
     pub const fn to_bytes(self) -> [u8; Self::SIZE] {
         let [h0, h1] = self.horizontal.to_le_bytes();
         let [v0, v1] = self.vertical.to_le_bytes();
         [h0, h1, v0, v1, self.distance, self.dwell]
     }
 
-    /// The point of these bytes.
+    /// The point that these bytes hold.
     pub const fn from_bytes([h0, h1, v0, v1, distance, dwell]: [u8; Self::SIZE]) -> Self {
         Self {
             horizontal: i16::from_le_bytes([h0, h1]),
@@ -230,7 +230,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// No points at all.
+    /// Whether there is no whole point.
     pub const fn is_empty(self) -> bool {
         self.len() == 0
     }
@@ -259,13 +259,13 @@ impl Eq for Points<'_> {}
 pub struct Seek {
     /// One end, horizontal, arc-minutes; may exceed the other.
     pub start_h: i16,
-    /// Other end, horizontal.
+    /// Other end, horizontal, arc-minutes.
     pub end_h: i16,
-    /// One end, vertical.
+    /// One end, vertical, arc-minutes.
     pub start_v: i16,
-    /// Other end, vertical.
+    /// Other end, vertical, arc-minutes.
     pub end_v: i16,
-    /// 1 = measure each hotbed precisely with a second pass, 0 = do not.
+    /// 1: measure each hotbed precisely in a second pass; 0: do not.
     pub analyse: i16,
 }
 
@@ -281,7 +281,7 @@ pub enum LimitsState {
 }
 
 impl LimitsState {
-    /// The state of a wire value.
+    /// The state for a value of the request's data.
     pub const fn from_wire(new_state: u16) -> Option<Self> {
         match new_state {
             0 => Some(Self::Off),
@@ -368,12 +368,12 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Reads the data of a request. Ranges are left to the addressee; only sizes matter here.
+    /// Reads the data of a request. Only the size is checked; ranges are checked by the addressee.
     ///
     /// # Errors
     ///
     /// [`DecodeError`] with `Expected::Size` when the data have a size that this request cannot
-    /// have. Unknown requests are never wrong: [`Body::Unknown`].
+    /// have. Unknown requests are accepted as [`Body::Unknown`].
     pub fn decode(request: RequestId, data: &'a [u8]) -> Result<Self, DecodeError> {
         Ok(match request {
             RequestId::MOVE => Self::Move { destination: i16::from_le_bytes(exact(data)?) },

@@ -78,7 +78,7 @@ pub fn mutants(arguments: &[String]) -> TaskResult {
     println!("   {} of {count} others, each with a build of its own", apart.len());
     for id in apart {
         let Some(mutant) = mutants.get(&id) else { continue };
-        // Most are noticed by a few of the tests, which are built in a fraction of the time.
+        // Most are noticed by the short tests, which are built in a fraction of the time.
         let mut outcome = Outcome::Survived;
         for tests in [&tree::FEW[..], &[]] {
             if outcome == Outcome::Survived {

@@ -8,13 +8,15 @@ use serde_json::Value;
 
 use super::list::Mutant;
 use super::weave::{self, Woven};
-use crate::run::{cargo, read, root, target};
+use crate::run::{cargo, output, read, root, target};
 
 /// The crates whose mutants are tried, and their paths.
 pub const SOURCES: [(&str, &str); 2] =
     [("lafet-device", "crates/device/src/"), ("lafet-ballistics", "crates/ballistics/src/")];
-/// Tests that cover most of the device's requests.
-pub const FEW: [&str; 7] = ["--lib", "--test", "requests", "--test", "general", "--test", "guard"];
+/// The short tests.
+pub const FEW: [&str; 3] = ["--lib", "--test", "it"];
+/// The program of the short tests that are not beside the code.
+const MANY: &str = "it";
 /// Contents of the copy.
 const PARTS: [&str; 6] = [
     "Cargo.lock",
@@ -39,10 +41,30 @@ const UNCONDITIONAL: &str = "            \nextern crate std;";
 /// More rounds than any source needs.
 const ROUNDS_MAX: usize = 40;
 
-/// A test binary and its name.
+/// A test binary, or a module of one.
 pub struct Test {
     pub name: String,
     pub path: PathBuf,
+    /// Part of the names of its tests; if empty, all of the binary are.
+    pub filter: String,
+}
+
+impl Test {
+    /// Its modules, if it has many: the quickest is run first, and none after one that fails.
+    fn modules(self) -> Result<Vec<Self>, String> {
+        if self.name != MANY {
+            return Ok(vec![self]);
+        }
+        let listed = output(Command::new(&self.path).args(["--list", "--format", "terse"]))?;
+        let modules: BTreeSet<&str> =
+            listed.lines().filter_map(|line| Some(line.split_once("::")?.0)).collect();
+        let module = |name: &str| Self {
+            name: name.to_owned(),
+            path: self.path.clone(),
+            filter: format!("{name}::"),
+        };
+        Ok(modules.into_iter().map(module).collect())
+    }
 }
 
 pub struct Tree {
@@ -149,9 +171,11 @@ impl Tree {
             let json: Value = serde_json::from_str(line).ok()?;
             let name = json["target"]["name"].as_str()?.to_owned();
             let path = json["executable"].as_str()?.into();
-            json["profile"]["test"].as_bool()?.then_some(Test { name, path })
+            let filter = String::new();
+            json["profile"]["test"].as_bool()?.then_some(Test { name, path, filter })
         });
-        Ok(Some(tests.collect()))
+        let modules: Vec<Vec<Test>> = tests.map(Test::modules).collect::<Result<_, _>>()?;
+        Ok(Some(modules.into_iter().flatten().collect()))
     }
 
     /// Builds the device with this mutant alone, and these tests or all; `None` if it does not

@@ -129,6 +129,7 @@ fn run(test: &Test, filter: &str, seconds: u32, id: Option<usize>) -> Outcome {
     let limits = format!(
         "set -e; ulimit -c 0; ulimit -v {MEMORY_KIB}; ulimit -S -t {seconds}; exec \"$0\" -q $1"
     );
+    let filter = if filter.is_empty() { &test.filter } else { filter };
     command.args(["-c", &limits]).arg(&test.path).arg(filter);
     command.current_dir(root().join("crates/device")).envs(CASES).env("RUST_BACKTRACE", "0");
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());

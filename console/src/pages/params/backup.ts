@@ -39,7 +39,7 @@ export function toToml(backup: Backup, dictionary: Dictionary): string {
   const { url, subsystems, profile, firmware, made_by } = backup.about;
   const lines = [
     '# Parameters of a fire monitor: `lafet param restore FILE` writes them back.',
-    '# Units and ranges stand behind the values; what is removed is left alone.',
+    '# Units and ranges follow the values; parameters that are left out are not changed.',
     `format = ${FORMAT}`,
     '',
     `[${ABOUT}]`,

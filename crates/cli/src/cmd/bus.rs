@@ -199,7 +199,7 @@ fn line(url: &str) -> Result<Endpoint, Failure> {
             "у записей без кадров нет адресов, и магистрали из них не бывает.",
         ));
     }
-    if endpoint.manner().role == Role::Active {
+    if endpoint.behaviour().role == Role::Active {
         return Err(wrong(
             "role=active is for consoles; this is the controller.",
             "role=active — для пультов, а это контроллер.",

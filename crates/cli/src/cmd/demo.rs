@@ -145,7 +145,7 @@ async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
     Ok(())
 }
 
-/// Command lines to try next, quoted for a shell; `crates/cli/tests/try_next.rs` runs each one.
+/// Command lines to try next, quoted for a shell; `crates/cli/tests/it/try_next.rs` runs each one.
 fn lines_to_try(url: &str, place: &str) -> Vec<String> {
     let monitor = format!("'{place}?addr=1'");
     vec![

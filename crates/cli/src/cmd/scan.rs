@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
-use lafet_client::{Endpoint, Error, Framing, Manner};
+use lafet_client::{Behaviour, Endpoint, Error, Framing};
 use lafet_proto::bus;
 use lafet_proto::link::Check;
 use serde_json::{Value, json};
@@ -287,10 +287,10 @@ fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
 
 fn endpoint(place: &Place, udp: bool, framing: Framing) -> Endpoint {
     let (host, port, addresses) = (place.host.clone(), place.port, Default::default());
-    let manner = Manner::default();
+    let behaviour = Behaviour::default();
     match udp {
-        true => Endpoint::Udp { host, port, addresses, manner },
-        false => Endpoint::Tcp { host, port, framing, addresses, manner },
+        true => Endpoint::Udp { host, port, addresses, behaviour },
+        false => Endpoint::Tcp { host, port, framing, addresses, behaviour },
     }
 }
 

@@ -1,4 +1,4 @@
-//! The file: TOML, a table for each subsystem, units in the remarks.
+//! The backup file: TOML with a table for each subsystem, units in comments.
 
 use std::fmt::{self, Write};
 
@@ -9,37 +9,37 @@ use toml::{Table, Value};
 use super::{About, Backup, is_kept, title};
 use crate::error::Lang;
 
-/// The version of the file's form.
+/// Version of the file format.
 const FORMAT: i64 = 1;
-/// The table that tells whose the parameters are.
+/// The table that describes the monitor and the origin of the file.
 const ABOUT: &str = "monitor";
 
-/// Why a file is no backup.
+/// Error in a backup file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FileError {
-    /// It is no TOML.
+    /// Not valid TOML.
     Syntax {
-        /// Where, and what was expected there.
+        /// Position of the error, and what was expected there.
         text: String,
     },
-    /// It is TOML of another kind, or of a later form.
+    /// Another kind of TOML file, or a later version of the format.
     Format,
     /// A table or a name that the dictionary does not have.
     Unknown {
-        /// As it stands in the file.
+        /// The name in the file.
         name: String,
     },
-    /// No whole numbers, too many or too few of them, or out of range.
+    /// Values that are not whole numbers, too many or too few of them, or out of range.
     Value {
         /// The parameter.
         param: Param,
-        /// What a monitor would answer to it.
+        /// The status that a monitor would answer to these values.
         status: Status,
     },
     /// The parameter cannot be set.
     ReadOnly {
-        /// Which.
+        /// The parameter.
         param: Param,
     },
 }
@@ -97,7 +97,7 @@ impl fmt::Display for FileError {
 impl std::error::Error for FileError {}
 
 impl Backup {
-    /// The file.
+    /// The text of the file.
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
@@ -113,7 +113,7 @@ impl Backup {
         )?;
         writeln!(
             text,
-            "# Units and ranges stand behind the values; what is removed is left alone."
+            "# Units and ranges follow the values; parameters that are left out are not changed."
         )?;
         writeln!(text, "format = {FORMAT}\n\n[{ABOUT}]")?;
         writeln!(text, "url = {}", quoted(url))?;
@@ -150,12 +150,12 @@ impl Backup {
         Ok(())
     }
 
-    /// Reads a file: every parameter of it has to be one of the dictionary, with values in range.
-    /// What is left out is left alone.
+    /// Reads a file. Each of its parameters must be in the dictionary, with values in range.
+    /// Parameters that are left out are not changed by a restore.
     ///
     /// # Errors
     ///
-    /// [`FileError`] for the first thing in the text that is wrong.
+    /// [`FileError`] for the first error in the text.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: Table = text
             .parse()
@@ -214,7 +214,7 @@ fn values(param: Param, value: &Value) -> Result<Vec<i32>, FileError> {
     Ok(values)
 }
 
-/// Units and ranges: `-900…4500 '`.
+/// Range and unit as text: `-900…4500 '`.
 fn allowed(spec: &ParamSpec) -> String {
     let one = |min: i32, max: i32, unit: &str| format!("{min}…{max} {unit}").trim_end().to_owned();
     match spec.elements {

@@ -1,4 +1,5 @@
-//! Writing parameters back: only what differs, each until it is stored, and read again at the end.
+//! Writing a backup to a monitor: only values that differ, each until it is stored; all are read at
+//! the end.
 
 use std::time::Duration;
 
@@ -11,73 +12,73 @@ use crate::error::Error;
 use crate::monitor::Monitor;
 use crate::saving::Saved;
 
-/// A monitor that is busy, or not to be reached, is asked again so often.
+/// Most repetitions while a monitor is busy or does not answer.
 const TRIES: u32 = 20;
-/// Pause before.
+/// Pause before a repetition.
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// What a restore is doing.
+/// A step of a restore.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// So many parameters differ and will be written.
+    /// This many parameters differ and will be written.
     Plan(usize),
-    /// This one is being written. If nothing follows, it may or may not be stored.
+    /// This parameter is being written. If no further step follows, it may or may not be stored.
     Begun(Param),
-    /// It is stored.
+    /// This parameter is stored.
     Stored(Param),
-    /// The monitor is busy or not to be reached; this one is tried again.
+    /// The monitor is busy or does not answer; this parameter is tried again.
     Again(Param),
-    /// Everything is read again.
+    /// All parameters are being read.
     Verifying,
 }
 
-/// What became of a parameter.
+/// Result of a restore for a parameter.
 #[derive(Clone, Debug)]
 pub struct Restored {
-    /// Which.
+    /// The parameter.
     pub param: Param,
-    /// What it was before; `None`: unset.
+    /// Its values before; `None`: not set.
     pub before: Option<Vec<i32>>,
-    /// What it was to be.
+    /// Its values in the backup.
     pub wanted: Vec<i32>,
-    /// What came of it.
+    /// The result.
     pub verdict: Verdict,
 }
 
-/// What came of writing a parameter.
+/// Result of writing a parameter.
 #[derive(Clone, Debug)]
 pub enum Verdict {
-    /// It reads back as it should, and this is known of its storage.
+    /// Reads back as written; the state of its storage.
     Written(Saved),
-    /// It was not written, or not taken.
+    /// Not sent, or refused.
     Failed(Error),
-    /// It was taken, and reads back as something else.
+    /// Accepted, but reads back as other values.
     ReadsBack(Vec<i32>),
 }
 
 impl Restored {
-    /// The value acts only after a restart.
+    /// Whether the value takes effect only after a restart.
     pub fn needs_restart(&self) -> bool {
         matches!(self.verdict, Verdict::Written(_)) && self.param.spec().effect == Effect::Restart
     }
 
-    /// It is what it should be, and will be after a loss of power as far as the monitor says.
+    /// Whether the value is as wanted and, as far as the monitor reports, stored.
     pub const fn is_done(&self) -> bool {
         matches!(self.verdict, Verdict::Written(Saved::Stored | Saved::Unconfirmed))
     }
 }
 
 impl Monitor {
-    /// §3.5 Writes what differs from `wanted`, and reads it again. `anyway`: parameters that are
-    /// written also when they read as they should: an earlier restore was cut short before they
-    /// were known to be stored.
+    /// §3.5 Writes the parameters that differ from `wanted`, and reads them back. `anyway`:
+    /// parameters that are written even if they do not differ, because an earlier restore was
+    /// interrupted before they were known to be stored.
     ///
-    /// A dropped future leaves the parameters that were written; calling it again goes on.
+    /// After a dropped future the parameters written so far are kept; a second call continues.
     ///
     /// # Errors
     ///
-    /// As [`Client::request`](crate::Client::request) while the present values are read and at the
-    /// end; a parameter that cannot be written is a [`Verdict`] and no error.
+    /// As [`Client::request`](crate::Client::request) while values are read at the start and at the
+    /// end; a parameter that cannot be written is a [`Verdict`], not an error.
     pub async fn restore(
         &self,
         wanted: &[(Param, Vec<i32>)],
@@ -98,7 +99,8 @@ impl Monitor {
                 todo.push(Restored { param: *param, before, wanted, verdict });
             }
         }
-        // What could shut us out comes last: who talks to the monitor, and how.
+        // Parameters that could cut the connection come last: address and interfaces of the
+        // monitor.
         todo.sort_by_key(|one| (shuts_out(one.param), one.param));
         step(Step::Plan(todo.len()));
         let mut incomplete = Vec::new();
@@ -113,7 +115,8 @@ impl Monitor {
                 _ => {}
             }
         }
-        // §2 IncompleteConfig: the monitor keeps the values, and stores them with the last one.
+        // §2 IncompleteConfig: the monitor keeps the values, and stores them with the last of the
+        // set.
         for index in incomplete {
             let Some(one) = todo.get_mut(index) else { continue };
             one.verdict = self.write(one, &mut step).await;
@@ -134,7 +137,7 @@ impl Monitor {
                 Ok(saved) => return Verdict::Written(saved),
                 Err(error) => error,
             };
-            // A value that is set twice is the same value.
+            // Setting a value twice has the effect of once.
             let passes = error.is_no_answer() || is(&error, Status::BUSY);
             tries += 1;
             if !passes || tries >= TRIES || matches!(error, Error::Closed) {
@@ -162,7 +165,7 @@ impl Monitor {
 }
 
 impl Backup {
-    /// The parameters of subsystems that are there; those of others are left out.
+    /// The parameters of subsystems that are present, and those of others.
     pub fn of(&self, present: &[String]) -> (Vec<(Param, Vec<i32>)>, Vec<Param>) {
         let is_there = |param: &Param| present.contains(&param.spec().subsystem.to_string());
         let (there, not): (Vec<_>, Vec<_>) =
@@ -171,7 +174,7 @@ impl Backup {
     }
 }
 
-/// Parameters after which the monitor may not answer us any more.
+/// Parameters after which the monitor may no longer answer this client.
 fn shuts_out(param: Param) -> bool {
     matches!(
         param,

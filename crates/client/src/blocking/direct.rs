@@ -1,4 +1,4 @@
-//! A client that has no thread: the caller's own carries the connection while it waits.
+//! A client without a thread: the calling thread serves the connection while it waits.
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
@@ -20,15 +20,15 @@ use crate::transport::udp::nobody_listens;
 use crate::transport::{CONNECT_TIMEOUT, not_ended};
 use crate::url::Endpoint;
 
-/// Pause between two tries to connect again.
+/// Pause between two attempts to connect.
 const REDIAL: Duration = Duration::from_millis(100);
-/// After a pause of this length it is looked whether the connection is still there.
+/// After a pause of this length the connection is checked before it is used.
 const IDLE: Duration = Duration::from_millis(10);
 
-/// One request after the other to one monitor over TCP or UDP, without a thread and without a
-/// runtime: the fastest way. Between two calls nothing happens, so that nothing can be held in
-/// motion or kept up to date with it, and a Stop waits for the request that is out: for these, and
-/// for serial ports, there is [`super::Client`].
+/// One request at a time to one monitor over TCP or UDP, without a thread and a runtime: the
+/// shortest round trip. Between calls nothing is sent, so that it cannot hold a motion or a
+/// subscription, and a Stop waits for the outstanding request. [`super::Client`] has these, and
+/// serial ports.
 ///
 /// ```no_run
 /// # fn example() -> Result<(), lafet_client::Error> {
@@ -59,12 +59,13 @@ impl Direct {
     ///
     /// # Errors
     ///
-    /// [`Error::Link`] when there is no connection, or for a scheme that this client does not have.
+    /// [`Error::Link`] when there is no connection, or for an unsupported scheme.
     pub fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
         Self::connect_with(endpoint, Config::default())
     }
 
-    /// Connects with timeouts and bounds of your own; addresses and framing are the endpoint's.
+    /// Connects with timeouts and limits other than the defaults; addresses and framing are taken
+    /// from the endpoint.
     ///
     /// # Errors
     ///
@@ -80,7 +81,7 @@ impl Direct {
         Ok(Self { endpoint, name, line, link, lost: None, start, used: Now::ZERO, buffer })
     }
 
-    /// What has been exchanged so far.
+    /// Counters since the client was created.
     pub fn stats(&self) -> Stats {
         self.line.total()
     }
@@ -107,7 +108,7 @@ impl Direct {
         }
     }
 
-    /// Asks whether somebody is there: see [`crate::Client::probe`].
+    /// Sends a presence probe: see [`crate::Client::probe`].
     ///
     /// # Errors
     ///
@@ -136,7 +137,7 @@ impl Direct {
             }
             let due = self.line.poll_timeout(now);
             now = self.wait(due.map_or(REDIAL, |due| due.saturating_sub(now)));
-            // Mostly the answer has come, and nothing else is to be looked at.
+            // Usually the answer has come, and nothing else has to be checked.
             if let Some(ended) = self.ended(now, ticket) {
                 return Ok(ended);
             }
@@ -144,7 +145,7 @@ impl Direct {
         }
     }
 
-    /// How the operation ended, if it did.
+    /// The outcome of the operation, if it has ended.
     fn ended(&mut self, now: Now, ticket: Ticket) -> Option<Ended> {
         while let Some((ended, outcome)) = self.line.poll_outcome() {
             if ended == ticket {
@@ -160,7 +161,7 @@ impl Direct {
     }
 
     fn transmit(&mut self, now: Now) {
-        // One frame at a time: what else there is to send waits for its answer.
+        // One frame at a time: others wait for its answer.
         let Some(bytes) = self.line.poll_transmit(now) else { return };
         let Some(link) = &mut self.link else { return };
         if let Err(error) = link.send(&bytes, self.line.config().timeout) {
@@ -168,7 +169,7 @@ impl Direct {
         }
     }
 
-    /// Waits for bytes, or until it is time; the time afterwards.
+    /// Waits for bytes, or until the time given; returns the time afterwards.
     fn wait(&mut self, time: Duration) -> Now {
         let Some(link) = &mut self.link else {
             park_timeout(time.min(REDIAL));
@@ -200,7 +201,7 @@ impl Direct {
         }
     }
 
-    /// Takes what has come since the last call; the end of the connection may be among it.
+    /// Takes the bytes that came since the last call; they may include the end of the connection.
     fn look(&mut self) {
         while let Some(link) = &mut self.link {
             match link.recv_now(&mut self.buffer) {
@@ -228,7 +229,7 @@ impl Direct {
     }
 }
 
-/// A socket that blocks, and how long it waits at most.
+/// A blocking socket with its present timeout.
 #[derive(Debug)]
 enum Link {
     Tcp { stream: TcpStream, waits: Duration },
@@ -265,7 +266,7 @@ impl Link {
         Ok(Self::Udp { socket, waits: Duration::ZERO })
     }
 
-    /// Sends a frame; a peer that does not read holds it up for so long at most.
+    /// Sends a frame; waits at most `longest` for a peer that does not read.
     fn send(&mut self, bytes: &[u8], longest: Duration) -> io::Result<()> {
         match self {
             Self::Tcp { stream, waits } => {
@@ -281,9 +282,9 @@ impl Link {
         }
     }
 
-    /// Waits for bytes for so long at most.
+    /// Waits for bytes, at most `time`.
     fn recv(&mut self, buffer: &mut [u8], time: Duration) -> io::Result<Option<usize>> {
-        // Mostly it is the timeout of an answer, always the same: no call of the system for it.
+        // Usually the timeout is the same as before, and the system call can be left out.
         match self {
             Self::Tcp { stream, waits } if *waits != time => {
                 stream.set_read_timeout(Some(time))?;
@@ -298,7 +299,7 @@ impl Link {
         self.read(buffer)
     }
 
-    /// Takes bytes that are there.
+    /// Takes bytes that have come already.
     fn recv_now(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         self.set_nonblocking(true)?;
         let read = self.read(buffer);

@@ -1,4 +1,4 @@
-//! How a controller behaves.
+//! Configuration of a bus controller.
 
 use std::time::Duration;
 
@@ -9,65 +9,65 @@ use lafet_proto::bus::{
 /// Bits of a byte on the line: start, eight, stop (8N1, observed).
 const BITS: u32 = 10;
 
-/// How consoles and monitors are connected (ours).
+/// Wiring of consoles and monitors (ours).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ports {
-    /// One line: monitors hear consoles by themselves, and the controller only listens.
+    /// One line: monitors receive the frames of consoles directly, and the controller only listens.
     #[default]
     One,
-    /// Consoles on a line of their own: the controller passes their frames and the answers on.
+    /// Consoles on a separate line: the controller forwards their frames and the answers.
     Two,
 }
 
 /// One of the lines of [`Ports::Two`]; with [`Ports::One`] they are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Port {
-    /// Where the monitors are.
+    /// The line of the monitors.
     Monitors,
-    /// Where the consoles are.
+    /// The line of the consoles.
     Consoles,
 }
 
-/// Which requests of consoles are sent to the monitor again when no answer comes (ours).
+/// Which requests of consoles are sent to the monitor again if no answer comes (ours).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Repeat {
-    /// What is the same twice: reads, Stop, Close and Lockout on.
+    /// Those that may be executed twice: reads, Stop, Close and Lockout on.
     #[default]
     Repeatable,
-    /// Everything (observed): when only the answer was lost, the monitor executes it twice.
+    /// All (observed): if only the answer was lost, the monitor executes the request twice.
     All,
 }
 
-/// How a controller behaves.
+/// Configuration of a bus controller.
 #[derive(Clone, Debug)]
 pub struct ControllerConfig {
-    /// Speed of the line, which says how long frames take.
+    /// Speed of the line, baud; the duration of frames follows from it.
     pub baud: u32,
-    /// How the devices are connected.
+    /// Wiring of the devices.
     pub ports: Ports,
-    /// Addresses that may be used: others are never probed.
+    /// Addresses in use: others are never probed.
     pub addresses: Vec<u8>,
-    /// How long the answer to a request may take to begin (observed: 150 ms).
+    /// Longest time until the answer to a request starts (observed: 150 ms).
     pub reply_timeout: Duration,
-    /// The same for probes and grants (observed: 30 ms).
+    /// Longest time until the answer to a probe or grant starts (observed: 30 ms).
     pub probe_timeout: Duration,
-    /// How often something is sent, each time with twice the timeout (observed: 3).
+    /// Transmissions of a frame, each with twice the timeout of the one before (observed: 3).
     pub tries: u32,
-    /// What is sent again without an answer.
+    /// Requests that are repeated without an answer.
     pub repeat: Repeat,
-    /// From one probe of a device that was dropped to the next (observed: about 1 s).
+    /// Time between two probes of a device that was dropped (observed: about 1 s).
     pub probe_again: Duration,
-    /// Monitors that are there and have not been heard for this long are probed (ours); without it
-    /// they are noticed to be gone only by whoever asks them.
+    /// Time without a frame after which a present monitor is probed (ours); `None`: its absence is
+    /// noticed only when it is addressed.
     pub watch: Option<Duration>,
-    /// Silence between the last byte heard and the next frame.
+    /// Pause between the last received byte and the next frame.
     pub turnaround: Duration,
-    /// Silence on the line before a frame to a console, so that it is not taken for a part of the
-    /// one before (ours).
+    /// Pause on the line before a frame to a console, so that it is not taken for a part of the
+    /// previous frame (ours).
     pub frame_pause: Duration,
-    /// Frames of the controller's own between two grants, as long as it has some (ours).
+    /// Frames of the controller's own client between two grants, while it has some (ours).
     pub own_share: u32,
-    /// Unix time at the time 0 of the caller's clock, s: for the journal.
+    /// Unix time at time 0 of the caller's clock, s; used in the journal.
     pub epoch_s: u32,
 }
 
@@ -92,14 +92,14 @@ impl Default for ControllerConfig {
 }
 
 impl ControllerConfig {
-    /// How long so many bytes take on the line.
+    /// Duration of this many bytes on the line.
     pub fn sending(&self, bytes: usize) -> Duration {
         let bits = BITS * bytes as u32;
         Duration::from_secs(bits.into()) / self.baud.max(1)
     }
 
-    /// How long a console waits for an answer: what all tries together take. Its request is not
-    /// passed on later.
+    /// Time that a console waits for an answer: the duration of all tries. Its request is not
+    /// forwarded later.
     pub fn patience(&self) -> Duration {
         self.reply_timeout * ((1 << self.tries) - 1)
     }

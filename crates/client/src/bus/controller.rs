@@ -15,26 +15,26 @@ use super::roster::{Change, Roster};
 use crate::answers::RequestBuf;
 use crate::session::Now;
 
-/// A bus that nobody has used for this long is idle: there is time to look for new devices.
+/// A bus without requests for this long is idle, and new devices can be probed.
 const BUSY: Duration = Duration::from_millis(500);
-/// An answer that has begun may pause this long.
+/// Longest pause within an answer.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Bytes to send.
+/// Bytes to transmit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Transmit {
-    /// Where.
+    /// The line to transmit on.
     pub port: Port,
-    /// A whole frame.
+    /// A complete frame.
     pub bytes: Vec<u8>,
 }
 
-/// What was exchanged.
+/// Counters of a bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BusStats {
-    /// Frames sent, without those passed on.
+    /// Frames sent, without forwarded ones.
     pub sent: u64,
-    /// Frames passed on between the lines.
+    /// Frames forwarded between the lines.
     pub passed_on: u64,
     /// Frames of consoles to monitors.
     pub requests: u64,
@@ -42,33 +42,33 @@ pub struct BusStats {
     pub answers: u64,
     /// Probes, grants and requests sent again.
     pub repeated: u64,
-    /// Requests whose turn on the monitors' line came when their console had stopped waiting.
+    /// Requests whose console had stopped waiting when the monitors' line was free.
     pub expired: u64,
-    /// Grants that a console had nothing to say to.
+    /// Grants that a console did not use.
     pub idle_grants: u64,
-    /// Frames that came when nobody had the word.
+    /// Frames received when no device was allowed to transmit.
     pub strays: u64,
 }
 
-/// Whose word it is.
+/// The device that may transmit.
 #[derive(Clone, Debug)]
 enum Turn {
     Nobody,
-    /// A probe waits for its answer.
+    /// A probe was sent; its answer is awaited.
     Probed(u8),
     /// A console has access.
     Granted {
         console: u8,
         tries: u32,
     },
-    /// A monitor was asked by a console.
+    /// A monitor is to answer a console.
     Asked {
         monitor: u8,
         console: u8,
         request: Relayed,
         tries: u32,
     },
-    /// A monitor was asked by the controller's own client, which repeats by itself.
+    /// A monitor is to answer the controller's own client, which repeats requests itself.
     Own {
         monitor: u8,
         source: u8,
@@ -76,15 +76,16 @@ enum Turn {
     },
 }
 
-/// A console's frame to a monitor.
+/// A frame of a console to a monitor.
 #[derive(Clone, Debug)]
 struct Relayed {
     wire: Vec<u8>,
-    /// §L/7: a probe of a form that the monitor may not have; its silence says nothing.
+    /// §L/7: a probe of a form that the monitor may not support; without an answer it proves
+    /// nothing.
     tells_nothing: bool,
-    /// It may be sent again when no answer comes.
+    /// Whether it may be repeated if no answer comes.
     repeatable: bool,
-    /// Its console stops waiting then.
+    /// Time at which its console stops waiting.
     until: Now,
 }
 
@@ -92,19 +93,19 @@ struct Relayed {
 #[derive(Clone, Debug)]
 struct Outgoing {
     transmit: Transmit,
-    /// How long its answer may take to begin; without it none is expected. The time runs from the
-    /// last byte that is sent, so a frame that still waits is never taken for an unanswered one.
+    /// Longest time until its answer starts; `None` if no answer is expected. It counts from the
+    /// last byte sent, so a frame that is still waiting is never taken for unanswered.
     answer_in: Option<Duration>,
-    /// It is not sent later.
+    /// Time after which it is not sent.
     until: Option<Now>,
 }
 
 /// The controller of a bus.
 ///
-/// The caller moves bytes: [`Controller::handle_bytes`] with what the line brings,
-/// [`Controller::poll_transmit`] for what to send, [`Controller::handle_timeout`] at the time of
-/// [`Controller::poll_timeout`]. A client of the controller's own (a hub) is asked for frames when
-/// its turn has come; it gets the same bytes.
+/// The caller moves bytes: [`Controller::handle_bytes`] for received bytes,
+/// [`Controller::poll_transmit`] for bytes to send, [`Controller::handle_timeout`] at the time of
+/// [`Controller::poll_timeout`]. The controller's own client (a hub) is asked for frames when its
+/// turn has come, and receives the same bytes.
 #[derive(Debug)]
 pub struct Controller {
     config: ControllerConfig,
@@ -113,11 +114,11 @@ pub struct Controller {
     journal: Journal,
     turn: Turn,
     deadline: Option<Now>,
-    /// From when on each line may be sent on.
+    /// Earliest time to transmit on each line.
     free_from: [Now; 2],
-    /// Since when each line is silent.
+    /// Start of the present pause on each line.
     silent_since: [Now; 2],
-    /// Somebody had something to say not long before.
+    /// Until then the bus counts as busy, because of a recent request.
     busy_until: Now,
     outgoing: VecDeque<Outgoing>,
     /// Consoles in the order of their next turns.
@@ -126,15 +127,15 @@ pub struct Controller {
     probed: bool,
     misses: BTreeMap<u8, u32>,
     heard: BTreeMap<u8, Now>,
-    /// Something of the controller's own is urgent.
+    /// The controller's own client has an urgent request.
     urgent: bool,
-    /// A console's request that is to be repeated after what is urgent.
+    /// A console's request that is to be repeated after an urgent one.
     parked: Option<Turn>,
     stats: BusStats,
 }
 
 impl Controller {
-    /// A controller that knows nobody yet.
+    /// A controller that knows no devices yet.
     pub fn new(config: ControllerConfig) -> Self {
         let addresses = config.addresses.clone().into_iter();
         Self {
@@ -159,12 +160,12 @@ impl Controller {
         }
     }
 
-    /// Who answers.
+    /// The addresses that answer.
     pub const fn present(&self) -> &NetworkStatus {
         self.roster.present()
     }
 
-    /// Somebody has come or gone.
+    /// The next device that has appeared or was dropped.
     pub fn poll_change(&mut self) -> Option<Change> {
         self.roster.poll_change()
     }
@@ -174,18 +175,18 @@ impl Controller {
         &self.journal
     }
 
-    /// What was exchanged.
+    /// Counters since the controller was created.
     pub const fn stats(&self) -> BusStats {
         self.stats
     }
 
-    /// Whether the controller's own client has a Stop, Close or Lockout to send: it goes before
-    /// everything but the answer that is being waited for, and before repetitions.
+    /// Sets whether the controller's own client has a Stop, Close or Lockout to send: it is sent
+    /// before everything except an answer that is awaited, and before repetitions.
     pub const fn set_urgent(&mut self, urgent: bool) {
         self.urgent = urgent;
     }
 
-    /// The line was lost, and is there again: nobody has the word.
+    /// The line was lost and is open again: no device may transmit.
     pub fn line_lost(&mut self) {
         self.turn = Turn::Nobody;
         self.deadline = None;
@@ -194,7 +195,7 @@ impl Controller {
         self.decoders = Default::default();
     }
 
-    /// When [`Controller::handle_timeout`] or [`Controller::poll_transmit`] is to be called.
+    /// Time for the next call of [`Controller::handle_timeout`] or [`Controller::poll_transmit`].
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
         let outgoing = self.outgoing.front();
         let waiting = outgoing.map(|frame| self.free_from(frame.transmit.port).max(now));
@@ -210,7 +211,7 @@ impl Controller {
         due.map(|due| due.max(all_free))
     }
 
-    /// Bytes have come.
+    /// Takes received bytes.
     pub fn handle_bytes(&mut self, now: Now, port: Port, bytes: &[u8]) {
         let index = self.index(port);
         self.free_from[index] = self.free_from[index].max(now + self.config.turnaround);
@@ -230,7 +231,7 @@ impl Controller {
         }
     }
 
-    /// Time has passed.
+    /// Handles the time: see [`Controller::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Now) {
         if self.deadline.is_none_or(|deadline| deadline > now) {
             return;
@@ -262,7 +263,7 @@ impl Controller {
         }
     }
 
-    /// A console's request once more.
+    /// Repeats a console's request.
     fn ask_again(&mut self, turn: Turn) {
         let Turn::Asked { monitor, console, request, tries } = turn else { return };
         self.stats.repeated += 1;
@@ -276,7 +277,7 @@ impl Controller {
         self.outgoing.push_back(Outgoing { transmit, answer_in, until });
     }
 
-    /// It has not answered the controller itself.
+    /// Handles a device that did not answer the controller.
     fn missed(&mut self, address: u8, now: Now) {
         let misses = self.misses.entry(address).or_default();
         *misses += 1;
@@ -285,18 +286,18 @@ impl Controller {
         }
     }
 
-    /// When the next monitor is due that has not been heard for long.
+    /// Time at which the next monitor that has been quiet for long is probed.
     fn next_watch(&self) -> Option<Now> {
         let watch = self.config.watch?;
         self.monitors_heard().map(|(_, heard)| heard + watch).min()
     }
 
-    /// The monitor that has not been heard for longest, if that is too long.
+    /// The monitor that has been quiet for longest, if it is to be probed now.
     fn due_for_watch(&mut self, now: Now) -> Option<u8> {
         let watch = self.config.watch?;
         let (address, heard) = self.monitors_heard().min_by_key(|(_, heard)| *heard)?;
         let due = heard + watch <= now;
-        // Not again at once, answered or not: the others have their turns.
+        // Not immediately again, answered or not: the others have their turns.
         due.then(|| {
             self.heard.insert(address, now.saturating_sub(watch) + self.config.probe_timeout)
         });
@@ -308,8 +309,8 @@ impl Controller {
         present.map(|address| (address, self.heard.get(&address).copied().unwrap_or_default()))
     }
 
-    /// From when on `own` of [`Controller::poll_transmit`] may be asked; `None` while an answer is
-    /// waited for.
+    /// Earliest time to ask `own` of [`Controller::poll_transmit`]; `None` while an answer is
+    /// awaited.
     pub fn own_from(&self, now: Now) -> Option<Now> {
         if !matches!(self.turn, Turn::Nobody) {
             return None;
@@ -319,9 +320,9 @@ impl Controller {
         Some(free.max(now))
     }
 
-    /// The next frame for the line. `own` is asked for one of the controller's own client (source
-    /// address 128, or one that [`super::Gateway`] lends) when its turn has come; it must be a whole
-    /// link frame.
+    /// The next frame to transmit. `own` is asked for a frame of the controller's own client
+    /// (source address 128, or one assigned by [`super::Gateway`]) when its turn has come; it must
+    /// be a complete link frame.
     pub fn poll_transmit(
         &mut self,
         now: Now,
@@ -368,7 +369,7 @@ impl Controller {
         }
     }
 
-    /// What waits for its line, if that is free.
+    /// The frame that waits for its line, if the line is free.
     fn poll_outgoing(&mut self, now: Now) -> Option<Transmit> {
         while let Some(next) = self.outgoing.front() {
             if now < self.free_from(next.transmit.port) {
@@ -384,7 +385,7 @@ impl Controller {
         None
     }
 
-    /// The timeout runs from the last byte of what is sent.
+    /// The timeout counts from the last byte sent.
     fn send(&mut self, now: Now, transmit: Transmit, answer_in: Option<Duration>) -> Transmit {
         self.stats.sent += 1;
         let sent = now + self.config.sending(transmit.bytes.len());
@@ -403,8 +404,8 @@ impl Controller {
         }
     }
 
-    /// From when on a line may be sent on. A console may take what comes without silence between
-    /// for one frame, so there is a pause before a frame to it.
+    /// Earliest time to transmit on a line. A console may take bytes without a pause for one frame,
+    /// so a frame to it follows a pause.
     fn free_from(&self, port: Port) -> Now {
         let index = self.index(port);
         match port {
@@ -440,7 +441,7 @@ impl Controller {
     fn grant(&mut self, console: u8, tries: u32) {
         let mut buffer = [0; 16];
         let mut writer = Writer::new(&mut buffer);
-        // Four bytes fit into sixteen.
+        // The record always fits.
         let _ = writer.push(&ACCESS_GRANTED);
         let bytes = frame(console, writer.written());
         self.turn = Turn::Granted { console, tries };
@@ -449,7 +450,7 @@ impl Controller {
         self.outgoing.push_back(Outgoing { transmit, answer_in, until: None });
     }
 
-    /// A frame to a console that nobody answers.
+    /// Queues a frame to a console that needs no answer.
     fn tell(&mut self, bytes: Vec<u8>) {
         let transmit = Transmit { port: Port::Consoles, bytes };
         self.outgoing.push_back(Outgoing { transmit, answer_in: None, until: None });
@@ -465,9 +466,9 @@ impl Controller {
             }
             Turn::Granted { console, .. } if src == console => {
                 self.deadline = None;
-                self.word_of(now, check, console, dst, payload);
+                self.handle_console(now, check, console, dst, payload);
             }
-            // The console's frame was spoilt for us alone.
+            // The console's frame was received with errors only by this side.
             Turn::Granted { console, .. } if dst == console && MONITORS.contains(&src) => {
                 self.deadline = None;
                 self.stats.answers += 1;
@@ -487,8 +488,8 @@ impl Controller {
         }
     }
 
-    /// A console has used its grant.
-    fn word_of(&mut self, now: Now, check: Check, console: u8, dst: u8, payload: &[u8]) {
+    /// Handles the frame with which a console has used its grant.
+    fn handle_console(&mut self, now: Now, check: Check, console: u8, dst: u8, payload: &[u8]) {
         if dst == CONTROLLER {
             if payload.is_empty() {
                 self.stats.idle_grants += 1;
@@ -507,7 +508,7 @@ impl Controller {
                 until: now + self.config.patience(),
             };
             match self.config.ports {
-                // The monitor has heard it by itself.
+                // The monitor has received it directly.
                 Ports::One => self.deadline = Some(now + self.config.reply_timeout),
                 Ports::Two => {
                     self.stats.passed_on += 1;
@@ -562,7 +563,7 @@ impl Controller {
     }
 }
 
-/// Whether every request of a frame is the same twice; a probe is.
+/// Whether every request of a frame may be executed twice; a probe may.
 fn is_repeatable(payload: &[u8]) -> bool {
     Records::new(payload).all(|record| {
         let request = record.ok().and_then(|record| {
@@ -585,7 +586,7 @@ fn frame(dst: u8, payload: &[u8]) -> Vec<u8> {
 
 pub(super) fn wire(check: Check, dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
     let mut out = [0; WIRE_MAX];
-    // What was received in a frame fits into one.
+    // The content of a received frame always fits a frame.
     let len = encode_with(check, &Frame { dst, src, payload }, &mut out).unwrap_or(0);
     out.get(..len).unwrap_or_default().to_vec()
 }

@@ -1,5 +1,5 @@
 //! A bus controller on real links: moves bytes between [`Controller`], [`Gateway`], the lines and
-//! the programs that connect, and opens a lost line again.
+//! the connected programs, and reopens a lost line.
 
 use std::future::{Future, pending};
 use std::io;
@@ -19,55 +19,55 @@ use crate::session::echo::EchoFilter;
 use crate::transport::Link;
 use crate::url::{Echo, Endpoint};
 
-/// Pause before a lost line is opened again.
+/// Pause before a lost line is reopened.
 const REDIAL: Duration = Duration::from_secs(1);
-/// A peer that does not take a frame in this time is as good as lost.
+/// A peer that does not accept a frame within this time counts as lost.
 const SEND_TIMEOUT: Duration = Duration::from_secs(1);
-/// A TCP connection on which nothing has been heard for this long may be half open.
+/// A TCP connection without received bytes for this long may be half open.
 const HALF_OPEN: Duration = Duration::from_secs(20);
-/// Answers to a program that it has not read; more are dropped.
+/// Most answers waiting for a program that does not read; more are dropped.
 const UNREAD_MAX: usize = 64;
-/// What programs have said and the controller has not heard yet.
+/// Most messages of programs waiting for the controller.
 const INBOX: usize = 64;
 
-/// Where a controller works.
+/// Configuration of a driver: controller and connections.
 #[derive(Debug)]
 pub struct DriverConfig {
-    /// How it behaves; its `ports` follow from `consoles`.
+    /// Configuration of the controller; its `ports` are set according to `consoles`.
     pub controller: ControllerConfig,
-    /// The line of the monitors, and of the consoles if they have none of their own.
+    /// The line of the monitors, and of the consoles unless they have a separate one.
     pub monitors: Endpoint,
-    /// The line of the consoles.
+    /// A separate line of the consoles.
     pub consoles: Option<Endpoint>,
-    /// Where programs connect.
+    /// Listener for connections of programs.
     pub programs: Option<TcpListener>,
 }
 
-/// What happens on a bus.
+/// Event of a bus.
 #[derive(Clone, Debug)]
 pub enum Event {
     /// A line is open.
     Up(Port),
-    /// A line is lost or cannot be opened; it is tried again each second.
+    /// A line was lost or cannot be opened; it is tried again each second.
     Down(Port, String),
-    /// Somebody has come or gone.
+    /// A device has appeared or was dropped.
     Change(Change),
-    /// A control request has gone over the bus.
+    /// A control request was sent on the bus.
     Asked(Entry),
-    /// A program has connected: where from, and the address that it is lent.
+    /// A program has connected: its origin, and the address assigned to it.
     Program(String, u8),
-    /// A program has gone.
+    /// The program with this address has disconnected.
     ProgramGone(u8),
 }
 
-/// A running controller.
+/// A controller with its lines and programs.
 #[derive(Debug)]
 pub struct Driver {
     controller: Controller,
     gateway: Gateway,
     lines: Vec<Wire>,
     programs: Option<TcpListener>,
-    /// The ways to the programs, with the address that each is lent.
+    /// Channels to the programs, with the address assigned to each.
     connected: Vec<(u8, mpsc::Sender<Vec<u8>>)>,
     said: mpsc::Sender<Said>,
     heard: mpsc::Receiver<Said>,
@@ -75,7 +75,7 @@ pub struct Driver {
     start: Instant,
 }
 
-/// What a program says; no bytes: it has gone.
+/// Bytes of a program; none: it has disconnected.
 #[derive(Debug)]
 struct Said {
     program: u8,
@@ -83,7 +83,7 @@ struct Said {
 }
 
 type Dialing = Pin<Box<dyn Future<Output = io::Result<Link>> + Send>>;
-/// How a line is opened.
+/// Opens a line.
 type Open = Arc<dyn Fn(Endpoint) -> Dialing + Send + Sync>;
 
 /// One of the lines.
@@ -94,7 +94,7 @@ struct Wire {
     link: Option<Link>,
     dialing: Option<Dialing>,
     echo: EchoFilter,
-    /// Nothing is sent before.
+    /// Earliest time to transmit.
     free: Now,
     turnaround: Duration,
     heard: Now,
@@ -120,8 +120,8 @@ impl Driver {
         Self::opening(config, |endpoint| async move { Link::open(&endpoint).await })
     }
 
-    /// The same over links of the caller's: a test, a tunnel. `open` is asked again for a line that
-    /// is lost.
+    /// A controller on links of the caller's: a test, a tunnel. `open` is called again for a lost
+    /// line.
     pub fn opening<F>(
         config: DriverConfig,
         open: impl Fn(Endpoint) -> F + Send + Sync + 'static,
@@ -148,17 +148,17 @@ impl Driver {
         }
     }
 
-    /// Who is there, what was exchanged.
+    /// The controller, for present devices and counters.
     pub const fn controller(&self) -> &Controller {
         &self.controller
     }
 
-    /// What programs have wanted that was not sent.
+    /// The gateway, for requests of programs that were dropped.
     pub const fn gateway(&self) -> &Gateway {
         &self.gateway
     }
 
-    /// Runs until it is dropped.
+    /// Runs until the future is dropped; calls `tell` for each event.
     pub async fn run(&mut self, mut tell: impl FnMut(Event)) {
         let mut buffers = [[0; 2 * WIRE_MAX], [0; 2 * WIRE_MAX]];
         loop {
@@ -190,7 +190,7 @@ impl Driver {
                     tell(Event::Down(self.lines[line].port, error.to_string()));
                 }
                 Happened::Came(Ok(stream)) => self.came(stream, &mut tell),
-                // No file descriptor is left: not again at once.
+                // No file descriptor is left: wait before the next attempt.
                 Happened::Came(Err(_)) => sleep(Duration::from_millis(100)).await,
                 Happened::Said(said) => self.said(now, &said, &mut tell),
                 Happened::Time => self.half_open(now, &mut tell),
@@ -212,7 +212,7 @@ impl Driver {
         let controller = self.controller.poll_timeout(now);
         let due = controller.into_iter().chain(own).min().map(|due| match due > now {
             true => due,
-            // What is due and was not sent waits for the line to turn round.
+            // A frame that was due and not sent waits for the turnaround of the line.
             false => due.max(free),
         });
         let silent = self.lines.iter().filter_map(Wire::half_open_at);
@@ -256,7 +256,7 @@ impl Driver {
     fn answer(&self, program: u8, bytes: Vec<u8>) {
         let to = self.connected.iter().find(|(address, _)| *address == program);
         if let Some((_, to)) = to {
-            // Who does not read loses answers, and nobody else waits for it.
+            // A program that does not read loses answers, and delays no other.
             _ = to.try_send(bytes);
         }
     }
@@ -321,7 +321,7 @@ impl Wire {
         };
         let echo = EchoFilter::new(echo);
         let (free, heard) = (Now::ZERO, Now::ZERO);
-        // The first time it is opened at once.
+        // The first attempt is immediate.
         let dialing = Some(open(endpoint.clone()));
         Self { port, endpoint, open, link: None, dialing, echo, free, turnaround, heard }
     }
@@ -374,14 +374,14 @@ async fn until(time: Option<Instant>) {
     }
 }
 
-/// Passes on what a program says, and what it is told, until it goes.
+/// Moves bytes between a program and the controller until the program disconnects.
 async fn serve(
     mut stream: TcpStream,
     program: u8,
     said: mpsc::Sender<Said>,
     mut answers: mpsc::Receiver<Vec<u8>>,
 ) {
-    // Answers are small, and somebody waits for each.
+    // Answers are small, and a client waits for each.
     _ = stream.set_nodelay(true);
     let mut buffer = [0; WIRE_MAX];
     loop {
@@ -404,6 +404,6 @@ async fn serve(
             }
         }
     }
-    // The controller has ended when nobody hears it.
+    // An error means that the controller has ended.
     _ = said.send(Said { program, bytes: Vec::new() }).await;
 }

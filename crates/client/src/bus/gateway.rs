@@ -1,9 +1,9 @@
-//! Programs at the controller (ours): each connection is lent an address of the bus, and its frames
-//! go out in the controller's own turns.
+//! Programs at the controller (ours): each connection is assigned an address of the bus, and its
+//! frames are sent in the controller's own turns.
 //!
-//! The protocol numbers no requests, so two programs must not share a sender's address: the late
-//! answer to one would be the answer to the other. The address is lent anew for each connection, in
-//! turn, so that one that has just been given back is not lent again at once.
+//! The protocol does not number requests, so two programs must not share a source address: a late
+//! answer to one would be taken for an answer to the other. Addresses are assigned in turn, so that
+//! one that has just been released is not assigned again immediately.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::RangeInclusive;
@@ -17,23 +17,23 @@ use lafet_proto::record::Records;
 use super::controller::{Controller, wire};
 use crate::session::Now;
 
-/// Addresses that are lent to programs (ours): consoles of the bus must have others.
+/// Addresses for programs (ours); consoles of the bus must have others.
 pub const LENT: RangeInclusive<u8> = 230..=254;
-/// Programs at once; fewer than addresses.
+/// Most programs at a time; fewer than addresses.
 pub const PROGRAMS_MAX: usize = 16;
-/// Frames of a program that wait; more are dropped, as on a line that is too slow.
+/// Most waiting frames of a program; more are dropped, as on a line that is too slow.
 const WAITING_MAX: usize = 16;
-/// A frame that has waited longer is dropped: whoever sent it has given it up, and what it asks for
-/// may not be wanted any more. Not so Stop, Close and Lockout.
+/// A frame that has waited longer is dropped: its client has stopped waiting, and its request may
+/// no longer be wanted. Stop, Close and Lockout are not dropped.
 const LIFE: Duration = Duration::from_millis(500);
 
-/// The programs at a controller.
+/// The programs of a controller.
 #[derive(Debug, Default)]
 pub struct Gateway {
     programs: BTreeMap<u8, Program>,
-    /// The address that was lent last.
+    /// The address that was assigned last.
     lent: Option<u8>,
-    /// The program that had its turn last.
+    /// The program whose turn was last.
     turn: u8,
     ear: Box<Decoder>,
     dropped: u64,
@@ -42,11 +42,11 @@ pub struct Gateway {
 #[derive(Debug, Default)]
 struct Program {
     decoder: Box<Decoder>,
-    /// What it calls itself.
+    /// The source address that the program uses in its frames.
     own: u8,
-    /// §L/8 Its probes that are answered.
+    /// §L/8 Limits which of its probes are answered.
     probes: ProbeLimit,
-    /// It is not there any more.
+    /// The program has disconnected.
     gone: bool,
     waiting: VecDeque<Waiting>,
 }
@@ -61,7 +61,7 @@ struct Waiting {
 }
 
 impl Gateway {
-    /// A program has come: the address that it is lent, unless there are too many.
+    /// Assigns an address to a new program; `None` if there are too many.
     pub fn connect(&mut self) -> Option<u8> {
         if self.programs.len() >= PROGRAMS_MAX {
             return None;
@@ -74,7 +74,7 @@ impl Gateway {
         Some(address)
     }
 
-    /// A program has gone. What it has asked to stop is still to be stopped.
+    /// Removes a program. Its urgent requests are still sent.
     pub fn disconnect(&mut self, program: u8) {
         if let Some(program) = self.programs.get_mut(&program) {
             program.gone = true;
@@ -87,23 +87,23 @@ impl Gateway {
         self.programs.retain(|_, program| !program.gone || !program.waiting.is_empty());
     }
 
-    /// Frames that waited too long, or were too many.
+    /// Frames that were dropped because they waited too long or were too many.
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Something waits for the line.
+    /// Whether a frame waits for the line.
     pub fn waits(&self) -> bool {
         self.programs.values().any(|program| !program.waiting.is_empty())
     }
 
-    /// A Stop, Close or Lockout waits.
+    /// Whether a Stop, Close or Lockout waits.
     pub fn is_urgent(&self) -> bool {
         self.programs.values().any(|program| program.waiting.iter().any(|frame| frame.urgent))
     }
 
-    /// Bytes of a program. Its frames to monitors wait for their turn; those to the controller are
-    /// answered at once, by what is returned.
+    /// Takes bytes of a program. Its frames to monitors wait for their turn; the answers to those
+    /// for the controller are returned.
     pub fn handle_program(
         &mut self,
         now: Now,
@@ -158,7 +158,7 @@ impl Gateway {
         let program = self.programs.get_mut(&address)?;
         let at = if urgent { program.waiting.iter().position(|frame| frame.urgent)? } else { 0 };
         let Waiting { check, monitor, payload, .. } = program.waiting.remove(at)?;
-        // What the program asked before must not undo its Stop.
+        // Earlier requests of the program must not reverse its Stop.
         let mut earlier = at;
         program.waiting.retain(|frame| {
             let undoes = earlier > 0 && frame.monitor == monitor;
@@ -169,7 +169,7 @@ impl Gateway {
         Some(wire(check, monitor, address, &payload))
     }
 
-    /// Bytes of the monitors' line: the answers for programs, each with whom it is for.
+    /// Takes bytes of the monitors' line; returns the answers for programs, each with its receiver.
     pub fn handle_line(&mut self, bytes: &[u8]) -> Vec<(u8, Vec<u8>)> {
         let (mut answers, mut rest) = (Vec::new(), bytes);
         while !rest.is_empty() {
@@ -221,7 +221,7 @@ mod tests {
             self.gateway.handle_program(now, program, &bytes, &self.controller)
         }
 
-        /// What goes out next: receiver, sender, records.
+        /// Receiver, sender and records of the next frame.
         fn sent(&mut self, now: Now) -> Option<(u8, u8, Vec<u8>)> {
             let bytes = self.gateway.poll_transmit(now)?;
             let mut decoder: Box<Decoder> = Box::default();
@@ -243,7 +243,7 @@ mod tests {
         let expected = wire(Check::Crc32c, 129, 1, &STATUS);
         assert_eq!(world.gateway.handle_line(&answer), [(b, expected)]);
         assert!(world.gateway.handle_line(&wire(Check::Crc16, CONTROLLER, 1, &[])).is_empty());
-        // Whoever comes next is not taken for one that has gone.
+        // A new program must not be taken for the previous one.
         world.gateway.disconnect(b);
         let c = world.gateway.connect().unwrap();
         assert!(c != a && c != b);

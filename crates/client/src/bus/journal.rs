@@ -1,4 +1,4 @@
-//! The controller's journal (§B/1 GetLog): every control request, with the second it came.
+//! The controller's journal (§B/1 GetLog): every control request with its time, s.
 
 use std::collections::VecDeque;
 
@@ -6,27 +6,27 @@ use lafet_proto::bus::LogLine;
 use lafet_proto::record::{Data, NoRoom, Record, Records, Writer};
 use lafet_proto::{RequestId, Status, SubsystemId};
 
-/// Lines that are kept; older ones are dropped.
+/// Lines that are kept; the oldest are dropped.
 const LINES_MAX: usize = 4096;
 
-/// A control request.
+/// A control request in the journal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// Unix time, s.
     pub time_s: u32,
-    /// The monitor.
+    /// Address of the monitor.
     pub dst: u8,
-    /// Who asked.
+    /// Address of the sender.
     pub src: u8,
-    /// What.
+    /// The request.
     pub request: RequestId,
-    /// Of whom.
+    /// The addressee.
     pub device: SubsystemId,
-    /// Its data.
+    /// The data of the request.
     pub data: Vec<u8>,
 }
 
-/// The journal.
+/// The journal of a bus controller.
 #[derive(Clone, Debug, Default)]
 pub struct Journal {
     lines: VecDeque<Entry>,
@@ -34,17 +34,17 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// What was noted, the oldest first.
+    /// The lines, the oldest first.
     pub fn lines(&self) -> impl Iterator<Item = &Entry> {
         self.lines.iter()
     }
 
-    /// Lines that are no longer kept.
+    /// Number of lines that were dropped.
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Notes the control requests of a frame.
+    /// Records the control requests of a frame.
     pub fn note(&mut self, time_s: u32, dst: u8, src: u8, payload: &[u8]) {
         for record in Records::new(payload).map_while(Result::ok) {
             if !is_control(record.request) {
@@ -59,8 +59,8 @@ impl Journal {
         }
     }
 
-    /// The answer to GetLog: as many of the lines asked for as a record takes. Line 0 is the oldest
-    /// one kept.
+    /// The answer to GetLog: the lines asked for, as many as fit a record. Line 0 is the oldest
+    /// line kept.
     ///
     /// # Errors
     ///
@@ -83,7 +83,7 @@ impl Journal {
     }
 }
 
-/// Bytes of the range in front of the lines.
+/// Bytes of the range before the lines.
 const RANGE: usize = 4;
 /// Bytes of a line without the data of its record: time, dst, src, header.
 const LINE: usize = 4 + 2 + 4;
@@ -94,7 +94,7 @@ fn put(line: &Entry, data: &mut Data<'_>) -> Result<(), NoRoom> {
     LogLine { time_s: *time_s, dst: *dst, src: *src, record }.encode(data)
 }
 
-/// Whether a request changes something: everything but reading.
+/// Whether a request changes something: all except reads.
 const fn is_control(request: RequestId) -> bool {
     !request.is_read() && !matches!(request, RequestId::ACCESS_GRANTED)
 }

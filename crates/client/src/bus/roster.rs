@@ -1,4 +1,4 @@
-//! Who is on the bus: found by probes, dropped after silence, looked for again.
+//! Devices on the bus: found by probes, dropped when they stop answering, then probed again.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -7,15 +7,15 @@ use lafet_proto::bus::{CONSOLES, MONITORS, NetworkStatus};
 
 use crate::session::Now;
 
-/// Looks in a period at addresses nobody has ever answered at, while the bus is idle.
+/// Probes per period of addresses that have never answered, while the bus is idle.
 const IDLE_LOOKS: u32 = 10;
 
-/// Somebody has come or gone.
+/// A change of the devices on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// It answers.
+    /// The device at this address answers.
     Appeared(u8),
-    /// It has not answered as often as it was tried.
+    /// The device at this address did not answer any try.
     Dropped(u8),
 }
 
@@ -23,9 +23,9 @@ pub enum Change {
 #[derive(Clone, Debug)]
 pub struct Roster {
     present: NetworkStatus,
-    /// Absent addresses in the order in which they are looked for, with the time from which on.
+    /// Absent addresses in the order in which they are probed, with the earliest time.
     absent: VecDeque<(u8, Now)>,
-    /// The last look at an address nobody has ever answered at.
+    /// Time of the last probe of an address that has never answered.
     looked: Now,
     again: Duration,
     known: NetworkStatus,
@@ -33,7 +33,7 @@ pub struct Roster {
 }
 
 impl Roster {
-    /// Everybody absent; all are looked for at once, one after the other.
+    /// A roster without present devices; all addresses are due, one after the other.
     pub fn new(addresses: impl Iterator<Item = u8>, again: Duration) -> Self {
         let valid = |address: &u8| MONITORS.contains(address) || CONSOLES.contains(address);
         Self {
@@ -46,16 +46,16 @@ impl Roster {
         }
     }
 
-    /// Who answers.
+    /// The addresses that answer.
     pub const fn present(&self) -> &NetworkStatus {
         &self.present
     }
 
-    /// Whom to probe now.
+    /// The address to probe now.
     ///
-    /// Those who were there are looked for once in each period. Of the addresses where nobody ever
-    /// was, one is looked at in each period once all have been tried, so that an almost empty bus
-    /// is not filled with probes; ten of them while the bus is idle.
+    /// Addresses that have answered before are probed once per period. Of those that never
+    /// answered, one is probed per period once all have been tried, so that an almost empty bus is
+    /// not filled with probes; ten while the bus is idle.
     pub fn due(&mut self, now: Now, idle: bool) -> Option<u8> {
         let next_look = self.next_look(idle);
         let due = |(address, from): &(u8, Now)| {
@@ -75,7 +75,7 @@ impl Roster {
         self.looked + if idle { self.again / IDLE_LOOKS } else { self.again }
     }
 
-    /// When [`Roster::due`] has somebody next.
+    /// Time of the next address from [`Roster::due`].
     pub fn next_due(&self, idle: bool) -> Option<Now> {
         let next_look = self.next_look(idle);
         let when = |(address, from): &(u8, Now)| {
@@ -85,7 +85,7 @@ impl Roster {
         self.absent.iter().map(when).min()
     }
 
-    /// It answered.
+    /// Records that the address answered.
     pub fn appeared(&mut self, address: u8) {
         let absent = self.absent.len();
         self.absent.retain(|(known, _)| *known != address);
@@ -96,7 +96,7 @@ impl Roster {
         }
     }
 
-    /// It has not answered for too long.
+    /// Records that the address no longer answers.
     pub fn dropped(&mut self, address: u8, now: Now) {
         if self.present.contains(address) {
             self.present.set(address, false);
@@ -105,7 +105,7 @@ impl Roster {
         }
     }
 
-    /// The next change that has not been told yet.
+    /// The next change that has not been reported.
     pub fn poll_change(&mut self) -> Option<Change> {
         self.changes.pop_front()
     }

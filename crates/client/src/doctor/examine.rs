@@ -1,4 +1,4 @@
-//! The looks, from the least to the most.
+//! The checks of a diagnosis, in the order in which they are made.
 
 use std::io;
 use std::time::Duration;
@@ -19,31 +19,32 @@ use crate::transport::Link;
 use crate::url::{Addresses, Endpoint, Framing, Role, SerialLine};
 use crate::{Client, Config, Error};
 
-/// Probes to the address of the URL.
+/// Probes to the monitor's address.
 const PROBES: u32 = 3;
 /// Probes of both forms, whose answers may come late.
 const LATE_PROBES: u32 = PROBES + 1;
-/// Speeds in use: those of the bus (observed) and others that adapters are left at.
+/// Speeds to try: those of the bus (observed) and other common settings of adapters.
 const SPEEDS: [u32; 7] = [19_200, 57_600, 115_200, 9_600, 38_400, 4_800, 2_400];
 
-/// How long, and how much.
+/// Durations and number of requests of a diagnosis.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// How long to hear before anything is asked. A bus controller speaks at least once a second.
+    /// Time to listen before anything is sent. A bus controller transmits at least once a second.
     pub quiet: Duration,
-    /// How long an answer may take.
+    /// Longest wait for an answer.
     pub wait: Duration,
-    /// How long an answer may take when other addresses and speeds are tried.
+    /// Longest wait for an answer at other addresses and speeds.
     pub probe_wait: Duration,
-    /// Requests that tell how many are lost.
+    /// Requests sent to measure losses.
     pub requests: u32,
-    /// Ask even when others speak on the line: what is asked may collide with what they say, be it
-    /// a Stop.
+    /// Send even if other devices transmit on the line: the probes may collide with their frames,
+    /// possibly with a Stop.
     pub insist: bool,
 }
 
 impl Options {
-    /// What a line of this kind needs: serial answers come at once, those of a network later.
+    /// Options for this kind of link: answers on a serial line come at once, those of a network
+    /// later.
     pub fn of(endpoint: &Endpoint) -> Self {
         let (wait, probe_wait) = match endpoint {
             Endpoint::Serial { .. } | Endpoint::Sim { .. } => {
@@ -61,8 +62,8 @@ impl Options {
     }
 }
 
-/// Looks at a link. `dial` opens it: for a serial line also at other speeds. `progress` is told
-/// what is looked at, in English and Russian.
+/// Examines a link. `dial` opens it; a serial line also at other speeds. `progress` is called with
+/// each step, in English and Russian.
 pub async fn examine(
     endpoint: &Endpoint,
     options: &Options,
@@ -92,10 +93,10 @@ async fn look(
     evidence.quiet_for = options.quiet;
     let others = |frame: &HeardFrame| frame.src != source && frame.dst != source;
     evidence.held_back = !options.insist && evidence.quiet.frames.iter().any(others);
-    if evidence.held_back && endpoint.manner().role == Role::Direct {
+    if evidence.held_back && endpoint.behaviour().role == Role::Direct {
         return Ok(());
     }
-    if endpoint.manner().role == Role::Active {
+    if endpoint.behaviour().role == Role::Active {
         drop(prober);
         evidence.held_back = false;
         progress("waiting for access", "жду доступа");
@@ -106,7 +107,7 @@ async fn look(
         progress("listening at other speeds", "слушаю на других скоростях");
         listen_elsewhere(evidence, options, dial).await?;
         if evidence.speeds.iter().any(Speed::has_others) {
-            // What is said at a wrong speed reaches nobody, and garbles what others say.
+            // Frames at a wrong speed reach no device and disturb those of others.
             evidence.held_back = true;
             return Ok(());
         }
@@ -135,7 +136,7 @@ async fn look(
         return Ok(());
     }
     if matches!(endpoint, Endpoint::Tcp { .. }) {
-        // What has heard link frames may wait for the end of a long record.
+        // A device that has received link frames may wait for the end of a long record.
         let mut prober = Prober::new(dial(&endpoint).await?, source);
         evidence.other_framing = bare_record(&mut prober, options).await?.1;
         if evidence.other_framing {
@@ -145,7 +146,7 @@ async fn look(
     look_elsewhere(evidence, options, dial, progress).await
 }
 
-/// At the other addresses, and at other speeds of the line.
+/// Examines the other addresses and, on a serial line, other speeds.
 async fn look_elsewhere(
     evidence: &mut Evidence,
     options: &Options,
@@ -159,7 +160,7 @@ async fn look_elsewhere(
         ScanOptions { wait: options.probe_wait, tries: 1, crc32c: false, ..ScanOptions::default() };
     let found = scan(dial(&endpoint).await?, source, &addresses, |_| {}).await?;
     evidence.others = found.present.iter().map(|present| present.address).collect();
-    // A monitor that was only late is no other one.
+    // A monitor whose answer was only late is not another one.
     if evidence.others.contains(&monitor) {
         evidence.answered += 1;
         evidence.others.retain(|address| *address != monitor);
@@ -173,7 +174,7 @@ async fn look_elsewhere(
     Ok(())
 }
 
-/// Presence probes, and in the end those with a CRC-32C.
+/// Sends presence probes, at the end those with a CRC-32C.
 async fn probe(evidence: &mut Evidence, options: &Options, prober: &mut Prober) -> io::Result<()> {
     let Addresses { monitor, source } = evidence.endpoint.addresses();
     for _ in 0..PROBES {
@@ -181,16 +182,16 @@ async fn probe(evidence: &mut Evidence, options: &Options, prober: &mut Prober) 
         let mut heard = prober.ask(monitor, &[], Check::Crc16, options.wait).await?;
         let answered = heard.from(monitor, source).count() > 0;
         if answered {
-            // A second one of this address answers at the same time.
+            // A second device with this address answers at the same time.
             heard.add(prober.listen(options.probe_wait).await?);
         }
-        // An answer with records is not one to a probe: another program asks from our address.
+        // An answer with records does not belong to a probe: another program uses our address.
         let (probes, records): (Vec<_>, Vec<_>) =
             heard.from(monitor, source).partition(|frame| frame.payload.is_empty());
         let count = probes.len();
         evidence.address_taken |= !records.is_empty();
         evidence.answered += u32::from(answered);
-        // Answers to earlier probes may come late; to the first there is nothing earlier.
+        // Several answers may be late ones to earlier probes, except after the first probe.
         evidence.doubled |= evidence.probes == 1 && count > 1;
         evidence.probed.add(heard);
     }
@@ -204,7 +205,7 @@ async fn probe(evidence: &mut Evidence, options: &Options, prober: &mut Prober) 
     Ok(())
 }
 
-/// Bare records have no probes: a request that changes nothing stands for one.
+/// Bare records have no probes: a request that changes nothing is used instead.
 async fn look_at_records(
     evidence: &mut Evidence,
     options: &Options,
@@ -238,7 +239,7 @@ async fn exchange(
         let to_us = |frame: &&HeardFrame| (frame.src, frame.dst) == (monitor, source);
         if let Some(answer) = heard.frames.iter().rfind(to_us) {
             exchange.answered += 1;
-            // As many may be late answers to probes.
+            // At most this many may be late answers to probes.
             empty += u32::from(answer.payload.is_empty());
             if !answer.payload.is_empty() || empty > LATE_PROBES {
                 exchange.judge(&answer.payload);
@@ -253,7 +254,7 @@ async fn exchange(
 }
 
 impl Exchange {
-    /// Whether the answer to GetStatus General is one.
+    /// Whether the payload answers GetStatus General.
     fn judge(&mut self, payload: &[u8]) {
         let mut records = Records::new(payload);
         let first = records.next().and_then(Result::ok);
@@ -270,7 +271,7 @@ impl Exchange {
     }
 }
 
-/// On a bus with a controller: GetStatus General in the turns that it gives.
+/// Sends GetStatus General in the turns that a bus controller grants.
 async fn as_console(
     evidence: &mut Evidence,
     options: &Options,
@@ -300,7 +301,7 @@ async fn as_console(
                 evidence.no_access = Some(cause);
                 return Ok(());
             }
-            // The first that is not answered tells enough of a monitor that is off.
+            // The first request without answer suffices for a monitor that is off.
             Err(_) if exchange.answered == 0 => return Ok(()),
             Err(_) => {}
         }
@@ -311,19 +312,19 @@ async fn as_console(
     Ok(())
 }
 
-/// A serial line at the speeds that it is not set to; nothing where there is no serial line.
+/// The endpoints of a serial line at other speeds; none for other links.
 fn at_other_speeds(endpoint: &Endpoint) -> Vec<(u32, Endpoint)> {
-    let Endpoint::Serial { path, line, addresses, manner } = endpoint else { return Vec::new() };
+    let Endpoint::Serial { path, line, addresses, behaviour } = endpoint else { return Vec::new() };
     let others = SPEEDS.into_iter().filter(|baud| *baud != line.baud);
     let at = |baud| {
         let (path, line) = (path.clone(), SerialLine { baud, ..*line });
-        (baud, Endpoint::Serial { path, line, addresses: *addresses, manner: *manner })
+        (baud, Endpoint::Serial { path, line, addresses: *addresses, behaviour: *behaviour })
     };
     others.map(at).collect()
 }
 
-/// What others say at the speeds that a serial line is not set to. Where bytes come at its own speed,
-/// as long as a controller may pause.
+/// Listens at other speeds of a serial line. If bytes come at its own speed, listens as long as a
+/// controller may pause.
 async fn listen_elsewhere(
     evidence: &mut Evidence,
     options: &Options,
@@ -343,7 +344,7 @@ async fn listen_elsewhere(
     Ok(())
 }
 
-/// A serial line at the speeds that it is not set to.
+/// Probes at other speeds of a serial line.
 async fn speeds(
     evidence: &mut Evidence,
     options: &Options,
@@ -351,7 +352,7 @@ async fn speeds(
 ) -> io::Result<()> {
     let addresses = evidence.endpoint.addresses();
     for (baud, at) in at_other_speeds(&evidence.endpoint) {
-        // A port that does not know a speed is no use at it.
+        // A port that does not support a speed is skipped.
         let Ok(link) = dial(&at).await else { continue };
         let mut prober = Prober::new(link, addresses.source);
         let mut heard = prober.listen(options.wait).await?;

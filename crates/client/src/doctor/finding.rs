@@ -1,4 +1,4 @@
-//! What the evidence means.
+//! Conclusions from the evidence.
 
 use lafet_proto::bus;
 
@@ -8,83 +8,84 @@ use crate::error::Lang;
 use crate::prober::{Heard, HeardFrame};
 use crate::url::{Echo, Endpoint, Framing, Role};
 
-/// Share of printable bytes that makes a text, in percent.
+/// Share of printable bytes above which bytes count as text, percent.
 const TEXT_PERCENT: usize = 80;
-/// The fewest bytes that can be called a text.
+/// Fewest bytes that can count as text.
 const TEXT_MIN: usize = 6;
 
-/// How bad it is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// It is as it should be.
+    /// As it should be.
     Good,
-    /// It works, not well.
+    /// Works, but not well.
     Warning,
-    /// It cannot work.
+    /// Does not work.
     Fault,
 }
 
-/// Something that is so with a link.
+/// A finding about a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Finding {
-    /// The monitor answers, and everything that was sent came back.
+    /// The monitor answers, and all requests were answered.
     Well,
     /// The link cannot be opened, or was lost.
     NoLink,
-    /// Nothing is heard at all.
+    /// Nothing is received.
     Nothing,
-    /// The line hears what we send.
+    /// The line echoes what is sent.
     Echo {
-        /// The URL says so (`echo=`).
+        /// The URL declares it (`echo=`).
         told: bool,
     },
-    /// The URL promises an echo, and none came.
+    /// The URL declares an echo, and there is none.
     NoEcho,
-    /// What comes is no frame: the speed is wrong.
+    /// The received bytes are not frames: the speed is wrong.
     WrongSpeed {
         /// The speed at which the monitor answers.
         answers_at: Option<u32>,
     },
-    /// Bytes that belong to nobody, or frames that come broken.
+    /// Bytes outside frames, or frames with errors.
     Noise,
-    /// Requests or answers are lost, and nothing else is heard.
+    /// Requests or answers are lost, and nothing else is received.
     Loss,
-    /// Somebody else speaks unasked.
+    /// Other devices transmit without being asked.
     OtherSpeakers {
         /// Their addresses.
         addresses: Vec<u8>,
     },
-    /// Somebody else speaks from the address that is ours.
+    /// Another device uses our address.
     OurAddressTaken,
-    /// The monitor's address is silent, others answer.
+    /// The monitor's address does not answer, others do.
     WrongAddress {
-        /// Who answers.
+        /// The addresses that answer.
         others: Vec<u8>,
     },
-    /// The monitor answers, but not what the protocol says.
+    /// The answers of the monitor break the protocol.
     OddAnswers,
-    /// The URL says `role=active`, and nobody gives access.
+    /// The URL has `role=active`, and no access is granted.
     NoAccess {
         /// Whether there is a controller.
         controller: bool,
     },
-    /// Others are heard on the bus, and the monitor does not answer.
+    /// Other devices are received on the bus, and the monitor does not answer.
     MonitorSilent,
     /// Two devices answer at the monitor's address.
     TwoWithOneAddress,
     /// The monitor accepts frames with a CRC-32C only (§L/7).
     Crc32cOnly,
-    /// It speaks bare records, not link frames, or the other way round (§C/3).
+    /// The device uses bare records instead of link frames, or link frames instead of bare records
+    /// (§C/3).
     OtherFraming,
-    /// Who answers speaks another protocol.
+    /// The device uses another protocol.
     OtherProtocol {
-        /// What it says.
+        /// The text received.
         text: String,
     },
 }
 
-/// Everything that the evidence shows; the worst first.
+/// All findings that follow from the evidence, the most severe first.
 pub fn findings(evidence: &Evidence) -> Vec<Finding> {
     let mut all = Vec::new();
     if evidence.lost.is_some() {
@@ -109,7 +110,7 @@ pub fn findings(evidence: &Evidence) -> Vec<Finding> {
 }
 
 impl Finding {
-    /// How bad it is.
+    /// Severity of the finding.
     pub const fn severity(&self) -> Severity {
         match self {
             Self::Well | Self::Echo { told: true } => Severity::Good,
@@ -119,7 +120,7 @@ impl Finding {
         }
     }
 
-    /// A name for programs.
+    /// Name for scripts and JSON.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Well => "well",
@@ -143,18 +144,18 @@ impl Finding {
         }
     }
 
-    /// What was seen.
+    /// What was observed.
     pub fn seen(&self, evidence: &Evidence, lang: Lang) -> String {
         super::texts::seen(self, evidence, lang)
     }
 
-    /// What to do about it.
+    /// What to do.
     pub fn remedy(&self, evidence: &Evidence, lang: Lang) -> String {
         super::texts::remedy(self, evidence, lang)
     }
 }
 
-/// Why the monitor does not answer.
+/// Adds the reasons for which the monitor does not answer.
 fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
     if evidence.crc32c_only {
         all.push(Finding::Crc32cOnly);
@@ -167,7 +168,7 @@ fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
         all.extend(baud.map(|baud| Finding::WrongSpeed { answers_at: Some(baud) }));
         return;
     }
-    if evidence.endpoint.manner().role == Role::Active && !evidence.quiet.is_garbage() {
+    if evidence.endpoint.behaviour().role == Role::Active && !evidence.quiet.is_garbage() {
         all.push(match evidence.no_access {
             Some(Cause::NoController) => Finding::NoAccess { controller: false },
             Some(_) => Finding::NoAccess { controller: true },
@@ -191,7 +192,7 @@ fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
     } else if probed.is_garbage() && !quiet.is_garbage() {
         Finding::WrongSpeed { answers_at: None }
     } else if quiet.is_garbage() {
-        // Heard before and after: from others at another speed, or from nobody.
+        // Received before and after: from devices at another speed, or noise.
         match evidence.endpoint {
             Endpoint::Serial { .. } if frames_elsewhere(evidence).is_some() => {
                 Finding::WrongSpeed { answers_at: frames_elsewhere(evidence) }
@@ -203,7 +204,7 @@ fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
     });
 }
 
-/// A speed at which others are understood.
+/// A speed at which frames of other devices are received.
 fn frames_elsewhere(evidence: &Evidence) -> Option<u32> {
     evidence.speeds.iter().find(|speed| !speed.heard.frames.is_empty()).map(|speed| speed.baud)
 }
@@ -215,10 +216,10 @@ fn speakers(evidence: &Evidence, all: &mut Vec<Finding>) {
     let mut addresses = Vec::new();
     let elsewhere = evidence.speeds.iter().filter(|speed| speed.has_others());
     let heard = heard.chain(elsewhere.map(|speed| &speed.heard));
-    // On a bus with a controller it and other consoles are as it should be.
-    let active = evidence.endpoint.manner().role == Role::Active;
+    // On a bus with a controller, its frames and those of other consoles are normal.
+    let active = evidence.endpoint.behaviour().role == Role::Active;
     for frame in heard.flat_map(|heard| &heard.frames) {
-        // Who answers a stranger was asked by that stranger.
+        // A device that answers another address was asked by that address.
         let speaker = if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };
         if speaker != own.source && !addresses.contains(&speaker) {
             addresses.push(speaker);
@@ -230,7 +231,7 @@ fn speakers(evidence: &Evidence, all: &mut Vec<Finding>) {
     }
     let before_us = &evidence.quiet.frames;
     let of_us = |frame: &HeardFrame| {
-        // The controller speaks to each console that it knows or looks for.
+        // The controller addresses each console that it knows or probes.
         let called = frame.dst == own.source && frame.src == bus::CONTROLLER && active;
         (frame.src == own.source || frame.dst == own.source) && !called
     };
@@ -253,7 +254,7 @@ fn echo(evidence: &Evidence, all: &mut Vec<Finding>) {
     }
 }
 
-/// How good a link is on which the monitor answers.
+/// Adds findings about the quality of a link on which the monitor answers.
 fn quality(evidence: &Evidence, all: &mut Vec<Finding>) {
     if !evidence.is_answered() || evidence.endpoint.framing() == Framing::Records {
         return;
@@ -271,12 +272,12 @@ fn quality(evidence: &Evidence, all: &mut Vec<Finding>) {
     }
 }
 
-/// What came is a text: some other protocol.
+/// Whether the received bytes are text: another protocol.
 pub(super) fn speaks_text(heard: &Heard) -> bool {
     heard.is_garbage() && printable(&heard.sample).is_some()
 }
 
-/// The first line of what looks like a text.
+/// The first line of bytes that look like text.
 fn printable(sample: &[u8]) -> Option<String> {
     let is_text = |byte: &&u8| (b' '..=b'~').contains(*byte) || matches!(**byte, b'\r' | b'\n');
     let count = sample.iter().filter(is_text).count();

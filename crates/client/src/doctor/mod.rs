@@ -1,11 +1,11 @@
-//! What is wrong with a link: looks, tells what was seen, and what to do.
+//! Diagnosis of a link: examines it, reports what was observed, and what to do.
 //!
 //! ```text
 //! examine ─▶ Evidence ─▶ findings ─▶ Finding::seen, Finding::remedy
 //! ```
 //!
-//! [`examine`] says nothing that could move anything: presence probes and GetStatus General. Where
-//! others speak, it says nothing at all, at whatever speed they do.
+//! [`examine`] sends nothing that could cause a motion: only presence probes and GetStatus General.
+//! If other devices transmit, at any speed, it sends nothing at all.
 
 mod examine;
 mod finding;
@@ -20,7 +20,7 @@ use crate::error::Cause;
 use crate::prober::Heard;
 use crate::url::Endpoint;
 
-/// What was seen on a link.
+/// What was observed on a link.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Evidence {
@@ -28,59 +28,60 @@ pub struct Evidence {
     pub endpoint: Endpoint,
     /// Why it could not be opened, or was lost.
     pub lost: Option<String>,
-    /// What came before anything was asked.
+    /// Received before anything was sent.
     pub quiet: Heard,
-    /// How long that was.
+    /// Duration of that time.
     pub quiet_for: Duration,
-    /// What came upon presence probes to the monitor's address.
+    /// Received after presence probes to the monitor's address.
     pub probed: Heard,
-    /// How many there were.
+    /// Number of probes.
     pub probes: u32,
-    /// How many of them the monitor answered.
+    /// Number of probes that the monitor answered.
     pub answered: u32,
     /// More than one answer to a probe.
     pub doubled: bool,
     /// The monitor answers only frames with a CRC-32C (§L/7).
     pub crc32c_only: bool,
-    /// What answered in the other framing than the URL's: bare records, or link frames.
+    /// The monitor answered in the framing that the URL does not have: bare records, or link
+    /// frames.
     pub other_framing: bool,
-    /// Answers came to our address that we had not asked for.
+    /// Answers to our address came that we had not asked for.
     pub address_taken: bool,
-    /// Nothing was asked, because others speak on this line.
+    /// Nothing was sent, because other devices transmit on this line.
     pub held_back: bool,
-    /// Why a console of the bus was not let ask.
+    /// Why a console of the bus could not send.
     pub no_access: Option<Cause>,
     /// Other addresses that answer probes.
     pub others: Vec<u8>,
-    /// What came at other speeds, and whether the monitor answered; serial lines only.
+    /// Observations at other speeds; serial lines only.
     pub speeds: Vec<Speed>,
-    /// What came of a number of requests, if the monitor answers.
+    /// Result of a number of requests, if the monitor answers.
     pub exchange: Option<Exchange>,
 }
 
-/// What came at another speed of a serial line.
+/// Observations at another speed of a serial line.
 #[derive(Clone, Debug)]
 pub struct Speed {
-    /// The speed.
+    /// The speed, baud.
     pub baud: u32,
-    /// What came.
+    /// What was received.
     pub heard: Heard,
-    /// The monitor answered.
+    /// Whether the monitor answered.
     pub answered: bool,
 }
 
-/// A number of requests, one after the other.
+/// Result of a number of requests, one after the other.
 #[derive(Clone, Debug, Default)]
 pub struct Exchange {
-    /// How many were sent.
+    /// Requests sent.
     pub sent: u32,
-    /// How many were answered.
+    /// Requests answered.
     pub answered: u32,
-    /// How many of the answers were not what the protocol says.
+    /// Answers that break the protocol.
     pub odd: u32,
-    /// The records of the first of those.
+    /// The records of the first such answer.
     pub odd_sample: Option<Vec<u8>>,
-    /// All that came meanwhile.
+    /// All that was received meanwhile.
     pub heard: Heard,
     /// The longest round trip.
     pub rtt_max: Duration,
@@ -89,7 +90,7 @@ pub struct Exchange {
 }
 
 impl Speed {
-    /// Others speak at this speed, without being asked.
+    /// Whether other devices transmit at this speed without being asked.
     pub fn has_others(&self) -> bool {
         !self.answered && !self.heard.frames.is_empty()
     }
@@ -117,7 +118,7 @@ impl Evidence {
         }
     }
 
-    /// The monitor answers.
+    /// Whether the monitor answers.
     pub const fn is_answered(&self) -> bool {
         self.answered > 0
     }

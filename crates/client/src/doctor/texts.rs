@@ -1,4 +1,4 @@
-//! The words of the findings.
+//! Texts of the findings.
 
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ const TWO_CONTROLLERS: Text = Text::new(
      пульта (src=129…254).",
 );
 
-/// What was seen.
+/// What was observed.
 pub fn seen(finding: &Finding, evidence: &Evidence, lang: Lang) -> String {
     match lang {
         Lang::En => seen_en(finding, evidence),
@@ -98,12 +98,12 @@ fn seen_en(finding: &Finding, evidence: &Evidence) -> String {
             Framing::Records => "Bare records get no answer, a link frame does.".into(),
         },
         Finding::OtherProtocol { text } => {
-            format!("Who answers there does not speak this protocol. It says: `{text}`")
+            format!("The device does not use this protocol. It sent: `{text}`")
         }
     }
 }
 
-/// What was seen where not one byte came.
+/// Text for a link without a single received byte.
 fn nothing(evidence: &Evidence, lang: Lang) -> String {
     let (probes, listened_s) = (evidence.probes, evidence.quiet_for.as_secs_f32());
     let monitor = evidence.endpoint.addresses().monitor;
@@ -119,13 +119,13 @@ fn nothing(evidence: &Evidence, lang: Lang) -> String {
     }
 }
 
-/// What was seen of noise.
+/// Text for noise.
 fn noise(evidence: &Evidence, lang: Lang) -> String {
     let Heard { broken, stray_bytes, .. } = total(evidence);
     let quiet = &evidence.quiet;
     let unasked = match lang {
         _ if quiet.bytes == 0 || !quiet.frames.is_empty() => String::new(),
-        Lang::En => format!("; {} bytes came when nobody had asked", quiet.bytes),
+        Lang::En => format!("; {} bytes came without a request", quiet.bytes),
         Lang::Ru => format!("; байт, пришедших без запроса: {}", quiet.bytes),
     };
     let exchange = exchange(evidence, lang);
@@ -140,27 +140,29 @@ fn noise(evidence: &Evidence, lang: Lang) -> String {
     }
 }
 
-/// What was seen of others on the line.
+/// Text for other devices on the line.
 fn speakers(addresses: &[u8], evidence: &Evidence, lang: Lang) -> String {
     let who = list(addresses, lang);
     let frames = evidence.quiet.frames.len() + strangers(evidence) + elsewhere(evidence);
     let held_back = match lang {
         _ if !evidence.held_back => "",
-        Lang::En => " So nothing was asked (--insist asks).",
-        Lang::Ru => " Поэтому ничего не спрошено (--insist спросит).",
+        Lang::En => " So nothing was sent (--insist sends).",
+        Lang::Ru => " Поэтому запросы не отправлялись (--insist отправит).",
     };
     match lang {
         Lang::En => format!(
-            "Somebody else speaks on this line: {who}. {frames} of their frames were \
+            "Other devices transmit on this line: {who}. {frames} of their frames were \
              heard.{held_back}"
         ),
         Lang::Ru => {
-            format!("На линии говорит кто-то ещё: {who}. Услышано кадров: {frames}.{held_back}")
+            format!(
+                "На линии передают другие устройства: {who}. Принято кадров: {frames}.{held_back}"
+            )
         }
     }
 }
 
-/// What to look at where the link cannot be used.
+/// What to check if the link cannot be opened.
 const fn of_link(serial: bool) -> Text {
     if serial {
         return Text::new(
@@ -178,7 +180,7 @@ const fn of_link(serial: bool) -> Text {
     )
 }
 
-/// What to look at where nothing is heard.
+/// What to check if nothing is received.
 const fn of_silence(serial: bool) -> Text {
     if serial {
         return Text::new(
@@ -189,14 +191,14 @@ const fn of_silence(serial: bool) -> Text {
         );
     }
     Text::new(
-        "Check the monitor's power and its wires behind the serial server; a UDP port says nothing \
-         also when nobody listens there.",
+        "Check the monitor's power and its wires behind the serial server; a UDP port is silent \
+         also when no program listens there.",
         "Проверьте питание ствола и его провода за сервером последовательных портов; порт UDP \
          молчит и тогда, когда его никто не слушает.",
     )
 }
 
-/// What to look at where the speed seems wrong.
+/// What to check if the speed seems wrong.
 const fn of_speed(serial: bool) -> Text {
     if serial {
         return Text::new(
@@ -221,11 +223,11 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
         Finding::Nothing => of_silence(serial).en.into(),
         Finding::Echo { told: true } => "Nothing to do: the URL says so.".into(),
         Finding::Echo { told: false } if serial => "It does no harm to lafet. With echo=strip in \
-            the URL it is taken away; with echo=verify a difference also tells collisions. Or \
+            the URL it is removed; with echo=verify a difference also shows collisions. Or \
             switch the receiver of the adapter off while it sends."
             .into(),
-        Finding::Echo { told: false } => "The serial server hears itself: switch the echo off in \
-            it (RS-485 two-wire mode)."
+        Finding::Echo { told: false } => "The serial server echoes what it sends: switch the echo \
+            off in it (RS-485 two-wire mode)."
             .into(),
         Finding::NoEcho => {
             "Remove echo= from the URL; without an echo it finds no collisions.".into()
@@ -235,12 +237,12 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
         }
         Finding::WrongSpeed { answers_at: None } => of_speed(serial).en.into(),
         Finding::Noise => "Check termination (120 Ω at both ends only), bias resistors, ground, \
-            shield and the way of the cable beside motors; try a lower speed. Check = 1 of \
+            shield and the path of the cable near motors; try a lower speed. Check = 1 of \
             ExternalConn makes the monitor take CRC-32C only."
             .into(),
         Finding::Loss => {
             "Answers come late or are lost: raise --timeout, look at the radio or the \
-            network in between, and whether somebody else uses this link."
+            network in between, and whether another program uses this link."
                 .into()
         }
         Finding::OtherSpeakers { addresses } => speakers_remedy_en(addresses),
@@ -253,8 +255,8 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
             _ => "Write the address of the monitor you mean into the URL (addr=).".into(),
         },
         Finding::OddAnswers => {
-            "Look at the monitor's program and its version: `lafet conform` tells \
-            which statements of the protocol it does not keep. Nothing that it answers can be \
+            "Look at the monitor's program and its version: `lafet conform` shows \
+            which statements of the protocol it breaks. Nothing that it answers can be \
             relied on."
                 .into()
         }
@@ -263,11 +265,11 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
             .into(),
         Finding::NoAccess { controller: true } => {
             "Check that the controller looks for this address \
-            (--addresses) and that nobody else has it (src= of the URL)."
+            (--addresses) and that no other device has it (src= of the URL)."
                 .into()
         }
         Finding::MonitorSilent => "Check the monitor's power and cable and addr= of the URL; \
-            `lafet bus who` tells who is on the bus."
+            `lafet bus who` shows which devices are on the bus."
             .into(),
         Finding::TwoWithOneAddress => "Give one of them another address: switch the other off, \
             `lafet param set general Address N`, `lafet restart`."
@@ -285,12 +287,12 @@ fn remedy_en(finding: &Finding, evidence: &Evidence) -> String {
 
 fn speakers_remedy_en(addresses: &[u8]) -> String {
     if !addresses.contains(&bus::CONTROLLER) {
-        return "Two that ask unasked disturb each other: end the other program, or put a bus \
-                controller between."
+        return "Two programs that send requests disturb each other: end the other one, or put \
+                a bus controller between."
             .into();
     }
-    "There is a bus controller: nobody may speak without its token. Reach the monitor through the \
-     controller, or switch it off while you work directly."
+    "There is a bus controller: no device may transmit without its grant. Reach the monitor \
+     through the controller, or switch it off while you work directly."
         .into()
 }
 
@@ -312,7 +314,7 @@ fn seen_ru(finding: &Finding, evidence: &Evidence) -> String {
         ),
         Finding::NoEcho => "URL обещает эхо (echo=), но его нет.".into(),
         Finding::WrongSpeed { answers_at: Some(baud) } => format!(
-            "На скорости из URL ничего не разобрать{}; на {baud} бод — можно.",
+            "На скорости из URL кадры не читаются{}; на {baud} бод — читаются.",
             sample(evidence, Lang::Ru)
         ),
         Finding::WrongSpeed { answers_at: None } => format!(
@@ -358,7 +360,7 @@ fn seen_ru(finding: &Finding, evidence: &Evidence) -> String {
             Framing::Records => "На голые записи ответа нет, на канальный кадр — есть.".into(),
         },
         Finding::OtherProtocol { text } => {
-            format!("Тот, кто там отвечает, говорит не на этом протоколе: `{text}`")
+            format!("Устройство работает по другому протоколу. Получено: `{text}`")
         }
     }
 }
@@ -376,7 +378,7 @@ fn remedy_ru(finding: &Finding, evidence: &Evidence) -> String {
             приёмник адаптера на время передачи."
                 .into()
         }
-        Finding::Echo { told: false } => "Сервер последовательных портов слышит сам себя: \
+        Finding::Echo { told: false } => "Сервер последовательных портов возвращает переданное: \
             отключите в нём эхо (двухпроводный режим RS-485)."
             .into(),
         Finding::NoEcho => "Уберите echo= из URL: без эха столкновения так не найти.".into(),
@@ -415,7 +417,7 @@ fn remedy_ru(finding: &Finding, evidence: &Evidence) -> String {
             .into(),
         Finding::MonitorSilent => {
             "Проверьте питание и кабель ствола и addr= в URL; `lafet bus who` \
-            покажет, кто есть на магистрали."
+            покажет, какие устройства есть на магистрали."
                 .into()
         }
         Finding::TwoWithOneAddress => "Дайте одному из них другой адрес: отключите второй, затем \
@@ -449,7 +451,7 @@ fn is_controller(evidence: &Evidence) -> bool {
     evidence.endpoint.addresses().source == bus::CONTROLLER
 }
 
-/// What came of the requests.
+/// Text for the result of the requests.
 fn exchange(evidence: &Evidence, lang: Lang) -> String {
     let Some(exchange) = &evidence.exchange else { return String::new() };
     let (answered, sent) = (exchange.answered, exchange.sent);
@@ -466,7 +468,7 @@ fn exchange(evidence: &Evidence, lang: Lang) -> String {
     }
 }
 
-/// What was odd about the answers.
+/// Text for answers that break the protocol.
 fn odd(evidence: &Evidence, lang: Lang) -> String {
     let Some(exchange) = &evidence.exchange else { return String::new() };
     let (odd, answered) = (exchange.odd, exchange.answered);
@@ -485,7 +487,7 @@ fn odd(evidence: &Evidence, lang: Lang) -> String {
     }
 }
 
-/// The first bytes that could not be read.
+/// Text with the first bytes that could not be read.
 fn sample(evidence: &Evidence, lang: Lang) -> String {
     let heard = if evidence.probed.bytes > 0 { &evidence.probed } else { &evidence.quiet };
     if heard.sample.is_empty() {
@@ -508,13 +510,13 @@ fn total(evidence: &Evidence) -> Heard {
     total
 }
 
-/// Frames of others at another speed.
+/// Number of frames of other devices at another speed.
 fn elsewhere(evidence: &Evidence) -> usize {
     let others = evidence.speeds.iter().filter(|speed| speed.has_others());
     others.map(|speed| speed.heard.frames.len()).sum()
 }
 
-/// Frames of others that were heard while we asked.
+/// Number of frames of other devices received during the examination.
 fn strangers(evidence: &Evidence) -> usize {
     let own = evidence.endpoint.addresses().source;
     let exchange = evidence.exchange.iter().map(|exchange| &exchange.heard);

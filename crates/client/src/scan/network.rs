@@ -1,4 +1,4 @@
-//! Monitors on a network: open ports of a range of hosts, then probes over each.
+//! Monitors on a network: open ports of a range of hosts, with probes at each.
 
 use std::io;
 use std::net::Ipv4Addr;
@@ -14,42 +14,42 @@ use tokio::time::timeout;
 use super::{Scan, ScanOptions, scan};
 use crate::prober::Prober;
 use crate::transport::Link;
-use crate::url::{Addresses, Endpoint, Framing, Manner};
+use crate::url::{Addresses, Behaviour, Endpoint, Framing};
 
-/// The most hosts of one scan: a /20.
+/// Most hosts of one scan: a /20.
 pub const HOSTS_MAX: usize = 4096;
-/// Connections that are tried at a time.
+/// Connections that are tried at the same time.
 const PARALLEL: usize = 64;
-/// How long a host of a local network may take to take a connection.
+/// Longest time for a connection to a host of a local network.
 const CONNECT: Duration = Duration::from_millis(700);
 
 /// A host, by name or address.
 pub type Host = String;
 
-/// What there is at a port.
+/// Result for an open port.
 #[derive(Clone, Debug)]
 pub struct Place {
-    /// The URL without an address.
+    /// The host.
     pub host: Host,
     /// The port.
     pub port: u16,
-    /// What was found.
+    /// What was found there.
     pub told: Told,
 }
 
-/// What a port has told.
+/// What was found at a port.
 #[derive(Clone, Debug)]
 pub enum Told {
     /// Devices that answer probes.
     Bus(Scan),
-    /// A monitor that speaks bare records (§C/3).
+    /// A monitor with bare records (§C/3).
     Records,
-    /// It is open, and nobody answers.
+    /// Open, but no device answers.
     Silent,
 }
 
-/// Reads hosts: `192.168.1.0/24`, `192.168.1.10-40`, `192.168.1.7` or a name; `None` for what is no
-/// such thing, or more than [`HOSTS_MAX`].
+/// Parses hosts: `192.168.1.0/24`, `192.168.1.10-40`, `192.168.1.7` or a name; `None` if the text
+/// is none of these, or for more than [`HOSTS_MAX`].
 pub fn hosts(text: &str) -> Option<Vec<Host>> {
     let all = |first: u32, last: u32| {
         let count = last.checked_sub(first)? as usize;
@@ -61,7 +61,7 @@ pub fn hosts(text: &str) -> Option<Vec<Host>> {
         let bits: u32 = bits.parse().ok().filter(|bits| *bits <= 32)?;
         let mask = u32::MAX.checked_shl(32 - bits).unwrap_or(0);
         let (first, last) = (network & mask, network | !mask);
-        // The first and the last one of a network are no hosts.
+        // The first and the last address of a network are not hosts.
         let inner = u32::from(bits < 31);
         return all(first + inner, last - inner);
     }
@@ -79,8 +79,8 @@ pub fn hosts(text: &str) -> Option<Vec<Host>> {
     (!text.is_empty() && text.chars().all(plain)).then(|| vec![text.to_owned()])
 }
 
-/// Tries every port of every host, many at a time. Closed ports are left out; `progress` is told
-/// how many of all have been tried.
+/// Tries every port of every host, many at a time. Closed ports are left out; `progress` is called
+/// with the number of ports tried so far.
 pub async fn scan_network(
     hosts: &[Host],
     ports: &[u16],
@@ -113,19 +113,19 @@ pub async fn scan_network(
     places.into_iter().map(|(_, place)| place).collect()
 }
 
-/// Nothing where the port is closed, or says nothing over UDP.
+/// The result for a port; `None` if it is closed, or does not answer over UDP.
 async fn look(host: &str, port: u16, udp: bool, options: &ScanOptions) -> Option<Told> {
-    let (addresses, manner) = (Addresses::default(), Manner::default());
+    let (addresses, behaviour) = (Addresses::default(), Behaviour::default());
     let host = host.to_owned();
     let endpoint = match udp {
-        true => Endpoint::Udp { host, port, addresses, manner },
-        false => Endpoint::Tcp { host, port, framing: Framing::Link, addresses, manner },
+        true => Endpoint::Udp { host, port, addresses, behaviour },
+        false => Endpoint::Tcp { host, port, framing: Framing::Link, addresses, behaviour },
     };
     let scanned = scan(open(&endpoint).await.ok()?, addresses.source, options, |_| {}).await;
     match scanned {
         Ok(scan) if !scan.present.is_empty() => Some(Told::Bus(scan)),
         _ if udp => None,
-        // Open, but not for link frames.
+        // Open, but without link frames.
         _ => Some(match speaks_records(&endpoint, options.wait).await {
             Ok(true) => Told::Records,
             _ => Told::Silent,
@@ -144,7 +144,7 @@ async fn speaks_records(endpoint: &Endpoint, wait: Duration) -> io::Result<bool>
     Ok(matches!(records.next(), Some(Ok(record)) if is_answer(&record)))
 }
 
-/// GetStatus General as a record: what a monitor without link frames answers.
+/// GetStatus General as a record: a monitor without link frames answers it.
 pub(crate) fn question() -> Vec<u8> {
     let mut buffer = [0; record::HEADER_SIZE];
     let mut writer = record::Writer::new(&mut buffer);
@@ -154,7 +154,7 @@ pub(crate) fn question() -> Vec<u8> {
     }
 }
 
-/// The answer to [`question`].
+/// Whether a record answers [`question`].
 pub(crate) fn is_answer(record: &record::Record<'_>) -> bool {
     record.request == RequestId::GET_STATUS && record.device == SubsystemId::GENERAL
 }

@@ -1,15 +1,16 @@
-//! §L/7 Which check the frames to a monitor bear: found out by presence probes, and never believed
-//! to last (ours).
+//! §L/7 The checksum of frames to a monitor: found by presence probes, and checked again later
+//! (ours).
 //!
-//! A monitor answers each frame in the form in which it was asked, and one that does not know a
-//! form is silent to it. So a probe tells, and costs a moment when nobody answers it:
+//! A monitor answers each frame in the form of the request, and does not answer a form that it does
+//! not support. So a probe shows it, at the cost of a short wait when it is not answered:
 //!
-//! - before the first frame of a connection, and now and then, one that bears a CRC-32C;
-//! - after silence, one in the form in use and one in the other: the monitor may have been replaced.
+//! - before the first frame of a connection, and later from time to time, one with a CRC-32C;
+//! - after requests without answer, one in the present form and one in the other: the monitor may
+//! have been replaced.
 //!
-//! Probes are sent only while something waits to be sent, and Stop, Close and Lockout on never wait
-//! for them: their tries go out in one form and the other by turns. An answer is believed only in a
-//! form in which its request was sent.
+//! Probes are sent only while requests wait to be sent, and Stop, Close and Lockout on never wait
+//! for them: their tries alternate between the forms. An answer is accepted only in a form in which
+//! its request was sent.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -21,27 +22,27 @@ use super::medium::{Addresses, Framing};
 use super::operation::Outstanding;
 use super::{Now, Outcome, Session, Verdict};
 
-/// Which check frames bear, `check=`.
+/// Checksum of frames, `check=`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CheckMode {
     /// CRC-16/MODBUS (observed).
     #[default]
     Crc16,
-    /// CRC-32C (ours) with every monitor that has it, CRC-16 with the others.
+    /// CRC-32C (ours) with every monitor that supports it, CRC-16 with the others.
     Auto,
-    /// CRC-32C; a monitor that does not have it is an error.
+    /// CRC-32C; a monitor that does not support it is an error.
     Crc32c,
 }
 
 /// The shortest wait for the answer to a probe, when the usual round trip is known.
 const PROBE_LEAST: Duration = Duration::from_millis(30);
-/// Silence makes the session probe both forms, but not again sooner than this.
+/// Shortest time between two checks of both forms after requests without answer.
 const SILENCE_PAUSE: Duration = Duration::from_secs(5);
-/// From one look whether a plain monitor has a CRC-32C to the next: the first may have been lost.
+/// Times between the probes of a monitor without CRC-32C: an earlier one may have been lost.
 const LOOKS: [Duration; 3] =
     [Duration::from_secs(1), Duration::from_secs(10), Duration::from_secs(300)];
 
-/// A probe that is out.
+/// A probe that was sent.
 #[derive(Clone, Copy, Debug)]
 struct Probe {
     check: Check,
@@ -49,20 +50,20 @@ struct Probe {
     deadline: Now,
 }
 
-/// What is known of a monitor's checks.
+/// What is known of a monitor's checksums.
 #[derive(Debug)]
 pub struct Negotiation {
     mode: CheckMode,
     form: Check,
-    /// It answers, but not with a CRC-32C, which is insisted on.
+    /// It answers, but not with the CRC-32C that is required.
     missing: bool,
     probe: Option<Probe>,
-    /// Probes that come before anything else.
+    /// Probes to be sent before anything else.
     plan: VecDeque<Check>,
     looks: usize,
     next_look: Now,
     next_after_silence: Now,
-    /// When a probe with a CRC-32C was sent last.
+    /// Time of the last probe with a CRC-32C.
     last_long: Option<Now>,
 }
 
@@ -83,22 +84,22 @@ impl Negotiation {
         }
     }
 
-    /// The check in use.
+    /// The checksum in use.
     pub const fn form(&self) -> Check {
         self.form
     }
 
-    /// A probe is out.
+    /// Whether a probe is awaiting its answer.
     pub const fn is_probing(&self) -> bool {
         self.probe.is_some()
     }
 
-    /// Since when, and until when, a probe takes the line.
+    /// Start and end of the time in which a probe takes the line.
     pub fn occupies(&self) -> Option<(Now, Now)> {
         self.probe.map(|probe| (probe.sent, probe.deadline))
     }
 
-    /// A new connection: everything is found out anew.
+    /// Starts again for a new connection.
     pub fn connected(&mut self) {
         *self = Self::new(self.mode, Framing::Link);
         match self.mode {
@@ -113,7 +114,7 @@ impl Negotiation {
         self.plan.clear();
     }
 
-    /// A frame was not answered.
+    /// Records that a frame was not answered.
     pub fn silence(&mut self, now: Now) {
         if self.mode != CheckMode::Crc16 && now >= self.next_after_silence && self.plan.is_empty() {
             self.next_after_silence = now + SILENCE_PAUSE;
@@ -121,7 +122,7 @@ impl Negotiation {
         }
     }
 
-    /// The probe that is to be sent now.
+    /// The probe to be sent now.
     fn due(&mut self, now: Now) -> Option<Check> {
         let plain = self.mode == CheckMode::Auto && self.form == Check::Crc16;
         if self.plan.is_empty() && (plain || self.missing) && now >= self.next_look {
@@ -140,7 +141,7 @@ impl Negotiation {
         }
     }
 
-    /// The form in which a try of an operation goes out.
+    /// The form of the next try of an operation.
     fn form_of(&self, urgent: bool, tries: u32) -> Check {
         let turned = urgent && self.mode != CheckMode::Crc16 && !tries.is_multiple_of(2);
         if turned { other(self.form) } else { self.form }
@@ -178,17 +179,17 @@ impl Forms {
 }
 
 impl Session {
-    /// The check that frames to this monitor bear now.
+    /// The checksum of frames to this monitor at present.
     pub const fn check(&self) -> Check {
         self.check.form()
     }
 
-    /// The next try of what is outstanding goes out in this form.
+    /// The form of the next try of the outstanding operation.
     pub(super) fn next_form(&self, outstanding: &Outstanding) -> Check {
         self.check.form_of(outstanding.operation.is_urgent(), outstanding.tries)
     }
 
-    /// A probe, if one is to be sent before what waits.
+    /// A probe, if one is to be sent before waiting operations.
     pub(super) fn poll_check(&mut self, now: Now) -> Option<Vec<u8>> {
         let waits = self.outstanding.is_some() || !self.queue.is_empty();
         if !waits || self.check.is_probing() {
@@ -204,13 +205,13 @@ impl Session {
         Some(wire(check, &Frame { dst, src, payload: &[] }))
     }
 
-    /// Until when a probe that is out keeps what waits from being sent.
+    /// Time until which a probe delays waiting operations.
     pub(super) fn probed_until(&self, urgent: bool) -> Option<Now> {
         let (sent, until) = self.check.occupies()?;
         Some(if urgent { until.min(sent + self.config.patience) } else { until })
     }
 
-    /// The probe that is out has not been answered.
+    /// Handles a probe without answer.
     pub(super) fn probe_failed(&mut self) {
         let Some(probe) = self.check.probe.take() else { return };
         if probe.check == Check::Crc16 {
@@ -225,7 +226,7 @@ impl Session {
         self.refuse_missing(now);
     }
 
-    /// What a frame from the monitor says of its checks; whether it is the answer to our probe.
+    /// Evaluates the checksum of a frame from the monitor; returns whether it answers a probe.
     pub(super) fn check_heard(&mut self, now: Now, frame: &Incoming) -> bool {
         if self.check.mode == CheckMode::Crc16 {
             return false;
@@ -241,7 +242,7 @@ impl Session {
                 self.suspicion.raise(None, probe.sent);
             }
         }
-        // Nothing but a monitor that has it sends a CRC-32C, however late.
+        // Only a monitor that supports CRC-32C sends one, however late.
         if frame.check == Check::Crc32c {
             self.use_crc32c();
         } else if probe.is_some() {
@@ -266,7 +267,7 @@ impl Session {
             CheckMode::Crc32c => self.check.missing = true,
             _ if self.check.form == Check::Crc32c => {
                 self.check.form = Check::Crc16;
-                // The probe with a CRC-32C may just have been lost.
+                // The probe with a CRC-32C may have been lost.
                 self.check.looks = 0;
                 self.check.next_look = now + LOOKS[0];
             }
@@ -274,13 +275,13 @@ impl Session {
         }
     }
 
-    /// A monitor without the check that is insisted on gets nothing but what stops it.
+    /// Ends operations for a monitor without the required checksum, except those that stop it.
     pub(super) fn refuse_missing(&mut self, now: Now) {
         let settled = !self.check.is_probing() && self.check.plan.is_empty();
         if !self.check.missing || !settled || now >= self.check.next_look {
             return;
         }
-        // What was sent in a form that it does not read was not executed either.
+        // A frame in a form that the monitor does not read was not executed either.
         let due = |o: &mut Outstanding| o.due && !o.operation.is_urgent();
         if let Some(outstanding) = self.outstanding.take_if(due) {
             let ticket = self.give_up(outstanding).operation.ticket;
@@ -290,7 +291,7 @@ impl Session {
     }
 }
 
-/// A frame as it goes on the wire.
+/// The bytes of a frame on the wire.
 pub(super) fn wire(check: Check, frame: &Frame<'_>) -> Vec<u8> {
     let mut wire = vec![0; link::wire_max(frame.payload.len())];
     let len = link::encode_with(check, frame, &mut wire).unwrap_or(0);

@@ -1,56 +1,57 @@
-//! How a session behaves.
+//! Configuration of a session.
 
 use std::time::Duration;
 
 use super::CheckMode;
 use super::medium::{Addresses, Echo, Framing, Role};
 
-/// How late an answer is expected to come at most, where nothing else is said: its request 5 s on
-/// the way, and the answer as long.
+/// Default bound for late answers: 5 s for the request on its way, and 5 s for the answer.
 pub const LATE_DEFAULT: Duration = Duration::from_secs(10);
 
-/// How a session behaves.
+/// Configuration of a session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Config {
-    /// Who talks to whom.
+    /// Addresses of both sides.
     pub addresses: Addresses,
-    /// What the bytes are.
+    /// Framing of the bytes.
     pub framing: Framing,
-    /// How long an answer is waited for.
+    /// Longest wait for an answer.
     pub timeout: Duration,
-    /// How often a request that may be repeated is sent.
+    /// Transmissions of a request that may be repeated.
     pub tries: u32,
-    /// How long an urgent request lets an outstanding frame wait for its answer.
+    /// Time for which an urgent request waits for the answer to an outstanding frame.
     pub patience: Duration,
-    /// No answer comes later than this after its request: the bound up to which nothing wrong is
-    /// believed of a monitor that answers tags.
+    /// Longest delay of an answer after its request, for a monitor that answers tags: up to this
+    /// bound no wrong answer is accepted.
     pub late_bound: Duration,
-    /// The same for a monitor that does not: what a suspicious request has to wait. `late=` of a URL.
+    /// The same for a monitor that does not answer tags: a suspicious request waits this long.
+    /// `late=` of a URL.
     pub drain_bound: Duration,
-    /// The way outlives programs, as a serial port or a socket of a serial server does: answers to
-    /// another one may come for `late_bound` after connecting, so every request is in doubt until
-    /// then. [`crate::Client::connect`] sets it for all ways but those in memory.
+    /// The connection outlives programs, as a serial port or a socket of a serial server does:
+    /// answers to another program may come for `late_bound` after connecting, so every request is
+    /// in doubt until then. [`crate::Client::connect`] sets it for all connections except those in
+    /// memory.
     pub outlives: bool,
-    /// The number of the first frame in doubt; `None`: chosen by the operating system's randomness.
+    /// Number of the first frame in doubt; `None`: random, from the operating system.
     pub first_number: Option<u32>,
-    /// The medium may copy frames (UDP).
+    /// Whether the medium may duplicate frames (UDP).
     pub duplicates: bool,
-    /// Number frames in doubt; without it they wait for `drain_bound`.
+    /// Whether frames in doubt are numbered; otherwise they wait for `drain_bound`.
     pub tags: bool,
-    /// What this side is on its bus.
+    /// Role of this side on its bus.
     pub role: Role,
-    /// Which check frames bear.
+    /// Checksum of frames.
     pub check: CheckMode,
-    /// Whether what is sent comes back, as on RS-485 adapters that hear themselves.
+    /// Whether sent bytes come back, as with RS-485 adapters that receive what they send.
     pub echo: Echo,
-    /// Silence that is kept between the last byte heard and a frame: a transceiver needs it to turn
-    /// round.
+    /// Pause between the last received byte and a frame, which a transceiver needs to change
+    /// direction.
     pub turnaround: Duration,
-    /// How long a new connection is listened to before the first frame that is not urgent: where a
-    /// controller gives access to others, a direct client says nothing.
+    /// Time to listen on a new connection before the first frame that is not urgent: if a
+    /// controller grants access to others, a direct client does not transmit.
     pub listen: Duration,
-    /// How long requests are asked again that the monitor answers with Busy, NotCached or Cached
-    /// (§2), where the caller wants them complete.
+    /// Time for which requests answered with Busy, NotCached or Cached (§2) are repeated, where the
+    /// caller wants them complete.
     pub resume: Duration,
 }
 

@@ -1,26 +1,25 @@
-//! The echo of an RS-485 line: a transceiver that hears itself gives back what is sent.
+//! The echo of an RS-485 line: a transceiver may receive what it sends.
 //!
-//! What comes is compared with what was sent, byte by byte. As long as it is the same, it is the
-//! echo and is taken away. From the first byte that differs, everything goes on to the decoder: it
-//! may be an answer on a line that has no echo after all, or the ruins of two that spoke at once,
-//! which no CRC lets through.
+//! Received bytes are compared with the bytes sent. While they are equal, they are the echo and are
+//! removed. From the first byte that differs, all bytes go to the decoder: they may be an answer on
+//! a line without echo, or the remains of a collision, which no CRC accepts.
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
 
 use super::medium::Echo;
 
-/// Bytes sent whose echo has not come; those of several frames, if nobody answers.
+/// Sent bytes whose echo has not come; several frames if no device answers.
 const PENDING_MAX: usize = 8 * lafet_proto::link::WIRE_MAX;
 
-/// Takes the echo off the bytes that come.
+/// Removes the echo from received bytes.
 #[derive(Debug)]
 pub struct EchoFilter {
     mode: Echo,
     pending: VecDeque<u8>,
-    /// The beginning of the pending frame that has come back already.
+    /// The part of the pending frame that has come back already.
     same: Vec<u8>,
-    /// Lengths of the frames that are pending.
+    /// Lengths of the pending frames.
     frames: VecDeque<usize>,
     collisions: u64,
     missing: u64,
@@ -39,30 +38,30 @@ impl EchoFilter {
         }
     }
 
-    /// Frames whose echo was not what was sent: somebody else spoke (only when verified).
+    /// Frames whose echo differed: another device transmitted (only when verified).
     pub const fn collisions(&self) -> u64 {
         self.collisions
     }
 
-    /// Frames whose echo has not come at all (only when verified): the line has none, or the
-    /// adapter does not send.
+    /// Frames whose echo has not come (only when verified): the line has no echo, or the adapter
+    /// does not send.
     pub const fn missing(&self) -> u64 {
         self.missing
     }
 
-    /// Nothing that was sent comes back any more: the connection is a new one.
+    /// Drops pending echoes, for a new connection.
     pub fn reset(&mut self) {
         self.pending.clear();
         self.same.clear();
         self.frames.clear();
     }
 
-    /// These bytes are being sent.
+    /// Records bytes that are being sent.
     pub fn sent(&mut self, bytes: &[u8]) {
         if self.mode == Echo::Off {
             return;
         }
-        // Whose echo has not come until the next frame is sent has none.
+        // A frame whose echo has not come before the next one is sent has none.
         if !self.frames.is_empty() && self.same.is_empty() {
             self.give_up(|filter| &mut filter.missing);
         }
@@ -72,7 +71,7 @@ impl EchoFilter {
         }
     }
 
-    /// What of these bytes is no echo.
+    /// The received bytes without echo.
     pub fn received<'b>(&mut self, bytes: &'b [u8]) -> Cow<'b, [u8]> {
         if self.pending.is_empty() {
             return Cow::Borrowed(bytes);
@@ -89,7 +88,7 @@ impl EchoFilter {
                 }
                 continue;
             }
-            // Both directions begin their frames alike: an answer goes to our own address.
+            // Both directions start their frames equally: an answer goes to our own address.
             let ours = self.pending.get(1) == Some(byte);
             let answer = self.same.len() == ADDRESSES_AT && ours;
             others.append(&mut self.same);

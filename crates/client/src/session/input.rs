@@ -1,4 +1,4 @@
-//! From bytes to the payloads of frames.
+//! Extracts the payloads of frames from received bytes.
 
 use std::collections::VecDeque;
 
@@ -7,13 +7,13 @@ use lafet_proto::record::Records;
 use lafet_proto::{Expected, Record};
 
 use super::Stats;
-use super::doubt::{Tag, looks_like_tag};
+use super::late_answers::{Tag, looks_like_tag};
 use super::medium::Framing;
 
-/// Bare records that are kept while the end of the answer has not come.
+/// Most bytes of bare records kept while the end of the answer has not come.
 const RECORDS_MAX: usize = 4096;
 
-/// What came in, until it is a frame.
+/// Received bytes, until they form a frame.
 #[derive(Debug)]
 pub struct Input {
     framing: Framing,
@@ -29,11 +29,11 @@ pub struct Input {
 /// A frame received without errors.
 #[derive(Debug)]
 pub struct Incoming {
-    /// Receiver and sender, where the framing has them.
+    /// Receiver and sender, if the framing has them.
     pub addresses: Option<(u8, u8)>,
     /// Its records.
     pub payload: Vec<u8>,
-    /// What it was checked by.
+    /// Its checksum.
     pub check: Check,
 }
 
@@ -50,7 +50,7 @@ impl Input {
         }
     }
 
-    /// Forgets what is not yet a frame.
+    /// Drops bytes that do not form a frame yet.
     pub fn reset(&mut self) {
         self.decoder.reset();
         self.frames.clear();
@@ -75,7 +75,7 @@ impl Input {
         }
     }
 
-    /// Takes a datagram, which is one frame.
+    /// Takes a datagram: one frame.
     pub fn push_datagram(&mut self, datagram: &[u8]) {
         let mut body = [0; BODY_MAX];
         match link::decode_datagram(datagram, &mut body) {
@@ -92,8 +92,8 @@ impl Input {
         }
     }
 
-    /// The next frame. Of bare records only `end`, the tag of what is outstanding, tells where an
-    /// answer ends.
+    /// The next frame. For bare records `end`, the tag of the outstanding operation, marks the end
+    /// of an answer.
     pub fn poll_frame(&mut self, end: Option<Tag>) -> Option<Incoming> {
         if self.framing == Framing::Link {
             return self.frames.pop_front();
@@ -116,7 +116,7 @@ impl Input {
         Some(Incoming { addresses: None, payload, check: Check::Crc16 })
     }
 
-    /// Adds what was counted here.
+    /// Adds the counters of the decoder.
     pub fn counted(&self, stats: Stats) -> Stats {
         let counters = self.decoder.counters();
         Stats {
@@ -134,14 +134,14 @@ impl Input {
     }
 }
 
-/// Where in a stream of bare records the answer is that the tag ends: behind the last complete tag
-/// before it, which ended an earlier answer.
+/// The range of the answer that the tag ends in a stream of bare records: it starts after the last
+/// complete tag before it, which ended an earlier answer.
 fn answer_range(stream: &[u8], end: Option<Tag>) -> Option<(usize, usize)> {
     let tag = end?;
     let mut records = Records::new(stream);
-    // The last records in a row that look like a tag, and where each begins.
+    // The latest consecutive records that look like a tag, with their offsets.
     let mut run: Vec<(usize, Record<'_>)> = Vec::with_capacity(Tag::LEN);
-    // Where tags of earlier answers end.
+    // Ends of tags of earlier answers.
     let mut ends = vec![0];
     while let Some(Ok(record)) = records.next() {
         let offset = records.offset();

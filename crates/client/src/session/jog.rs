@@ -1,17 +1,18 @@
-//! A motion that lasts only as long as it is held: a dead-man switch over a wire.
+//! A motion that lasts only while it is held: a hold-to-run control over a link.
 //!
-//! The document has no request "move until released": a drive is sent far away and stopped (§3.1). If
-//! the Stop is lost, or its sender is gone, the drive goes on to its limit. So (ours) a motion is held
-//! by a lease, and ends twice over:
+//! The document has no request "move until released": a drive is sent far away and stopped (§3.1).
+//! If the Stop is lost, or its sender fails, the drive continues to its limit. So (ours) a motion
+//! is held by a lease, and ends in two ways:
 //!
-//! - **By Stop.** When the lease lapses, is released, or the link was lost, Stop is sent until the Move
-//!   flag clears.
-//! - **By itself**, when no Stop comes any more: the program was killed, the cable cut. A monitor with
-//!   the parameter MoveHold (ours, §D/4) is given it in the frame of the Move, and again every
-//!   [`Hold::repeat`] together with a look at the drive: a renewal never sets a drive in motion that
-//!   something else has stopped. To any other monitor the motion goes as short steps, each a Move
-//!   to a place just ahead, sent only while the drive moves. With limits off such a drive does not stop
-//!   at its destination (§3.17): then the motion is refused unless MoveTimeout is set (§D/4).
+//! - **By Stop.** When the lease expires or is released, or the link was lost, Stop is sent until
+//! the Move flag clears.
+//! - **By itself**, when no Stop comes any more: the program was killed, the cable cut. A monitor
+//! with the parameter MoveHold (ours, §D/4) receives it in the frame of the Move, and again every
+//! [`Hold::repeat`] together with a read of the drive's state: a renewal never moves a drive that
+//! something else has stopped. For any other monitor the motion consists of short steps, each a
+//! Move to a position just ahead, sent only while the drive moves. With limits off such a drive
+//! does not stop at its destination (§3.17): then the motion is refused unless MoveTimeout is set
+//! (§D/4).
 //!
 //! ```text
 //!          MoveHold? limits?            accepted           still moving
@@ -20,7 +21,8 @@
 //!    ▼                            ▼                 │ link lost, no answer
 //!  Unbounded                    Refused             ▼          Move flag clear
 //!                                                 Stop ⇄ Check ───────────────▶ Stopped
-//!                                                   │ Denied by Control (§3.2/4): Move to where it is
+//!                                                   │ Denied by Control (§3.2/4): Move to its
+//! present position
 //! ```
 
 mod steps;
@@ -39,64 +41,64 @@ use crate::answers::{Answers, RequestBuf};
 use crate::error::Error;
 use steps::Steps;
 
-/// Far away, as the document has it (§3.1).
+/// A destination far away, as in the document (§3.1).
 const FAR_AWAY: i16 = 21_600;
-/// MoveHold: the same id in every drive.
+/// Id of MoveHold, the same in every drive.
 pub(crate) const MOVE_HOLD: ParamId = Param::HorizontalMoveHold.id();
-/// MoveHold where answers are quick: Stop of the drive included, less than half a second.
+/// MoveHold on a fast link: with the Stop of the drive less than half a second.
 pub const HOLD_LEAST: Duration = Duration::from_millis(300);
-/// The greatest MoveHold that a monitor takes.
+/// The greatest MoveHold that a monitor accepts.
 const HOLD_MOST: Duration = Duration::from_secs(10);
-/// MoveHold exceeds two and a half round trips by this.
+/// Margin of MoveHold over two and a half round trips.
 const HOLD_SPARE: Duration = Duration::from_millis(50);
-/// How often a motion is renewed unless the caller says otherwise.
+/// Default time between two renewals of a motion.
 const REPEAT: Duration = Duration::from_millis(100);
-/// Pause between two looks at a drive that is to stop.
+/// Pause between two checks of a drive that is to stop.
 const CHECK: Duration = Duration::from_millis(100);
 /// A drive whose Move was accepted shows it within this time.
 const START: Duration = Duration::from_secs(1);
-/// A Move without answer may arrive this long after the drive was seen to stand.
+/// Time for which a Move without answer may still arrive after the drive was seen at rest.
 const LINGER: Duration = Duration::from_secs(1);
-/// A drive that answers and does not stop for so long is told to the caller.
+/// Time after which a drive that answers and does not stop is reported to the caller.
 const STOPPING_MAX: Duration = Duration::from_secs(30);
-/// A monitor that does not answer for so long is given up.
+/// Time after which a monitor that does not answer is given up.
 const SILENCE_MAX: Duration = Duration::from_secs(600);
 
-/// Which way.
+/// Direction of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Toward {
-    /// The greater positions: up, left, narrow (§3.1, §3.3.4).
+    /// Greater positions: up, left, narrow (§3.1, §3.3.4).
     Max,
-    /// The lesser positions: down, right, wide.
+    /// Smaller positions: down, right, wide.
     Min,
 }
 
 impl Toward {
-    /// Vertical.
+    /// Up, for Vertical.
     pub const UP: Self = Self::Max;
-    /// Vertical.
+    /// Down, for Vertical.
     pub const DOWN: Self = Self::Min;
-    /// Horizontal.
+    /// Left, for Horizontal.
     pub const LEFT: Self = Self::Max;
-    /// Horizontal.
+    /// Right, for Horizontal.
     pub const RIGHT: Self = Self::Min;
-    /// Nozzle.
+    /// Narrow, for Nozzle.
     pub const NARROW: Self = Self::Max;
-    /// Nozzle.
+    /// Wide, for Nozzle.
     pub const WIDE: Self = Self::Min;
 }
 
-/// How a motion is held.
+/// Times of a held motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hold {
-    /// It goes on for this long after each renewal.
+    /// Duration of the motion after each renewal.
     pub lease: Duration,
-    /// The same after the start: a keyboard waits before it repeats a key.
+    /// Duration after the start: a keyboard waits before it repeats a key.
     pub first_lease: Duration,
-    /// How often the motion is renewed at the monitor: MoveHold, or the next step.
+    /// Time between two renewals at the monitor: MoveHold, or the next step.
     pub repeat: Duration,
-    /// How fast the monitor's clock runs, 1000 = as ours: only a simulated monitor differs. MoveHold
-    /// is in its time.
+    /// Speed of the monitor's clock, 1000 = ours: only a simulated monitor differs. MoveHold is in
+    /// the monitor's time.
     pub clock_permille: u32,
 }
 
@@ -107,19 +109,19 @@ impl Default for Hold {
     }
 }
 
-/// Why a motion was to end.
+/// Why a motion was ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Reason {
-    /// It was let go.
+    /// It was released.
     Released,
     /// It was not renewed in time.
     Lapsed,
     /// The connection was lost, or the monitor did not answer.
     LinkLost,
-    /// The monitor refused to go on: somebody else has the drive, or it is at fault.
+    /// The monitor refused to continue: another client controls the drive, or it is faulty.
     Refused,
-    /// This client was asked for a Stop or Lockout that concerns the drive.
+    /// This client sent a Stop or Lockout that concerns the drive.
     StopAsked,
 }
 
@@ -127,45 +129,45 @@ pub enum Reason {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum JogEnd {
-    /// Stopped, and seen to stand.
+    /// Stopped, and known to be at rest.
     Stopped {
-        /// Why.
+        /// Why it was stopped.
         reason: Reason,
-        /// Where, and its flags.
+        /// Position and flags of the drive.
         status: DriveStatus,
     },
-    /// It stood by itself: at a limit, by a fault, or somebody else has stopped it.
+    /// At rest for another reason: a limit, a fault, or a Stop of another client.
     Standing(DriveStatus),
     /// The monitor refused to move.
     Refused(Error),
-    /// Another motion of the same drive took its place.
+    /// Another motion of the same drive replaced it.
     Replaced,
-    /// Another subsystem has taken the drive, and refuses Stop (§3.2/2–3).
+    /// Another subsystem controls the drive and refuses Stop (§3.2/2–3).
     TakenOver {
-        /// Which.
+        /// The subsystem.
         by: SubsystemId,
     },
-    /// It answers, but goes on in spite of Stop. Use the emergency stop.
+    /// The drive answers, but does not stop. Use the emergency stop.
     StillMoving(DriveStatus),
-    /// Nobody answers: whether it stands is not known.
+    /// No answer: whether the drive is at rest is not known.
     Unknown(Error),
-    /// Nothing was set in motion: limits are off, and the monitor has neither MoveHold nor a
+    /// No motion was started: limits are off, and the monitor has neither MoveHold nor a
     /// MoveTimeout that would end the motion if this program did not.
     Unbounded(DriveStatus),
 }
 
-/// What is to be sent next, in one frame.
+/// The next frame to send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Next {
-    /// What goes before the request.
+    /// Requests before the main one.
     pub before: Before,
-    /// The request.
+    /// The main request.
     pub body: Body<'static>,
-    /// Not to be sent after this moment.
+    /// Time after which it must not be sent.
     pub expires: Option<Now>,
 }
 
-/// What goes before a request in its frame.
+/// Requests before the main one in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Before {
     /// Nothing.
@@ -181,7 +183,7 @@ impl Next {
     ///
     /// # Errors
     ///
-    /// [`Error::Unsendable`] for a request that fits no record; those of a motion do.
+    /// [`Error::Unsendable`] for a request that does not fit a record; those of a motion do.
     pub fn requests(&self, drive: SubsystemId) -> Result<Vec<RequestBuf>, Error> {
         let mut all = Vec::with_capacity(3);
         match self.before {
@@ -203,37 +205,37 @@ impl Next {
     }
 }
 
-/// What ends a motion when nothing renews it.
+/// What ends a motion that is not renewed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
-    /// Not yet known.
+    /// Not known yet.
     Ask,
-    /// MoveHold.
+    /// MoveHold ends it.
     Hold,
-    /// The destination of its step; MoveTimeout where limits are off.
+    /// The destination of its step ends it; MoveTimeout if limits are off.
     Steps { timeout: bool },
 }
 
 #[derive(Debug)]
 enum Phase {
-    /// What ends the motion is to be asked.
+    /// Ask what ends the motion.
     Ask,
-    /// Move is to be sent.
+    /// Send Move.
     Move,
-    /// Held: to be renewed at this time.
+    /// Held; renew at this time.
     Held(Now),
-    /// To be renewed now.
+    /// Renew now.
     Renew,
-    /// Stop is to be sent at this time.
+    /// Send Stop at this time.
     Stop(Now),
-    /// To be looked at, at this time, to see whether it stands.
+    /// Check at this time whether the drive is at rest.
     Check(Now),
-    /// Stop is denied during a program: to be sent where it is.
+    /// Stop is denied during a program: send Move to the present position.
     StayAt(i16),
     Ended,
 }
 
-/// A motion that is held: no I/O, no clock.
+/// State of a held motion, without I/O and clock.
 #[derive(Debug)]
 pub struct JogCore {
     drive: SubsystemId,
@@ -242,19 +244,19 @@ pub struct JogCore {
     ends: End,
     steps: Steps,
     phase: Phase,
-    /// When the last frame was sent, and how long an answer takes.
+    /// Time of the last frame, and the usual duration of an answer.
     sent: Now,
     rtt: Duration,
     limitless: bool,
     lease_until: Now,
-    /// When Move was sent first.
+    /// Time of the first Move.
     began: Now,
     seen_moving: bool,
     reason: Option<Reason>,
     stopping_since: Now,
-    /// The last answer to anything.
+    /// Time of the last answer.
     heard: Now,
-    /// A Move may still arrive.
+    /// A Move may still arrive at the monitor.
     stray_move: bool,
     stands_since: Option<Now>,
     denied_by: Option<SubsystemId>,
@@ -288,12 +290,12 @@ impl JogCore {
         }
     }
 
-    /// How long an answer usually takes, as soon as that is known.
+    /// Sets the usual round trip, once it is known.
     pub fn set_rtt(&mut self, rtt: Option<Duration>) {
         self.rtt = rtt.unwrap_or(self.rtt);
     }
 
-    /// Whether the monitor has MoveHold, if that is known.
+    /// Whether the monitor has MoveHold, if known.
     pub fn holds(&self) -> Option<bool> {
         (self.ends != End::Ask).then_some(self.ends == End::Hold)
     }
@@ -303,7 +305,7 @@ impl JogCore {
         self.drive
     }
 
-    /// A Move as this motion sends it.
+    /// The Move request of this motion.
     pub const fn request(&self) -> Request<'static> {
         Request::new(self.drive, Body::Move { destination: self.far() })
     }
@@ -315,12 +317,12 @@ impl JogCore {
         }
     }
 
-    /// It is still held: not ended, and not about to be stopped.
+    /// Whether it is held: not ended, and not being stopped.
     pub const fn is_held(&self) -> bool {
         self.reason.is_none() && self.end.is_none() && !matches!(self.phase, Phase::Ended)
     }
 
-    /// Holds it for another lease. `false`: too late, it is being stopped or has ended.
+    /// Extends it by another lease; `false` if it is being stopped or has ended.
     pub fn renew(&mut self, now: Now) -> bool {
         self.handle_timeout(now);
         let held = self.is_held();
@@ -330,7 +332,7 @@ impl JogCore {
         held
     }
 
-    /// Lets it go, or takes it away.
+    /// Stops it, for this reason.
     pub fn stop(&mut self, now: Now, reason: Reason) {
         if !self.is_held() {
             return;
@@ -341,12 +343,12 @@ impl JogCore {
         self.phase = Phase::Stop(now);
     }
 
-    /// Another motion of the same drive begins: nothing more is sent for this one.
+    /// Ends it because another motion of the same drive starts: nothing more is sent.
     pub fn replace(&mut self) {
         self.finish(JogEnd::Replaced);
     }
 
-    /// Time has passed.
+    /// Handles the time: see [`JogCore::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Now) {
         if now >= self.lease_until {
             self.stop(now, Reason::Lapsed);
@@ -357,7 +359,7 @@ impl JogCore {
         }
     }
 
-    /// When [`JogCore::handle_timeout`] or [`JogCore::poll_next`] is to be called at the latest.
+    /// Latest time for the next call of [`JogCore::handle_timeout`] or [`JogCore::poll_next`].
     pub fn poll_timeout(&self) -> Option<Now> {
         let lease = self.is_held().then_some(self.lease_until);
         let phase = match self.phase {
@@ -367,8 +369,8 @@ impl JogCore {
         lease.into_iter().chain(phase).min()
     }
 
-    /// The next frame, when none of this motion is under way. [`JogCore::handle_result`] wants its
-    /// results.
+    /// The next frame, unless one of this motion is under way. Its results go to
+    /// [`JogCore::handle_result`].
     pub fn poll_next(&mut self, now: Now) -> Option<Next> {
         self.handle_timeout(now);
         let lease = Some(self.lease_until);
@@ -401,15 +403,15 @@ impl JogCore {
         }
     }
 
-    /// Long enough for a renewal that is lost to be sent again, or that waits for the answer to a poll,
-    /// and no longer.
+    /// Long enough for a lost renewal to be sent again, or for one that waits for the answer to a
+    /// poll, and no longer.
     fn move_hold_ms(&self) -> u32 {
         let hold = (self.rtt * 5 / 2 + HOLD_SPARE).max(self.hold.repeat * 2).max(HOLD_LEAST);
         let theirs = hold * self.hold.clock_permille / 1000;
         u32::try_from(theirs.min(HOLD_MOST).as_millis()).unwrap_or(u32::MAX)
     }
 
-    /// What came of the frame that [`JogCore::poll_next`] gave last: a result for each request.
+    /// Takes the results of the last frame of [`JogCore::poll_next`], one for each request.
     pub fn handle_result(&mut self, now: Now, mut results: Vec<Result<Answers, Error>>) {
         let Some(last) = results.pop() else { return };
         let answers = match last {
@@ -427,14 +429,15 @@ impl JogCore {
             (RequestId::MOVE, None) => {
                 self.stray_move = false;
                 match answers.accepted() {
-                    // It moves, and nothing will end it: another monitor answers than before.
+                    // The drive moves, and nothing will end it: another monitor answers than
+                    // before.
                     Ok(_) if !before => {
                         self.ends = End::Ask;
                         self.stop(now, Reason::Refused);
                     }
                     Ok(_) => self.phase = Phase::Held(self.next_renewal(now)),
-                    // The first Move refused: nothing moves. A repeated one: another has the drive
-                    // now, or it is at fault.
+                    // The first Move was refused: nothing moves. A repeated one was refused:
+                    // another client controls the drive, or it is faulty.
                     Err(error) if !self.seen_moving => self.finish(JogEnd::Refused(error)),
                     Err(_) => self.stop(now, Reason::Refused),
                 }
@@ -443,7 +446,8 @@ impl JogCore {
             (RequestId::GET_STATUS, Some(reason)) => {
                 self.checked(now, reason, drive_status(&answers));
             }
-            // To where it is: refused means that another has it.
+            // Move to the present position: a refusal means that another subsystem controls the
+            // drive.
             (RequestId::MOVE, Some(_)) if status.is_success() => {
                 self.phase = Phase::Check(now + CHECK);
             }
@@ -456,12 +460,12 @@ impl JogCore {
         }
     }
 
-    /// Renewals keep their pace: an answer that took long does not delay the next.
+    /// Renewals keep their period: a slow answer does not delay the next one.
     fn next_renewal(&self, now: Now) -> Now {
         now.max(self.sent + self.hold.repeat)
     }
 
-    /// What ends a motion of this monitor when nothing renews it.
+    /// Evaluates what ends a motion of this monitor that is not renewed.
     fn asked(&mut self, now: Now, results: &[Result<Answers, Error>], status: Option<DriveStatus>) {
         let Some(status) = status else { return self.stop(now, Reason::LinkLost) };
         let holds = results.first().and_then(success).is_some();
@@ -473,25 +477,25 @@ impl JogCore {
         self.phase = Phase::Move;
     }
 
-    /// `false`: nothing ends this motion by itself.
+    /// Evaluates the drive's state; `false` if nothing ends this motion by itself.
     fn saw(&mut self, now: Now, status: DriveStatus) -> bool {
         self.limitless = status.flags.contains(DriveFlags::LIMITLESS);
         self.steps.saw(now, status);
         !self.limitless || matches!(self.ends, End::Hold | End::Steps { timeout: true })
     }
 
-    /// The end, once.
+    /// The end of the motion, returned once.
     pub const fn poll_end(&mut self) -> Option<JogEnd> {
         self.end.take()
     }
 
-    /// The connection is lost and will not be made again.
+    /// The connection is lost and will not be reopened.
     pub fn gone(&mut self, error: Error) {
         self.finish(JogEnd::Unknown(error));
     }
 
     fn unanswered(&mut self, now: Now, error: Error) {
-        // Not sent because its time was over: the lease says the rest.
+        // Not sent because its time limit passed: the lease decides.
         let expired = matches!(&error, Error::NotSent { .. });
         if self.reason.is_none() {
             self.handle_timeout(now);
@@ -501,11 +505,11 @@ impl JogCore {
         if matches!(error, Error::Closed) || now >= self.heard + SILENCE_MAX {
             return self.finish(JogEnd::Unknown(error));
         }
-        // A Stop without answer is followed by a Stop.
+        // A Stop without answer is followed by another Stop.
         self.phase = Phase::Stop(now + CHECK);
     }
 
-    /// A look at a drive that is held.
+    /// Evaluates the state of a drive that is held.
     fn looked(&mut self, now: Now, status: Option<DriveStatus>) {
         let Some(status) = status else { return self.stop(now, Reason::LinkLost) };
         if !self.saw(now, status) {
@@ -514,7 +518,7 @@ impl JogCore {
         let moving = status.flags.contains(DriveFlags::MOVE);
         self.seen_moving |= moving;
         let held = self.ends == End::Hold;
-        // A step that was too short has ended; the next is longer.
+        // A step that was too short has ended; the next one is longer.
         let arrived = !held && self.steps.has_arrived(&status);
         if moving && held {
             self.phase = Phase::Held(self.next_renewal(now));
@@ -527,7 +531,7 @@ impl JogCore {
         }
     }
 
-    /// A look at a drive that is to stand.
+    /// Evaluates the state of a drive that is to be at rest.
     fn checked(&mut self, now: Now, reason: Reason, status: Option<DriveStatus>) {
         self.phase = Phase::Stop(now);
         let Some(status) = status else { return };
@@ -561,7 +565,7 @@ impl JogCore {
     }
 }
 
-/// The answers, unless the monitor did not do what was asked.
+/// The answers, if the monitor executed all requests.
 fn success(result: &Result<Answers, Error>) -> Option<&Answers> {
     result.as_ref().ok().filter(|answers| answers.first().status().is_success())
 }
@@ -577,7 +581,7 @@ fn value(answers: &Answers) -> Option<i32> {
 fn drive_status(answers: &Answers) -> Option<DriveStatus> {
     match answers.first().decode().ok()?.data {
         Reply::Drive(status) => Some(status),
-        // The Deployer's structure is a drive's, and so is its Move flag (§3.3).
+        // The Deployer's state has the structure of a drive, with the same Move flag (§3.3).
         Reply::Deployer(status) => Some(DriveStatus {
             flags: DriveFlags::from_bits_retain(status.flags.bits()),
             position: status.position,

@@ -1,18 +1,18 @@
 //! Several monitors on one link: a [`Session`] for each address, one frame on the line at a time.
 //!
-//! A line is half duplex, and behind a TCP connection there may be one. So a session that has sent
-//! holds the line until its answer comes or its time is over; then the next one has its turn, round
-//! and round. Urgent requests go first, whichever monitor they are for, then what keeps a held motion
-//! going; both wait for a frame that is out no longer than [`Config::patience`]. A monitor that has not
-//! answered twice is taken for absent: its reads wait for a share of the line that all absent ones
-//! have together, until something of it is heard.
+//! A line is half duplex, and there may be one behind a TCP connection. So a session that has sent
+//! a frame occupies the line until its answer comes or its time limit passes; then the next session
+//! has its turn, in rotation. Urgent requests come first, for any monitor, then the frames of a
+//! held motion; both wait at most [`Config::patience`] for an outstanding frame. A monitor that has
+//! not answered twice counts as absent: its reads wait for the share of the line that all absent
+//! ones have together, until a frame of it is received.
 
 use std::cmp::Reverse;
 use std::time::Duration;
 
 use lafet_proto::bus::CONTROLLER;
 
-use super::bus_ear::BusEar;
+use super::bus_access::BusAccess;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
 use super::medium::{Addresses, Framing, Role};
@@ -20,10 +20,10 @@ use super::operation::Haste;
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
 use crate::answers::RequestBuf;
 
-/// A controller has tried three times by then: 150, 300 and 600 ms (observed), and the frames.
+/// By then a controller has tried three times: 150, 300 and 600 ms (observed), and the frames.
 const CONTROLLER_GIVES_UP: Duration = Duration::from_millis(1200);
 
-/// Absent monitors are asked so seldom that waiting for them takes one part in so many of the line.
+/// Waiting for absent monitors takes at most one part in this many of the line's time.
 const ABSENT_SHARE: u32 = 13;
 
 /// The sessions of a link: see the module's documentation.
@@ -33,28 +33,28 @@ pub struct Line {
     pub(super) sessions: Vec<Session>,
     input: Input,
     echo: EchoFilter,
-    /// Whose turn is looked at first.
+    /// Index of the session that is considered first.
     turn: usize,
-    /// To which the last frame went, and whether no answer of it was known, or not lately.
+    /// Session of the last frame, and whether its monitor had not answered, or not recently.
     last: Option<(usize, bool)>,
-    /// From when on an absent monitor may be asked again.
+    /// Earliest time to send to an absent monitor again.
     absent_from: Now,
-    /// One frame may be sent now, in the role `active`.
+    /// In the role `active`: one frame may be sent now.
     pub(super) granted: bool,
     connected: bool,
     connected_at: Now,
     pub(super) heard: Option<Now>,
-    /// The connection is a new one: it is listened to from the next look at the time on.
+    /// The connection is new: listening starts at the next call with a time.
     fresh: bool,
-    /// Nothing but what is urgent is sent before.
+    /// Until then only urgent frames are sent.
     listen_until: Now,
-    pub(super) bus: BusEar,
+    pub(super) bus: BusAccess,
     foreign: u64,
     tracing: bool,
 }
 
 impl Line {
-    /// A line without connection; sessions come into being with the first request to an address.
+    /// A line without connection; a session is created with the first request to an address.
     pub fn new(config: Config) -> Self {
         let timeout = match config.role {
             Role::Direct => config.timeout,
@@ -75,13 +75,13 @@ impl Line {
             heard: None,
             fresh: false,
             listen_until: Now::ZERO,
-            bus: BusEar::default(),
+            bus: BusAccess::default(),
             foreign: 0,
             tracing: false,
         }
     }
 
-    /// How it behaves; the monitor's address is the first one's.
+    /// The configuration; its monitor address is that of the first session.
     pub const fn config(&self) -> &Config {
         &self.config
     }
@@ -110,12 +110,12 @@ impl Line {
         }
     }
 
-    /// There is a connection.
+    /// The connection is open.
     pub fn handle_connected(&mut self, now: Now) {
         self.connected = true;
         self.fresh = true;
         self.granted = false;
-        self.bus = BusEar::default();
+        self.bus = BusAccess::default();
         self.input.reset();
         self.echo.reset();
         self.connected_at = now;
@@ -130,12 +130,12 @@ impl Line {
         self.sessions.iter_mut().for_each(|session| session.handle_disconnected(now));
     }
 
-    /// Bytes of a stream have come.
+    /// Takes bytes of a stream.
     pub fn handle_bytes(&mut self, now: Now, bytes: &[u8]) {
         self.heard = Some(now);
         let bytes = self.echo.received(bytes);
         if self.config.framing == Framing::Records {
-            // Bare records bear no address: one monitor a connection.
+            // Bare records have no addresses: one monitor for each connection.
             self.sessions.iter_mut().take(1).for_each(|session| session.handle_bytes(now, &bytes));
             return;
         }
@@ -143,23 +143,23 @@ impl Line {
         self.handle_input(now);
     }
 
-    /// A datagram has come: one link frame (ours).
+    /// Takes a datagram: one link frame (ours).
     pub fn handle_datagram(&mut self, now: Now, datagram: &[u8]) {
         self.input.push_datagram(datagram);
         self.handle_input(now);
     }
 
-    /// Time has passed: see [`Line::poll_timeout`].
+    /// Handles the time: see [`Line::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Now) {
         if std::mem::take(&mut self.fresh) {
             self.listen_until = now + self.config.listen;
         }
         self.sessions.iter_mut().for_each(|session| session.handle_timeout(now));
-        self.mind_the_others(now);
-        self.mind_the_bus(now);
+        self.adapt_waits(now);
+        self.end_vain_waits(now);
     }
 
-    /// When [`Line::handle_timeout`] or [`Line::poll_transmit`] is to be called at the latest.
+    /// Latest time for the next call of [`Line::handle_timeout`] or [`Line::poll_transmit`].
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
         let waiting = |session: &&Session| !self.connected || session.wants(now).is_none();
         let timers = self.sessions.iter().filter(waiting).filter_map(|s| s.poll_timeout(now));
@@ -169,7 +169,7 @@ impl Line {
         timers.chain(self.send_from(now)).chain(self.bus_timeout(now)).chain(absent).min()
     }
 
-    /// Bytes to send, if any.
+    /// The next bytes to send.
     pub fn poll_transmit(&mut self, now: Now) -> Option<Vec<u8>> {
         self.handle_timeout(now);
         if let Some(word) = self.word(now) {
@@ -187,8 +187,9 @@ impl Line {
             return None;
         }
         let (haste, count) = (self.haste(now), self.sessions.len());
-        // Of the monitors that answer, one has its turn after each that may not, or did not: the one
-        // heard last, for when many fall silent at once, the others only seem to answer.
+        // After each monitor that did not or may not answer, one that answers has its turn: the one
+        // heard most recently, because when many stop answering at once, the others only seem to
+        // answer.
         let doubtful = self.last.is_some_and(|(index, was)| was || !self.is_present(index));
         let mut by_presence = Vec::new();
         if doubtful && count > 1 {
@@ -206,7 +207,7 @@ impl Line {
             if let Some((sent, until)) = session.occupies(now).filter(|_| absent) {
                 self.absent_from = now + (until - sent) * ABSENT_SHARE;
             }
-            // The round goes on where it was left for a monitor that answers.
+            // The rotation continues where it was left for a monitor that answers.
             if !(doubtful && present) {
                 self.turn = (index + 1) % count;
             }
@@ -218,35 +219,35 @@ impl Line {
         None
     }
 
-    /// All sessions, from the one whose turn is looked at first.
+    /// Indexes of all sessions, starting with the one considered first.
     fn round(&self) -> impl Iterator<Item = usize> {
         let (turn, count) = (self.turn, self.sessions.len());
         (0..count).map(move |step| (turn + step) % count)
     }
 
-    /// An operation that has ended.
+    /// The next operation that has ended.
     pub fn poll_outcome(&mut self) -> Option<(Ticket, Outcome)> {
         self.sessions.iter_mut().find_map(Session::poll_outcome)
     }
 
-    /// A frame that was sent or received.
+    /// The next recorded frame.
     pub fn poll_traced(&mut self) -> Option<Traced> {
         self.sessions.iter_mut().find_map(Session::poll_traced)
     }
 
-    /// Keep, or do not keep, every frame for [`Line::poll_traced`].
+    /// Switches the recording of frames for [`Line::poll_traced`].
     pub fn set_tracing(&mut self, on: bool) {
         self.tracing = on;
         self.sessions.iter_mut().for_each(|session| session.set_tracing(on));
     }
 
-    /// What was exchanged with the monitor at an address, and what the link has dropped.
+    /// Counters of the exchange with the monitor at an address, and of frames dropped on the link.
     pub fn stats(&self, address: u8) -> Stats {
         let session = self.sessions.iter().find(|s| s.config().addresses.monitor == address);
         self.counted(session.map(Session::stats).unwrap_or_default())
     }
 
-    /// All addresses together; round trips are those of the first.
+    /// Counters of all addresses together; round trips are those of the first.
     pub fn total(&self) -> Stats {
         let all = self.sessions.iter().map(Session::stats).reduce(Stats::and);
         let all = all.unwrap_or_default();
@@ -254,28 +255,28 @@ impl Line {
         self.counted(Stats { reconnects: reconnects.unwrap_or(0), ..all })
     }
 
-    /// A Stop, Close or Lockout is still to be sent or answered.
+    /// Whether a Stop, Close or Lockout is still to be sent or answered.
     pub fn is_urgent(&self) -> bool {
         self.sessions.iter().any(Session::is_urgent)
     }
 
-    /// Nothing waits and nothing is outstanding.
+    /// Whether no operation is waiting or outstanding.
     pub fn is_idle(&self) -> bool {
         self.sessions.iter().all(Session::is_idle)
     }
 
-    /// Until when a request waits because its monitor does not answer tags (see `doubt`).
+    /// Time until which a request waits because its monitor does not answer tags (see `late_answers`).
     pub fn held_until(&self, now: Now) -> Option<Now> {
         self.sessions.iter().filter_map(|session| session.held_until(now)).max()
     }
 
-    /// Tries in a row that nobody at all has answered: the connection may be half open.
+    /// Consecutive transmissions without any answer: a TCP connection may be half open.
     pub fn silent_tries(&self) -> u32 {
         let used = self.sessions.iter().filter(|session| session.stats().frames_sent > 0);
         used.map(Session::silent_tries).min().unwrap_or(0)
     }
 
-    /// From when on the next frame may go out; `None` if there is none, or no grant.
+    /// Earliest time of the next frame; `None` without a frame to send or a grant.
     fn send_from(&self, now: Now) -> Option<Now> {
         if !self.connected || (self.config.role == Role::Active && !self.granted) {
             return None;
@@ -287,7 +288,7 @@ impl Line {
             Some(if haste == Haste::Usual { until } else { until.min(overtaken) })
         });
         let quiet = self.heard.map(|heard| heard + self.config.turnaround);
-        // A console waits for its grant anyway, and the controller itself for nobody.
+        // A console waits for its grant anyway; the controller itself does not wait.
         let listens = self.config.role == Role::Direct
             && self.config.addresses.source != CONTROLLER
             && haste == Haste::Usual;
@@ -295,19 +296,19 @@ impl Line {
         Some(free.chain(quiet).chain(listened).fold(now, Now::max))
     }
 
-    /// What presses most of what may be sent now.
+    /// The highest priority among the frames that may be sent now.
     fn haste(&self, now: Now) -> Option<Haste> {
         self.sessions.iter().filter_map(|session| self.wants(session, now)).max()
     }
 
-    /// Absent monitors have a share of the line together, however many they are.
+    /// All absent monitors share one part of the line's time, however many they are.
     fn wants(&self, session: &Session, now: Now) -> Option<Haste> {
         let rests = now < self.absent_from && session.can_wait();
         session.wants(now).filter(|_| !rests)
     }
 
-    /// Each monitor's waits follow what the others on the line need.
-    fn mind_the_others(&mut self, now: Now) {
+    /// Adapts the waits of each monitor to the others on the line.
+    fn adapt_waits(&mut self, now: Now) {
         if self.sessions.len() < 2 {
             return;
         }
@@ -339,7 +340,7 @@ impl Line {
 
     fn count_foreign(&mut self, frame: &Incoming) {
         self.foreign += 1;
-        // Shown among the frames of a session, so that the order is kept.
+        // Recorded with the frames of a session, so that the order is kept.
         if let (Some((dst, src)), Some(session)) = (frame.addresses, self.sessions.first_mut()) {
             session.trace(Verdict::Foreign, dst, src, false, &frame.payload);
         }
@@ -369,7 +370,7 @@ impl Line {
         }
         let Addresses { source, .. } = self.config.addresses;
         let addresses = Addresses { monitor: address, source };
-        // A controller is no monitor (§B): it may not answer what is for subsystems.
+        // A controller is not a monitor (§B): it may not answer requests to subsystems.
         let outlives = self.config.outlives && address != CONTROLLER;
         let mut session = Session::new(Config { addresses, outlives, ..self.config.clone() });
         session.set_tracing(self.tracing);

@@ -1,20 +1,20 @@
-//! Which answers belong to which requests (§1, §2): nothing that does not match is believed.
+//! Assignment of answers to requests (§1, §2); answers that do not match are rejected.
 
 use lafet_proto::{ParamId, Record, RequestId, Status, SubsystemId};
 
 use crate::answers::{AnswerBuf, Answers, RequestBuf};
 
-/// What a frame of answers says about one request of the frame of requests.
+/// The answer of a frame to one request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Slot {
     /// It was answered.
     Answered(Answers),
-    /// The output buffer was full before its turn came: it was not executed (§1).
+    /// Not executed: the output buffer was full before its turn came (§1).
     NotExecuted,
 }
 
-/// Deals the answers of a frame out to its requests, in order (§1); `None` if the frame cannot be
-/// the answer to these requests.
+/// Assigns the answers of a frame to its requests, in order (§1); `None` if the frame cannot answer
+/// these requests.
 pub fn deal(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Vec<Slot>> {
     let mut rest = records;
     let mut full = false;
@@ -24,8 +24,8 @@ pub fn deal(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Vec<Slot>
             slots.push(Slot::NotExecuted);
             continue;
         }
-        // General's last word instead of an answer: nothing from here on was executed. When it is
-        // all there is, it stays an answer, for sending the same again would not help.
+        // General's last record instead of an answer: no request from here on was executed. If it
+        // is the only record, it remains an answer, because sending the same again would not help.
         if let [last] = rest
             && is_full(last)
             && !slots.is_empty()
@@ -44,7 +44,8 @@ pub fn deal(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Vec<Slot>
             answers.iter().map(AnswerBuf::new).collect(),
         )?));
         rest = others;
-        // Who had no room says so, and General adds that the others were not executed (§1, note).
+        // A subsystem without room reports it, and General adds that the others were not executed
+        // (§1, note).
         let lacks_room = answers.last().is_some_and(|record| record.status == Status::NO_ROOM);
         if lacks_room && matches!(rest, [] | [_]) && rest.iter().all(is_full) {
             rest = &[];
@@ -76,16 +77,16 @@ fn group(request: &RequestBuf, records: &[Record<'_>]) -> Option<usize> {
                 && !std::mem::replace(double, true)
         })
         .count();
-    // Subsystems of the future may be among them, but no monitor is made of those alone.
+    // Unknown subsystems may be among them, but no monitor consists only of those.
     records[..count].iter().any(|record| record.device.name().is_some()).then_some(count)
 }
 
-/// All and Motors are addresses, and nobody answers from them (§1).
+/// All and Motors are only addressees; no answer comes from them (§1).
 pub const fn is_group(id: SubsystemId) -> bool {
     matches!(id, SubsystemId::ALL | SubsystemId::MOTORS)
 }
 
-/// The addressee may say anything; others may only refuse in its stead (§1).
+/// The addressee may answer anything; other subsystems may only refuse in its stead (§1).
 fn may_answer(request: &RequestBuf, from: SubsystemId, status: Status) -> bool {
     if from == request.to() {
         return true;
@@ -127,7 +128,7 @@ fn is_control(request: RequestId) -> bool {
     )
 }
 
-/// §3.4, §3.5, §3.21: an answer repeats the id of the parameter. A refusal may leave it out.
+/// §3.4, §3.5, §3.21: whether an answer repeats the id of the parameter. A refusal may omit it.
 fn fits_param(request: &RequestBuf, record: &Record<'_>) -> bool {
     let Some(param) = request.param() else { return true };
     match record.data {
@@ -137,7 +138,7 @@ fn fits_param(request: &RequestBuf, record: &Record<'_>) -> bool {
     }
 }
 
-/// General says that the output buffer is full.
+/// Whether General reports a full output buffer.
 fn is_full(record: &Record<'_>) -> bool {
     record.device == SubsystemId::GENERAL && record.status == Status::NO_ROOM
 }
@@ -160,7 +161,7 @@ mod tests {
         deal(std::slice::from_ref(request), records).is_some()
     }
 
-    /// §3.1/1, /2, /6: who may answer in the addressee's stead, and what.
+    /// §3.1/1, /2, /6: the subsystems that may answer in the addressee's stead, with their answers.
     #[test]
     fn interceptors_may_only_refuse() {
         let moving = buf(SubsystemId::VERTICAL, Body::Move { destination: 1 });
@@ -180,7 +181,7 @@ mod tests {
 
         let wrap = buf(SubsystemId::DEPLOYER, Body::Wrap);
         assert!(believed(&wrap, &[record(RequestId::WRAP, SubsystemId::VALVE1, Status::DENIED)]));
-        // §3.4: the request is handled by its addressee alone.
+        // §3.4: only the addressee handles the request.
         let reading = buf(SubsystemId::VERTICAL, Body::GetStatus);
         let denied = record(RequestId::GET_STATUS, SubsystemId::DEPLOYER, Status::DENIED);
         assert!(!believed(&reading, &[denied]));
@@ -209,7 +210,7 @@ mod tests {
         assert!(!believed(&request, &answer(Status::INVALID_ID, &[1, 2])));
     }
 
-    /// §1: answers to All come one behind the other, then those to the next request.
+    /// §1: answers to All are adjacent, followed by those to the next request.
     #[test]
     fn answers_are_dealt_out_in_order() {
         let requests = [
@@ -232,10 +233,11 @@ mod tests {
         assert_eq!(deal(&requests, &answers[..3]), None, "one too few");
         assert_eq!(deal(&requests[..2], &answers), None, "one too many");
         let double = [stop(SubsystemId::CONTROL), stop(SubsystemId::CONTROL), status, status];
-        assert_eq!(deal(&requests, &double), None, "nobody answers twice");
+        assert_eq!(deal(&requests, &double), None, "no subsystem answers twice");
     }
 
-    /// §1, §2 NoRoom: the one without room says so, General adds one for all that follow.
+    /// §1, §2 NoRoom: the subsystem without room reports it, General adds one record for all that
+    /// follow.
     #[test]
     fn no_room_tells_what_was_not_executed() {
         let requests = [
@@ -258,16 +260,16 @@ mod tests {
             assert!(matches!(&slots[1], Slot::Answered(all) if all.lacks_room()));
             assert_eq!(slots[2], Slot::NotExecuted);
         }
-        // General alone speaks for the rest.
+        // Only General answers for the rest.
         let answers = [vertical, status(SubsystemId::GENERAL, Status::NO_ROOM)];
         let requests = [requests[0].clone(), requests[0].clone(), requests[2].clone()];
         let slots = deal(&requests, &answers).expect("they match");
         assert_eq!(slots[1..], [Slot::NotExecuted, Slot::NotExecuted]);
-        // Nothing fits at all: that is an answer.
+        // Nothing fits: that is an answer.
         let alone = [status(SubsystemId::GENERAL, Status::NO_ROOM)];
         let slots = deal(&requests[..1], &alone).expect("it matches");
         assert!(matches!(&slots[0], Slot::Answered(one) if one.lacks_room()));
-        // What follows must be the end.
+        // No record may follow.
         assert_eq!(deal(&requests, &[vertical, alone[0], vertical]), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What lies between this side and the monitors: addresses, framing, role on a bus, echo.
+//! The medium between this side and the monitors: addresses, framing, role on a bus, echo.
 
 use lafet_proto::bus;
 
@@ -17,34 +17,34 @@ impl Default for Addresses {
     }
 }
 
-/// What travels over a TCP connection.
+/// Contents of a TCP connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Framing {
     /// Link frames, as on every other medium.
     #[default]
     Link,
-    /// §C/3 Bare records, one monitor a connection.
+    /// §C/3 Bare records, one monitor for each connection.
     Records,
 }
 
-/// What a client is on its bus.
+/// Role of a client on its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Role {
-    /// Alone with its monitors: it speaks when it wants to.
+    /// The only client of its monitors: transmits at any time.
     #[default]
     Direct,
-    /// A console on a bus with a controller (observed): it speaks when it has access.
+    /// A console on a bus with a controller (observed): transmits when it has access.
     Active,
 }
 
-/// What is done about bytes that come back because the receiver hears its own sender.
+/// Handling of bytes that come back because the receiver hears its own sender.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Echo {
-    /// None comes.
+    /// No echo.
     #[default]
     Off,
-    /// It comes and is taken away.
+    /// The echo is removed.
     Strip,
-    /// It comes, is taken away, and has to be what was sent: if not, two speak at once.
+    /// The echo is removed, and compared with the sent bytes: a difference is a collision.
     Verify,
 }

@@ -1,58 +1,58 @@
-//! What a session sends: an operation is a frame of requests, from its queue to its outcome.
+//! An operation: a frame of requests, from the queue to the outcome.
 
 use lafet_proto::RequestId;
 
 use super::check::Forms;
-use super::doubt::Tag;
+use super::late_answers::Tag;
 use super::medium::Framing;
 use super::{Now, Ticket};
 use crate::answers::RequestBuf;
 use crate::deviation::Deviation;
 
-/// Requests that go out in one frame. None at all: a presence probe.
+/// Requests of one frame. None: a presence probe.
 #[derive(Debug)]
 pub struct Operation {
     pub ticket: Ticket,
     pub requests: Vec<RequestBuf>,
     pub submitted: Now,
-    /// How often it has been sent such that an answer can be believed.
+    /// Number of transmissions whose answers can be accepted.
     pub tries: u32,
-    /// It has been on the line, so it may have been executed.
+    /// It has been transmitted, so it may have been executed.
     pub sent: bool,
-    /// When it was sent first over this connection such that an answer can be believed.
+    /// Time of the first transmission over this connection whose answer can be accepted.
     pub first_sent: Option<Now>,
-    /// Not to be sent after this moment.
+    /// Time after which it must not be sent.
     pub expires: Option<Now>,
-    /// Nobody waits for the outcome any more.
+    /// The caller does not wait for the outcome any more.
     pub cancelled: bool,
-    /// The monitor answered with something that is no answer to it, over whatever connection.
+    /// Deviation of an answer of the monitor to it, over any connection.
     pub odd: Option<Deviation>,
-    /// What came of the monitor instead has neither the tag nor anything that was asked lately.
+    /// Request of an answer that has neither the tag nor any recent request.
     pub stray: Option<RequestId>,
 }
 
-/// What goes first on a line, whichever monitor it is for.
+/// Priority of an operation on a line, for any monitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Haste {
     Usual,
-    /// What keeps a motion by hand going: late, it ends.
+    /// Keeps a held motion going: late, the motion would end.
     Held,
     /// Stop, Close and Lockout on.
     Urgent,
 }
 
-/// The operation whose frame is out.
+/// The operation whose frame was sent.
 #[derive(Debug)]
 pub struct Outstanding {
     pub operation: Operation,
     pub tag: Option<Tag>,
-    /// Tries of this stay on the line; answers to any of them are answers to the operation.
+    /// Transmissions of this frame; an answer to any of them answers the operation.
     pub tries: u32,
     pub sent: Now,
     pub deadline: Now,
     /// To be sent (again) by the next poll_transmit.
     pub due: bool,
-    /// Before this moment a matching answer may still be another frame's (urgent, without tag).
+    /// Until then a matching answer may belong to another frame (urgent, without tag).
     pub believe_from: Now,
     /// An answer without the tag has come.
     pub untagged: bool,
@@ -77,8 +77,8 @@ pub struct Recent {
 }
 
 impl Outstanding {
-    /// The tag is the end of the frame: of bare records, where nothing else marks it, and of what
-    /// is urgent, which a monitor that stumbles over the tag has executed by then.
+    /// Whether the tag is at the end of the frame: for bare records, where nothing else marks the
+    /// end, and for urgent requests, which a monitor that fails on the tag has executed by then.
     pub fn tag_ends(&self, framing: Framing) -> bool {
         framing == Framing::Records || self.operation.is_urgent()
     }
@@ -109,7 +109,7 @@ impl Operation {
         self.requests.first().map(RequestBuf::id)
     }
 
-    /// It belongs to a motion that is held.
+    /// Whether it belongs to a held motion.
     pub const fn is_held(&self) -> bool {
         self.expires.is_some()
     }
@@ -126,7 +126,7 @@ impl Operation {
         !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_urgent)
     }
 
-    /// A frame that has only a tag: does the monitor answer it?
+    /// A frame with only a tag, to find out whether the monitor answers it.
     pub const fn question(now: Now) -> Self {
         Self::new(Ticket::QUESTION, Vec::new(), now, None)
     }

@@ -1,4 +1,4 @@
-//! What comes in: which frames are believed, and what the others are.
+//! Received frames: which are accepted as answers, and what the others are.
 
 use lafet_proto::link::Check;
 use lafet_proto::{Record, RequestId, SubsystemId};
@@ -19,7 +19,7 @@ impl Session {
         }
     }
 
-    /// A frame received without errors, whoever sent it to whom.
+    /// Takes a frame received without errors, from and to any address.
     pub(super) fn handle_incoming(&mut self, now: Now, frame: &Incoming) {
         let Addresses { monitor, source } = self.config.addresses;
         let ours = frame.addresses.is_none_or(|(dst, src)| (dst, src) == (source, monitor));
@@ -39,7 +39,8 @@ impl Session {
         self.trace(verdict, dst, src, tagged, payload);
     }
 
-    /// A frame from the monitor to us: what it is, whether it has a tag, and what else is in it.
+    /// Takes a frame from the monitor to this side: classifies it, splits off a tag, evaluates the
+    /// rest.
     fn handle_payload<'p>(
         &mut self,
         now: Now,
@@ -48,7 +49,7 @@ impl Session {
     ) -> (Verdict, bool, &'p [u8]) {
         let Some(all) = records(payload) else { return (Verdict::Unmatched, false, payload) };
         let framing = self.config.framing;
-        // It answers in the form in which it was asked (§L/7).
+        // A monitor answers in the form of the request (§L/7).
         let asked = |o: &&mut Outstanding| o.tries > 0 && o.forms.has(check);
         let Some(outstanding) = self.outstanding.as_mut().filter(asked) else {
             return (self.classify(&all), false, payload);
@@ -67,7 +68,7 @@ impl Session {
         };
         let tagged = outstanding.tag.is_some();
         let Some(slots) = deal(&outstanding.operation.requests, rest) else {
-            // With the tag, or without doubt, it can only be meant as the answer.
+            // With the tag, or without doubt, it must be the answer.
             if now >= outstanding.believe_from {
                 outstanding.operation.odd = mismatch(&outstanding.operation.requests, rest);
             }
@@ -90,7 +91,7 @@ impl Session {
         (Verdict::Believed, tagged, bytes)
     }
 
-    /// Frames that answer nothing of this program are worth a word where no answer comes.
+    /// Remembers a frame that answers nothing of this program, to report it if no answer comes.
     fn note_stray(&mut self, verdict: Verdict, all: &[Record<'_>]) {
         if let (Verdict::Unmatched, Some(first), Some(out)) =
             (verdict, all.first(), &mut self.outstanding)
@@ -99,7 +100,7 @@ impl Session {
         }
     }
 
-    /// What a frame is that answers nothing outstanding.
+    /// Classifies a frame that does not answer the outstanding operation.
     fn classify(&self, all: &[Record<'_>]) -> Verdict {
         let first = all.first().map(|record| record.request);
         let ends = [all.first_chunk(), all.last_chunk()];
@@ -115,7 +116,7 @@ impl Session {
     }
 }
 
-/// Takes the tag off a frame that has it.
+/// Splits the tag off a frame that has it.
 fn split_tag<'r, 'a, 'p>(
     tag: Tag,
     all: &'r [Record<'a>],
@@ -134,8 +135,8 @@ fn split_tag<'r, 'a, 'p>(
     }
 }
 
-/// Whether a monitor that cannot answer tags would answer like this: it leaves them out, or has
-/// General refuse them in its own name.
+/// Whether a monitor that does not support tags would answer like this: without them, or with a
+/// refusal of General in its own name.
 fn is_untagged(operation: &Operation, all: &[Record<'_>]) -> bool {
     let refuses = |record: &Record<'_>| {
         record.request == RequestId::GET_STATUS

@@ -1,18 +1,18 @@
-//! What goes out, and when.
+//! Transmission: which frame is sent when.
 
 use std::time::Duration;
 
 use lafet_proto::link::{Check, compose, wire_max};
 
 use super::check::Forms;
-use super::doubt::{Tag, looks_like_tag};
+use super::late_answers::{Tag, looks_like_tag};
 use super::medium::{Addresses, Framing};
 use super::operation::{Echo, Haste, Operation, Outstanding};
 use super::{Now, Session, Verdict};
 use crate::answers::RequestBuf;
 
 impl Session {
-    /// Bytes to send, if any.
+    /// The next bytes to send.
     pub fn poll_transmit(&mut self, now: Now) -> Option<Vec<u8>> {
         if !self.connected {
             return None;
@@ -36,7 +36,7 @@ impl Session {
         let outstanding = self.outstanding.as_mut().filter(|outstanding| outstanding.due)?;
         outstanding.due = false;
         outstanding.sent = now;
-        // A frame sent too early to be believed is sent again as soon as it can be.
+        // A frame sent too early for its answer to be accepted is sent again as soon as possible.
         let believable = now >= outstanding.believe_from;
         outstanding.deadline = if believable { now + wait } else { outstanding.believe_from };
         outstanding.operation.tries += u32::from(believable);
@@ -87,7 +87,7 @@ impl Session {
         bytes
     }
 
-    /// The operation whose turn it is, if it may be sent now.
+    /// The next operation, if it may be sent now.
     pub(super) fn next(&mut self, now: Now) -> Option<Outstanding> {
         let urgent = !self.urgent.is_empty();
         let place = self.first_queued();
@@ -123,19 +123,19 @@ impl Session {
         })
     }
 
-    /// The place in the queue of what goes next: what keeps a motion going overtakes the rest.
+    /// Index in the queue of the next operation: those of a held motion come before the others.
     pub(super) fn first_queued(&self) -> usize {
         self.queue.iter().position(Operation::is_held).unwrap_or(0)
     }
 
-    /// Whether there is a frame to be sent now, and how pressing it is.
+    /// The priority of the frame to be sent now, if any.
     pub(super) fn wants(&self, now: Now) -> Option<Haste> {
         let wants = self.wants_now(now)?;
-        // What waits for the answer to a probe, but for what is urgent, waits on.
+        // Operations that wait for the answer to a probe keep waiting, except urgent ones.
         (wants == Haste::Urgent || !self.check.is_probing()).then_some(wants)
     }
 
-    /// Whether what is to be sent next is urgent.
+    /// Whether the next operation is urgent.
     pub(super) fn next_is_urgent(&self) -> bool {
         match &self.outstanding {
             Some(outstanding) => outstanding.operation.is_urgent(),
@@ -155,7 +155,7 @@ impl Session {
         }
     }
 
-    /// Since when the line is taken by a frame that is out, and until when.
+    /// Start and end of the time in which an outstanding frame takes the line.
     pub(super) fn occupies(&self, now: Now) -> Option<(Now, Now)> {
         if let Some(probe) = self.check.occupies().filter(|(_, until)| now < *until) {
             return Some(probe);
@@ -181,7 +181,7 @@ impl Session {
         self.config.framing == Framing::Records || (self.config.tags && self.echo != Echo::No)
     }
 
-    /// Until when an operation has to wait because it cannot be told from another.
+    /// Time until which an operation waits because its answer could be confused with another.
     pub(super) fn drained(&self, now: Now, operation: &Operation) -> Option<Now> {
         if !self.is_doubtful(now, operation) {
             return None;
@@ -192,7 +192,7 @@ impl Session {
         self.suspicion.until(operation.first(), now, self.config.drain_bound)
     }
 
-    /// Until when what waits is held back, as the monitor does not answer tags.
+    /// Time until which waiting operations are held back because the monitor does not answer tags.
     pub fn held_until(&self, now: Now) -> Option<Now> {
         self.drained(now, self.queue.front()?)
     }

@@ -1,29 +1,29 @@
-//! The link in figures, second by second: what a log or a dashboard shows of it.
+//! Statistics of a link for each second, for logs and dashboards.
 
 use std::fmt;
 use std::time::Duration;
 
 use super::{Now, Stats};
 
-/// How often the figures are taken.
+/// Period of the statistics.
 pub const PERIOD: Duration = Duration::from_secs(1);
 
-/// What a link did in the last second, and since it was made.
+/// Statistics of a link: of the last period, and in total.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct LinkStatistics {
-    /// When, since the client was made.
+    /// Time since the client was created.
     pub at: Duration,
-    /// How long the figures of `last` took to come together: a second, or more after a stall.
+    /// Duration of the period of `last`: a second, or more after a stall.
     pub over: Duration,
-    /// In that time; round trips are the current ones.
+    /// Counts of the period; round trips are current ones.
     pub last: Stats,
-    /// Since the client was made.
+    /// Counts since the client was created.
     pub total: Stats,
 }
 
 impl Stats {
-    /// Share of the frames sent that nobody answered in time, in thousandths.
+    /// Share of sent frames without answer in time, in thousandths.
     pub const fn loss_permille(&self) -> u32 {
         let asked = self.believed + self.timeouts;
         match asked {
@@ -32,12 +32,12 @@ impl Stats {
         }
     }
 
-    /// Frames dropped because they had errors.
+    /// Frames dropped because of errors.
     pub const fn errors(&self) -> u64 {
         self.crc_errors + self.framing_errors
     }
 
-    /// What has been counted since `before`.
+    /// Counts since `before`.
     #[must_use]
     pub const fn since(self, before: &Self) -> Self {
         Self {
@@ -60,8 +60,8 @@ impl Stats {
     }
 }
 
-/// One line, in words that a log can be searched for; counts are those of the last second, in
-/// brackets those since the beginning.
+/// One line of `name=value` for a log; counts are those of the last period, with the total in
+/// parentheses.
 impl fmt::Display for LinkStatistics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (last, total) = (&self.last, &self.total);
@@ -92,7 +92,7 @@ impl fmt::Display for LinkStatistics {
     }
 }
 
-/// Takes the figures each second.
+/// Produces the statistics of each second.
 #[derive(Debug)]
 pub struct Meter {
     taken: Now,
@@ -100,17 +100,17 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// Counts from now on.
+    /// A meter that counts from now on.
     pub const fn new(now: Now, stats: Stats) -> Self {
         Self { taken: now, before: stats }
     }
 
-    /// When the next figures are due.
+    /// Time of the next statistics.
     pub fn poll_timeout(&self) -> Now {
         self.taken + PERIOD
     }
 
-    /// The figures, if they are due.
+    /// The statistics, if they are due.
     pub fn poll(&mut self, now: Now, total: Stats) -> Option<LinkStatistics> {
         let over = now.saturating_sub(self.taken);
         if over < PERIOD {

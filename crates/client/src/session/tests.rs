@@ -206,7 +206,7 @@ impl World {
     }
 }
 
-/// The claim of `doubt.rs`, on a medium that copies frames (UDP) and on one that does not.
+/// The claim of `late_answers.rs`, on a medium that copies frames (UDP) and on one that does not.
 #[test]
 fn no_late_answer_is_believed() {
     for (duplicates, seed) in [(true, 1), (false, 2)] {
@@ -357,7 +357,7 @@ fn urgent_requests_are_repeated_sooner() {
     assert_eq!(ended, Some(Outcome::Silence { tries: 5, stray: None }));
 }
 
-/// §3.1: a motion that nobody holds any more is not sent late.
+/// §3.1: a motion that is no longer held is not sent late.
 #[test]
 fn what_has_expired_is_not_sent() {
     let mut session = connected(Config::default());
@@ -484,7 +484,7 @@ fn what_is_cancelled_is_not_sent_but_a_stop_is() {
     session.handle_timeout(150 * MS);
     sent(&mut session, 150 * MS);
 
-    // On the line: no retry for nobody, and the answer is still known for what it is.
+    // On the line: no retry without a caller, and the answer is still classified correctly.
     let mut session = connected(Config::default());
     let asked = session.submit(Now::ZERO, vec![param(1)]).unwrap();
     let payload = sent(&mut session, Now::ZERO);
@@ -571,7 +571,7 @@ fn a_probe_is_an_empty_frame_and_numbered_in_doubt() {
     assert!(matches!(session.poll_outcome(), Some((_, Outcome::Answered(_)))));
 }
 
-/// Bare records: the tag behind the requests tells where the answers end.
+/// Bare records: the tag after the requests marks the end of the answers.
 #[test]
 fn bare_records_end_with_their_tag() {
     let mut session = connected(Config { framing: Framing::Records, ..Config::default() });

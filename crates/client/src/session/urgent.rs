@@ -1,5 +1,5 @@
-//! What overtakes: Stop, Close and Lockout on go out before everything that waits, are repeated
-//! sooner, and remove what would undo them.
+//! Urgent operations: Stop, Close and Lockout on are sent before waiting ones, repeated sooner, and
+//! cancel those that would reverse them.
 
 use std::time::Duration;
 
@@ -8,21 +8,21 @@ use super::operation::{Haste, Operation, Outstanding};
 use super::{Now, Outcome, Session, Ticket, URGENT_MAX};
 use crate::answers::RequestBuf;
 
-/// Frames in a row without answer after which a monitor is taken for absent.
+/// Consecutive frames without answer after which a monitor counts as absent.
 const ABSENT_MISSES: u32 = 2;
-/// Added to the others' usual round trip for an absent monitor.
+/// Margin for an absent monitor over the usual round trip of the others.
 const ABSENT_SPARE: Duration = Duration::from_millis(40);
-/// Added to twice the usual round trip for a monitor that answers.
+/// Margin for a monitor that answers over twice the usual round trip.
 const PRESENT_SPARE: Duration = Duration::from_millis(100);
 /// The shortest wait for the answer to the renewal of a held motion.
 const RENEWAL_LEAST: Duration = Duration::from_millis(50);
-/// Added to twice the usual round trip.
+/// Margin of a renewal over twice the usual round trip.
 const RENEWAL_SPARE: Duration = Duration::from_millis(20);
-/// The wait for the answer to an urgent frame doubles with each try, this often at most.
+/// The wait for the answer to an urgent frame doubles with each try, at most this often.
 const DOUBLINGS_MAX: u32 = 6;
 
 impl Session {
-    /// Remembers an urgent request: what belongs to a batch begun before is later sent to nobody.
+    /// Remembers an urgent request: frames of a batch that was started before it are not sent.
     pub(super) fn note_stop(&mut self, ticket: Ticket, requests: Vec<RequestBuf>) {
         if self.stops.len() >= URGENT_MAX {
             self.stops.pop_front();
@@ -30,12 +30,12 @@ impl Session {
         self.stops.push_back((ticket, requests));
     }
 
-    /// How long the answer to an operation is waited for that is about to be sent. An urgent one is
-    /// repeated as soon as the bus controller would (observed: 150 ms, doubled each time), or twice
-    /// the usual round trip: twice does no harm, and a lost Stop must not cost a second.
+    /// Time to wait for the answer to an operation that is about to be sent. An urgent one is
+    /// repeated as soon as a bus controller would (observed: 150 ms, doubled each time), or after
+    /// twice the usual round trip: repetitions do no harm, and a lost Stop must not cost a second.
     pub(super) fn wait(&self, operation: &Operation) -> Duration {
         if !operation.is_urgent() {
-            // A renewal that is lost has to be sent again while the motion still lasts.
+            // A lost renewal must be sent again while the motion still lasts.
             let renews = operation.is_held() && operation.is_repeatable();
             return if renews {
                 self.wait_of_renewal()
@@ -48,7 +48,7 @@ impl Session {
         (first * (1 << operation.tries.min(DOUBLINGS_MAX))).min(self.config.timeout)
     }
 
-    /// Where others answer, a read does not hold the line for longer than an answer can take.
+    /// If other monitors answer, a read does not occupy the line longer than an answer can take.
     fn wait_beside_others(&self, operation: &Operation) -> Duration {
         let Some(others) = self.others.filter(|_| operation.is_repeatable()) else {
             return self.config.timeout;
@@ -60,22 +60,22 @@ impl Session {
         wait.min(self.config.timeout)
     }
 
-    /// Nothing is there, as far as its last frames have shown.
+    /// Whether the last frames were not answered.
     pub(super) const fn is_absent(&self) -> bool {
         self.misses >= ABSENT_MISSES
     }
 
-    /// It answers, as far as its last frame has shown.
+    /// Whether the last frame was answered.
     pub(super) const fn is_present(&self) -> bool {
         self.misses == 0 && self.stats.rtt_average.is_some()
     }
 
-    /// When it answered last, if it is present.
+    /// Time of the last answer, if the monitor is present.
     pub(super) fn present_at(&self) -> Option<Now> {
         self.answered_at.filter(|_| self.is_present())
     }
 
-    /// What waits is a read for a monitor that does not answer, on a line where others do.
+    /// Whether only reads wait for a monitor that does not answer, on a line where others do.
     pub(super) fn can_wait(&self) -> bool {
         let next = match &self.outstanding {
             Some(outstanding) => Some(&outstanding.operation),
@@ -90,12 +90,12 @@ impl Session {
         self.stats.rtt_average.filter(|_| !self.is_absent())
     }
 
-    /// What the others on the line need.
+    /// Sets the usual round trip of the others on the line.
     pub(super) const fn set_others(&mut self, others: Option<Duration>) {
         self.others = others;
     }
 
-    /// Until when a read for an absent monitor waits for its turn at most.
+    /// Time until which a read for an absent monitor waits for its turn.
     pub(super) fn gives_up_at(&self) -> Option<Now> {
         let oldest = self.queue.iter().map(|operation| operation.submitted).min()?;
         self.can_wait().then(|| oldest + self.config.timeout * self.config.tries)
@@ -121,13 +121,13 @@ impl Session {
         let Some(usual) = self.stats.rtt_average else { return self.config.timeout };
         let least = match self.config.role {
             Role::Direct => RENEWAL_LEAST,
-            // The controller asks by itself what the monitor does not answer.
+            // The controller repeats requests that the monitor does not answer.
             Role::Active => self.config.patience,
         };
         (usual * 2 + RENEWAL_SPARE).clamp(least, self.config.timeout.max(least))
     }
 
-    /// Whether an operation without answer is to be sent once more.
+    /// Whether an operation without answer is sent once more.
     pub(super) fn may_try_again(&self, now: Now, operation: &Operation) -> bool {
         if operation.is_urgent() {
             let all = self.config.timeout * self.config.tries;
@@ -139,9 +139,9 @@ impl Session {
         operation.is_repeatable() && left && !operation.cancelled
     }
 
-    /// Takes what would undo an urgent operation out of the queue: anything that waits when
-    /// `newest` is that urgent operation itself, or only `newest`, which continues a batch that
-    /// was begun at `since`.
+    /// Removes from the queue the operations that would reverse an urgent one: all waiting ones if
+    /// `newest` is the urgent operation itself, or only `newest` if it continues a batch that was
+    /// started at `since`.
     pub(super) fn supersede(&mut self, newest: Ticket, since: Option<Ticket>) {
         let Some(since) = since else { return };
         let stops = self.stops.iter().filter(|(ticket, _)| *ticket >= since);
@@ -159,8 +159,9 @@ impl Session {
         });
     }
 
-    /// How long what waits lets an outstanding frame wait for its answer; `None`: to its deadline. What
-    /// is urgent takes the place of anything else, what keeps a motion going that of a read.
+    /// Time for which waiting operations let an outstanding frame wait for its answer; `None`:
+    /// until its deadline. Urgent operations replace any other, those of a held motion replace a
+    /// read.
     pub(super) fn patience(&self, outstanding: &Outstanding) -> Option<Duration> {
         let operation = &outstanding.operation;
         if let Some(urgent) = self.urgent.front() {
@@ -174,7 +175,7 @@ impl Session {
         (renews && gives_way).then(|| self.wait_of_renewal())
     }
 
-    /// An operation that cannot wait takes the place of one that is out without answer for too long.
+    /// Replaces a frame that is without answer for too long by an operation that cannot wait.
     pub(super) fn overtake(&mut self, now: Now) {
         let Some(outstanding) = self.outstanding.take() else { return };
         let patience = self.patience(&outstanding);
@@ -192,8 +193,8 @@ impl Session {
         }
     }
 
-    /// Takes out of the queue what nobody wants any more at this time. What waits there and has been
-    /// sent before is a read.
+    /// Removes operations from the queue whose time limit has passed. Those that wait there and
+    /// have been sent before are reads.
     pub(super) fn drop_expired(&mut self, now: Now) {
         let outcomes = &mut self.outcomes;
         self.queue.retain(|operation| {

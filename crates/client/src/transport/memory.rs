@@ -1,23 +1,23 @@
-//! A stream of the caller's: a simulator in the same process, a test, a tunnel.
+//! A stream provided by the caller: a simulator in the same process, a test, a tunnel.
 
 use std::fmt;
 use std::io;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream};
 
-/// Bytes that may be under way in each direction of a [`pair`].
+/// Most bytes under way in each direction of a [`pair`].
 const UNDER_WAY_MAX: usize = 64 * 1024;
 
-/// Anything that reads and writes.
+/// Any readable and writable stream.
 trait ReadWrite: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<S: AsyncRead + AsyncWrite + Send + Unpin> ReadWrite for S {}
 
-/// A stream.
+/// A link over any stream.
 pub struct Memory(Box<dyn ReadWrite>);
 
 impl Memory {
-    /// Takes a stream.
+    /// A link over this stream.
     pub fn new<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(stream: S) -> Self {
         Self(Box::new(stream))
     }
@@ -26,7 +26,7 @@ impl Memory {
     ///
     /// # Errors
     ///
-    /// That of the system when the connection is lost.
+    /// The error of the system when the connection is lost.
     pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.0.write_all(bytes).await?;
         self.0.flush().await
@@ -36,7 +36,7 @@ impl Memory {
     ///
     /// # Errors
     ///
-    /// That of the system when the connection is lost; `UnexpectedEof` at its end.
+    /// The error of the system when the connection is lost; `UnexpectedEof` at its end.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         super::not_ended(self.0.read(buffer).await?)
     }
@@ -48,7 +48,7 @@ impl fmt::Debug for Memory {
     }
 }
 
-/// Both ends of a stream inside this process: one for the client, one for the monitor.
+/// The two ends of a stream inside this process: one for the client, one for the monitor.
 pub fn pair() -> (DuplexStream, DuplexStream) {
     tokio::io::duplex(UNDER_WAY_MAX)
 }

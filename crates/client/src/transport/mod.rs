@@ -1,4 +1,4 @@
-//! How bytes get to the monitor and back: nothing here knows what they mean.
+//! Transport of bytes to the monitor and back, regardless of their meaning.
 
 pub mod memory;
 pub mod port;
@@ -11,10 +11,10 @@ use std::time::Duration;
 
 use crate::url::Endpoint;
 
-/// How long making a connection may take.
+/// Longest time for opening a connection.
 pub const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// An open way to a monitor.
+/// An open connection to a monitor.
 #[derive(Debug)]
 pub enum Link {
     /// A TCP connection.
@@ -23,18 +23,18 @@ pub enum Link {
     Udp(udp::Udp),
     /// A serial port.
     Serial(serial::Serial),
-    /// A stream of the caller's.
+    /// A stream provided by the caller.
     Memory(memory::Memory),
 }
 
 impl Link {
-    /// Opens the way that an endpoint names.
+    /// Opens the connection of an endpoint.
     ///
     /// # Errors
     ///
-    /// That of the system; `TimedOut` after [`CONNECT_TIMEOUT`]; `Unsupported` for `sim:`. Of a
-    /// serial port: a [`PortError`](port::PortError) inside where another program has it,
-    /// permission lacks or it does not exist.
+    /// The error of the system; `TimedOut` after [`CONNECT_TIMEOUT`]; `Unsupported` for `sim:`. For
+    /// a serial port: with a [`PortError`](port::PortError) inside if another program uses it,
+    /// permission is missing or it does not exist.
     pub async fn open(endpoint: &Endpoint) -> io::Result<Self> {
         let opening = async {
             match endpoint {
@@ -55,7 +55,7 @@ impl Link {
             .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
 
-    /// Sends as much as can be sent without waiting, and says how much that was.
+    /// Sends as much as possible without waiting; returns the number of bytes.
     pub fn send_now(&self, frame: &[u8]) -> usize {
         match self {
             Self::Tcp(link) => link.send_now(frame),
@@ -67,7 +67,7 @@ impl Link {
     ///
     /// # Errors
     ///
-    /// That of the system when the connection is lost.
+    /// The error of the system when the connection is lost.
     pub async fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         match self {
             Self::Tcp(link) => link.send(frame).await,
@@ -83,7 +83,7 @@ impl Link {
     ///
     /// # Errors
     ///
-    /// That of the system when the connection is lost; `UnexpectedEof` at the end of a stream.
+    /// The error of the system when the connection is lost; `UnexpectedEof` at the end of a stream.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
             Self::Tcp(link) => link.recv(buffer).await,
@@ -93,18 +93,19 @@ impl Link {
         }
     }
 
-    /// What comes are datagrams.
+    /// Whether datagrams are received.
     pub const fn is_datagram(&self) -> bool {
         matches!(self, Self::Udp(_))
     }
 
-    /// A silent peer may mean a half-open connection, which only a new one can tell.
+    /// Whether a peer without answers may be a half-open connection, which only a new connection
+    /// can show.
     pub const fn can_be_half_open(&self) -> bool {
         matches!(self, Self::Tcp(_))
     }
 }
 
-/// A stream that ends has lost its other side.
+/// An error for a stream that has ended: its other side is gone.
 pub(crate) fn not_ended(read: usize) -> io::Result<usize> {
     if read == 0 { Err(io::ErrorKind::UnexpectedEof.into()) } else { Ok(read) }
 }

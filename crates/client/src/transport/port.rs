@@ -1,8 +1,9 @@
-//! A serial port is for one program: who else has it open takes bytes away, or speaks in between.
+//! Exclusive use of serial ports: a second program on a port takes bytes away, or transmits in
+//! between.
 //!
-//! An exclusive lock (flock) keeps out programs that lock as well, root included; TIOCEXCL keeps out
-//! those that do not, unless they have CAP_SYS_ADMIN. Ports opened with `shared=1` take the lock
-//! together, so that one program alone cannot decide to share.
+//! An exclusive lock (flock) excludes programs that lock as well, even root's; TIOCEXCL excludes
+//! those that do not, unless they have CAP_SYS_ADMIN. Ports opened with `shared=1` share the lock,
+//! so that one program alone cannot decide to share.
 
 use std::io;
 use std::path::Path;
@@ -26,7 +27,7 @@ mod unix {
 
     use super::{Holder, Path, PortError, io};
 
-    /// The right to a port, until it is dropped.
+    /// The right to use a port, until it is dropped.
     #[derive(Debug)]
     pub struct Claim {
         file: File,
@@ -34,12 +35,12 @@ mod unix {
     }
 
     impl Claim {
-        /// Locks a port, before it is opened for use.
+        /// Locks a port before it is opened for use.
         ///
         /// # Errors
         ///
-        /// A [`PortError`] inside: another program has the port, permission lacks, or it does not
-        /// exist.
+        /// With a [`PortError`] inside if another program uses the port, permission is missing, or
+        /// it does not exist.
         pub fn lock(path: &Path, shared: bool) -> io::Result<Self> {
             let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
             let opened = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path);
@@ -55,11 +56,11 @@ mod unix {
             }
         }
 
-        /// Once it is open: keeps out who does not lock.
+        /// Excludes programs that do not lock, once the port is open.
         ///
         /// # Errors
         ///
-        /// That of the system: it is no terminal.
+        /// The error of the system if it is not a terminal.
         pub fn keep_others_out(&mut self) -> io::Result<()> {
             ioctl_tiocexcl(&self.file)?;
             self.exclusive = true;
@@ -69,7 +70,8 @@ mod unix {
 
     impl Drop for Claim {
         fn drop(&mut self) {
-            // What somebody else keeps open stays the same terminal, so the mark would stay.
+            // While another program keeps the port open, the terminal persists, and the mark would
+            // remain.
             if self.exclusive {
                 let _ = ioctl_tiocnxcl(&self.file);
             }
@@ -111,7 +113,7 @@ mod unix {
         Holder { pid, program: program.trim().to_owned() }
     }
 
-    /// The name of the group of a port that may open it.
+    /// The name of the group that has permission for a port.
     fn group(path: &Path) -> Option<String> {
         let metadata = fs::metadata(path).ok()?;
         if metadata.mode() & 0o060 != 0o060 {
@@ -155,12 +157,12 @@ mod unix {
 mod elsewhere {
     use super::{Holder, Path, io};
 
-    /// Nothing: these systems open a port for one program only.
+    /// A placeholder: these systems open a port for one program only.
     #[derive(Debug)]
     pub struct Claim;
 
     impl Claim {
-        /// Nothing to lock.
+        /// Does nothing.
         ///
         /// # Errors
         ///
@@ -169,7 +171,7 @@ mod elsewhere {
             Ok(Self)
         }
 
-        /// Nothing to mark.
+        /// Does nothing.
         ///
         /// # Errors
         ///
@@ -179,12 +181,12 @@ mod elsewhere {
         }
     }
 
-    /// Not to be found out.
+    /// None: these systems do not show it.
     pub fn holders(_: &Path) -> Vec<Holder> {
         Vec::new()
     }
 
-    /// Opening it shows.
+    /// Always true: opening the port shows it.
     pub fn may_open(_: &Path) -> bool {
         true
     }

@@ -9,24 +9,24 @@ use super::port::Claim;
 pub use crate::port_error::CannotSwitch;
 use crate::url::SerialLine;
 
-/// A port.
+/// An open serial port.
 #[derive(Debug)]
 pub struct Serial {
     port: SerialPort,
-    /// Keeps other programs out; released after the port is closed.
+    /// Excludes other programs; released after the port is closed.
     _claim: Claim,
 }
 
 impl Serial {
-    /// Opens a port, for this program alone unless the line is shared. When the kernel is to switch
-    /// the direction of an RS-485 transceiver and the port's driver cannot, that is an error: the bus
-    /// would hear nothing, or nothing else.
+    /// Opens a port, for this program only unless the line is shared. It is an error if the kernel
+    /// is to switch the direction of an RS-485 transceiver and the port's driver cannot: the bus
+    /// would receive nothing, or be blocked.
     ///
     /// # Errors
     ///
-    /// That of the system; a [`PortError`](super::port::PortError) inside where another program has
-    /// the port, permission lacks or it does not exist; [`CannotSwitch`] inside where the driver
-    /// cannot switch the direction.
+    /// The error of the system; with a [`PortError`](super::port::PortError) inside if another
+    /// program uses the port, permission is missing or it does not exist; with [`CannotSwitch`]
+    /// inside if the driver cannot switch the direction.
     pub fn open(path: &Path, line: &SerialLine) -> io::Result<Self> {
         let mut claim = Claim::lock(path, line.shared)?;
         let port = SerialPort::open(path, |mut settings: Settings| {
@@ -42,7 +42,7 @@ impl Serial {
             claim.keep_others_out()?;
         }
         switch_direction(&port, line)?;
-        // What came before we listened belongs to nobody.
+        // Bytes from before the port was opened answer no request of this program.
         port.discard_input_buffer()?;
         Ok(Self { port, _claim: claim })
     }
@@ -51,7 +51,7 @@ impl Serial {
     ///
     /// # Errors
     ///
-    /// That of the system when the connection is lost.
+    /// The error of the system when the connection is lost.
     pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes).await
     }
@@ -60,7 +60,7 @@ impl Serial {
     ///
     /// # Errors
     ///
-    /// That of the system when the connection is lost; `UnexpectedEof` at its end.
+    /// The error of the system when the connection is lost; `UnexpectedEof` at its end.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         super::not_ended(self.port.read(buffer).await?)
     }
@@ -78,7 +78,7 @@ fn switch_direction(port: &SerialPort, line: &SerialLine) -> io::Result<()> {
     config.set_delay_before_send(rs485.before);
     config.set_delay_after_send(rs485.after);
     config.set_bus_termination(rs485.terminate);
-    // The receiver that stays on while we send is where the echo comes from.
+    // The echo comes from a receiver that stays on while sending.
     config.set_full_duplex(line.echo != Echo::Off);
     port.set_rs4xx_mode(config).map_err(cannot_switch)
 }

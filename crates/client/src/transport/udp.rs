@@ -4,16 +4,16 @@ use std::io;
 
 use tokio::net::{UdpSocket, lookup_host};
 
-/// A socket that hears one peer only.
+/// A socket that receives from one peer only.
 #[derive(Debug)]
 pub struct Udp(UdpSocket);
 
 impl Udp {
-    /// Takes a free port and the first address of the host that can be reached.
+    /// Binds a free port, and connects to the first reachable address of the host.
     ///
     /// # Errors
     ///
-    /// That of the system: the name is unknown, or no address of it can be reached from here.
+    /// The error of the system: the name is unknown, or no address of it can be reached from here.
     pub async fn connect(host: &str, port: u16) -> io::Result<Self> {
         let mut last = io::Error::from(io::ErrorKind::NotFound);
         for peer in lookup_host((host, port)).await? {
@@ -35,8 +35,8 @@ impl Udp {
     ///
     /// # Errors
     ///
-    /// That of the system. That no program listens at the other side is no error: it may be
-    /// starting.
+    /// The error of the system. A port without a program on the other side is not an error: the
+    /// program may be starting.
     pub async fn send(&mut self, datagram: &[u8]) -> io::Result<()> {
         match self.0.send(datagram).await {
             Err(error) if nobody_listens(&error) => Ok(()),
@@ -59,8 +59,9 @@ impl Udp {
     }
 }
 
-/// The peer's host answered an earlier datagram by ICMP: the monitor may be starting. Silence
-/// says the same, and a lost datagram is no lost connection.
+/// Whether the peer's host answered an earlier datagram by ICMP because no program listens. The
+/// monitor may be starting; the requests without answer show it, and a lost datagram is not a lost
+/// connection.
 pub fn nobody_listens(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::ConnectionRefused | io::ErrorKind::ConnectionReset)
 }

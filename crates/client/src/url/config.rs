@@ -1,18 +1,19 @@
-//! How a session behaves on the way that a URL names.
+//! Configuration of a session for an endpoint.
 
 use std::time::Duration;
 
-use super::{Endpoint, Manner};
+use super::{Behaviour, Endpoint};
 use crate::session::Config;
 
-/// How long a serial line is listened to before the first frame of a direct client: a controller
-/// with a console on its bus speaks within this time.
+/// Time for which a direct client listens on a serial line before its first frame: a controller
+/// with a console on its bus transmits within this time.
 const LISTEN: Duration = Duration::from_millis(100);
 
 impl Config {
-    /// The same for the way that an endpoint names: addresses, framing and the kind of line are its.
+    /// This configuration for an endpoint: addresses, framing and the kind of line are taken from
+    /// it.
     pub fn of(self, endpoint: &Endpoint) -> Self {
-        let Manner { check, role, late } = endpoint.manner();
+        let Behaviour { check, role, late } = endpoint.behaviour();
         let (addresses, framing) = (endpoint.addresses(), endpoint.framing());
         let (echo, turnaround, listen) = match endpoint {
             Endpoint::Serial { line, .. } => (line.echo, line.turnaround, self.listen.max(LISTEN)),

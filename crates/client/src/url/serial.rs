@@ -1,4 +1,4 @@
-//! What a serial line is like: speed, direction of an RS-485 transceiver, echo.
+//! Properties of a serial line: speed, direction of an RS-485 transceiver, echo.
 
 use std::fmt;
 use std::time::Duration;
@@ -25,23 +25,23 @@ pub const OPTIONS: [&str; 13] = [
     "shared",
 ];
 
-/// Delays of more than this are a mistake.
+/// The greatest delay, ms; greater values are rejected as errors of the user.
 const DELAY_MS_MAX: u64 = 1000;
 
 /// A serial line, 8N1 (observed).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SerialLine {
-    /// Speed of the line, `baud=`.
+    /// Speed of the line, baud, `baud=`.
     pub baud: u32,
-    /// The kernel switches the direction of an RS-485 transceiver, `rs485=`. Adapters that do it
-    /// by themselves, as most on USB do, need nothing.
+    /// Switching of an RS-485 transceiver's direction by the kernel, `rs485=`. Adapters that switch
+    /// by themselves, as most on USB do, need none.
     pub rs485: Option<Rs485>,
-    /// Whether what is sent comes back, `echo=`.
+    /// Handling of sent bytes that come back, `echo=`.
     pub echo: Echo,
-    /// Silence that is kept between the last byte heard and a frame, `turnaround=` ms: the other
-    /// side needs it to let go of the line.
+    /// Pause between the last received byte and a frame, `turnaround=` ms: the other side needs it
+    /// to release the line.
     pub turnaround: Duration,
-    /// Other programs may have the port open as well, if they share it too, `shared=1`.
+    /// Whether other programs may open the port too, if they also share it, `shared=1`.
     pub shared: bool,
 }
 
@@ -57,16 +57,16 @@ impl Default for SerialLine {
     }
 }
 
-/// How the kernel switches a transceiver (Linux, and only where the port's driver can).
+/// How the kernel switches a transceiver (Linux, if the port's driver supports it).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rs485 {
-    /// RTS is low, not high, while bytes are sent: `rs485=rts-low`.
+    /// RTS is low instead of high while bytes are sent: `rs485=rts-low`.
     pub low: bool,
-    /// From switching to the first byte, `rts_before=` ms.
+    /// Delay between switching and the first byte, `rts_before=` ms.
     pub before: Duration,
-    /// From the last byte to switching back, `rts_after=` ms.
+    /// Delay between the last byte and switching back, `rts_after=` ms.
     pub after: Duration,
-    /// Switch on the terminating resistor, if the port has one, `terminate=on`.
+    /// Switches on the terminating resistor, if the port has one, `terminate=on`.
     pub terminate: bool,
 }
 
@@ -82,7 +82,7 @@ impl SerialLine {
         Ok(Self { baud, rs485, echo, turnaround, shared })
     }
 
-    /// The options that are not as usual, but for the speed.
+    /// Writes the options that differ from the defaults, except the speed.
     pub(super) fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(Rs485 { low, before, after, terminate }) = self.rs485 {
             write!(f, "&rs485={}", if low { "rts-low" } else { "rts" })?;

@@ -1,6 +1,6 @@
 //! A request to a monitor: read once, where it comes in.
 
-use lafet_client::{Lang, RequestBuf, mistake};
+use lafet_client::{Lang, RequestBuf, parse_error_text};
 use lafet_proto::request::Body;
 use lafet_proto::text::{BUFFER_SIZE, ParseError, parse};
 use lafet_proto::{Request, RequestId, SubsystemId};
@@ -110,7 +110,8 @@ fn needed(request: &RequestBuf) -> Option<Need> {
 }
 
 fn wrong(text: &str, error: &ParseError) -> ApiError {
-    let what = both(mistake(text, error, Lang::En), mistake(text, error, Lang::Ru));
+    let what =
+        both(parse_error_text(text, error, Lang::En), parse_error_text(text, error, Lang::Ru));
     ApiError::bad_request(what).with(Details {
         column: Some(error.column),
         length: Some(error.len),

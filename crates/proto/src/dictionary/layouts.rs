@@ -1,4 +1,4 @@
-//! §3 Where the data of requests and answers lie: for tools that read bytes without this crate's
+//! §3 Layout of the data of requests and answers, for tools that read bytes without this crate's
 //! types, such as dissectors, recorders and bindings.
 
 use super::Text;
@@ -9,7 +9,7 @@ use crate::status::{
     GeneralStatus, Hotbed, Limits, ThermoStatus, ValveStatus, fault,
 };
 
-/// What a field is; everything is little-endian.
+/// Type of a field; all are little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Kind {
@@ -59,13 +59,13 @@ impl Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Field {
-    /// Its name.
+    /// Name of the field.
     pub name: &'static str,
-    /// What it is.
+    /// Type of the field.
     pub kind: Kind,
-    /// What it is measured in.
+    /// Unit of the value.
     pub unit: Unit,
-    /// What it says.
+    /// Meaning of the value.
     pub text: Text,
 }
 
@@ -73,15 +73,15 @@ pub struct Field {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Layout {
-    /// Its name.
+    /// Name of the structure.
     pub name: &'static str,
     /// The fields in order.
     pub fields: &'static [Field],
     /// Fields that repeat until the data end.
     pub repeated: &'static [Field],
-    /// How often they repeat at least and at most.
+    /// Least and greatest number of repetitions.
     pub times: (usize, usize),
-    /// Bytes that the data begin with: they select this structure among those of equal size.
+    /// First bytes of the data, which select this structure among those of equal size.
     pub prefix: &'static [u8],
 }
 
@@ -91,12 +91,12 @@ impl Layout {
         Self { name, fields, repeated: &[], times: (0, 0), prefix: &[] }
     }
 
-    /// Bytes without what repeats.
+    /// Bytes without the repeated fields.
     pub const fn size(&self) -> usize {
         size(self.fields)
     }
 
-    /// Whether data have this structure.
+    /// Whether data can have this structure.
     pub fn fits(&self, data: &[u8]) -> bool {
         let Some(rest) = data.len().checked_sub(self.size()) else { return false };
         let (least, most) = self.times;
@@ -107,13 +107,13 @@ impl Layout {
         whole && data.starts_with(self.prefix)
     }
 
-    /// The fields that data have: where each begins, what it is, its value.
+    /// The fields of the data: offset, field, value.
     pub fn values<'d>(
         &self,
         data: &'d [u8],
     ) -> impl Iterator<Item = (usize, &'static Field, i64)> + use<'d> {
         let (fields, repeated) = (self.fields, self.repeated);
-        // What repeats has at least a byte, so there are no more rounds than bytes.
+        // A repetition has at least one byte, so there are at most as many as bytes.
         let rounds = if repeated.is_empty() { 0 } else { data.len() };
         let all = fields.iter().chain((0..rounds).flat_map(move |_| repeated));
         let mut at = 0usize;
@@ -133,7 +133,7 @@ const fn size(mut fields: &[Field]) -> usize {
     size
 }
 
-/// The names of the first fields; empty behind the last.
+/// Names of the first fields; empty after the last.
 pub(crate) const fn names<const N: usize>(mut fields: &[Field]) -> [&'static str; N] {
     let mut names = [""; N];
     let mut places: &mut [&'static str] = &mut names;
@@ -144,7 +144,7 @@ pub(crate) const fn names<const N: usize>(mut fields: &[Field]) -> [&'static str
     names
 }
 
-/// The structures that a request's data can have: the first that fits counts.
+/// Structures that the data of a request can have: the first that fits applies.
 pub const fn of_request(request: RequestId) -> &'static [Layout] {
     match request {
         RequestId::MOVE => &[MOVE],
@@ -161,7 +161,8 @@ pub const fn of_request(request: RequestId) -> &'static [Layout] {
     }
 }
 
-/// The structures that an answer's data can have, besides none: the first that fits counts.
+/// Structures that the data of an answer can have, unless they are empty: the first that fits
+/// applies.
 pub const fn of_answer(request: RequestId, from: SubsystemId) -> &'static [Layout] {
     match request {
         RequestId::GET_STATUS => of_status(from),
@@ -303,7 +304,7 @@ const SEEK: Layout = Layout::plain(
     },
 );
 
-/// Those of a drive in the units of the nozzle.
+/// The fields of a drive in the units of the nozzle.
 const NOZZLE: [Field; 4] = match DriveStatus::LAYOUT.fields {
     [flags, position, current, speed] => [
         *flags,

@@ -1,9 +1,9 @@
 //! Texts in English and Russian for everything that a user sees.
 //!
 //! Statuses, subsystems and requests are here; the texts of flags are in [`crate::flags`], those of
-//! parameters in [`crate::param`], where fields lie in the data in [`layouts`]. Consoles, schemas,
-//! dissectors and reference documentation are made from these. What a status or request *means*
-//! follows the document; what to do about it is ours.
+//! parameters in [`crate::param`], the layout of data in [`layouts`]. Consoles, schemas, dissectors
+//! and reference documentation are made from these. What a status or request *means* follows the
+//! document; what to do about it is ours.
 
 pub mod layouts;
 mod requests;
@@ -35,17 +35,17 @@ impl Text {
     }
 }
 
-/// What is known about a status (§2).
+/// Description of a status (§2); `None` if unknown.
 pub fn status(status: Status) -> Option<&'static StatusInfo> {
     STATUSES.iter().find(|info| info.status == status)
 }
 
-/// What is known about a subsystem (§1).
+/// Description of a subsystem (§1); `None` if unknown.
 pub fn subsystem(id: SubsystemId) -> Option<&'static SubsystemInfo> {
     SUBSYSTEMS.iter().find(|info| info.id == id)
 }
 
-/// What is known about a request (§3) or a service of the bus controller.
+/// Description of a request (§3) or a service of the bus controller; `None` if unknown.
 pub fn request(id: RequestId) -> Option<&'static RequestInfo> {
     REQUESTS.iter().find(|info| info.id == id)
 }
@@ -54,7 +54,7 @@ impl Severity {
     /// Every severity, the mildest first.
     pub const ALL: [Self; 4] = [Self::Info, Self::Notice, Self::Warning, Self::Alarm];
 
-    /// Its name.
+    /// Name of the severity.
     pub const fn text(self) -> Text {
         match self {
             Self::Info => Text::new("info", "норма"),
@@ -69,7 +69,7 @@ impl ButtonState {
     /// Every state in the order of its value (§3.3.10).
     pub const ALL: [Self; 4] = [Self::Released, Self::Pressed, Self::Short, Self::Open];
 
-    /// Its name.
+    /// Name of the state.
     pub const fn text(self) -> Text {
         match self {
             Self::Released => Text::new("released", "не нажата"),
@@ -81,7 +81,7 @@ impl ButtonState {
 }
 
 impl Button {
-    /// What is written on it (§3.3.10).
+    /// Label of the button (§3.3.10).
     pub const fn text(self) -> Text {
         match self {
             Self::Left => Text::new("left", "влево"),

@@ -3,7 +3,7 @@
 use super::Text;
 use crate::id::{RequestId, SubsystemId};
 
-/// Where our knowledge of a request comes from.
+/// Source of what is known about a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Origin {
@@ -15,7 +15,7 @@ pub enum Origin {
     Ours,
 }
 
-/// What is known about a request.
+/// Description of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RequestInfo {
@@ -25,13 +25,13 @@ pub struct RequestInfo {
     pub name: &'static str,
     /// The document's section that describes it.
     pub section: &'static str,
-    /// Where the knowledge comes from.
+    /// Source of the description.
     pub origin: Origin,
-    /// Who can be asked; empty when anybody can.
+    /// Possible addressees; empty when every subsystem is one.
     pub addressees: &'static [SubsystemId],
     /// A short title.
     pub title: Text,
-    /// What it makes the addressee do.
+    /// What the request does.
     pub meaning: Text,
 }
 
@@ -158,7 +158,7 @@ requests! {
     GET_HOTBED "GetHotbed" "3.21" Read [DETECTOR],
         "Read the fire spots",
         "Запросить очаги загорания",
-        "The fire spots found by the last search, as GetParam Hotbeds gives them.",
+        "The fire spots found by the last search, as in GetParam Hotbeds.",
         "Очаги загорания, найденные последним поиском, как в GetParam Hotbeds.";
     ACCESS_GRANTED "AccessGranted" "bus" Observed [GENERAL],
         "Access to the bus",

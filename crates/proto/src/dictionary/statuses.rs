@@ -3,7 +3,7 @@
 use super::Text;
 use crate::id::Status;
 
-/// What is known about a status.
+/// Description of a status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct StatusInfo {
@@ -11,9 +11,9 @@ pub struct StatusInfo {
     pub status: Status,
     /// The document's name.
     pub name: &'static str,
-    /// What it says (§2).
+    /// What the status means (§2).
     pub meaning: Text,
-    /// What the one who asked should do.
+    /// What the sender of the request should do.
     pub remedy: Text,
 }
 
@@ -56,7 +56,8 @@ statuses! {
     MODULE_NOT_EXIST "ModuleNotExist",
         "The addressee is not part of this monitor.",
         "Подсистема-получатель отсутствует в составе ствола.",
-        "Check the addressee; what the monitor consists of is told by GetStatus All and Chain.",
+        "Check the addressee; GetStatus All and the parameter Chain show what the \
+         monitor consists of.",
         "Проверьте получателя; состав ствола показывают GetStatus All и параметр Chain.";
     MODULE_FAULT "ModuleFault",
         "The addressee is faulty and cannot carry the request out.",

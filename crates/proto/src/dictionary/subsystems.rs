@@ -3,7 +3,7 @@
 use super::Text;
 use crate::id::SubsystemId;
 
-/// What is known about a subsystem.
+/// Description of a subsystem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SubsystemInfo {
@@ -13,7 +13,7 @@ pub struct SubsystemInfo {
     pub name: &'static str,
     /// A short title.
     pub title: Text,
-    /// What it is responsible for.
+    /// What the subsystem is responsible for.
     pub meaning: Text,
 }
 

@@ -1,5 +1,5 @@
-//! §3.3 Which values of GetStatus are not to be believed while a flag is set (ours; the flags are the
-//! document's). Consoles, hubs and tools show such a value as bad, and compute nothing with it.
+//! §3.3 Values of GetStatus that are invalid while a flag is set (ours; the flags are the
+//! document's). Consoles, hubs and tools show such a value as bad and do not use it.
 
 use crate::flags::{self, FlagInfo};
 use crate::id::SubsystemId;
@@ -8,11 +8,11 @@ use crate::id::SubsystemId;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Invalidates {
-    /// The subsystem that has both.
+    /// The subsystem of the flag and the fields.
     pub subsystem: SubsystemId,
     /// Name of the flag.
     pub flag: &'static str,
-    /// Names of the fields, as [`super::layouts`] has them.
+    /// Names of the fields, as in [`super::layouts`].
     pub fields: &'static [&'static str],
 }
 
@@ -28,8 +28,8 @@ const MEASURED: &[&str] = &["position", "current"];
 const POSITION: &[&str] = &["position"];
 const CLIMATE: &[&str] = &["horizontal", "vertical", "nozzle", "deployer", "housing", "humidity"];
 
-/// Every flag that makes values invalid. The speed of a drive is one that is set, not measured; the
-/// valves report nothing but flags.
+/// Every flag that makes values invalid. The speed of a drive is the speed that is set, not a
+/// measured one; valves report only flags.
 pub const INVALIDATES: [Invalidates; 18] = [
     row(SubsystemId::GENERAL, "PressureSensorBreak", &["pressure"]),
     row(SubsystemId::GENERAL, "PressureSensorShort", &["pressure"]),
@@ -51,7 +51,7 @@ pub const INVALIDATES: [Invalidates; 18] = [
     row(SubsystemId::CLIMATICS, "ConnLost", CLIMATE),
 ];
 
-/// Fields that are invalid with this status word, each with the flag that says so.
+/// The fields that are invalid with this status word, each with the flag that makes it so.
 pub fn invalid(
     subsystem: SubsystemId,
     bits: u32,

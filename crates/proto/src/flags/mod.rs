@@ -1,7 +1,7 @@
 //! §3.3.1–§3.3.10 «Флаги состояния»: the status bits of every class of subsystem.
 //!
 //! One table makes the bit sets and the dictionary. Names and bits follow the document; severities,
-//! causes and remedies are ours. Bits that the document does not name are kept as they came.
+//! causes and remedies are ours. Bits that the document does not name are kept.
 
 mod words;
 
@@ -9,15 +9,15 @@ use crate::dictionary::Text;
 use crate::id::SubsystemId;
 use words::{buttons, climatics, common, conn, control, deployer, detector, drive, general, valve};
 
-/// How much a flag matters — ours.
+/// Severity of a flag (ours).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Severity {
-    /// Ordinary work.
+    /// Normal operation.
     Info,
     /// Nothing is broken, but the operator should know it.
     Notice,
-    /// Something works worse than it should, or is not prepared: see to it.
+    /// A function is degraded or not prepared: correct it.
     Warning,
     /// Act now: a function is lost, or there is a fire.
     Alarm,
@@ -33,13 +33,13 @@ pub struct FlagInfo {
     pub shift: u8,
     /// Number of bits: 2 for the state of a button, else 1.
     pub width: u8,
-    /// How much it matters when it is set; of a button, when its circuit is faulty.
+    /// Severity of the set flag; of a button, when its circuit is faulty.
     pub severity: Severity,
-    /// What it says.
+    /// What the flag means.
     pub meaning: Text,
-    /// What usually leads to it.
+    /// Usual causes.
     pub cause: Text,
-    /// What to do about it.
+    /// What to do.
     pub remedy: Text,
 }
 
@@ -50,17 +50,17 @@ impl FlagInfo {
         u32::unbounded_shl(ones, self.shift as u32)
     }
 
-    /// The field's value in a status word.
+    /// The value of the field in a status word.
     pub const fn value(&self, bits: u32) -> u32 {
         u32::unbounded_shr(bits & self.mask(), self.shift as u32)
     }
 
-    /// The state of the button, if the field is one.
+    /// The state of the button; `None` if the field is not a button.
     pub const fn button_state(&self, bits: u32) -> Option<ButtonState> {
         if self.width == 2 { Some(ButtonState::of(self.value(bits))) } else { None }
     }
 
-    /// How much the field's value in this status word matters.
+    /// Severity of the field's value in this status word.
     pub fn severity_in(&self, bits: u32) -> Severity {
         match self.button_state(bits) {
             Some(ButtonState::Short | ButtonState::Open) => self.severity,
@@ -78,12 +78,12 @@ pub struct FlagClass {
     pub name: &'static str,
     /// Section of the document that lists its own flags.
     pub section: &'static str,
-    /// The common flags (§3.3.1), then its own, by bit.
+    /// The common flags (§3.3.1), then those of the class, by bit.
     pub flags: &'static [FlagInfo],
 }
 
 impl FlagClass {
-    /// The fields that are not zero in a status word.
+    /// The fields of a status word that are not zero.
     pub fn set(&self, bits: u32) -> impl Iterator<Item = SetFlag> + Clone + use<> {
         let flags = self.flags;
         flags
@@ -97,7 +97,7 @@ impl FlagClass {
         self.flags.iter().fold(bits, |rest, info| rest & !info.mask())
     }
 
-    /// The most severe of what is set.
+    /// The highest severity of the fields that are set.
     pub fn severity(&self, bits: u32) -> Severity {
         self.set(bits).map(|flag| flag.severity()).max().unwrap_or(Severity::Info)
     }
@@ -108,7 +108,7 @@ impl FlagClass {
     }
 }
 
-/// A field that is not zero, shown as its name: `Move`, `LeftButtonState=Pressed`.
+/// A field that is not zero; printed as its name: `Move`, `LeftButtonState=Pressed`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SetFlag {
@@ -119,7 +119,7 @@ pub struct SetFlag {
 }
 
 impl SetFlag {
-    /// How much it matters.
+    /// Severity of the field's value.
     pub fn severity(&self) -> Severity {
         self.info.severity_in(self.bits)
     }
@@ -134,7 +134,7 @@ impl core::fmt::Display for SetFlag {
     }
 }
 
-/// The flags of a subsystem; of All, Motors and unknown ones the common flags alone.
+/// The flags of a subsystem; for All, Motors and unknown ones the common flags only.
 pub const fn flags_of(subsystem: SubsystemId) -> &'static FlagClass {
     match subsystem {
         SubsystemId::GENERAL => &GeneralFlags::CLASS,
@@ -171,7 +171,7 @@ pub enum ButtonState {
 }
 
 impl ButtonState {
-    /// The state that the two lowest bits tell.
+    /// The state that the two lowest bits encode.
     pub const fn of(bits: u32) -> Self {
         match bits & 0b11 {
             0 => Self::Released,
@@ -431,7 +431,7 @@ flag_class! {
 }
 
 flag_class! {
-    /// §3.3.9 ExternalConn, Radio: no flags of their own; ConnLost means that nobody controls.
+    /// §3.3.9 ExternalConn, Radio: no flags of their own; ConnLost means that no client controls.
     ConnFlags "3.3.9", ConnLost Notice conn::CONN_LOST, width 1;
 }
 

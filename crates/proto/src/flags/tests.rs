@@ -125,7 +125,7 @@ fn buttons() {
     assert_eq!(class.severity(short.bits()), Severity::Warning);
 }
 
-/// Bits that nobody has named yet survive.
+/// Bits without a name are kept.
 #[test]
 fn unknown_bits_are_kept() {
     assert_eq!(ValveFlags::from_bits_retain(0xFF00_0000).bits(), 0xFF00_0000);

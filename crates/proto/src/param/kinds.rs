@@ -1,18 +1,18 @@
-//! Kinds of parameters: what many specifications have in common is kept once. All of it is done by the
-//! compiler.
+//! Kinds of parameters: what several specifications have in common is stored once. Computed at
+//! compile time.
 
 use super::{ParamSpec, table};
 use crate::id::{ParamId, SubsystemId};
 
-/// Of no kind.
+/// Placeholder without a subsystem, id and default.
 pub(super) const BLANK: ParamSpec = of(&table::ANY);
 
-/// How many kinds there are among these.
+/// Number of different kinds among these specifications.
 pub(super) const fn count(specs: &[ParamSpec]) -> usize {
     let mut rest = specs;
     let mut kinds = 0;
     while let [head @ .., last] = rest {
-        // Each is of a kind that begins with the first of it.
+        // A kind is counted at its first specification.
         if first(last, head) == head.len() {
             kinds += 1;
         }
@@ -37,13 +37,13 @@ pub(super) const fn all<const N: usize>(specs: &[ParamSpec]) -> [ParamSpec; N] {
     kinds
 }
 
-/// The place of a specification's kind among [`all`].
+/// Index of a specification's kind in [`all`].
 pub(super) const fn place(spec: &ParamSpec, specs: &[ParamSpec]) -> u8 {
     let before = specs.split_at(first(spec, specs)).0;
     count(before) as u8
 }
 
-/// The place of the first of the same kind; behind the last when there is none.
+/// Index of the first specification of the same kind; the length if there is none.
 const fn first(spec: &ParamSpec, specs: &[ParamSpec]) -> usize {
     let mut rest = specs;
     let mut place = 0;
@@ -60,7 +60,7 @@ const fn of(spec: &ParamSpec) -> ParamSpec {
     ParamSpec { subsystem: SubsystemId::GENERAL, id: ParamId(0), default: 0, ..*spec }
 }
 
-/// Whether all is the same but subsystem, id and default.
+/// Whether two specifications differ only in subsystem, id and default.
 const fn is_alike(one: &ParamSpec, other: &ParamSpec) -> bool {
     one.min_len == other.min_len
         && one.max_len == other.max_len

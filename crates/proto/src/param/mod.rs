@@ -2,8 +2,8 @@
 //!
 //! The vendor's list (АБМИ.00098) is not public, so this dictionary is ours. The table in
 //! `table.rs` is its only source: firmware, client, console and the reference documentation all
-//! read it. Names and texts are reached by functions of their own, so that firmware which never
-//! asks does not link them.
+//! read it. Names and texts are read through separate functions, so that firmware that does not use
+//! them does not link them.
 
 mod kinds;
 mod table;
@@ -16,12 +16,12 @@ use crate::id::{ParamId, Status, SubsystemId};
 /// The most values one parameter can have: 255 bytes of data hold the id and 63 int32.
 pub const MAX_VALUES: usize = 63;
 
-/// What a value is measured in.
+/// The unit of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Unit {
-    /// A plain number, or values of different units (see [`ParamSpec::elements`]).
+    /// A number without unit, or values of different units (see [`ParamSpec::elements`]).
     None,
     /// A bit mask or a register, shown in hexadecimal.
     Bits,
@@ -65,12 +65,12 @@ pub enum Unit {
     DeciAtmosphere,
     /// Litres per second.
     LitrePerSecond,
-    /// Hundredths of a whole.
+    /// Percent.
     Percent,
 }
 
 impl Unit {
-    /// The unit as it is written after a value; empty where there is nothing to write.
+    /// The unit as written after a value; empty for a plain number.
     pub const fn name(self) -> Text {
         match self {
             Unit::None | Unit::Bits | Unit::Choice => Text::new("", ""),
@@ -108,7 +108,7 @@ pub enum Access {
     ReadWrite,
 }
 
-/// When a written value begins to act.
+/// When a written value takes effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Effect {
@@ -118,7 +118,7 @@ pub enum Effect {
     Restart,
 }
 
-/// Whether a value outlives the power.
+/// Whether a value is kept without power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Storage {
@@ -128,14 +128,14 @@ pub enum Storage {
     Stored,
 }
 
-/// Where a value is kept.
+/// Where a value is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Placement {
     /// In the control system of the monitor.
     Local,
-    /// On the remote unit when DriveType or ValveType says that there is one: NotCached and Cached
-    /// while the unit is busy.
+    /// On the remote unit if DriveType or ValveType selects one: NotCached and Cached while the
+    /// unit is busy.
     Unit,
 }
 
@@ -143,7 +143,7 @@ pub enum Placement {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct Element {
-    /// What the element is measured in.
+    /// Unit of the element.
     pub unit: Unit,
     /// The smallest allowed value.
     pub min: i32,
@@ -151,7 +151,7 @@ pub struct Element {
     pub max: i32,
 }
 
-/// Everything about a parameter but its name and text.
+/// The specification of a parameter, without name and text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ParamSpec {
@@ -165,7 +165,7 @@ pub struct ParamSpec {
     pub max_len: u8,
     /// The number of values is a multiple of this.
     pub step_len: u8,
-    /// What its values are measured in.
+    /// Unit of its values.
     pub unit: Unit,
     /// The smallest allowed value.
     pub min: i32,
@@ -176,16 +176,16 @@ pub struct ParamSpec {
     /// Ranges and units of the elements where they differ, repeated as often as there are values;
     /// otherwise empty.
     pub elements: &'static [Element],
-    /// Who may write it.
+    /// Whether SetParam may write it.
     pub access: Access,
-    /// When a new value begins to act.
+    /// When a new value takes effect.
     pub effect: Effect,
-    /// Whether it outlives the power.
+    /// Whether the value is kept without power.
     pub storage: Storage,
-    /// Where it is kept.
+    /// Where the value is stored.
     pub placement: Placement,
-    /// Whether it belongs to the set that must be complete before anything is written: until then
-    /// SetParam answers IncompleteConfig (§2).
+    /// Whether it belongs to the set of parameters that must be complete before anything is stored:
+    /// until then SetParam answers IncompleteConfig (§2).
     pub required: bool,
 }
 
@@ -204,8 +204,7 @@ impl ParamSpec {
             && len.is_multiple_of(step)
     }
 
-    /// Checks the values of SetParam (§3.5): WrongData for a wrong number of them, InvalidValue for
-    /// one out of range.
+    /// Checks the values of SetParam (§3.5).
     ///
     /// # Errors
     ///
@@ -239,7 +238,7 @@ pub enum DriveParam {
     ZeroPoint,
     /// Speed: the speed of a move.
     Speed,
-    /// Acceleration: how fast the speed is gained and lost.
+    /// Acceleration: rate at which the drive gains and loses speed.
     Acceleration,
     /// MaxCurrent: the current that stops the drive.
     MaxCurrent,
@@ -247,7 +246,7 @@ pub enum DriveParam {
     SlowCurrent,
     /// DriveType: encoder, remote or limit switches.
     DriveType,
-    /// MoveHold: how long the Move in the same frame lasts.
+    /// MoveHold: time limit of the Move in the same frame.
     MoveHold,
     /// StopLag: how late the speed follows the command.
     StopLag,
@@ -263,7 +262,7 @@ pub enum DriveParam {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum ValveParam {
-    /// TravelTime: how long the valve takes.
+    /// TravelTime: longest time of an opening or closing.
     TravelTime,
     /// ValveType: local or remote.
     ValveType,

@@ -38,7 +38,7 @@ macro_rules! params {
                 }
             }
 
-            /// What stands for it alone, in little memory.
+            /// What belongs to this parameter alone; the rest is shared by its kind.
             const fn own(self) -> &'static Own {
                 const ALL: [Own; Param::COUNT] = [$(Own {
                     default: $spec.default,
@@ -67,12 +67,12 @@ macro_rules! params {
             }
         }
 
-        /// What the table says of each, for the kinds.
+        /// The specification of each row, from which the kinds are made.
         const SPECS: [ParamSpec; Param::COUNT] = [$($spec),+];
     };
 }
 
-/// What tells a parameter from others of its kind.
+/// What distinguishes a parameter from others of its kind.
 struct Own {
     default: i32,
     id: ParamId,
@@ -80,15 +80,15 @@ struct Own {
     kind: u8,
 }
 
-/// Any specification.
+/// Placeholder of a specification.
 pub(super) const ANY: ParamSpec = one(Unit::None, 0, 0, 0);
 
-/// Of no parameter.
+/// Placeholder.
 const OWN: Own = Own { default: 0, id: ParamId(0), subsystem: SubsystemId::GENERAL, kind: 0 };
 
 impl Param {
-    /// What the specification says of all parameters of this kind: those of the same kind share it, so
-    /// it takes little memory. Subsystem, id and default are not those of this one.
+    /// The specification shared by all parameters of this kind, which saves memory. Subsystem, id
+    /// and default are not those of this parameter.
     pub const fn kind(self) -> &'static ParamSpec {
         const KINDS: [ParamSpec; kinds::count(&SPECS)] = kinds::all(&SPECS);
         match KINDS.split_at_checked(self.own().kind as usize) {
@@ -113,7 +113,7 @@ impl Param {
     }
 }
 
-/// One stored value that SetParam may change at once; the methods below change what differs.
+/// One stored value that takes effect at once; the methods below change single properties.
 const fn one(unit: Unit, min: i32, max: i32, default: i32) -> ParamSpec {
     ParamSpec {
         subsystem: SubsystemId::GENERAL,
@@ -475,8 +475,7 @@ params! {
         "Diameter of the nozzle's outlet; the ballistics take from it how soon the jet breaks up.",
         "Диаметр выходного отверстия насадка; по нему баллистика считает, где распадается струя.");
     ControlHeight: CONTROL "Height", one(Centimetre, -10_000, 10_000, 150), text(
-        "Height of the nozzle above the ground that is extinguished; negative when it stands \
-        below.",
+        "Height of the nozzle above the ground that is extinguished; negative when it is below.",
         "Высота насадка над уровнем тушения; отрицательная, если ствол стоит ниже.");
 
     DetectorHotbeds: DETECTOR "Hotbeds",

@@ -1,15 +1,15 @@
-//! §3.20: what a hardware fault left.
+//! §3.20 Registers saved at a hardware fault.
 
 use crate::dictionary::layouts::{Layout, fields, names};
 
-/// What a hardware fault left (§3.20): 20 words, 80 bytes on Cortex-M3.
+/// Registers saved at a hardware fault (§3.20): 20 words, 80 bytes on Cortex-M3.
 ///
-/// The ten common words are followed by the architecture's own.
+/// Ten common words, then those of the architecture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FaultInfo {
     /// Marks the block as filled; 0 when there was no fault.
     pub signature: u32,
-    /// Architecture.
+    /// Architecture; selects the variant of `arch`.
     pub archtype: u32,
     /// Stack pointer in the fault exception.
     pub spcr: u32,
@@ -54,7 +54,7 @@ impl FaultInfo {
     /// No fault recorded.
     pub const NONE: Self = Self::from_words([0; 20]);
 
-    /// The block of a Cortex-M3.
+    /// The block of a Cortex-M3 from its words.
     #[inline(never)]
     pub const fn from_words(words: [u32; 20]) -> Self {
         let [signature, archtype, spcr, r0, r1, r2, r3, r12, lr, pc, a, b, c, d, e, f, g, h, i, j] =
@@ -74,7 +74,7 @@ impl FaultInfo {
         }
     }
 
-    /// Twenty words; those an ARM7TDMI does not have are 0.
+    /// The words of the block; those that an ARM7TDMI does not have are 0.
     #[inline(never)]
     pub const fn to_words(self) -> [u32; 20] {
         let [a, b, c, d, e, f, g, h, i, j] = match self.arch {
@@ -122,7 +122,7 @@ pub(crate) const CORTEX_M3: Layout = Layout::plain(
         tim4_cnt U32 None "Counter of timer 4" "Счётчик таймера 4";
         tim5_cnt U32 None "Counter of timer 5" "Счётчик таймера 5";
         hfsr U32 Bits "Hard fault status" "Состояние HardFault";
-        bfar U32 Bits "Bus fault address" "Адрес отказа шины";
+        bfar U32 Bits "Bus fault address" "Адрес отказа BusFault";
         mmfar U32 Bits "Memory management fault address" "Адрес отказа доступа к памяти";
         cfsr U32 Bits "Configurable fault status" "Состояние настраиваемых отказов";
         tcb U32 Bits "Task control block" "Блок управления задачей";

@@ -104,10 +104,10 @@ structure! {
 }
 
 impl Hotbed {
-    /// Most hotbeds in an answer.
+    /// Most hotbeds in one answer.
     pub const MAX: usize = 4;
 
-    /// Those of the parameter Hotbeds, whose values follow one another.
+    /// The hotbeds in the values of the parameter Hotbeds, five values each.
     pub fn of_values(values: Ints<'_>) -> impl Iterator<Item = Self> + use<'_> {
         let mut values = values.iter();
         core::iter::from_fn(move || {
@@ -116,12 +116,12 @@ impl Hotbed {
         })
     }
 
-    /// As the values of the parameter Hotbeds.
+    /// The values of the parameter Hotbeds for this hotbed.
     pub const fn to_values(self) -> [i32; 5] {
         [self.x1, self.x2, self.y1, self.y2, self.brightness]
     }
 
-    /// From the values of the parameter Hotbeds.
+    /// A hotbed from values of the parameter Hotbeds.
     pub const fn from_values([x1, x2, y1, y2, brightness]: [i32; 5]) -> Self {
         Self { x1, x2, y1, y2, brightness }
     }

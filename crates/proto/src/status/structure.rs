@@ -1,4 +1,4 @@
-//! One description of a structure: its type, its bytes, and its layout for tools.
+//! Macro for the structures of answers: type, bytes, and the layout for tools.
 
 /// Declares a structure that is packed and little-endian.
 ///
@@ -45,7 +45,7 @@ macro_rules! structure {
             /// Bytes on the wire.
             pub const SIZE: usize = Self::LAYOUT.size();
 
-            /// The structure of these bytes.
+            /// Reads the structure.
             #[inline]
             pub const fn from_bytes(bytes: [u8; Self::SIZE]) -> Self {
                 let rest = bytes.as_slice();
@@ -58,7 +58,7 @@ macro_rules! structure {
                 }
             }
 
-            /// Its bytes.
+            /// Writes the structure.
             #[inline]
             pub const fn to_bytes(self) -> [u8; Self::SIZE] {
                 let mut bytes = [0; Self::SIZE];
@@ -76,7 +76,7 @@ macro_rules! structure {
     (@kind i32) => { Kind::I32 };
 }
 
-/// The first bytes and those behind them. `SIZE` is the sum of what is taken, so there are enough.
+/// The first N bytes and the rest. `SIZE` is the sum of all fields, so there are enough.
 #[inline(always)]
 pub(super) const fn take<const N: usize>(bytes: &[u8]) -> ([u8; N], &[u8]) {
     match bytes.split_first_chunk() {
@@ -85,7 +85,7 @@ pub(super) const fn take<const N: usize>(bytes: &[u8]) -> ([u8; N], &[u8]) {
     }
 }
 
-/// Writes the first bytes; returns those behind them.
+/// Writes the first N bytes; returns the rest.
 #[inline(always)]
 pub(super) const fn put<const N: usize>(bytes: &mut [u8], value: [u8; N]) -> &mut [u8] {
     match bytes.split_first_chunk_mut() {
@@ -97,7 +97,7 @@ pub(super) const fn put<const N: usize>(bytes: &mut [u8], value: [u8; N]) -> &mu
     }
 }
 
-/// What is behind the last field: nothing.
+/// The end of the structure: no bytes may be left.
 #[inline(always)]
 pub(super) const fn end(rest: &[u8]) {
     debug_assert!(rest.is_empty());

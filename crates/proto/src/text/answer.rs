@@ -1,4 +1,4 @@
-//! Answers as text.
+//! Text form of answers.
 
 use super::{Hex, RequestText, find_param, write_list, write_param, write_request};
 use crate::answer::{Answer, Reply};
@@ -12,17 +12,17 @@ use crate::status::{FaultArch, FaultInfo, GeneralStatus, Hotbed, ThermoStatus};
 use crate::{DecodeError, Ints};
 use core::fmt::{self, Display};
 
-/// An answer beside the subsystem that was asked: `Vertical Move → Denied (Deployer)`.
+/// An answer and the subsystem that was addressed: `Vertical Move → Denied (Deployer)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Exchange<'a> {
     /// The addressee of the request.
     pub to: SubsystemId,
-    /// The answer to it.
+    /// The answer to the request.
     pub answer: Answer<'a>,
 }
 
 impl<'a> Exchange<'a> {
-    /// An answer beside its request.
+    /// Combines an answer with the addressee of its request.
     pub const fn new(request: &Request<'_>, answer: Answer<'a>) -> Self {
         Self { to: request.to, answer }
     }
@@ -31,7 +31,7 @@ impl<'a> Exchange<'a> {
 impl Display for Exchange<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Answer { from, request, status, data } = self.answer;
-        // Of many addressees each one answers for itself.
+        // Each of several addressees answers with its own name.
         let many = matches!(self.to, SubsystemId::ALL | SubsystemId::MOTORS);
         let to = if many { from } else { self.to };
         write!(f, "{to} ")?;
@@ -56,7 +56,7 @@ impl Display for Answer<'_> {
     }
 }
 
-/// An answer's record as text; one whose data make no sense is shown raw, with the reason.
+/// An answer's record as text; one with invalid data is shown raw, with the reason.
 #[derive(Clone, Copy, Debug)]
 pub struct AnswerText<'a>(pub Record<'a>);
 
@@ -100,17 +100,17 @@ fn write_data(f: &mut fmt::Formatter<'_>, from: SubsystemId, data: &Reply<'_>) -
     }
 }
 
-/// A value with its unit, tenths written as such: `8.0 A`, `1200'`, `60 mm`.
+/// A value with its unit, tenths as a decimal fraction: `8.0 A`, `1200'`, `60 mm`.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
-    /// The number as the protocol has it.
+    /// The value in the unit of the protocol.
     pub value: i32,
-    /// What it is measured in.
+    /// Unit of the value.
     pub unit: Unit,
 }
 
 impl Unit {
-    /// A value in this unit, as text.
+    /// Formats a value of this unit.
     pub const fn show(self, value: i32) -> Measured {
         Measured { value, unit: self }
     }
@@ -208,7 +208,7 @@ fn write_values(
     })
 }
 
-/// §3.21.
+/// Writes fire spots, §3.21.
 fn write_hotbeds(f: &mut fmt::Formatter<'_>, values: Ints<'_>) -> fmt::Result {
     write!(f, "Hotbeds {}", values.len() / 5)?;
     for Hotbed { x1, x2, y1, y2, brightness } in Hotbed::of_values(values) {
@@ -217,7 +217,7 @@ fn write_hotbeds(f: &mut fmt::Formatter<'_>, values: Ints<'_>) -> fmt::Result {
     Ok(())
 }
 
-/// §3.20.
+/// Writes crash data, §3.20.
 fn write_fault(f: &mut fmt::Formatter<'_>, info: &FaultInfo) -> fmt::Result {
     if *info == FaultInfo::NONE {
         return f.write_str("no fault recorded");

@@ -1,4 +1,4 @@
-//! Why a text is no request: where, what was expected, and what was perhaps meant.
+//! Errors of [`parse`](super::parse): where, what was expected, which word may have been meant.
 
 use super::write_list;
 use crate::dictionary::{self, REQUESTS, SUBSYSTEMS};
@@ -6,17 +6,17 @@ use crate::id::{RequestId, SubsystemId};
 use crate::param::Param;
 use core::fmt;
 
-/// Why a text is no request.
+/// Error in the text of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ParseError {
-    /// Byte of the text where the offending word starts; its end when something is missing.
+    /// Byte offset of the wrong word; the end of the text when something is missing.
     pub column: usize,
-    /// Bytes of the offending word; 0 when something is missing.
+    /// Length of the wrong word, bytes; 0 when something is missing.
     pub len: usize,
     /// What was expected there.
     pub expected: Wanted,
-    /// The known word that is nearest to the offending one.
+    /// The known word that is most similar to the wrong one.
     pub suggestion: Option<&'static str>,
 }
 
@@ -26,7 +26,7 @@ pub struct ParseError {
 pub enum Wanted {
     /// Name of a request, or its number.
     Request,
-    /// Name of a subsystem that can be asked this, or its number.
+    /// Name of a subsystem that accepts this request, or its number.
     Addressee(RequestId),
     /// Name of a parameter of this subsystem, its number, or `@` and any name.
     Param(SubsystemId),
@@ -34,31 +34,31 @@ pub enum Wanted {
     Word(&'static [&'static str]),
     /// A number in this range.
     Number {
-        /// What it stands for.
+        /// What the number means.
         what: &'static str,
-        /// The smallest possible value.
+        /// The smallest valid value.
         min: i64,
-        /// The greatest possible value.
+        /// The greatest valid value.
         max: i64,
     },
-    /// So many numbers with commas between them.
+    /// A given number of values with commas between them.
     Numbers {
-        /// What they stand for.
+        /// What the values mean.
         what: &'static str,
-        /// How many.
+        /// Number of values.
         count: usize,
     },
-    /// Something that this request needs.
+    /// A part that this request needs.
     Missing(&'static str),
-    /// The same thing only once.
+    /// A part that may be given only once.
     Once,
-    /// Another variant of the request: these do not go together.
+    /// Two parts that belong to different variants of the request.
     NotTogether(&'static str, &'static str),
     /// Bytes in hexadecimal.
     Hex,
     /// The end of the text.
     End,
-    /// Fewer data: a request has 255 bytes at most.
+    /// At most 255 bytes of data.
     FewerData,
 }
 
@@ -125,9 +125,9 @@ fn write_addressees(f: &mut fmt::Formatter<'_>, request: RequestId) -> fmt::Resu
     }
 }
 
-/// The name nearest to a word, unless all of them are far away.
+/// The name most similar to a word; `None` if all differ too much.
 pub fn nearest(word: &str, names: impl Iterator<Item = &'static str>) -> Option<&'static str> {
-    // Two letters changed places count as two changes, even in `Move`.
+    // A swap of two letters counts as two changes, and must be allowed even in `Move`.
     let limit = (word.len() / 3 + 1).clamp(1, 4);
     names
         .map(|name| (distance(word, name), name))
@@ -136,8 +136,8 @@ pub fn nearest(word: &str, names: impl Iterator<Item = &'static str>) -> Option<
         .map(|(_, name)| name)
 }
 
-/// Letters to change, insert or drop (Levenshtein), upper and lower case alike; names here are at
-/// most 24 bytes long, what is longer is cut.
+/// Edit distance (Levenshtein), regardless of case. Names here have at most 24 bytes; longer words
+/// are cut.
 fn distance(word: &str, name: &str) -> usize {
     const LONGEST: usize = 24;
     let mut row = [0usize; LONGEST + 1];

@@ -1,15 +1,15 @@
-//! Words of a text, the numbers in them, and the buffer that data are put into.
+//! Words of a text, their numbers, and the buffer for data.
 
 use super::error::{ParseError, Wanted};
 
-/// A word and where it stands.
+/// A word and its offset in the text.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Token<'t> {
     pub(super) text: &'t str,
     pub(super) column: usize,
 }
 
-/// The words of a text up to its comment.
+/// The words of a text without its comment.
 pub(super) struct Tokens<'t> {
     text: &'t str,
     at: usize,
@@ -34,7 +34,7 @@ impl<'t> Tokens<'t> {
         Some(token)
     }
 
-    /// The next word, which has to be there.
+    /// The next word; an error if there is none.
     pub(super) fn need(&mut self, expected: Wanted) -> Result<Token<'t>, ParseError> {
         self.next().ok_or(self.at_end(expected))
     }
@@ -53,14 +53,14 @@ impl<'t> Token<'t> {
         ParseError { column: self.column, len: self.text.len(), expected, suggestion: None }
     }
 
-    /// `key=value` apart.
+    /// Splits `key=value`.
     pub(super) fn pair(self) -> Option<(&'t str, Token<'t>)> {
         let (key, value) = self.text.split_once('=')?;
         let column = self.column.saturating_add(key.len() + 1);
         Some((key, Token { text: value, column }))
     }
 
-    /// What stands between commas.
+    /// The parts between commas.
     pub(super) fn items(self) -> impl Iterator<Item = Token<'t>> {
         let mut column = self.column;
         self.text.split(',').map(move |text| {
@@ -70,7 +70,7 @@ impl<'t> Token<'t> {
         })
     }
 
-    /// A number in a range, decimal or hexadecimal.
+    /// A number within a range, decimal or hexadecimal.
     pub(super) fn number<T: TryFrom<i64>>(
         self,
         what: &'static str,
@@ -90,7 +90,7 @@ impl<'t> Token<'t> {
         }
     }
 
-    /// Exactly N words between commas.
+    /// Exactly N parts between commas.
     pub(super) fn split<const N: usize>(
         self,
         what: &'static str,
@@ -119,7 +119,7 @@ impl<'t> Token<'t> {
         Ok(numbers)
     }
 
-    /// Keeps a value, and where it was given; the same one twice is an error.
+    /// Stores a value with its place; the same key twice is an error.
     pub(super) fn set<T>(
         self,
         slot: &mut Option<(T, Token<'t>)>,
@@ -145,7 +145,7 @@ fn integer(word: &str) -> Option<i64> {
 /// `0x` and up to eight digits.
 pub(super) fn hex(word: &str) -> Option<u32> {
     let digits = word.strip_prefix("0x").or(word.strip_prefix("0X"))?;
-    // The library would also take a sign.
+    // The standard library would also accept a sign.
     let all = digits.bytes().all(|digit| digit.is_ascii_hexdigit());
     u32::from_str_radix(digits, 16).ok().filter(|_| all)
 }
@@ -162,7 +162,7 @@ impl<'b> Buffer<'b> {
         Self { bytes, len: 0, limit }
     }
 
-    /// Appends bytes that a word stands for.
+    /// Appends the bytes of a word.
     pub(super) fn push(&mut self, bytes: &[u8], token: Token<'_>) -> Result<(), ParseError> {
         let end = self.len.saturating_add(bytes.len());
         match self.bytes.get_mut(self.len..end) {

@@ -1,6 +1,6 @@
-//! The text form of requests and answers — ours.
+//! The text form of requests and answers (ours).
 //!
-//! A request is its name, its addressee and its data, as a person would say them:
+//! A request is its name, its addressee and its data:
 //!
 //! ```text
 //! Move Vertical 1200                    GetStatus All               Stop All
@@ -15,13 +15,13 @@
 //! StartTrajectory Control point=1200,300,25,10 point=1300,300,25,10
 //! SetupCorrectionTable Control first=0 corrections=0,0,1,1,2
 //! GetLog General first=0 count=10
-//! 0x12 0x34 de ad be                    request, subsystem and data that nobody knows
+//! 0x12 0x34 de ad be                    an unknown request and subsystem, with data
 //! ```
 //!
 //! Names are understood in any case; `key=value` parts in any order; a request with a single
 //! possible addressee may leave it out (`Deploy`, `Lockout on`). Numbers are decimal or `0x`. A
 //! parameter is a name of the dictionary, its id (`0x23fe`), or `@` and any name, which is hashed.
-//! A number instead of a request's name (`0x4d Vertical b0`) takes any data, sound or not. What
+//! A number instead of a request's name (`0x4d Vertical b0`) takes any data, valid or not. What
 //! follows `#` is a comment.
 //!
 //! An answer is `addressee request → status (who answered instead): data`.
@@ -42,10 +42,10 @@ use crate::id::{ParamId, RequestId, SubsystemId};
 use crate::param::Param;
 use core::fmt;
 
-/// Most bytes that [`parse`] needs in its buffer.
+/// Bytes of buffer that [`parse`] needs at most.
 pub const BUFFER_SIZE: usize = crate::record::DATA_MAX;
 
-/// Writes a request's name, or its number.
+/// Writes the name of a request, or its number if it is unknown.
 fn write_request(f: &mut fmt::Formatter<'_>, id: RequestId) -> fmt::Result {
     match dictionary::request(id) {
         Some(info) => f.write_str(info.name),
@@ -53,12 +53,12 @@ fn write_request(f: &mut fmt::Formatter<'_>, id: RequestId) -> fmt::Result {
     }
 }
 
-/// The parameter with this id: the subsystem's own, else any of this name, as All has none.
+/// The parameter with this id: the subsystem's own, else that of any subsystem, for All has none.
 fn find_param(subsystem: SubsystemId, id: ParamId) -> Option<Param> {
     Param::find(subsystem, id).or_else(|| Param::ALL.into_iter().find(|p| p.spec().id == id))
 }
 
-/// Writes a parameter's name, or its number.
+/// Writes the name of a parameter, or its number if it is unknown.
 fn write_param(f: &mut fmt::Formatter<'_>, subsystem: SubsystemId, id: ParamId) -> fmt::Result {
     match find_param(subsystem, id) {
         Some(param) => f.write_str(param.name()),
@@ -66,7 +66,7 @@ fn write_param(f: &mut fmt::Formatter<'_>, subsystem: SubsystemId, id: ParamId) 
     }
 }
 
-/// Writes things with a separator between them.
+/// Writes items with a separator between them.
 fn write_list<T: fmt::Display>(
     f: &mut fmt::Formatter<'_>,
     separator: &str,

@@ -1,4 +1,4 @@
-//! Text to request.
+//! Parsing of the text form of requests.
 
 use super::error::{ParseError, Wanted, nearest};
 use super::fields::{Buffer, Token, Tokens, hex};
@@ -18,8 +18,8 @@ const I8: (i64, i64) = (i8::MIN as i64, i8::MAX as i64);
 const U8: (i64, i64) = (0, u8::MAX as i64);
 const U16: (i64, i64) = (0, u16::MAX as i64);
 
-/// Reads the text form of a request. Its data are put into `buf`; [`super::BUFFER_SIZE`] bytes are
-/// always enough.
+/// Reads the text form of a request. Its data are stored in `buf`, which needs at most
+/// [`super::BUFFER_SIZE`] bytes.
 ///
 /// ```
 /// use lafet_proto::{Request, SubsystemId, text};
@@ -33,7 +33,7 @@ const U16: (i64, i64) = (0, u16::MAX as i64);
 ///
 /// # Errors
 ///
-/// [`ParseError`](super::ParseError): the byte at which reading ended, what was expected there, and
+/// [`ParseError`](super::ParseError): the byte offset of the error, what was expected there, and
 /// the name that may have been meant.
 pub fn parse<'b>(text: &str, buf: &'b mut [u8]) -> Result<Request<'b>> {
     let mut tokens = Tokens::new(text);
@@ -59,7 +59,7 @@ pub fn parse<'b>(text: &str, buf: &'b mut [u8]) -> Result<Request<'b>> {
     }
 }
 
-/// The addressee, which may be left out where the document knows only one.
+/// The addressee; it may be left out where only one is possible.
 fn addressee(tokens: &mut Tokens<'_>, id: RequestId) -> Result<SubsystemId> {
     let only = match dictionary::request(id).map(|info| info.addressees) {
         Some([only]) => Some(*only),
@@ -89,12 +89,12 @@ fn subsystem(token: Token<'_>, request: RequestId) -> Result<SubsystemId> {
         })
 }
 
-/// `0x` and a number of one byte.
+/// `0x` and a value of one byte.
 fn hex_id(word: &str) -> Option<u8> {
     hex(word).and_then(|id| u8::try_from(id).ok())
 }
 
-/// Data in hexadecimal. Where they are what the request needs, it is the request itself.
+/// Data in hexadecimal; data valid for the request become that request.
 fn raw<'b>(tokens: &mut Tokens<'_>, request: RequestId, buf: &'b mut [u8]) -> Result<Body<'b>> {
     let mut buffer = Buffer::new(buf, DATA_MAX);
     while let Some(token) = tokens.next() {
@@ -138,7 +138,7 @@ fn body<'b>(
         RequestId::START_TRAJECTORY => Body::StartTrajectory(trajectory(tokens, buf)?),
         RequestId::SETUP_CORRECTION_TABLE => correction_table(tokens, buf)?,
         RequestId::GET_LOG => log(tokens)?,
-        // The rest have no data.
+        // The other requests have no data.
         id => Body::decode(id, &[]).map_err(|_| tokens.missing("data"))?,
     })
 }
@@ -181,7 +181,7 @@ fn key(tokens: &mut Tokens<'_>, implied: u16) -> Result<u16> {
     }
 }
 
-/// A word that stands for a value, or `name=` and any value; `name=` is the last of the words.
+/// A word that means a value, or `name=` and any value; `name=` is the last of the words.
 fn switch(tokens: &mut Tokens<'_>, words: &'static [&'static str], values: &[u16]) -> Result<u16> {
     let token = tokens.need(Wanted::Word(words))?;
     let named = words.last().and_then(|last| last.strip_suffix('='));
@@ -196,7 +196,7 @@ fn switch(tokens: &mut Tokens<'_>, words: &'static [&'static str], values: &[u16
     }
 }
 
-/// §3.16.
+/// StartSeek, §3.16.
 fn seek(tokens: &mut Tokens<'_>) -> Result<Seek> {
     let mut seek = Seek {
         start_h: word_i16(tokens, "start, horizontal")?,
@@ -215,7 +215,7 @@ fn seek(tokens: &mut Tokens<'_>) -> Result<Seek> {
     Ok(seek)
 }
 
-/// §3.14: the keys tell the variant.
+/// StartQuench, §3.14: the keys select the variant.
 fn quench<'b>(tokens: &mut Tokens<'_>, buf: &'b mut [u8]) -> Result<Quench<'b>> {
     const KEYS: &[&str] =
         &["program=", "centre=", "nozzle=", "sector=", "step=", "distance=", "corrections="];
@@ -282,7 +282,7 @@ fn list_i8(buffer: &mut Buffer<'_>, list: Token<'_>) -> Result<()> {
         .try_for_each(|item| buffer.push(&item.number::<i8>("correction", I8)?.to_le_bytes(), item))
 }
 
-/// §3.15.
+/// StartTrajectory, §3.15.
 fn trajectory<'b>(tokens: &mut Tokens<'_>, buf: &'b mut [u8]) -> Result<Trajectory<'b>> {
     const KEYS: &[&str] = &["ballistics", "repeat", "point=", "stored="];
     let (mut ballistics, mut repeat) = (None, None);
@@ -329,7 +329,7 @@ fn point(list: Token<'_>) -> Result<TrajectoryPoint> {
     })
 }
 
-/// §3.6.
+/// SetupCorrectionTable, §3.6.
 fn correction_table<'b>(tokens: &mut Tokens<'_>, buf: &'b mut [u8]) -> Result<Body<'b>> {
     let (mut first, mut corrections) = (None, None);
     let mut buffer = Buffer::new(buf, DATA_MAX - 1);

@@ -1,4 +1,4 @@
-//! Requests as text.
+//! Text form of requests.
 
 use super::{Hex, find_param, write_list, write_param, write_request};
 use crate::id::{SubsystemId, key};
@@ -11,7 +11,7 @@ use core::fmt::{self, Display};
 impl Display for Request<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Body::Unknown { request, data } = self.body {
-            // Numbers and not the name: the data are not what the name promises.
+            // The number, not the name: the data are not valid for the named request.
             write!(f, "{:#04x} {}", request.0, self.to)?;
             return if data.is_empty() { Ok(()) } else { write!(f, " {}", Hex(data)) };
         }
@@ -21,7 +21,7 @@ impl Display for Request<'_> {
     }
 }
 
-/// A request's record as text; one whose data make no sense is shown raw, with the reason.
+/// A request's record as text; one with invalid data is shown raw, with the reason.
 #[derive(Clone, Copy, Debug)]
 pub struct RequestText<'a>(pub Record<'a>);
 
@@ -87,7 +87,7 @@ fn write_data(f: &mut fmt::Formatter<'_>, to: SubsystemId, body: &Body<'_>) -> f
     }
 }
 
-/// The key is implied when it is the one that the document asks for.
+/// The key is left out if it is the one of the document.
 fn write_key(f: &mut fmt::Formatter<'_>, key: u16, implied: u16) -> fmt::Result {
     if key == implied { Ok(()) } else { write!(f, " key={key:#06x}") }
 }

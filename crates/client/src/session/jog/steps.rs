@@ -1,10 +1,10 @@
 //! A motion as short steps that end by themselves, for monitors without MoveHold.
 //!
-//! Each Move leads to a place a little ahead of where the drive was seen last: far enough that the
-//! next Move comes before it arrives, and no farther than its own braking makes necessary. When
-//! nothing renews it, the drive arrives and stops. Nothing is assumed of the drive: its speed is what
-//! it reports and what its positions show, so the first step is small, and steps grow as long as the
-//! drive gets faster with them.
+//! Each Move leads to a position a little ahead of the last known one: far enough that the next
+//! Move comes before the drive arrives, and no farther than braking requires. Without a renewal the
+//! drive arrives and stops. Nothing is assumed about the drive: its speed is taken from its status
+//! and its positions, so the first step is small, and steps grow while the drive gets faster with
+//! them.
 
 use std::time::Duration;
 
@@ -17,16 +17,16 @@ use super::super::Now;
 const FIRST_ARCMIN: f64 = 18.0;
 /// The first step of the nozzle, mm.
 const FIRST_MM: f64 = 1.0;
-/// A step grows by this as long as the drive gets faster with it.
+/// Factor by which a step grows while the drive gets faster with it.
 const GROWTH: f64 = 1.5;
-/// A drive that is faster by this has got faster.
+/// Factor of speed above which a drive counts as faster.
 const FASTER: f64 = 1.05;
-/// What a drive may need to brake, at its speed: a step is never longer than this and the time until
-/// the next Move.
+/// Time that a drive may need to brake from its speed: a step is never longer than this time plus
+/// the time until the next Move.
 const BRAKING: Duration = Duration::from_millis(600);
-/// Added to the time until the next Move, besides a quarter of it.
+/// Margin added to the time until the next Move, in addition to a quarter of it.
 const SPARE: Duration = Duration::from_millis(30);
-/// Places that far apart are the same, ' or mm.
+/// Positions at most this far apart count as equal, ' or mm.
 const SAME: i32 = 1;
 
 /// The steps of a motion.
@@ -35,20 +35,20 @@ pub struct Steps {
     /// 1: up, left, narrow; -1: down, right, wide.
     sign: f64,
     first: f64,
-    /// Units of position a second that one unit of DriveStatus.speed is.
+    /// Units of position per second for one unit of DriveStatus.speed.
     per_speed: f64,
     lead: f64,
-    /// The greatest speed seen, units a second.
+    /// The highest speed seen, units per second.
     top: f64,
     seen: Option<(Now, DriveStatus)>,
     destination: Option<i32>,
-    /// When the last Move was made, and the longest time lately between two.
+    /// Time of the last Move, and the longest recent time between two.
     moved: Option<Now>,
     cycle: Duration,
 }
 
 impl Steps {
-    /// Of a drive, up (left, narrow) or down; Moves are to come every `cycle`.
+    /// Steps of a drive, up (left, narrow) or down; a Move is expected every `cycle`.
     pub fn new(drive: SubsystemId, up: bool, cycle: Duration) -> Self {
         let nozzle = drive == SubsystemId::NOZZLE;
         let (first, per_speed) = if nozzle { (FIRST_MM, 1.0) } else { (FIRST_ARCMIN, 60.0) };
@@ -57,12 +57,12 @@ impl Steps {
         Self { sign, first, per_speed, lead, top: 0.0, seen, destination, moved, cycle }
     }
 
-    /// The drive is where the last step led.
+    /// Whether the drive has reached the end of the last step.
     pub fn has_arrived(&self, status: &DriveStatus) -> bool {
         self.destination.is_some_and(|to| (to - i32::from(status.position)).abs() <= SAME)
     }
 
-    /// The drive was seen at a place.
+    /// Takes the drive's state.
     pub fn saw(&mut self, now: Now, status: DriveStatus) {
         let mut speed = f64::from(status.speed) * self.per_speed;
         if let Some((before, last)) = self.seen.replace((now, status)) {
@@ -78,13 +78,13 @@ impl Steps {
         }
     }
 
-    /// The destination of the next Move, when an answer takes `rtt`.
+    /// The destination of the next Move, if an answer takes `rtt`.
     pub fn next(&mut self, now: Now, rtt: Duration) -> i16 {
         if let Some(before) = self.moved.replace(now) {
             let cycle = now.saturating_sub(before);
             self.cycle = cycle.max(self.cycle * 7 / 8);
         }
-        // What was seen is old by an answer when the Move arrives.
+        // The known position is older by one answer when the Move arrives.
         let until_next = (self.cycle + rtt).mul_f64(1.25) + SPARE;
         let least = (self.top * until_next.as_secs_f64()).max(self.first);
         let most = (self.top * (until_next + BRAKING).as_secs_f64()).max(self.first);
@@ -92,7 +92,7 @@ impl Steps {
         let from = self.seen.map_or(0.0, |(_, status)| f64::from(status.position));
         let far = f64::from(i16::MAX);
         let to = (from + self.sign * self.lead).round().clamp(-far, far);
-        // A step never leads back behind the one before: the drive would brake for it.
+        // A step never leads back behind the one before: the drive would brake.
         let to = match self.destination {
             Some(before) if self.sign > 0.0 => to.max(f64::from(before)),
             Some(before) => to.min(f64::from(before)),
@@ -115,8 +115,7 @@ mod tests {
         DriveStatus { flags: DriveFlags::MOVE, position, current: 0, speed }
     }
 
-    /// Steps lead ahead by what the drive goes until the next, whatever its speed is, and the first is
-    /// small.
+    /// Steps lead ahead by the distance until the next Move at any speed, and the first is small.
     #[test]
     fn steps_follow_the_speed_of_the_drive() {
         for (speed, sign) in [(1.0, 1.0), (5.0, -1.0), (12.0, 1.0), (20.0, -1.0)] {

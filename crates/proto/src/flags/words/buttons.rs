@@ -6,7 +6,7 @@ const fn button(meaning: [&'static str; 2]) -> Words {
     words(
         meaning,
         [
-            "Pressed: somebody holds the button. Short: water or a pinched cable. Open: a broken \
+            "Pressed: the button is held. Short: water or a pinched cable. Open: a broken \
             wire, a missing end resistor, no post connected.",
             "Нажата: кнопку удерживают. КЗ: вода или пережатый кабель. Обрыв: обрыв провода, нет \
             оконечного резистора, пост не подключён.",

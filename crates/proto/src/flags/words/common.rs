@@ -66,7 +66,7 @@ pub const CONN_LOST: Words = words(
     ],
     [
         "Check the unit's supply and the bus cable up to its glands; swap the unit with a sound \
-        one to tell it from the line.",
+        one to distinguish it from the line.",
         "Проверьте питание блока и кабель магистрали вплоть до вводов; поменяйте блок на \
         исправный, чтобы отличить его отказ от отказа линии.",
     ],

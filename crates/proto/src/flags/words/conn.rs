@@ -4,11 +4,11 @@ use super::{Words, words};
 
 pub const CONN_LOST: Words = words(
     [
-        "Nobody has controlled the monitor through this interface lately (3 s by default).",
+        "No client has controlled the monitor through this interface lately (3 s by default).",
         "По этому интерфейсу никто не управлял стволом (по умолчанию 3 секунды).",
     ],
     [
-        "Ordinary while nobody commands; status polls do not count. Else a broken line, wrong \
+        "Ordinary while no client commands; status polls do not count. Else a broken line, wrong \
         address or speed, a silent modem.",
         "Обычно, пока команд нет; опрос состояния не считается. Иначе обрыв линии, неверный адрес \
         или скорость, молчит модем.",

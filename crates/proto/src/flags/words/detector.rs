@@ -44,8 +44,8 @@ pub const CANCELED: Words = words(
         "Stop Detector, Stop All, Lockout либо отказ привода в процессе.",
     ],
     [
-        "If nobody stopped it, look at the flags of the drives; the fire spots found so far may be \
-        incomplete.",
+        "If it was not stopped by a user, look at the flags of the drives; the fire spots found \
+        so far may be incomplete.",
         "Если никто не останавливал, посмотрите флаги приводов; список найденных очагов может быть \
         неполным.",
     ],

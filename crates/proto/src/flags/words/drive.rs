@@ -23,8 +23,8 @@ pub const POSITION_WAY_FAULT: Words = words(
         или провода двигателя.",
     ],
     [
-        "Swap the encoder's phases A and B (or the motor's wires), then set the zero point and the \
-        limits anew.",
+        "Swap the encoder's phases A and B (or the motor's wires), then set the zero point and \
+        the limits again.",
         "Поменяйте местами фазы A и B энкодера (или провода двигателя), затем заново задайте \
         нулевую точку и пределы.",
     ],
@@ -50,7 +50,7 @@ pub const AMPERAGE_OVERLOAD: Words = words(
 pub const POS_ENCODER_FAULT: Words = words(
     ["The position sensor is faulty.", "Неисправность датчика положения."],
     [
-        "The motor runs and the position stands still: sensor unplugged, broken cable, coupling \
+        "The motor runs and the position does not change: sensor unplugged, broken cable, coupling \
         slipped, or a gear that no longer drives the barrel.",
         "Двигатель вращается, а положение не меняется: датчик отключён, обрыв кабеля, \
         проскальзывает муфта либо редуктор не ведёт ствол.",
@@ -150,13 +150,13 @@ pub const MAX_LIMIT_REACHED: Words = words(
     ],
 );
 const ABSOLUTE_CAUSE: [&str; 2] = [
-    "The drive stands at its mechanical end: limits were off, the limit is set beyond the \
+    "The drive is at its mechanical end: limits were off, the limit is set beyond the \
         switch, or the zero point has moved.",
     "Привод у механического упора: пределы были выключены, предел задан дальше датчика либо \
         сместилась нулевая точка.",
 ];
 const ABSOLUTE_REMEDY: [&str; 2] = [
-    "Drive back; if the position does not fit the place, set the zero point anew; if the \
+    "Drive back; if the position does not match the barrel, set the zero point again; if the \
         switch stays closed, check it.",
     "Отведите привод; если положение не соответствует месту, задайте нулевую точку заново; \
         если датчик остаётся замкнут, проверьте его.",
@@ -198,7 +198,7 @@ pub const TRV_ENGAGE: Words = words(
         "Мини-робот: включён режим ТРВ насадка (тонкораспылённая вода).",
     ],
     [
-        "The nozzle stands at or below TrvPosition.",
+        "The nozzle is at or below TrvPosition.",
         "Насадок находится в положении TrvPosition или ниже.",
     ],
     [

@@ -35,13 +35,13 @@ pub const LOCKED_OUT: Words = words(
         "Включена аварийная блокировка: движения нет, на команды управления выдаётся Denied.",
     ],
     [
-        "Somebody sent Lockout with the key Enable; it survives restart and loss of power.",
+        "A client sent Lockout with the key Enable; it survives restart and loss of power.",
         "Кто-то отправил Lockout с ключом Enable; блокировка переживает перезапуск и отключение \
         питания.",
     ],
     [
-        "Find out who locked it and why, make sure that nobody is at the barrel, then send Lockout \
-        with the key Disable.",
+        "Find out who locked it and why, make sure that no person is at the barrel, then send \
+        Lockout with the key Disable.",
         "Выясните, кто и почему включил блокировку, убедитесь, что у ствола никого нет, затем \
         отправьте Lockout с ключом Disable.",
     ],

@@ -1,5 +1,5 @@
-//! What the flags mean, what leads to them, what to do: one file for each class — ours, in English
-//! and Russian, for the engineer who stands at the monitor.
+//! Meaning, cause and remedy of each flag, one file for each class (ours), in English and Russian,
+//! for the engineer at the monitor.
 
 pub(super) mod buttons;
 pub(super) mod climatics;

@@ -50,7 +50,7 @@ pub const BLOCKED: Words = words(
         блокировки.",
     ],
     [
-        "Set the switch to remote, release the handwheel, check the interlock circuit; somebody \
+        "Set the switch to remote, release the handwheel, check the interlock circuit; a person \
         may be working on the valve.",
         "Переведите в дистанционный режим, выведите маховик, проверьте цепь блокировки; возможно, \
         с затвором работают люди.",
@@ -104,7 +104,7 @@ pub const CLOSED: Words = words(
     только что включён.",
     ],
     [
-        "Nothing; neither this flag nor Open means that it stands in between.",
+        "Nothing; neither this flag nor Open means that it is in between.",
         "Ничего; если нет ни \
     этого флага, ни Open — затвор в промежуточном положении.",
     ],

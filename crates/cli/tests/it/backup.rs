@@ -1,0 +1,146 @@
+//! `lafet param backup|diff|restore` on simulated monitors.
+
+use std::path::PathBuf;
+
+use crate::support::{Run, Running, Sim, lafet};
+use serde_json::json;
+
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn set(sim: &Sim, who: &str, name: &str, value: &str) {
+    sim.done(&["param", "set", who, name, value]);
+}
+
+#[test]
+fn what_was_backed_up_comes_back_and_only_that_is_written() {
+    let sim = Sim::start(&["--speed", "20"]);
+    let folder = folder("backup-back");
+    let file = folder.join("one.toml");
+    let file = file.to_str().unwrap();
+    sim.done(&["program", "set", "3", "--centre", "30deg,-2deg", "--distance", "25"]);
+    let kept = sim.value(&["param", "backup", file, "--firmware", "2.4"]);
+    assert!(kept["parameters"].as_u64().unwrap() > 70, "{kept}");
+    let text = std::fs::read_to_string(file).unwrap();
+    for line in
+        ["profile = \"full\"", "firmware = \"2.4\"", "[Vertical]", "Program3 = [1800, -120,"]
+    {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    assert!(!text.contains("FaultInfo ="), "{text}");
+    assert_eq!(sim.run(&["param", "backup", file]).code, 2, "the file already exists");
+    assert!(sim.done(&["param", "diff", file]).out.contains("No differences"));
+
+    set(&sim, "vertical", "Speed", "3");
+    set(&sim, "general", "Address", "9");
+    sim.done(&["program", "clear", "3"]);
+    let run = sim.run(&["param", "diff", file]);
+    assert!(run.code == 1 && run.out.contains("12 °/s"), "{run:?}");
+    assert_eq!(run.out.lines().count(), 4, "{run:?}");
+    let run = sim.done(&["param", "restore", file, "--dry-run"]);
+    assert!(run.out.contains("Vertical.Speed") && run.out.contains('→'), "{run:?}");
+    assert_eq!(sim.value(&["param", "get", "vertical", "Speed"])["values"], json!([3]));
+
+    let restored = sim.value(&["param", "restore", file, "--except", "Control.Program3"]);
+    let written = restored["written"].as_array().unwrap();
+    let names: Vec<&str> = written.iter().map(|one| one["parameter"].as_str().unwrap()).collect();
+    assert_eq!(names, ["Vertical.Speed", "General.Address"], "the change of address comes last");
+    assert!(written.iter().all(|one| one["result"] == "stored"), "{restored}");
+    assert_eq!(restored["restart"], json!(["General.Address"]));
+    let run = sim.done(&["--lang", "ru", "param", "restore", file]);
+    assert!(run.out.contains("Control.Program3") && run.out.contains("сохранено"), "{run:?}");
+    assert!(sim.done(&["param", "restore", file]).out.contains("nothing to write"));
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "the journal is removed");
+}
+
+/// §3.19: everything is unset; §2 IncompleteConfig until a subsystem's last value is set.
+#[test]
+fn an_erased_monitor_is_restored() {
+    let sim = Sim::start(&["--speed", "40"]);
+    let folder = folder("backup-erased");
+    let file = folder.join("one.toml");
+    let file = file.to_str().unwrap();
+    set(&sim, "vertical", "Speed", "7");
+    sim.done(&["param", "backup", file]);
+    sim.done(&["send", "CleanFlash General"]);
+    let invalid = || sim.run(&["status", "vertical"]).out.contains("ConfigInvalid");
+    assert!((0..200).any(|_| invalid()), "it restarts without parameters");
+    let diff = sim.run(&["param", "diff", file]);
+    assert!(diff.code == 1 && diff.out.contains("Vertical.Speed"), "{diff:?}");
+    let restored = sim.value(&["param", "restore", file]);
+    let written = restored["written"].as_array().unwrap();
+    assert!(written.len() > 40 && written.iter().all(|one| one["done"] == true), "{restored}");
+    assert!(!invalid());
+    assert!(sim.done(&["param", "diff", file]).out.contains("No differences"));
+}
+
+#[test]
+fn an_interrupted_restore_goes_on() {
+    let sim = Sim::start(&[]);
+    let folder = folder("backup-interrupted");
+    let file = folder.join("one.toml");
+    let file = file.to_str().unwrap();
+    sim.done(&["param", "backup", file]);
+    for who in ["vertical", "horizontal", "nozzle", "deployer"] {
+        set(&sim, who, "Speed", "2");
+        set(&sim, who, "MaxCurrent", "77");
+    }
+    let mut command = lafet();
+    command.args(["-c", sim.url(), "param", "restore", file]);
+    let mut running = Running::stderr(&mut command);
+    while !running.line().contains("writing Horizontal") {}
+    running.signal("INT");
+    assert_eq!(running.code(), Some(130));
+    let journal = std::fs::read_to_string(format!("{file}.restoring")).unwrap();
+    assert!(journal.contains("begun Horizontal."), "{journal}");
+    let done = journal.lines().filter(|line| line.starts_with("stored ")).count();
+    let restored = sim.value(&["param", "restore", file]);
+    assert_eq!(restored["written"].as_array().unwrap().len(), 8 - done, "{journal} {restored}");
+    assert!(sim.done(&["param", "diff", file]).out.contains("No differences"));
+    // A write that began and is not known to be stored is repeated, although the value reads back
+    // correctly.
+    let url = format!("{}?addr=1", sim.url());
+    let journal = format!("monitor {url}\nbegun Nozzle.Speed\n");
+    std::fs::write(format!("{file}.restoring"), journal).unwrap();
+    let restored = sim.value(&["param", "restore", file]);
+    assert_eq!(restored["written"][0]["parameter"], "Nozzle.Speed", "{restored}");
+}
+
+#[test]
+fn refusals_and_other_monitors() {
+    let sim = Sim::start(&[]);
+    let mini = Sim::start(&["--profile", "mini"]);
+    let folder = folder("backup-refusals");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (full, small, bad) = (path("full.toml"), path("small.toml"), path("bad.toml"));
+    sim.done(&["param", "backup", &full]);
+    mini.done(&["param", "backup", &small]);
+    let run = Run::of(&["param", "diff", &full, &small]);
+    assert!(run.code == 1 && run.out.contains("General.Chain") && run.out.contains('—'), "{run:?}");
+    let run = mini.done(&["param", "restore", &full, "--dry-run"]);
+    assert!(run.out.contains("Skipped") && run.out.contains("Deployer.Speed"), "{run:?}");
+    let run = mini.run(&["param", "restore", &full]);
+    assert!(run.code == 2 && run.err.contains("--except General.Chain"), "{run:?}");
+    mini.done(&["param", "restore", &full, "--except", "General.Chain"]);
+    for (text, word) in [
+        ("", "format = 1"),
+        ("format = 1\n[Vertical]\nSpeed = 999\n", "Vertical.Speed"),
+        ("format = 1\n[Vertical]\nSped = 9\n", "Vertical.Sped"),
+    ] {
+        std::fs::write(&bad, text).unwrap();
+        let run = sim.run(&["param", "restore", &bad]);
+        assert!(run.code == 2 && run.err.contains(word), "{run:?}");
+    }
+    // §3.17: while limits are off, only the present position is accepted as a limit, so this one is
+    // refused.
+    sim.done(&["limits", "off", "vertical"]);
+    std::fs::write(&bad, "format = 1\n[Vertical]\nMaxLimit = 3333\nSpeed = 5\n").unwrap();
+    let run = sim.run(&["param", "restore", &bad]);
+    assert!(run.code == 1 && run.out.contains("InvalidValue"), "{run:?}");
+    assert_eq!(sim.value(&["param", "get", "vertical", "Speed"])["values"], json!([5]));
+    assert_eq!(sim.run(&["param", "restore", "/nowhere/x.toml"]).code, 2);
+}

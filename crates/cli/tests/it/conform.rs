@@ -1,0 +1,55 @@
+//! `lafet conform` over TCP: what it prints, writes and returns.
+
+use crate::support::{Run, Sim};
+use serde_json::json;
+
+/// A simulated monitor with a fast clock.
+const FAST: [&str; 2] = ["--speed", "20"];
+
+fn file(name: &str) -> String {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+    folder.join(name).to_string_lossy().into_owned()
+}
+
+#[test]
+fn a_right_monitor_passes() {
+    let sim = Sim::start(&FAST);
+    let url = sim.url();
+    let (html, junit) = (file("conform.html"), file("conform.xml"));
+    let only = ["--only", "§1", "--only", "3.2", "--only", "probe"];
+    let args = ["conform", url, "--html", &html, "--junit", &junit];
+    let run = Run::of(&[&args[..], &only, &FAST].concat());
+    assert_eq!(run.code, 0, "{run:?}");
+    assert!(run.out.contains("pass         §1/1     chain-order"), "{run:?}");
+    assert!(run.out.contains("0 failed"), "{run:?}");
+    assert!(!run.out.contains("§3.3"), "{run:?}");
+    let page = std::fs::read_to_string(html).unwrap();
+    assert!(page.starts_with("<!doctype html>") && page.contains("Nothing failed"), "{page}");
+    let xml = std::fs::read_to_string(junit).unwrap();
+    assert!(xml.contains("failures=\"0\"") && xml.contains("classname=\"§1/1\""), "{xml}");
+
+    let run = Run::of(&[&["--lang", "ru", "conform", url, "-q"][..], &only, &FAST].concat());
+    assert!(run.code == 0 && run.out.contains("ошибок 0"), "{run:?}");
+}
+
+#[test]
+fn json_holds_the_bytes() {
+    let sim = Sim::start(&FAST);
+    let report = sim.value(&[&["conform", "--only", "layout"][..], &FAST].concat());
+    assert_eq!((&report["good"], &report["passed"]), (&json!(true), &json!(1)), "{report}");
+    let test = &report["tests"][0];
+    assert_eq!((&test["item"], &test["label"]), (&json!("§2"), &json!("read")));
+    assert_eq!(test["log"][0]["sent"], "FF C0 01 81 D4 C2 00 00 A5 D8 C0", "{test}");
+    assert!(report["not_tested"].as_array().unwrap().len() > 5, "{report}");
+}
+
+#[test]
+fn wrong_usage_and_no_monitor() {
+    assert_eq!(Run::of(&["conform"]).code, 2);
+    assert_eq!(Run::of(&["conform", "sim:", "--only", "no-such-test"]).code, 2);
+    assert_eq!(Run::of(&["conform", "sim:", "--full", "--motion"]).code, 2);
+    let sim = Sim::start(&FAST);
+    let other = format!("{}?addr=9", sim.url());
+    let run = Run::of(&["--timeout", "0.2", "conform", &other]);
+    assert_eq!(run.code, 3, "{run:?}");
+}

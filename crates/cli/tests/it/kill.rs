@@ -1,0 +1,89 @@
+//! A hub killed at any moment loses no acknowledged audit entry, and the chain of hashes holds.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+use crate::support::{Running, Sim, lafet};
+use serde_json::Value;
+
+/// How many times it is killed, each time after a different number of answers.
+const KILLS: usize = 6;
+
+fn curl(arguments: &[&str]) -> Option<Value> {
+    let mut command = Command::new("curl");
+    let output = command.args(["-s", "--max-time", "20"]).args(arguments).output().ok()?;
+    serde_json::from_slice(&output.stdout).ok()
+}
+
+fn hub(config: &Path) -> (Running, String) {
+    let mut command = lafet();
+    command.args(["--json", "serve", "--no-browser", "--config"]).arg(config);
+    let hub = Running::stdout(&mut command);
+    let line: Value = serde_json::from_str(&hub.line()).expect("its address");
+    let url = line["listening"].as_str().expect("its address").to_owned();
+    (hub, url)
+}
+
+/// Sends a Stop that does not repeat the previous one, for those share an entry; returns its
+/// number.
+fn stop(url: &str, turn: usize) -> Option<u64> {
+    const OF: [&str; 8] =
+        ["All", "Control", "Horizontal", "Vertical", "Nozzle", "Valve1", "Valve2", "Detector"];
+    let body = format!(r#"{{"of":"{}"}}"#, OF[turn % OF.len()]);
+    let (json, place) = ("Content-Type: application/json", format!("{url}/api/monitors/M1/stop"));
+    curl(&["-X", "POST", "-H", json, "-d", &body, &place])?["audit"].as_u64()
+}
+
+#[test]
+fn what_was_acknowledged_survives_kill_9() {
+    let sim = Sim::start(&[]);
+    let folder = std::env::temp_dir().join(format!("lafet-kill-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let config = folder.join("hub.toml");
+    let text = format!(
+        "[server]\nlisten = \"127.0.0.1:0\"\nlogin = false\ndata = \"data\"\n\
+         [[monitor]]\nid = \"M1\"\nurl = \"tcp://{}?addr=1\"\n",
+        sim.place()
+    );
+    std::fs::write(&config, text).unwrap();
+    let mut acknowledged = BTreeSet::new();
+    for kill in 0..KILLS {
+        let (mut hub, url) = hub(&config);
+        let mut answered = 0;
+        for turn in 0..1000 {
+            if let Some(number) = stop(&url, turn) {
+                assert!(acknowledged.insert(number), "{number} was assigned twice");
+                answered += 1;
+            }
+            if answered > 2 + kill {
+                break;
+            }
+        }
+        assert!(answered > 2, "the hub answers");
+        // Killed while other entries are being written.
+        std::thread::scope(|scope| {
+            let late =
+                scope.spawn(|| (0..20).map_while(|turn| stop(&url, turn)).collect::<Vec<_>>());
+            acknowledged.extend(stop(&url, 4));
+            hub.signal("KILL");
+            acknowledged.extend(late.join().unwrap());
+        });
+        assert_eq!(hub.code(), None, "it was ended by a signal");
+    }
+    let (_hub, url) = hub(&config);
+    let verified = curl(&[&format!("{url}/api/audit/verify")]).expect("an answer");
+    assert_eq!(verified["ok"], true, "{verified}");
+    let log = curl(&[&format!("{url}/api/audit?limit=1000")]).expect("the log");
+    let stored: BTreeSet<u64> =
+        log["entries"].as_array().unwrap().iter().filter_map(|it| it["n"].as_u64()).collect();
+    let lost: Vec<_> = acknowledged.difference(&stored).collect();
+    assert!(lost.is_empty(), "acknowledged, and lost: {lost:?} of {}", acknowledged.len());
+    assert!(acknowledged.len() > 3 * KILLS);
+    // A second hub would corrupt the log of the first.
+    let second = lafet().args(["serve", "--no-browser", "--config"]).arg(&config).output().unwrap();
+    let said = String::from_utf8_lossy(&second.stderr);
+    assert!(said.contains("Another hub uses"), "{said}");
+    assert_eq!(second.status.code(), Some(2));
+    std::fs::remove_dir_all(&folder).unwrap();
+}

@@ -1,0 +1,36 @@
+//! Tests of the program as a user runs it, in one program: it is linked once.
+//!
+//! Programs of their own are `cut`, which starts dozens of processes at a time, and `held`, which
+//! measures how far the barrel turns until a motion ends.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod backup;
+#[cfg(unix)]
+mod bus;
+mod calibrate;
+#[cfg(unix)]
+mod clients;
+mod commands;
+mod conform;
+mod decode;
+mod demo;
+mod exercise;
+mod install;
+#[cfg(unix)]
+mod jog;
+mod json;
+mod kill;
+mod life;
+mod odd;
+mod processes;
+mod program;
+mod record;
+mod scan;
+mod server;
+mod shell;
+mod teach;
+mod top;
+mod tune;
+mod try_next;

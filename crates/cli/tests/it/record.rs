@@ -1,0 +1,154 @@
+//! Records a monitor, replays the recording, and taps a program's connection.
+
+use std::path::PathBuf;
+
+use crate::support::{Run, Running, Sim, lafet};
+
+/// The path of a file used by this test only.
+fn file(name: &str) -> String {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    // A file left by an earlier run would be refused.
+    let _ = std::fs::remove_file(&path);
+    path.display().to_string()
+}
+
+#[test]
+fn a_monitor_is_recorded_and_replayed() {
+    let sim = Sim::start(&[]);
+    for name in ["polled.mcap", "polled.pcapng"] {
+        let recording = file(name);
+        let record = sim.value(&["record", &recording, "--for", "1"]);
+        let frames = record["frames"].as_u64().unwrap();
+        assert!(frames >= 4, "{record}");
+        let replay = Run::of(&["--json", "replay", &recording, "--speed", "0"]);
+        assert_eq!(replay.code, 0, "{replay:?}");
+        let lines = replay.json();
+        assert_eq!(lines.len() as u64, frames);
+        let kinds: Vec<&str> =
+            lines[..2].iter().map(|line| line["kind"].as_str().unwrap()).collect();
+        assert_eq!(kinds, ["request", "answer"]);
+        assert!(lines.is_sorted_by_key(|line| line["t_s"].as_f64().unwrap()));
+        let decoded = Run::of(&["decode", &recording, "--quiet"]);
+        assert!(decoded.err.contains(&format!("frames: {frames}")), "{decoded:?}");
+    }
+}
+
+/// A program uses the tap like the monitor itself, and every frame is recorded.
+#[test]
+fn a_tap_passes_everything_on() {
+    let sim = Sim::start(&[]);
+    let recording = file("tapped.mcap");
+    let mut tap = Running::stdout(lafet().args([
+        "-c",
+        sim.url(),
+        "--json",
+        "record",
+        &recording,
+        "--tap",
+        "127.0.0.1:0",
+    ]));
+    let place: serde_json::Value = serde_json::from_str(&tap.line()).unwrap();
+    let through = place["url"].as_str().unwrap();
+    let moved = Run::of(&["-c", through, "send", "Deploy Deployer"]);
+    assert_eq!(moved.code, 0, "{moved:?}");
+    let refused = Run::of(&["-c", through, "send", "Open Valve1"]);
+    assert_eq!(refused.code, 1, "{refused:?}");
+    tap.signal("INT");
+    assert_eq!(tap.code(), Some(0));
+    let replay = Run::of(&["replay", &recording, "--speed", "0"]);
+    for words in ["Deploy Deployer", "Deployer Deploy → Accepted", "Open Valve1", "→ Denied"] {
+        assert!(replay.out.contains(words), "{words}: {}", replay.out);
+    }
+}
+
+/// An existing file is kept unless it is to be replaced; then nothing of it remains.
+#[test]
+fn an_existing_file_is_replaced_by_force_alone() {
+    let sim = Sim::start(&[]);
+    for name in ["kept.mcap", "kept.pcapng"] {
+        let recording = file(name);
+        let old = vec![b'x'; 1 << 20];
+        std::fs::write(&recording, &old).unwrap();
+        let record = ["record", &recording, "--for", "0.5"];
+        let refused = sim.run(&record);
+        assert!(refused.code == 2 && refused.err.contains("--force"), "{refused:?}");
+        assert!(std::fs::read(&recording).unwrap() == old, "it was touched");
+        let frames = sim.value(&[&record[..], &["--force"]].concat())["frames"].as_u64().unwrap();
+        let replay = Run::of(&["--json", "replay", &recording, "--speed", "0"]);
+        assert!(replay.code == 0 && frames >= 2, "{replay:?}");
+        assert_eq!(replay.json().len() as u64, frames);
+        let fresh = file(&format!("of-a-folder-{name}"));
+        std::fs::create_dir_all(&fresh).unwrap();
+        assert_eq!(sim.run(&["record", &fresh, "--force"]).code, 2, "a folder is no recording");
+        std::fs::remove_dir(&fresh).unwrap();
+    }
+}
+
+/// A recorder that is killed leaves a readable recording.
+#[test]
+fn a_killed_recorder_leaves_a_recording() {
+    let sim = Sim::start(&[]);
+    for name in ["killed.mcap", "killed.pcapng"] {
+        let recording = file(name);
+        let mut recorder = Running::stderr(lafet().args([
+            "-c",
+            sim.url(),
+            "record",
+            &recording,
+            "--interval",
+            "0.02",
+        ]));
+        let frames = |out: &str| out.lines().count();
+        let mut seen = 0;
+        while seen < 4 {
+            seen = frames(&Run::of(&["replay", &recording, "--speed", "0"]).out);
+        }
+        recorder.signal("KILL");
+        recorder.child.wait().unwrap();
+        let replay = Run::of(&["replay", &recording, "--speed", "0"]);
+        assert!(replay.code == 0 && frames(&replay.out) >= seen, "{replay:?}");
+    }
+}
+
+#[test]
+fn a_replay_is_served() {
+    let sim = Sim::start(&[]);
+    let recording = file("served.mcap");
+    sim.done(&["record", &recording, "--for", "0.5"]);
+    let server = Running::stdout(lafet().args([
+        "--json",
+        "replay",
+        &recording,
+        "--speed",
+        "0",
+        "--serve",
+        "127.0.0.1:0",
+    ]));
+    let place: serde_json::Value = serde_json::from_str(&server.line()).unwrap();
+    let address = place["url"].as_str().unwrap().strip_prefix("tcp://").unwrap().to_owned();
+    let mut stream = std::net::TcpStream::connect(address).unwrap();
+    let mut bytes = Vec::new();
+    std::io::Read::read_to_end(&mut stream, &mut bytes).unwrap();
+    let mut decoder: lafet_proto::link::Decoder = lafet_proto::link::Decoder::new();
+    let frames = bytes.iter().filter(|byte| decoder.push(**byte).is_some()).count();
+    assert!(frames >= 2, "{frames} frames in {} bytes", bytes.len());
+}
+
+#[test]
+fn what_is_wrong_is_reported() {
+    let wrong = Run::of(&["-c", "sim:", "record", "x.txt"]);
+    assert!(wrong.code == 2 && wrong.err.contains(".mcap"), "{wrong:?}");
+    let none = Run::of(&["replay", "/nowhere/x.mcap"]);
+    assert!(none.code == 2 && none.err.contains("/nowhere/x.mcap"), "{none:?}");
+    let text = Run::of(&["--lang", "ru", "replay", "Cargo.toml"]);
+    assert!(text.code == 2 && text.err.contains("MCAP"), "{text:?}");
+}
+
+#[test]
+fn the_dissector_is_installed_for_the_user() {
+    let home = file("home");
+    let output = lafet().args(["dissector", "--install"]).env("HOME", &home).output().unwrap();
+    assert!(output.status.success());
+    let path = PathBuf::from(home).join(".local/lib/wireshark/plugins/lafet.lua");
+    assert!(std::fs::read_to_string(path).unwrap().contains("Proto(\"lafet\""));
+}

@@ -1,0 +1,45 @@
+//! `lafet tune` on a simulated monitor whose drive follows late and does not turn slowly.
+
+use crate::support::Sim;
+
+/// The fault `lag` is 300 ms, `dead-band` 1 °/s.
+#[test]
+fn a_poor_drive_is_measured() {
+    let sim = Sim::start(&[
+        "--speed",
+        "20",
+        "--fault",
+        "horizontal-lag",
+        "--fault",
+        "horizontal-dead-band",
+    ]);
+    let run = sim.run(&["deploy"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    let run = sim.run(&["--json", "tune", "horizontal"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    let found = &run.json()[0]["drives"][0];
+    let lag = found["found"]["StopLag"].as_i64().unwrap();
+    let least = found["found"]["MinSpeed"].as_i64().unwrap();
+    assert!((240..=360).contains(&lag), "{run:?}");
+    assert!((10..=16).contains(&least), "{run:?}");
+    let errors = found["errors"].as_array().unwrap();
+    assert!(
+        errors.len() == 4 && errors.iter().all(|error| error.as_i64().unwrap() <= 2),
+        "{run:?}"
+    );
+    let run = sim.run(&["--json", "param", "get", "horizontal", "StopLag"]);
+    assert_eq!(run.json()[0]["values"][0].as_i64(), Some(lag), "{run:?}");
+}
+
+#[test]
+fn nothing_moves_with_an_open_valve_and_a_dry_run_changes_nothing() {
+    let sim = Sim::start(&["--speed", "20"]);
+    assert_eq!(sim.run(&["deploy"]).code, 0);
+    let run = sim.run(&["tune", "vertical", "--dry-run"]);
+    assert!(run.code == 0 && run.out.contains("Nothing was written"), "{run:?}");
+    assert_eq!(sim.run(&["open"]).code, 0);
+    let run = sim.run(&["tune", "vertical"]);
+    assert!(run.code != 0 && run.err.contains("Valve1 is not closed"), "{run:?}");
+    let run = sim.run(&["tune", "deployer"]);
+    assert!(run.code == 2 && run.err.contains("nothing to tune"), "{run:?}");
+}

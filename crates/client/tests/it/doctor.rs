@@ -1,0 +1,418 @@
+//! The doctor on lines with one fault each, and the scan, on virtual time.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use crate::fake::answer;
+use lafet_client::doctor::{Evidence, Finding, Options, Severity, examine, findings};
+use lafet_client::scan::{ScanOptions, scan};
+use lafet_client::transport::Link;
+use lafet_client::transport::memory::Memory;
+use lafet_client::{Endpoint, Lang};
+use lafet_proto::bus::CONTROLLER;
+use lafet_proto::link::{Check, Decoder, Frame, WIRE_MAX, encode_with};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::time::{Instant, sleep, sleep_until};
+
+/// A line, and what is on it.
+#[derive(Clone, Default)]
+struct Plant {
+    /// Addresses of the monitors.
+    monitors: Vec<u8>,
+    /// They take frames with a CRC-32C only.
+    crc32c_only: bool,
+    /// They speak bare records.
+    records: bool,
+    /// Everything that is sent comes back.
+    echo: bool,
+    /// The speed at which bytes are bytes.
+    baud: Option<u32>,
+    /// Bytes that come by themselves every 20 ms.
+    hum: &'static [u8],
+    /// Frames that come by themselves every 200 ms, from and to.
+    chatter: &'static [(u8, u8)],
+    /// The speed at which what comes by itself can be read; without it, at every one.
+    chatter_baud: Option<u32>,
+    /// They come every 20 ms.
+    often: bool,
+    /// At a wrong speed what others say is not heard at all.
+    mute: bool,
+    /// Requests are answered with these records.
+    odd: Option<&'static [u8]>,
+    /// What others have asked from our address is answered before each answer to us.
+    shared: bool,
+    /// An answer takes so long.
+    delay: Duration,
+    /// Bytes that were sent to it.
+    sent: Arc<AtomicUsize>,
+    /// Every so many answers one is spoiled.
+    spoil: usize,
+    /// Every so many answers one is lost.
+    lose: usize,
+    /// What is answered to anything.
+    banner: &'static [u8],
+}
+
+fn monitors(addresses: &[u8]) -> Plant {
+    Plant { monitors: addresses.to_vec(), ..Plant::default() }
+}
+
+impl Plant {
+    /// A new way onto the line.
+    fn link(&self, endpoint: &Endpoint) -> Link {
+        let (ours, theirs) = lafet_client::transport::memory::pair();
+        let at = match endpoint {
+            Endpoint::Serial { line, .. } => Some(line.baud),
+            _ => None,
+        };
+        let garbled = at.is_some() && self.baud.is_some() && at != self.baud;
+        let mut plant = self.clone();
+        if at.is_some() && plant.chatter_baud.is_some() && at != plant.chatter_baud {
+            plant.hum =
+                if plant.mute || plant.chatter.is_empty() { &[] } else { &[0x13, 0x80, 0xE7] };
+            plant.chatter = &[];
+        }
+        tokio::spawn(plant.serve(theirs, garbled));
+        Link::Memory(Memory::new(ours))
+    }
+
+    async fn serve(self, mut stream: tokio::io::DuplexStream, garbled: bool) {
+        let mut decoder: Decoder = Decoder::new();
+        let mut buffer = [0; WIRE_MAX];
+        let mut ticks = 0usize;
+        let mut count = 0;
+        let tick = Duration::from_millis(20);
+        let mut next = Instant::now() + tick;
+        loop {
+            let mut out = Vec::new();
+            tokio::select! {
+                () = sleep_until(next) => {
+                    next += tick;
+                    ticks += 1;
+                    out.extend(self.hum);
+                    if self.often || ticks.is_multiple_of(10) {
+                        for (src, dst) in self.chatter {
+                            out.extend(encoded(Check::Crc16, *dst, *src, &[]));
+                        }
+                    }
+                }
+                read = stream.read(&mut buffer) => {
+                    let Ok(len @ 1..) = read else { return };
+                    self.sent.fetch_add(len, Ordering::Relaxed);
+                    sleep(self.delay).await;
+                    if self.echo {
+                        out.extend(&buffer[..len]);
+                    }
+                    out.extend(self.banner);
+                    if garbled && !self.monitors.is_empty() {
+                        // Another speed: a device hears nonsense, and so do we.
+                        out.extend([0x00, 0xF8, 0x80, 0x1C]);
+                    } else if self.records && buffer[0] != 0xFF {
+                        out.extend(answer(&buffer[..len]));
+                    } else if !self.records && !garbled {
+                        out.extend(self.answers(&mut decoder, &buffer[..len], &mut count));
+                    }
+                }
+            }
+            if garbled {
+                out.iter_mut().for_each(|byte| *byte = (*byte & 0x3F).wrapping_mul(2));
+            }
+            if stream.write_all(&out).await.is_err() {
+                return;
+            }
+        }
+    }
+
+    fn answers(&self, decoder: &mut Decoder, bytes: &[u8], count: &mut usize) -> Vec<u8> {
+        let mut out = Vec::new();
+        for byte in bytes {
+            let Some(Frame { dst, src, payload }) = decoder.push(*byte) else { continue };
+            let payload = match self.odd {
+                _ if payload.is_empty() => Vec::new(),
+                Some(odd) => odd.to_vec(),
+                None => answer(payload),
+            };
+            let check = decoder.check();
+            if self.crc32c_only && check != Check::Crc32c {
+                continue;
+            }
+            for _ in self.monitors.iter().filter(|monitor| **monitor == dst) {
+                *count += 1;
+                if self.shared {
+                    out.extend(encoded(check, src, dst, &[0xD4, 0xA6, 0, 0]));
+                }
+                let mut answer = encoded(check, src, dst, &payload);
+                if self.lose > 0 && count.is_multiple_of(self.lose) {
+                    continue;
+                }
+                if self.spoil > 0 && count.is_multiple_of(self.spoil) {
+                    answer[4] ^= 0x10;
+                }
+                out.extend(answer);
+            }
+        }
+        out
+    }
+}
+
+fn encoded(check: Check, dst: u8, src: u8, payload: &[u8]) -> Vec<u8> {
+    let mut wire = [0; WIRE_MAX];
+    let len = encode_with(check, &Frame { dst, src, payload }, &mut wire).unwrap();
+    wire[..len].to_vec()
+}
+
+async fn evidence(url: &str, plant: &Plant) -> Evidence {
+    let endpoint: Endpoint = url.parse().unwrap();
+    let dial = async |at: &Endpoint| Ok(plant.link(at));
+    let options = Options { insist: true, ..Options::of(&endpoint) };
+    examine(&endpoint, &options, dial, |_, _| {}).await
+}
+
+/// What the doctor finds; every text is there in both languages.
+async fn found(url: &str, plant: &Plant) -> Vec<Finding> {
+    let evidence = evidence(url, plant).await;
+    let all = findings(&evidence);
+    assert!(!all.is_empty(), "{evidence:?}");
+    for finding in &all {
+        for text in [finding.seen(&evidence, Lang::En), finding.remedy(&evidence, Lang::En)] {
+            assert!(text.ends_with(['.', '`']) && !text.contains("  "), "{text}");
+        }
+        for text in [finding.seen(&evidence, Lang::Ru), finding.remedy(&evidence, Lang::Ru)] {
+            assert!(text.chars().any(|c| ('а'..='я').contains(&c)), "{text}");
+        }
+    }
+    all
+}
+
+const SERIAL: &str = "serial:///dev/x?baud=19200&addr=5";
+const TCP: &str = "tcp://h:1?addr=5";
+
+#[tokio::test(start_paused = true)]
+async fn a_good_line_is_called_good() {
+    for url in [SERIAL, TCP] {
+        assert_eq!(found(url, &monitors(&[5])).await, [Finding::Well]);
+    }
+    let records = Plant { records: true, ..monitors(&[5]) };
+    assert_eq!(found("tcp://h:1?framing=records", &records).await, [Finding::Well]);
+    let seen = evidence(SERIAL, &monitors(&[5])).await;
+    assert!(Finding::Well.seen(&seen, Lang::En).contains("30 of 30 requests"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_echo() {
+    let plant = Plant { echo: true, ..monitors(&[5]) };
+    assert_eq!(found(SERIAL, &plant).await, [Finding::Echo { told: false }]);
+    let told = found("serial:///dev/x?addr=5&echo=strip", &plant).await;
+    assert_eq!(told, [Finding::Well, Finding::Echo { told: true }]);
+    let missing = found("serial:///dev/x?addr=5&echo=verify", &monitors(&[5])).await;
+    assert_eq!(missing, [Finding::NoEcho]);
+    // An echo alone is no answer.
+    let alone = found(SERIAL, &Plant { echo: true, ..Plant::default() }).await;
+    assert_eq!(alone, [Finding::Nothing, Finding::Echo { told: false }]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_wrong_speed() {
+    let plant = Plant { baud: Some(57_600), ..monitors(&[5]) };
+    let wrong = |answers_at| [Finding::WrongSpeed { answers_at }];
+    assert_eq!(found(SERIAL, &plant).await, wrong(Some(57_600)));
+    let odd = Plant { baud: Some(12_345), ..monitors(&[5]) };
+    assert_eq!(found(SERIAL, &odd).await, wrong(None));
+    // Behind a serial server the speed cannot be tried.
+    let server = Plant { banner: &[0x80, 0x1C, 0xF0], ..Plant::default() };
+    assert_eq!(found(TCP, &server).await, wrong(None));
+}
+
+#[tokio::test(start_paused = true)]
+async fn noise_and_loss() {
+    let hum = Plant { hum: &[0x13, 0x80, 0xE7], ..monitors(&[5]) };
+    assert_eq!(found(SERIAL, &hum).await, [Finding::Noise]);
+    let hum_alone = Plant { hum: &[0x13, 0x80, 0xE7], ..Plant::default() };
+    assert_eq!(found(SERIAL, &hum_alone).await, [Finding::Noise]);
+    let spoiled = Plant { spoil: 7, ..monitors(&[5]) };
+    assert_eq!(found(SERIAL, &spoiled).await, [Finding::Noise]);
+    let lost = Plant { lose: 7, ..monitors(&[5]) };
+    assert_eq!(found(SERIAL, &lost).await, [Finding::Loss]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn others_that_speak() {
+    let token = Plant { chatter: &[(CONTROLLER, 130)], ..monitors(&[5]) };
+    let url = "serial:///dev/x?addr=5&src=128";
+    for (url, words) in [(SERIAL, "token"), (url, "Two bus controllers")] {
+        let seen = evidence(url, &token).await;
+        let speakers = &findings(&seen)[0];
+        let ours = url.contains("src=128");
+        match speakers {
+            Finding::OurAddressTaken => assert!(ours),
+            other => assert_eq!(other, &Finding::OtherSpeakers { addresses: vec![CONTROLLER] }),
+        }
+        let all: Vec<String> =
+            findings(&seen).iter().map(|one| one.remedy(&seen, Lang::En)).collect();
+        assert!(all.iter().any(|text| text.contains(words)), "{words}: {all:?}");
+    }
+    let console = Plant { chatter: &[(130, 6), (6, 130)], ..monitors(&[5]) };
+    let addresses = vec![130];
+    assert_eq!(found(SERIAL, &console).await, [Finding::OtherSpeakers { addresses }]);
+    let same = Plant { chatter: &[(129, 5)], ..monitors(&[5]) };
+    assert_eq!(found(SERIAL, &same).await, [Finding::OurAddressTaken]);
+    assert_eq!(found(SERIAL, &monitors(&[5, 5])).await, [Finding::TwoWithOneAddress]);
+}
+
+/// Others are at work: a probe could collide with their Stop, so neither says a word.
+#[tokio::test(start_paused = true)]
+async fn nobody_is_disturbed() {
+    let plant = Plant { chatter: &[(CONTROLLER, 130)], ..monitors(&[5]) };
+    let endpoint: Endpoint = SERIAL.parse().unwrap();
+    let dial = async |at: &Endpoint| Ok(plant.link(at));
+    let seen = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    assert_eq!((seen.probes, seen.held_back), (0, true));
+    assert_eq!(findings(&seen), [Finding::OtherSpeakers { addresses: vec![CONTROLLER] }]);
+    let listen = Duration::from_secs(1);
+    let options = ScanOptions { listen, ..ScanOptions::default() };
+    let mut probed = 0;
+    let scanned = scan(plant.link(&endpoint), 129, &options, |_| probed += 1).await.unwrap();
+    assert_eq!((probed, scanned.held_back, scanned.speakers), (0, true, vec![CONTROLLER]));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_wrong_address_and_nobody() {
+    let others = vec![6, 9];
+    assert_eq!(found(SERIAL, &monitors(&[6, 9])).await, [Finding::WrongAddress { others }]);
+    for url in [SERIAL, TCP] {
+        assert_eq!(found(url, &Plant::default()).await, [Finding::Nothing]);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn links_of_another_kind() {
+    let crc32c = Plant { crc32c_only: true, ..monitors(&[5]) };
+    assert_eq!(found(SERIAL, &crc32c).await, [Finding::Crc32cOnly]);
+    let records = Plant { records: true, ..monitors(&[5]) };
+    assert_eq!(found(TCP, &records).await, [Finding::OtherFraming]);
+    let framed = found("tcp://h:1?addr=5&framing=records", &monitors(&[5])).await;
+    assert_eq!(framed, [Finding::OtherFraming]);
+    let other = Plant { banner: b"SSH-2.0-OpenSSH_9.2\r\n", ..Plant::default() };
+    let text = "SSH-2.0-OpenSSH_9.2".into();
+    assert_eq!(found(TCP, &other).await, [Finding::OtherProtocol { text }]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn no_link() {
+    let endpoint: Endpoint = TCP.parse().unwrap();
+    let dial = async |_: &Endpoint| Err(io::ErrorKind::ConnectionRefused.into());
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    let all = findings(&evidence);
+    assert_eq!(all, [Finding::NoLink]);
+    assert_eq!(all[0].severity(), Severity::Fault);
+    assert!(all[0].seen(&evidence, Lang::En).contains("refused"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_scan_finds_each_and_hears_strangers() {
+    let plant = Plant { chatter: &[(CONTROLLER, 131)], echo: true, ..monitors(&[1, 5, 5, 127]) };
+    let endpoint: Endpoint = SERIAL.parse().unwrap();
+    let mut probed = Vec::new();
+    let options = ScanOptions::default();
+    let scan = scan(plant.link(&endpoint), 129, &options, |address| probed.push(address));
+    let scan = scan.await.unwrap();
+    let addresses: Vec<(u8, bool)> =
+        scan.present.iter().map(|present| (present.address, present.doubled)).collect();
+    assert_eq!(addresses, [(1, false), (5, true), (127, false)]);
+    assert_eq!((scan.speakers, scan.echo), (vec![CONTROLLER], true));
+    assert!(probed.contains(&2) && probed.contains(&126) && !probed.contains(&128));
+    let plant = Plant { crc32c_only: true, ..monitors(&[7]) };
+    let scan = lafet_client::scan::scan(plant.link(&endpoint), 129, &options, |_| {}).await;
+    let present = scan.unwrap().present;
+    assert_eq!((present.len(), present[0].check), (1, Check::Crc32c));
+}
+
+/// A controller at another speed is heard before the first byte, and not one is sent; whether its
+/// bytes come as nonsense or not at all, and whatever the user insists on.
+#[tokio::test(start_paused = true)]
+async fn a_controller_at_another_speed_is_not_disturbed() {
+    for mute in [false, true] {
+        let chatter: &[(u8, u8)] = &[(CONTROLLER, 130), (130, CONTROLLER)];
+        let plant = Plant { chatter, chatter_baud: Some(57_600), mute, ..monitors(&[5]) };
+        // One that speaks more than once in 150 ms is heard where the wrong speed makes silence.
+        let plant = Plant { often: mute, ..plant };
+        let all = found(SERIAL, &plant).await;
+        let expected = [
+            Finding::WrongSpeed { answers_at: Some(57_600) },
+            Finding::OtherSpeakers { addresses: vec![CONTROLLER, 130] },
+        ];
+        assert_eq!(all, expected, "mute {mute}");
+        assert_eq!(plant.sent.load(Ordering::Relaxed), 0, "mute {mute}");
+    }
+}
+
+/// Bytes that cannot be read may be others at another speed: a scan says nothing there either.
+#[tokio::test(start_paused = true)]
+async fn a_scan_holds_back_from_what_it_cannot_read() {
+    let plant = Plant { hum: &[0x13, 0x80, 0xE7], ..monitors(&[5]) };
+    let listen = Duration::from_secs(1);
+    let options = ScanOptions { listen, ..ScanOptions::default() };
+    let scanned = scan(plant.link(&SERIAL.parse().unwrap()), 129, &options, |_| {}).await.unwrap();
+    assert!(scanned.held_back && scanned.garbage && scanned.present.is_empty());
+    assert_eq!(plant.sent.load(Ordering::Relaxed), 0);
+}
+
+/// A monitor that answers something else is not a good one.
+#[tokio::test(start_paused = true)]
+async fn answers_that_are_none() {
+    let odd: [&[u8]; 5] = [
+        &[],
+        // Cut short, of another subsystem, refused with a status that nobody knows, without data.
+        &[0xD4, 0x5D, 0, 10, 1, 2],
+        &[0xD4, 0xA6, 0, 0],
+        &[0xD4, 0xC2, 0xC8, 0],
+        &[0xD4, 0xC2, 0, 0],
+    ];
+    for odd in odd {
+        let plant = Plant { odd: Some(odd), ..monitors(&[5]) };
+        for url in [SERIAL, TCP] {
+            assert_eq!(found(url, &plant).await, [Finding::OddAnswers], "{odd:02x?}");
+        }
+    }
+}
+
+/// Two programs on one port: the other's answers are not a second monitor.
+#[tokio::test(start_paused = true)]
+async fn two_programs_with_one_address() {
+    let plant = Plant { shared: true, ..monitors(&[5]) };
+    let all = found(SERIAL, &plant).await;
+    assert!(all.contains(&Finding::OurAddressTaken), "{all:?}");
+    assert!(!all.contains(&Finding::TwoWithOneAddress), "{all:?}");
+}
+
+/// No false finding on a healthy line; those with a controller are in `bus`.
+#[tokio::test(start_paused = true)]
+async fn healthy_lines_of_every_kind() {
+    let well = [Finding::Well];
+    let echo = [Finding::Well, Finding::Echo { told: true }];
+    let slow = Plant { delay: Duration::from_millis(400), ..monitors(&[5]) };
+    let lines: [(&str, &str, Plant, &[Finding]); 7] = [
+        ("direct", SERIAL, monitors(&[5]), &well),
+        (
+            "an echo",
+            "serial:///dev/x?addr=5&echo=strip",
+            Plant { echo: true, ..monitors(&[5]) },
+            &echo,
+        ),
+        ("several monitors", SERIAL, monitors(&[1, 2, 5, 127]), &well),
+        ("a network", TCP, monitors(&[5]), &well),
+        ("a serial server with several", TCP, monitors(&[1, 5, 9]), &well),
+        ("a radio modem", TCP, slow, &well),
+        (
+            "bare records",
+            "tcp://h:1?framing=records",
+            Plant { records: true, ..monitors(&[5]) },
+            &well,
+        ),
+    ];
+    for (name, url, plant, expected) in lines {
+        assert_eq!(found(url, &plant).await, expected, "{name}");
+    }
+}

@@ -1,0 +1,9 @@
+//! Tests of the client on sockets and pseudo-terminals, in real time.
+
+#[path = "../fake/mod.rs"]
+mod fake;
+
+mod direct;
+mod links;
+#[cfg(unix)]
+mod serial;

@@ -1,0 +1,7 @@
+//! Tests of the tester, in one program: it is linked once.
+
+mod pages;
+mod profiles;
+mod support;
+mod wrong;
+mod wrong_monitors;

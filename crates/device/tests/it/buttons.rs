@@ -1,0 +1,331 @@
+//! Button posts: they act as requests would, and are refused where those would be.
+
+use crate::common::Rig;
+use lafet_device::Composition;
+use lafet_device::image::{Axis, ValveOutput};
+use lafet_proto::flags::{
+    Button, ButtonState, ButtonsFlags, DetectorFlags, DriveFlags, ValveFlags,
+};
+use lafet_proto::id::key;
+use lafet_proto::request::{Body, Seek};
+use lafet_proto::{Status, SubsystemId};
+
+const POSTS: [SubsystemId; 2] = [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS];
+
+const DIRECTIONS: [(Button, Axis, i16); 6] = [
+    (Button::Left, Axis::Horizontal, 1),
+    (Button::Right, Axis::Horizontal, -1),
+    (Button::Up, Axis::Vertical, 1),
+    (Button::Down, Axis::Vertical, -1),
+    (Button::Narrow, Axis::Nozzle, 1),
+    (Button::Wide, Axis::Nozzle, -1),
+];
+
+fn rig() -> Rig {
+    let mut rig = Rig::new(Composition::REMOTE);
+    rig.plant.place(Axis::Nozzle, 30);
+    rig.run(20);
+    rig
+}
+
+fn set(rig: &mut Rig, post: usize, button: Button, state: ButtonState) {
+    rig.plant.inputs.buttons[post][button as usize] = state;
+}
+
+fn press(rig: &mut Rig, post: usize, button: Button) {
+    set(rig, post, button, ButtonState::Pressed);
+}
+
+fn release(rig: &mut Rig, post: usize, button: Button) {
+    set(rig, post, button, ButtonState::Released);
+}
+
+/// §3.3.10, §3.3.10/1 Each button moves its drive in its direction while it is held, and no other.
+#[test]
+fn directions() {
+    for (post, id) in POSTS.into_iter().enumerate() {
+        for (button, axis, sign) in DIRECTIONS {
+            let mut rig = rig();
+            press(&mut rig, post, button);
+            rig.run(400);
+            let shown = ButtonsFlags::empty().with_button(button, ButtonState::Pressed);
+            assert_eq!(rig.buttons(id), shown);
+            for other in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
+                let speed = if other == axis { sign } else { 0 };
+                assert_eq!(rig.speed(other).signum(), speed, "{button:?} {other:?}");
+            }
+            assert_eq!(rig.plant.outputs.valves, [ValveOutput::Off; 2]);
+            release(&mut rig, post, button);
+            rig.run(20);
+            assert!(rig.is_still(), "{button:?}");
+            assert_eq!(rig.buttons(id), ButtonsFlags::empty());
+        }
+    }
+}
+
+/// §3.3.10/1, §3.3.4/2 Held at the limit it stands there, and Move is not set.
+#[test]
+fn held_at_the_limit() {
+    let mut rig = rig();
+    press(&mut rig, 0, Button::Up);
+    rig.run(15_000);
+    assert_eq!(rig.drive(Axis::Vertical).position, 4500);
+    rig.run_while(200, |rig| rig.drive_flags(Axis::Vertical) == DriveFlags::MAX_LIMIT_REACHED);
+}
+
+/// §3.3.4/1 A held button does not hammer on against an overload; it acts again when the flag clears.
+#[test]
+fn held_into_an_overload() {
+    let mut rig = rig();
+    rig.plant.drive(Axis::Vertical).current_da = 100;
+    press(&mut rig, 0, Button::Up);
+    rig.run_until(1000, |rig| {
+        rig.drive_flags(Axis::Vertical).contains(DriveFlags::AMPERAGE_OVERLOAD)
+    });
+    rig.run_while(2900, |rig| rig.is_still());
+    rig.plant.drive(Axis::Vertical).current_da = 20;
+    rig.run(300);
+    assert!(rig.speed(Axis::Vertical) > 0);
+    // Back is free at any time.
+    rig.plant.drive(Axis::Vertical).current_da = 100;
+    rig.run_until(1000, |rig| {
+        rig.drive_flags(Axis::Vertical).contains(DriveFlags::AMPERAGE_OVERLOAD)
+    });
+    release(&mut rig, 0, Button::Up);
+    rig.plant.drive(Axis::Vertical).current_da = 20;
+    press(&mut rig, 0, Button::Down);
+    rig.run(100);
+    assert!(rig.speed(Axis::Vertical) < 0);
+}
+
+/// §3.3.10/1 Opposite buttons at a time, a short circuit or a break act as nothing.
+#[test]
+fn what_acts_as_nothing() {
+    for (first, second, axis) in [
+        (Button::Left, Button::Right, Axis::Horizontal),
+        (Button::Up, Button::Down, Axis::Vertical),
+        (Button::Narrow, Button::Wide, Axis::Nozzle),
+    ] {
+        let mut rig = rig();
+        press(&mut rig, 0, first);
+        rig.run(300);
+        assert!(rig.speed(axis) > 0);
+        press(&mut rig, 0, second);
+        rig.run(20);
+        rig.run_while(200, |rig| rig.is_still());
+        release(&mut rig, 0, first);
+        rig.run(100);
+        assert!(rig.speed(axis) < 0);
+    }
+    for state in [ButtonState::Short, ButtonState::Open] {
+        let mut rig = rig();
+        for button in Button::ALL {
+            set(&mut rig, 0, button, state);
+        }
+        rig.run_while(300, |rig| rig.is_still() && rig.valve_output(0) == ValveOutput::Off);
+        assert_eq!(rig.buttons(SubsystemId::BUTTONS).button(Button::Wide), state);
+        // While held: as released. And a circuit that comes back pressed acts only after a release.
+        let mut rig = self::rig();
+        press(&mut rig, 0, Button::Left);
+        rig.run(300);
+        set(&mut rig, 0, Button::Left, state);
+        rig.run(20);
+        assert!(rig.is_still());
+        press(&mut rig, 0, Button::Left);
+        rig.run_while(300, |rig| rig.is_still());
+        release(&mut rig, 0, Button::Left);
+        rig.run(10);
+        press(&mut rig, 0, Button::Left);
+        rig.run(100);
+        assert!(rig.speed(Axis::Horizontal) > 0);
+    }
+}
+
+/// §D/1 A button that is held at power-up acts only after it has been released.
+#[test]
+fn held_at_power_up() {
+    for button in Button::ALL {
+        let mut rig = rig();
+        press(&mut rig, 1, button);
+        rig.power_cycle();
+        rig.run_while(1000, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
+        release(&mut rig, 1, button);
+        rig.run(20);
+        press(&mut rig, 1, button);
+        rig.run(30);
+        let acts = !rig.is_still() || rig.valve_output(0) != ValveOutput::Off;
+        // Closing a closed valve is over at once.
+        assert_eq!(acts, button != Button::Close, "{button:?}");
+    }
+}
+
+/// §3.18/7 Locked out they do nothing, nor does what is held over the release.
+#[test]
+fn locked_out() {
+    let mut rig = rig();
+    press(&mut rig, 0, Button::Left);
+    press(&mut rig, 1, Button::Open);
+    rig.run(300);
+    assert!(!rig.is_still() && rig.valve_output(0) == ValveOutput::Opening);
+    rig.all_accept(Body::Lockout { key: key::ENABLE });
+    rig.run(10);
+    rig.run_while(1000, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
+    release(&mut rig, 1, Button::Open);
+    rig.run(20);
+    press(&mut rig, 1, Button::Open);
+    press(&mut rig, 1, Button::Up);
+    rig.run_while(300, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
+    rig.all_accept(Body::Lockout { key: key::DISABLE });
+    rig.run_while(300, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
+    release(&mut rig, 1, Button::Up);
+    rig.run(20);
+    press(&mut rig, 1, Button::Up);
+    rig.run(100);
+    assert!(rig.speed(Axis::Vertical) > 0);
+}
+
+/// §3.3.10/1 Refused where the request would be: folded, in between, on the way.
+#[test]
+fn refused_unless_deployed() {
+    let mut wrapped = Rig::new(Composition::FULL);
+    let mut deploying = wrapped.clone();
+    deploying.accepts(SubsystemId::DEPLOYER, Body::Deploy);
+    deploying.run(1000);
+    let mut between = deploying.clone();
+    between.accepts(SubsystemId::DEPLOYER, Body::Stop);
+    for rig in [&mut wrapped, &mut deploying, &mut between] {
+        for button in Button::ALL {
+            press(rig, 0, button);
+            rig.run_while(50, |rig| {
+                [Axis::Vertical, Axis::Horizontal, Axis::Nozzle]
+                    .iter()
+                    .all(|axis| rig.speed(*axis) == 0)
+                    && rig.valve_output(0) != ValveOutput::Opening
+            });
+            release(rig, 0, button);
+            rig.run(20);
+        }
+    }
+    // Held until it is deployed it acts then: it is held on purpose.
+    press(&mut deploying, 0, Button::Left);
+    deploying.run_until(20_000, |rig| rig.speed(Axis::Horizontal) > 0);
+}
+
+/// §3.3.10/1, §3.9/1, §3.16 During a search every button is refused, Close too, and it goes on.
+#[test]
+fn refused_while_searching() {
+    let mut rig = Rig::deployed();
+    let seek = Seek { start_h: -900, end_h: 900, start_v: 0, end_v: 600, analyse: 0 };
+    rig.accepts(SubsystemId::DETECTOR, Body::StartSeek(seek));
+    rig.run(300);
+    let mut alone = rig.clone();
+    for button in Button::ALL {
+        press(&mut rig, 0, button);
+        for _ in 0..10 {
+            rig.step(10);
+            alone.step(10);
+            assert_eq!(rig.plant.outputs, alone.plant.outputs, "{button:?}");
+        }
+        release(&mut rig, 0, button);
+        rig.step(10);
+        alone.step(10);
+    }
+    assert!(rig.flags(SubsystemId::DETECTOR) & DetectorFlags::SEARCHING.bits() != 0);
+}
+
+/// §3.3.10/1 Open and Close act once when pressed, on Valve1, or on Valve2 where there is no Valve1.
+#[test]
+fn open_and_close() {
+    for (chain, valve, id) in [
+        (Composition::REMOTE.chain, 0, SubsystemId::VALVE1),
+        (
+            Composition::FULL.chain.without(&[SubsystemId::DEPLOYER, SubsystemId::VALVE1]),
+            1,
+            SubsystemId::VALVE2,
+        ),
+    ] {
+        let mut rig = Rig::new(Composition { chain, ..Composition::REMOTE });
+        press(&mut rig, 0, Button::Open);
+        rig.run_until(5000, |rig| rig.valve(id) == ValveFlags::OPEN);
+        assert_eq!(rig.valve_output(1 - valve), ValveOutput::Off);
+        // Held on, it does not fight a Close that comes by request.
+        rig.accepts(id, Body::Close { key: key::CLOSE });
+        rig.run_until(5000, |rig| rig.valve(id) == ValveFlags::CLOSED);
+        release(&mut rig, 0, Button::Open);
+        rig.run(20);
+        press(&mut rig, 0, Button::Open);
+        rig.run(1000);
+        press(&mut rig, 0, Button::Close);
+        rig.run_until(5000, |rig| rig.valve(id) == ValveFlags::CLOSED);
+        // Open and Close together are no wish for water.
+        release(&mut rig, 0, Button::Open);
+        rig.run(20);
+        press(&mut rig, 0, Button::Open);
+        rig.run_while(100, |rig| rig.valve_output(valve) != ValveOutput::Opening);
+    }
+}
+
+/// §3.3.10/1 Blocked or faulty valves refuse the button as they refuse the request.
+#[test]
+fn open_is_refused_by_the_valve() {
+    let faults: [fn(&mut Rig); 2] = [
+        |rig| rig.plant.inputs.valves[0].blocked = true,
+        |rig| rig.plant.inputs.valves[0].open_sensor_fault = true,
+    ];
+    for fault in faults {
+        let mut rig = rig();
+        fault(&mut rig);
+        rig.run(50);
+        press(&mut rig, 0, Button::Open);
+        rig.run_while(200, |rig| rig.valve_output(0) == ValveOutput::Off);
+    }
+}
+
+/// §3.3.10/1 A held button takes precedence: Move to its drive, and Wrap, are Denied from the post;
+/// Stop is not, and other drives are free.
+#[test]
+fn precedence_over_requests() {
+    let mut rig = Rig::deployed();
+    rig.move_to(Axis::Horizontal, -9000);
+    rig.run(500);
+    press(&mut rig, 1, Button::Left);
+    rig.run(1500);
+    assert!(rig.speed(Axis::Horizontal) > 0, "the button turns it round");
+    let denied = (SubsystemId::EXT_BUTTONS, Status::DENIED);
+    assert_eq!(rig.one(SubsystemId::HORIZONTAL, Body::Move { destination: 0 }), denied);
+    assert_eq!(rig.one(SubsystemId::DEPLOYER, Body::Wrap), denied);
+    rig.move_to(Axis::Vertical, 600);
+    rig.accepts(SubsystemId::VERTICAL, Body::Stop);
+    release(&mut rig, 1, Button::Left);
+    rig.run(50);
+    assert!(rig.is_still(), "the Move is over");
+    rig.move_to(Axis::Horizontal, 0);
+}
+
+/// §1/1 A post that is not part of the monitor does nothing.
+#[test]
+fn an_absent_post() {
+    let mut rig = Rig::new(Composition::MINI);
+    press(&mut rig, 1, Button::Left);
+    rig.run_while(300, |rig| rig.is_still());
+    rig.move_to(Axis::Horizontal, 300);
+    rig.run(100);
+    assert!(rig.speed(Axis::Horizontal) > 0);
+    rig.all_accept(Body::Stop);
+    rig.run(100);
+    press(&mut rig, 0, Button::Left);
+    rig.run(100);
+    assert!(rig.speed(Axis::Horizontal) > 0);
+}
+
+/// §3.3.4, §3.1/4 A faulty drive does not run for a button either.
+#[test]
+fn a_faulty_drive() {
+    let mut rig = rig();
+    press(&mut rig, 0, Button::Left);
+    rig.run(300);
+    rig.plant.inputs.drives[Axis::Horizontal as usize].motor_open = true;
+    rig.run(10);
+    rig.run_while(200, |rig| rig.is_still());
+    assert_eq!(rig.drive_flags(Axis::Horizontal), DriveFlags::MOTOR_BROKEN);
+}

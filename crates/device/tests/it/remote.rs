@@ -1,0 +1,441 @@
+//! Remote units (explosion-proof execution): their parameters, and what a lost unit means.
+
+use crate::common::{self, Rig};
+use lafet_device::Composition;
+use lafet_device::image::{Axis, Unit, UnitError, ValveOutput};
+use lafet_proto::flags::{DeployerFlags, DriveFlags, ValveFlags};
+use lafet_proto::id::key;
+use lafet_proto::param::Param;
+use lafet_proto::request::Body;
+use lafet_proto::{Status, SubsystemId};
+
+const OPEN: Body<'static> = Body::Open { key: key::OPEN };
+
+/// Explosion-proof and deployed; the units hold the defaults.
+fn rig() -> Rig {
+    let mut rig = Rig::new(Composition::EX);
+    let units = [
+        (Unit::Vertical, SubsystemId::VERTICAL),
+        (Unit::Horizontal, SubsystemId::HORIZONTAL),
+        (Unit::Nozzle, SubsystemId::NOZZLE),
+        (Unit::Deployer, SubsystemId::DEPLOYER),
+        (Unit::Valve1, SubsystemId::VALVE1),
+        (Unit::Valve2, SubsystemId::VALVE2),
+    ];
+    for (unit, id) in units {
+        for param in Param::of(id) {
+            let spec = param.spec();
+            rig.plant.units[unit as usize].params.insert(spec.id.0, spec.default);
+        }
+    }
+    rig.deploy();
+    rig
+}
+
+/// §3.4/2 The first GetParam starts the fetch; Ok once the unit has answered, for a while; then the
+/// value is stale and fetched anew.
+#[test]
+fn not_cached_then_ok_then_stale() {
+    let mut rig = rig();
+    for (param, value) in [
+        (Param::VerticalSpeed, 12),
+        (Param::NozzleTrvPosition, -1),
+        (Param::DeployerTravelTime, 20_000),
+        (Param::Valve1TravelTime, 12_000),
+        (Param::Valve2MaxCurrent, 60),
+    ] {
+        assert_eq!(rig.get(param), Err(Status::NOT_CACHED), "{param:?}");
+        rig.run(20);
+        assert_eq!(rig.get(param), Err(Status::NOT_CACHED), "{param:?}");
+        rig.run(100);
+        for _ in 0..3 {
+            assert_eq!(rig.get(param), Ok(vec![value]), "{param:?}");
+            rig.run(1000);
+        }
+        rig.run(3000);
+        assert_eq!(rig.get(param), Err(Status::NOT_CACHED), "{param:?}");
+        rig.run(100);
+        assert_eq!(rig.get(param), Ok(vec![value]), "{param:?}");
+    }
+    // What is kept here needs no unit.
+    assert_eq!(rig.get(Param::VerticalDriveType), Ok(vec![1]));
+    assert_eq!(rig.get(Param::Valve1ValveType), Ok(vec![1]));
+}
+
+/// §3.5/7, §2 Cached until the unit has got it; the repeated request is Accepted, and only then acts.
+#[test]
+fn cached_then_accepted() {
+    let mut rig = rig();
+    for (param, unit, value) in [
+        (Param::VerticalMaxLimit, Unit::Vertical, 600),
+        (Param::NozzleTrvPosition, Unit::Nozzle, 3),
+        (Param::DeployerTravelTime, Unit::Deployer, 15_000),
+        (Param::Valve1TravelTime, Unit::Valve1, 9000),
+    ] {
+        assert_eq!(rig.set(param, value), Status::CACHED, "{param:?}");
+        rig.run(20);
+        assert_eq!(rig.set(param, value), Status::CACHED, "{param:?}");
+        rig.run(100);
+        // Looking does not lose the result.
+        assert_eq!(rig.get(param), Ok(vec![value]), "{param:?}");
+        assert_eq!(rig.set(param, value), Status::ACCEPTED, "{param:?}");
+        let id = param.spec().id.0;
+        assert_eq!(rig.plant.units[unit as usize].writes, [(id, value)], "{param:?}");
+        assert_eq!(rig.device.params().get(param), value, "{param:?}");
+    }
+    assert_eq!(rig.limits(Axis::Vertical).max, 600);
+    // A value out of range does not even reach the unit (§3.5/3).
+    assert_eq!(rig.set(Param::VerticalSpeed, 256), Status::INVALID_VALUE);
+    rig.run(200);
+    assert_eq!(rig.plant.units[Unit::Vertical as usize].writes.len(), 1);
+}
+
+/// §3.3.1/3 RemotePa*: why the unit refused, until an access succeeds.
+#[test]
+fn the_unit_refuses() {
+    let mut rig = rig();
+    for (error, flag) in [
+        (UnitError::Incomplete, DriveFlags::REMOTE_PA_INCOMPLETE),
+        (UnitError::BadId, DriveFlags::REMOTE_PA_BAD_ID),
+        (UnitError::BadValue, DriveFlags::REMOTE_PA_BAD_VAL),
+        (UnitError::Internal, DriveFlags::REMOTE_PA_ERROR),
+    ] {
+        rig.plant.units[Unit::Horizontal as usize].error = Some(error);
+        rig.plant.units[Unit::Valve1 as usize].error = Some(error);
+        assert_eq!(rig.set(Param::HorizontalSpeed, 9), Status::CACHED);
+        assert_eq!(rig.get(Param::Valve1TravelTime), Err(Status::NOT_CACHED));
+        rig.run(100);
+        assert_eq!(rig.drive_flags(Axis::Horizontal), flag);
+        let common = ValveFlags::from_bits_retain(flag.bits());
+        assert_eq!(rig.valve(SubsystemId::VALVE1), common | ValveFlags::CLOSED);
+        assert_eq!(rig.device.params().get(Param::HorizontalSpeed), 20, "nothing changed");
+        assert_eq!(rig.get(Param::Valve1TravelTime), Err(Status::NOT_CACHED));
+        // A fault of the parameters does not hold up the drive.
+        rig.move_to(Axis::Horizontal, 0);
+    }
+    rig.plant.units[Unit::Horizontal as usize].error = None;
+    rig.plant.units[Unit::Valve1 as usize].error = None;
+    assert_eq!(rig.get(Param::HorizontalSpeed), Err(Status::NOT_CACHED));
+    assert_eq!(rig.get(Param::Valve1TravelTime), Err(Status::NOT_CACHED));
+    rig.run(100);
+    assert_eq!(rig.drive_flags(Axis::Horizontal), DriveFlags::empty());
+    assert_eq!(rig.valve(SubsystemId::VALVE1), ValveFlags::CLOSED);
+}
+
+/// §3.3.1/3 WdtFault and ProtocolFault as long as the unit reports them.
+#[test]
+fn what_the_unit_reports() {
+    let mut rig = rig();
+    rig.plant.inputs.units[Unit::Vertical as usize].watchdog_reset = true;
+    rig.plant.inputs.units[Unit::Valve2 as usize].protocol_fault = true;
+    rig.run(20);
+    assert_eq!(rig.drive_flags(Axis::Vertical), DriveFlags::WDT_FAULT);
+    let both = ValveFlags::PROTOCOL_FAULT | ValveFlags::CLOSED;
+    assert_eq!(rig.valve(SubsystemId::VALVE2), both);
+    rig.plant.inputs.units[Unit::Vertical as usize].watchdog_reset = false;
+    rig.plant.inputs.units[Unit::Valve2 as usize].protocol_fault = false;
+    rig.run(20);
+    assert_eq!(rig.drive_flags(Axis::Vertical), DriveFlags::empty());
+    assert_eq!(rig.valve(SubsystemId::VALVE2), ValveFlags::CLOSED);
+}
+
+/// §3.3.1/3 A lost drive counts as stopped; its requests answer ModuleFault, reads NotCached; back
+/// again it works, and does not go on by itself.
+#[test]
+fn a_lost_drive() {
+    let mut rig = rig();
+    rig.move_to(Axis::Horizontal, 9000);
+    rig.move_to(Axis::Vertical, 3000);
+    rig.run(1000);
+    assert_eq!(rig.set(Param::HorizontalSpeed, 9), Status::CACHED);
+    rig.plant.units[Unit::Horizontal as usize].offline = true;
+    rig.run(20);
+    assert_eq!(rig.speed(Axis::Horizontal), 0);
+    assert!(rig.speed(Axis::Vertical) > 0);
+    assert_eq!(rig.drive_flags(Axis::Horizontal), DriveFlags::CONN_LOST);
+    let status = rig.status(SubsystemId::HORIZONTAL, Body::Move { destination: 0 });
+    assert_eq!(status, Status::MODULE_FAULT);
+    assert_eq!(rig.status(SubsystemId::HORIZONTAL, Body::Stop), Status::MODULE_FAULT);
+    assert_eq!(rig.get(Param::HorizontalSpeed), Err(Status::NOT_CACHED));
+    assert_eq!(rig.set(Param::HorizontalSpeed, 9), Status::CACHED);
+    rig.run_while(500, |rig| rig.speed(Axis::Horizontal) == 0);
+    rig.plant.units[Unit::Horizontal as usize].offline = false;
+    rig.run(500);
+    assert!(rig.drive_flags(Axis::Horizontal).is_empty() && rig.speed(Axis::Horizontal) == 0);
+    // What was asked of it while it was away does not happen behind the client's back.
+    assert!(rig.plant.units[Unit::Horizontal as usize].writes.is_empty());
+    rig.move_to(Axis::Horizontal, 0);
+    rig.run_until(20_000, |rig| rig.drive(Axis::Horizontal).position == 0);
+}
+
+/// §3.3.1/3 A lost valve: Open and Close answer ModuleFault; back again it closes.
+#[test]
+fn a_lost_valve() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::VALVE1, OPEN);
+    rig.run(5000);
+    rig.plant.units[Unit::Valve1 as usize].offline = true;
+    rig.run(20);
+    assert!(rig.valve(SubsystemId::VALVE1).contains(ValveFlags::CONN_LOST));
+    assert_eq!(rig.status(SubsystemId::VALVE1, OPEN), Status::MODULE_FAULT);
+    let close = Body::Close { key: key::CLOSE };
+    assert_eq!(rig.status(SubsystemId::VALVE1, close), Status::MODULE_FAULT);
+    rig.plant.units[Unit::Valve1 as usize].offline = false;
+    rig.run(20);
+    assert_eq!(rig.status(SubsystemId::VALVE1, close), Status::ACCEPTED);
+    rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+    assert_eq!(rig.valve_output(0), ValveOutput::Off);
+}
+
+/// §3.3.1/3, §3.10/3 The Deployer's unit is lost on the way: it stops in between.
+#[test]
+fn a_lost_deployer() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::DEPLOYER, Body::Wrap);
+    rig.run(2000);
+    rig.plant.units[Unit::Deployer as usize].offline = true;
+    rig.run(50);
+    let position = DeployerFlags::WRAPPING | DeployerFlags::WRAPPED | DeployerFlags::DEPLOYED;
+    assert_eq!(rig.deployer() & (position | DeployerFlags::CONN_LOST), DeployerFlags::CONN_LOST);
+    assert_eq!(rig.status(SubsystemId::DEPLOYER, Body::Deploy), Status::MODULE_FAULT);
+    rig.plant.units[Unit::Deployer as usize].offline = false;
+    rig.run(50);
+    rig.deploy();
+}
+
+/// §3.17/1, §3.1/8 Limits off, a remote drive still goes to its destination, past the limits, and counts.
+#[test]
+fn limitless_goes_to_the_destination() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::VERTICAL, Body::SwitchLimits { new_state: 0 });
+    rig.move_to(Axis::Vertical, 5000);
+    rig.run(2000);
+    assert!(rig.drive(Axis::Vertical).position > 500);
+    rig.run_until(20_000, |rig| rig.drive(Axis::Vertical).position == 5000);
+    rig.run_while(200, |rig| rig.is_still());
+}
+
+/// §3.17/2 Limits taken reach the unit before they come into force: Busy until it has got them.
+#[test]
+fn teaching_limits() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::VERTICAL, Body::SwitchLimits { new_state: 0 });
+    for (param, at) in [(Param::VerticalMinLimit, -300), (Param::VerticalMaxLimit, 900)] {
+        rig.move_to(Axis::Vertical, at);
+        rig.run_until(20_000, |rig| rig.drive(Axis::Vertical).position == at);
+        rig.run(50);
+        assert_eq!(rig.set(param, at.into()), Status::ACCEPTED);
+    }
+    let on = Body::SwitchLimits { new_state: 1 };
+    for _ in 0..2 {
+        assert_eq!(rig.status(SubsystemId::VERTICAL, on), Status::BUSY);
+        assert!(rig.drive_flags(Axis::Vertical).contains(DriveFlags::LIMITLESS));
+        rig.run(100);
+    }
+    assert_eq!(rig.status(SubsystemId::VERTICAL, on), Status::OK);
+    assert!(!rig.drive_flags(Axis::Vertical).contains(DriveFlags::LIMITLESS));
+    let limits = rig.limits(Axis::Vertical);
+    assert_eq!((limits.min, limits.max), (-300, 900));
+    rig.run(100);
+    let limits = rig.limits(Axis::Vertical);
+    assert_eq!((limits.min, limits.max), (-300, 900), "they stay");
+    assert_eq!(rig.plant.units[Unit::Vertical as usize].writes.len(), 2);
+}
+
+/// §3.4/2, §1/9 An answer that finds no room does not lose what the unit has said.
+#[test]
+fn no_room_keeps_the_value() {
+    let mut rig = rig();
+    assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED));
+    rig.run(100);
+    let id = Param::VerticalSpeed.spec().id;
+    let request = lafet_proto::Request::new(SubsystemId::VERTICAL, Body::GetParam { id });
+    let mut out = [0; 12];
+    rig.device.handle(rig.now_ms, rig.source, &common::payload(&[request]), &mut out);
+    assert_eq!(out[2], Status::NO_ROOM.0);
+    assert_eq!(rig.get(Param::VerticalSpeed), Ok(vec![12]));
+}
+
+/// §3.4/2 A client that asks for all parameters of a unit in every frame gets all of them.
+#[test]
+fn all_parameters_of_a_unit_come() {
+    let mut rig = rig();
+    let params = [
+        Param::VerticalMinLimit,
+        Param::VerticalMaxLimit,
+        Param::VerticalZeroPoint,
+        Param::VerticalSpeed,
+        Param::VerticalAcceleration,
+        Param::VerticalMaxCurrent,
+        Param::VerticalSlowCurrent,
+    ];
+    for param in params {
+        assert_eq!(rig.get(param), Err(Status::NOT_CACHED), "{param:?}");
+    }
+    rig.run(2000);
+    for param in params {
+        assert_eq!(rig.get(param), Ok(vec![param.spec().default]), "{param:?}");
+    }
+}
+
+/// §3.4/2 What a unit has said counts for 5 s to the millisecond, whatever the steps are; then it is
+/// asked for anew.
+#[test]
+fn how_long_a_value_counts() {
+    for step_ms in [7, 10, 50] {
+        let mut rig = rig();
+        assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED));
+        let mut steps = 0..100;
+        while rig.get(Param::VerticalSpeed).is_err() {
+            assert!(steps.next().is_some(), "never");
+            rig.step(step_ms);
+        }
+        for _ in 0..5000 / step_ms {
+            rig.step(step_ms);
+            assert_eq!(rig.get(Param::VerticalSpeed), Ok(vec![12]), "{step_ms}");
+        }
+        rig.step(step_ms);
+        assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED), "{step_ms}");
+    }
+}
+
+/// §3.5/7 So does that a unit has taken a value: a client that comes later has it sent again.
+#[test]
+fn how_long_a_write_counts() {
+    let writes = |rig: &Rig| rig.plant.units[Unit::Vertical as usize].writes.len();
+    for step_ms in [7, 10, 50] {
+        for (late, status, sent) in [(false, Status::ACCEPTED, 1), (true, Status::CACHED, 2)] {
+            let mut rig = rig();
+            assert_eq!(rig.set(Param::VerticalSpeed, 9), Status::CACHED);
+            let mut steps = 0..100;
+            while writes(&rig) == 0 {
+                assert!(steps.next().is_some(), "never");
+                rig.step(step_ms);
+            }
+            // The step in which the unit's answer is taken.
+            for _ in 0..5000 / step_ms + u32::from(late) {
+                rig.step(step_ms);
+            }
+            assert_eq!(rig.set(Param::VerticalSpeed, 9), status, "{step_ms}");
+            rig.run(200);
+            assert_eq!(writes(&rig), sent, "{step_ms}");
+        }
+    }
+}
+
+/// §3.5/7 One value is written at a time: another one waits for its turn, and what the unit has taken
+/// is believed of just that parameter and value.
+#[test]
+fn one_write_at_a_time() {
+    let mut rig = rig();
+    assert_eq!(rig.set(Param::VerticalSpeed, 9), Status::CACHED);
+    assert_eq!(rig.set(Param::VerticalMaxLimit, 600), Status::CACHED);
+    rig.run(200);
+    let speed = Param::VerticalSpeed.spec().id.0;
+    assert_eq!(rig.plant.units[Unit::Vertical as usize].writes, [(speed, 9)]);
+    // The same parameter with another value, and another with the same, are sent.
+    assert_eq!(rig.set(Param::VerticalSpeed, 10), Status::CACHED);
+    rig.run(200);
+    assert_eq!(rig.set(Param::VerticalMaxCurrent, 10), Status::CACHED);
+    rig.run(200);
+    let current = Param::VerticalMaxCurrent.spec().id.0;
+    let sent = [(speed, 9), (speed, 10), (current, 10)];
+    assert_eq!(rig.plant.units[Unit::Vertical as usize].writes, sent);
+    assert_eq!(rig.set(Param::VerticalMaxCurrent, 10), Status::ACCEPTED);
+    // Told once: the next one is sent again.
+    assert_eq!(rig.set(Param::VerticalMaxCurrent, 10), Status::CACHED);
+}
+
+/// §3.5/7 A write goes first; then the parameter that has waited longest.
+#[test]
+fn the_order_at_the_unit() {
+    let mut rig = rig();
+    let id = |param: Param| param.spec().id.0;
+    let under_way = |rig: &Rig| rig.plant.outputs.units[Unit::Vertical as usize].map(|op| op.param);
+    assert_eq!(rig.get(Param::VerticalSpeed), Err(Status::NOT_CACHED));
+    rig.step(10);
+    assert_eq!(rig.get(Param::VerticalMinLimit), Err(Status::NOT_CACHED));
+    rig.step(10);
+    assert_eq!(rig.get(Param::VerticalMaxLimit), Err(Status::NOT_CACHED));
+    assert_eq!(rig.set(Param::VerticalMaxCurrent, 70), Status::CACHED);
+    let mut order = vec![];
+    for _ in 0..100 {
+        rig.step(10);
+        if let Some(param) = under_way(&rig).filter(|param| order.last() != Some(param)) {
+            order.push(param);
+        }
+    }
+    let expected = [
+        Param::VerticalSpeed,
+        Param::VerticalMaxCurrent,
+        Param::VerticalMinLimit,
+        Param::VerticalMaxLimit,
+    ];
+    assert_eq!(order, expected.map(id));
+}
+
+/// §3.4/2 More parameters than there are places for: the oldest value makes room.
+#[test]
+fn the_oldest_value_makes_room() {
+    let mut rig = rig();
+    let mut params: Vec<Param> = Param::of(SubsystemId::NOZZLE).collect();
+    params.retain(|param| rig.get(*param) == Err(Status::NOT_CACHED));
+    assert_eq!(params.len(), 8);
+    rig.run(1000);
+    for param in &params {
+        assert_eq!(rig.get(*param), Ok(vec![param.spec().default]), "{param:?}");
+    }
+}
+
+/// §3.5/1 What is kept here is set without the unit, also when that is lost.
+#[test]
+fn local_parameters_need_no_unit() {
+    let mut rig = rig();
+    for unit in &mut rig.plant.units {
+        unit.offline = true;
+    }
+    rig.run(20);
+    for param in [Param::VerticalDriveType, Param::Valve1ValveType, Param::Valve2ValveType] {
+        assert_eq!(rig.set(param, 0), Status::ACCEPTED, "{param:?}");
+        assert_eq!(rig.get(param), Ok(vec![0]), "{param:?}");
+    }
+    assert_eq!(rig.set(Param::Valve1TravelTime, 9000), Status::CACHED);
+}
+
+/// §3.3.1/3, §3.3.5 A valve that is lost at its end is not judged by not leaving it: the time for it
+/// begins when it is back.
+#[test]
+fn a_lost_valve_is_not_judged() {
+    let mut rig = rig();
+    rig.accepts(SubsystemId::VALVE1, OPEN);
+    rig.run(5000);
+    rig.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
+    rig.plant.valves[0].jammed = true;
+    rig.run(200);
+    rig.plant.units[Unit::Valve1 as usize].offline = true;
+    rig.run(3000);
+    rig.plant.units[Unit::Valve1 as usize].offline = false;
+    rig.run_while(700, |rig| {
+        let flags = rig.valve(SubsystemId::VALVE1);
+        flags == ValveFlags::OPEN | ValveFlags::CLOSING
+    });
+    rig.run(200);
+    assert!(rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
+}
+
+/// §3.3.1/3, §3.3.4/2 A lost drive that still turns is not shown as moving; what is sensed of it is
+/// the last picture.
+#[test]
+fn the_last_picture_of_a_lost_drive() {
+    let mut rig = rig();
+    rig.move_to(Axis::Vertical, 3000);
+    rig.run(1000);
+    let at = rig.drive(Axis::Vertical).position;
+    rig.plant.units[Unit::Vertical as usize].offline = true;
+    rig.run(10);
+    rig.plant.place(Axis::Vertical, 900);
+    rig.run(50);
+    let status = rig.drive(Axis::Vertical);
+    assert!((at..at + 20).contains(&status.position), "{}", status.position);
+    assert_eq!((status.flags, status.current), (DriveFlags::CONN_LOST, 0));
+}

@@ -1,0 +1,118 @@
+//! §3.3.4 A drive that turns though it is not fed: a shorted transistor, a welded relay.
+
+use crate::common::{Rig, STEP_MS};
+use lafet_device::Composition;
+use lafet_device::image::Axis;
+use lafet_proto::flags::DriveFlags;
+use lafet_proto::param::Param;
+use lafet_proto::request::Body;
+use lafet_proto::{Status, SubsystemId};
+
+const AIMING: [Axis; 3] = [Axis::Vertical, Axis::Horizontal, Axis::Nozzle];
+const FAULTS: DriveFlags = DriveFlags::INTERNAL_FAULT
+    .union(DriveFlags::POS_ENCODER_FAULT)
+    .union(DriveFlags::SPEED_ENCODER_FAULT);
+
+/// How far it may go before it is found, thousandths of ' or mm: 10 °, 50 mm.
+const fn far_milli(axis: Axis) -> i64 {
+    if matches!(axis, Axis::Nozzle) { 50_000 } else { 600_000 }
+}
+
+/// §3.3.4 Whatever its speed, from rest and out of a stop, and though somebody keeps on stopping it: a
+/// fault within a second and 10 ° or 50 mm; its supply is cut, and that of no other.
+#[test]
+fn found_soon_and_near() {
+    for axis in AIMING {
+        for tenths in [5_i16, 20, 100, 150, 250] {
+            for runaway_tenths in [tenths, -tenths] {
+                for stops in [false, true] {
+                    runs_away(axis, runaway_tenths, stops);
+                }
+            }
+        }
+    }
+}
+
+fn runs_away(axis: Axis, runaway_tenths: i16, stops: bool) {
+    let mut rig = Rig::new(Composition::REMOTE);
+    rig.plant.place(axis, 30);
+    rig.run(500);
+    if stops {
+        rig.move_to(axis, if runaway_tenths > 0 { 60 } else { 0 });
+        rig.run(200);
+        rig.all_accept(Body::Stop);
+    }
+    rig.plant.drive(axis).runaway_tenths = runaway_tenths;
+    let from_milli = rig.plant.drive(axis).position_milli;
+    let mut ms = 0;
+    while !rig.drive_flags(axis).intersects(FAULTS) {
+        assert!(ms < 1000, "{axis:?} at {runaway_tenths} is not found");
+        if stops {
+            rig.ask(SubsystemId::ALL, Body::Stop);
+        }
+        rig.step(STEP_MS);
+        ms += STEP_MS;
+    }
+    let way_milli = (rig.plant.drive(axis).position_milli - from_milli).abs();
+    assert!(way_milli <= far_milli(axis), "{axis:?} at {runaway_tenths}: {way_milli}");
+    for other in Axis::ALL {
+        assert_eq!(rig.plant.outputs.drives[other as usize].cut, other == axis);
+    }
+    assert_eq!(rig.get(Param::GeneralInputFaults), Ok(vec![1 << (4 + axis as i32)]));
+    // It stays so, and is not moved any more.
+    rig.run_while(2000, |rig| rig.plant.outputs.drives[axis as usize].cut && rig.is_still());
+    assert!((rig.plant.drive(axis).position_milli - from_milli).abs() <= far_milli(axis));
+    assert_eq!(rig.status(axis.id(), Body::Move { destination: 0 }), Status::MODULE_FAULT);
+}
+
+/// §3.3.4 Each sensor by itself is enough, and the flag says which of them speaks against the other.
+#[test]
+fn by_either_sensor() {
+    for (speed_dead, stuck, flag) in [
+        (false, false, DriveFlags::INTERNAL_FAULT),
+        (true, false, DriveFlags::POS_ENCODER_FAULT),
+        (false, true, DriveFlags::SPEED_ENCODER_FAULT),
+    ] {
+        let mut rig = Rig::new(Composition::REMOTE);
+        rig.run(500);
+        let drive = rig.plant.drive(Axis::Horizontal);
+        (drive.speed_dead, drive.encoder_stuck) = (speed_dead, stuck.then_some(0));
+        drive.runaway_tenths = 100;
+        rig.run_until(1000, |rig| rig.drive_flags(Axis::Horizontal).contains(flag));
+        assert!(rig.plant.outputs.drives[Axis::Horizontal as usize].cut);
+    }
+}
+
+/// §3.3.4 A stage that lets the drive run out for 0.3 s (a lag of the first order), the swaying of a
+/// barrel, a position that jumps once and the noise of sensors are no runaway.
+#[test]
+fn what_is_none() {
+    type Sensed = fn(ms: f64) -> (f64, f64);
+    // Position in ' and speed in 0.1 °/s after the stop.
+    let cases: [(&str, Sensed); 4] = [
+        ("runs out", |ms| {
+            let rest = (-ms / 300.0).exp();
+            (1200.0 * 0.3 * (1.0 - rest), 200.0 * rest)
+        }),
+        ("sways", |ms| (2.0 * (ms / 90.0).sin(), 3.0 * (ms / 90.0).cos())),
+        ("jumps", |ms| (if ms < 800.0 { 0.0 } else { 1200.0 }, 0.0)),
+        ("noise", |ms| (if (ms as u32 / 10).is_multiple_of(3) { 1.0 } else { 0.0 }, 1.0)),
+    ];
+    for (what, sensed) in cases {
+        let mut rig = Rig::new(Composition::REMOTE);
+        rig.move_to(Axis::Horizontal, 10_800);
+        rig.run(1500);
+        let at = rig.plant.inputs.drives[Axis::Horizontal as usize].position;
+        rig.all_accept(Body::Stop);
+        for ms in (0..4000).step_by(10) {
+            rig.now_ms += 10;
+            let (position, tenths) = sensed(f64::from(ms));
+            let input = &mut rig.plant.inputs.drives[Axis::Horizontal as usize];
+            input.position = at + position.round() as i32;
+            input.speed_tenths = tenths.round() as i16;
+            rig.device.step(rig.now_ms, &mut rig.plant);
+            let flags = rig.drive_flags(Axis::Horizontal);
+            assert!(!flags.intersects(FAULTS), "{what}: {flags:?} after {ms} ms");
+        }
+    }
+}

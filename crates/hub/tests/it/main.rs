@@ -1,0 +1,21 @@
+//! Tests of the hub, in one program: it is linked once.
+//!
+//! Programs of their own are `safety`, which measures how soon a motion ends, `memory`, which measures
+//! the memory of its process, `poll_cost`, which replaces its allocator, and `flood`, whose load would
+//! delay others.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod console;
+mod description;
+mod entry;
+mod jets;
+mod kinds;
+mod packed;
+mod postgres;
+mod recordings;
+mod roles;
+mod simulation;
+mod state;
+mod stream;

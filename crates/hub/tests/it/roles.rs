@@ -1,0 +1,193 @@
+//! Who may ask what of whom, over which interface: roles × requests × subsystems × interfaces, with
+//! and without control authority.
+
+use crate::support::{self, Site};
+use lafet_hub::access::Role;
+use lafet_proto::dictionary::REQUESTS;
+use serde_json::{Value, json};
+
+/// The least role of a request, and whether it needs authority; Stop, Close and Lockout on need
+/// neither. Written out once more, on purpose: the code must agree with this.
+const TABLE: &[(&str, &[&str], Role, bool)] = &[
+    ("GetStatus", &["All", "Vertical", "Valve1", "General", "Control"], Role::Observer, false),
+    ("GetParam", &["Vertical Speed", "General Address"], Role::Observer, false),
+    ("RetrieveLimits", &["All", "Horizontal"], Role::Observer, false),
+    ("GetHotbed", &["Detector"], Role::Observer, false),
+    ("GetCrashData", &["General", "All"], Role::Observer, false),
+    ("GetNetworkStatus", &["General"], Role::Observer, false),
+    ("GetLog", &["General first=0 count=1"], Role::Observer, false),
+    (
+        "Stop",
+        &["All", "Vertical", "Horizontal", "Nozzle", "Valve1", "Control", "Detector", "Deployer"],
+        Role::Observer,
+        false,
+    ),
+    ("Close", &["Valve1", "Valve2"], Role::Observer, false),
+    ("Lockout", &["All on"], Role::Observer, false),
+    ("Lockout", &["All off"], Role::Operator, true),
+    ("Move", &["Vertical 10", "Horizontal -10", "Nozzle 5", "Deployer 0"], Role::Operator, true),
+    ("Open", &["Valve1", "Valve2"], Role::Operator, true),
+    ("Deploy", &["Deployer"], Role::Operator, true),
+    ("Wrap", &["Deployer"], Role::Operator, true),
+    ("StartSeek", &["Detector -60 60 -60 60"], Role::Operator, true),
+    ("StartQuench", &["Control program=0 centre=0,0 nozzle=60"], Role::Operator, true),
+    ("StartTrajectory", &["Control stored=0"], Role::Operator, true),
+    ("SetParam", &["Vertical Speed 5", "General MoveTimeout 0"], Role::Engineer, true),
+    ("SetupCorrectionTable", &["Control first=0 corrections=0,0"], Role::Engineer, true),
+    ("SwitchLimits", &["Vertical on", "All on"], Role::Engineer, true),
+    ("StartJustify", &["Detector"], Role::Engineer, true),
+    ("Restart", &["All"], Role::Engineer, true),
+    ("0x12", &["0x34 de ad"], Role::Engineer, true),
+    // In numbers: Move, Open, CleanFlash with its key, Stop with data that are not its own.
+    ("0x4d", &["Vertical 0a 00"], Role::Operator, true),
+    ("0x21", &["Valve1 70 4c"], Role::Operator, true),
+    ("0x16", &["General f6 a4", "General 00"], Role::Administrator, true),
+    ("0x46", &["All 00"], Role::Engineer, true),
+    ("CleanFlash", &["General"], Role::Administrator, true),
+];
+
+/// What the hub itself says; anything the monitor says means that it was sent.
+fn verdict(error: &Value) -> &'static str {
+    match error["code"].as_str() {
+        Some("role") => "role",
+        Some("no_authority") => "no_authority",
+        Some("bad_request" | "confirm_needed" | "csrf" | "login_needed" | "slow_down") => "other",
+        _ => "sent",
+    }
+}
+
+fn expected(role: Role, least: Role, authority: bool, held: bool) -> &'static str {
+    match () {
+        () if role < least => "role",
+        () if authority && !held => "no_authority",
+        () => "sent",
+    }
+}
+
+#[test]
+fn every_request_is_in_the_table() {
+    for info in &REQUESTS {
+        // The controller's own is nobody's.
+        let listed = TABLE.iter().any(|(name, ..)| *name == info.name);
+        assert!(listed || info.name == "AccessGranted", "{}", info.name);
+    }
+}
+
+#[tokio::test]
+async fn over_http() {
+    for held in [false, true] {
+        for role in Role::ALL {
+            let site = Site::with(1, |_| {}).await;
+            let token = site.token(role);
+            if held && role >= Role::Operator {
+                let taken = site
+                    .post(&token, "/api/monitors/M1/authority", json!({ "action": "take" }))
+                    .await;
+                assert_eq!(taken.status, 200);
+            }
+            for (name, addressees, least, authority) in TABLE {
+                for addressee in *addressees {
+                    // Sent last, each to a fresh hub below: it restarts the monitor.
+                    if ["Restart", "CleanFlash", "0x16"].contains(name) && role >= *least && held {
+                        continue;
+                    }
+                    let request = format!("{name} {addressee}");
+                    let body = json!({ "request": request, "confirm": "M1" });
+                    let reply = site.post(&token, "/api/monitors/M1/requests", body).await;
+                    let expected = expected(role, *least, *authority, held);
+                    assert_eq!(
+                        verdict(&reply.body["error"]),
+                        expected,
+                        "{request} {role:?} {held}: {reply:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn over_the_websocket() {
+    for held in [false, true] {
+        for role in Role::ALL {
+            let site = Site::with(1, |_| {}).await;
+            let token = site.token(role);
+            let mut socket = site.ws(&token).await;
+            if held {
+                let taken = socket.authority("M1", "take").await;
+                assert_eq!(taken["error"]["code"] == json!("role"), role < Role::Operator);
+            }
+            for (name, addressees, least, authority) in TABLE {
+                for addressee in *addressees {
+                    if ["Restart", "CleanFlash", "0x16"].contains(name) && role >= *least && held {
+                        continue;
+                    }
+                    let request = format!("{name} {addressee}");
+                    let asked = json!({
+                        "type": "request", "monitor": "M1", "request": request, "confirm": "M1",
+                    });
+                    let answer = socket.ask(asked).await;
+                    let expected = expected(role, *least, *authority, held);
+                    assert_eq!(
+                        verdict(&answer["error"]),
+                        expected,
+                        "{request} {role:?} {held}: {answer}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn what_restarts_the_monitor_is_sent_for_those_who_may() {
+    for (request, role) in [
+        ("Restart All", Role::Engineer),
+        ("CleanFlash General", Role::Administrator),
+        ("0x16 General f6 a4", Role::Administrator),
+    ] {
+        let site = Site::with(1, |_| {}).await;
+        let token = site.token(role);
+        site.post(&token, "/api/monitors/M1/authority", json!({ "action": "take" })).await;
+        let ask = |body| site.post(&token, "/api/monitors/M1/requests", body);
+        let refused = ask(json!({ "request": request })).await;
+        if !request.starts_with("0x") {
+            assert_eq!(refused.code(), "confirm_needed", "{refused:?}");
+        }
+        ask(json!({ "request": request, "confirm": "M1" })).await;
+        support::until("it restarts", || site.bus.lock()[0].resets() > 0).await;
+    }
+}
+
+#[tokio::test]
+async fn addresses_of_the_api_have_their_roles() {
+    let site = Site::with(1, |_| {}).await;
+    let tokens = site.tokens();
+    let table: &[(&str, &str, Value, Role)] = &[
+        ("GET", "/api/monitors", json!({}), Role::Observer),
+        ("GET", "/api/alarms", json!({}), Role::Observer),
+        ("GET", "/api/hub", json!({}), Role::Observer),
+        ("GET", "/metrics", json!({}), Role::Observer),
+        ("POST", "/api/stop", json!({}), Role::Observer),
+        ("POST", "/api/monitors/M1/stop", json!({ "of": "nonsense" }), Role::Observer),
+        ("POST", "/api/monitors/M1/close", json!({}), Role::Observer),
+        ("POST", "/api/monitors/M1/lockout", json!({}), Role::Observer),
+        ("GET", "/api/audit", json!({}), Role::Operator),
+        ("GET", "/api/audit/verify", json!({}), Role::Operator),
+        ("POST", "/api/alarms/ack", json!({}), Role::Operator),
+        ("GET", "/api/audit/export", json!({}), Role::Engineer),
+        ("GET", "/api/users", json!({}), Role::Administrator),
+        ("POST", "/api/tokens", json!({ "name": "x", "role": "observer" }), Role::Administrator),
+        ("DELETE", "/api/tokens/999", json!({}), Role::Administrator),
+    ];
+    for (method, path, body, least) in table {
+        for (role, token) in &tokens {
+            let header = format!("Bearer {token}");
+            let headers = [("Authorization", header.as_str())];
+            let reply = site.http(method, path, &headers, &body.to_string()).await;
+            assert_eq!(reply.code() == "role", role < least, "{method} {path} {role:?}: {reply:?}");
+        }
+        let reply = site.http(method, path, &[], &body.to_string()).await;
+        assert_eq!((reply.status, reply.code()), (401, "login_needed"), "{path}");
+    }
+}

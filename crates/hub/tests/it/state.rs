@@ -1,0 +1,257 @@
+//! Files of the state that are lost, cut, replaced or edited: none of it passes unnoticed.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::support::{PASSWORD, Site, until};
+use lafet_hub::access::Role;
+use lafet_hub::store::{Fault, Loss, StateFile, StoreError};
+use lafet_hub::{Clock, Config, Hub};
+use rusqlite::Connection;
+use serde_json::json;
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("lafet-state-{name}-{}", std::process::id()));
+    _ = fs::remove_dir_all(&folder);
+    folder
+}
+
+fn open(folder: &Path, accept_lost: &[StateFile]) -> Result<Hub, StoreError> {
+    let (data, accept_lost) = (Some(folder.to_owned()), accept_lost.to_vec());
+    Hub::new(Config { data, accept_lost, ..Config::default() }, Clock::System, json!({}))
+}
+
+/// A hub that has run: an administrator, some entries.
+async fn fill(folder: &Path) {
+    let hub = open(folder, &[]).unwrap();
+    let link = hub.access().setup_link().unwrap().expect("the folder is new");
+    hub.access().set_up(1, &link, "root", PASSWORD).unwrap();
+    for _ in 0..5 {
+        hub.audit().note(hub.record_of_end()).await.unwrap();
+    }
+    hub.note_state().await.unwrap();
+    end(hub, folder).await;
+}
+
+/// Ends a hub, and waits until its threads have closed the databases.
+async fn end(hub: Hub, folder: &Path) {
+    drop(hub);
+    let folder = folder.canonicalize().unwrap();
+    let is_ours = |it: std::io::Result<fs::DirEntry>| {
+        it.and_then(|it| fs::read_link(it.path())).is_ok_and(|file| file.starts_with(&folder))
+    };
+    until("the files are closed", || !fs::read_dir("/proc/self/fd").unwrap().any(is_ours)).await;
+}
+
+fn copy(from: &Path, to: &Path) {
+    _ = fs::remove_dir_all(to);
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(Result::unwrap).filter(|it| it.path().is_file()) {
+        fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
+}
+
+fn remove(folder: &Path, name: &str) {
+    for end in ["", "-wal", "-shm"] {
+        _ = fs::remove_file(folder.join(format!("{name}{end}")));
+    }
+}
+
+fn sql(folder: &Path, name: &str, sql: &str) {
+    Connection::open(folder.join(name)).unwrap().execute_batch(sql).unwrap();
+}
+
+const UNLOCK: &str = "DROP TRIGGER audit_stays; DROP TRIGGER audit_is_fixed;";
+
+type Damage = Box<dyn Fn(&Path)>;
+/// What is done to the folder, to which file of it, and what is said of that file.
+type Case = (&'static str, Damage, StateFile, fn(&Fault) -> bool);
+
+fn gone(name: &'static str) -> Damage {
+    Box::new(move |to| remove(to, name))
+}
+
+fn run(name: &'static str, text: String) -> Damage {
+    Box::new(move |to| sql(to, name, &text))
+}
+
+/// The file of another folder takes its place.
+fn from(from: &Path, name: &'static str) -> Damage {
+    let from = from.to_owned();
+    Box::new(move |to: &Path| {
+        remove(to, name);
+        for end in ["", "-wal"] {
+            _ = fs::copy(from.join(format!("{name}{end}")), to.join(format!("{name}{end}")));
+        }
+    })
+}
+
+fn cases(older: &Path, other: &Path) -> Vec<Case> {
+    use StateFile::{Audit, Events, History, Hub, Site};
+    vec![
+        ("no hub.db", gone("hub.db"), Hub, |it| *it == Fault::Missing),
+        (
+            "hub.db emptied",
+            Box::new(|to| {
+                remove(to, "hub.db");
+                fs::write(to.join("hub.db"), "").unwrap();
+            }),
+            Hub,
+            |it| *it == Fault::Missing,
+        ),
+        ("no users", run("hub.db", "DELETE FROM user".into()), Hub, |it| *it == Fault::Emptied),
+        ("an older hub.db", from(older, "hub.db"), Hub, |it| matches!(it, Fault::Older { .. })),
+        ("another hub.db", from(other, "hub.db"), Hub, |it| *it == Fault::Foreign),
+        ("no audit.db", gone("audit.db"), Audit, |it| *it == Fault::Missing),
+        ("another audit.db", from(other, "audit.db"), Audit, |it| *it == Fault::Foreign),
+        ("an older audit.db", from(older, "audit.db"), Audit, |it| {
+            *it == Fault::Older { noted: 8, found: 5 }
+        }),
+        (
+            "its end cut off",
+            run("audit.db", format!("{UNLOCK} DELETE FROM audit WHERE n > 7")),
+            Audit,
+            |it| *it == Fault::Older { noted: 8, found: 7 },
+        ),
+        (
+            "its end replaced",
+            run("audit.db", format!("{UNLOCK} UPDATE audit SET hash = 'x' WHERE n = 8")),
+            Audit,
+            |it| *it == Fault::Changed { n: 8 },
+        ),
+        ("no events.db", gone("events.db"), Events, |it| *it == Fault::Missing),
+        ("no history.db", gone("history.db"), History, |it| *it == Fault::Missing),
+        ("no site.json", gone("site.json"), Site, |it| *it == Fault::Missing),
+    ]
+}
+
+/// Damages a copy of a good folder: the hub says so, and starts when that is accepted.
+async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
+    use StateFile::{Audit, Hub};
+    copy(good, damaged);
+    let hub = open(damaged, &[]).unwrap_or_else(|error| panic!("undamaged: {error}"));
+    end(hub, damaged).await;
+    copy(good, damaged);
+    damage(damaged);
+    let grave = matches!(file, Hub | Audit);
+    let hub = match open(damaged, &[]) {
+        Err(StoreError::Lost(losses)) => {
+            assert!(grave, "{what}: {losses:?}");
+            let right = |it: &Loss| it.file == file && fault(&it.fault);
+            assert!(losses.iter().any(right), "{what}: {losses:?}");
+            open(damaged, &[Hub, Audit]).unwrap()
+        }
+        Ok(hub) => {
+            assert!(!grave, "{what}: the hub starts as if nothing were amiss");
+            hub
+        }
+        Err(error) => panic!("{what}: {error}"),
+    };
+    let losses = hub.integrity().losses();
+    assert!(losses.iter().any(|it| it.file == file && fault(&it.fault)), "{what}: {losses:?}");
+    until("it is recorded", || hub.audit().waiting() == 0).await;
+    let log = hub.audit().latest(None, 5, None, None).await.unwrap();
+    let recorded =
+        |act: &serde_json::Value| act["type"] == "state_lost" && act["file"] == file.word();
+    assert!(log.iter().any(|it| it.record.act.as_ref().is_some_and(recorded)), "{what}: {log:?}");
+    let users_lost = file == Hub
+        && losses.iter().all(|it| !matches!(it.fault, Fault::Older { .. } | Fault::Foreign));
+    assert_eq!(hub.access().is_empty(), users_lost, "{what}");
+    end(hub, damaged).await;
+    let hub = open(damaged, &[]).unwrap_or_else(|error| panic!("{what}, accepted: {error}"));
+    end(hub, damaged).await;
+}
+
+#[tokio::test]
+async fn what_is_lost_or_changed_shows_at_the_start() {
+    let (good, older, other) = (folder("good"), folder("older"), folder("other"));
+    let damaged = folder("damaged");
+    fill(&good).await;
+    copy(&good, &older);
+    let hub = open(&good, &[]).unwrap();
+    hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    for _ in 0..3 {
+        hub.audit().note(hub.record_of_end()).await.unwrap();
+    }
+    hub.note_state().await.unwrap();
+    end(hub, &good).await;
+    fill(&other).await;
+    for case in cases(&older, &other) {
+        shows(&good, &damaged, case).await;
+    }
+    // Half of it is no database any more.
+    copy(&good, &damaged);
+    let whole = fs::read(damaged.join("hub.db")).unwrap();
+    remove(&damaged, "hub.db");
+    fs::write(damaged.join("hub.db"), &whole[..whole.len() / 2]).unwrap();
+    assert!(open(&damaged, &[]).is_err());
+    for folder in [good, older, other, damaged] {
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
+
+#[tokio::test]
+async fn a_folder_of_an_earlier_version_is_taken_over() {
+    let folder = folder("earlier");
+    fill(&folder).await;
+    fs::remove_file(folder.join("site.json")).unwrap();
+    for name in ["hub.db", "audit.db", "events.db", "history.db"] {
+        sql(&folder, name, "DROP TABLE site");
+    }
+    let hub = open(&folder, &[]).unwrap();
+    assert_eq!(hub.integrity().losses(), []);
+    assert!(!hub.access().is_empty() && hub.access().changes().unwrap().set_up);
+    end(hub, &folder).await;
+    remove(&folder, "audit.db");
+    assert!(matches!(open(&folder, &[]), Err(StoreError::Lost(_))), "it has an id now");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[tokio::test]
+async fn an_edited_entry_is_found_by_the_hub_itself() {
+    let folder = folder("edited");
+    fill(&folder).await;
+    sql(&folder, "audit.db", &format!("{UNLOCK} UPDATE audit SET user = 'boris' WHERE n = 2"));
+    let own = folder.clone();
+    let site = Site::with(1, |config| (config.login, config.data) = (false, Some(own))).await;
+    until("it is found", || site.hub.integrity().chain().bad == Some(2)).await;
+    let active = || {
+        let alarms = site.hub.alarms();
+        alarms.get("hub/AuditChain").is_some_and(|it| it.active)
+    };
+    until("it is an alarm", active).await;
+    let health = site.get("", "/health").await;
+    assert_eq!((health.status, &health.body["status"]), (200, &json!("degraded")));
+    assert_eq!(health.body["audit_chain"]["state"], "broken");
+    assert!(site.get("", "/metrics").await.text.contains("\nlafet_audit_chain_ok 0\n"));
+    drop(site);
+    _ = fs::remove_dir_all(folder);
+}
+
+#[cfg(unix)]
+#[tokio::test]
+async fn the_state_is_its_owners_alone() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder("modes");
+    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    fill(&folder).await;
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o755)).unwrap();
+    for name in ["hub.db", "audit.db", "site.json"] {
+        fs::set_permissions(folder.join(name), fs::Permissions::from_mode(0o644)).unwrap();
+    }
+    end(open(&folder, &[]).unwrap(), &folder).await;
+    assert_eq!(mode(&folder), 0o700);
+    for entry in fs::read_dir(&folder).unwrap().map(Result::unwrap) {
+        let wanted = if entry.path().is_dir() { 0o700 } else { 0o600 };
+        assert_eq!(mode(&entry.path()), wanted, "{:?}", entry.path());
+    }
+    // A folder of somebody else is left as it is.
+    fs::write(folder.join("letter.txt"), "").unwrap();
+    for (folder_mode, starts) in [(0o755, true), (0o777, false)] {
+        fs::set_permissions(&folder, fs::Permissions::from_mode(folder_mode)).unwrap();
+        let opened = open(&folder, &[]);
+        assert_eq!(!matches!(opened, Err(StoreError::Shared(_))), starts, "{folder_mode:o}");
+        assert_eq!(mode(&folder), folder_mode);
+    }
+    fs::remove_dir_all(folder).unwrap();
+}

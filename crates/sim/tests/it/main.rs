@@ -1,0 +1,14 @@
+//! Tests of the simulator, in one program: it is linked once.
+
+mod arrival;
+mod ballistics;
+mod faults;
+mod flash_use;
+mod power_cuts;
+mod rest;
+mod scenarios;
+mod swarm;
+mod trace;
+mod water_hammer;
+mod wrongs;
+mod years;

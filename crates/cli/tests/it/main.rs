@@ -32,5 +32,5 @@ mod server;
 mod shell;
 mod teach;
 mod top;
-mod tune;
 mod try_next;
+mod tune;

@@ -239,10 +239,12 @@ impl Arrival {
         sensed: i16,
         means: &Means,
     ) -> Order {
+        // What has crept to it, and is not known to run out, stands at once.
+        let crept = self.waited_ms == 0 && way == 0 && sensed.unsigned_abs() <= CREEP_TENTHS as u16;
         self.waited_ms = self.waited_ms.saturating_add(dt_ms);
         let quiet = sensed.unsigned_abs() <= REST_TENTHS;
         self.rest_ms = if quiet { self.rest_ms.saturating_add(dt_ms) } else { 0 };
-        let at_once = means.lag_ms == 0 && sensed == 0;
+        let at_once = means.lag_ms == 0 && (sensed == 0 || crept);
         let waited = self.rest_ms >= REST_MS + means.lag_ms / 2 || self.waited_ms >= SETTLE_MS;
         let far = way.clamp(-FAR_SIGNED, FAR_SIGNED) * 1000 - means.coast_milli(self.smooth_milli);
         let near = far.unsigned_abs() <= means.near() * 1000;

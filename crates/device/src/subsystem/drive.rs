@@ -621,9 +621,12 @@ impl Drive {
     /// §3.3.4 Does it do what it is told, and nothing when it is not fed? An overload is judged by its
     /// current alone, of a lost unit nothing is known, and one that is fed more is judged anew.
     fn watch_motion(&mut self, dt_ms: u32) {
-        if self.overload_ms > 0 || !self.online || self.arrival.is_kicked() {
+        if self.overload_ms > 0 || !self.online {
             self.watch = Watch::default();
             return;
+        }
+        if self.arrival.is_kicked() {
+            self.watch.again(self.input.position);
         }
         let (speed_tenths, per_tenth) =
             (self.output().speed_tenths, self.way_per_tenth().cast_signed());

@@ -55,6 +55,12 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
+    /// Begins the stretch again: what went before is no measure of the command now.
+    pub const fn again(&mut self, position: i32) {
+        (self.start, self.last) = (position, position);
+        (self.elapsed_ms, self.expected, self.measured) = (0, 0, 0);
+    }
+
     /// Judges after a while whether the drive did what it was told. `way_per_tenth` is the way, in
     /// tenths of a milli-unit of position, that a speed of one tenth makes in a millisecond.
     #[inline(never)]

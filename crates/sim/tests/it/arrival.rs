@@ -146,15 +146,15 @@ fn a_drive_that_is_known_rests_at_its_target() {
     }
 }
 
-/// Where the drive has not been measured it takes longer, but ends at the same place: a minute
-/// farther off, because it counts as at rest while it still runs out.
+/// Where the drive has not been measured it takes longer, but ends at the same place: two
+/// minutes farther off, because it counts as at rest while it still runs out.
 #[test]
 fn a_drive_that_is_not_known_rests_at_its_target_too() {
     let axis = Axis::Horizontal;
     let mut sim = deployed();
     for stage in every_stage(axis, 60.0) {
         sim.world_mut().drives[axis as usize].spec.stage = stage;
-        let allowed = 4.0 + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
+        let allowed = 5.0 + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
         for target in [600, 605, 0, 7] {
             let came = come(&mut sim, axis, target, allowed);
             let about = format!("to {target}, {stage:?}: {:.1}, {:?}", came.error, came.flags);

@@ -300,7 +300,7 @@ export interface components {
         Answered: {
             /**
              * Format: int32
-             * @description Number of the result (§2.2).
+             * @description Number of the result (§2/5).
              */
             code: number;
             /** @description The subsystem that answers. */
@@ -843,7 +843,7 @@ export interface components {
         JogBeat: {
             /** @description `Vertical`, `Horizontal`, `Nozzle`. */
             drive: string;
-            /** @description The hand lets go: the motion ends. */
+            /** @description The drive is released: the motion ends. */
             end?: boolean;
             /**
              * Format: double

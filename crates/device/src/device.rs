@@ -232,9 +232,7 @@ impl Device {
         }
         self.causes = causes;
         self.params.poll_retry(now);
-        if self.may_store() {
-            self.params.flush(now, hal);
-        }
+        self.store(now, hal);
         if let Some(reset) = self.general.poll_reset(now) {
             self.reset(now, reset, hal);
         }
@@ -273,10 +271,15 @@ impl Device {
     }
 
     /// §3.5/10 Flash stops the program while it is written or erased. Nothing may run on unguarded
-    /// meanwhile, nor a Stop come late; under lockout there is nothing left to stop. On a bad supply nothing
-    /// is written but that (§3.3.1/4).
-    fn may_store(&self) -> bool {
-        self.general.is_locked() || self.outputs.is_still() && !self.general.has_bad_power()
+    /// meanwhile, nor a Stop come late; under lockout there is nothing left to stop. On a bad supply the
+    /// lockout alone is written (§3.3.1/4).
+    fn store(&mut self, now: Millis, hal: &mut impl Storage) {
+        let locked = self.general.is_locked();
+        match self.general.has_bad_power() {
+            true if locked => self.params.flush_lockout(now, hal),
+            false if locked || self.outputs.is_still() => self.params.flush(now, hal),
+            _ => {}
+        }
     }
 
     /// In working position, or without a Deployer.
@@ -549,9 +552,12 @@ impl Device {
         self.outputs = Passed::default();
         hal.write(&self.outputs);
         self.causes = Causes::all(Rule::Inert);
+        // §3.3.1/4
+        let bad = self.general.has_bad_power();
         match reset {
+            Reset::Restart if bad => self.params.flush_lockout(now, hal),
             Reset::Restart => self.params.flush_all(now, hal),
-            Reset::CleanFlash if hal.erase().is_err() => {
+            Reset::CleanFlash if bad || hal.erase().is_err() => {
                 self.general.erase_failed();
                 return;
             }

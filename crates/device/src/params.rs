@@ -356,6 +356,14 @@ impl Params {
         self.dirty == 0
     }
 
+    /// §3.3.1/4 Stores the lockout alone, or its release, if that has changed.
+    pub(crate) fn flush_lockout(&mut self, now: Millis, storage: &mut impl Storage) {
+        if self.dirty & Group::Lockout.bit() != 0 {
+            // It is the first.
+            self.flush(now, storage);
+        }
+    }
+
     /// §3.12/4 Before a Restart what failed is tried once more.
     pub(crate) fn flush_all(&mut self, now: Millis, storage: &mut impl Storage) {
         self.dirty |= self.unwritten;

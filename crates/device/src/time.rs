@@ -26,9 +26,10 @@ impl Timer {
         self.deadline = Some(Millis(now.0.wrapping_add(after_ms)));
     }
 
-    /// Fires after this time at the latest: what runs is not put off.
+    /// Fires after this time at the latest: what runs is not put off, nor what is over and not yet polled.
     pub fn hasten(&mut self, now: Millis, after_ms: u32) {
-        if self.deadline.is_none_or(|deadline| deadline.since(now) > after_ms) {
+        let later = |ms: u32| ms > after_ms && ms <= 1 << 31;
+        if self.deadline.is_none_or(|deadline| later(deadline.since(now))) {
             self.start(now, after_ms);
         }
     }
@@ -82,6 +83,10 @@ mod tests {
             assert!(!timer.poll(at(fires_ms - 1)), "{first_ms} {then_ms}");
             assert!(timer.poll(at(fires_ms)), "{first_ms} {then_ms}");
         }
+        let mut over = Timer::default();
+        over.start(Millis(0), 100);
+        over.hasten(Millis(150), 100);
+        assert!(over.poll(Millis(150)));
     }
 
     /// §D/3 A time of half the clock's range, 24.8 days, is the longest: it is not over at once.

@@ -192,11 +192,7 @@ impl Plant {
             }
         }
         for valve in ValveNo::ALL {
-            let turns = match self.fault {
-                Some(Fault::ValveStuck(broken)) => broken != valve,
-                Some(Fault::Offline(unit)) => unit != valve.unit(),
-                _ => true,
-            };
+            let turns = !self.keeps(valve);
             let way = match self.outputs.valves[valve as usize] {
                 ValveOutput::Opening if turns => 1,
                 ValveOutput::Closing if turns => -1,
@@ -204,6 +200,15 @@ impl Plant {
             };
             let place = &mut self.valves[valve as usize];
             *place = (*place + way).clamp(0, OPEN);
+        }
+    }
+
+    /// Whether a fault keeps the valve where it is, however it is driven.
+    pub fn keeps(&self, valve: ValveNo) -> bool {
+        match self.fault {
+            Some(Fault::ValveStuck(broken)) => broken == valve,
+            Some(Fault::Offline(unit)) => unit == valve.unit(),
+            _ => false,
         }
     }
 

@@ -276,7 +276,7 @@ impl<M: Monitor> World<M> {
     /// Judges the present outputs by the present situation.
     fn judge(&mut self, before: &View) {
         let now = self.look();
-        let Self { plant, mandate, broken, .. } = self;
+        let Self { plant, mandate, broken, mended, .. } = self;
         let has_deployer = before.has_deployer();
         let up = !has_deployer || plant.is_deployed();
         let ways = Axis::ALL.map(|axis| (axis, plant.way(axis)));
@@ -301,11 +301,12 @@ impl<M: Monitor> World<M> {
             broken.judge(Law::NothingUnasked, !opens || mandate.allows_opening(valve));
             let closes = output == ValveOutput::Closing;
             broken.judge(Law::NothingUnasked, !closes || mandate.allows_closing(valve));
-            // One that could not be closed in its time rests, and says so.
+            // One that a fault has kept from closing in its time rests, and says so.
             let in_vain = ValveFlags::INTERNAL_FAULT | ValveFlags::CLOSE_SENSOR_FAULT;
-            let tells = now.valve(valve).intersects(in_vain);
+            let kept = *mended || plant.keeps(valve);
+            let rests = kept && now.valve(valve).intersects(in_vain);
             let is_open = !plant.is_closed(valve) && before.has_valve(valve);
-            let must_close = mandate.locked && is_open && !tells;
+            let must_close = mandate.locked && is_open && !rests;
             broken.judge(Law::LockedOutIsStill, closes || !must_close);
         }
         broken.judge(Law::LockedOutIsStill, !(mandate.locked && (turning || opening)));

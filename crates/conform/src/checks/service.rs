@@ -92,7 +92,8 @@ pub fn lockout_on(b: &mut Bench<'_>) -> Step {
 pub fn lockout_closes(b: &mut Bench<'_>) -> Step {
     let valve = super::water::opened(b)?;
     locked(b)?;
-    b.until_flags(valve, bits::CLOSED, bits::OPEN, 60_000)
+    b.until_flags(valve, bits::CLOSED, bits::OPEN, 60_000)?;
+    super::water::stays_closed(b, valve)
 }
 
 /// §3.18/2
@@ -335,5 +336,6 @@ pub fn restart_closes(b: &mut Bench<'_>) -> Step {
     if keeps {
         return Ok(());
     }
-    b.until_flags(valve, bits::CLOSED, bits::OPEN, 60_000)
+    b.until_flags(valve, bits::CLOSED, bits::OPEN, 60_000)?;
+    super::water::stays_closed(b, valve)
 }

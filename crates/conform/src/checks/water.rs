@@ -30,7 +30,8 @@ pub fn opened(b: &mut Bench<'_>) -> Step<S> {
     Ok(id)
 }
 
-fn stays_closed(b: &mut Bench<'_>, id: S) -> Step {
+/// It is closed, and half a second later too.
+pub fn stays_closed(b: &mut Bench<'_>, id: S) -> Step {
     b.wait(500)?;
     let flags = b.flags(id)?;
     must(

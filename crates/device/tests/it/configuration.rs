@@ -3,13 +3,16 @@
 
 use crate::common::{Plant, Rig};
 use lafet_device::Composition;
-use lafet_proto::flags::CommonFlags;
+use lafet_proto::flags::{CommonFlags, GeneralFlags};
+use lafet_proto::id::key;
 use lafet_proto::param::{Param, Storage};
 use lafet_proto::request::Body;
 use lafet_proto::{Ints, Status, SubsystemId};
 
 /// Where the first program of Control is stored.
 const KEY_PROGRAM0: u16 = 15;
+/// Where the lockout is.
+const KEY_LOCKOUT: u16 = 32;
 
 fn common(rig: &mut Rig, id: SubsystemId) -> CommonFlags {
     CommonFlags::from_bits_retain(rig.flags(id) & 0xFFFF) - CommonFlags::BAD_POWER
@@ -125,4 +128,78 @@ fn unset_from_the_first_moment() {
         let flags = CommonFlags::from_bits_retain(rig.flags(id) & 0xFFFF);
         assert_eq!(flags.contains(CommonFlags::CONFIG_INVALID), has_some, "{id}: {flags:?}");
     }
+}
+
+/// §3.3.1/4, §3.5 A bound that makes the supply bad, even one that was stored while it was good, can always
+/// be set back, locked out too: it takes effect in the next step, and is stored then.
+#[test]
+fn a_bound_of_the_supply_does_not_lock_itself() {
+    const OPEN: Body<'static> = Body::Open { key: key::OPEN };
+    let bad = |rig: &mut Rig| rig.general().flags.contains(GeneralFlags::BAD_POWER);
+    let bounds = [(Param::GeneralMainVoltageMin, 30), (Param::GeneralMainVoltageMax, 20)];
+    for ((bound, value), locked) in bounds.into_iter().flat_map(|b| [(b, false), (b, true)]) {
+        let mut rig = Rig::new(Composition::REMOTE);
+        let good = rig.get(bound).unwrap()[0];
+        rig.plant.inputs.main_voltage_dv = u16::try_from(10 * value).unwrap();
+        assert_eq!(rig.set(bound, value), Status::ACCEPTED);
+        rig.run(50);
+        assert_eq!(rig.set(bound, value), Status::OK, "stored");
+        rig.plant.inputs.main_voltage_dv = 240;
+        if locked {
+            rig.all_accept(Body::Lockout { key: key::ENABLE });
+        }
+        rig.power_cycle_and_settle();
+        rig.run(500);
+        assert!(bad(&mut rig));
+        assert_eq!(rig.get(bound), Ok(vec![value]));
+        assert_eq!(rig.one(SubsystemId::VALVE1, OPEN).1, Status::DENIED);
+        assert_eq!(rig.set(bound, good), Status::ACCEPTED);
+        rig.run(50);
+        assert!(!bad(&mut rig));
+        assert_eq!(rig.set(bound, good), Status::OK, "stored");
+        rig.power_cycle_and_settle();
+        assert!(!bad(&mut rig));
+        assert_eq!(rig.get(bound), Ok(vec![good]));
+        if locked {
+            rig.all_accept(Body::Lockout { key: key::DISABLE });
+        }
+        rig.run(300);
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+    }
+}
+
+/// §3.3.1/4 On a bad supply nothing is written but the lockout, at a Restart too, and nothing is erased.
+#[test]
+fn what_is_written_on_a_bad_supply() {
+    for locked in [false, true] {
+        let mut rig = Rig::new(Composition::REMOTE);
+        rig.plant.inputs.main_voltage_dv = 90;
+        rig.run(50);
+        let mut memory = rig.plant.memory.clone();
+        if locked {
+            rig.all_accept(Body::Lockout { key: key::ENABLE });
+        }
+        assert_eq!(rig.set(Param::GeneralMoveTimeout, 5000), Status::ACCEPTED);
+        rig.run(1000);
+        if locked {
+            let stored = rig.plant.memory.get(&KEY_LOCKOUT).cloned().unwrap();
+            assert_ne!(memory.insert(KEY_LOCKOUT, stored.clone()), Some(stored));
+        } else {
+            rig.all_accept(Body::Restart);
+        }
+        rig.run(1000);
+        assert_eq!(rig.plant.memory, memory);
+        assert_eq!(rig.plant.resets, u32::from(!locked));
+        assert_eq!(rig.get(Param::GeneralMoveTimeout), Ok(vec![if locked { 5000 } else { 0 }]));
+        rig.plant.inputs.main_voltage_dv = 240;
+        rig.run(100);
+        assert_eq!(rig.plant.memory == memory, !locked);
+    }
+    let mut rig = Rig::new(Composition::REMOTE);
+    let memory = rig.plant.memory.clone();
+    rig.accepts(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH });
+    rig.plant.inputs.main_voltage_dv = 90;
+    rig.run(1000);
+    assert_eq!((&rig.plant.memory, rig.plant.resets), (&memory, 0));
+    assert!(rig.general().flags.contains(GeneralFlags::CONFIG_WRITE_FAULT));
 }

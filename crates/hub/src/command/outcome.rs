@@ -40,7 +40,7 @@ pub struct Answered {
     pub from: String,
     /// Name of the result.
     pub status: String,
-    /// Number of the result (§2.2).
+    /// Number of the result (§2/5).
     pub code: u8,
     /// Whether the result is a success.
     pub success: bool,

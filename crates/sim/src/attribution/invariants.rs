@@ -81,8 +81,10 @@ impl Invariants {
                 self.lie_until_ms[*axis as usize] = view.now_ms + STEP_MS + lag_ms(view, *axis);
             }
         }
+        // What is less than the meter says, nobody can know.
         let stuck = ValveNo::ALL.into_iter().any(|valve| is_stuck(view, valve));
-        let unknown = stuck || !self.believes(Axis::Deployer, view);
+        let unknown =
+            stuck && view.inputs.flow_lps < FLOWING_LPS || !self.believes(Axis::Deployer, view);
         self.excused = view.flooded && (self.excused || unknown);
         self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
         for (ms, wet) in self.wet_ms.iter_mut().zip(view.wet) {
@@ -207,7 +209,7 @@ impl Invariants {
                 && settled
                 && !view.inputs.valves[valve as usize].close_switch
                 && output != ValveOutput::Closing
-                && !is_in_vain(view, valve);
+                && !is_in_vain(ledger, view, valve);
             if output == ValveOutput::Opening || left_open {
                 let name = valve_name(valve);
                 broken.push((
@@ -274,10 +276,12 @@ fn inert(ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Bilin
     }
 }
 
-/// The valve could not be closed in its time, and says so: its motor is not fed without end.
-pub fn is_in_vain(view: &View<'_>, valve: ValveNo) -> bool {
+/// The valve has been driven towards closed for all its time and is not closed, and says so: its motor is not
+/// fed without end.
+pub fn is_in_vain(ledger: &Ledger, view: &View<'_>, valve: ValveNo) -> bool {
     let told = ValveFlags::from_bits_retain(view.told.valves[valve as usize]);
-    told.intersects(ValveFlags::INTERNAL_FAULT | ValveFlags::CLOSE_SENSOR_FAULT)
+    let tells = told.intersects(ValveFlags::INTERNAL_FAULT | ValveFlags::CLOSE_SENSOR_FAULT);
+    tells && ledger.is_in_vain(valve)
 }
 
 /// The switch "closed" of this valve says so whatever the valve does.

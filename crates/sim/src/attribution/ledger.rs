@@ -6,19 +6,21 @@ use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
 use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
 use lafet_proto::id::key;
-use lafet_proto::param::{DriveParam, Param, ValveParam};
+use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::record::{Record, Records};
 use lafet_proto::request::{Body, LimitsState};
 use lafet_proto::{RequestId, Status, SubsystemId};
 
 use super::answers;
 use super::buttons::{Button, Posts};
+use super::closing::Closing;
 pub use super::grants::{Lock, Move, Start, Work};
 use super::rules::Step;
 use super::view::{View, axis_of};
 use super::{Bilingual, Output, Told};
-use crate::fault::{Fault, SingleFault};
 use crate::world::STEP_MS;
+
+mod follow;
 
 /// The ledger of a monitor.
 #[derive(Clone, Debug)]
@@ -60,6 +62,8 @@ pub struct Ledger {
     cut_off: [bool; AXES],
     /// For how long each valve has drawn more than MaxCurrent, less the time it has not, ms.
     pub valve_over_ms: [u64; VALVES],
+    /// How each valve is being closed.
+    closings: [Closing; VALVES],
     /// When a fault was last in force at a drive or its unit.
     pub broken_ms: [Option<u64>; AXES],
     /// When a fault was last in force at a valve or its unit.
@@ -102,6 +106,7 @@ impl Ledger {
             over_ms: [0; AXES],
             cut_off: [false; AXES],
             valve_over_ms: [0; VALVES],
+            closings: Default::default(),
             broken_ms: [None; AXES],
             valve_broken_ms: [None; VALVES],
             memory_is_sound: true,
@@ -200,7 +205,13 @@ impl Ledger {
         self.recent.push((*asked, status));
         match body {
             Body::Move { destination } => self.moved(asked, i32::from(*destination)),
-            Body::Stop if whole => self.stop_everything(asked.to == SubsystemId::ALL),
+            Body::Stop if whole => {
+                let valves = asked.to == SubsystemId::ALL;
+                self.stop_everything(valves);
+                if valves {
+                    self.closings.iter_mut().for_each(|closing| closing.stop(self.now_ms));
+                }
+            }
             Body::Stop => self.stop(by),
             Body::Open { .. } => self.work(by, ValveOutput::Opening, Cause::Request(*asked)),
             Body::Close { .. } => self.work(by, ValveOutput::Closing, Cause::Request(*asked)),
@@ -311,8 +322,11 @@ impl Ledger {
             SubsystemId::CONTROL => self.end(&[Program::Quench, Program::Trajectory]),
             SubsystemId::DETECTOR => self.end(&[Program::Seek, Program::Justify]),
             SubsystemId::DEPLOYER => self.end(&[Program::Deploy, Program::Wrap]),
-            SubsystemId::VALVE1 => self.works[0].clear(),
-            SubsystemId::VALVE2 => self.works[1].clear(),
+            SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
+                let index = usize::from(id == SubsystemId::VALVE2);
+                self.works[index].clear();
+                self.closings[index].stop(self.now_ms);
+            }
             _ => {}
         }
         if let Some(axis) = axis_of(id) {
@@ -334,6 +348,10 @@ impl Ledger {
         let works = &mut self.works[index];
         works.retain(|work| work.output == output);
         works.push(Work { output, cause, at_ms, travel_ms });
+        match output {
+            ValveOutput::Opening => self.closings[index].open(),
+            _ => self.closings[index].begin(at_ms, travel_ms, true),
+        }
     }
 
     fn deploy(&mut self, asked: &Asked) {
@@ -406,7 +424,14 @@ impl Ledger {
                     work.travel_ms = travel_ms;
                 }
             }
+            let keeps = view.params.get(Param::GeneralResetValves) != 0 && self.lock != Lock::On;
+            for (closing, travel_ms) in self.closings.iter_mut().zip(self.valve_travel_ms) {
+                if !keeps {
+                    closing.begin_by_rule(self.powered_ms, travel_ms);
+                }
+            }
         }
+        self.follow_valves(view);
         let locked = self.lock == Lock::On || self.restart_ms.is_some();
         self.buttons.sense(&view.inputs.buttons, locked);
         if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {
@@ -418,65 +443,6 @@ impl Ledger {
         self.follow_currents(view);
         self.follow_faults(view);
         (self.before_ms, self.sensed_ms) = (self.sensed_ms, view.now_ms);
-    }
-
-    /// What is asked for while the outputs are still inert may be done afterwards.
-    fn note_early_buttons(&mut self) {
-        for post in [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS] {
-            for (button, output) in
-                [(Button::Open, ValveOutput::Opening), (Button::Close, ValveOutput::Closing)]
-            {
-                if self.buttons.pressed(post, button) {
-                    let (cause, at_ms) = (Cause::Button(post), self.now_ms);
-                    for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {
-                        works.push(Work { output, cause, at_ms, travel_ms });
-                    }
-                }
-            }
-        }
-    }
-
-    fn follow_currents(&mut self, view: &View<'_>) {
-        let passed_ms = view.now_ms - self.sensed_ms;
-        for axis in Axis::ALL {
-            let max = view.params.drive(axis, DriveParam::MaxCurrent);
-            let current = i32::from(view.inputs.drives[axis as usize].current_da);
-            let was_cut_off =
-                std::mem::replace(&mut self.cut_off[axis as usize], is_cut_off(current, max));
-            let ms = &mut self.over_ms[axis as usize];
-            *ms = match current > max || was_cut_off {
-                true => *ms + passed_ms,
-                false => ms.saturating_sub(passed_ms),
-            };
-        }
-        for valve in ValveNo::ALL {
-            let max = Param::of_valve(valve.id(), ValveParam::MaxCurrent)
-                .map_or(0, |param| view.params.get(param));
-            let over = i32::from(view.inputs.valves[valve as usize].current_da) > max;
-            let ms = &mut self.valve_over_ms[valve as usize];
-            *ms = if over { *ms + passed_ms } else { ms.saturating_sub(passed_ms) };
-        }
-    }
-
-    fn follow_faults(&mut self, view: &View<'_>) {
-        let now = Some(view.now_ms);
-        for fault in view.faults {
-            match fault {
-                Fault::Drive(axis, _) => self.broken_ms[*axis as usize] = now,
-                Fault::Valve(valve, _) => self.valve_broken_ms[*valve as usize] = now,
-                Fault::Unit(unit, _) => {
-                    let index = *unit as usize;
-                    match index.checked_sub(AXES) {
-                        None => self.broken_ms[index] = now,
-                        Some(valve) => self.valve_broken_ms[valve] = now,
-                    }
-                }
-                Fault::Single(SingleFault::FlashRead | SingleFault::FlashWrite) => {
-                    self.memory_is_sound = false;
-                }
-                _ => {}
-            }
-        }
     }
 
     /// Takes over what an output has done: what has come to its end is not permitted any more.
@@ -502,6 +468,10 @@ impl Ledger {
                     self.works[valve as usize].clear();
                 }
                 let way = view.outputs.valves[valve as usize];
+                if way == ValveOutput::Closing {
+                    let travel_ms = self.valve_travel_ms[valve as usize];
+                    self.closings[valve as usize].begin_by_rule(self.now_ms, travel_ms);
+                }
                 if let Cause::Button(post) = step.cause
                     && self.buttons.pressed(post, valve_button(way))
                 {

@@ -16,6 +16,7 @@
 
 mod answers;
 mod buttons;
+mod closing;
 mod grants;
 mod invariants;
 pub mod ledger;

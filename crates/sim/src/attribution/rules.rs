@@ -462,7 +462,7 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
         Rule::Arrived | Rule::Overload | Rule::Timeout | Rule::Fault
             if step.cause_before == Cause::Rule(Rule::Lockout) =>
         {
-            ledger.lock == Lock::Off || input.close_switch || is_in_vain(view, valve)
+            ledger.lock == Lock::Off || input.close_switch || is_in_vain(ledger, view, valve)
         }
         Rule::Arrived => opened && input.open_switch || closed && input.close_switch,
         Rule::Overload => ledger.valve_over_ms[valve as usize] > VALVE_OVERLOAD_MS,

@@ -2,7 +2,7 @@
 
 use lafet_device::cause::{Cause, Causes, Rule};
 use lafet_device::image::{Axis, DriveOutput, Outputs, ValveOutput};
-use lafet_proto::flags::{ControlFlags, GeneralFlags};
+use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 use lafet_sim::attribution::View;
@@ -120,13 +120,29 @@ fn clings() -> Box<dyn Wrong> {
     keeps(Axis::Vertical, |_, now| now == Cause::Rule(Rule::Released))
 }
 
+/// What stops it elsewhere is another wrong: it goes on where it has reached a limit.
 fn overruns() -> Box<dyn Wrong> {
-    // A program that has arrived has ended: that is another wrong.
-    keeps(Axis::Vertical, |before, now| {
-        !matches!(before, Cause::Program(..))
+    let mut last = (DriveOutput::default(), Cause::Rule(Rule::Inert));
+    drives(move |view, outputs, causes| {
+        let told = DriveFlags::from_bits_retain(view.told.drives[VERTICAL]);
+        let at_limit = told.intersects(
+            DriveFlags::MIN_LIMIT_REACHED
+                | DriveFlags::MAX_LIMIT_REACHED
+                | DriveFlags::ABSOLUTE_MIN_LIMIT_REACHED
+                | DriveFlags::ABSOLUTE_MAX_LIMIT_REACHED,
+        );
+        let (output, cause) = (&mut outputs.drives[VERTICAL], &mut causes.drives[VERTICAL]);
+        let stopped = output.speed_tenths == 0 && last.0.speed_tenths != 0;
+        // A program that has arrived has ended: that is another wrong.
+        let goes_on = !matches!(last.1, Cause::Program(..))
             && [Rule::Arrived, Rule::Limit, Rule::EndSwitch, Rule::Overload, Rule::CutOff]
                 .map(Cause::Rule)
-                .contains(&now)
+                .contains(cause);
+        if stopped && at_limit && goes_on {
+            (*output, *cause) = last;
+        } else {
+            last = (*output, *cause);
+        }
     })
 }
 
@@ -190,11 +206,15 @@ fn opens_locked() -> Box<dyn Wrong> {
     })
 }
 
+/// One that was closing already stops: that is another wrong.
 fn stays_open() -> Box<dyn Wrong> {
-    drives(|view, outputs, causes| {
-        if is_locked(view) && outputs.valves[0] == ValveOutput::Closing {
-            (outputs.valves[0], causes.valves[0]) = (ValveOutput::Off, Cause::Rule(Rule::Inert));
+    let mut last = (ValveOutput::Off, Cause::Rule(Rule::Inert));
+    drives(move |view, outputs, causes| {
+        let closes = is_locked(view) && outputs.valves[0] == ValveOutput::Closing;
+        if closes && last.0 == ValveOutput::Off {
+            (outputs.valves[0], causes.valves[0]) = last;
         }
+        last = (outputs.valves[0], causes.valves[0]);
     })
 }
 

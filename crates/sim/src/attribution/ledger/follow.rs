@@ -1,0 +1,92 @@
+//! What is sensed in each step: buttons, contacts, currents, faults.
+
+use lafet_device::cause::Cause;
+use lafet_device::image::{AXES, Axis, ValveNo, ValveOutput};
+use lafet_proto::SubsystemId;
+use lafet_proto::param::{DriveParam, Param, ValveParam};
+
+use super::{Button, Ledger, View, Work, is_cut_off};
+use crate::fault::{Fault, SingleFault, ValveFault};
+
+impl Ledger {
+    /// What is asked for while the outputs are still inert may be done afterwards.
+    pub(super) fn note_early_buttons(&mut self) {
+        for post in [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS] {
+            for (button, output) in
+                [(Button::Open, ValveOutput::Opening), (Button::Close, ValveOutput::Closing)]
+            {
+                if self.buttons.pressed(post, button) {
+                    let (cause, at_ms) = (Cause::Button(post), self.now_ms);
+                    let valves = self.works.iter_mut().zip(&mut self.closings);
+                    for ((works, closing), travel_ms) in valves.zip(self.valve_travel_ms) {
+                        works.push(Work { output, cause, at_ms, travel_ms });
+                        if output == ValveOutput::Closing {
+                            closing.begin(at_ms, travel_ms, true);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    pub(super) fn follow_valves(&mut self, view: &View<'_>) {
+        let passed_ms = view.now_ms - self.sensed_ms;
+        let stuck = |valve| view.faults.contains(&Fault::Valve(valve, ValveFault::CloseStuck));
+        let sound = !ValveNo::ALL.into_iter().any(stuck);
+        for valve in ValveNo::ALL {
+            let remote = Param::of_valve(valve.id(), ValveParam::ValveType)
+                .is_some_and(|param| view.params.get(param) == 1);
+            let online = !remote || view.inputs.units[valve.unit() as usize].online;
+            let input = &view.inputs.valves[valve as usize];
+            self.closings[valve as usize].sense(passed_ms, input, online, sound);
+        }
+    }
+
+    /// Whether a valve has been driven towards closed for all its time, and has not closed.
+    pub fn is_in_vain(&self, valve: ValveNo) -> bool {
+        self.closings[valve as usize].is_in_vain(self.now_ms)
+    }
+
+    pub(super) fn follow_currents(&mut self, view: &View<'_>) {
+        let passed_ms = view.now_ms - self.sensed_ms;
+        for axis in Axis::ALL {
+            let max = view.params.drive(axis, DriveParam::MaxCurrent);
+            let current = i32::from(view.inputs.drives[axis as usize].current_da);
+            let was_cut_off =
+                std::mem::replace(&mut self.cut_off[axis as usize], is_cut_off(current, max));
+            let ms = &mut self.over_ms[axis as usize];
+            *ms = match current > max || was_cut_off {
+                true => *ms + passed_ms,
+                false => ms.saturating_sub(passed_ms),
+            };
+        }
+        for valve in ValveNo::ALL {
+            let max = Param::of_valve(valve.id(), ValveParam::MaxCurrent)
+                .map_or(0, |param| view.params.get(param));
+            let over = i32::from(view.inputs.valves[valve as usize].current_da) > max;
+            let ms = &mut self.valve_over_ms[valve as usize];
+            *ms = if over { *ms + passed_ms } else { ms.saturating_sub(passed_ms) };
+        }
+    }
+
+    pub(super) fn follow_faults(&mut self, view: &View<'_>) {
+        let now = Some(view.now_ms);
+        for fault in view.faults {
+            match fault {
+                Fault::Drive(axis, _) => self.broken_ms[*axis as usize] = now,
+                Fault::Valve(valve, _) => self.valve_broken_ms[*valve as usize] = now,
+                Fault::Unit(unit, _) => {
+                    let index = *unit as usize;
+                    match index.checked_sub(AXES) {
+                        None => self.broken_ms[index] = now,
+                        Some(valve) => self.valve_broken_ms[valve] = now,
+                    }
+                }
+                Fault::Single(SingleFault::FlashRead | SingleFault::FlashWrite) => {
+                    self.memory_is_sound = false;
+                }
+                _ => {}
+            }
+        }
+    }
+}
